@@ -25,7 +25,7 @@ use crate::scenes::{
     traceable, with_sun,
 };
 
-const SIZES: Sizes = Sizes { photons: 2048, paths: 128, keeps_rooms: true };
+const SIZES: Sizes = Sizes { photons: 2048, target: 0.01, paths: 128, keeps_rooms: true };
 
 /// Held by tests that look at what the process keeps.
 static MEMORY: Mutex<()> = Mutex::new(());

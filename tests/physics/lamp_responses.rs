@@ -23,7 +23,7 @@ use crate::scenes::{
     RADIUS, SIDE, bent, cube, daylight, disc_room, furnished, lambertian, radiosity, straight, traceable, with_sun,
 };
 
-const SIZES: Sizes = Sizes { photons: 512, paths: 64, keeps_rooms: true };
+const SIZES: Sizes = Sizes { photons: 512, target: 0.01, paths: 64, keeps_rooms: true };
 
 fn built(scene: &Scene, seed: u64) -> LampResponses<1> {
     LampResponses::new(scene, traceable(scene), &scene.grids, SIZES, seed)

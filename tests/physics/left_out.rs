@@ -27,7 +27,7 @@ const SIGMAS: f64 = 4.0;
 fn passes(scene: &Scene, without: &[EffectKind]) -> Vec<Pass> {
     let requests: BTreeMap<_, _> = without.iter().map(|kind| (*kind, EffectRequest::Off)).collect();
     let traceable = Arc::new(plan::compile(scene, &Effects::of(scene, &requests)).unwrap());
-    let method = LightTracing::<1>::new(traceable, &scene.grids, 4096, 7);
+    let method = LightTracing::<1>::new(traceable, &scene.grids, (4096, 0.01), 7);
     let pass = |pass| method.pass_after(pass, &Default::default(), &AtomicBool::new(false)).unwrap();
     (0..16).map(pass).collect()
 }

@@ -65,7 +65,7 @@ fn winding_does_not_count() {
     }
     let run = |scene: &Scene| {
         let only_grids = Scene { views: Vec::new(), ..scene.clone() };
-        values(&scenes::run(&only_grids, &LightTracing::<1>::new(traceable(scene), &scene.grids, 2048, 1), 2)).0
+        values(&scenes::run(&only_grids, &LightTracing::<1>::new(traceable(scene), &scene.grids, (2048, 0.01), 1), 2)).0
     };
     for (a, b) in run(&good).iter().zip(&run(&turned)) {
         assert!((a - b).abs() <= 1e-9 * a, "{a} {b}");

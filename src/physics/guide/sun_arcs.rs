@@ -10,14 +10,14 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::{DVec2, DVec3};
 
 use super::StraightGuide;
-use crate::geometry::cylinder::{cosine_of_incidence, traverse};
-use crate::geometry::turn::unit_vector;
+use crate::geometry::cylinder::{LEAST_HALF_CHORD, cosine_of_incidence};
+use crate::geometry::turn::{angle_between, unit_vector};
 use crate::optics::Spectrum;
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
 
 /// Times that an interval between two places is halved where the number of reflections changes within, or the azimuth is not linear.
-const MOST_HALVINGS: u32 = 12;
+const MOST_HALVINGS: u32 = 9;
 
 /// Turn between two places, in radians, above which the interval is halved.
 const LARGEST_TURN: f64 = 0.3;
@@ -103,7 +103,7 @@ impl PointBelow<'_> {
     ) -> SunReceived<C> {
         let distance = self.foot.length();
         let inward = if distance > 0.0 { -self.foot / distance } else { DVec2::X };
-        let sun_azimuth = libm::atan2(sun.direction.y, sun.direction.x);
+        let sun_azimuth = angle_between(inward, sun.direction.truncate());
         let (mut sum, mut rays) = (Spectrum::ZERO, 0);
         for node in sun_nodes(sun, nodes, self.zenith_angles()) {
             let reach = self.depth * libm::tan(node.zenith_angle);
@@ -155,6 +155,7 @@ struct Arc<'a> {
     inward: DVec2,
     sin: f64,
     cos: f64,
+    /// From `inward`, radians.
     sun_azimuth: f64,
     half_azimuth: f64,
     rays: u64,
@@ -215,19 +216,21 @@ impl Arc<'_> {
         (self.foot + along * self.reach, (along * self.sin).extend(self.cos))
     }
 
+    /// Follows the ray of a place up the pipe, as its projection along the axis goes: by equal chords, each reflection turning it by
+    /// pi + 2 asin(s).
     fn outside(&mut self, angle: f64) -> Outside {
         self.rays += 1;
-        let (local, direction) = self.ray(angle);
-        let passage = traverse(self.guide.radius, local.extend(0.0), direction, self.guide.length);
-        let azimuth = libm::atan2(passage.direction.y, passage.direction.x) - self.sun_azimuth;
         let radius = self.guide.radius;
-        let along = direction.truncate() / self.sin;
-        let skew = along.perp_dot(local) / radius;
-        let half_chord = (1.0 - skew * skew).max(0.0).sqrt();
-        let to_wall = radius * half_chord - local.dot(along);
-        let way = self.guide.length * self.sin / self.cos - to_wall;
-        let chords = way / (2.0 * radius * half_chord);
-        Outside { angle, azimuth: (azimuth + PI).rem_euclid(TAU) - PI, bounces: passage.bounces, skew, chords }
+        let along = unit_vector(angle).rotate(self.inward);
+        let skew = (along.perp_dot(self.foot) / radius).clamp(-1.0, 1.0);
+        let half_chord = (1.0 - skew * skew).sqrt();
+        let to_wall = radius * half_chord - (self.reach + self.foot.dot(along));
+        let chords = (self.guide.length * self.sin / self.cos - to_wall) / (2.0 * radius * half_chord);
+        // along the wall the number of chords has no bound
+        let bounces = if half_chord < LEAST_HALF_CHORD { f64::INFINITY } else { (chords.floor() + 1.0).max(0.0) };
+        let turn = if bounces > 0.0 && bounces.is_finite() { bounces * (PI + 2.0 * libm::asin(skew)) } else { 0.0 };
+        let azimuth = angle + turn - self.sun_azimuth;
+        Outside { angle, azimuth: azimuth - TAU * (azimuth / TAU).round(), bounces, skew, chords }
     }
 
     /// Tells whether the way between two places is certainly dark, or smooth.

@@ -6,32 +6,55 @@ use glam::{DVec2, DVec3};
 
 use crate::guide::sun_arcs::PointBelow;
 use crate::guide::{End, Guide, RayCount, Transit};
+use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::close_points::is_near_opening;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::scene::Sensor;
 use crate::traceable::{TraceableScene, TraceableTube, opening_weight};
 
-/// Backward rays toward the sky from each of the nearest openings per sensor and pass, at most.
-const SKY_RAYS: u64 = 256;
+/// Backward rays toward the sky through each of the nearest openings per sensor and pass.
+const SKY_RAYS: PassSize = PassSize { for_one_percent: 16.0, growth: 1.0, fewest: 4.0, most: 256.0 };
 
 /// Openings that are nearest to a sensor: of more of them most send it little.
-const NEAREST: u64 = 4;
+const NEAREST: usize = 4;
 
-/// Rays toward the sky for each zenith angle of the sun's disc, and least and largest number of these per sensor and pass.
-const RAYS_PER_NODE: u64 = 4;
-const SUN_NODES: [u64; 2] = [4, 16];
+/// Zenith angles of the sun's disc per sensor and pass: where an edge cuts what a sensor sees of it, the error goes with their number.
+const SUN_NODES: PassSize = PassSize { for_one_percent: 8.0, growth: 0.3, fewest: 4.0, most: 32.0 };
 
 /// Steps along the arc of each.
 const SUN_STEPS: usize = 8;
 
-/// Light that reaches a sensor straight through closures of the tubes that `by` picks, in lux, by about so many `rays` toward the sky from
-/// each of the nearest openings, and the rays it took.
+/// Rays toward the sky for each of these where their number is given, and most of these then.
+const RAYS_PER_NODE: u64 = 4;
+const MOST_NODES_BY_RAYS: u64 = 16;
+
+/// How finely a sensor looks up through openings in a pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LooksUp {
+    sky_rays: f64,
+    sun_nodes: usize,
+}
+
+impl LooksUp {
+    /// For a relative standard error `target`.
+    pub fn new(target: f64) -> Self {
+        Self { sky_rays: SKY_RAYS.of(target, 1.0), sun_nodes: SUN_NODES.of(target, 1.0).round() as usize }
+    }
+
+    /// By about so many `rays` through each of the nearest openings.
+    pub fn by_rays(rays: u64) -> Self {
+        let sun_nodes = (rays / RAYS_PER_NODE).clamp(SUN_NODES.fewest as u64, MOST_NODES_BY_RAYS) as usize;
+        Self { sky_rays: (rays as f64).min(SKY_RAYS.most), sun_nodes }
+    }
+}
+
+/// Light that reaches a sensor straight through closures of the tubes that `by` picks, in lux, and the rays it took.
 pub fn unscattered(
     scene: &TraceableScene,
     Sensor { position: sensor, normal }: Sensor,
     stream: Key,
-    rays: u64,
+    looks_up: LooksUp,
     by: impl Fn(&TraceableTube) -> bool,
 ) -> (f64, RayCount) {
     let (mut lux, mut taken) = (0.0, RayCount::default());
@@ -50,13 +73,12 @@ pub fn unscattered(
         })
         .collect();
     let weights: f64 = all.iter().map(|(_, backward)| backward.weight()).sum();
-    let nodes = (rays / RAYS_PER_NODE).clamp(SUN_NODES[0], SUN_NODES[1]) as usize;
-    let total = (rays.min(SKY_RAYS) * (all.len() as u64).min(NEAREST)) as f64;
+    let total = looks_up.sky_rays * all.len().min(NEAREST) as f64;
     for (number, backward) in all {
         let stream = stream.child(number as u64);
         let wanted = total * backward.weight() / weights;
         let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), wanted);
-        let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), nodes);
+        let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), looks_up.sun_nodes);
         lux += sky + sun;
         taken += sky_rays + sun_rays;
     }

@@ -49,7 +49,7 @@ use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::RayCount;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
-use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks, sums_at_once};
@@ -345,7 +345,7 @@ impl<const C: usize> Bidirectional<C> {
                 &self.scene,
                 sensor,
                 stream.stream(Stream::UnscatteredBesidePaths, 0),
-                backward_rays,
+                LooksUp::by_rays(backward_rays),
                 |_| true,
             );
             lux += straight;

@@ -14,6 +14,7 @@ use super::traced::BesideLamps;
 use crate::integrator::GridPass;
 use crate::integrator::light_tracing;
 use crate::integrator::method::{Load, Refusal, RefusalCode, Task};
+use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::sums_at_once;
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::emission::Emission;
@@ -60,14 +61,15 @@ pub fn refuses_beside(task: &Task) -> Option<Refusal> {
     Some(Refusal { detail, ..refusal }.or("the estimate cell_average"))
 }
 
-/// Number of tubes for which the photons of light tracing are enough; more tubes take as many more. Of rooms of 8 and of 40 tubes passes of four
-/// and of sixteen times as many took the least time to 5 %.
-const TUBES_ALONE: f64 = 2.0;
+/// Photons of a pass where light of one tube comes in beside lamps. More tubes take more by this power of their number: a sensor gets light of
+/// several, whose errors have nothing in common.
+const BESIDE: PassSize = PassSize { for_one_percent: 4096.0, growth: 1.5, fewest: 512.0, most: f64::INFINITY };
+const GROWTH_BY_TUBES: f64 = 0.75;
 
 /// Photons of a pass for a relative standard error `target` where light of some tubes comes in beside lamps; 0 where none does.
 pub fn photons_beside(tubes: &[TraceableTube], target: f64) -> f64 {
     let beside = tubes.iter().filter(|tube| !is_lamp(tube)).count() as f64;
-    if beside > 0.0 { light_tracing::photons_for(target) as f64 * (beside / TUBES_ALONE).max(1.0) } else { 0.0 }
+    if beside > 0.0 { BESIDE.of(target, libm::pow(beside, GROWTH_BY_TUBES)) } else { 0.0 }
 }
 
 /// Most sensors of a trial that looks at some `places` where all tubes are lamps: light from beside them is shared among the sensors, so
@@ -105,12 +107,12 @@ pub struct Lit<const C: usize> {
 }
 
 impl<const C: usize> Lamps<C> {
-    /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits. `grids`: those that get light from
+    /// Divides the photons of a pass for a relative standard error among sky and sun of the tubes; equal seeds give equal bits. `grids`: those that get light from
     /// beside the lamps.
-    pub fn new(scene: &Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
+    pub fn new(scene: &Arc<TraceableScene>, grids: &[Grid], (photons, target): (u64, f64), seed: u64) -> Self {
         Self(match all_lamps(&scene.tubes) {
             true => By::Photons(Emission::of_daylight(scene, photons)),
-            false => By::Beside(BesideLamps::new(scene.clone(), grids, photons, seed)),
+            false => By::Beside(BesideLamps::new(scene.clone(), grids, (photons, target), seed)),
         })
     }
 

@@ -36,8 +36,8 @@ pub struct PassBesideLamps<const C: usize> {
 }
 
 impl<const C: usize> BesideLamps<C> {
-    /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
+    /// Divides the photons of a pass for a relative standard error among sky and sun of the tubes; equal seeds give equal bits.
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: (u64, f64), seed: u64) -> Self {
         // a Lambertian closure sends nothing straight to sensors here, but light of the room that has come back to it
         let straight = scene.tubes.iter().any(|tube| tube.diffuser.measured().is_some());
         Self(LightTracing::beside_lamps(scene, grids, photons, straight, seed))

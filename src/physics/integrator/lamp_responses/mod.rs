@@ -149,7 +149,7 @@ impl Described for Settings {
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
         let photons = self.photons_through(&scene.tubes, target);
-        let sizes = Sizes { photons, paths: self.samples_per_sensor, keeps_rooms: self.keeps_rooms };
+        let sizes = Sizes { photons, target, paths: self.samples_per_sensor, keeps_rooms: self.keeps_rooms };
         match task.scene.channels {
             Channels::Photopic => {
                 Computation::passes(LampResponses::<1>::new(task.scene, scene, task.grids, sizes, seed))
@@ -192,7 +192,7 @@ pub struct LampResponses<const C: usize> {
 impl<const C: usize> LampResponses<C> {
     /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
     pub fn new(description: &Scene, scene: Arc<TraceableScene>, grids: &[Grid], sizes: Sizes, seed: u64) -> Self {
-        let lamps = Lamps::new(&scene, grids, sizes.photons, seed);
+        let lamps = Lamps::new(&scene, grids, (sizes.photons, sizes.target), seed);
         let room = Room::new(description, &scene, grids, sizes, seed);
         Self { room, lamps, grids: grids.to_vec(), seed: Key::new(seed), scene }
     }

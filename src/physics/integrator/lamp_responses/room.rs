@@ -35,6 +35,8 @@ const POINTS_IN_PART: u64 = 16;
 pub struct Sizes {
     /// Photons of sky and sun.
     pub photons: u64,
+    /// Relative standard error that they are for.
+    pub target: f64,
     /// Paths of each sensor.
     pub paths: u32,
     /// Whether replicates of the room are kept and used again.

@@ -41,7 +41,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::guide::RayCount;
-use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{self, Chunks, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
@@ -102,8 +102,10 @@ impl Described for Settings {
         let scene = task.traceable.clone();
         let photons = self.photons(task, target);
         match task.scene.channels {
-            Channels::Photopic => Computation::passes(LightTracing::<1>::new(scene, task.grids, photons, seed)),
-            Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, photons, seed)),
+            Channels::Photopic => {
+                Computation::passes(LightTracing::<1>::new(scene, task.grids, (photons, target), seed))
+            }
+            Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, (photons, target), seed)),
         }
     }
 }
@@ -114,6 +116,7 @@ pub struct LightTracing<const C: usize> {
     pub(crate) scene: Arc<TraceableScene>,
     pub(crate) emission: Emission,
     sensors: Vec<SensorPlane>,
+    looks_up: LooksUp,
     seed: Key,
     /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
     direct: Vec<f64>,
@@ -125,11 +128,11 @@ pub struct LightTracing<const C: usize> {
 }
 
 impl<const C: usize> LightTracing<C> {
-    /// Divides the `photons` of a pass among the sources, and computes closed forms of luminaires once; equal seeds give
-    /// equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
+    /// Divides the photons of a pass for a relative standard error among the sources, and computes closed forms of luminaires once; equal
+    /// seeds give equal bits.
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], (photons, target): (u64, f64), seed: u64) -> Self {
         let emission = Emission::new(&scene, photons);
-        let mut method = Self::emitting(scene, emission, grids, seed);
+        let mut method = Self::emitting(scene, emission, grids, target, seed);
         if has_closed_form(&method.scene) {
             method.direct = at_points::<C>(&method.scene, &method.sensors);
         }
@@ -143,18 +146,18 @@ impl<const C: usize> LightTracing<C> {
     pub(crate) fn beside_lamps(
         scene: Arc<TraceableScene>,
         grids: &[Grid],
-        photons: u64,
+        (photons, target): (u64, f64),
         straight: bool,
         seed: u64,
     ) -> Self {
         let emission = Emission::of_daylight(&scene, photons);
-        let mut method = Self::emitting(scene, emission, grids, seed);
+        let mut method = Self::emitting(scene, emission, grids, target, seed);
         method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
         method
     }
 
     /// The photons of these emitters, and nothing in closed form.
-    fn emitting(scene: Arc<TraceableScene>, emission: Emission, grids: &[Grid], seed: u64) -> Self {
+    fn emitting(scene: Arc<TraceableScene>, emission: Emission, grids: &[Grid], target: f64, seed: u64) -> Self {
         let mut first = 0;
         let sensors: Vec<SensorPlane> = grids
             .iter()
@@ -173,6 +176,7 @@ impl<const C: usize> LightTracing<C> {
             emission,
             sensors,
             beams,
+            looks_up: LooksUp::new(target),
             seed: Key::new(seed),
             direct: Vec::new(),
             counting: Counting::default(),
@@ -226,9 +230,9 @@ impl<const C: usize> LightTracing<C> {
     }
 
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
-    fn unscattered(&self, plane: &SensorPlane, index: usize, stream: Key, rays_per_sensor: u64) -> (f64, RayCount) {
+    fn unscattered(&self, plane: &SensorPlane, index: usize, stream: Key) -> (f64, RayCount) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
-        unscattered(&self.scene, Sensor { position: sensor, normal: DVec3::Z }, stream, rays_per_sensor, |_| true)
+        unscattered(&self.scene, Sensor { position: sensor, normal: DVec3::Z }, stream, self.looks_up, |_| true)
     }
 }
 
@@ -292,8 +296,7 @@ impl<const C: usize> LightTracing<C> {
             rays += add_beams::<C>((&self.scene, &self.sensors), beams, stream(plane.first as u64), cancel, lux)?;
         }
         for plane in self.sensors.iter().filter(|plane| specular && !plane.average) {
-            let per_sensor = (self.emission.photons() / plane.len() as u64).next_power_of_two().max(16);
-            let of = |index: usize| self.unscattered(plane, index, stream((plane.first + index) as u64), per_sensor);
+            let of = |index: usize| self.unscattered(plane, index, stream((plane.first + index) as u64));
             let direct: Option<Vec<_>> = (0..plane.len())
                 .into_par_iter()
                 .map(|index| (!cancel.load(Ordering::Relaxed)).then(|| of(index)))
@@ -376,7 +379,7 @@ mod tests {
             let scene = scene(Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.3; 3] }, surface);
             let follow = Follow { interreflection: true, guide_return: true, objects: true };
             let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
-            let method = LightTracing::<3>::new(traceable, &scene.grids, 256, 1);
+            let method = LightTracing::<3>::new(traceable, &scene.grids, (256, 0.01), 1);
             let pass = method.pass(0, &AtomicBool::new(false)).unwrap();
             [0, 2].map(|grid: usize| pass.grids[grid].photons.iter().map(|count| count.found).collect::<Vec<_>>())
         };

@@ -40,7 +40,7 @@ use self::gather::{Gathering, Receiver};
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
 use crate::integrator::backward::chance;
-use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Trial, Work};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon_map::maps::{Gathered, Mapper, POINT_CONNECTIONS, POINT_STRATA};
@@ -307,9 +307,8 @@ impl<const C: usize> PhotonMapping<C> {
         let (scene, centre) = (&*self.mapper.scene, sensor.centre());
         let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
         let key = sensor.key.stream(Stream::Unscattered, 0);
-        let (unscattered, rays) = unscattered(scene, sensor.grid.sensor(sensor.index), key, BACKWARD_RAYS, |tube| {
-            followed_backward(tube).sky
-        });
+        let (at, looks_up) = (sensor.grid.sensor(sensor.index), LooksUp::by_rays(BACKWARD_RAYS));
+        let (unscattered, rays) = unscattered(scene, at, key, looks_up, |tube| followed_backward(tube).sky);
         gathering.count(rays);
         (gathered, unscattered)
     }

@@ -194,23 +194,23 @@ impl<const C: usize> TwoStage<C> {
         };
         let sizes = match settings.samples_per_sensor {
             Some(paths) => sizes.with_paths(paths),
-            None => Self::tried(scene, task.grids, reflected.as_ref(), seed).map_or_else(
+            None => Self::tried(scene, task.grids, reflected.as_ref(), (seed, target)).map_or_else(
                 || sizes.with_paths(PATHS.power_of_two(target) as u32),
                 |spread| sizes.tried(target, spread, task.grids.iter().map(Grid::valued).sum()),
             ),
         };
-        Self::sized(scene, (task.grids, task.views), sizes, reflected, seed)
+        Self::sized(scene, (task.grids, task.views), (sizes, target), reflected, seed)
     }
 
     /// Divides the photons of a pass among sky and sun of the tubes.
     fn sized(
         scene: &Arc<TraceableScene>,
         (grids, views): (&[Grid], &[View]),
-        sizes: Sizes,
+        (sizes, target): (Sizes, f64),
         reflected: Option<Arc<Solution<C>>>,
         seed: u64,
     ) -> Self {
-        let lamps = Lamps::new(scene, grids, sizes.photons, seed);
+        let lamps = Lamps::new(scene, grids, (sizes.photons, target), seed);
         let seed = Key::new(seed);
         let connections = Connections::new(scene, grids, sizes.per_opening, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());
@@ -223,7 +223,7 @@ impl<const C: usize> TwoStage<C> {
         let exchange = Exchange::new(scene, &starts(scene, task.grids, task.views), target).map(Arc::new)?;
         let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
-        let lit = Lamps::new(scene, &[], photons, seed).pass(scene, key, &AtomicBool::new(false))?;
+        let lit = Lamps::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false))?;
         Some(Arc::new(lit.lamps.solve(&exchange)))
     }
 
@@ -232,12 +232,12 @@ impl<const C: usize> TwoStage<C> {
         scene: &Arc<TraceableScene>,
         grids: &[Grid],
         reflected: Option<&Arc<Solution<C>>>,
-        seed: u64,
+        (seed, target): (u64, f64),
     ) -> Option<Spread> {
         let grids: Vec<Grid> = grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
         let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
         let sizes = Sizes { photons, ..Sizes::TRIED };
-        let method = Self::sized(scene, (&grids, &[]), sizes, reflected.cloned(), seed);
+        let method = Self::sized(scene, (&grids, &[]), (sizes, target), reflected.cloned(), seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // the light is the same in all: how much it differs is no matter of paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;
