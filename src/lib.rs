@@ -18,7 +18,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub use skyduct_physics::{
-    analytic, estimate, geometry, guide, integrator, kept, optics, plan, sampling, scene, sky, statistics, traceable,
+    analytic, estimate, geometry, guide, integrator, optics, plan, sampling, scene, sky, statistics, traceable,
 };
 
 /// Version of this program: what its builder says by the environment variable `SKYDUCT_VERSION`, such as `git describe` tells it, or that of

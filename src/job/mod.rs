@@ -2,6 +2,7 @@
 
 pub(crate) mod artifacts;
 pub(crate) mod backup;
+pub mod cache;
 pub mod cancel;
 pub mod checkpoint;
 pub mod chunk;

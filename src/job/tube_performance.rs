@@ -12,7 +12,7 @@ use crate::guide::equivalent_length::equivalent_length_m;
 use crate::guide::patches;
 use crate::guide::performance::{self, Effort};
 use crate::guide::skies::skies;
-use crate::kept::Kept;
+use crate::job::cache::Cache;
 use crate::sampling::{Key, Stream};
 use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 use crate::traceable::{TraceableScene, cylinder_guide};
@@ -63,7 +63,7 @@ pub struct TubePerformance {
 }
 
 /// Performances by the hash of what they depend on, for all jobs of this process.
-static PERFORMANCES: Kept<blake3::Hash, Arc<TubePerformance>> = Kept::new(KEPT);
+static PERFORMANCES: Cache<blake3::Hash, Arc<TubePerformance>> = Cache::new(KEPT);
 
 impl TubePerformance {
     /// That of a tube of a scene, with standard errors of about this size: kept, or computed anew.

@@ -8,7 +8,6 @@
 // tests compare with the system's functions
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
-pub mod kept;
 pub mod sampling;
 pub mod statistics;
 

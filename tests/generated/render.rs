@@ -43,12 +43,11 @@ pub fn config(cases: u32) -> ProptestConfig {
 }
 
 /// Methods that are compared, with their variants.
-pub const METHODS: [&str; 11] = [
+pub const METHODS: [&str; 10] = [
     "light_tracing",
     "path_tracing",
     "bidirectional_path_tracing",
     "two_stage",
-    "lamp_responses",
     "photon_mapping",
     "ppm",
     "ppm per_point",
@@ -103,8 +102,6 @@ fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> V
             "samples_per_sensor": each(512.0, sensors), "samples_per_pixel": each(512.0, pixels) }),
         "two_stage" => json!({ "kind": kind, "photons_per_pass": photons(2048.0),
             "samples_per_sensor": each(1024.0, sensors), "samples_per_pixel": each(1024.0, pixels) }),
-        "lamp_responses" => json!({ "kind": kind, "photons_per_pass": photons(512.0),
-            "samples_per_sensor": each(1024.0, sensors).max(128) }),
         "photon_mapping" => json!({ "kind": kind, "photons_per_pass": photons(4096.0),
             "gather_rays": each(1024.0, sensors.max(pixels)) }),
         "ppm" => {
@@ -119,7 +116,7 @@ fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> V
 /// The document with a method, which ends after its passes.
 pub fn job(document: &Value, name: &str, effort: Effort, seed: u64) -> Value {
     let mut job = document.clone();
-    if ["light_tracing", "lamp_responses", "holigilm"].contains(&name) {
+    if ["light_tracing", "holigilm"].contains(&name) {
         // they compute grids only, and are compared on these
         job["views"] = json!([]);
     }

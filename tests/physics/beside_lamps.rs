@@ -1,9 +1,9 @@
-//! Closures that are lamps in part: responses of the part, the rest beside it, what is kept. The methods that cut paths there agree with
-//! others in `matrix`.
+//! Closures that are lamps in part: responses of the part, and the rest beside it. The methods that cut paths there agree with others in
+//! `matrix`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex};
 
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument};
@@ -11,7 +11,9 @@ use skyduct::estimate::Estimate;
 use skyduct::geometry::disc::far_disc_illuminance;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::lamp::flux::patched_flux;
-use skyduct::integrator::lamp_responses::{LampResponses, PATCHES, Sizes, forget_rooms};
+use skyduct::integrator::method::Task;
+use skyduct::integrator::room_matrix::PATCHES;
+use skyduct::integrator::two_stage::{Settings, TwoStage};
 use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::optics::{Diffuser, DiffuserZone, MeasuredDiffuser};
 use skyduct::sampling::Key;
@@ -25,13 +27,9 @@ use crate::scenes::{
     traceable, with_sun,
 };
 
-const SIZES: Sizes = Sizes { photons: 2048, target: 0.01, paths: 128, keeps_rooms: true };
-
-/// Held by tests that look at what the process keeps.
-static MEMORY: Mutex<()> = Mutex::new(());
-
-fn built(scene: &Scene, seed: u64) -> LampResponses<1> {
-    LampResponses::new(scene, traceable(scene), &scene.grids, SIZES, seed)
+fn built(scene: &Scene, seed: u64) -> TwoStage<1> {
+    let settings = Settings { photons_per_pass: Some(2048), samples_per_sensor: Some(128), ..Settings::default() };
+    TwoStage::new(&Task::whole(scene, &traceable(scene)), &settings, seed, 0.01)
 }
 
 /// The scene with responses told of all grids.
@@ -41,7 +39,7 @@ fn told(mut scene: Scene) -> Scene {
 }
 
 /// Passes with their responses.
-fn passes(scene: &Scene, method: &LampResponses<1>, count: u64) -> Estimate {
+fn passes(scene: &Scene, method: &TwoStage<1>, count: u64) -> Estimate {
     let mut estimate = Estimate::empty(scene);
     estimate.begin(Some(&method.start()), None);
     for pass in 0..count {
@@ -156,14 +154,19 @@ fn lumens_times_responses_and_the_rest_are_the_light() {
     }
 }
 
-fn bits(method: &LampResponses<1>, passes: u64) -> Vec<u64> {
+fn bits(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
+    let of = |pass| method.pass(pass, &AtomicBool::new(false)).unwrap().grids[0].illuminance.clone();
+    let values = (0..passes).flat_map(of).map(f64::to_bits);
+    values.chain(responses(method, passes)).collect()
+}
+
+/// Bits of the responses of all patches.
+fn responses(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
     let of = |pass| {
         let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
-        let beside = pass.grids[0].beside.iter().flat_map(|part| part.illuminance.clone());
-        let values = pass.grids[0].illuminance.iter().copied().chain(pass.grids[0].bias.iter().copied()).chain(beside);
-        values.map(f64::to_bits).collect::<Vec<_>>()
+        pass.grids[0].beside.iter().flat_map(|part| part.illuminance.clone()).collect::<Vec<_>>()
     };
-    (0..passes).flat_map(of).collect()
+    (0..passes).flat_map(of).map(f64::to_bits).collect()
 }
 
 fn room(diffuser: Diffuser, estimate: EstimateKind) -> Scene {
@@ -171,10 +174,10 @@ fn room(diffuser: Diffuser, estimate: EstimateKind) -> Scene {
     told(cube(0.2, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 40.0, 120.0), estimate))
 }
 
-/// The responses of the room below a closure that is a lamp in part are kept whatever comes down the tube and passes either zone; the
+/// The responses of the room below a closure that is a lamp in part are the same whatever comes down the tube and passes either zone; the
 /// zones themselves, and what the closure reflects, belong to the room. Kept or not, all bits are the same.
 #[test]
-fn a_room_below_a_part_is_kept() {
+fn responses_are_those_of_the_room_below_a_part() {
     let of = |edit: fn(&mut Scene)| {
         let mut scene = room(mixed(DiffuserZone::Lambertian), Point);
         edit(&mut scene);
@@ -215,19 +218,12 @@ fn a_room_below_a_part_is_kept() {
             scene
         }),
     ];
-    let _alone = MEMORY.lock();
-    forget_rooms();
-    let first = bits(&built(&of(|_| {}), 3), 2);
+    let first = responses(&built(&of(|_| {}), 3), 2);
     for (name, scene) in &same {
-        let method = built(scene, 3);
-        assert!(method.keeps(0) && method.keeps(1) && !method.keeps(2), "{name}");
-        let kept = bits(&method, 2);
-        forget_rooms();
-        assert_eq!(kept, bits(&built(scene, 3), 2), "{name}");
-        assert!(kept.len() == first.len() && kept != first, "{name}");
+        assert_eq!(responses(&built(scene, 3), 2), first, "{name}");
     }
     for (name, scene) in &other {
-        assert!(!built(scene, 3).keeps(0), "{name}");
+        assert_ne!(responses(&built(scene, 3), 2), first, "{name}");
     }
     // what passes a table is nothing to the room
     let table = |through: f64| {
@@ -236,8 +232,7 @@ fn a_room_below_a_part_is_kept() {
         let table = MeasuredDiffuser::new(&ends, &ends, &of(through), Some(&of(0.1))).unwrap();
         room(Diffuser::Measured(Arc::new(table)), Point)
     };
-    bits(&built(&table(0.5), 3), 1);
-    assert!(built(&table(0.6), 3).keeps(0));
+    assert_eq!(responses(&built(&table(0.5), 3), 1), responses(&built(&table(0.6), 3), 1));
 }
 
 /// The same bits on any number of threads.
@@ -248,11 +243,7 @@ fn bits_do_not_depend_on_threads() {
     with_sun(&mut scene, 40_000.0, 50.0);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let _alone = MEMORY.lock();
-        pool.install(|| {
-            forget_rooms();
-            bits(&built(&scene, 11), 2)
-        })
+        pool.install(|| bits(&built(&scene, 11), 2))
     };
     let one = on(1);
     assert_eq!(one, on(2));
@@ -293,7 +284,7 @@ fn prepared(edit: impl FnOnce(&mut Value)) -> Result<Prepared, DocumentErrors> {
 #[test]
 fn documents_ask_for_responses_of_parts() {
     let job = prepared(|document| document["stop"] = json!({ "relative_error": 0.05 })).unwrap();
-    assert_eq!(job.plan.methods.names(), ["lamp_responses"]);
+    assert_eq!(job.plan.methods.names(), ["two_stage"]);
     let estimate = render(&job);
     let file = |name: &str| -> Value {
         serde_json::from_slice(&job.result_file(name, &estimate).unwrap().unwrap().bytes).unwrap()
@@ -314,8 +305,8 @@ fn documents_ask_for_responses_of_parts() {
     let error = refused(&|document| document["tubes"][0]["diffuser"]["lambertian_radius_m"] = json!(0.0));
     assert!(!error.detail.is_empty());
     let error = refused(&|document| {
-        document["method"] = json!("two_stage");
+        document["method"] = json!("light_tracing");
         document["grids"][0]["estimate"] = json!("cell_average");
     });
-    assert!(!error.pointer.is_empty());
+    assert_eq!(error.pointer, "/grids/0/responses");
 }

@@ -4,9 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use skyduct::integrator::method::{Computation, Task};
-use skyduct::integrator::{
-    Method, bidirectional, lamp_responses, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
-};
+use skyduct::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
 use skyduct::optics::{Diffuser, DiffuserZone, Surface};
 use skyduct::scene::EstimateKind::Point;
 use skyduct::scene::{BoxObject, Face, Grid, Scene, Tube};
@@ -20,7 +18,6 @@ fn methods() -> Vec<Method> {
         Method::PathTracing(path_tracing::Settings::default()),
         Method::Bidirectional(bidirectional::Settings::default()),
         Method::TwoStage(two_stage::Settings::default()),
-        Method::LampResponses(lamp_responses::Settings::default()),
         Method::PhotonMapping(photon_mapping::Settings::default()),
         Method::Ppm(ppm::Settings::default()),
         Method::Sppm(sppm::Settings::default()),

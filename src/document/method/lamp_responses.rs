@@ -1,37 +1,22 @@
-//! The settings of `lamp_responses` in documents.
+//! The settings of `lamp_responses`, a former method, in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bounds::{PHOTONS_PER_PASS, SAMPLES_PER_SENSOR, Setting, optional, setting};
+use super::bounds::{PHOTONS_PER_PASS, SAMPLES_PER_SENSOR, Setting, optional};
 use super::settings::MethodSettings;
 use crate::integrator::Method;
-use crate::integrator::lamp_responses::Settings;
+use crate::integrator::two_stage::Settings;
 use crate::plan::MethodRequest;
 
-/// Photons down the tubes tell the lumens of the patches of each opening, and backward paths in the room what each sensor gets per
-/// lumen of each; the latter is kept, and used again where only sky, sun or what is above the openings is another. Below
-/// diffusers that are Lambertian at least in part: the rest of the light is traced and added in every pass. Fluxes of tubes are known.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+/// A former method, of which `two_stage` has taken the place: documents that name it are computed by that, and the plan says so.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LampResponsesMethod {
     /// Photons from sky and sun per pass, all tubes together; by default as many as the accuracy asked for needs.
     pub photons_per_pass: Option<u64>,
-    /// Backward paths per sensor and pass.
-    pub samples_per_sensor: u32,
-}
-
-impl From<&Settings> for LampResponsesMethod {
-    fn from(settings: &Settings) -> Self {
-        let Settings { photons_per_pass, samples_per_sensor, .. } = *settings;
-        Self { photons_per_pass, samples_per_sensor }
-    }
-}
-
-impl Default for LampResponsesMethod {
-    fn default() -> Self {
-        Self::from(&Settings::default())
-    }
+    /// Backward paths per sensor and pass; by default as many as the accuracy asked for needs.
+    pub samples_per_sensor: Option<u32>,
 }
 
 impl MethodSettings for LampResponsesMethod {
@@ -40,21 +25,17 @@ impl MethodSettings for LampResponsesMethod {
     fn request(&self) -> MethodRequest {
         let Self { photons_per_pass, samples_per_sensor } = *self;
         let settings = Settings { photons_per_pass, samples_per_sensor, ..Settings::default() };
-        MethodRequest::Method(Method::LampResponses(settings))
+        MethodRequest::InPlaceOf(Self::NAME, Method::TwoStage(settings))
     }
 
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::LampResponses(settings) => Some(settings.into()),
-            _ => None,
-        }
+    fn of(_: &Method) -> Option<Self> {
+        None
     }
 
     fn numbers(&self) -> Vec<Setting> {
-        let photons = self.photons_per_pass.map(|photons| photons as f64);
         vec![
-            optional("photons_per_pass", photons, PHOTONS_PER_PASS),
-            setting("samples_per_sensor", self.samples_per_sensor, SAMPLES_PER_SENSOR),
+            optional("photons_per_pass", self.photons_per_pass.map(|photons| photons as f64), PHOTONS_PER_PASS),
+            optional("samples_per_sensor", self.samples_per_sensor.map(f64::from), SAMPLES_PER_SENSOR),
         ]
     }
 }

@@ -55,13 +55,13 @@ const METHODS: &[Entry] = &[
     Entry::of::<sppm::SppmMethod>(),
     Entry::of::<light_tracing::LightTracingMethod>(),
     Entry::of::<two_stage::TwoStageMethod>(),
-    Entry::of::<lamp_responses::LampResponsesMethod>(),
     Entry::of::<holigilm::HoligilmMethod>(),
     Entry::of::<jenkins::JenkinsMethod>(),
 ];
 
 /// Methods of which others have taken the place: documents may name them, and they are not offered.
-const FORMER: &[Entry] = &[Entry::of::<placed_vertices::PlacedVerticesMethod>()];
+const FORMER: &[Entry] =
+    &[Entry::of::<placed_vertices::PlacedVerticesMethod>(), Entry::of::<lamp_responses::LampResponsesMethod>()];
 
 /// Functions of this room for a method of which it has but the name.
 struct Entry {
@@ -228,7 +228,11 @@ impl PartialSchema for MethodKind {
     fn schema() -> RefOr<Schema> {
         let all = names().chain(FORMER.iter().map(|entry| entry.name));
         let kinds = ObjectBuilder::new().schema_type(Type::String).enum_values(Some(all));
-        kinds.description(Some("How the light is computed. `placed_vertices` is a former name of `two_stage`.")).into()
+        kinds
+            .description(Some(
+                "How the light is computed. `placed_vertices` and `lamp_responses` are former names of `two_stage`.",
+            ))
+            .into()
     }
 }
 

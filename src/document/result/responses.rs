@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::number::{error, rows, value};
 use crate::estimate::GridEstimate;
-use crate::integrator::lamp_responses::PATCHES;
+use crate::integrator::room_matrix::PATCHES;
 
 /// Illuminance of the sensors of a grid per lumen of white light that leaves one patch of an opening, evenly over the patch and as
 /// from a Lambertian surface: straight, and by way of the room. Of a mixed closure the part of the patch shines that lies in the

@@ -3,9 +3,7 @@
 //! What they can do is asked of their settings; nobody else matches on the set of methods.
 
 use super::method::Described;
-use super::{
-    bidirectional, holigilm, jenkins, lamp_responses, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
-};
+use super::{bidirectional, holigilm, jenkins, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
 
 /// A method with its settings.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,8 +22,6 @@ pub enum Method {
     PhotonMapping(photon_mapping::Settings),
     /// Photons to the diffusers, paths from there on.
     TwoStage(two_stage::Settings),
-    /// Photons to the diffusers, and responses of the room to these.
-    LampResponses(lamp_responses::Settings),
     /// The solver after HOLIGILM.
     Holigilm(holigilm::Settings),
     /// The formula of Jenkins, Muneer and Kubie.
@@ -43,7 +39,6 @@ impl Method {
             Self::Bidirectional(settings) => settings,
             Self::PhotonMapping(settings) => settings,
             Self::TwoStage(settings) => settings,
-            Self::LampResponses(settings) => settings,
             Self::Holigilm(settings) => settings,
             Self::Jenkins(settings) => settings,
         }

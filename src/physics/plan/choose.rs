@@ -9,7 +9,7 @@ use crate::integrator::lamp::beside::all_lamps;
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::{
-    Method, bidirectional, lamp_responses, light_tracing, path_tracing, photon_mapping, sppm, two_stage,
+    Method, bidirectional, light_tracing, path_tracing, photon_mapping, room_matrix, sppm, two_stage,
 };
 use crate::scene::Scene;
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -99,20 +99,23 @@ impl Methods {
 
     /// The same methods for grids whose responses are told; a refusal where the requested method cannot, or none can.
     pub fn with_responses(self, task: &Task, request: &MethodRequest) -> Result<Self, Refusal> {
-        if self.grids.iter().all(|choice| choice.method.described().tells_responses()) {
-            return Ok(self);
-        }
-        let responses = lamp_responses::Settings::default();
-        let instead = Method::LampResponses(responses.clone());
-        if let MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) = request {
+        let instead = Method::TwoStage(two_stage::Settings::default());
+        let tells = |choice: &MethodChoice| choice.method.described().tells_responses();
+        if let MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) = request
+            && !self.grids.iter().all(tells)
+        {
             let detail = format!("{} tells no responses: use auto or {}", method.name(), instead.name());
             return Err(Refusal::new(RefusalCode::NoResponses, detail));
         }
-        if let Some(refusal) = responses.refuses(&task.without_views()) {
+        let of_room = || room_matrix::refuses(task);
+        if let Some(refusal) = of_room().or_else(|| instead.described().refuses(&task.without_views())) {
             let detail = format!("{} cannot tell responses: {}", instead.name(), refusal.detail);
             return Err(Refusal { detail, ..refusal });
         }
-        let reason = "the responses of the room are asked for; they are kept for other skies".to_owned();
+        if self.grids.iter().all(tells) {
+            return Ok(self);
+        }
+        let reason = "the responses of the room are asked for".to_owned();
         Ok(Self { grids: Some(MethodChoice { method: instead, reason }), ..self })
     }
 
@@ -222,10 +225,7 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
     ];
     // what comes in beside lamps is found by light tracing
     let beside = !all_lamps(&task.traceable.tubes);
-    let traces_light = |method: &Method| {
-        let cuts = matches!(method, Method::TwoStage(_) | Method::LampResponses(_));
-        cuts || matches!(method, Method::LightTracing(_))
-    };
+    let traces_light = |method: &Method| matches!(method, Method::TwoStage(_) | Method::LightTracing(_));
     let is_able = |method: &Method| {
         let described = method.described();
         let is_alike = beside && traces_light(first) && traces_light(method);

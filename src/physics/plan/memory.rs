@@ -6,8 +6,8 @@
 use super::{Methods, Plan};
 use crate::integrator::components::Component;
 use crate::integrator::lamp::beside::all_lamps;
-use crate::integrator::lamp_responses::PATCHES;
 use crate::integrator::method::{Described, Kept, Load};
+use crate::integrator::room_matrix::PATCHES;
 use crate::scene::{EnclosureFace, Grid, Scene, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -44,7 +44,7 @@ const RADIUS: f64 = 16.0;
 /// Bytes of the photons that one sensor has found.
 const PHOTONS: f64 = 16.0;
 
-/// Bytes of one response of a sensor to a patch, and of one channel of it: in the list of a thread, of a pass, and kept.
+/// Bytes of one response of a sensor to a patch, and of one channel of it: in the list of a thread, and of a pass.
 const RESPONSE: f64 = 32.0;
 
 /// Bytes of one triangle: as read, in the frame of the room, in the tree over all, with its facet.
@@ -71,11 +71,11 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         let method = choice.method.described();
         // the parts of the light, of which each has all that the whole has
         let copies = 1 + parts.map_or(0, |_| Component::of_scene(traceable).len());
-        let patches = if method.tells_responses() { PATCHES * traceable.tubes.len() } else { 0 };
+        let patches = PATCHES * traceable.tubes.len();
         let told = |grid: &Grid| (copies + if grid.responses { patches } else { 0 }) as f64;
         bytes.grids = scene.grids.iter().map(|grid| told(grid) * of_grid(grid, method)).sum::<f64>();
         let views = if plan.methods.share_passes() { scene.views.len() } else { 0 };
-        let sensors: usize = scene.grids.iter().map(Grid::len).sum();
+        let sensors: usize = scene.grids.iter().filter(|grid| grid.responses).map(Grid::len).sum();
         let responses = (sensors * patches) as f64 * (RESPONSE * scene.channels.count() as f64 + RESPONSE);
         bytes.working = method.working_bytes(&load(views)) + responses;
     }

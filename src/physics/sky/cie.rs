@@ -9,7 +9,6 @@ use gauss_quad::GaussLegendre;
 use glam::DVec3;
 
 use super::SkyType;
-use crate::kept::Kept;
 
 /// A CIE sky type: 1..=15 of the general sky, or 16, the traditional overcast sky.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -225,12 +224,7 @@ impl SkyDistribution {
     /// assert_eq!(ratio(CieType::TRADITIONAL_OVERCAST), 7.0 * PI / 9.0);
     /// ```
     pub fn horizontal_ratio(&self) -> f64 {
-        static RATIOS: Kept<(SkyType, [u64; 3]), f64> = Kept::new(64);
-        let kept = || {
-            let key = (self.sky_type, self.sun.to_array().map(f64::to_bits));
-            RATIOS.get(key, || self.integrated_horizontal_ratio())
-        };
-        *self.horizontal_ratio.0.get_or_init(kept)
+        *self.horizontal_ratio.0.get_or_init(|| self.integrated_horizontal_ratio())
     }
 
     fn integrated_horizontal_ratio(&self) -> f64 {

@@ -3,14 +3,12 @@
 //! How a photon of a sky at infinity gets its flux: docs/physics/sky_and_sun.md#sampling-the-sky.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::Sky;
 use super::looked_up::OfDistance;
 use super::tabulated::TabulatedSky;
-use super::{Sky, SkyType};
-use crate::kept::Kept;
 use crate::sampling::{CONES_SHARE, NestedCones};
 
 /// Bands of equal height z and sectors of equal azimuth: cells of equal solid angle.
@@ -63,18 +61,8 @@ pub struct SkyTable {
 }
 
 impl SkyTable {
-    /// The table of a sky, which jobs under the same one share.
-    pub fn of(sky: &Sky) -> Arc<Self> {
-        // a quarter of a megabyte each
-        static TABLES: Kept<(SkyType, [u64; 4]), Arc<SkyTable>> = Kept::new(16);
-        let Sky { distribution, zenith_luminance_cd_m2 } = sky;
-        let [x, y, z] = distribution.sun().to_array();
-        let key = (distribution.sky_type(), [x, y, z, *zenith_luminance_cd_m2].map(f64::to_bits));
-        TABLES.get(key, || Arc::new(Self::new(sky)))
-    }
-
     /// The luminance of a sky at some ten thousand points.
-    fn new(sky: &Sky) -> Self {
+    pub fn new(sky: &Sky) -> Self {
         let (of_distance, sun) = (OfDistance::new(&sky.distribution), sky.distribution.sun());
         let azimuth = |place: usize| libm::sincos(TAU * (place as f64 + 0.5) / (2 * SECTORS) as f64);
         let azimuths = (0..2 * SECTORS).map(azimuth).collect();
@@ -114,7 +102,7 @@ impl SkySampler {
     /// `weight`: how much light from the unit vector toward the sky is worth (>= 0, finite), e.g. the projected area times
     /// the transmission of what it enters. `None` when sky times weight vanishes everywhere.
     pub fn new(sky: &Sky, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
-        Self::of_table(&SkyTable::of(sky), weight)
+        Self::of_table(&SkyTable::new(sky), weight)
     }
 
     /// [`SkySampler::new`] by luminances that were looked up before.

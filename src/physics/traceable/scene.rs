@@ -1,6 +1,6 @@
 //! A scene compiled for tracing.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
@@ -16,6 +16,7 @@ use super::tube::{TraceableTube, TubeError};
 use crate::optics::SurfaceOptics;
 use crate::optics::reflection::Lobes;
 use crate::scene::{BoxObject, MeshObject, Room, Scene};
+use crate::sky::sampler::SkyTable;
 use crate::sky::{Sky, Sun};
 
 /// Share of the room's diagonal within which surfaces coincide: a luminaire so near to a surface lies on it and hides it.
@@ -26,6 +27,8 @@ const COINCIDING: f64 = 1e-9;
 pub struct TraceableScene {
     /// The sky, if its light is followed.
     pub sky: Option<Sky>,
+    /// Its luminances at points, once somebody has asked for them.
+    pub(super) sky_table: Arc<OnceLock<Arc<SkyTable>>>,
     /// The sun, if its beam is followed.
     pub sun: Option<Sun>,
     /// The faces of the room.
@@ -78,6 +81,12 @@ pub struct Follow {
 }
 
 impl TraceableScene {
+    /// The luminances of the sky at points, if its light is followed.
+    pub fn sky_table(&self) -> Option<Arc<SkyTable>> {
+        let sky = self.sky.as_ref()?;
+        Some(self.sky_table.get_or_init(|| Arc::new(SkyTable::new(sky))).clone())
+    }
+
     /// Builds guides and numbers surfaces; fails where a meshed tube has no guide.
     pub fn new(scene: &Scene, follow: Follow) -> Result<Self, TubeError> {
         let Follow { interreflection, guide_return, objects } = follow;
@@ -145,6 +154,7 @@ impl TraceableScene {
         };
         Ok(Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
+            sky_table: Arc::default(),
             sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
             surfaces: optics,
             numbering,

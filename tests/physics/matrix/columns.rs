@@ -6,7 +6,7 @@
 
 use skyduct::integrator::photon_map::progressive::Radius;
 use skyduct::integrator::{
-    Method, bidirectional, holigilm, lamp_responses, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
+    Method, bidirectional, holigilm, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
 };
 use skyduct::plan::MethodRequest;
 use skyduct::scene::Scene;
@@ -42,7 +42,7 @@ impl Family {
             Method::LightTracing(_) => Self::LightTracing,
             Method::PathTracing(_) => Self::PathTracing,
             Method::Bidirectional(_) => Self::Bidirectional,
-            Method::TwoStage(_) | Method::LampResponses(_) => Self::TwoStage,
+            Method::TwoStage(_) => Self::TwoStage,
             Method::PhotonMapping(_) => Self::Gathering,
             Method::Ppm(_) | Method::Sppm(_) => Self::Density,
             Method::Holigilm(_) | Method::Jenkins(_) => Self::Deterministic,
@@ -119,16 +119,6 @@ pub const COLUMNS: &[Column] = &[
         }),
     },
     Column { name: "two_stage", method: Some(|_| Method::TwoStage(two_stage::Settings::default())) },
-    Column {
-        name: "lamp_responses",
-        method: Some(|work| {
-            Method::LampResponses(lamp_responses::Settings {
-                photons_per_pass: Some(work.photons(2048.0)),
-                samples_per_sensor: work.per_sensor(512.0 * work.paths),
-                ..Default::default()
-            })
-        }),
-    },
     Column {
         name: "photon_mapping",
         method: Some(|work| {

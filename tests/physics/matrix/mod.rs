@@ -72,17 +72,16 @@ rows! {
     documents::s1_points [],
     documents::s1_cells [],
     documents::s2_points [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures
     ],
     documents::s2_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures
     ],
     documents::s3_points [],
     documents::s3_cells [],
     documents::s3_mesh_points [holigilm: MeshTubes],
     documents::s3_mesh_cells [holigilm: MeshTubes],
-    documents::cornell_box [light_tracing: GridsOnly, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly],
+    documents::cornell_box [light_tracing: GridsOnly, holigilm: GridsOnly],
     documents::glossy_walls [holigilm: SpecularSurfaces],
     documents::mirror_in_the_sun [
         path_tracing: SunByMirrors, two_stage: SunByMirrors, holigilm: Objects
@@ -130,18 +129,16 @@ rows! {
         path_tracing: SunThroughClearClosures, holigilm: Objects
     ],
     furnished::bent_clear_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures,
-        holigilm: Objects
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, holigilm: Objects
     ],
-    furnished::bent_clear_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: Objects],
+    furnished::bent_clear_cells [two_stage: ClearClosures, holigilm: Objects],
     furnished::bent_mixed_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, lamp_responses: ClearClosuresOfBentTubes, holigilm: Objects
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, holigilm: Objects
     ],
     furnished::bent_mixed_cells [holigilm: Objects],
     furnished::mirror_cells [holigilm: Objects],
     furnished::mirrors_points [
-        light_tracing: MirrorsAtPoints, two_stage: MirrorsAtPoints, lamp_responses: MirrorsAtPoints,
-        holigilm: Objects
+        light_tracing: MirrorsAtPoints, two_stage: MirrorsAtPoints, holigilm: Objects
     ],
     furnished::between_mirrors_points [
         light_tracing: MirrorsAtPoints, holigilm: Objects
@@ -149,21 +146,20 @@ rows! {
     furnished::between_mirrors_cells [holigilm: Objects],
     furnished::mirror_clear_sun_cells [
         path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunThroughClearClosures,
-        two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: Objects
+        two_stage: ClearClosures, holigilm: Objects
     ],
     furnished::narrow_lobe_cells [holigilm: Objects],
     furnished::bent_clear_sun_points [
         light_tracing: ClearClosuresOfBentTubes, path_tracing: SunThroughClearClosures,
-        bidirectional_path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: ClearClosuresOfBentTubes
+        bidirectional_path_tracing: SunThroughClearClosures, two_stage: ClearClosures, holigilm: ClearClosuresOfBentTubes
     ],
     furnished::coloured_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, lamp_responses: ClearClosuresOfBentTubes, holigilm: Colours
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, holigilm: Colours
     ],
     furnished::coloured_cells [holigilm: Colours],
     furnished::coloured_tube_points [holigilm: Colours],
     furnished::corners_and_crowded_sensors [
-        light_tracing: PointsNearSurfaces, two_stage: MeasuredDiffusers, lamp_responses: PointsNearSurfaces,
-        holigilm: Objects
+        light_tracing: PointsNearSurfaces, two_stage: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::twenty_tubes_points [],
     furnished::beside_boxes_and_walls_points [light_tracing: PointsNearSurfaces, holigilm: Colours],
@@ -175,24 +171,21 @@ rows! {
     sun::patterns_of_the_sun_cells [],
     sun::patterns_of_a_high_sun_points [],
     sun::interreflection_of_the_sun_points [light_tracing: PointsNearSurfaces],
-    sun::beside_walls_points [lamp_responses: PointsNearSurfaces],
-    sun::beside_walls_cells [lamp_responses: PointsNearSurfaces],
+    sun::beside_walls_points [],
+    sun::beside_walls_cells [],
     rooms::l_hall_points [holigilm: RoomShape],
     rooms::attic_points [holigilm: RoomShape],
     rooms::l_hall_sensors [
         light_tracing: PlacedSensors, bidirectional_path_tracing: PlacedSensors, photon_mapping: PlacedSensors,
-        ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, lamp_responses: PlacedSensors,
-        holigilm: PlacedSensors
+        ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, holigilm: PlacedSensors
     ],
     rooms::attic_sensors [
         light_tracing: PlacedSensors, bidirectional_path_tracing: PlacedSensors, photon_mapping: PlacedSensors,
-        ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, lamp_responses: PlacedSensors,
-        holigilm: PlacedSensors
+        ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, holigilm: PlacedSensors
     ],
     rooms::skew_sensors [
         light_tracing: PlacedSensors, bidirectional_path_tracing: PlacedSensors, photon_mapping: PlacedSensors,
-        ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, lamp_responses: PlacedSensors,
-        holigilm: PlacedSensors
+        ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, holigilm: PlacedSensors
     ],
     effects::no_interreflection_cells [holigilm: Objects],
     effects::no_guide_return_cells [holigilm: Objects],
@@ -206,20 +199,16 @@ rows! {
     ],
     images::mirrored_lambertian_cells [holigilm: SpecularSurfaces],
     images::mirrored_clear_points [
-        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, lamp_responses: ClearClosures,
-        holigilm: SpecularSurfaces
+        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, holigilm: SpecularSurfaces
     ],
     images::mirrored_clear_cells [
-        two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: SpecularSurfaces
+        two_stage: ClearClosures, holigilm: SpecularSurfaces
     ],
     images::mirrored_panel_cells [holigilm: Luminaires],
-    images::view_of_a_mirrored_tube [light_tracing: GridsOnly, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly],
-    images::view_of_a_mirrored_panel [light_tracing: GridsOnly, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly],
+    images::view_of_a_mirrored_tube [light_tracing: GridsOnly, holigilm: GridsOnly],
+    images::view_of_a_mirrored_panel [light_tracing: GridsOnly, holigilm: GridsOnly],
     images::mesh_block_on_the_floor [holigilm: Objects],
-    images::view_of_a_mesh_block [light_tracing: GridsOnly, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly],
+    images::view_of_a_mesh_block [light_tracing: GridsOnly, holigilm: GridsOnly],
     images::mesh_block_at_its_top [holigilm: Objects],
     images::mesh_block_at_its_top_cells [holigilm: Objects],
     images::mesh_block_cut_by_cells [holigilm: Objects],
@@ -230,44 +219,33 @@ rows! {
     images::lambertian_table_below_a_bend_cells [
         two_stage: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
-    views::into_the_room [light_tracing: GridsOnly, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly],
+    views::into_the_room [light_tracing: GridsOnly, holigilm: GridsOnly],
     views::up_in_the_sun [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, holigilm: GridsOnly
     ],
-    views::up_matt_in_the_sun [light_tracing: GridsOnly, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly],
+    views::up_matt_in_the_sun [light_tracing: GridsOnly, holigilm: GridsOnly],
     views::sun_patch [
-        light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly
+        light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, two_stage: ClearClosures, holigilm: GridsOnly
     ],
     views::up_the_pipe [
-        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: ClearClosures, holigilm: GridsOnly
     ],
     views::up_a_bent_pipe [
-        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: ClearClosures, holigilm: GridsOnly
     ],
-    views::mirror [light_tracing: GridsOnly, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly],
+    views::mirror [light_tracing: GridsOnly, holigilm: GridsOnly],
     views::mirror_box [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, holigilm: GridsOnly
     ],
     views::sky_in_a_mirror [
-        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: ClearClosures, holigilm: GridsOnly
     ],
     views::sun_in_a_mirror [
         light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunByMirrors,
-        two_stage: ClearClosures, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly
+        two_stage: ClearClosures, holigilm: GridsOnly
     ],
     views::edges [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: GridsOnly,
-                             holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, holigilm: GridsOnly
     ],
 }
 

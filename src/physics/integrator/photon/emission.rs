@@ -92,7 +92,7 @@ impl Emission {
     /// `tubes`: all of the scene, or none.
     fn of(scene: &TraceableScene, tubes: &[TraceableTube], luminaires: &[TraceableLuminaire], photons: u64) -> Self {
         let mut sources = Vec::new();
-        let table = scene.sky.as_ref().filter(|_| !tubes.is_empty()).map(SkyTable::of);
+        let table = if tubes.is_empty() { None } else { scene.sky_table() };
         // by the first of the tubes that share it
         let mut samplers: Vec<(usize, Option<Sampled>)> = Vec::new();
         for (index, tube) in tubes.iter().enumerate().filter(|(_, tube)| tube.daylit) {

@@ -24,7 +24,8 @@
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536)
 //! and `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second
 //! is each sensor's own. The first two are by default chosen for the accuracy asked for, photons without views, and paths by a small
-//! trial in the room, so that about 8 passes reach it.
+//! trial in the room, so that about 8 passes reach it. Responses of a room are told by a replicate of its matrix in each pass
+//! ([`room_matrix`]).
 //!
 //! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, measured diffusers, and the sun by
 //! way of lobes below a roughness of 0.2, of mirrors of meshes and of long chains of mirrors. Bad at diffusers that mirrors of meshes show
@@ -56,6 +57,7 @@ use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Ref
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::radiosity::{Exchange, Solution};
+use crate::integrator::room_matrix::{self, Room};
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::optics::{Closure, Spectrum};
@@ -96,13 +98,20 @@ impl Described for Settings {
         Knows { any_sensors: true, ..Knows::ALL }
     }
 
+    fn tells_responses(&self) -> bool {
+        true
+    }
+
     /// Refuses closures that do not forget directions, and sun that only chance would find by way of mirrors.
     fn refuses(&self, task: &Task) -> Option<Refusal> {
         refuses_closures(task).or_else(|| chance::sun_by_other_mirrors(task.traceable))
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
-        chance::other_mirrors(self.name(), task.traceable)
+        let told = task.grids.iter().any(|grid| grid.responses);
+        // paths from sensors to patches find mirrors by chance
+        let of_responses = || told.then(|| chance::mirrors(self.name(), task.traceable)).flatten();
+        chance::other_mirrors(self.name(), task.traceable).or_else(of_responses)
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
@@ -171,6 +180,8 @@ pub struct TwoStage<const C: usize> {
     connections: Connections,
     /// Coarse solution of the light that surfaces reflect, if that is followed.
     reflected: Option<Arc<Solution<C>>>,
+    /// The room, where responses are told.
+    room: Option<Room<C>>,
     seed: Key,
 }
 
@@ -199,7 +210,8 @@ impl<const C: usize> TwoStage<C> {
                 |spread| sizes.tried(target, spread, task.grids.iter().map(Grid::valued).sum()),
             ),
         };
-        Self::sized(scene, (task.grids, task.views), (sizes, target), reflected, seed)
+        let room = Room::new(scene, task.grids, settings.samples_per_sensor.unwrap_or(room_matrix::PATHS), seed);
+        Self { room, ..Self::sized(scene, (task.grids, task.views), (sizes, target), reflected, seed) }
     }
 
     /// Divides the photons of a pass among sky and sun of the tubes.
@@ -214,7 +226,7 @@ impl<const C: usize> TwoStage<C> {
         let seed = Key::new(seed);
         let connections = Connections::new(scene, grids, sizes.per_opening, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { lamps, grids, views, sizes, connections, reflected, seed, scene: scene.clone() }
+        Self { lamps, grids, views, sizes, connections, reflected, room: None, seed, scene: scene.clone() }
     }
 
     /// Solves coarsely for the light of a few photons that surfaces reflect; `None` if that is not followed.
@@ -345,7 +357,11 @@ impl<const C: usize> TwoStage<C> {
 impl<const C: usize> Integrator for TwoStage<C> {
     fn start(&self) -> Pass {
         let nothing = |grid: &Grid| vec![0.0; if self.reflected.is_some() { grid.len() } else { 0 }];
-        let grid = |grid: &Grid| GridPass { residual: nothing(grid), ..GridPass::default() };
+        let columns = self.room.as_ref().map_or(0, Room::columns);
+        let grid = |grid: &Grid| {
+            let beside = vec![GridPass::default(); if grid.responses { columns } else { 0 }];
+            GridPass { residual: nothing(grid), beside, ..GridPass::default() }
+        };
         Pass { grids: self.grids.iter().map(grid).collect(), ..Pass::default() }
     }
 
@@ -357,6 +373,11 @@ impl<const C: usize> Integrator for TwoStage<C> {
         account.rays += rays;
         let mut result = Pass { account, grids, photons: self.lamps.photons(), ..Pass::default() };
         add_beside(&mut result.grids, &beside);
+        if let Some(room) = &self.room {
+            let replicate = room.replicate(pass, self.grids.len(), cancel)?;
+            result.account.rays += replicate.rays;
+            result.grids.iter_mut().zip(replicate.grids).for_each(|(grid, responses)| grid.beside = responses);
+        }
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);
             let paths = self.sizes.per_pixel;

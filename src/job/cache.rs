@@ -6,13 +6,13 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// Values by all that they follow from, a bounded number of them for the whole process: whether one was kept changes no bit.
 ///
 /// ```
-/// use skyduct_physics::kept::Kept;
+/// use skyduct::job::cache::Cache;
 ///
-/// static SQUARES: Kept<u64, u64> = Kept::new(2);
+/// static SQUARES: Cache<u64, u64> = Cache::new(2);
 /// assert_eq!(SQUARES.get(3, || 3 * 3), 9);
 /// assert_eq!(SQUARES.get(3, || unreachable!()), 9);
 /// ```
-pub struct Kept<K, T> {
+pub struct Cache<K, T> {
     most: usize,
     /// The one that was asked for last is last.
     values: Mutex<VecDeque<(K, Slot<T>)>>,
@@ -21,7 +21,7 @@ pub struct Kept<K, T> {
 /// Computed by the first who asks; all others wait for it.
 type Slot<T> = Arc<OnceLock<T>>;
 
-impl<K: PartialEq, T: Clone> Kept<K, T> {
+impl<K: PartialEq, T: Clone> Cache<K, T> {
     /// Keeps a number of values: those that were asked for last.
     pub const fn new(most: usize) -> Self {
         Self { most, values: Mutex::new(VecDeque::new()) }
@@ -53,7 +53,7 @@ mod tests {
     /// What was asked for last stays, and is not computed again.
     #[test]
     fn the_values_that_were_asked_for_last_are_kept() {
-        let kept = Kept::new(3);
+        let kept = Cache::new(3);
         let computed = std::cell::Cell::new(0);
         let ask = |key: u32| {
             let value = kept.get(key, || {

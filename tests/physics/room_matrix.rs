@@ -1,17 +1,18 @@
-//! Responses of the room: closed forms, what they add up to, what is kept of a room and when. They agree with other methods in
-//! `matrix`.
+//! The matrix of a room: closed forms, what it adds up to, and what it depends on.
 
 use std::f64::consts::PI;
-use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument};
 use skyduct::estimate::Estimate;
+use skyduct::estimate::room_matrix::RoomMatrix;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::lamp::flux::patched_flux;
-use skyduct::integrator::lamp_responses::{LampResponses, PATCHES, Sizes, forget_rooms};
+use skyduct::integrator::method::Task;
+use skyduct::integrator::room_matrix::PATCHES;
+use skyduct::integrator::two_stage::{Settings, TwoStage};
 use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::optics::Surface;
 use skyduct::sampling::Key;
@@ -23,17 +24,18 @@ use crate::scenes::{
     RADIUS, SIDE, bent, cube, daylight, disc_room, furnished, lambertian, radiosity, straight, traceable, with_sun,
 };
 
-const SIZES: Sizes = Sizes { photons: 512, target: 0.01, paths: 64, keeps_rooms: true };
-
-fn built(scene: &Scene, seed: u64) -> LampResponses<1> {
-    LampResponses::new(scene, traceable(scene), &scene.grids, SIZES, seed)
+/// The method with so many photons of a pass and paths of a sensor.
+fn sized(scene: &Scene, photons: u64, paths: u32, seed: u64) -> TwoStage<1> {
+    let settings = Settings { photons_per_pass: Some(photons), samples_per_sensor: Some(paths), ..Settings::default() };
+    TwoStage::new(&Task::whole(scene, &traceable(scene)), &settings, seed, 0.01)
 }
 
-/// Held by tests that look at what the process keeps.
-static MEMORY: Mutex<()> = Mutex::new(());
+fn built(scene: &Scene, seed: u64) -> TwoStage<1> {
+    sized(scene, 512, 64, seed)
+}
 
 /// Adds up passes with their responses.
-fn run(scene: &Scene, method: &LampResponses<1>, passes: u64) -> Estimate {
+fn run(scene: &Scene, method: &TwoStage<1>, passes: u64) -> Estimate {
     let mut estimate = Estimate::empty(scene);
     estimate.begin(Some(&method.start()), None);
     for pass in 0..passes {
@@ -128,14 +130,7 @@ fn lumens_times_responses_are_the_light() {
     scene.room.luminaires.clear();
     with_sun(&mut scene, 40_000.0, 50.0);
     let passes = 32;
-    let method = LampResponses::<1>::new(
-        &scene,
-        traceable(&scene),
-        &scene.grids,
-        Sizes { photons: 2048, paths: 128, ..SIZES },
-        3,
-    );
-    let found = run(&scene, &method, passes);
+    let found = run(&scene, &sized(&scene, 2048, 128, 3), passes);
     // the flux of each tube alone: the first of a scene counts
     let fluxes = |tube: usize| {
         let mut one = scene.clone();
@@ -144,38 +139,35 @@ fn lumens_times_responses_are_the_light() {
     };
     let fluxes = [fluxes(0), fluxes(1)].concat();
     let grid = &found.grids[0];
+    let matrix = RoomMatrix::of(grid, 2 * PATCHES);
+    let lit = matrix.times(&fluxes.iter().map(|flux| flux.mean).collect::<Vec<_>>());
+    let errors_of_lumens = matrix.times(&fluxes.iter().map(|flux| flux.standard_error()).collect::<Vec<_>>());
     for sensor in 0..scene.grids[0].len() {
         if traceable(&scene).is_in_solid(scene.grids[0].centre(sensor)) {
             assert_eq!(grid.illuminance_lux(sensor), 0.0);
             continue;
         }
-        let (mut sum, mut error) = (0.0, 0.0);
-        for (patch, flux) in grid.beside.iter().zip(&fluxes) {
-            let (response, its_error) = (patch.illuminance_lux(sensor), patch.standard_error_lux(sensor));
-            sum += flux.mean * response;
-            // all errors may go together
-            error += flux.mean * its_error + flux.standard_error() * response;
-        }
+        // all errors may go together
+        let (sum, error) = (lit[sensor].value, lit[sensor].standard_error + errors_of_lumens[sensor].value);
         let (lux, own) = (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor));
         assert!((sum - lux).abs() <= 4.0 * (error + own), "{sensor}: {sum} +- {error}, {lux} +- {own}");
         assert!(lux > 0.0 && error + own < 0.08 * lux, "{sensor}: {error} {own} of {lux}");
     }
 }
 
-fn bits(method: &LampResponses<1>, passes: u64) -> Vec<u64> {
+fn bits(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
     let of = |pass| {
         let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
         let beside = pass.grids[0].beside.iter().flat_map(|part| part.illuminance.clone());
-        let values = pass.grids[0].illuminance.iter().copied().chain(pass.grids[0].bias.iter().copied()).chain(beside);
-        values.map(f64::to_bits).collect::<Vec<_>>()
+        beside.map(f64::to_bits).collect::<Vec<_>>()
     };
     (0..passes).flat_map(of).collect()
 }
 
-/// Sky, sun, and what is above the openings touch no response: what one scene has left is used by the next, to the same bits.
-/// Whatever stands in the room, the openings, the sensors and the seed do.
+/// Sky, sun, and what is above the openings touch no response, to the same bits. Whatever stands in the room, the openings, the sensors
+/// and the seed do.
 #[test]
-fn a_room_is_kept_for_other_skies_and_tubes() {
+fn responses_are_those_of_the_room_alone() {
     let tube = || straight(0.8, 0.95, lambertian(0.6, 0.2));
     let base = told(cube(0.2, 0.5, 0.7, vec![tube()], daylight(12, 5000.0, 40.0, 120.0), EstimateKind::Point));
     let mut sunny = base.clone();
@@ -214,36 +206,24 @@ fn a_room_is_kept_for_other_skies_and_tubes() {
         ("light that comes back", with_tube(bent(lambertian(0.6, 0.2)))),
     ];
     let passes = 2;
-    let _alone = MEMORY.lock();
-    forget_rooms();
     let first = bits(&built(&base, 3), passes);
     for (name, scene) in &same {
-        let method = built(scene, 3);
-        assert!(method.keeps(0) && method.keeps(1) && !method.keeps(2), "{name}");
-        let kept = bits(&method, passes);
-        forget_rooms();
-        assert!(!built(scene, 3).keeps(0), "{name}");
-        assert_eq!(kept, bits(&built(scene, 3), passes), "{name}");
-        assert!(*name == "night" || kept.len() == first.len() && kept != first, "{name}");
+        assert_eq!(bits(&built(scene, 3), passes), first, "{name}");
     }
-    assert!(!built(&base, 4).keeps(0), "another seed");
+    assert_ne!(bits(&built(&base, 4), passes), first, "another seed");
     for (name, scene) in &other {
-        assert!(!built(scene, 3).keeps(0), "{name}");
+        assert_ne!(bits(&built(scene, 3), passes), first, "{name}");
     }
 }
 
-/// The same bits on any number of threads, nothing kept.
+/// The same bits on any number of threads.
 #[test]
 fn bits_do_not_depend_on_threads() {
     let tubes = [straight(0.8, 0.95, lambertian(0.6, 0.2)), bent(lambertian(0.5, 0.1))];
     let scene = told(furnished(tubes, EstimateKind::CellAverage));
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let _alone = MEMORY.lock();
-        pool.install(|| {
-            forget_rooms();
-            bits(&built(&scene, 11), 2)
-        })
+        pool.install(|| bits(&built(&scene, 11), 2))
     };
     let one = on(1);
     assert_eq!(one, on(2));
@@ -266,7 +246,7 @@ fn refused(edit: impl FnOnce(&mut Value)) -> (String, String) {
 #[test]
 fn documents_ask_for_responses() {
     let job = prepared(|document| document["stop"] = json!({ "relative_error": 0.02 })).unwrap();
-    assert_eq!(job.plan.methods.names(), ["lamp_responses"]);
+    assert_eq!(job.plan.methods.names(), ["two_stage"]);
     let estimate = crate::documents::render(&job);
     let grid: Value =
         serde_json::from_slice(&job.result_file("grids/floor.json", &estimate).unwrap().unwrap().bytes).unwrap();
@@ -280,16 +260,17 @@ fn documents_ask_for_responses() {
         assert!(response["lux_per_lumen"][4][4].as_f64().unwrap() > 0.0);
     }
     let (pointer, detail) = refused(|document| document["method"] = json!("light_tracing"));
-    assert!(pointer == "/grids/0/responses" && detail.contains("use auto or lamp_responses"), "{pointer}: {detail}");
+    assert!(pointer == "/grids/0/responses" && detail.contains("use auto or two_stage"), "{pointer}: {detail}");
     let clear = json!({ "kind": "clear", "transmittance": 0.9 });
     let (pointer, detail) = refused(|document| document["tubes"][0]["diffuser"] = clear);
     assert!(pointer == "/grids/0/responses" && detail.contains("unscattered"), "{pointer}: {detail}");
     let (pointer, detail) = refused(|document| document["grids"][0]["components"] = json!(true));
     assert!(pointer == "/grids/0/responses" && detail.contains("`components`"), "{pointer}: {detail}");
     let (pointer, detail) = refused(|document| {
-        document["method"] = json!("lamp_responses");
         document["grids"][0]["height_m"] = json!(2.0);
-        document["grids"][0]["responses"] = json!(false);
     });
-    assert!(pointer == "/method" && detail.contains("nearer to a sensor than its radius"), "{pointer}: {detail}");
+    assert!(
+        pointer == "/grids/0/responses" && detail.contains("nearer to a sensor than its radius"),
+        "{pointer}: {detail}"
+    );
 }

@@ -1,0 +1,271 @@
+//! What every sensor gets per lumen that leaves each patch of each opening: the matrix of the room.
+//!
+//! **Idea.** The room is as it is without sky, sun and guides, so that nothing of these enters into it. Paths go from the sensors through it
+//! and tell what one lumen from each patch gives there by way of surfaces ([`patch_light`]); the light straight from a patch is a mean over
+//! points of it. One replicate is one estimate of all; the replicates of a job add up to its value
+//! ([`RoomMatrix`](crate::estimate::room_matrix::RoomMatrix)), which times the lumens of the patches is the light of any sky.
+//!
+//! **Refuses** closures without a Lambertian part, and sensors within a radius of an opening. Of an opening, patches have the parts that lie in
+//! the Lambertian zone (docs/physics/measurement_equation.md#responses).
+//!
+//! **Sources.** The matrix of a room that is used again for other skies is that of daylight coefficients (Tregenza and Waters
+//! 1983), and the view matrix of its later phases (Ward 2011).
+
+mod patch_light;
+
+use std::sync::atomic::AtomicBool;
+
+use glam::{DVec2, DVec3};
+
+use super::GridPass;
+use super::lamp::beside::refuses_all_but_lamps;
+use crate::guide::{Guide, RayCount, StraightGuide};
+use crate::integrator::backward::pass::{each, lifted};
+use crate::integrator::backward::walk::Walk;
+use crate::integrator::lamp::cells::{CELLS, Receiver, is_far};
+use crate::integrator::lamp::zone::Zone;
+use crate::integrator::method::{Refusal, RefusalCode, Task};
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathSamples, Stream};
+use crate::scene::{EstimateKind, Grid, Sensor};
+use crate::traceable::{TraceableScene, TraceableTube};
+use patch_light::PatchLight;
+
+/// Patches of every opening: six sectors of each of four rings of equal area.
+pub const PATCHES: usize = CELLS;
+
+/// Paths of a sensor in a replicate.
+pub const PATHS: u32 = 128;
+
+/// Reason why a room has no matrix for some grids, if so.
+pub fn refuses(task: &Task) -> Option<Refusal> {
+    let scene = task.traceable;
+    let is_lamp = |tube: &TraceableTube| tube.diffuser.even_zone(tube.opening_radius).is_some();
+    if !scene.tubes.is_empty() && !scene.tubes.iter().any(is_lamp) {
+        return refuses_all_but_lamps(&scene.tubes);
+    }
+    let is_near = |grid: &&Grid| {
+        let mut places =
+            (0..grid.len()).filter(|index| !grid.is_inside(*index)).map(|index| Place::of(scene, grid, index));
+        grid.responses && places.any(|place| scene.tubes.iter().any(|tube| !place.is_far(tube)))
+    };
+    let grid = task.grids.iter().find(is_near)?;
+    let detail = format!(
+        "light of an opening that is nearer to a sensor than its radius is rare and bright, and a sensor of the grid {:?} lies so \
+         near",
+        grid.name
+    );
+    Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
+}
+
+/// Reflections of a path that no roulette decides: it would throw away what even points gain.
+const CERTAIN_REFLECTIONS: u32 = 3;
+
+/// Pairs of Sobol coordinates of a path.
+const SOBOL_PAIRS: u32 = 8;
+
+/// Points of every patch by which the light straight from it is told: where nothing can stand between, and where something may.
+const POINTS: u64 = 256;
+const POINTS_IN_PART: u64 = 16;
+
+/// A room with openings that shine, whatever is above them; `C` channels of light.
+#[derive(Debug)]
+pub struct Room<const C: usize> {
+    scene: TraceableScene,
+    /// The zone of each opening that shines.
+    zones: Vec<Zone>,
+    grids: Vec<Sensors>,
+    paths: u32,
+    seed: Key,
+}
+
+/// The sensors of a grid whose responses are told.
+#[derive(Debug)]
+struct Sensors {
+    grid: Grid,
+    /// Number of the grid.
+    number: usize,
+    /// For each sensor, light straight from each patch in lx/lm where it sees all openings whole; else empty.
+    straight: Vec<Vec<f64>>,
+}
+
+/// One replicate of the matrix.
+#[derive(Debug)]
+pub struct Replicate {
+    /// For each grid, illuminances in lx by one lumen of white light from each patch, tube by tube; none where they are not told.
+    pub grids: Vec<Vec<GridPass>>,
+    /// Rays that were traced for it.
+    pub rays: RayCount,
+}
+
+impl<const C: usize> Room<C> {
+    /// The room of a scene, with so many paths of each sensor; equal seeds give equal bits. `None` where no grid asks for responses.
+    pub fn new(scene: &TraceableScene, grids: &[Grid], paths: u32, seed: u64) -> Option<Self> {
+        if grids.iter().all(|grid| !grid.responses) {
+            return None;
+        }
+        let (room, zones) = (below_openings(scene), zones(scene));
+        let told = grids.iter().enumerate().filter(|(_, grid)| grid.responses);
+        let grids = told.map(|(number, grid)| Sensors::new(&room, &zones, number, grid)).collect();
+        Some(Self { scene: room, zones, grids, paths, seed: Key::new(seed) })
+    }
+
+    /// A replicate of the first `grids` grids; `None` when cancelled.
+    pub fn replicate(&self, number: u64, grids: usize, cancel: &AtomicBool) -> Option<Replicate> {
+        let key = self.seed.stream(Stream::RoomPass, number);
+        let mut replicate = Replicate { grids: vec![Vec::new(); grids], rays: RayCount::default() };
+        for sensors in &self.grids {
+            let stream = key.stream(Stream::Grid, sensors.number as u64);
+            let of_sensor = |index| self.response(sensors, index, stream.stream(Stream::Sensor, index as u64));
+            let (responses, rays): (Vec<Vec<f64>>, Vec<RayCount>) =
+                each(sensors.grid.len(), cancel, of_sensor)?.into_iter().unzip();
+            replicate.rays += rays.into_iter().sum::<RayCount>();
+            let column = |column: usize| GridPass {
+                illuminance: responses.iter().map(|response| response[column]).collect(),
+                ..GridPass::default()
+            };
+            replicate.grids[sensors.number] = (0..self.columns()).map(column).collect();
+        }
+        Some(replicate)
+    }
+
+    /// Patches of all openings.
+    pub fn columns(&self) -> usize {
+        self.scene.tubes.len() * PATCHES
+    }
+
+    /// What a sensor gets per lumen of each patch, in lx, and the rays that it took.
+    fn response(&self, sensors: &Sensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
+        let scene = &self.scene;
+        let place = Place::of(scene, &sensors.grid, index);
+        let light = PatchLight::<C>::new(&self.zones);
+        let mut rays = RayCount::default();
+        if sensors.grid.is_inside(index) {
+            return (vec![0.0; self.columns()], rays);
+        }
+        for number in 0..u64::from(self.paths) {
+            let samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
+            let mut walk = Walk::<C>::new(scene, samples, CERTAIN_REFLECTIONS);
+            let position = place.point(|| walk.samples.pair());
+            if !scene.is_in_solid(position) {
+                walk.illuminance(&light, Sensor { position, normal: place.normal });
+            }
+            rays += walk.rays;
+        }
+        let in_part =
+            || straight((scene, &self.zones), &place, stream.stream(Stream::StraightFromPatches, 0), POINTS_IN_PART);
+        let known = &sensors.straight[index];
+        let straight = if known.is_empty() { in_part() } else { known.clone() };
+        let share = 1.0 / f64::from(self.paths);
+        let reflected = light.into_found().into_iter().map(|found: Spectrum<C>| (found * share).luminance());
+        (straight.into_iter().zip(reflected).map(|(straight, reflected)| straight + reflected).collect(), rays)
+    }
+}
+
+/// The zone of each opening that is a lamp.
+fn zones(scene: &TraceableScene) -> Vec<Zone> {
+    let of = |tube: &TraceableTube| Zone::new(tube.diffuser.even_zone(tube.opening_radius), tube.opening_radius);
+    scene.tubes.iter().map(of).collect()
+}
+
+/// The scene as it is below the openings: what is above is gone, but for guides that light comes back from.
+fn below_openings(scene: &TraceableScene) -> TraceableScene {
+    let mut room = scene.clone();
+    (room.sky, room.sun) = (None, None);
+    for tube in &mut room.tubes {
+        tube.daylit = false;
+        if returns_light(scene, tube) {
+            continue;
+        }
+        let black = [0.0; 3];
+        let radius = tube.opening_radius;
+        let pipe = StraightGuide { radius, length: 1.0, reflectance: black.into(), collector_transmittance: black };
+        (tube.guide, tube.section, tube.cones) = (Guide::Straight(pipe), None, None);
+        tube.diffuser = tube.diffuser.opaque();
+    }
+    room
+}
+
+/// True if light of the room comes back down a tube.
+fn returns_light(scene: &TraceableScene, tube: &TraceableTube) -> bool {
+    scene.guide_return && tube.guide.returns_light()
+}
+
+/// Points of a sensor.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    centre: DVec3,
+    normal: DVec3,
+    /// Edges of the cell in m; `None` for a point.
+    cell: Option<DVec2>,
+}
+
+impl Place {
+    /// The sensor `index` of a grid.
+    fn of(scene: &TraceableScene, grid: &Grid, index: usize) -> Self {
+        let cell = (grid.estimate == EstimateKind::CellAverage).then_some(DVec2::from(grid.cell_size_m));
+        let Sensor { position: centre, normal } = lifted(scene, grid, index);
+        Self { centre, normal, cell }
+    }
+
+    /// Half the diagonal of the cell in m.
+    fn reach(&self) -> f64 {
+        self.cell.map_or(0.0, |cell| 0.5 * cell.length())
+    }
+
+    /// A point of the sensor, by two numbers in 0..1 that are drawn for cells alone.
+    fn point(&self, numbers: impl FnOnce() -> [f64; 2]) -> DVec3 {
+        match self.cell {
+            None => self.centre,
+            Some(cell) => self.centre + (cell * (DVec2::from(numbers()) - 0.5)).extend(0.0),
+        }
+    }
+
+    /// True if no point of the sensor is near the opening of a tube.
+    fn is_far(&self, tube: &TraceableTube) -> bool {
+        is_far(tube.origin, tube.opening_radius, self.centre, self.reach())
+    }
+
+    /// True if nothing can stand between any point of the sensor and any of the opening of a tube.
+    fn sees(&self, scene: &TraceableScene, tube: &TraceableTube) -> bool {
+        scene.leaves_clear(self.centre, self.reach(), None, tube.origin, tube.opening_radius)
+    }
+}
+
+impl Sensors {
+    fn new(scene: &TraceableScene, zones: &[Zone], number: usize, grid: &Grid) -> Self {
+        let straight = |index: usize| {
+            let place = Place::of(scene, grid, index);
+            // the same points for all sensors: a response has no noise of its own here
+            match scene.tubes.iter().all(|tube| place.sees(scene, tube)) {
+                true => straight((scene, zones), &place, Key::new(0).stream(Stream::StraightFromPatches, 0), POINTS),
+                false => Vec::new(),
+            }
+        };
+        Self { grid: grid.clone(), number, straight: (0..grid.len()).map(straight).collect() }
+    }
+}
+
+/// Light straight from each patch to a sensor in lx/lm, by `points` of each, of a room with the zones of its openings.
+fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &Place, stream: Key, points: u64) -> Vec<f64> {
+    let mut lit = vec![0.0; scene.tubes.len() * CELLS];
+    for number in 0..points {
+        let mut samples = PathSamples::new(stream, number);
+        let position = place.point(|| samples.pair());
+        if scene.is_in_solid(position) {
+            continue;
+        }
+        let numbers = samples.pair();
+        for ((tube, zone), lit) in scene.tubes.iter().zip(zones).zip(lit.chunks_exact_mut(CELLS)) {
+            let (of_patches, held) = (zone.within_each(numbers), zone.held());
+            let receiver = Receiver::new(position, place.normal, tube.origin);
+            for ((lit, point), held) in lit.iter_mut().zip(&of_patches).zip(held) {
+                let source = tube.origin + (*point * tube.opening_radius).extend(0.0);
+                if held > 0.0 && scene.visible(source, None, position, None) {
+                    *lit += receiver.point(source.truncate()) / points as f64;
+                }
+            }
+        }
+    }
+    lit
+}
