@@ -1,7 +1,6 @@
 //! What accuracy costs on the grids of S1, S2 and S3.
 
 use super::case::{Run, all_met, passes, set_up};
-use super::goals::{Found, Goal, Measured};
 use super::measure::{Quartiles, percent, time};
 use super::peers;
 use super::reference::Reference;
@@ -31,12 +30,11 @@ struct Cell {
     error: f64,
 }
 
-pub fn section(settings: &Settings, progress: Progress, measured: &mut Measured) -> Result<Section, ReportError> {
+pub fn section(settings: &Settings, progress: Progress) -> Result<Section, ReportError> {
     let mut tables = Vec::new();
     let mut lines: Vec<(&str, Vec<Series>)> = vec![("S1", Vec::new()), ("S2", Vec::new()), ("S3", Vec::new())];
     for (number, (scene, reference, name)) in SCENES.into_iter().enumerate() {
         let cells = cells(settings, scene, reference, progress.part(0.25 * number as f64, 0.25 * (number + 1) as f64))?;
-        cells.iter().for_each(|cell| goals(scene, cell, measured));
         if let Some((_, series)) = lines.iter_mut().find(|(prefix, _)| scene.starts_with(prefix)) {
             series.push(line(name, &cells));
         }
@@ -75,22 +73,6 @@ fn cells(settings: &Settings, scene: &str, reference: &str, progress: Progress) 
         Ok(Cell { asked, error: reference.error(&runs), runs })
     });
     cells.collect()
-}
-
-fn goals(scene: &str, cell: &Cell, measured: &mut Measured) {
-    let goal = match (scene, cell.asked) {
-        ("S1", 0.01) => Goal::S1,
-        ("S1", 0.001) => Goal::S1Fine,
-        ("S2", 0.01) => Goal::S2,
-        ("S3", 0.01) => Goal::S3,
-        ("S3_mesh", 0.01) => {
-            measured.insert(Goal::S3MeshSetUp, Found::Value(set_up(&cell.runs).median));
-            Goal::S3Mesh
-        }
-        _ => return,
-    };
-    let found = if all_met(&cell.runs) { Found::Value } else { Found::MoreThan };
-    measured.insert(goal, found(passes(&cell.runs).median));
 }
 
 fn table(scene: &str, cells: &[Cell]) -> Table {

@@ -3,7 +3,6 @@
 use serde_json::json;
 
 use super::case::{Case, Run};
-use super::goals::{Found, Goal, Measured};
 use super::measure::{Quartiles, percent, time};
 use super::peers;
 use super::reference::{block_error, pixel_error};
@@ -21,9 +20,6 @@ const ASKED: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
 /// Luminances in cd/m2 of the pixels that are compared: neither the background nor the lamp itself.
 const COMPARED: std::ops::Range<f64> = 1e-3..5.0;
 
-/// Error of the pixels that is set out to be reached.
-const PIXEL_GOAL: f64 = 0.1;
-
 /// Passes and paths for each pixel of the reference.
 const REFERENCE_PASSES: [u64; 2] = [128, 8];
 const REFERENCE_PATHS: u64 = 4;
@@ -37,18 +33,9 @@ struct Passes {
 }
 
 /// `reference` runs on all processors, the rest on the current pool.
-pub fn section(
-    settings: &Settings,
-    reference: &FilmEstimate,
-    progress: Progress,
-    measured: &mut Measured,
-) -> Result<Section, ReportError> {
+pub fn section(settings: &Settings, reference: &FilmEstimate, progress: Progress) -> Result<Section, ReportError> {
     let case = scenes::stored(settings, "S4")?;
     let by_passes = by_passes(settings, &case, reference, progress.part(0.0, 0.5))?;
-    let reached = by_passes.iter().find(|passes| passes.pixels <= PIXEL_GOAL);
-    let found = reached.map(|reached| Found::Value(reached.seconds));
-    let found = found.or_else(|| by_passes.last().map(|last| Found::MoreThan(last.seconds)));
-    measured.extend(found.map(|found| (Goal::Cornell, found)));
     let asked = asked(settings, &case, reference, progress.part(0.5, 1.0))?;
     Ok(Section {
         title: "Time to an accuracy: a picture".to_owned(),
@@ -151,11 +138,10 @@ fn figure(settings: &Settings, all: &[Passes]) -> Result<Figure, ReportError> {
 }
 
 /// The room of the thesis with its view, to the accuracies of its document.
-pub fn demo(settings: &Settings, measured: &mut Measured) -> Result<Table, ReportError> {
+pub fn demo(settings: &Settings) -> Result<Table, ReportError> {
     let case = scenes::demo()?;
     let runs = case.runs(settings.either(super::measure::Repeats { most: 5, seconds: 20.0 }, settings.repeats()))?;
     let seconds = Quartiles::of(runs.iter().map(|run| run.passes));
-    measured.insert(Goal::Demo, Found::Value(seconds.median));
     let passes = |of: fn(&Run) -> u64| runs.first().map_or_else(String::new, |run| of(run).to_string());
     Ok(Table {
         caption: "The thesis room with its grids to 1 % and its view of 384 x 384 pixels to 5 %, at 95 %".to_owned(),

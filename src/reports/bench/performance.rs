@@ -2,12 +2,11 @@
 
 use std::thread::available_parallelism;
 
-use super::goals::{self, Measured};
 use super::measure::on_one_thread;
 use super::service::{self, Latencies};
 use super::settings::{Progress, Settings};
 use super::whole::{self, Processes};
-use super::{accuracy, furniture, growth, image, peers, rays};
+use super::{accuracy, growth, image, peers, rays, rooms};
 use crate::estimate::FilmEstimate;
 use crate::reports::page::{Report, ReportError, Section};
 
@@ -20,23 +19,16 @@ pub fn run(
 ) -> Result<Report, ReportError> {
     progress.step(0, 1, "the Cornell box by path tracing, for reference");
     let reference = image::reference(settings)?;
-    let mut measured = Measured::new();
-    let mut sections = on_one_thread(|| in_this_process(settings, &reference, progress, &mut measured))?;
-    sections.push(whole::section(processes, &mut measured));
-    sections.push(service::section(latencies, &mut measured));
-    let embree = settings.beside().and_then(|beside| beside.embree).map(|embree| embree.one_by_one);
-    sections.insert(
-        0,
-        Section {
-            title: "In short".to_owned(),
-            text: format!(
-                "Times are processor seconds of one thread for the passes of a job, but where the row says otherwise. {}",
-                peers::remark(settings.beside())
-            ),
-            tables: [goals::table(&measured, embree)].into_iter().chain(peers::tables(settings.beside())).collect(),
-            ..Section::default()
-        },
-    );
+    let mut sections = on_one_thread(|| in_this_process(settings, &reference, progress))?;
+    sections.push(whole::section(processes));
+    sections.push(service::section(latencies));
+    let others = Section {
+        title: "Other programs".to_owned(),
+        text: peers::remark(settings.beside()).to_owned(),
+        tables: peers::tables(settings.beside()),
+        ..Section::default()
+    };
+    sections.insert(1, others);
     Ok(Report { name: "performance", title: "Performance", introduction: introduction(settings), sections })
 }
 
@@ -44,17 +36,16 @@ fn in_this_process(
     settings: &Settings,
     reference: &FilmEstimate,
     progress: Progress,
-    measured: &mut Measured,
 ) -> Result<Vec<Section>, ReportError> {
-    let accuracy = accuracy::section(settings, progress.part(0.1, 0.4), measured)?;
-    let mut picture = image::section(settings, reference, progress.part(0.4, 0.55), measured)?;
-    progress.part(0.55, 0.6).step(0, 1, "the thesis room with its view");
-    picture.tables.push(image::demo(settings, measured)?);
-    progress.part(0.6, 0.62).step(0, 1, "rays in a mesh");
-    let rays = rays::section(settings, measured)?;
-    let furniture = furniture::section(settings, progress.part(0.62, 0.66), measured)?;
-    let growth = growth::section(settings, progress.part(0.66, 1.0))?;
-    Ok(vec![accuracy, picture, rays, furniture, growth])
+    let rooms = rooms::section(settings, progress.part(0.1, 0.5))?;
+    let accuracy = accuracy::section(settings, progress.part(0.5, 0.65))?;
+    let mut picture = image::section(settings, reference, progress.part(0.65, 0.75))?;
+    progress.part(0.75, 0.78).step(0, 1, "the thesis room with its view");
+    picture.tables.push(image::demo(settings)?);
+    progress.part(0.78, 0.8).step(0, 1, "rays in a mesh");
+    let rays = rays::section(settings)?;
+    let growth = growth::section(settings, progress.part(0.8, 1.0))?;
+    Ok(vec![rooms, accuracy, picture, rays, growth])
 }
 
 fn introduction(settings: &Settings) -> String {

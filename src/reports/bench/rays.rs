@@ -1,6 +1,5 @@
 //! Rays per second in a mesh: specular chains through the tube of S3.
 
-use super::goals::{Found, Goal, Measured};
 use super::measure::{Quartiles, processor_seconds, time};
 use super::peers::{EMBREE_MEGARAYS, EmbreeRate};
 use super::settings::Settings;
@@ -15,7 +14,7 @@ const MOST_BOUNCES: u32 = 100;
 /// Radius of the chains' starts in the opening, in metres: within its facets.
 const RADIUS_M: f64 = 0.126;
 
-pub fn section(settings: &Settings, measured: &mut Measured) -> Result<Section, ReportError> {
+pub fn section(settings: &Settings) -> Result<Section, ReportError> {
     let file = settings.reference.join("scenes/S3_tube.obj");
     let failed = |reason: String| ReportError::Case(format!("{} cannot be read: {reason}", file.display()));
     let bytes = std::fs::read(&file).map_err(|error| failed(error.to_string()))?;
@@ -30,7 +29,6 @@ pub fn section(settings: &Settings, measured: &mut Measured) -> Result<Section, 
         Ok(1e-6 * rays as f64 / seconds)
     })?;
     let rate = Quartiles::of(rates);
-    measured.insert(Goal::Chains, Found::Value(rate.median));
     let row = |what: &str, value: String| vec![what.to_owned(), value];
     let embree = match settings.beside().and_then(|beside| beside.embree) {
         Some(EmbreeRate { one_by_one, in_streams }) => vec![

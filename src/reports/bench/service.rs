@@ -2,7 +2,6 @@
 
 use serde_json::{Value, json};
 
-use super::goals::{Found, Goal, Measured};
 use super::measure::{Quartiles, time};
 use super::scenes;
 use super::settings::Settings;
@@ -45,12 +44,8 @@ pub fn dragged(step: u32) -> Value {
     })
 }
 
-pub fn section(latencies: &Latencies, measured: &mut Measured) -> Section {
+pub fn section(latencies: &Latencies) -> Section {
     let Latencies { one, dragged, clients, jobs_per_second } = latencies;
-    let median = |seconds: &[f64]| Quartiles::of(seconds.iter().copied()).median;
-    measured.insert(Goal::Http, Found::Value(median(one)));
-    measured.insert(Goal::Dragged, Found::Value(median(dragged)));
-    measured.insert(Goal::HttpRate, Found::Value(*jobs_per_second));
     let row = |name: &str, seconds: &[f64]| {
         let spread = Quartiles::of(seconds.iter().copied());
         let longest = seconds.iter().copied().fold(0.0, f64::max);
@@ -97,12 +92,10 @@ mod tests {
     }
 
     #[test]
-    fn latencies_become_goals() {
+    fn latencies_become_rows() {
         let latencies =
             Latencies { one: vec![0.03, 0.01, 0.02], dragged: vec![0.05], clients: 4, jobs_per_second: 123.0 };
-        let mut measured = Measured::new();
-        let section = section(&latencies, &mut measured);
-        assert_eq!((measured[&Goal::Http], measured[&Goal::HttpRate]), (Found::Value(0.02), Found::Value(123.0)));
+        let section = section(&latencies);
         assert_eq!(section.tables[0].rows[0][5], "30.0 ms");
     }
 }

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::case::Case;
-use super::goals::{Found, Goal, Measured};
 use super::measure::{Quartiles, mebibytes, percent, processor_seconds, time};
 use super::scenes;
 use super::settings::Settings;
@@ -101,11 +100,8 @@ fn share_of_reports(Parts { set_up, passes, reports, files, .. }: &Parts) -> f64
     reports / (set_up + passes + reports + files)
 }
 
-pub fn section(processes: &Processes, measured: &mut Measured) -> Section {
-    measured.insert(Goal::Render, Found::Value(processes.render.median));
+pub fn section(processes: &Processes) -> Section {
     let share = |parts: &[Parts]| Quartiles::of(parts.iter().map(share_of_reports)).median;
-    let largest = processes.jobs.iter().map(|(_, parts)| share(parts)).fold(0.0, f64::max);
-    measured.insert(Goal::Report, Found::Value(largest));
     let row = |(name, parts): &(&'static str, Vec<Parts>)| {
         let median = |of: fn(&Parts) -> f64| Quartiles::of(parts.iter().map(of)).median;
         vec![
@@ -153,9 +149,7 @@ mod tests {
         let parts = Parts { set_up: 1.0, passes: 5.0, reports: 1.0, files: 3.0, peak_bytes: 0 };
         assert_eq!(share_of_reports(&parts), 0.1);
         let processes = Processes { jobs: vec![("a", vec![parts])], render: Quartiles::of([0.02]) };
-        let mut measured = Measured::new();
-        let section = section(&processes, &mut measured);
-        assert_eq!((measured[&Goal::Report], measured[&Goal::Render]), (Found::Value(0.1), Found::Value(0.02)));
+        let section = section(&processes);
         assert_eq!(section.tables[0].rows[0][5], "10.0 %");
     }
 }

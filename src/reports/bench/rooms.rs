@@ -1,0 +1,189 @@
+//! What rooms as they are built take to an accuracy, and what was set out to be reached.
+
+use serde_json::{Value, json};
+
+use super::case::{Case, Run};
+use super::furnished::{self, Kind, USUAL};
+use super::measure::{Quartiles, percent, time};
+use super::scenes::{self, ROOM_M};
+use super::settings::{Progress, Settings};
+use crate::figure::ticks::significant;
+use crate::reports::page::{ReportError, Section, Table};
+
+const TWO_TUBES: &str = include_str!("../../../examples/two_tubes.json");
+
+/// Methods that are tried beside the one that `auto` takes, and in how many times its time.
+const OTHERS: [&str; 5] =
+    ["two_stage", "light_tracing", "photon_mapping", "path_tracing", "bidirectional_path_tracing"];
+const WITHIN: f64 = 1.0 / 1.5;
+
+/// What was set out for a case.
+#[derive(Clone, Copy)]
+enum Asked {
+    /// Seconds of the passes, at most.
+    Seconds(f64),
+    /// Seconds from the document to the last pass, at most.
+    Whole(f64),
+    /// Times of the passes of the first row, at most.
+    TimesFirst(f64),
+    /// Times of the passes of the row before, at most.
+    TimesBefore(f64),
+}
+
+/// A case that is rendered until its outputs have an error at 95 %.
+struct Row {
+    name: &'static str,
+    case: Case,
+    error: f64,
+    asked: Asked,
+}
+
+fn rows(settings: &Settings) -> Result<Vec<Row>, ReportError> {
+    let row = |name, case, error, asked| Row { name, case, error, asked };
+    let mixed = Kind { mixed_in_the_sun: true, ..USUAL };
+    let cells = Kind { cells: true, ..USUAL };
+    let s1 = || scenes::stored(settings, "S1");
+    let edited = |case: Case, edit: fn(&mut Value)| {
+        let mut case = case;
+        edit(&mut case.document);
+        case
+    };
+    let sun = |altitude: f64| -> Result<Case, ReportError> {
+        let mut case = scenes::stored(settings, "S2")?;
+        case.document["sky"]["sun_position"]["altitude_deg"] = json!(altitude);
+        Ok(case)
+    };
+    let s3 = edited(scenes::stored(settings, "S3")?, |document| {
+        document["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
+        document["sky"]["direct_normal_illuminance_lux"] = json!(60000.0);
+    });
+    let grey = edited(s1()?, |document| {
+        let all = json!({ "reflectance": 0.9 });
+        document["room"]["surfaces"] = json!({ "floor": all, "walls": all, "ceiling": all });
+    });
+    let aside = edited(s1()?, |document| document["tubes"][0]["centre_m"] = json!([0.127 + 0.01, 0.5 * ROOM_M]));
+    let high = edited(s1()?, |document| document["grids"][0]["height_m"] = json!(2.0));
+    let shiny = edited(s1()?, |document| {
+        document["room"]["surfaces"]["walls"] = json!({ "reflectance": 0.5, "specular": 0.05 });
+    });
+    let two_tubes: Value = serde_json::from_str(TWO_TUBES)
+        .map_err(|error| ReportError::Case(format!("examples/two_tubes.json: {error}")))?;
+    let two_tubes = Case::with(two_tubes, crate::geometry::TriangleMesh::default());
+    let boxes = scenes::boxes(settings, 20)?;
+    use Asked::{Seconds, TimesBefore, TimesFirst, Whole};
+    Ok(vec![
+        row("S1", s1()?, 0.01, Seconds(3e-3)),
+        row("S1, all reflectances 0.9", grey, 0.01, TimesFirst(5.0)),
+        row("S1, the tube 1 cm from a wall", aside, 0.01, TimesFirst(5.0)),
+        row("S1, points at 2 m, below the tube", high, 0.01, TimesFirst(5.0)),
+        row("S1, walls that are mirrors by 5 %", shiny, 0.01, TimesFirst(5.0)),
+        row("S1, 20 boxes and 3 bent chairs", furnished::with_chairs(boxes.clone(), 3, true), 0.01, TimesFirst(8.0)),
+        row("S1, 20 boxes and 8 chairs of boards", furnished::with_chairs(boxes, 8, false), 0.01, TimesFirst(5.0)),
+        row("S2, clear closure, the sun at 60 degrees", sun(60.0)?, 0.01, TimesFirst(15.0)),
+        row("S2, the sun at 70 degrees", sun(70.0)?, 0.01, TimesFirst(15.0)),
+        row("S3 with a clear closure and sun", s3, 0.01, TimesFirst(100.0)),
+        row("office: 40 tubes, 60 desks, 60 bent chairs", furnished::office(true, USUAL), 0.05, Seconds(0.2)),
+        row("its cell averages", furnished::office(true, cells), 0.05, TimesBefore(1.5)),
+        row("the office", furnished::office(true, USUAL), 0.01, Seconds(0.6)),
+        row("the office, empty", furnished::office(false, USUAL), 0.01, Seconds(0.2)),
+        row("the office, mixed closures in the sun", furnished::office(true, mixed), 0.05, Seconds(0.4)),
+        row("corridor of 40 m", furnished::corridor(), 0.01, Seconds(0.05)),
+        row("warehouse with racks", furnished::warehouse(), 0.01, Seconds(3.0)),
+        row("bathroom with gloss and a mirror", furnished::bathroom(), 0.05, Seconds(0.3)),
+        row("view of the office, 1280 x 720", furnished::view(), 0.05, Seconds(10.0)),
+        row("room with one mesh of 290 304 triangles", furnished::one_mesh(), 0.05, Whole(0.5)),
+        row("examples/two_tubes.json", two_tubes, 0.02, Whole(0.5)),
+    ])
+}
+
+/// The runs of a row.
+struct Measured {
+    runs: Vec<Run>,
+    method: String,
+    /// Methods that came as far in less than two thirds of the time.
+    faster: Vec<&'static str>,
+}
+
+fn measure(row: &Row, settings: &Settings) -> Result<Measured, ReportError> {
+    let until = |seconds: f64| {
+        let mut case = row.case.clone();
+        let error = if row.name.starts_with("examples") { None } else { Some(row.error) };
+        let stop = &mut case.document["stop"];
+        if let Some(error) = error {
+            *stop = json!({ "relative_error": error, "view_relative_error": error, "max_passes": 1_000_000_000 });
+        }
+        stop["max_seconds"] = json!(seconds);
+        case
+    };
+    let case = until(settings.longest_job());
+    let runs = case.runs(super::measure::Repeats { most: 9, ..settings.repeats() })?;
+    let names = case.prepare()?.plan.methods.names();
+    let met = runs.iter().all(|run| run.met);
+    let mut faster = Vec::new();
+    let seconds = Quartiles::of(runs.iter().map(|run| run.passes)).median * WITHIN;
+    for other in OTHERS.into_iter().filter(|other| met && !names.contains(other)) {
+        let mut case = until(seconds);
+        case.document["method"] = json!(other);
+        // what refuses is no other
+        let Ok(prepared) = case.prepare() else { continue };
+        if Run::of(&prepared, 0.0).is_ok_and(|run| run.met && run.passes < seconds) {
+            faster.push(other);
+        }
+    }
+    Ok(Measured { runs, method: names.join(", "), faster })
+}
+
+/// The rows with what was measured, on the current pool.
+pub fn section(settings: &Settings, progress: Progress) -> Result<Section, ReportError> {
+    let rows = rows(settings)?;
+    let mut cells: Vec<Vec<String>> = Vec::new();
+    let (mut first, mut before) = (f64::NAN, f64::NAN);
+    for (number, row) in rows.iter().enumerate() {
+        progress.step(number, rows.len(), row.name);
+        let Measured { runs, method, faster } = measure(row, settings)?;
+        let met = runs.iter().all(|run| run.met);
+        let passes = Quartiles::of(runs.iter().map(|run| run.passes));
+        let whole = Quartiles::of(runs.iter().map(|run| run.passes + run.set_up));
+        if number == 0 {
+            first = passes.median;
+        }
+        let (asked, found) = match row.asked {
+            Asked::Seconds(most) => (time(most), passes.median / most),
+            Asked::Whole(most) => (format!("{} in all", time(most)), whole.median / most),
+            Asked::TimesFirst(times) => (format!("{times} times S1"), passes.median / (times * first)),
+            Asked::TimesBefore(times) => (format!("{times} times the row before"), passes.median / (times * before)),
+        };
+        before = passes.median;
+        let told = Quartiles::of(runs.iter().map(|run| run.told)).median;
+        let verdict = match met && found <= 1.0 {
+            true => "reached".to_owned(),
+            false => format!("**not reached**, {} times", significant(found, 2)),
+        };
+        cells.push(vec![
+            row.name.to_owned(),
+            percent(row.error),
+            asked,
+            if met { passes.as_time() } else { format!("not within {}", passes.as_time()) },
+            time(Quartiles::of(runs.iter().map(|run| run.set_up)).median),
+            percent(told),
+            runs.first().map_or_else(String::new, |run| run.estimate.passes.to_string()),
+            method,
+            if faster.is_empty() { "none".to_owned() } else { faster.join(", ") },
+            verdict,
+        ]);
+    }
+    let head = ["room", "error", "asked", "passes", "set-up", "told", "number", "method", "faster by a third", ""];
+    Ok(Section {
+        title: "Rooms as they are built".to_owned(),
+        text: "Processor seconds of one thread to a relative error at 95 %, by the method that `auto` takes: medians of runs with \
+               seeds of their own, quartiles in brackets. *Set-up* is from the document to the first pass, *told* the standard error. \
+               Other methods are tried in two thirds of the time. Offices have 2400 points, the warehouse 4000."
+            .to_owned(),
+        tables: vec![Table {
+            caption: "What was set out to be reached".to_owned(),
+            head: head.map(str::to_owned).into(),
+            rows: cells,
+        }],
+        ..Section::default()
+    })
+}
