@@ -17,6 +17,9 @@ const OTHERS: [&str; 5] =
     ["two_stage", "light_tracing", "photon_mapping", "path_tracing", "bidirectional_path_tracing"];
 const WITHIN: f64 = 1.0 / 1.5;
 
+/// Seconds that a job may take at the least.
+const LONG_ENOUGH: f64 = 10.0;
+
 /// What was set out for a case.
 #[derive(Clone, Copy)]
 enum Asked {
@@ -115,7 +118,8 @@ fn measure(row: &Row, settings: &Settings) -> Result<Measured, ReportError> {
         stop["max_seconds"] = json!(seconds);
         case
     };
-    let case = until(settings.longest_job());
+    // no pass of a large room ends within a second
+    let case = until(settings.longest_job().max(LONG_ENOUGH));
     let runs = case.runs(super::measure::Repeats { most: 9, ..settings.repeats() })?;
     let names = case.prepare()?.plan.methods.names();
     let met = runs.iter().all(|run| run.met);

@@ -253,14 +253,22 @@ impl<const C: usize> TwoStage<C> {
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // the light is the same in all: how much it differs is no matter of paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;
-        let mut values: Vec<Vec<Tried>> = grids.iter().map(|grid| vec![Tried::default(); grid.len()]).collect();
+        let tried = |grid: usize, sensor: usize| Tried {
+            ways: method.connections.ways(scene, grid, sensor) as f64,
+            ..Tried::default()
+        };
+        let of_grid = |(number, grid): (usize, &Grid)| (0..grid.len()).map(|sensor| tried(number, sensor)).collect();
+        let mut values: Vec<Vec<Tried>> = grids.iter().enumerate().map(of_grid).collect();
         for pass in 0..TRIED_PASSES {
             let (found, _) = method.grids(&light.lamps, key(pass), pass, &AtomicBool::new(false))?;
             for (values, grid) in values.iter_mut().zip(&found) {
                 for (sensor, tried) in values.iter_mut().enumerate() {
-                    tried.lux.push(grid.illuminance[sensor]);
-                    tried.gathered.push(grid.gathered[sensor]);
-                    tried.beyond.push(grid.residual[sensor]);
+                    let [lux, gathered, beyond] =
+                        [&grid.illuminance, &grid.gathered, &grid.residual].map(|values| values[sensor]);
+                    tried.lux.push(lux);
+                    tried.gathered.push(gathered);
+                    tried.beyond.push(beyond);
+                    tried.straight.push(lux - gathered - beyond);
                 }
             }
         }

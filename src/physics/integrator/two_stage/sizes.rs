@@ -24,8 +24,9 @@ pub const PATHS: PassSize = PassSize { for_one_percent: 16.0, growth: 2.0, fewes
 /// Paths from a sensor of which one goes on beyond the first surface, where the document says how many there are.
 const PATHS_OF_ONE_BEYOND: u32 = 4;
 
-/// Connections of a sensor to an opening that something may hide.
+/// Fewest and most connections of a sensor to an opening that something may hide.
 const PER_OPENING: PassSize = PassSize { for_one_percent: 8.0, growth: 2.0, fewest: 4.0, most: 64.0 };
+const MOST_PER_OPENING: f64 = 1024.0;
 
 /// Passes by which the accuracy is to be reached, and the share of the squared error that paths may have: Student's quantile for so few
 /// passes, and errors that differ by chance, take the rest.
@@ -34,6 +35,12 @@ const SHARE_OF_PATHS: f64 = 0.6;
 
 /// Power of the number of a sensor's even directions by which the variance of what they gather falls.
 const GAIN_OF_EVEN: f64 = 1.4;
+
+/// Power of the number of even connections by which the variance of what is hidden in part falls.
+const GAIN_OF_CONNECTIONS: f64 = 1.5;
+
+/// Time of a connection, in that of a ray that ends at the first surface.
+const TIME_OF_CONNECTION: f64 = 0.5;
 
 /// Share of the variance of what is beyond that sensors have of their own even where they are many: patches are not equally good everywhere.
 const DIFFERENT: f64 = 0.04;
@@ -80,28 +87,42 @@ impl Sizes {
     }
 
     /// Sizes of a small trial of how much sensors differ from pass to pass.
-    pub const TRIED: Self = Self { photons: 0, per_sensor: 16, beyond: 4, per_opening: 1, per_pixel: 0 };
+    pub const TRIED: Self = Self { photons: 0, per_sensor: 16, beyond: 4, per_opening: 4, per_pixel: 0 };
 
-    /// Sizes with as many paths as some sensors of `all` that were tried ask for: of all divisions of the error between what is gathered
-    /// and what is beyond, that which takes the least time.
+    /// Sizes with as many paths and connections as some sensors of `all` that were tried ask for: of all divisions of the error between
+    /// what is gathered, what is beyond and what is hidden in part, that which takes the least time.
     pub fn tried(self, target: f64, spread: Spread, all: usize) -> Self {
         // what is beyond has its part in a sensor's error as far as sensors do not measure it together
         let beyond = spread.beyond * (DIFFERENT + 1.0 / (all.max(1) as f64).sqrt()).min(1.0);
         let variance = PASSES * SHARE_OF_PATHS * target * target;
-        let divided = |share: f64| {
-            let fewer = libm::pow(spread.gathered / (variance * share), 1.0 / GAIN_OF_EVEN);
-            let beyond = (beyond / (variance * (1.0 - share))).clamp(1.0, MOST_PATHS);
-            [(f64::from(Self::TRIED.per_sensor) * fewer).max(beyond).clamp(FEWEST_PATHS, MOST_PATHS), beyond]
+        let of = |part: u32| variance * f64::from(part) / f64::from(DIVISIONS);
+        let divided = |[gathered, beside]: [u32; 2]| {
+            let fewer = libm::pow(spread.gathered / of(gathered), 1.0 / GAIN_OF_EVEN);
+            let beyond = (beyond / of(beside)).clamp(1.0, MOST_PATHS);
+            let paths = (f64::from(Self::TRIED.per_sensor) * fewer).max(beyond).clamp(FEWEST_PATHS, MOST_PATHS);
+            let connections = match spread.hidden {
+                0.0 => 0.0,
+                hidden => {
+                    let fewer = libm::pow(hidden / of(DIVISIONS - gathered - beside), 1.0 / GAIN_OF_CONNECTIONS);
+                    f64::from(Self::TRIED.per_opening) * fewer
+                }
+            };
+            [paths, beyond, connections.clamp(f64::from(self.per_opening), MOST_PER_OPENING)]
         };
-        let time = |[paths, beyond]: &[f64; 2]| paths + TIME_BEYOND * beyond;
-        let shares = (1..DIVISIONS).map(|part| f64::from(part) / f64::from(DIVISIONS));
-        let least = shares.map(divided).min_by(|one, other| time(one).total_cmp(&time(other)));
-        let [per_sensor, beyond] = least.unwrap_or([FEWEST_PATHS, 1.0]).map(|paths| paths.round() as u32);
-        Self { per_sensor, beyond, ..self }
+        let time = |[paths, beyond, connections]: &[f64; 3]| {
+            paths + TIME_BEYOND * beyond + TIME_OF_CONNECTION * spread.ways * connections
+        };
+        let of_hidden = u32::from(spread.hidden > 0.0);
+        let rest = |gathered: u32| (1..=DIVISIONS - gathered - of_hidden).map(move |beside| [gathered, beside]);
+        let all = (1..DIVISIONS - 1).flat_map(rest).map(divided);
+        let least = all.min_by(|one, other| time(one).total_cmp(&time(other)));
+        let [per_sensor, beyond, per_opening] =
+            least.unwrap_or([FEWEST_PATHS, 1.0, PER_OPENING.fewest]).map(|number| number.round() as u32);
+        Self { per_sensor, beyond, per_opening, ..self }
     }
 }
 
-/// Divisions of the error between two parts that are compared.
+/// Parts of the error that are divided.
 const DIVISIONS: u32 = 16;
 
 /// What a sensor has in some passes by the sizes of a trial, in lx.
@@ -113,6 +134,10 @@ pub struct Tried {
     pub gathered: Moments,
     /// The part that this leaves out.
     pub beyond: Moments,
+    /// The rest: light straight from its sources.
+    pub straight: Moments,
+    /// Openings, luminaires and chains of mirrors to each of which it was connected by some ways.
+    pub ways: f64,
 }
 
 /// Variances relative to the squared illuminance of a sensor: means over some sensors.
@@ -122,18 +147,26 @@ pub struct Spread {
     pub gathered: f64,
     /// Variance of the part beyond it, by one path.
     pub beyond: f64,
+    /// Variance of what comes straight, by as many connections as are tried.
+    pub hidden: f64,
+    /// Openings, luminaires and chains of mirrors to each of which a sensor is connected so.
+    pub ways: f64,
 }
 
 impl Spread {
     /// Computes the spread of sensors; `None` if none of them is lit.
     pub fn of(sensors: impl Iterator<Item = Tried>) -> Option<Self> {
-        let (mut gathered, mut beyond) = (Moments::default(), Moments::default());
+        let [mut gathered, mut beyond, mut hidden, mut ways] = [Moments::default(); 4];
         for tried in sensors.filter(|tried| tried.lux.mean > 0.0) {
             let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.lux.mean.powi(2);
             gathered.push(relative(tried.gathered));
             beyond.push(relative(tried.beyond) * f64::from(Sizes::TRIED.beyond));
+            hidden.push(relative(tried.straight));
+            ways.push(tried.ways);
         }
-        (gathered.count > 0.0).then_some(Self { gathered: gathered.mean, beyond: beyond.mean })
+        let is_lit = gathered.count > 0.0;
+        let [gathered, beyond, hidden, ways] = [gathered, beyond, hidden, ways].map(|all| all.mean);
+        is_lit.then_some(Self { gathered, beyond, hidden, ways })
     }
 }
 
@@ -148,7 +181,7 @@ mod tests {
     /// each; bounds hold.
     #[test]
     fn paths_follow_from_what_is_tried() {
-        let spread = Spread { gathered: 4.8e-4, beyond: 0.0 };
+        let spread = Spread { gathered: 4.8e-4, beyond: 0.0, hidden: 0.0, ways: 0.0 };
         let tried = |target: f64, spread: Spread, all: usize| NONE.tried(target, spread, all);
         assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [17, 45]);
         assert_eq!(tried(0.1, spread, 81), Sizes { per_sensor: 4, beyond: 1, ..NONE });
@@ -168,8 +201,9 @@ mod tests {
         };
         let part = of([1.0, 3.0]);
         let dark = Tried { lux: of([0.0, 0.0]), ..Tried::default() };
-        let lit = Tried { lux: of([2.0, 2.0]), gathered: part, beyond: part };
-        assert_eq!(Spread::of([lit, dark].into_iter()).unwrap(), Spread { gathered: 0.5, beyond: 2.0 });
+        let lit = Tried { lux: of([2.0, 2.0]), gathered: part, beyond: part, straight: part, ways: 3.0 };
+        let spread = Spread { gathered: 0.5, beyond: 2.0, hidden: 0.5, ways: 3.0 };
+        assert_eq!(Spread::of([lit, dark].into_iter()).unwrap(), spread);
         assert_eq!(Spread::of(std::iter::once(dark)), None);
     }
 }

@@ -71,6 +71,16 @@ impl Connections {
         Self { clear: grids.iter().map(|grid| clear(scene, grid)).collect(), per_opening, seed }
     }
 
+    /// Number of sources to which a sensor of a grid is connected by some ways each: openings and luminaires that something may hide in
+    /// part, and chains of mirrors.
+    pub fn ways(&self, scene: &TraceableScene, grid: usize, sensor: usize) -> usize {
+        let tubes = scene.tubes.len();
+        let openings = self.clear[grid][sensor * tubes..(sensor + 1) * tubes].iter().filter(|clear| !**clear).count();
+        let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).count();
+        let hidden = if scene.luminaires_obstructed { luminaires } else { 0 };
+        openings + hidden + scene.mirrors.count() * (1 + luminaires)
+    }
+
     /// Computes what comes straight to a sensor from all openings that are far from it.
     pub fn straight<const C: usize>(
         &self,
