@@ -114,7 +114,7 @@ impl Sizes {
         };
         let of_hidden = u32::from(spread.hidden > 0.0);
         let rest = |gathered: u32| (1..=DIVISIONS - gathered - of_hidden).map(move |beside| [gathered, beside]);
-        let all = (1..DIVISIONS - 1).flat_map(rest).map(divided);
+        let all = (1..DIVISIONS - of_hidden).flat_map(rest).map(divided);
         let least = all.min_by(|one, other| time(one).total_cmp(&time(other)));
         let [per_sensor, beyond, per_opening] =
             least.unwrap_or([FEWEST_PATHS, 1.0, PER_OPENING.fewest]).map(|number| number.round() as u32);
@@ -189,6 +189,11 @@ mod tests {
         let [one, many] = [1, 10_000].map(|all| tried(0.02, noisy, all));
         assert!(one.beyond > 3 * many.beyond && one.per_sensor >= many.per_sensor, "{one:?} {many:?}");
         assert_eq!(tried(1e-6, noisy, 1), Sizes { per_sensor: 1024, beyond: 1024, ..NONE });
+        // connections that cost nothing are many and leave the error to paths; dear ones are few
+        let hidden = Spread { hidden: 4.8e-4, ways: 1e-9, ..spread };
+        let [free, dear] = [hidden, Spread { ways: 40.0, ..hidden }].map(|spread| tried(0.005, spread, 81));
+        assert!(free.per_opening > dear.per_opening && free.per_sensor < dear.per_sensor, "{free:?} {dear:?}");
+        assert!(dear.per_opening >= 4 && tried(0.01, spread, 81).per_opening == 4);
     }
 
     /// Two passes at 1 and 3 lx: a variance of 2 lx2, over the square of 2 lx; of one of four paths four times that.
