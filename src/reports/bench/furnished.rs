@@ -14,7 +14,7 @@ const NET: u32 = 4;
 /// The same of the chairs of one file together.
 const NET_OF_MANY: u32 = 12;
 
-/// What a room of tubes has.
+/// Diffusers and sensors of a room of tubes.
 #[derive(Clone, Copy)]
 pub struct Kind {
     /// The diffusers are Lambertian in the middle and clear around it, and the sun shines; else they are Lambertian, under an overcast sky.

@@ -29,7 +29,7 @@ const SUN_STEPS: usize = 8;
 const RAYS_PER_NODE: u64 = 4;
 const MOST_NODES_BY_RAYS: u64 = 16;
 
-/// How finely a sensor looks up through openings in a pass.
+/// Numbers of rays and zenith angles by which a sensor looks up through openings in a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LooksUp {
     sky_rays: f64,

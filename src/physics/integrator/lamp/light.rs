@@ -191,11 +191,6 @@ impl<const C: usize> DiffuserLight<C> {
         &self.tubes
     }
 
-    /// True if no point within `reach` of `position`, at its height, is near a diffuser.
-    pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
-        self.tubes.iter().all(|tube| tube.is_far(position, reach))
-    }
-
     /// Offsets in a cell of `size` for every photon of every tube, for [`Self::at_sensor`]; the same for all cells.
     pub fn offsets(&self, size: [f64; 2], stream: Key) -> Vec<Vec<DVec2>> {
         let offset = |stream: Key, number: usize| {

@@ -55,19 +55,6 @@ impl Zone {
         std::array::from_fn(|cell| if self.per_part(cell) > 0.0 { 1.0 } else { 0.0 })
     }
 
-    /// Share of the disc's area that all parts have.
-    pub fn share(&self) -> f64 {
-        self.rings.iter().map(|[inner, outer]| outer - inner).sum()
-    }
-
-    /// The middle of a cell's part, in radii from the disc's centre.
-    pub fn middle(&self, cell: usize) -> DVec2 {
-        let (_, sector) = ring_and_sector(cell);
-        let [inner, outer] = self.rings[cell / SECTORS];
-        let angle = ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * TAU;
-        unit_vector(angle) * (inner + 0.5 * (outer - inner)).sqrt()
-    }
-
     /// A point of the part of each cell, in radii from the disc's centre; even numbers in 0..1 give even points.
     pub fn within_each(&self, [u, v]: [f64; 2]) -> [DVec2; CELLS] {
         let first = unit_vector((v / SECTORS as f64 - 0.5) * TAU);
@@ -83,25 +70,22 @@ impl Zone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::lamp::cells::{cell, middle};
+    use crate::integrator::lamp::cells::cell;
 
     const RADIUS: f64 = 0.127;
 
-    /// A point of each cell lies in it and in the zone, and so does the middle of its part; the parts make up the zone. A cell without a
-    /// part says so.
+    /// A point of each cell lies in it and in the zone; the parts make up the zone. A cell without a part says so.
     #[test]
     fn points_lie_in_their_parts() {
         for zone in [(0.0, RADIUS), (0.0, 0.6 * RADIUS), (0.8 * RADIUS, RADIUS), (0.3 * RADIUS, 0.31 * RADIUS)] {
             let parts = Zone::new(Some(zone), RADIUS);
             let area = (zone.1 * zone.1 - zone.0 * zone.0) / (RADIUS * RADIUS);
-            assert!((parts.share() - area).abs() < 1e-14);
             let sum: f64 =
                 (0..CELLS).map(|cell| parts.per_part(cell)).filter(|per| *per > 0.0).map(|per| 1.0 / per).sum();
             assert!((sum - area).abs() < 1e-14);
             for numbers in [[0.5, 0.5], [0.01, 0.99], [0.7, 0.2]] {
                 for (number, point) in parts.within_each(numbers).into_iter().enumerate() {
-                    let middle = parts.middle(number);
-                    for point in [point, middle].into_iter().filter(|_| parts.held()[number] > 0.0) {
+                    if parts.held()[number] > 0.0 {
                         assert_eq!(cell(point * RADIUS, RADIUS), number);
                         assert!((zone.0..=zone.1).contains(&(point.length() * RADIUS)));
                     }
@@ -109,7 +93,7 @@ mod tests {
             }
         }
         let whole = Zone::new(Some((0.0, RADIUS)), RADIUS);
-        assert!((0..CELLS).all(|cell| whole.middle(cell) == middle(cell) && whole.per_part(cell) == CELLS as f64));
+        assert!((0..CELLS).all(|cell| whole.per_part(cell) == CELLS as f64));
         for zone in [None, Some((0.5 * RADIUS, 0.5 * RADIUS))] {
             assert!(Zone::new(zone, RADIUS).held().iter().all(|held| *held == 0.0));
         }

@@ -1,4 +1,4 @@
-//! What every sensor gets per lumen that leaves each patch of each opening: the matrix of the room.
+//! The matrix of a room: illuminance of every sensor per lumen that leaves each patch of each opening.
 //!
 //! **Idea.** The room is as it is without sky, sun and guides, so that nothing of these enters into it. Paths go from the sensors through it
 //! and tell what one lumen from each patch gives there by way of surfaces ([`patch_light`]); the light straight from a patch is a mean over
@@ -134,7 +134,7 @@ impl<const C: usize> Room<C> {
         self.scene.tubes.len() * PATCHES
     }
 
-    /// What a sensor gets per lumen of each patch, in lx, and the rays that it took.
+    /// Computes the illuminance in lx of a sensor per lumen of each patch, and the rays that it took.
     fn response(&self, sensors: &Sensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
         let scene = &self.scene;
         let place = Place::of(scene, &sensors.grid, index);
