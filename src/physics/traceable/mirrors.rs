@@ -12,7 +12,7 @@ use super::surface_id::{Numbering, Side, SurfaceId};
 use crate::optics::{Spectrum, SurfaceOptics};
 
 /// Chains that reflect less in all are left out, and at most so many are kept, the brightest.
-const LEAST_REFLECTANCE: f64 = 0.02;
+const LEAST_REFLECTANCE: f64 = 0.002;
 const MOST_CHAINS: usize = 64;
 
 /// Reflectance of a chain from which on leaving it out is worth a warning.
@@ -146,6 +146,12 @@ impl Mirrors {
             Chain { planes, before: Some(number), reflectance }
         };
         next.map(longer).collect()
+    }
+
+    /// Connections by a chain where the brightest one has so many, at least one: in proportion to what it reflects.
+    pub fn connections(&self, chain: usize, of_brightest: f64) -> f64 {
+        let brightest = self.chains.iter().map(Chain::brightest).fold(0.0, f64::max);
+        (of_brightest * self.chains[chain].brightest() / brightest).round().max(1.0)
     }
 
     /// True if no mirror shows anything by a chain that is kept.

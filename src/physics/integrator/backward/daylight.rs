@@ -1,13 +1,16 @@
 //! Daylight followed backward: from a vertex through an opening up the guide into the sky, and from the sun down to it.
 //!
-//! Every vertex is connected to a point of each opening, and from there the way goes on through the closure, up the guide and
-//! into the sky; the ray that goes on from the vertex finds openings too, and the two share the sky by the power heuristic
-//! (Veach and Guibas 1995, beta = 2): what rare rays would add far from an opening, unseen by a standard error, is nothing.
+//! Every vertex is connected to a point of each opening, or of the part of it that is near, and from there the way goes on through
+//! the closure, up the guide and into the sky; the ray that goes on from the vertex finds openings too, and the two share the sky by
+//! the power heuristic (Veach and Guibas 1995, beta = 2): what rare rays would add far from an opening, unseen by a standard error, is
+//! nothing.
 //!
 //! The sun's disc is too small to be found by chance: it is counted by connections only, of vertices and of the eye to rays
 //! of the sun that go from the collector down to a closure that scatters.
 //!
 //! The weights are derived in docs/physics/measurement_equation.md#daylight-at-a-vertex.
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
 
@@ -28,45 +31,13 @@ pub struct Followed;
 
 impl<const C: usize> Daylight<C> for Followed {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        connect_daylight(walk, vertex, tube, (1, false));
+        Connections { count: 1, scattered: false, within: f64::INFINITY }.connect(walk, vertex, tube);
     }
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
         // connections count the sun, and share the sky that is found at once
-        Some(sky_share(&scene.tubes[tube], way, position, 1))
-    }
-}
-
-/// The share of the sky that a ray counts beside so many connections.
-fn sky_share(tube: &TraceableTube, way: &Way, position: DVec3, connections: u32) -> f64 {
-    way.last.map_or(1.0, |last| {
-        let connected = f64::from(connections) * opening_density(tube, position - last.position);
-        share(last.density, connected)
-    })
-}
-
-/// Connects a vertex to sky and sun through a tube, so many times; `scattered`: not through clear zones of its closure.
-fn connect_daylight<const C: usize>(
-    walk: &mut Walk<'_, C>,
-    vertex: &Vertex<'_, C>,
-    tube: usize,
-    (connections, scattered): (u32, bool),
-) {
-    let vertex = &Vertex { weight: vertex.weight * (1.0 / f64::from(connections)), ..*vertex };
-    let scene = walk.scene;
-    let tube = &scene.tubes[tube];
-    if !tube.daylit {
-        return;
-    }
-    for _ in 0..connections {
-        if scene.sky.is_some() {
-            connect_sky(walk, vertex, tube, (connections, scattered));
-        }
-        if let Some(sun) = &scene.sun
-            && tube.diffuser.scatters(tube.opening_radius)
-        {
-            connect_scattered_sun(walk, vertex, tube, sun);
-        }
+        let connections = Connections { count: 1, scattered: false, within: f64::INFINITY };
+        Some(connections.sky_share(&scene.tubes[tube], way, position))
     }
 }
 
@@ -75,71 +46,152 @@ fn connect_daylight<const C: usize>(
 pub struct FollowedThroughLamps {
     /// Connections of each vertex.
     pub connections: u32,
+    /// Distance in m of the points of an opening, at most; may be infinite.
+    pub within: f64,
+}
+
+impl FollowedThroughLamps {
+    fn connections(&self) -> Connections {
+        Connections { count: self.connections, scattered: true, within: self.within }
+    }
 }
 
 impl<const C: usize> Daylight<C> for FollowedThroughLamps {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        connect_daylight(walk, vertex, tube, (self.connections, true));
+        self.connections().connect(walk, vertex, tube);
     }
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
         let is_clear = scene.tubes[tube].closure_at(position).unscattered::<C>().is_some();
-        (!is_clear).then(|| sky_share(&scene.tubes[tube], way, position, self.connections))
+        let is_within = way.last.is_none_or(|last| (position - last.position).length() < self.within);
+        (!is_clear && is_within).then(|| self.connections().sky_share(&scene.tubes[tube], way, position))
     }
 }
 
-/// Adds sky through a point of a tube's opening, one of so many connections; `scattered`: only where the closure scatters it.
-fn connect_sky<const C: usize>(
-    walk: &mut Walk<'_, C>,
-    vertex: &Vertex<'_, C>,
-    tube: &TraceableTube,
-    (connections, scattered): (u32, bool),
-) {
-    let point = tube.origin + (warp::disc(walk.samples.pair()) * tube.opening_radius).extend(0.0);
-    let way = point - vertex.position;
-    let from = -way.normalize();
-    let closure = tube.closure_at(point);
-    // drawn before the vertex answers, so that what is hidden uses as many numbers as what is seen
-    let upward = upward::<C>(tube, &closure, from, SheetSide::Other, &mut walk.samples);
-    let Some((response, density)) = walk.respond(vertex, point, None) else { return };
-    let Some((toward, weight)) = upward.filter(|(_, weight)| weight.max() > 0.0) else { return };
-    if scattered && closure.unscattered::<C>().is_some() {
-        return;
-    }
-    let transit: Transit<C> = tube.guide.up(point - tube.origin, toward, &mut walk.samples.random);
-    walk.rays += transit.ray_count();
-    if transit.end != End::Top {
-        return;
-    }
-    let sky = walk.scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
-    let connected = opening_density(tube, way);
-    let counted = share(f64::from(connections) * connected, density);
-    walk.sum += response * weight * transit.weight() * (sky * counted / connected);
+/// Connections of a vertex to sky and sun through an opening.
+struct Connections {
+    count: u32,
+    /// Not through clear zones of the closure.
+    scattered: bool,
+    /// Distance in m of the points of the opening, at most; may be infinite.
+    within: f64,
 }
 
-/// Adds sun that a tube's closure scatters straight to a vertex.
-fn connect_scattered_sun<const C: usize>(
-    walk: &mut Walk<'_, C>,
-    vertex: &Vertex<'_, C>,
-    tube: &TraceableTube,
-    sun: &Sun,
-) {
-    let mut exits: Vec<Exit<'_, C>> = Vec::new();
-    sun_exits(walk.scene, tube, sun, &mut walk.samples, &mut walk.rays, |exit| exits.push(*exit));
-    for exit in exits {
-        let way = exit.position - vertex.position;
-        let distance_squared = way.length_squared();
-        let intensity = exit.intensity(-way / distance_squared.sqrt());
-        if intensity.max() > 0.0
-            && let Some((response, _)) = walk.respond(vertex, exit.position, None)
-        {
-            walk.sum += response * intensity * (1.0 / distance_squared);
+impl Connections {
+    /// The share of the sky that a ray counts beside them.
+    fn sky_share(&self, tube: &TraceableTube, way: &Way, position: DVec3) -> f64 {
+        way.last.map_or(1.0, |last| {
+            let area = Disc::within(tube, last.position, self.within).map_or(0.0, |disc| disc.area_m2());
+            share(last.density, f64::from(self.count) * area_density(area, position - last.position))
+        })
+    }
+
+    fn connect<const C: usize>(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
+        let vertex = &Vertex { weight: vertex.weight * (1.0 / f64::from(self.count)), ..*vertex };
+        let scene = walk.scene;
+        let tube = &scene.tubes[tube];
+        let Some(disc) = Disc::within(tube, vertex.position, self.within).filter(|_| tube.daylit) else { return };
+        for _ in 0..self.count {
+            if scene.sky.is_some() {
+                self.connect_sky(walk, vertex, tube, &disc);
+            }
+            if let Some(sun) = &scene.sun
+                && tube.diffuser.scatters(tube.opening_radius)
+            {
+                self.connect_scattered_sun(walk, vertex, tube, sun);
+            }
         }
+    }
+
+    /// Adds sky through a point of a tube's opening.
+    fn connect_sky<const C: usize>(
+        &self,
+        walk: &mut Walk<'_, C>,
+        vertex: &Vertex<'_, C>,
+        tube: &TraceableTube,
+        disc: &Disc,
+    ) {
+        let point = disc.centre + (warp::disc(walk.samples.pair()) * disc.radius).extend(0.0);
+        let way = point - vertex.position;
+        if way.length() >= self.within || (point - tube.origin).length() > tube.opening_radius {
+            return;
+        }
+        let from = -way.normalize();
+        let closure = tube.closure_at(point);
+        // drawn before the vertex answers, so that what is hidden uses as many numbers as what is seen
+        let upward = upward::<C>(tube, &closure, from, SheetSide::Other, &mut walk.samples);
+        let Some((response, density)) = walk.respond(vertex, point, None) else { return };
+        let Some((toward, weight)) = upward.filter(|(_, weight)| weight.max() > 0.0) else { return };
+        if self.scattered && closure.unscattered::<C>().is_some() {
+            return;
+        }
+        let transit: Transit<C> = tube.guide.up(point - tube.origin, toward, &mut walk.samples.random);
+        walk.rays += transit.ray_count();
+        if transit.end != End::Top {
+            return;
+        }
+        let sky = walk.scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
+        let connected = area_density(disc.area_m2(), way);
+        let counted = share(f64::from(self.count) * connected, density);
+        walk.sum += response * weight * transit.weight() * (sky * counted / connected);
+    }
+
+    /// Adds sun that a tube's closure scatters straight to a vertex.
+    fn connect_scattered_sun<const C: usize>(
+        &self,
+        walk: &mut Walk<'_, C>,
+        vertex: &Vertex<'_, C>,
+        tube: &TraceableTube,
+        sun: &Sun,
+    ) {
+        let mut exits: Vec<Exit<'_, C>> = Vec::new();
+        sun_exits(walk.scene, tube, sun, &mut walk.samples, &mut walk.rays, |exit| exits.push(*exit));
+        for exit in exits {
+            let way = exit.position - vertex.position;
+            let distance_squared = way.length_squared();
+            if distance_squared >= self.within * self.within {
+                continue;
+            }
+            let intensity = exit.intensity(-way / distance_squared.sqrt());
+            if intensity.max() > 0.0
+                && let Some((response, _)) = walk.respond(vertex, exit.position, None)
+            {
+                walk.sum += response * intensity * (1.0 / distance_squared);
+            }
+        }
+    }
+}
+
+/// Disc of which points are drawn: it holds the part of an opening that is near to a vertex.
+struct Disc {
+    centre: DVec3,
+    radius: f64,
+}
+
+impl Disc {
+    /// The smaller one of a tube's opening and of what is so near in its plane, `within` m; `None` where nothing is.
+    fn within(tube: &TraceableTube, from: DVec3, within: f64) -> Option<Self> {
+        let height = tube.origin.z - from.z;
+        let radius = (within * within - height * height).max(0.0).sqrt();
+        let (centre, radius) = match radius < tube.opening_radius {
+            true => (from.truncate().extend(tube.origin.z), radius),
+            false => (tube.origin, tube.opening_radius),
+        };
+        (radius > 0.0).then_some(Self { centre, radius })
+    }
+
+    fn area_m2(&self) -> f64 {
+        PI * self.radius * self.radius
     }
 }
 
 /// Density per sr, seen from the start of `way`, of an even point of a tube's opening.
 pub fn opening_density(tube: &TraceableTube, way: DVec3) -> f64 {
+    area_density(tube.opening_area_m2(), way)
+}
+
+/// Density per sr, seen from the start of `way`, of an even point of a level area in m2.
+fn area_density(area_m2: f64, way: DVec3) -> f64 {
     let distance_squared = way.length_squared();
-    distance_squared * distance_squared.sqrt() / (way.z.abs() * tube.opening_area_m2())
+    distance_squared * distance_squared.sqrt() / (way.z.abs() * area_m2)
 }

@@ -13,9 +13,10 @@ use glam::DVec3;
 use super::opening::DaylightShare;
 use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
+use crate::integrator::radiosity::{Bright, Solution};
 use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{Openings, RoomHit, SurfaceId, TraceableScene};
+use crate::traceable::{Openings, Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Openings, at most, to each of which a vertex is connected where it is not known what they send; of more, and where it is known, it is
 /// connected to one by what that may send there.
@@ -55,13 +56,10 @@ pub trait Daylight<const C: usize>: Sync {
         None
     }
 
-    /// The share of the diffuse light of a surface that a ray counts; vertices that are connected to bright surfaces count the rest.
-    fn reflected_share(&self, _way: &Way, _surface: SurfaceId, _hit: &RoomHit) -> f64 {
-        1.0
+    /// The coarse solution, if it has bright patches at which rays are aimed.
+    fn bright(&self) -> Option<&Solution<C>> {
+        None
     }
-
-    /// Adds what bright surfaces reflect to a vertex.
-    fn connect_bright(&self, _walk: &mut Walk<'_, C>, _vertex: &Vertex<'_, C>) {}
 
     /// The share of the sky that a ray counts which meets the opening of tube `tube` at `position` and finds the sky at
     /// once; what it finds after it came back down the guide it counts whole. `None`: it counts neither.
@@ -102,6 +100,17 @@ pub struct Last {
     pub chain: Option<usize>,
     /// It is a sensor.
     pub is_sensor: bool,
+    /// How the ray's direction was chosen, where some rays are aimed at bright patches.
+    aim: Option<Aimed>,
+}
+
+/// Choice of a direction where some rays are aimed at bright patches.
+#[derive(Clone, Copy, Debug)]
+enum Aimed {
+    /// At this patch.
+    At(u32),
+    /// By what scatters the ray.
+    Elsewhere,
 }
 
 impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
@@ -115,8 +124,31 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     }
 
     #[inline]
-    fn reflected_share(&self, ray: &Ray<C, Way>, surface: SurfaceId, hit: &RoomHit) -> f64 {
-        self.0.reflected_share(&ray.trace, surface, hit)
+    fn bright(&self) -> Option<&Bright> {
+        self.0.bright()?.bright()
+    }
+
+    fn is_aimed(&self, way: Way, patch: Option<u32>) -> Way {
+        let aim = Some(patch.map_or(Aimed::Elsewhere, Aimed::At));
+        Way { last: way.last.map(|last| Last { aim, ..last }), ..way }
+    }
+
+    #[inline]
+    fn share_of_aim(&self, ray: &Ray<C, Way>, hit: &RoomHit) -> f64 {
+        let Some(Last { aim: Some(aim), position, density, .. }) = ray.trace.last else { return 1.0 };
+        let met = match hit.place {
+            Place::Surface(surface) => self.0.bright().and_then(|bright| bright.aimed(surface, hit.position)),
+            Place::Opening(_) => None,
+        };
+        match (aim, met) {
+            (Aimed::At(patch), met) if met.is_none_or(|(number, _)| number != patch) => 0.0,
+            (_, Some((_, per_area))) if per_area > 0.0 => {
+                let cosine = -ray.direction.dot(hit.normal);
+                let aimed = per_area * (hit.position - position).length_squared() / cosine.max(f64::MIN_POSITIVE);
+                density / (density + aimed)
+            }
+            _ => 1.0,
+        }
     }
 
     fn arrives(&self, _: &Way, _: f64) {}
@@ -157,9 +189,6 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         if self.0.counts_mirrors() && !vertex.is_narrow() {
             self.connect_by_mirrors(walk, vertex);
         }
-        if !vertex.is_sensor() && !vertex.is_narrow() {
-            self.0.connect_bright(walk, vertex);
-        }
         let lambertian = vertex.lambertian().filter(|_| !scene.luminaires_obstructed);
         for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
             if let Some(albedo) = lambertian {
@@ -180,13 +209,13 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), _: DVec3, pdf: f64) -> Way {
         let closed_form = !scene.luminaires_obstructed && vertex.lambertian().is_some();
         let (position, narrow, is_sensor) = (vertex.position, vertex.is_narrow(), vertex.is_sensor());
-        let last = Last { position, density: pdf, closed_form, narrow, chain: None, is_sensor };
+        let last = Last { position, density: pdf, closed_form, narrow, chain: None, is_sensor, aim: None };
         Way { last: Some(last), from_eye: false }
     }
 
     fn turns(&self, scene: &TraceableScene, way: &Way, surface: SurfaceId) -> Way {
         let connected = way.last.filter(|last| self.0.counts_mirrors() && !last.narrow);
-        let turned = |last: Last| Some(Last { chain: Some(scene.mirrors.next(last.chain, surface)?), ..last });
+        let turned = |last: Last| Some(Last { chain: Some(scene.mirrors.next(last.chain, surface)?), aim: None, ..last });
         connected.and_then(turned).map_or(Way::UNCONNECTED, |last| Way { last: Some(last), from_eye: false })
     }
 
@@ -208,7 +237,11 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
                         (image, scene.mirrors.probability(chain, last.position))
                     }
                 };
-                let [rays, connections] = at_sensor.unwrap_or([1.0, usual]);
+                let of_chain = |[rays, most]: [f64; 2]| match last.chain {
+                    None => [rays, most],
+                    Some(chain) => [rays, scene.mirrors.connections(chain, most)],
+                };
+                let [rays, connections] = at_sensor.map_or([1.0, usual], of_chain);
                 share(rays * last.density, connections * luminaire_density(luminaire, position - origin))
             }
         }

@@ -10,6 +10,7 @@ use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
+use crate::integrator::radiosity::{Aim, Bright};
 use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, lattice, warp};
@@ -102,6 +103,7 @@ pub fn sensor<const C: usize>(
     }
     let mut random = PathRandom::new(stream.stream(Stream::GatherDirections, 0));
     let mut spread = sampling.beyond.map(|beyond| Spread::new(sampling, beyond, &mut random));
+    let mut going_on = 0;
     // nothing else lights such a sensor by its paths than what surfaces reflect
     let is_point = grid.estimate == EstimateKind::Point && !scene.is_in_solid(centre);
     let gathers = is_point
@@ -112,7 +114,8 @@ pub fn sensor<const C: usize>(
         if let Some((point, 0.0)) = next
             && gathers
         {
-            let mut gathered = Gathered::from_sensor(scene, daylight, Sensor { position: centre, normal }, point);
+            let of_ray = Gathered::from_sensor(scene, daylight, Sensor { position: centre, normal }, point);
+            let Some(mut gathered) = of_ray else { continue };
             if !gathered.follow(scene, daylight, &mut random) {
                 let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
                 walk.stands_for = Some(0.0);
@@ -125,6 +128,15 @@ pub fn sensor<const C: usize>(
             rays += gathered.rays;
             continue;
         }
+        // those that go on have even numbers among themselves
+        let number = match next {
+            Some((_, stands_for)) if stands_for > 0.0 => {
+                going_on += 1;
+                going_on - 1
+            }
+            Some(_) => u64::from(sampling.paths) + number,
+            None => number,
+        };
         let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
         let mut position = centre;
         if grid.estimate == EstimateKind::CellAverage {
@@ -162,14 +174,27 @@ struct Gathered<const C: usize> {
 const FAINT: f64 = 0.2;
 
 impl<const C: usize> Gathered<C> {
-    /// A ray from a sensor in the direction of a point of the unit square.
-    fn from_sensor(scene: &TraceableScene, daylight: &impl Daylight<C>, sensor: Sensor, point: [f64; 2]) -> Self {
-        let direction = warp::around(sensor.normal, warp::cosine_hemisphere(point));
-        let density = direction.dot(sensor.normal) / PI;
-        let trace = NextEvent(daylight).leaves(scene, &Vertex::sensor(sensor), &(), direction, density);
-        let (origin, weight) = (sensor.position, Spectrum::ONE * PI);
+    /// A ray from a sensor in the direction of a point of the unit square; `None` where it would be aimed at what is below the horizon.
+    fn from_sensor(
+        scene: &TraceableScene,
+        daylight: &impl Daylight<C>,
+        sensor: Sensor,
+        point: [f64; 2],
+    ) -> Option<Self> {
+        let meeting = NextEvent(daylight);
+        let bright = Meeting::<C>::bright(&meeting);
+        let aim = bright.map_or(Aim::Elsewhere(point), |bright| bright.aim(point));
+        let (direction, patch) = match aim {
+            Aim::At(patch, place) => ((place - sensor.position).try_normalize()?, Some(patch)),
+            Aim::Elsewhere(point) => (warp::around(sensor.normal, warp::cosine_hemisphere(point)), None),
+        };
+        let cosine = direction.dot(sensor.normal);
+        let rest = 1.0 - bright.map_or(0.0, Bright::share);
+        let trace = meeting.leaves(scene, &Vertex::sensor(sensor), &(), direction, rest * cosine / PI);
+        let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, patch) } else { trace };
+        let (origin, weight) = (sensor.position, Spectrum::ONE * (PI / rest));
         let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };
-        Self { sum: Spectrum::ZERO, ray, rays: 0 }
+        (cosine > 0.0).then_some(Self { sum: Spectrum::ZERO, ray, rays: 0 })
     }
 
     /// Follows the ray; false where it meets what is not known, and has to be followed otherwise from where it is.
@@ -179,6 +204,10 @@ impl<const C: usize> Gathered<C> {
             let Ray { origin, direction, from, weight, trace, .. } = self.ray;
             let hit = scene.intersect(origin, direction, from);
             let Place::Surface(surface) = hit.place else { return false };
+            let weight = weight * NextEvent(daylight).share_of_aim(&self.ray, &hit);
+            if weight.max() <= 0.0 {
+                return true;
+            }
             let Some(known) = daylight.reflected(surface, hit.position) else { return false };
             self.rays += 1;
             self.sum += weight * known;

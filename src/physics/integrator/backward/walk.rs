@@ -9,8 +9,9 @@ use glam::DVec3;
 use super::opening::{Arriving, DaylightShare, Onward, enter_tube};
 use super::vertex::Vertex;
 use crate::guide::RayCount;
+use crate::integrator::radiosity::{Aim, Bright};
 use crate::integrator::roulette::{MAX_EVENTS, survival};
-use crate::optics::{Kind, Oriented, Scatter, SheetSide, Spectrum, SurfaceOptics, Travel};
+use crate::optics::{Kind, Oriented, Scatter, Scattered, SheetSide, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
 use crate::scene::Sensor;
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
@@ -40,9 +41,21 @@ pub trait Meeting<const C: usize> {
         None
     }
 
-    /// The share of such light that the ray counts; the vertex that it comes from counts the rest.
+    /// Patches of that solution at which some rays are aimed; `None` where none is.
     #[inline]
-    fn reflected_share(&self, _ray: &Ray<C, Self::Trace>, _surface: SurfaceId, _hit: &RoomHit) -> f64 {
+    fn bright(&self) -> Option<&Bright> {
+        None
+    }
+
+    /// Keeps in mind that a ray is aimed at a patch, or that it is not, where some are.
+    fn is_aimed(&self, trace: Self::Trace, _patch: Option<u32>) -> Self::Trace {
+        trace
+    }
+
+    /// Weight of a ray where it ends, for rays that are aimed and rays that are not may end there (the balance heuristic, Veach and Guibas
+    /// 1995); 0 for one that is aimed and ends elsewhere.
+    #[inline]
+    fn share_of_aim(&self, _ray: &Ray<C, Self::Trace>, _hit: &RoomHit) -> f64 {
         1.0
     }
 
@@ -167,6 +180,11 @@ impl<'a, const C: usize> Walk<'a, C> {
             let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
             meeting.flew(&mut ray.trace, (hit.position - ray.origin).length());
+            let share = meeting.share_of_aim(&ray, &hit);
+            if share <= 0.0 {
+                return;
+            }
+            ray.weight = ray.weight * share;
             let next = match hit.place {
                 Place::Opening(index) => self.meet_opening(meeting, index, hit.position, &ray),
                 Place::Surface(surface) => {
@@ -193,8 +211,7 @@ impl<'a, const C: usize> Walk<'a, C> {
                                 }
                                 false => optics,
                             };
-                            let share = meeting.reflected_share(&ray, surface, &hit);
-                            if !self.goes_beyond((known, share), rest, &mut ray) {
+                            if !self.goes_beyond(known, rest, &mut ray) {
                                 return;
                             }
                             self.meet_surface(meeting, (surface, rest), &hit, &ray, None)
@@ -232,15 +249,10 @@ impl<'a, const C: usize> Walk<'a, C> {
         self.stands_for = stands_for;
     }
 
-    /// A ray meets a surface whose reflected light is `known` by a coarse solution: counts its share of that, and decides whether it goes on for what that
-    /// leaves out; if so it stands for those that do not.
-    fn goes_beyond<Trace>(
-        &mut self,
-        (known, share): (Spectrum<C>, f64),
-        optics: &SurfaceOptics,
-        ray: &mut Ray<C, Trace>,
-    ) -> bool {
-        self.sum += ray.weight * known * share;
+    /// A ray meets a surface whose reflected light is `known` by a coarse solution: counts that, and decides whether it goes on for what
+    /// that leaves out; if so it stands for those that do not.
+    fn goes_beyond<Trace>(&mut self, known: Spectrum<C>, optics: &SurfaceOptics, ray: &mut Ray<C, Trace>) -> bool {
+        self.sum += ray.weight * known;
         self.since.get_or_insert(self.sum);
         let stands_for = self.stands_for.take().unwrap_or_else(|| {
             let leaving = ray.weight * (optics.diffuse() + optics.specular());
@@ -274,11 +286,11 @@ impl<'a, const C: usize> Walk<'a, C> {
             Some(first) => self.survival(leaving, ray.weight.max(), first)?,
             None => 1.0,
         };
-        let scattered = if M::FOLLOWS_DIFFUSE {
-            vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, SheetSide::Same, &mut self.samples)
+        let (scattered, patch) = if M::FOLLOWS_DIFFUSE {
+            self.choose(meeting, &vertex, SheetSide::Same)?
         } else {
-            Oriented { optics, normal: hit.normal }.sample_specular(vertex.eye, &mut self.samples)
-        }?;
+            (Oriented { optics, normal: hit.normal }.sample_specular(vertex.eye, &mut self.samples)?, None)
+        };
         let weight = ray.weight * scattered.weight * (1.0 / survival);
         if weight.max() <= 0.0 {
             return None;
@@ -287,9 +299,51 @@ impl<'a, const C: usize> Walk<'a, C> {
         let (reflected, trace) = if scattered.kind == Kind::Mirror {
             (ray.reflected || optics.is_finite(), meeting.turns(self.scene, &ray.trace, surface))
         } else {
-            (true, meeting.leaves(self.scene, &vertex, &arrival, direction, scattered.pdf))
+            (true, self.leave(meeting, &vertex, &arrival, (scattered.toward, scattered.pdf, patch)))
         };
         Some(Ray { origin, direction, from, weight, reflected, trace })
+    }
+
+    /// Chooses how a ray goes on from a vertex: by what scatters it there, or aimed at a bright patch, whose number is returned. The density
+    /// is that of rays that are not aimed.
+    fn choose<M: Meeting<C>>(
+        &mut self,
+        meeting: &M,
+        vertex: &Vertex<'_, C>,
+        side: SheetSide,
+    ) -> Option<(Scattered<C>, Option<u32>)> {
+        let Some(bright) = meeting.bright().filter(|_| !vertex.is_narrow()) else {
+            let scattered = vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, side, &mut self.samples)?;
+            return Some((scattered, None));
+        };
+        let rest = 1.0 - bright.share();
+        match bright.aim(self.samples.pair()) {
+            Aim::At(patch, point) => {
+                let toward = (point - vertex.position).try_normalize()?;
+                let (value, pdf) = Vertex { weight: Spectrum::ONE, ..*vertex }.response(toward);
+                let (pdf, kind) = (pdf * rest, Kind::Diffuse);
+                (pdf > 0.0).then(|| (Scattered { toward, kind, pdf, weight: value * (1.0 / pdf) }, Some(patch)))
+            }
+            Aim::Elsewhere(point) => {
+                self.samples.begin_with(point);
+                let scattered = vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, side, &mut self.samples)?;
+                let (pdf, weight) = (scattered.pdf * rest, scattered.weight * (1.0 / rest));
+                Some((Scattered { pdf, weight, ..scattered }, None))
+            }
+        }
+    }
+
+    /// What a ray remembers that leaves a vertex so.
+    fn leave<M: Meeting<C>>(
+        &self,
+        meeting: &M,
+        vertex: &Vertex<'_, C>,
+        arrival: &M::Arrival,
+        (toward, pdf, patch): (DVec3, f64, Option<u32>),
+    ) -> M::Trace {
+        let trace = meeting.leaves(self.scene, vertex, arrival, toward, pdf);
+        let some_are_aimed = meeting.bright().is_some() && !vertex.is_narrow();
+        if some_are_aimed { meeting.is_aimed(trace, patch) } else { trace }
     }
 
     /// The probability with which a path went on that arrives with one weight, would leave with another, and began with `first`;
@@ -344,13 +398,13 @@ impl<'a, const C: usize> Walk<'a, C> {
         vertex: &Vertex<'_, C>,
         arrival: &M::Arrival,
     ) -> Option<Ray<C, M::Trace>> {
-        let scattered = vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, vertex.side(), &mut self.samples)?;
+        let (scattered, patch) = self.choose(meeting, vertex, vertex.side())?;
         let weight = vertex.weight * scattered.weight;
         if weight.max() <= 0.0 {
             return None;
         }
         let (origin, direction, from) = (vertex.position, scattered.toward, vertex.surface);
-        let trace = meeting.leaves(self.scene, vertex, arrival, direction, scattered.pdf);
+        let trace = self.leave(meeting, vertex, arrival, (direction, scattered.pdf, patch));
         Some(Ray { origin, direction, from, weight, reflected: true, trace })
     }
 

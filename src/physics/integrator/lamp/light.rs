@@ -10,8 +10,8 @@
 //!   it is small.
 //!
 //! Where something may stand between, where a vertex' own horizon cuts the disc, or where it has a lobe, it is connected to
-//! photons alone. Within a radius of the disc, connections to points have no useful variance: there the path follows the
-//! light itself, as path tracing does.
+//! photons alone. Connections to points that are very near have no useful variance: there the path follows the light itself, as path
+//! tracing does.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -24,7 +24,7 @@ use super::books;
 use super::cells::{Leaving, TubeLight, per_lumen};
 use super::sight::{Sight, sight};
 use crate::integrator::backward::daylight::FollowedThroughLamps;
-use crate::integrator::backward::next_event::{Daylight, Way, share};
+use crate::integrator::backward::next_event::{Daylight, Way};
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
@@ -35,7 +35,7 @@ use crate::integrator::radiosity::{Exchange, Solution};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::scene::Sensor;
-use crate::traceable::{Openings, RoomHit, SurfaceId, TraceableScene, TraceableTube, WayByMirrors};
+use crate::traceable::{Openings, SurfaceId, TraceableScene, TraceableTube, WayByMirrors};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
@@ -262,43 +262,27 @@ impl<const C: usize> DiffuserLight<C> {
     }
 }
 
-/// Connections of a vertex beside an opening, where few paths come by much light, but for one that many paths share.
+/// Connections of a vertex beside an opening, where few paths come by much light.
 const CONNECTIONS_BESIDE: u32 = 8;
 
-fn followed(shared: bool) -> FollowedThroughLamps {
-    FollowedThroughLamps { connections: if shared { 1 } else { CONNECTIONS_BESIDE } }
+/// Distance of points of an opening, in its radii, within which a vertex of a surface follows the light instead of being connected to
+/// photons.
+const FOLLOWED: f64 = 0.25;
+
+/// Follows the light of all of an opening: by a lobe, or from a sensor, whose paths share it.
+const FOLLOWED_WHOLE: FollowedThroughLamps = FollowedThroughLamps { connections: 1, within: f64::INFINITY };
+
+impl<const C: usize> TubeLight<C> {
+    /// Follows the light of what is very near.
+    fn followed(&self) -> FollowedThroughLamps {
+        FollowedThroughLamps { connections: CONNECTIONS_BESIDE, within: FOLLOWED * self.radius }
+    }
 }
 
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     #[inline]
-    fn reflected_share(&self, way: &Way, surface: SurfaceId, hit: &RoomHit) -> f64 {
-        let Some((solution, _)) = self.reflected.as_ref().filter(|(solution, _)| solution.has_bright()) else {
-            return 1.0;
-        };
-        let connected = way.last.filter(|last| !last.is_sensor && !last.narrow && last.chain.is_none());
-        connected.map_or(1.0, |last| {
-            let to = hit.position - last.position;
-            let squared = to.length_squared();
-            let cosine = -to.dot(hit.normal) / squared.sqrt();
-            match solution.bright_density(surface, hit.position) {
-                // a ray along a surface has no density there
-                0.0 => 1.0,
-                per_area => share(last.density, per_area * squared / cosine.max(f64::MIN_POSITIVE)),
-            }
-        })
-    }
-
-    fn connect_bright(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>) {
-        let Some((solution, times)) = self.reflected.as_ref().filter(|(solution, _)| solution.has_bright()) else {
-            return;
-        };
-        let (choice, point) = (walk.samples.random.uniform(), walk.samples.random.uniform2());
-        let place = (vertex.position, vertex.surface);
-        walk.rays += 1;
-        if let Some((toward, luminance, density)) = solution.bright_point(walk.scene, place, choice, point) {
-            let (response, of_ray) = vertex.response(toward);
-            walk.sum += response * luminance * (times * share(density, of_ray) / density);
-        }
+    fn bright(&self) -> Option<&Solution<C>> {
+        self.reflected.as_ref().map(|(solution, _)| &**solution)
     }
 
     fn counts_mirrors(&self) -> bool {
@@ -328,22 +312,28 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let light = &self.tubes[tube];
         match sight(walk.scene, vertex, light.origin, light.radius) {
-            Sight::ByRays => return followed(vertex.is_narrow() || vertex.is_sensor()).connect(walk, vertex, tube),
+            Sight::ByRays => return FOLLOWED_WHOLE.connect(walk, vertex, tube),
             Sight::Never => return,
-            _ if light.choices.is_empty() => return,
             Sight::Whole(albedo) => {
-                let number = walk.samples.random.uniform();
-                walk.sum += albedo * light.seen_by(walk.met, vertex.position, vertex.normal, number) * (1.0 / PI);
+                if !light.choices.is_empty() {
+                    let number = walk.samples.random.uniform();
+                    walk.sum += albedo * light.seen_by(walk.met, vertex.position, vertex.normal, number) * (1.0 / PI);
+                }
                 return;
             }
             Sight::InPart => {}
         }
+        let followed = light.followed();
+        Daylight::<C>::connect(&followed, walk, vertex, tube);
         let numbers: [f64; CONNECTIONS] = walk.samples.pair();
         for number in numbers {
             let Some((photon, _)) = light.choice(number) else { continue };
             let source = photon.position.extend(light.origin.z);
             let way = source - vertex.position;
             let distance_squared = way.length_squared();
+            if distance_squared < followed.within * followed.within {
+                continue;
+            }
             if let Some((response, _)) = walk.respond(vertex, source, None) {
                 let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
                 walk.sum += response * photon.flux * (per_area / CONNECTIONS as f64);
@@ -355,10 +345,11 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         match way.last {
             // by way of mirrors vertices are connected from however near
             Some(last) if last.chain.is_some() => None,
-            Some(last) if last.narrow || !self.tubes[tube].is_far(last.position, 0.0) => {
-                Daylight::<C>::found_share(&followed(last.narrow || last.is_sensor), scene, tube, way, position)
+            Some(last) if last.narrow || (last.is_sensor && !self.tubes[tube].is_far(last.position, 0.0)) => {
+                Daylight::<C>::found_share(&FOLLOWED_WHOLE, scene, tube, way, position)
             }
-            Some(_) => None,
+            Some(last) if last.is_sensor => None,
+            Some(_) => Daylight::<C>::found_share(&self.tubes[tube].followed(), scene, tube, way, position),
             // what passes unscattered is none of a lamp's
             None if scene.tubes[tube].closure_at(position).unscattered::<C>().is_some() => None,
             // photons are connected to the eye, but by way of mirrors to nothing
@@ -380,12 +371,8 @@ pub struct SensorLit<'a, const C: usize> {
 }
 
 impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
-    fn reflected_share(&self, way: &Way, surface: SurfaceId, hit: &RoomHit) -> f64 {
-        Daylight::reflected_share(self.light, way, surface, hit)
-    }
-
-    fn connect_bright(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>) {
-        self.light.connect_bright(walk, vertex);
+    fn bright(&self) -> Option<&Solution<C>> {
+        Daylight::bright(self.light)
     }
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {

@@ -10,7 +10,7 @@ use crate::traceable::TraceableScene;
 /// How a vertex sees an opening.
 #[derive(Clone, Copy, Debug)]
 pub enum Sight<const C: usize> {
-    /// So near, or by so narrow a lobe, that connections have no useful variance: the ray that goes on finds it.
+    /// By so narrow a lobe, or as a sensor so near, that connections have no useful variance: the ray that goes on finds it.
     ByRays,
     /// It lies below the horizon.
     Never,
@@ -25,7 +25,8 @@ const HORIZON: f64 = 1e-9;
 
 /// How `vertex` sees the opening of `radius` m around `origin` in the ceiling.
 pub fn sight<const C: usize>(scene: &TraceableScene, vertex: &Vertex<'_, C>, origin: DVec3, radius: f64) -> Sight<C> {
-    if vertex.is_narrow() || !is_far(origin, radius, vertex.position, 0.0) {
+    let far = is_far(origin, radius, vertex.position, 0.0);
+    if vertex.is_narrow() || (vertex.is_sensor() && !far) {
         return Sight::ByRays;
     }
     let height = (origin - vertex.position).dot(vertex.normal);
@@ -36,7 +37,7 @@ pub fn sight<const C: usize>(scene: &TraceableScene, vertex: &Vertex<'_, C>, ori
     // a wall that the disc touches is not cut by it
     let above = height >= reach - HORIZON * radius;
     let clear = || scene.leaves_clear(vertex.position, 0.0, vertex.surface, origin, radius);
-    match vertex.lambertian().filter(|_| above && clear()) {
+    match vertex.lambertian().filter(|_| far && above && clear()) {
         Some(albedo) => Sight::Whole(albedo),
         None => Sight::InPart,
     }

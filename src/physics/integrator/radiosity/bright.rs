@@ -1,9 +1,12 @@
-//! Patches that are much brighter than most, to which vertices are connected as to sources: few rays would meet them.
+//! Patches that are much brighter than most, at which rays are aimed: few would meet them by chance.
 
 use glam::DVec3;
 
 /// Luminance from which on a patch is bright, in that of the mean.
 const BRIGHT: f64 = 4.0;
+
+/// Share of rays that are aimed, at most.
+const MOST_AIMED: f64 = 0.5;
 
 /// A parallelogram that reflects.
 #[derive(Clone, Copy, Debug)]
@@ -24,8 +27,19 @@ impl Area {
 pub struct Bright {
     /// Number of each among the patches, its area, and the sum of the probabilities up to it.
     chosen: Vec<(u32, Area, f64)>,
-    /// By number of the patch: probability per m2; 0 where it is not bright.
+    /// By number of the patch: aimed rays that end there per m2; 0 where it is not bright.
     densities: Vec<f64>,
+    /// Share of rays that are aimed: that of all flux which bright patches send, or half.
+    share: f64,
+}
+
+/// Choice of a ray by a point of the unit square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    /// It is aimed at a point of a bright patch, by number.
+    At(u32, DVec3),
+    /// It goes by what scatters it, for which a point of the unit square is left.
+    Elsewhere([f64; 2]),
 }
 
 impl Bright {
@@ -47,14 +61,15 @@ impl Bright {
         if all <= 0.0 {
             return Self::default();
         }
+        let share = (all / flux).min(MOST_AIMED);
         let mut densities = vec![0.0; patches.count()];
         let mut sum = 0.0;
         let add = |(number, area, flux): (u32, Area, f64)| {
-            densities[number as usize] = flux / (all * area.area_m2());
+            densities[number as usize] = share * flux / (all * area.area_m2());
             sum += flux / all;
             (number, area, sum)
         };
-        Self { chosen: bright.into_iter().map(add).collect(), densities }
+        Self { chosen: bright.into_iter().map(add).collect(), densities, share }
     }
 
     /// True if no patch is bright.
@@ -63,14 +78,25 @@ impl Bright {
         self.chosen.is_empty()
     }
 
-    /// A point of a bright patch by three numbers in 0..1, and the number of the patch.
-    pub fn choose(&self, choice: f64, [u, v]: [f64; 2]) -> Option<(u32, DVec3)> {
-        let place = self.chosen.partition_point(|(.., sum)| *sum <= choice).min(self.chosen.len().checked_sub(1)?);
-        let (number, Area { corner, edges }, _) = self.chosen[place];
-        Some((number, corner + edges[0] * u + edges[1] * v))
+    /// Share of rays that are aimed.
+    pub fn share(&self) -> f64 {
+        self.share
     }
 
-    /// Density of the points of a patch, per m2.
+    /// Decides where a ray goes; even points have even choices.
+    pub fn aim(&self, [u, v]: [f64; 2]) -> Aim {
+        if u >= self.share {
+            return Aim::Elsewhere([(u - self.share) / (1.0 - self.share), v]);
+        }
+        let choice = u / self.share;
+        let place = self.chosen.partition_point(|(.., sum)| *sum <= choice).min(self.chosen.len() - 1);
+        let before = if place > 0 { self.chosen[place - 1].2 } else { 0.0 };
+        let (number, Area { corner, edges }, sum) = self.chosen[place];
+        let within = ((choice - before) / (sum - before)).min(1.0);
+        Aim::At(number, corner + edges[0] * within + edges[1] * v)
+    }
+
+    /// Aimed rays that end in a patch, per m2 and ray.
     #[inline]
     pub fn density(&self, number: u32) -> f64 {
         self.densities.get(number as usize).copied().unwrap_or(0.0)
@@ -81,14 +107,18 @@ impl Bright {
 mod tests {
     use super::*;
 
-    /// Of ten patches of 1 m2 and 1 cd/m2 and one of 0.5 m2 and 100 cd/m2 the last alone is bright: its points have a density of 2 per m2.
+    /// Of ten patches of 1 m2 and 1 cd/m2 and two of 0.25 m2 and 100 cd/m2 these alone are bright; they send five sixths of the light, and
+    /// half of the rays are aimed at them: one in m2 each.
     #[test]
-    fn the_brightest_are_chosen() {
+    fn rays_are_aimed_at_the_brightest() {
         let area = |edge: f64| Some(Area { corner: DVec3::ZERO, edges: [DVec3::X * edge, DVec3::Y] });
-        let patches = std::iter::repeat_n((1.0, area(1.0)), 10).chain([(100.0, area(0.5)), (500.0, None)]);
-        let bright = Bright::new(patches);
-        assert_eq!(bright.choose(0.99, [0.5, 0.5]), Some((10, DVec3::new(0.25, 0.5, 0.0))));
-        assert_eq!([9, 10, 11].map(|number| bright.density(number)), [0.0, 2.0, 0.0]);
+        let few = [(100.0, area(0.25)), (100.0, area(0.25)), (500.0, None)];
+        let bright = Bright::new(std::iter::repeat_n((1.0, area(1.0)), 10).chain(few));
+        assert_eq!(bright.share(), 0.5);
+        assert_eq!(bright.aim([0.125, 0.5]), Aim::At(10, DVec3::new(0.125, 0.5, 0.0)));
+        assert_eq!(bright.aim([0.375, 0.5]), Aim::At(11, DVec3::new(0.125, 0.5, 0.0)));
+        assert_eq!(bright.aim([0.75, 0.25]), Aim::Elsewhere([0.5, 0.25]));
+        assert_eq!([9, 10, 12].map(|number| bright.density(number)), [0.0, 1.0, 0.0]);
         assert!(Bright::new(std::iter::repeat_n((1.0, area(1.0)), 10)).is_empty());
     }
 }

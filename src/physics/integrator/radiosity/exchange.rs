@@ -29,8 +29,10 @@ const FROM_STARTS: usize = 16;
 const CHANGED: f64 = 1e-3;
 const SWEEPS: usize = 64;
 
-/// No patch.
+/// No patch: what ends there gets no light.
 const NONE: u32 = u32::MAX;
+/// A patch that was not found: what ends there tells nothing.
+const NOT_FOUND: u32 = u32::MAX - 1;
 
 /// A point of a surface, or a sensor.
 #[derive(Clone, Copy, Debug)]
@@ -75,7 +77,7 @@ impl<const C: usize> Exchange<C> {
             return None;
         }
         let patches = Patches::new(scene, target);
-        let mut numbers = vec![NONE; patches.count];
+        let mut numbers = vec![NOT_FOUND; patches.count];
         let mut found: Vec<Found> = Vec::new();
         let key = Key::new(0);
         let (mut first, mut rays): (usize, Vec<Option<End>>) = (0, Vec::new());
@@ -87,13 +89,13 @@ impl<const C: usize> Exchange<C> {
             for End { spot, .. } in rays.drain(..).flatten() {
                 let Some(surface) = spot.surface else { continue };
                 let Some(patch) = patches.at(surface, spot.position) else { continue };
-                if numbers[patch] == NONE {
+                if numbers[patch] == NOT_FOUND {
                     numbers[patch] = found.len() as u32;
                     found.push(Found { surface, spots: Vec::new() });
                     // rays rarely meet each part of a cell
                     let face = scene.enclosure.polygons.get(surface.index());
                     for (part, position) in patches.beside(surface, patch) {
-                        if numbers[part] == NONE && face.is_none_or(|face| face.contains(position)) {
+                        if numbers[part] == NOT_FOUND && face.is_none_or(|face| face.contains(position)) {
                             numbers[part] = found.len() as u32;
                             found.push(Found { surface, spots: vec![Spot { position, ..spot }] });
                         }
@@ -161,13 +163,14 @@ impl<const C: usize> Exchange<C> {
         for _ in 0..SWEEPS {
             let (mut changed, mut all) = (0.0, 0.0);
             for (patch, met) in self.met.chunks_exact(RAYS).enumerate() {
-                let mut sum = Spectrum::ZERO;
+                let (mut sum, mut known) = (Spectrum::ZERO, 0_u32);
                 for (number, weight) in met {
                     if let Some(of_other) = radiosities.get(*number as usize) {
                         sum += *of_other * *weight;
                     }
+                    known += u32::from(*number != NOT_FOUND);
                 }
-                let radiosity = self.reflectances[patch] * (straight[patch] + sum * (1.0 / RAYS as f64));
+                let radiosity = self.reflectances[patch] * (straight[patch] + sum * (1.0 / f64::from(known.max(1))));
                 changed += (radiosity.max() - radiosities[patch].max()).abs();
                 all += radiosity.max();
                 radiosities[patch] = radiosity;
@@ -319,39 +322,16 @@ impl<const C: usize> Solution<C> {
         Some(numbers[patches.at(surface, point)?])
     }
 
-    /// Density per m2 by which a point of a surface is chosen among those of bright patches; 0 where it is none.
+    /// Patches at which rays are aimed; `None` where none is bright.
     #[inline]
-    pub fn bright_density(&self, surface: SurfaceId, point: DVec3) -> f64 {
-        if self.bright.is_empty() {
-            return 0.0;
-        }
-        self.number(surface, point).map_or(0.0, |number| self.bright.density(number))
+    pub fn bright(&self) -> Option<&Bright> {
+        Some(&self.bright).filter(|bright| !bright.is_empty())
     }
 
-    /// A point that is chosen among those of bright patches and seen from a place: unit vector toward it, its luminance in cd/m2, and the
-    /// density of such directions per sr. Three numbers in 0..1 choose.
-    pub fn bright_point(
-        &self,
-        scene: &TraceableScene,
-        (place, from): (DVec3, Option<SurfaceId>),
-        choice: f64,
-        point: [f64; 2],
-    ) -> Option<(DVec3, Spectrum<C>, f64)> {
-        let (number, point) = self.bright.choose(choice, point)?;
-        let toward = (point - place).try_normalize()?;
-        let hit = scene.intersect(place, toward, from);
-        let Place::Surface(surface) = hit.place else { return None };
-        if self.number(surface, hit.position) != Some(number) {
-            return None;
-        }
-        let cosine = -toward.dot(hit.normal);
-        let density = self.bright.density(number) * (hit.position - place).length_squared() / cosine;
-        (cosine > 0.0 && density > 0.0).then(|| (toward, self.luminances[number as usize], density))
-    }
-
-    /// True if vertices are connected to bright patches.
+    /// Number of the patch of a point, and aimed rays that end there per m2 and ray; `None` where there is no patch.
     #[inline]
-    pub fn has_bright(&self) -> bool {
-        !self.bright.is_empty()
+    pub fn aimed(&self, surface: SurfaceId, point: DVec3) -> Option<(u32, f64)> {
+        let number = self.number(surface, point)?;
+        Some((number, self.bright.density(number)))
     }
 }

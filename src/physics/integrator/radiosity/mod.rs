@@ -4,8 +4,8 @@
 //! which openings and luminaires light it ([`exchange`]): all this follows from the room alone. The light of one pass then gives the
 //! radiosity of every patch by Gauss and Seidel's sweeps.
 //!
-//! Cells of surfaces whose straight light changes fast are divided ([`gradients`]), and patches that are much brighter than most are chosen
-//! as sources are ([`bright`]).
+//! Cells of surfaces whose straight light changes fast are divided ([`gradients`]), and some rays are aimed at patches that are much
+//! brighter than most ([`bright`]).
 //!
 //! Methods use it as a control variate: a ray counts the radiosity of the patch that it meets, and a share of the rays go on and count
 //! what this leaves out, in expectation exactly. How coarse the patches are, and how noisy their values, decides how much work that
@@ -16,4 +16,5 @@ mod exchange;
 mod gradients;
 mod patches;
 
+pub use bright::{Aim, Bright};
 pub use exchange::{Exchange, Solution, Spot};

@@ -66,8 +66,8 @@ impl<'a, const C: usize> PatchLight<'a, C> {
     fn connect_to(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, number: usize, tube: &TraceableTube) {
         match sight(walk.scene, vertex, tube.origin, tube.opening_radius) {
             Sight::Never => {}
-            Sight::ByRays if vertex.is_narrow() => {}
-            Sight::ByRays => {
+            _ if vertex.is_narrow() => {}
+            _ if !is_far(tube.origin, tube.opening_radius, vertex.position, 0.0) => {
                 let away = warp::disc(walk.samples.pair()) * tube.opening_radius;
                 let source = tube.origin + away.extend(0.0);
                 let connected = opening_density(tube, source - vertex.position);
@@ -89,7 +89,7 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                     *found += albedo * (lit * (1.0 / PI));
                 }
             }
-            Sight::InPart => {
+            Sight::InPart | Sight::ByRays => {
                 let numbers: [[f64; 2]; CONNECTIONS] = std::array::from_fn(|_| walk.samples.pair());
                 for numbers in numbers {
                     let away = warp::disc(numbers) * tube.opening_radius;

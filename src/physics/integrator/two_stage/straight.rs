@@ -142,6 +142,7 @@ pub fn by_mirrors<const C: usize>(
     // points of a cell may lie before mirrors behind which its centre lies
     for chain in 0..scene.mirrors.count() {
         let mut random = PathRandom::new(key.child(chain as u64));
+        let connections = scene.mirrors.connections(chain, connections);
         let shift = random.uniform2();
         for connection in 0..connections as u32 {
             let point = position + if average { point_of_cell(grid, random.uniform2()) } else { DVec3::ZERO };
