@@ -31,7 +31,7 @@ use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::descent::{Entering, Exit, descend_by};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
-use crate::integrator::radiosity::{Exchange, Solution};
+use crate::integrator::radiosity::Solution;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::scene::Sensor;
@@ -174,9 +174,9 @@ impl<const C: usize> DiffuserLight<C> {
         Self { tubes, openings, reflected: None }
     }
 
-    /// Solves coarsely for what surfaces reflect of it.
-    pub fn solve(&self, exchange: &Arc<Exchange<C>>) -> Solution<C> {
-        exchange.solve(&self.tubes.iter().map(TubeLight::flux).collect::<Vec<_>>())
+    /// Flux that leaves each opening, in lm.
+    pub fn fluxes(&self) -> Vec<Spectrum<C>> {
+        self.tubes.iter().map(TubeLight::flux).collect()
     }
 
     /// The same light, with a coarse solution of what surfaces reflect of light that is divided about as this is.

@@ -71,12 +71,12 @@ struct Found {
 
 impl<const C: usize> Exchange<C> {
     /// Finds the patches that rays from `starts` meet, straight or by way of others; always the same for the same scene and starts.
-    /// `target`: relative standard error by which patches are sized. `None` where no light is reflected.
-    pub fn new(scene: &TraceableScene, starts: &[Spot], target: f64) -> Option<Self> {
+    /// `edge`: length of an edge of a patch in m, about. `None` where no light is reflected.
+    pub fn new(scene: &TraceableScene, starts: &[Spot], edge: f64) -> Option<Self> {
         if !scene.interreflection {
             return None;
         }
-        let patches = Patches::new(scene, target);
+        let patches = Patches::new(scene, edge);
         let mut numbers = vec![NOT_FOUND; patches.count];
         let mut found: Vec<Found> = Vec::new();
         let key = Key::new(0);
@@ -142,6 +142,11 @@ impl<const C: usize> Exchange<C> {
         }
         let exchange = Self { numbers, areas, reflectances, met, of_openings, of_luminaires, patches };
         (!found.is_empty()).then_some(exchange)
+    }
+
+    /// Rays and connections that it took.
+    pub fn rays(&self) -> f64 {
+        (self.reflectances.len() * (FINDING + 2 * RAYS)) as f64
     }
 
     /// The radiosities where openings send these fluxes in lm, as from Lambertian surfaces (Gauss and Seidel's sweeps).

@@ -11,12 +11,6 @@ use crate::sampling::warp;
 use crate::traceable::mesh_objects::TraceableMeshes;
 use crate::traceable::{Side, SurfaceId, TraceableScene};
 
-/// Length of an edge of a patch, as a share of the room's shortest edge, for a relative standard error of 2.5 %. It goes with the third
-/// root of the error: the error of patches goes with about the square of their edges, and their number grows as fast.
-const SHARE_OF_ROOM: f64 = 1.0 / 6.0;
-const USUAL_ERROR: f64 = 0.025;
-const SMALLEST: f64 = 0.3;
-
 /// Patches of plane faces, at most: edges are longer where there would be more.
 const MOST_OF_FACES: f64 = 16_384.0;
 
@@ -144,12 +138,11 @@ impl Plane {
 type Cluster = (u32, [i32; 3], u8, [u64; 3]);
 
 impl Patches {
-    /// Divides all surfaces that reflect diffusely, for a relative standard error `target`.
-    pub fn new(scene: &TraceableScene, target: f64) -> Self {
+    /// Divides all surfaces that reflect diffusely; `edge`: length of an edge of a patch in m.
+    pub fn new(scene: &TraceableScene, edge: f64) -> Self {
         let rectangles: Vec<(SurfaceId, DVec3, [DVec3; 2])> = rectangles(scene).collect();
         let area: f64 = rectangles.iter().map(|(.., [u, v])| u.cross(*v).length()).sum();
-        let fine = libm::cbrt(target / USUAL_ERROR).clamp(SMALLEST, 1.0);
-        let edge = (fine * SHARE_OF_ROOM * scene.enclosure.shortest_edge_m()).max((area / MOST_OF_FACES).sqrt());
+        let edge = edge.max((area / MOST_OF_FACES).sqrt());
         let mut patches = Self { layouts: vec![Layout::None; scene.surfaces_count()], planes: Vec::new(), count: 0 };
         let gradients = Gradients::new(scene, area);
         for (surface, corner, edges) in rectangles {

@@ -190,11 +190,50 @@ const TRIED_SENSORS: usize = 36;
 const TRIED_PASSES: u64 = 4;
 const TRIED_PHOTONS: u64 = 64;
 
+/// Length of an edge of a patch at first, as a share of the room's shortest edge; edges that are shorter by less than this factor are not
+/// worth another solution.
+const EDGE: f64 = 1.0 / 6.0;
+const WORTHWHILE: f64 = 0.8;
+
+/// Sensors of some grids that have a value.
+fn valued(grids: &[Grid]) -> usize {
+    grids.iter().map(Grid::valued).sum()
+}
+
+fn pixels(views: &[View]) -> usize {
+    views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum()
+}
+
 impl<const C: usize> TwoStage<C> {
     /// The method for a relative standard error `target`; equal seeds give equal bits.
     pub fn new(task: &Task, settings: &Settings, seed: u64, target: f64) -> Self {
         let scene = task.traceable;
-        let reflected = Self::reflected(task, seed, target);
+        let starts = starts(scene, task.grids, task.views);
+        let mut edge = EDGE * scene.enclosure.shortest_edge_m();
+        let mut exchange = Exchange::new(scene, &starts, edge).map(Arc::new);
+        let mut reflected = exchange.as_ref().map(|exchange| Self::reflected(task, exchange, seed, target));
+        let mut sizes = Self::sizes(task, settings, reflected.as_ref(), (seed, target));
+        if let Some(coarse) = &exchange {
+            let finer = sizes.finer(coarse.rays(), (valued(task.grids), pixels(task.views)));
+            if finer < WORTHWHILE {
+                edge *= finer;
+                exchange = Exchange::new(scene, &starts, edge).map(Arc::new);
+                reflected = exchange.as_ref().map(|exchange| Self::reflected(task, exchange, seed, target));
+                sizes = Self::sizes(task, settings, reflected.as_ref(), (seed, target));
+            }
+        }
+        let room = Room::new(scene, task.grids, settings.samples_per_sensor.unwrap_or(room_matrix::PATHS), seed);
+        Self { room, ..Self::sized(scene, (task.grids, task.views), (sizes, target), reflected, seed) }
+    }
+
+    /// Sizes of a pass, by a small trial where the document does not say how many paths there are.
+    fn sizes(
+        task: &Task,
+        settings: &Settings,
+        reflected: Option<&Arc<Solution<C>>>,
+        (seed, target): (u64, f64),
+    ) -> Sizes {
+        let scene = task.traceable;
         let photons = Sizes::photons(target, &scene.tubes, !task.views.is_empty());
         let sizes = Sizes {
             photons: settings.photons_per_pass.unwrap_or(photons),
@@ -203,15 +242,13 @@ impl<const C: usize> TwoStage<C> {
             per_opening: Sizes::per_opening(target),
             per_pixel: settings.samples_per_pixel,
         };
-        let sizes = match settings.samples_per_sensor {
+        match settings.samples_per_sensor {
             Some(paths) => sizes.with_paths(paths),
-            None => Self::tried(scene, task.grids, reflected.as_ref(), (seed, target)).map_or_else(
+            None => Self::tried(scene, task.grids, reflected, (seed, target)).map_or_else(
                 || sizes.with_paths(PATHS.power_of_two(target) as u32),
-                |spread| sizes.tried(target, spread, task.grids.iter().map(Grid::valued).sum()),
+                |spread| sizes.tried(target, spread, valued(task.grids)),
             ),
-        };
-        let room = Room::new(scene, task.grids, settings.samples_per_sensor.unwrap_or(room_matrix::PATHS), seed);
-        Self { room, ..Self::sized(scene, (task.grids, task.views), (sizes, target), reflected, seed) }
+        }
     }
 
     /// Divides the photons of a pass among sky and sun of the tubes.
@@ -229,14 +266,14 @@ impl<const C: usize> TwoStage<C> {
         Self { lamps, grids, views, sizes, connections, reflected, room: None, seed, scene: scene.clone() }
     }
 
-    /// Solves coarsely for the light of a few photons that surfaces reflect; `None` if that is not followed.
-    fn reflected(task: &Task, seed: u64, target: f64) -> Option<Arc<Solution<C>>> {
+    /// Solves coarsely for the light of a few photons that surfaces reflect.
+    fn reflected(task: &Task, exchange: &Arc<Exchange<C>>, seed: u64, target: f64) -> Arc<Solution<C>> {
         let scene = task.traceable;
-        let exchange = Exchange::new(scene, &starts(scene, task.grids, task.views), target).map(Arc::new)?;
         let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
-        let lit = Lamps::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false))?;
-        Some(Arc::new(lit.lamps.solve(&exchange)))
+        let lit = Lamps::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
+        let fluxes = lit.map_or_else(Vec::new, |lit: Lit<C>| lit.lamps.fluxes());
+        Arc::new(exchange.solve(&fluxes))
     }
 
     /// Tries paths from some sensors and returns how much they differ; `None` without sensors.

@@ -48,6 +48,10 @@ const DIFFERENT: f64 = 0.04;
 /// Time that a path takes beyond its first surface, in that of a ray that ends there.
 const TIME_BEYOND: f64 = 10.0;
 
+/// Rays of a coarse solution in those of all passes, and how much finer than at first it gets at the most.
+const SHARE_OF_PATCHES: f64 = 0.25;
+const FINEST: f64 = 0.15;
+
 /// Numbers of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
@@ -88,6 +92,15 @@ impl Sizes {
 
     /// Sizes of a small trial of how much sensors differ from pass to pass.
     pub const TRIED: Self = Self { photons: 0, per_sensor: 16, beyond: 4, per_opening: 4, per_pixel: 0 };
+
+    /// Factor by which edges of patches are to be shorter, at most 1, so that the coarse solution, which took so many `rays`, has its share of
+    /// a job of so many sensors and pixels.
+    pub fn finer(self, rays: f64, (sensors, pixels): (usize, usize)) -> f64 {
+        let of_sensor = f64::from(self.per_sensor) + TIME_BEYOND * f64::from(self.beyond);
+        let of_pixel = f64::from(self.per_pixel) * TIME_BEYOND;
+        let passes = PASSES * (of_sensor * sensors as f64 + of_pixel * pixels as f64);
+        (rays / (SHARE_OF_PATCHES * passes)).sqrt().clamp(FINEST, 1.0)
+    }
 
     /// Sizes with as many paths and connections as some sensors of `all` that were tried ask for: of all divisions of the error between
     /// what is gathered, what is beyond and what is hidden in part, that which takes the least time.
