@@ -2,6 +2,7 @@
 //! which points of a plane are in the shadow.
 
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
 use super::block::{Block, ON_TARGET};
 use super::box_bounds::BoxBounds;
@@ -78,7 +79,26 @@ impl Obstacles {
     }
 }
 
-/// The shadow of a block on a horizontal plane, by light from one point.
+/// What may stand between a point and a level disc above it.
+#[derive(Clone, Debug)]
+pub struct Between {
+    from: DVec2,
+    /// Of boxes, on the disc's plane.
+    shadows: SmallVec<[Shadow; 4]>,
+    /// True if something else may, of which the bounds are known alone.
+    pub is_more: bool,
+}
+
+impl Between {
+    /// True if a box hides a point of the disc.
+    #[inline]
+    pub fn hides(&self, point: DVec2) -> bool {
+        let away = point - self.from;
+        self.shadows.iter().any(|shadow| shadow.hides(away.x, away.y))
+    }
+}
+
+/// The shadow of a block on a horizontal plane, by light from one point below or above it.
 ///
 /// On the way to any point of the plane the light is at the block's heights over the same share of the way. That part of it is
 /// a segment, seen from above, and is met by the block unless one of three axes separates them (Ericson 2005, section 5.3.3,
@@ -114,6 +134,27 @@ impl Shadow {
 }
 
 impl Obstacles {
+    /// What may stand between a point and any point of a level disc of `radius` around `centre` above it.
+    pub fn between(&self, position: DVec3, centre: DVec3, radius: f64) -> Between {
+        let mut between = Between { from: position.truncate(), shadows: SmallVec::new(), is_more: false };
+        let mut add = |block: &Block| {
+            if !block.leaves_clear(position, 0.0, centre, radius) {
+                match block.is_bound() {
+                    true => between.is_more = true,
+                    false => between.shadows.extend(block.shadow(position, centre.z)),
+                }
+            }
+        };
+        match &self.toward_openings {
+            Some((bounds, widest)) if radius <= *widest => {
+                let met = bounds.met(position, centre - position, 1.0);
+                met.into_iter().for_each(|number| add(&self.blocks[number]));
+            }
+            _ => self.blocks.iter().for_each(add),
+        }
+        between
+    }
+
     /// The shadows that light from `position` throws on a plane below it; box `but_for`, which it comes from, throws none.
     pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
         let others = self.blocks.iter().filter(move |block| but_for.is_none() || block.of_box != but_for);
@@ -126,16 +167,17 @@ impl Block {
         let depth = position.z - height;
         let is_bound = self.is_bound();
         // what a bound is drawn around may be flat
-        let hair = if is_bound { ON_TARGET * (depth + self.half.length()) } else { 0.0 };
+        let hair = if is_bound { ON_TARGET * (depth.abs() + self.half.length()) } else { 0.0 };
         let share = |z: f64| ((position.z - z) / depth).clamp(0.0, 1.0 - ON_TARGET);
-        let (enters, leaves) = (share(self.high + hair), share(self.low - hair));
-        if depth <= 0.0 || leaves <= enters {
+        let (of_top, of_base) = (share(self.high + hair), share(self.low - hair));
+        let (enters, leaves) = (of_top.min(of_base), of_top.max(of_base));
+        if depth == 0.0 || leaves <= enters {
             return None;
         }
         let away = position.truncate() - self.centre;
         let half = self.half + hair;
         // the shadow of a point is the farther away the nearer the light passes it
-        let wide = (self.along.y.abs() * half.x + self.along.x.abs() * half.y) * (1.0 + ON_TARGET) + ON_TARGET * depth;
+        let wide = (self.along.y.abs() * half.x + self.along.x.abs() * half.y) * (1.0 + ON_TARGET) + ON_TARGET * depth.abs();
         let (south, north) = (-away.y - wide, -away.y + wide);
         Some(Shadow {
             start: DVec2::new(away.dot(self.along), self.along.perp_dot(away)),
@@ -217,12 +259,13 @@ mod tests {
         TraceableEnclosure::new(&crate::scene::Enclosure::cuboid(size, [None; 6]))
     }
 
-    /// Points of a plane are in the shadow where a ray from them meets the box.
+    /// Points of a plane below or above are in the shadow where a ray from them meets the box.
     #[test]
     fn shadows_are_those_of_rays() {
         let mut random = PathRandom::new(Key::new(4));
-        let mut hidden = 0;
-        for _ in 0..3000 {
+        let mut hidden = [0; 2];
+        for number in 0..6000 {
+            let is_above = number % 2;
             let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
             let base = DVec3::new(uniform(0.5, 2.5), uniform(0.5, 2.5), uniform(0.0, 0.5));
             let size = DVec3::new(uniform(0.1, 0.8), uniform(0.1, 0.8), uniform(0.1, 1.0));
@@ -230,9 +273,9 @@ mod tests {
             let object = BoxObject { size, base, rotation: uniform(0.0, 7.0), surface };
             let object = TraceableBox::new(&object);
             let position = DVec3::new(uniform(0.0, 3.0), uniform(0.0, 3.0), uniform(0.2, 2.0));
-            let height = uniform(0.0, 0.8);
+            let height = uniform(0.0, 0.8) + 1.4 * f64::from(is_above);
             let sensor = DVec3::new(uniform(0.0, 3.0), uniform(0.0, 3.0), height);
-            if position.z <= height || object.contains(sensor) || object.contains(position) {
+            if (position.z <= height) != (is_above == 1) || object.contains(sensor) || object.contains(position) {
                 continue;
             }
             let met = object.intersect(sensor, position - sensor).is_some_and(|(share, ..)| share < 1.0);
@@ -243,9 +286,9 @@ mod tests {
             let in_shadow = shadows.any(|shadow| shadow.hides(dx, dy) && within(&shadow));
             assert_eq!(in_shadow, met, "{:?} {position} {sensor}", all.blocks[0]);
             assert!(all.shadows(position, height, Some(0)).next().is_none());
-            hidden += usize::from(met);
+            hidden[is_above as usize] += usize::from(met);
         }
-        assert!(hidden > 100, "{hidden}");
+        assert!(hidden.iter().all(|hidden| *hidden > 100), "{hidden:?}");
     }
 
     /// From a point to which a disc is called clear every ray reaches it. The filter calls clear what is clear, and all that is so

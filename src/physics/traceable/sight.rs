@@ -1,11 +1,26 @@
 //! What stands between two points of the room.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use glam::DVec3;
 
 use super::block::ON_TARGET;
-use super::obstacles::Shadow;
+use super::obstacles::{Between, Shadow};
 use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
+
+/// Corners of a regular octagon of unit radius, and the radius of one around a unit circle, with some to spare.
+const OCTAGON: [[f64; 2]; 8] = [
+    [1.0, 0.0],
+    [FRAC_1_SQRT_2, FRAC_1_SQRT_2],
+    [0.0, 1.0],
+    [-FRAC_1_SQRT_2, FRAC_1_SQRT_2],
+    [-1.0, 0.0],
+    [-FRAC_1_SQRT_2, -FRAC_1_SQRT_2],
+    [0.0, -1.0],
+    [FRAC_1_SQRT_2, -FRAC_1_SQRT_2],
+];
+const OCTAGON_BESIDE_CIRCLE: f64 = 1.0824;
 
 impl TraceableScene {
     /// True if nothing stands between two points of the room; the surfaces that they lie on do not count.
@@ -44,6 +59,26 @@ impl TraceableScene {
         // a box is convex: none of its points hides what another sees
         let own_box = from.filter(|_| reach == 0.0).and_then(|surface| self.numbering.box_of(surface));
         self.obstacles.leave_clear(position, reach, own_box, centre, radius)
+    }
+
+    /// What may stand between a point and any point of a level disc of `radius` around `centre` above it.
+    pub fn between(&self, position: DVec3, centre: DVec3, radius: f64) -> Between {
+        self.obstacles.between(position, centre, radius)
+    }
+
+    /// True if one box certainly stands between each point of the hull of some `points` and each point of a level disc of `radius` around
+    /// `centre`. A box is convex, and so is what it hides from a point, and the set of points from which it hides one: the corners of the
+    /// hull and of an octagon around the disc tell of all.
+    pub fn hides(&self, points: &[DVec3], centre: DVec3, radius: f64) -> bool {
+        let Some(first) = points.first() else { return false };
+        let corners: [DVec3; OCTAGON.len()] =
+            OCTAGON.map(|[x, y]| centre + DVec3::new(x, y, 0.0) * (radius * OCTAGON_BESIDE_CIRCLE));
+        self.box_bounds.met(*first, centre - *first, 1.0).into_iter().any(|index| {
+            let blocks = |from: DVec3, to: DVec3| {
+                self.boxes[index].intersect(from, to - from).is_some_and(|(t, ..)| t < 1.0 - ON_TARGET)
+            };
+            points.iter().all(|point| corners.iter().all(|corner| blocks(*point, *corner)))
+        })
     }
 
     /// The shadows that light from `position` throws on the horizontal plane at `height`; box `but_for` throws none.

@@ -246,7 +246,10 @@ impl<const C: usize> TwoStage<C> {
             Some(paths) => sizes.with_paths(paths),
             None => Self::tried(scene, task.grids, reflected, (seed, target)).map_or_else(
                 || sizes.with_paths(PATHS.power_of_two(target) as u32),
-                |spread| sizes.tried(target, spread, valued(task.grids)),
+                |spread| {
+                    let tried = sizes.tried(target, spread, (valued(task.grids), scene.tubes.len()));
+                    Sizes { photons: settings.photons_per_pass.unwrap_or(tried.photons), ..tried }
+                },
             ),
         }
     }
@@ -290,9 +293,14 @@ impl<const C: usize> TwoStage<C> {
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // the light is the same in all: how much it differs is no matter of paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;
-        let tried = |grid: usize, sensor: usize| Tried {
-            ways: method.connections.ways(scene, grid, sensor) as f64,
-            ..Tried::default()
+        let tried = |number: usize, sensor: usize| {
+            let sensors = Sensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
+            let straight = method.connections.straight(scene, &light.lamps, sensors, sensor);
+            Tried {
+                ways: method.connections.ways(scene, number, sensor) as f64,
+                by_one_photon: straight.by_one_photon,
+                ..Tried::default()
+            }
         };
         let of_grid = |(number, grid): (usize, &Grid)| (0..grid.len()).map(|sensor| tried(number, sensor)).collect();
         let mut values: Vec<Vec<Tried>> = grids.iter().enumerate().map(of_grid).collect();

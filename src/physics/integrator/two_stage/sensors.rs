@@ -22,16 +22,48 @@ pub fn point_of_cell(grid: &Grid, [u, v]: [f64; 2]) -> DVec3 {
     DVec3::new((u - 0.5) * grid.cell_size_m[0], (v - 0.5) * grid.cell_size_m[1], 0.0)
 }
 
-/// For each sensor of a grid, tube by tube: true if certainly nothing hides any of the opening from it.
-pub fn clear(scene: &TraceableScene, grid: &Grid) -> Vec<bool> {
+/// What a sensor sees of an opening.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seen {
+    /// Certainly all of it.
+    Whole,
+    /// Certainly nothing.
+    Hidden,
+    /// It is not known how much, and boxes alone may hide some from the sensor, which is a point.
+    BesideBoxes,
+    /// It is not known how much.
+    InPart,
+}
+
+/// What each sensor of a grid sees of each opening, tube by tube.
+pub fn seen(scene: &TraceableScene, grid: &Grid) -> Vec<Seen> {
     let reach = reach(grid);
     let of_sensor = |sensor: usize| {
         let position = lifted(scene, grid, sensor).position;
-        let tubes = scene.tubes.iter();
-        tubes.map(move |tube| scene.leaves_clear(position, reach, None, tube.origin, tube.opening_radius))
+        let corners: Vec<DVec3> = match grid.estimate {
+            EstimateKind::Point => vec![position],
+            EstimateKind::CellAverage => {
+                CORNERS.into_iter().map(|corner| position + point_of_cell(grid, corner)).collect()
+            }
+        };
+        scene.tubes.iter().map(move |tube| {
+            let (centre, radius) = (tube.origin, tube.opening_radius);
+            if scene.leaves_clear(position, reach, None, centre, radius) {
+                Seen::Whole
+            } else if scene.hides(&corners, centre, radius) {
+                Seen::Hidden
+            } else if grid.estimate == EstimateKind::Point && !scene.between(position, centre, radius).is_more {
+                Seen::BesideBoxes
+            } else {
+                Seen::InPart
+            }
+        })
     };
     (0..grid.len()).into_par_iter().flat_map_iter(of_sensor).collect()
 }
+
+/// Corners of a cell, in its edges.
+const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
 
 /// Sensors of a grid, at most, and pixels of a row, from which patches are found.
 const STARTS_OF_GRID: usize = 256;

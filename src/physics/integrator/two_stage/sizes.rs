@@ -102,9 +102,9 @@ impl Sizes {
         (rays / (SHARE_OF_PATCHES * passes)).sqrt().clamp(FINEST, 1.0)
     }
 
-    /// Sizes with as many paths and connections as some sensors of `all` that were tried ask for: of all divisions of the error between
+    /// Sizes with as many paths, connections and photons as some sensors of `all`, below so many `tubes`, that were tried ask for: of all divisions of the error between
     /// what is gathered, what is beyond and what is hidden in part, that which takes the least time.
-    pub fn tried(self, target: f64, spread: Spread, all: usize) -> Self {
+    pub fn tried(self, target: f64, spread: Spread, (all, tubes): (usize, usize)) -> Self {
         // what is beyond has its part in a sensor's error as far as sensors do not measure it together
         let beyond = spread.beyond * (DIFFERENT + 1.0 / (all.max(1) as f64).sqrt()).min(1.0);
         let variance = PASSES * SHARE_OF_PATHS * target * target;
@@ -131,7 +131,8 @@ impl Sizes {
         let least = all.min_by(|one, other| time(one).total_cmp(&time(other)));
         let [per_sensor, beyond, per_opening] =
             least.unwrap_or([FEWEST_PATHS, 1.0, PER_OPENING.fewest]).map(|number| number.round() as u32);
-        Self { per_sensor, beyond, per_opening, ..self }
+        let photons = (spread.by_one_photon / of(1) * tubes as f64).min(MOST_PHOTONS);
+        Self { photons: self.photons.max(power_of_two(photons)), per_sensor, beyond, per_opening, ..self }
     }
 }
 
@@ -149,6 +150,8 @@ pub struct Tried {
     pub beyond: Moments,
     /// The rest: light straight from its sources.
     pub straight: Moments,
+    /// Variance in lx2 by what boxes hide in part, with one photon of each opening.
+    pub by_one_photon: f64,
     /// Openings, luminaires and chains of mirrors to each of which it was connected by some ways.
     pub ways: f64,
 }
@@ -164,22 +167,26 @@ pub struct Spread {
     pub hidden: f64,
     /// Openings, luminaires and chains of mirrors to each of which a sensor is connected so.
     pub ways: f64,
+    /// Variance by what boxes hide in part, with one photon of each opening.
+    pub by_one_photon: f64,
 }
 
 impl Spread {
     /// Computes the spread of sensors; `None` if none of them is lit.
     pub fn of(sensors: impl Iterator<Item = Tried>) -> Option<Self> {
-        let [mut gathered, mut beyond, mut hidden, mut ways] = [Moments::default(); 4];
+        let [mut gathered, mut beyond, mut hidden, mut ways, mut by_one_photon] = [Moments::default(); 5];
         for tried in sensors.filter(|tried| tried.lux.mean > 0.0) {
             let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.lux.mean.powi(2);
             gathered.push(relative(tried.gathered));
             beyond.push(relative(tried.beyond) * f64::from(Sizes::TRIED.beyond));
             hidden.push(relative(tried.straight));
             ways.push(tried.ways);
+            by_one_photon.push(tried.by_one_photon / tried.lux.mean.powi(2));
         }
         let is_lit = gathered.count > 0.0;
-        let [gathered, beyond, hidden, ways] = [gathered, beyond, hidden, ways].map(|all| all.mean);
-        is_lit.then_some(Self { gathered, beyond, hidden, ways })
+        let [gathered, beyond, hidden, ways, by_one_photon] =
+            [gathered, beyond, hidden, ways, by_one_photon].map(|all| all.mean);
+        is_lit.then_some(Self { gathered, beyond, hidden, ways, by_one_photon })
     }
 }
 
@@ -194,8 +201,8 @@ mod tests {
     /// each; bounds hold.
     #[test]
     fn paths_follow_from_what_is_tried() {
-        let spread = Spread { gathered: 4.8e-4, beyond: 0.0, hidden: 0.0, ways: 0.0 };
-        let tried = |target: f64, spread: Spread, all: usize| NONE.tried(target, spread, all);
+        let spread = Spread { gathered: 4.8e-4, beyond: 0.0, hidden: 0.0, ways: 0.0, by_one_photon: 0.0 };
+        let tried = |target: f64, spread: Spread, all: usize| NONE.tried(target, spread, (all, 1));
         assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [17, 45]);
         assert_eq!(tried(0.1, spread, 81), Sizes { per_sensor: 4, beyond: 1, ..NONE });
         let noisy = Spread { beyond: 0.1, ..spread };
@@ -206,6 +213,9 @@ mod tests {
         let hidden = Spread { hidden: 4.8e-4, ways: 1e-9, ..spread };
         let [free, dear] = [hidden, Spread { ways: 40.0, ..hidden }].map(|spread| tried(0.005, spread, 81));
         assert!(free.per_opening > dear.per_opening && free.per_sensor < dear.per_sensor, "{free:?} {dear:?}");
+        // by hand: a sixteenth of the error for what boxes hide in part
+        let beside = tried(0.01, Spread { by_one_photon: 4.8e-4 / 16.0 * 100.0, ..spread }, 81);
+        assert_eq!(beside, Sizes { photons: 128, ..tried(0.01, spread, 81) });
         assert!(dear.per_opening >= 4 && tried(0.01, spread, 81).per_opening == 4);
     }
 
@@ -219,8 +229,9 @@ mod tests {
         };
         let part = of([1.0, 3.0]);
         let dark = Tried { lux: of([0.0, 0.0]), ..Tried::default() };
-        let lit = Tried { lux: of([2.0, 2.0]), gathered: part, beyond: part, straight: part, ways: 3.0 };
-        let spread = Spread { gathered: 0.5, beyond: 2.0, hidden: 0.5, ways: 3.0 };
+        let by_one_photon = 8.0;
+        let lit = Tried { lux: of([2.0, 2.0]), gathered: part, beyond: part, straight: part, ways: 3.0, by_one_photon };
+        let spread = Spread { gathered: 0.5, beyond: 2.0, hidden: 0.5, ways: 3.0, by_one_photon: 2.0 };
         assert_eq!(Spread::of([lit, dark].into_iter()).unwrap(), spread);
         assert_eq!(Spread::of(std::iter::once(dark)), None);
     }

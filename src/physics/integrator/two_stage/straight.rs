@@ -1,7 +1,7 @@
 //! Light straight from openings and luminaires to the sensors.
 //!
-//! A sensor that certainly sees all of an opening is connected to every photon that leaves it. One from which something may hide a part is
-//! connected to some: the photons lie along a line through all cells of the opening, and the passes together take even places of it, so that
+//! A sensor that certainly sees all of an opening is connected to every photon that leaves it, and one that certainly sees nothing of it to
+//! none. One from which something may hide a part is connected to some: the photons lie along a line through all cells of the opening, and the passes together take even places of it, so that
 //! what hides more than a fraction of one over their number is met.
 //!
 //! What hides less may be met by none, and n connections that agree are no proof. Where of all that may be hidden in part a fifth is, by any
@@ -12,11 +12,12 @@ use std::ops::AddAssign;
 
 use glam::{DVec2, DVec3};
 
-use super::sensors::{clear, point_of_cell, reach};
+use super::sensors::{Seen, point_of_cell, reach, seen};
 use super::sizes::PASSES;
 use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{luminaire_density, share};
 use crate::integrator::backward::pass::lifted;
+use crate::integrator::lamp::cells::per_lumen;
 use crate::integrator::lamp::light::DiffuserLight;
 use crate::sampling::{Key, PathRandom, Stream, lattice};
 use crate::scene::{EstimateKind, Grid, Sensor};
@@ -30,6 +31,8 @@ pub struct Straight {
     pub lux: f64,
     /// Error in lx by what all connections may have missed, times the number of passes.
     pub missed: f64,
+    /// Variance in lx2 by what boxes hide in part, with one photon of each opening in place of all.
+    pub by_one_photon: f64,
     pub rays: RayCount,
 }
 
@@ -37,6 +40,7 @@ impl AddAssign for Straight {
     fn add_assign(&mut self, other: Self) {
         self.lux += other.lux;
         self.missed += other.missed;
+        self.by_one_photon += other.by_one_photon;
         self.rays += other.rays;
     }
 }
@@ -44,8 +48,8 @@ impl AddAssign for Straight {
 /// Connections of sensors to openings.
 #[derive(Debug)]
 pub struct Connections {
-    /// For each sensor, grid by grid, and tube by tube: true if certainly nothing hides any of the opening from it.
-    clear: Vec<Vec<bool>>,
+    /// What each sensor sees of the openings, grid by grid, and tube by tube.
+    seen: Vec<Vec<Seen>>,
     /// Connections to an opening that something may hide.
     per_opening: u32,
     seed: Key,
@@ -66,16 +70,17 @@ pub struct Sensors<'a> {
 }
 
 impl Connections {
-    /// Finds which openings the sensors of the grids see whole.
+    /// Finds which openings the sensors of the grids see whole, and which not at all.
     pub fn new(scene: &TraceableScene, grids: &[Grid], per_opening: u32, seed: Key) -> Self {
-        Self { clear: grids.iter().map(|grid| clear(scene, grid)).collect(), per_opening, seed }
+        Self { seen: grids.iter().map(|grid| seen(scene, grid)).collect(), per_opening, seed }
     }
 
     /// Number of sources to which a sensor of a grid is connected by some ways each: openings and luminaires that something may hide in
     /// part, and chains of mirrors.
     pub fn ways(&self, scene: &TraceableScene, grid: usize, sensor: usize) -> usize {
         let tubes = scene.tubes.len();
-        let openings = self.clear[grid][sensor * tubes..(sensor + 1) * tubes].iter().filter(|clear| !**clear).count();
+        let seen = &self.seen[grid][sensor * tubes..(sensor + 1) * tubes];
+        let openings = seen.iter().filter(|seen| **seen == Seen::InPart).count();
         let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).count();
         let hidden = if scene.luminaires_obstructed { luminaires } else { 0 };
         openings + hidden + scene.mirrors.count() * (1 + luminaires)
@@ -98,9 +103,19 @@ impl Connections {
             PathRandom::new(sensors.stream.stream(Stream::Sensor, sensor as u64).stream(Stream::PartlySeen, 0));
         let (mut straight, mut squares) = (Straight::default(), 0.0);
         for tube in (0..tubes).filter(|tube| light.tubes()[*tube].is_far(position, reach)) {
-            if self.clear[sensors.number][sensor * tubes + tube] {
-                straight.lux += light.at_sensor(tube, Sensor { position, normal }, sensors.offsets);
-                continue;
+            match self.seen[sensors.number][sensor * tubes + tube] {
+                Seen::Whole => {
+                    straight.lux += light.at_sensor(tube, Sensor { position, normal }, sensors.offsets);
+                    continue;
+                }
+                Seen::Hidden => continue,
+                Seen::BesideBoxes => {
+                    let of_tube = beside_boxes(scene, light, tube, Sensor { position, normal });
+                    straight += Straight { missed: 0.0, ..of_tube };
+                    squares += of_tube.missed.powi(2);
+                    continue;
+                }
+                Seen::InPart => {}
             }
             let start = PathRandom::new(key.child(tube as u64)).uniform();
             let connections = self.per_opening;
@@ -122,6 +137,34 @@ impl Connections {
             squares += (unhidden / (f64::from(connections).powi(3) * PASSES).sqrt()).powi(2);
         }
         Straight { missed: squares.sqrt(), ..straight }
+    }
+}
+
+/// Computes what an opening sends straight to a point from which boxes may hide a part of it: every photon is looked for in their shadows.
+fn beside_boxes<const C: usize>(
+    scene: &TraceableScene,
+    light: &DiffuserLight<C>,
+    tube: usize,
+    sensor: Sensor,
+) -> Straight {
+    let of_tube = &light.tubes()[tube];
+    let between = scene.between(sensor.position, of_tube.origin, of_tube.radius);
+    let (mut seen, mut unhidden, mut squares) = (0.0, 0.0, 0.0);
+    for (source, flux) in of_tube.photons() {
+        let way = source - sensor.position;
+        let lux = flux.luminance() * per_lumen(way, sensor.normal).max(0.0);
+        unhidden += lux;
+        if !between.hides(source.truncate()) {
+            seen += lux;
+            squares += lux * lux;
+        }
+    }
+    let count = of_tube.photons.len().max(1) as f64;
+    Straight {
+        lux: seen,
+        missed: unhidden / (count.powi(3) * PASSES).sqrt(),
+        by_one_photon: (count * squares - seen * seen).max(0.0),
+        ..Straight::default()
     }
 }
 
