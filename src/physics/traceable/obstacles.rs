@@ -177,7 +177,8 @@ impl Block {
         let away = position.truncate() - self.centre;
         let half = self.half + hair;
         // the shadow of a point is the farther away the nearer the light passes it
-        let wide = (self.along.y.abs() * half.x + self.along.x.abs() * half.y) * (1.0 + ON_TARGET) + ON_TARGET * depth.abs();
+        let wide =
+            (self.along.y.abs() * half.x + self.along.x.abs() * half.y) * (1.0 + ON_TARGET) + ON_TARGET * depth.abs();
         let (south, north) = (-away.y - wide, -away.y + wide);
         Some(Shadow {
             start: DVec2::new(away.dot(self.along), self.along.perp_dot(away)),

@@ -215,7 +215,8 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
 
     fn turns(&self, scene: &TraceableScene, way: &Way, surface: SurfaceId) -> Way {
         let connected = way.last.filter(|last| self.0.counts_mirrors() && !last.narrow);
-        let turned = |last: Last| Some(Last { chain: Some(scene.mirrors.next(last.chain, surface)?), aim: None, ..last });
+        let turned =
+            |last: Last| Some(Last { chain: Some(scene.mirrors.next(last.chain, surface)?), aim: None, ..last });
         connected.and_then(turned).map_or(Way::UNCONNECTED, |last| Way { last: Some(last), from_eye: false })
     }
 
