@@ -90,7 +90,7 @@ impl Way {
 #[derive(Clone, Copy, Debug)]
 pub struct Last {
     pub position: DVec3,
-    /// Density of the ray's direction, per sr.
+    /// Density of the ray's direction, per sr, by what scatters it.
     pub density: f64,
     /// Light straight from luminaires is counted there in closed form.
     closed_form: bool,
@@ -136,8 +136,9 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     #[inline]
     fn share_of_aim(&self, ray: &Ray<C, Way>, hit: &RoomHit) -> f64 {
         let Some(Last { aim: Some(aim), position, density, .. }) = ray.trace.last else { return 1.0 };
+        let Some(solution) = self.0.bright() else { return 1.0 };
         let met = match hit.place {
-            Place::Surface(surface) => self.0.bright().and_then(|bright| bright.aimed(surface, hit.position)),
+            Place::Surface(surface) => solution.aimed(surface, hit.position),
             Place::Opening(_) => None,
         };
         match (aim, met) {
@@ -145,7 +146,8 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
             (_, Some((_, per_area))) if per_area > 0.0 => {
                 let cosine = -ray.direction.dot(hit.normal);
                 let aimed = per_area * (hit.position - position).length_squared() / cosine.max(f64::MIN_POSITIVE);
-                density / (density + aimed)
+                let scattered = density * (1.0 - solution.share_of_aimed());
+                scattered / (scattered + aimed)
             }
             _ => 1.0,
         }

@@ -190,7 +190,7 @@ impl<const C: usize> Gathered<C> {
         };
         let cosine = direction.dot(sensor.normal);
         let rest = 1.0 - bright.map_or(0.0, Bright::share);
-        let trace = meeting.leaves(scene, &Vertex::sensor(sensor), &(), direction, rest * cosine / PI);
+        let trace = meeting.leaves(scene, &Vertex::sensor(sensor), &(), direction, cosine / PI);
         let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, patch) } else { trace };
         let (origin, weight) = (sensor.position, Spectrum::ONE * (PI / rest));
         let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };

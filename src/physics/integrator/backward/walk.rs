@@ -305,7 +305,7 @@ impl<'a, const C: usize> Walk<'a, C> {
     }
 
     /// Chooses how a ray goes on from a vertex: by what scatters it there, or aimed at a bright patch, whose number is returned. The density
-    /// is that of rays that are not aimed.
+    /// is that of what scatters it, were all rays chosen so.
     fn choose<M: Meeting<C>>(
         &mut self,
         meeting: &M,
@@ -321,14 +321,13 @@ impl<'a, const C: usize> Walk<'a, C> {
             Aim::At(patch, point) => {
                 let toward = (point - vertex.position).try_normalize()?;
                 let (value, pdf) = Vertex { weight: Spectrum::ONE, ..*vertex }.response(toward);
-                let (pdf, kind) = (pdf * rest, Kind::Diffuse);
-                (pdf > 0.0).then(|| (Scattered { toward, kind, pdf, weight: value * (1.0 / pdf) }, Some(patch)))
+                let (weight, kind) = (value * (1.0 / (rest * pdf)), Kind::Diffuse);
+                (pdf > 0.0).then_some((Scattered { toward, kind, pdf, weight }, Some(patch)))
             }
             Aim::Elsewhere(point) => {
                 self.samples.begin_with(point);
                 let scattered = vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, side, &mut self.samples)?;
-                let (pdf, weight) = (scattered.pdf * rest, scattered.weight * (1.0 / rest));
-                Some((Scattered { pdf, weight, ..scattered }, None))
+                Some((Scattered { weight: scattered.weight * (1.0 / rest), ..scattered }, None))
             }
         }
     }

@@ -333,6 +333,12 @@ impl<const C: usize> Solution<C> {
         Some(&self.bright).filter(|bright| !bright.is_empty())
     }
 
+    /// Share of rays that are aimed.
+    #[inline]
+    pub fn share_of_aimed(&self) -> f64 {
+        self.bright.share()
+    }
+
     /// Number of the patch of a point, and aimed rays that end there per m2 and ray; `None` where there is no patch.
     #[inline]
     pub fn aimed(&self, surface: SurfaceId, point: DVec3) -> Option<(u32, f64)> {
