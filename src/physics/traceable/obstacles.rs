@@ -274,7 +274,7 @@ mod tests {
             let object = BoxObject { size, base, rotation: uniform(0.0, 7.0), surface };
             let object = TraceableBox::new(&object);
             let position = DVec3::new(uniform(0.0, 3.0), uniform(0.0, 3.0), uniform(0.2, 2.0));
-            let height = uniform(0.0, 0.8) + 1.4 * f64::from(is_above);
+            let height = uniform(0.0, 0.8) + f64::from(is_above);
             let sensor = DVec3::new(uniform(0.0, 3.0), uniform(0.0, 3.0), height);
             if (position.z <= height) != (is_above == 1) || object.contains(sensor) || object.contains(position) {
                 continue;

@@ -76,8 +76,8 @@ mod tests {
         TraceableScene::new(&scene, follow).unwrap()
     }
 
-    /// By hand: two mirrors that do not face each other have two chains each way; two that do, of 0.5, chains of up to five mirrors, and what
-    /// is left out is no brighter than 1/64.
+    /// By hand: two mirrors that do not face each other have two chains each way; two that do, of 0.5, chains of up to eight mirrors, and what
+    /// is left out is no brighter than 1/512.
     #[test]
     fn chains_end_where_they_are_faint() {
         let chains = |mirrors: &[(Face, f64)]| room(mirrors, Vec::new()).mirrors;
@@ -85,7 +85,7 @@ mod tests {
         let one = chains(&[(Face::North, 0.5)]);
         assert_eq!((one.count(), one.shows_more()), (1, false));
         let opposite = chains(&[(Face::North, 0.5), (Face::South, 0.5)]);
-        assert_eq!((opposite.count(), opposite.shows_more(), opposite.leaves_out()), (2 * 5, true, false));
+        assert_eq!((opposite.count(), opposite.shows_more(), opposite.leaves_out()), (2 * 8, true, false));
         let bright = chains(&[(Face::North, 0.9), (Face::South, 0.9), (Face::East, 0.9)]);
         assert_eq!((bright.count(), bright.leaves_out()), (64, true));
     }
