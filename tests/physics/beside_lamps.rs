@@ -5,26 +5,29 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument};
 use skyduct::estimate::Estimate;
 use skyduct::geometry::disc::far_disc_illuminance;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::lamp::flux::patched_flux;
-use skyduct::integrator::method::Task;
+use skyduct::integrator::method::{Described, Task};
+use skyduct::integrator::path_tracing;
+use skyduct::integrator::photon::close_points::close_sensors;
 use skyduct::integrator::room_matrix::PATCHES;
 use skyduct::integrator::two_stage::{Settings, TwoStage};
 use skyduct::job::prepare::{Prepared, prepare_document};
-use skyduct::optics::{Diffuser, DiffuserZone, MeasuredDiffuser};
+use skyduct::optics::{Diffuser, DiffuserZone, MeasuredDiffuser, Surface};
 use skyduct::sampling::Key;
 use skyduct::scene::EstimateKind::{self, CellAverage, Point};
-use skyduct::scene::Scene;
+use skyduct::scene::{BoxObject, Grid, Scene};
 
 use crate::documents::{Folder, render};
 use crate::reference;
 use crate::scenes::{
-    RADIUS, SIDE, bent, cube, daylight, disc_room, furnished, lambertian, light_tracing, mixed, run, straight,
-    traceable, with_sun,
+    self, RADIUS, SIDE, assert_grid, bent, cube, daylight, disc_room, furnished, lambertian, light_tracing, mixed, run,
+    straight, traceable, values, with_sun,
 };
 
 fn built(scene: &Scene, seed: u64) -> TwoStage<1> {
@@ -151,6 +154,31 @@ fn lumens_times_responses_and_the_rest_are_the_light() {
             let inside = traceable(&scene).is_in_solid(scene.grids[0].centre(sensor)) && estimate == Point;
             assert!(if inside { lux == 0.0 } else { error + own < 0.3 * lux }, "{sensor}: {error} {own} of {lux}");
         }
+    }
+}
+
+/// Points 5 mm beside a box are no reason to compute a whole grid otherwise: they get their light by paths from both ends, and all others
+/// theirs as ever. Path tracing agrees.
+#[test]
+fn points_beside_a_box_are_computed_alone() {
+    let tube = straight(0.8, 0.95, mixed(DiffuserZone::Lambertian));
+    let mut scene = cube(0.3, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 40.0, 120.0), Point);
+    scene.grids = vec![Grid::new("grid".into(), 0.5, [5, 5], 0.1, [SIDE, SIDE], Point)];
+    let size = DVec3::new(0.4, 0.5, 0.9);
+    let base = DVec3::new(scene.grids[0].x_m[2] + 0.005 + 0.5 * size.x, 0.5 * SIDE, 0.0);
+    let surface = Surface::diffuse([0.6; 3]);
+    scene.room.boxes.push(BoxObject { size, base, rotation: 0.0, surface });
+    let traceable = traceable(&scene);
+    let close: Vec<_> = close_sensors(&traceable, &scene.grids).collect();
+    assert!(close.contains(&(0, 12)) && close.len() < 4, "{close:?}");
+    assert!(Settings::default().refuses(&Task::whole(&scene, &traceable)).is_none());
+    let found = run(&scene, &*scenes::built(&scene, &Settings::default(), 5), 64);
+    let paths = path_tracing::Settings::default();
+    let (truth, error) = values(&run(&scene, &*scenes::built(&scene, &paths, 6), 512));
+    assert_grid(&found, &truth, &error, 4.0, 0.0, "beside a box");
+    for (grid, sensor) in close {
+        let (lux, own) = (found.grids[grid].illuminance_lux(sensor), found.grids[grid].standard_error_lux(sensor));
+        assert!(lux > 0.0 && own.hypot(error[sensor]) < 0.1 * lux, "{sensor}: {lux} +- {own}, {}", error[sensor]);
     }
 }
 

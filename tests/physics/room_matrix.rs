@@ -129,7 +129,7 @@ fn lumens_times_responses_are_the_light() {
     ));
     scene.room.luminaires.clear();
     with_sun(&mut scene, 40_000.0, 50.0);
-    let passes = 32;
+    let passes = 64;
     let found = run(&scene, &sized(&scene, 2048, 128, 3), passes);
     // the flux of each tube alone: the first of a scene counts
     let fluxes = |tube: usize| {

@@ -119,6 +119,14 @@ impl Grid {
         Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, placed, free, ..*self }
     }
 
+    /// One level sensor of this grid as a grid of its own.
+    pub fn alone(&self, sensor: usize) -> Self {
+        let (column, row) = (sensor % self.cells[0], sensor / self.cells[0]);
+        let free = self.free.as_ref().map(|free| [free[sensor]].into());
+        let (x_m, y_m) = (vec![self.x_m[column]], vec![self.y_m[row]]);
+        Self { name: self.name.clone(), cells: [1, 1], x_m, y_m, free, placed: None, ..*self }
+    }
+
     /// Number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).
     pub fn len(&self) -> usize {
         self.cells[0] * self.cells[1]

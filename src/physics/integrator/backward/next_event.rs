@@ -100,8 +100,8 @@ pub struct Last {
     pub chain: Option<usize>,
     /// It is a sensor.
     pub is_sensor: bool,
-    /// How the ray's direction was chosen, where some rays are aimed at bright patches.
-    aim: Option<Aimed>,
+    /// How the ray's direction was chosen, where a share of the rays is aimed at bright patches, and that share.
+    aim: Option<(Aimed, f64)>,
 }
 
 /// Choice of a direction where some rays are aimed at bright patches.
@@ -128,14 +128,14 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         self.0.bright()?.bright()
     }
 
-    fn is_aimed(&self, way: Way, patch: Option<u32>) -> Way {
-        let aim = Some(patch.map_or(Aimed::Elsewhere, Aimed::At));
+    fn is_aimed(&self, way: Way, patch: Option<u32>, share: f64) -> Way {
+        let aim = Some((patch.map_or(Aimed::Elsewhere, Aimed::At), share));
         Way { last: way.last.map(|last| Last { aim, ..last }), ..way }
     }
 
     #[inline]
     fn share_of_aim(&self, ray: &Ray<C, Way>, hit: &RoomHit) -> f64 {
-        let Some(Last { aim: Some(aim), position, density, .. }) = ray.trace.last else { return 1.0 };
+        let Some(Last { aim: Some((aim, share)), position, density, .. }) = ray.trace.last else { return 1.0 };
         let Some(solution) = self.0.bright() else { return 1.0 };
         let met = match hit.place {
             Place::Surface(surface) => solution.aimed(surface, hit.position),
@@ -144,9 +144,8 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         match (aim, met) {
             (Aimed::At(patch), met) if met.is_none_or(|(number, _)| number != patch) => 0.0,
             (_, Some((_, per_area))) if per_area > 0.0 => {
-                let cosine = -ray.direction.dot(hit.normal);
-                let aimed = per_area * (hit.position - position).length_squared() / cosine.max(f64::MIN_POSITIVE);
-                let scattered = density * (1.0 - solution.share_of_aimed());
+                let aimed = share * density_toward(per_area, position, hit);
+                let scattered = density * (1.0 - share);
                 scattered / (scattered + aimed)
             }
             _ => 1.0,
@@ -292,6 +291,14 @@ impl<D> NextEvent<'_, D> {
             }
         }
     }
+}
+
+/// Density per sr, seen from a place, of points of a surface that have this density per m2 where a ray from there meets it.
+fn density_toward(per_area: f64, from: DVec3, hit: &RoomHit) -> f64 {
+    let way = hit.position - from;
+    let squared = way.length_squared();
+    let cosine = -way.dot(hit.normal) / squared.sqrt();
+    per_area * squared / cosine.max(f64::MIN_POSITIVE)
 }
 
 /// Density per sr of connecting to an even point of a luminaire along `way`; zero from behind it.

@@ -10,7 +10,7 @@ use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
-use crate::integrator::radiosity::{Aim, Bright};
+use crate::integrator::radiosity::Aim;
 use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, lattice, warp};
@@ -183,15 +183,16 @@ impl<const C: usize> Gathered<C> {
     ) -> Option<Self> {
         let meeting = NextEvent(daylight);
         let bright = Meeting::<C>::bright(&meeting);
-        let aim = bright.map_or(Aim::Elsewhere(point), |bright| bright.aim(point));
+        let share = bright.map_or(0.0, |bright| bright.share(0.0));
+        let aim = bright.map_or(Aim::Elsewhere(point), |bright| bright.aim(share, point));
         let (direction, patch) = match aim {
             Aim::At(patch, place) => ((place - sensor.position).try_normalize()?, Some(patch)),
             Aim::Elsewhere(point) => (warp::around(sensor.normal, warp::cosine_hemisphere(point)), None),
         };
         let cosine = direction.dot(sensor.normal);
-        let rest = 1.0 - bright.map_or(0.0, Bright::share);
+        let rest = 1.0 - share;
         let trace = meeting.leaves(scene, &Vertex::sensor(sensor), &(), direction, cosine / PI);
-        let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, patch) } else { trace };
+        let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, patch, share) } else { trace };
         let (origin, weight) = (sensor.position, Spectrum::ONE * (PI / rest));
         let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };
         (cosine > 0.0).then_some(Self { sum: Spectrum::ZERO, ray, rays: 0 })

@@ -47,8 +47,8 @@ pub trait Meeting<const C: usize> {
         None
     }
 
-    /// Keeps in mind that a ray is aimed at a patch, or that it is not, where some are.
-    fn is_aimed(&self, trace: Self::Trace, _patch: Option<u32>) -> Self::Trace {
+    /// Keeps in mind that a ray is aimed at a patch, or that it is not, where a share of them is.
+    fn is_aimed(&self, trace: Self::Trace, _patch: Option<u32>, _share: f64) -> Self::Trace {
         trace
     }
 
@@ -116,6 +116,14 @@ pub struct Ray<const C: usize, Trace> {
     /// True if what a surface sends along it was reflected twice, or lights a sensor: interreflection.
     pub reflected: bool,
     pub trace: Trace,
+}
+
+/// The bright patches at which some rays from a vertex are aimed, and the share of the rays; `None` where none is.
+fn aimed_from<'a, const C: usize, M: Meeting<C>>(meeting: &'a M, vertex: &Vertex<'_, C>) -> Option<(&'a Bright, f64)> {
+    let bright = meeting.bright().filter(|_| !vertex.is_narrow())?;
+    let reflected = || Scatter::<C>::albedo(&vertex.scatterer, vertex.eye, vertex.side()).max();
+    let share = bright.share(if vertex.is_sensor() { 0.0 } else { reflected() });
+    (share > 0.0).then_some((bright, share))
 }
 
 /// One path that is followed backward, with its random numbers and what it found.
@@ -211,7 +219,7 @@ impl<'a, const C: usize> Walk<'a, C> {
                                 }
                                 false => optics,
                             };
-                            if !self.goes_beyond(known, rest, &mut ray) {
+                            if !self.goes_beyond(known, (rest, meeting.bright()), &mut ray) {
                                 return;
                             }
                             self.meet_surface(meeting, (surface, rest), &hit, &ray, None)
@@ -251,12 +259,20 @@ impl<'a, const C: usize> Walk<'a, C> {
 
     /// A ray meets a surface whose reflected light is `known` by a coarse solution: counts that, and decides whether it goes on for what
     /// that leaves out; if so it stands for those that do not.
-    fn goes_beyond<Trace>(&mut self, known: Spectrum<C>, optics: &SurfaceOptics, ray: &mut Ray<C, Trace>) -> bool {
+    fn goes_beyond<Trace>(
+        &mut self,
+        known: Spectrum<C>,
+        (optics, bright): (&SurfaceOptics, Option<&Bright>),
+        ray: &mut Ray<C, Trace>,
+    ) -> bool {
         self.sum += ray.weight * known;
         self.since.get_or_insert(self.sum);
         let stands_for = self.stands_for.take().unwrap_or_else(|| {
             let leaving = ray.weight * (optics.diffuse() + optics.specular());
-            let probability = (leaving.max() / ray.weight.max()).clamp(LEAST_BEYOND, 1.0);
+            let reflectance = leaving.max() / ray.weight.max();
+            // rays that are not aimed stand for all
+            let aimed = bright.map_or(0.0, |bright| bright.share(reflectance));
+            let probability = (reflectance / (1.0 - aimed)).clamp(LEAST_BEYOND, 1.0);
             if self.samples.random.uniform() < probability { 1.0 / probability } else { 0.0 }
         });
         ray.weight = ray.weight * stands_for;
@@ -312,12 +328,12 @@ impl<'a, const C: usize> Walk<'a, C> {
         vertex: &Vertex<'_, C>,
         side: SheetSide,
     ) -> Option<(Scattered<C>, Option<u32>)> {
-        let Some(bright) = meeting.bright().filter(|_| !vertex.is_narrow()) else {
+        let Some((bright, share)) = aimed_from(meeting, vertex) else {
             let scattered = vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, side, &mut self.samples)?;
             return Some((scattered, None));
         };
-        let rest = 1.0 - bright.share();
-        match bright.aim(self.samples.pair()) {
+        let rest = 1.0 - share;
+        match bright.aim(share, self.samples.pair()) {
             Aim::At(patch, point) => {
                 let toward = (point - vertex.position).try_normalize()?;
                 let (value, pdf) = Vertex { weight: Spectrum::ONE, ..*vertex }.response(toward);
@@ -341,8 +357,10 @@ impl<'a, const C: usize> Walk<'a, C> {
         (toward, pdf, patch): (DVec3, f64, Option<u32>),
     ) -> M::Trace {
         let trace = meeting.leaves(self.scene, vertex, arrival, toward, pdf);
-        let some_are_aimed = meeting.bright().is_some() && !vertex.is_narrow();
-        if some_are_aimed { meeting.is_aimed(trace, patch) } else { trace }
+        match aimed_from(meeting, vertex) {
+            Some((_, share)) => meeting.is_aimed(trace, patch, share),
+            None => trace,
+        }
     }
 
     /// The probability with which a path went on that arrives with one weight, would leave with another, and began with `first`;

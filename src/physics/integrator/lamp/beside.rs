@@ -16,7 +16,6 @@ use crate::integrator::light_tracing;
 use crate::integrator::method::{Load, Refusal, RefusalCode, Task};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::sums_at_once;
-use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::sampling::Key;
@@ -55,10 +54,14 @@ pub fn refuses_beside(task: &Task) -> Option<Refusal> {
     if tubes.iter().all(|tube| tube.diffuser.even_zone(tube.opening_radius).is_none()) {
         return refuses_all_but_lamps(tubes);
     }
-    let unseen = || task.has_points().then(|| light_tracing::refuses_points(task.traceable)).flatten();
-    let refusal = unseen().or_else(|| dishonest_points(task.traceable, task.grids))?;
+    let refusal = task.has_points().then(|| light_tracing::refuses_points(task.traceable)).flatten()?;
+    Some(of_light_tracing(refusal))
+}
+
+/// A refusal by light tracing, of what it follows here.
+pub fn of_light_tracing(refusal: Refusal) -> Refusal {
     let detail = format!("what closures do not scatter evenly is followed by light tracing, and {}", refusal.detail);
-    Some(Refusal { detail, ..refusal }.or("the estimate cell_average"))
+    Refusal { detail, ..refusal }.or("the estimate cell_average")
 }
 
 /// Photons of a pass where light of one tube comes in beside lamps. More tubes take more by this power of their number: a sensor gets light of

@@ -20,6 +20,11 @@ pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusa
     refusal_of_nearest(close_points(scene, grids), grids)
 }
 
+/// The point sensors too near to a surface or an opening: number of the grid, and of the sensor in it.
+pub fn close_sensors<'a>(scene: &'a TraceableScene, grids: &'a [Grid]) -> impl Iterator<Item = (usize, usize)> + 'a {
+    close_points(scene, grids).map(|ClosePoint { place, .. }| (place.grid, place.sensor))
+}
+
 fn refusal_of_nearest(close: impl Iterator<Item = ClosePoint>, grids: &[Grid]) -> Option<Refusal> {
     let ClosePoint { distance, near, surface, place } = close.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
     let grid = &grids[place.grid];

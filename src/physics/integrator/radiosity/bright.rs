@@ -1,11 +1,12 @@
-//! Patches that are much brighter than most, at which rays are aimed: few would meet them by chance.
+//! Patches that are much brighter than most, at which some rays are aimed: few would meet them by chance.
 
 use glam::DVec3;
 
-/// Luminance from which on a patch is bright, in that of the mean.
+/// Luminance from which on a patch is bright, in the mean of what rays meet where paths begin.
 const BRIGHT: f64 = 4.0;
 
-/// Share of rays that are aimed, at most.
+/// Share of rays that are aimed, at most, of what a surface absorbs. Rays that are not aimed stand for all: with more than what is absorbed their
+/// weights would grow from one reflection to the next, and their variance without bound.
 const MOST_AIMED: f64 = 0.5;
 
 /// A parallelogram that reflects.
@@ -27,9 +28,9 @@ impl Area {
 pub struct Bright {
     /// Number of each among the patches, its area, and the sum of the probabilities up to it.
     chosen: Vec<(u32, Area, f64)>,
-    /// By number of the patch: aimed rays that end there per m2; 0 where it is not bright.
+    /// By number of the patch: share of the aimed rays that end there, per m2; 0 where it is not bright.
     densities: Vec<f64>,
-    /// Share of rays that are aimed: that of all flux which bright patches send, or half.
+    /// Share of all flux that bright patches send.
     share: f64,
 }
 
@@ -43,12 +44,11 @@ pub enum Aim {
 }
 
 impl Bright {
-    /// Finds the bright ones among patches of these luminances in cd/m2 (any one for each) and areas; those without an area are none.
-    pub fn new(patches: impl Iterator<Item = (f64, Option<Area>)> + Clone) -> Self {
-        let areas = patches.clone().filter_map(|(luminance, area)| Some((luminance, area?.area_m2())));
-        let (flux, area) =
-            areas.fold((0.0, 0.0), |(flux, all), (luminance, area)| (flux + luminance * area, all + area));
-        let is_bright = |luminance: f64| luminance * area > BRIGHT * flux;
+    /// Finds the bright ones among patches of these luminances in cd/m2 (any one for each) and areas, of which rays meet this `mean`; those
+    /// without an area are none.
+    pub fn new(patches: impl Iterator<Item = (f64, Option<Area>)> + Clone, mean: f64) -> Self {
+        let flux: f64 = patches.clone().filter_map(|(luminance, area)| Some(luminance * area?.area_m2())).sum();
+        let is_bright = |luminance: f64| luminance > BRIGHT * mean;
         let bright: Vec<(u32, Area, f64)> = patches
             .clone()
             .enumerate()
@@ -61,11 +61,11 @@ impl Bright {
         if all <= 0.0 {
             return Self::default();
         }
-        let share = (all / flux).min(MOST_AIMED);
+        let share = all / flux;
         let mut densities = vec![0.0; patches.count()];
         let mut sum = 0.0;
         let add = |(number, area, flux): (u32, Area, f64)| {
-            densities[number as usize] = share * flux / (all * area.area_m2());
+            densities[number as usize] = flux / (all * area.area_m2());
             sum += flux / all;
             (number, area, sum)
         };
@@ -78,17 +78,17 @@ impl Bright {
         self.chosen.is_empty()
     }
 
-    /// Share of rays that are aimed.
-    pub fn share(&self) -> f64 {
-        self.share
+    /// Share of the rays that are aimed from a surface of this reflectance; from a sensor 0.
+    pub fn share(&self, reflectance: f64) -> f64 {
+        self.share.min(MOST_AIMED * (1.0 - reflectance)).max(0.0)
     }
 
-    /// Decides where a ray goes; even points have even choices.
-    pub fn aim(&self, [u, v]: [f64; 2]) -> Aim {
-        if u >= self.share {
-            return Aim::Elsewhere([(u - self.share) / (1.0 - self.share), v]);
+    /// Decides where a ray goes of which this share is aimed; even points have even choices.
+    pub fn aim(&self, share: f64, [u, v]: [f64; 2]) -> Aim {
+        if u >= share {
+            return Aim::Elsewhere([(u - share) / (1.0 - share), v]);
         }
-        let choice = u / self.share;
+        let choice = u / share;
         let place = self.chosen.partition_point(|(.., sum)| *sum <= choice).min(self.chosen.len() - 1);
         let before = if place > 0 { self.chosen[place - 1].2 } else { 0.0 };
         let (number, Area { corner, edges }, sum) = self.chosen[place];
@@ -96,7 +96,7 @@ impl Bright {
         Aim::At(number, corner + edges[0] * within + edges[1] * v)
     }
 
-    /// Aimed rays that end in a patch, per m2 and ray.
+    /// Share of the aimed rays that end in a patch, per m2.
     #[inline]
     pub fn density(&self, number: u32) -> f64 {
         self.densities.get(number as usize).copied().unwrap_or(0.0)
@@ -107,18 +107,18 @@ impl Bright {
 mod tests {
     use super::*;
 
-    /// Of ten patches of 1 m2 and 1 cd/m2 and two of 0.25 m2 and 100 cd/m2 these alone are bright; they send five sixths of the light, and
-    /// half of the rays are aimed at them: one in m2 each.
+    /// Of ten patches of 1 m2 and 1 cd/m2 and two of 0.25 m2 and 100 cd/m2 these alone are bright; they send five sixths of the light. Half of a
+    /// sensor's rays are aimed at them, of a surface half of what it absorbs.
     #[test]
     fn rays_are_aimed_at_the_brightest() {
         let area = |edge: f64| Some(Area { corner: DVec3::ZERO, edges: [DVec3::X * edge, DVec3::Y] });
         let few = [(100.0, area(0.25)), (100.0, area(0.25)), (500.0, None)];
-        let bright = Bright::new(std::iter::repeat_n((1.0, area(1.0)), 10).chain(few));
-        assert_eq!(bright.share(), 0.5);
-        assert_eq!(bright.aim([0.125, 0.5]), Aim::At(10, DVec3::new(0.125, 0.5, 0.0)));
-        assert_eq!(bright.aim([0.375, 0.5]), Aim::At(11, DVec3::new(0.125, 0.5, 0.0)));
-        assert_eq!(bright.aim([0.75, 0.25]), Aim::Elsewhere([0.5, 0.25]));
-        assert_eq!([9, 10, 12].map(|number| bright.density(number)), [0.0, 1.0, 0.0]);
-        assert!(Bright::new(std::iter::repeat_n((1.0, area(1.0)), 10)).is_empty());
+        let bright = Bright::new(std::iter::repeat_n((1.0, area(1.0)), 10).chain(few), 2.0);
+        assert_eq!([0.0, 0.5, 1.0].map(|reflectance| bright.share(reflectance)), [0.5, 0.25, 0.0]);
+        assert_eq!(bright.aim(0.5, [0.125, 0.5]), Aim::At(10, DVec3::new(0.125, 0.5, 0.0)));
+        assert_eq!(bright.aim(0.5, [0.375, 0.5]), Aim::At(11, DVec3::new(0.125, 0.5, 0.0)));
+        assert_eq!(bright.aim(0.5, [0.75, 0.25]), Aim::Elsewhere([0.5, 0.25]));
+        assert_eq!([9, 10, 12].map(|number| bright.density(number)), [0.0, 2.0, 0.0]);
+        assert!(Bright::new(std::iter::repeat_n((1.0, area(1.0)), 10), 2.0).is_empty());
     }
 }

@@ -55,6 +55,8 @@ pub struct Exchange<const C: usize> {
     areas: Vec<Option<Area>>,
     /// Diffuse reflectances, by these numbers.
     reflectances: Vec<Spectrum<C>>,
+    /// The patches that rays from where paths begin met first, by these numbers.
+    seen: Vec<u32>,
     /// The patches in which the rays of each end, by these numbers, and what mirrors on the way reflect.
     met: Vec<(u32, f64)>,
     /// Illuminances by openings in lx per lumen, with the number of the tube: as many of each patch.
@@ -85,6 +87,7 @@ impl<const C: usize> Exchange<C> {
             let mut random = PathRandom::new(key.child(number as u64));
             (0..FROM_STARTS).map(move |stratum| ray(scene, start, stratum, &mut random))
         }));
+        let first_seen: Vec<Spot> = rays.iter().flatten().map(|end| end.spot).collect();
         loop {
             for End { spot, .. } in rays.drain(..).flatten() {
                 let Some(surface) = spot.surface else { continue };
@@ -140,7 +143,9 @@ impl<const C: usize> Exchange<C> {
         for (number, area) in numbers.iter().enumerate().filter_map(area) {
             areas[number as usize] = area;
         }
-        let exchange = Self { numbers, areas, reflectances, met, of_openings, of_luminaires, patches };
+        let seen =
+            first_seen.iter().filter_map(|spot| Some(numbers[patches.at(spot.surface?, spot.position)?])).collect();
+        let exchange = Self { numbers, areas, reflectances, seen, met, of_openings, of_luminaires, patches };
         (!found.is_empty()).then_some(exchange)
     }
 
@@ -188,7 +193,9 @@ impl<const C: usize> Exchange<C> {
         // light of luminaires is no part of what openings send
         let alone = self.of_luminaires.iter().all(|lux| lux.max() <= 0.0);
         let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
-        let bright = Bright::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()));
+        let seen = self.seen.iter().filter_map(|number| Some(radiosities.get(*number as usize)?.luminance()));
+        let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
+        let bright = Bright::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()), mean);
         Solution { exchange: self.clone(), bright, luminances: radiosities, flux: (alone && all > 0.0).then_some(all) }
     }
 }
@@ -333,13 +340,7 @@ impl<const C: usize> Solution<C> {
         Some(&self.bright).filter(|bright| !bright.is_empty())
     }
 
-    /// Share of rays that are aimed.
-    #[inline]
-    pub fn share_of_aimed(&self) -> f64 {
-        self.bright.share()
-    }
-
-    /// Number of the patch of a point, and aimed rays that end there per m2 and ray; `None` where there is no patch.
+    /// Number of the patch of a point, and the share of aimed rays that end there per m2; `None` where there is no patch.
     #[inline]
     pub fn aimed(&self, surface: SurfaceId, point: DVec3) -> Option<(u32, f64)> {
         let number = self.number(surface, point)?;

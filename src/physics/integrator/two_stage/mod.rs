@@ -14,12 +14,13 @@
 //! | `(K\|N) t F E`, far sensors that see all discs, and the eye | every photon, connected |
 //! | `(K\|N) t F V`, V the first, far, disc above the horizon, nothing between, no lobe | rings and sectors in closed form, and one photon for what they leave out |
 //! | `(K\|N) t F V`, V a later one, else the same | one photon by its flux, connected |
-//! | `(K\|N) t F V`, far, else | two photons, connected |
-//! | `(K\|N) t F V`, near, or a lobe below a roughness of 0.2 | as path tracing |
+//! | `(K\|N) t F V`, else | two photons, connected; from within a quarter of the radius as path tracing |
+//! | `(K\|N) t F V`, a lobe below a roughness of 0.2 | as path tracing |
 //! | `K t F S+ (V\|E)`, `M S+ (V\|E)` by plane mirrors | connections to images |
 //! | the same by other mirrors | chance |
 //! | `M ..` and interreflection, light sent up and back included | as path tracing, around the coarse solution |
 //! | `(K\|N) t C ..` of grids, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
+//! | all light of points close to a surface, below such closures | as bidirectional path tracing ([`close`]) |
 //!
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536)
 //! and `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second
@@ -34,9 +35,11 @@
 //! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
 //! Guibas 1995.
 
+mod close;
 mod sensors;
 mod sizes;
 mod straight;
+mod trial;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -50,7 +53,8 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Lux, Sampling, each, lifted};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::lamp::beside::{
-    Lamps, Lit, add_beside, bytes_beside, most_places, refuses_all_but_lamps, refuses_beside,
+    Lamps, Lit, add_beside, all_lamps, bytes_beside, most_places, of_light_tracing, refuses_all_but_lamps,
+    refuses_beside,
 };
 use crate::integrator::lamp::light::{DiffuserLight, SensorLit};
 use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, Task, Trial, Work};
@@ -64,8 +68,9 @@ use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
+use close::{Close, refuses_close};
 use sensors::{reach, starts};
-use sizes::{PATHS, Sizes, Spread, Tried};
+use sizes::{PATHS, Sizes};
 use straight::{Connections, Sensors, Straight, by_mirrors, of_luminaires};
 
 /// Settings of two stages.
@@ -157,7 +162,10 @@ fn refuses_closures(task: &Task) -> Option<Refusal> {
     let tubes = &task.traceable.tubes;
     let measured = tubes.iter().any(|tube| tube.diffuser.measured().is_some());
     let by_lamps = measured || !task.views.is_empty() || task.has_placed_sensors();
-    if by_lamps { refuses_all_but_lamps(tubes) } else { refuses_beside(task) }
+    if by_lamps || all_lamps(tubes) {
+        return refuses_all_but_lamps(tubes);
+    }
+    refuses_beside(task).or_else(|| refuses_close(task).map(of_light_tracing))
 }
 
 /// Reflections of a path that no roulette decides: it would throw away what even points gain.
@@ -180,15 +188,12 @@ pub struct TwoStage<const C: usize> {
     connections: Connections,
     /// Coarse solution of the light that surfaces reflect, if that is followed.
     reflected: Option<Arc<Solution<C>>>,
+    /// Sensors that another method computes.
+    close: Option<Close<C>>,
     /// The room, where responses are told.
     room: Option<Room<C>>,
     seed: Key,
 }
-
-/// Sensors of a grid that are tried, at most, passes, and photons down each tube.
-const TRIED_SENSORS: usize = 36;
-const TRIED_PASSES: u64 = 4;
-const TRIED_PHOTONS: u64 = 64;
 
 /// Length of an edge of a patch at first, as a share of the room's shortest edge; edges that are shorter by less than this factor are not
 /// worth another solution.
@@ -223,35 +228,8 @@ impl<const C: usize> TwoStage<C> {
             }
         }
         let room = Room::new(scene, task.grids, settings.samples_per_sensor.unwrap_or(room_matrix::PATHS), seed);
-        Self { room, ..Self::sized(scene, (task.grids, task.views), (sizes, target), reflected, seed) }
-    }
-
-    /// Sizes of a pass, by a small trial where the document does not say how many paths there are.
-    fn sizes(
-        task: &Task,
-        settings: &Settings,
-        reflected: Option<&Arc<Solution<C>>>,
-        (seed, target): (u64, f64),
-    ) -> Sizes {
-        let scene = task.traceable;
-        let photons = Sizes::photons(target, &scene.tubes, !task.views.is_empty());
-        let sizes = Sizes {
-            photons: settings.photons_per_pass.unwrap_or(photons),
-            per_sensor: 1,
-            beyond: 1,
-            per_opening: Sizes::per_opening(target),
-            per_pixel: settings.samples_per_pixel,
-        };
-        match settings.samples_per_sensor {
-            Some(paths) => sizes.with_paths(paths),
-            None => Self::tried(scene, task.grids, reflected, (seed, target)).map_or_else(
-                || sizes.with_paths(PATHS.power_of_two(target) as u32),
-                |spread| {
-                    let tried = sizes.tried(target, spread, (valued(task.grids), scene.tubes.len()));
-                    Sizes { photons: settings.photons_per_pass.unwrap_or(tried.photons), ..tried }
-                },
-            ),
-        }
+        let close = Close::new(scene, task.grids, seed, target);
+        Self { room, close, ..Self::sized(scene, (task.grids, task.views), (sizes, target), reflected, seed) }
     }
 
     /// Divides the photons of a pass among sky and sun of the tubes.
@@ -266,58 +244,7 @@ impl<const C: usize> TwoStage<C> {
         let seed = Key::new(seed);
         let connections = Connections::new(scene, grids, sizes.per_opening, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { lamps, grids, views, sizes, connections, reflected, room: None, seed, scene: scene.clone() }
-    }
-
-    /// Solves coarsely for the light of a few photons that surfaces reflect.
-    fn reflected(task: &Task, exchange: &Arc<Exchange<C>>, seed: u64, target: f64) -> Arc<Solution<C>> {
-        let scene = task.traceable;
-        let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
-        let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
-        let lit = Lamps::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
-        let fluxes = lit.map_or_else(Vec::new, |lit: Lit<C>| lit.lamps.fluxes());
-        Arc::new(exchange.solve(&fluxes))
-    }
-
-    /// Tries paths from some sensors and returns how much they differ; `None` without sensors.
-    fn tried(
-        scene: &Arc<TraceableScene>,
-        grids: &[Grid],
-        reflected: Option<&Arc<Solution<C>>>,
-        (seed, target): (u64, f64),
-    ) -> Option<Spread> {
-        let grids: Vec<Grid> = grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
-        let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
-        let sizes = Sizes { photons, ..Sizes::TRIED };
-        let method = Self::sized(scene, (&grids, &[]), (sizes, target), reflected.cloned(), seed);
-        let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
-        // the light is the same in all: how much it differs is no matter of paths
-        let light = method.lit(key(0), &AtomicBool::new(false))?;
-        let tried = |number: usize, sensor: usize| {
-            let sensors = Sensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
-            let straight = method.connections.straight(scene, &light.lamps, sensors, sensor);
-            Tried {
-                ways: method.connections.ways(scene, number, sensor) as f64,
-                by_one_photon: straight.by_one_photon,
-                ..Tried::default()
-            }
-        };
-        let of_grid = |(number, grid): (usize, &Grid)| (0..grid.len()).map(|sensor| tried(number, sensor)).collect();
-        let mut values: Vec<Vec<Tried>> = grids.iter().enumerate().map(of_grid).collect();
-        for pass in 0..TRIED_PASSES {
-            let (found, _) = method.grids(&light.lamps, key(pass), pass, &AtomicBool::new(false))?;
-            for (values, grid) in values.iter_mut().zip(&found) {
-                for (sensor, tried) in values.iter_mut().enumerate() {
-                    let [lux, gathered, beyond] =
-                        [&grid.illuminance, &grid.gathered, &grid.residual].map(|values| values[sensor]);
-                    tried.lux.push(lux);
-                    tried.gathered.push(gathered);
-                    tried.beyond.push(beyond);
-                    tried.straight.push(lux - gathered - beyond);
-                }
-            }
-        }
-        Spread::of(values.into_iter().flatten())
+        Self { lamps, grids, views, sizes, connections, reflected, close: None, room: None, seed, scene: scene.clone() }
     }
 
     /// One pass of a grid, and the rays it took; `None` when cancelled.
@@ -426,6 +353,9 @@ impl<const C: usize> Integrator for TwoStage<C> {
         account.rays += rays;
         let mut result = Pass { account, grids, photons: self.lamps.photons(), ..Pass::default() };
         add_beside(&mut result.grids, &beside);
+        if let Some(close) = &self.close {
+            result.account.rays += close.replace(pass, &mut result.grids, cancel)?;
+        }
         if let Some(room) = &self.room {
             let replicate = room.replicate(pass, self.grids.len(), cancel)?;
             result.account.rays += replicate.rays;
