@@ -36,10 +36,10 @@
 //! Guibas 1995.
 
 mod close;
+mod coarse;
 mod sensors;
 mod sizes;
 mod straight;
-mod trial;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -69,8 +69,9 @@ use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 use close::{Close, refuses_close};
+use coarse::{PHOTONS_DOWN_EACH, pixels, reflected, valued};
 use sensors::{reach, starts};
-use sizes::{PATHS, Sizes};
+use sizes::{PATHS, Sizes, Spread, Tried};
 use straight::{Connections, Sensors, Straight, by_mirrors, of_luminaires};
 
 /// Settings of two stages.
@@ -200,14 +201,9 @@ pub struct TwoStage<const C: usize> {
 const EDGE: f64 = 1.0 / 6.0;
 const WORTHWHILE: f64 = 0.8;
 
-/// Sensors of some grids that have a value.
-fn valued(grids: &[Grid]) -> usize {
-    grids.iter().map(Grid::valued).sum()
-}
-
-fn pixels(views: &[View]) -> usize {
-    views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum()
-}
+/// Sensors of a grid that are tried, at most, and passes.
+const TRIED_SENSORS: usize = 36;
+const TRIED_PASSES: u64 = 4;
 
 impl<const C: usize> TwoStage<C> {
     /// The method for a relative standard error `target`; equal seeds give equal bits.
@@ -216,20 +212,48 @@ impl<const C: usize> TwoStage<C> {
         let starts = starts(scene, task.grids, task.views);
         let mut edge = EDGE * scene.enclosure.shortest_edge_m();
         let mut exchange = Exchange::new(scene, &starts, edge).map(Arc::new);
-        let mut reflected = exchange.as_ref().map(|exchange| Self::reflected(task, exchange, seed, target));
-        let mut sizes = Self::sizes(task, settings, reflected.as_ref(), (seed, target));
+        let mut known = exchange.as_ref().map(|exchange| reflected(task, exchange, seed, target));
+        let mut sizes = Self::sizes(task, settings, known.as_ref(), (seed, target));
         if let Some(coarse) = &exchange {
             let finer = sizes.finer(coarse.rays(), (valued(task.grids), pixels(task.views)));
             if finer < WORTHWHILE {
                 edge *= finer;
                 exchange = Exchange::new(scene, &starts, edge).map(Arc::new);
-                reflected = exchange.as_ref().map(|exchange| Self::reflected(task, exchange, seed, target));
-                sizes = Self::sizes(task, settings, reflected.as_ref(), (seed, target));
+                known = exchange.as_ref().map(|exchange| reflected(task, exchange, seed, target));
+                sizes = Self::sizes(task, settings, known.as_ref(), (seed, target));
             }
         }
         let room = Room::new(scene, task.grids, settings.samples_per_sensor.unwrap_or(room_matrix::PATHS), seed);
         let close = Close::new(scene, task.grids, seed, target);
-        Self { room, close, ..Self::sized(scene, (task.grids, task.views), (sizes, target), reflected, seed) }
+        Self { room, close, ..Self::sized(scene, (task.grids, task.views), (sizes, target), known, seed) }
+    }
+
+    /// Sizes of a pass, by a small trial where the document does not say how many paths there are.
+    fn sizes(
+        task: &Task,
+        settings: &Settings,
+        reflected: Option<&Arc<Solution<C>>>,
+        (seed, target): (u64, f64),
+    ) -> Sizes {
+        let scene = task.traceable;
+        let photons = Sizes::photons(target, &scene.tubes, !task.views.is_empty());
+        let sizes = Sizes {
+            photons: settings.photons_per_pass.unwrap_or(photons),
+            per_sensor: 1,
+            beyond: 1,
+            per_opening: Sizes::per_opening(target),
+            per_pixel: settings.samples_per_pixel,
+        };
+        match settings.samples_per_sensor {
+            Some(paths) => sizes.with_paths(paths),
+            None => Self::tried(scene, task.grids, reflected, (seed, target)).map_or_else(
+                || sizes.with_paths(PATHS.power_of_two(target) as u32),
+                |spread| {
+                    let tried = sizes.tried(target, spread, (valued(task.grids), scene.tubes.len()));
+                    Sizes { photons: settings.photons_per_pass.unwrap_or(tried.photons), ..tried }
+                },
+            ),
+        }
     }
 
     /// Divides the photons of a pass among sky and sun of the tubes.
@@ -245,6 +269,42 @@ impl<const C: usize> TwoStage<C> {
         let connections = Connections::new(scene, grids, sizes.per_opening, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());
         Self { lamps, grids, views, sizes, connections, reflected, close: None, room: None, seed, scene: scene.clone() }
+    }
+
+    /// Tries paths from some sensors and returns how much they differ; `None` without sensors.
+    fn tried(
+        scene: &Arc<TraceableScene>,
+        grids: &[Grid],
+        reflected: Option<&Arc<Solution<C>>>,
+        (seed, target): (u64, f64),
+    ) -> Option<Spread> {
+        let grids: Vec<Grid> = grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
+        let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
+        let sizes = Sizes { photons, ..Sizes::TRIED };
+        let method = Self::sized(scene, (&grids, &[]), (sizes, target), reflected.cloned(), seed);
+        let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
+        // the light is the same in all: how much it differs is no matter of paths
+        let light = method.lit(key(0), &AtomicBool::new(false))?;
+        let tried = |number: usize, sensor: usize| {
+            let sensors = Sensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
+            let straight = method.connections.straight(scene, &light.lamps, sensors, sensor);
+            Tried {
+                ways: method.connections.ways(scene, number, sensor) as f64,
+                by_one_photon: straight.by_one_photon,
+                ..Tried::default()
+            }
+        };
+        let of_grid = |(number, grid): (usize, &Grid)| (0..grid.len()).map(|sensor| tried(number, sensor)).collect();
+        let mut values: Vec<Vec<Tried>> = grids.iter().enumerate().map(of_grid).collect();
+        for pass in 0..TRIED_PASSES {
+            let (found, _) = method.grids(&light.lamps, key(pass), pass, &AtomicBool::new(false))?;
+            for (values, grid) in values.iter_mut().zip(&found) {
+                for (sensor, tried) in values.iter_mut().enumerate() {
+                    tried.push(grid, sensor);
+                }
+            }
+        }
+        Spread::of(values.into_iter().flatten())
     }
 
     /// One pass of a grid, and the rays it took; `None` when cancelled.

@@ -1,6 +1,7 @@
 //! How many photons and paths a pass has: so many that about eight passes reach the accuracy asked for, by what a small trial tells of
 //! the room.
 
+use crate::integrator::GridPass;
 use crate::integrator::lamp::beside::photons_beside;
 use crate::integrator::lamp::sizes::photons_for;
 use crate::integrator::pass_size::PassSize;
@@ -154,6 +155,17 @@ pub struct Tried {
     pub by_one_photon: f64,
     /// Openings, luminaires and chains of mirrors to each of which it was connected by some ways.
     pub ways: f64,
+}
+
+impl Tried {
+    /// Adds what a sensor has in a pass.
+    pub fn push(&mut self, grid: &GridPass, sensor: usize) {
+        let [lux, gathered, beyond] = [&grid.illuminance, &grid.gathered, &grid.residual].map(|values| values[sensor]);
+        self.lux.push(lux);
+        self.gathered.push(gathered);
+        self.beyond.push(beyond);
+        self.straight.push(lux - gathered - beyond);
+    }
 }
 
 /// Variances relative to the squared illuminance of a sensor: means over some sensors.
