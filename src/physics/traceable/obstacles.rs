@@ -79,11 +79,11 @@ impl Obstacles {
     }
 }
 
-/// What may stand between a point and a level disc above it.
+/// Obstacles that may stand between a point and a level disc above it.
 #[derive(Clone, Debug)]
 pub struct Between {
     from: DVec2,
-    /// Of boxes, on the disc's plane.
+    /// Shadows of boxes on the disc's plane.
     shadows: SmallVec<[Shadow; 4]>,
     /// True if something else may, of which the bounds are known alone.
     pub is_more: bool,
@@ -134,7 +134,7 @@ impl Shadow {
 }
 
 impl Obstacles {
-    /// What may stand between a point and any point of a level disc of `radius` around `centre` above it.
+    /// Finds the obstacles that may stand between a point and any point of a level disc of `radius` around `centre` above it.
     pub fn between(&self, position: DVec3, centre: DVec3, radius: f64) -> Between {
         let mut between = Between { from: position.truncate(), shadows: SmallVec::new(), is_more: false };
         let mut add = |block: &Block| {

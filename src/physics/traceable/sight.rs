@@ -61,7 +61,7 @@ impl TraceableScene {
         self.obstacles.leave_clear(position, reach, own_box, centre, radius)
     }
 
-    /// What may stand between a point and any point of a level disc of `radius` around `centre` above it.
+    /// Finds the obstacles that may stand between a point and any point of a level disc of `radius` around `centre` above it.
     pub fn between(&self, position: DVec3, centre: DVec3, radius: f64) -> Between {
         self.obstacles.between(position, centre, radius)
     }

@@ -31,13 +31,12 @@ pub struct Followed;
 
 impl<const C: usize> Daylight<C> for Followed {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        Connections { count: 1, scattered: false, within: f64::INFINITY }.connect(walk, vertex, tube);
+        Connections::ONE.connect(walk, vertex, tube);
     }
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
         // connections count the sun, and share the sky that is found at once
-        let connections = Connections { count: 1, scattered: false, within: f64::INFINITY };
-        Some(connections.sky_share(&scene.tubes[tube], way, position))
+        Some(Connections::ONE.sky_share(&scene.tubes[tube], way, position))
     }
 }
 
@@ -78,6 +77,9 @@ struct Connections {
 }
 
 impl Connections {
+    /// One, to any point of the opening.
+    const ONE: Self = Self { count: 1, scattered: false, within: f64::INFINITY };
+
     /// The share of the sky that a ray counts beside them.
     fn sky_share(&self, tube: &TraceableTube, way: &Way, position: DVec3) -> f64 {
         way.last.map_or(1.0, |last| {

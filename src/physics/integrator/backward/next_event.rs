@@ -56,7 +56,7 @@ pub trait Daylight<const C: usize>: Sync {
         None
     }
 
-    /// The coarse solution, if it has bright patches at which rays are aimed.
+    /// The coarse solution of what surfaces reflect, at whose bright patches some rays are aimed; `None` where it is not known.
     fn bright(&self) -> Option<&Solution<C>> {
         None
     }
@@ -100,7 +100,7 @@ pub struct Last {
     pub chain: Option<usize>,
     /// It is a sensor.
     pub is_sensor: bool,
-    /// How the ray's direction was chosen, where a share of the rays is aimed at bright patches, and that share.
+    /// Choice of the ray's direction, and the share of rays that are aimed, where some are aimed at bright patches.
     aim: Option<(Aimed, f64)>,
 }
 

@@ -348,7 +348,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
-    /// What a ray remembers that leaves a vertex so.
+    /// Returns the memory of a ray that leaves a vertex so.
     fn leave<M: Meeting<C>>(
         &self,
         meeting: &M,

@@ -107,7 +107,7 @@ impl Bright {
 mod tests {
     use super::*;
 
-    /// Of ten patches of 1 m2 and 1 cd/m2 and two of 0.25 m2 and 100 cd/m2 these alone are bright; they send five sixths of the light. Half of a
+    /// Two patches of 0.25 m2 and 100 cd/m2 among ten of 1 m2 and 1 cd/m2 are bright alone; they send five sixths of the light. Half of a
     /// sensor's rays are aimed at them, of a surface half of what it absorbs.
     #[test]
     fn rays_are_aimed_at_the_brightest() {

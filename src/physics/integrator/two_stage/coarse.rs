@@ -1,4 +1,4 @@
-//! What is found out in the room before any path: a coarse solution of what surfaces reflect.
+//! A coarse solution of what surfaces reflect, which is found before any path is followed.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -12,8 +12,8 @@ use crate::scene::{Grid, View};
 /// Photons down each tube by which the room is tried.
 pub const PHOTONS_DOWN_EACH: u64 = 64;
 
-/// Number of the coarse solution's random numbers, behind those of all passes of the trial.
-const COARSE: u64 = 4;
+/// Passes of the trial; the random numbers of the coarse solution come behind theirs.
+pub const TRIED_PASSES: u64 = 4;
 
 /// Sensors of some grids that have a value.
 pub fn valued(grids: &[Grid]) -> usize {
@@ -29,7 +29,7 @@ pub fn pixels(views: &[View]) -> usize {
 pub fn reflected<const C: usize>(task: &Task, exchange: &Arc<Exchange<C>>, seed: u64, target: f64) -> Arc<Solution<C>> {
     let scene = task.traceable;
     let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
-    let key = Key::new(seed).stream(Stream::SizeTrial, COARSE);
+    let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
     let lit = Lamps::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
     let fluxes = lit.map_or_else(Vec::new, |lit: Lit<C>| lit.lamps.fluxes());
     Arc::new(exchange.solve(&fluxes))

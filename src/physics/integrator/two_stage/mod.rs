@@ -69,7 +69,7 @@ use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 use close::{Close, refuses_close};
-use coarse::{PHOTONS_DOWN_EACH, pixels, reflected, valued};
+use coarse::{PHOTONS_DOWN_EACH, TRIED_PASSES, pixels, reflected, valued};
 use sensors::{reach, starts};
 use sizes::{PATHS, Sizes, Spread, Tried};
 use straight::{Connections, Sensors, Straight, by_mirrors, of_luminaires};
@@ -201,9 +201,8 @@ pub struct TwoStage<const C: usize> {
 const EDGE: f64 = 1.0 / 6.0;
 const WORTHWHILE: f64 = 0.8;
 
-/// Sensors of a grid that are tried, at most, and passes.
+/// Sensors of a grid that are tried, at most.
 const TRIED_SENSORS: usize = 36;
-const TRIED_PASSES: u64 = 4;
 
 impl<const C: usize> TwoStage<C> {
     /// The method for a relative standard error `target`; equal seeds give equal bits.

@@ -22,7 +22,7 @@ pub fn point_of_cell(grid: &Grid, [u, v]: [f64; 2]) -> DVec3 {
     DVec3::new((u - 0.5) * grid.cell_size_m[0], (v - 0.5) * grid.cell_size_m[1], 0.0)
 }
 
-/// What a sensor sees of an opening.
+/// The part of an opening that a sensor sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
     /// Certainly all of it.
@@ -35,7 +35,7 @@ pub enum Seen {
     InPart,
 }
 
-/// What each sensor of a grid sees of each opening, tube by tube.
+/// Finds the part of each opening that each sensor of a grid sees, tube by tube.
 pub fn seen(scene: &TraceableScene, grid: &Grid) -> Vec<Seen> {
     let reach = reach(grid);
     let of_sensor = |sensor: usize| {

@@ -48,7 +48,7 @@ impl AddAssign for Straight {
 /// Connections of sensors to openings.
 #[derive(Debug)]
 pub struct Connections {
-    /// What each sensor sees of the openings, grid by grid, and tube by tube.
+    /// The part of each opening that each sensor sees, grid by grid, and tube by tube.
     seen: Vec<Vec<Seen>>,
     /// Connections to an opening that something may hide.
     per_opening: u32,
