@@ -113,3 +113,59 @@ impl TraceableScene {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Surface;
+    use crate::sampling::{Key, PathRandom, warp};
+    use crate::scene::{BoxObject, Channels, Enclosure, Room, Scene};
+    use crate::traceable::Follow;
+
+    /// From no point of a cell from which a disc is called hidden does a ray reach it, and between a point and the disc a box's shadows hide
+    /// the points that rays do not reach.
+    #[test]
+    fn hidden_discs_are_reached_by_no_ray() {
+        let surface = Surface::diffuse([0.5; 3]);
+        let object =
+            |x: f64, size: DVec3| BoxObject { size, base: DVec3::new(x, 3.0, 0.0), rotation: 0.4 * x, surface };
+        let boxes = vec![object(2.0, DVec3::new(0.5, 3.0, 2.0)), object(4.0, DVec3::new(0.8, 1.0, 1.5))];
+        let enclosure = Enclosure::cuboid(DVec3::new(6.0, 6.0, 3.0), [Some(surface); 6]);
+        let scene = Scene {
+            daylight: None,
+            room: Room { enclosure, boxes, meshes: Vec::new(), luminaires: Vec::new() },
+            tubes: Vec::new(),
+            grids: Vec::new(),
+            views: Vec::new(),
+            channels: Channels::Photopic,
+        };
+        let follow = Follow { interreflection: true, guide_return: true, objects: true };
+        let scene = TraceableScene::new(&scene, follow).unwrap();
+        let mut random = PathRandom::new(Key::new(8));
+        let (mut hidden, mut in_part) = (0, 0);
+        for _ in 0..4000 {
+            let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
+            let place = DVec3::new(uniform(0.2, 5.8), uniform(0.2, 5.8), 0.01);
+            let (centre, radius) = (DVec3::new(uniform(0.5, 5.5), uniform(0.5, 5.5), 3.0), uniform(0.05, 0.4));
+            let corners =
+                [[-0.1, -0.1], [-0.1, 0.1], [0.1, -0.1], [0.1, 0.1]].map(|[x, y]| place + DVec3::new(x, y, 0.0));
+            if corners.iter().chain([&place]).any(|corner| scene.is_in_solid(*corner)) {
+                continue;
+            }
+            let between = scene.between(place, centre, radius);
+            let all_hidden = scene.hides(&corners, centre, radius);
+            hidden += usize::from(all_hidden);
+            for _ in 0..20 {
+                let to = centre + (warp::disc(random.uniform2()) * radius).extend(0.0);
+                let [u, v] = random.uniform2().map(|number| 0.2 * number - 0.1);
+                let from = place + DVec3::new(u, v, 0.0);
+                let reaches = !scene.is_in_solid(from) && scene.visible(from, None, to, None);
+                assert!(!all_hidden || !reaches, "{from} {to}");
+                let seen = scene.visible(place, None, to, None);
+                assert_eq!(seen, !between.hides(to.truncate()), "{place} {to}");
+                in_part += usize::from(!seen && !all_hidden);
+            }
+        }
+        assert!(hidden > 100 && in_part > 100, "{hidden} {in_part}");
+    }
+}
