@@ -93,7 +93,6 @@ fn share_done(stop: &StopRule, report: &PassReport, forecast: &Forecast) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::stopping::Judgements;
 
     const STOP: StopRule = StopRule {
         relative_error: 0.02,
@@ -101,7 +100,6 @@ mod tests {
         confidence: 0.95,
         max_passes: 1000,
         max_seconds: 600.0,
-        judgements: Judgements::BY_QUARTERS,
     };
 
     fn report() -> PassReport {

@@ -16,10 +16,10 @@ use super::results_table::print_results;
 use crate::document::read::json;
 use crate::document::{DocumentErrors, FieldError};
 use crate::job::cancel::{Stop, StopReason};
-use crate::job::chunk::{Rendered, warm_up};
 use crate::job::convergence::is_kept;
 use crate::job::forecast::Forecast;
 use crate::job::memory::default_limit_bytes;
+use crate::job::passes::{Rendered, warm_up};
 use crate::job::pilot;
 use crate::job::prepare::{Prepared, prepare};
 use crate::job::progress::{PassReport, StoppedBy};
@@ -113,7 +113,7 @@ fn render(prepared: &Prepared, stop: &Stop) -> anyhow::Result<(Rendered, Vec<Pas
     let mut passes = Vec::new();
     let rendered = prepared.render_on_pool(stop, &mut |report, so_far| {
         if is_kept(report.passes) {
-            forecast = forecaster.after(report, so_far.waiting_for());
+            forecast = forecaster.after(report, so_far.waiting_for);
         }
         progress.pass_done(report, &forecast);
         passes.push(*report);

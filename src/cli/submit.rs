@@ -15,7 +15,6 @@ use crate::cli::render::read_job;
 use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
-use crate::estimate::stopping::Judgements;
 use crate::job::convergence_files::convergence_names;
 use crate::job::events::Pass;
 use crate::job::results::{GridFormat, Output, ViewFormat, result_outputs};
@@ -192,7 +191,6 @@ fn stop_rule(job: &Value) -> anyhow::Result<StopRule> {
         confidence: number("confidence")?,
         max_passes: number("max_passes")? as u64,
         max_seconds: number("max_seconds")?,
-        judgements: Judgements::BY_QUARTERS,
     })
 }
 

@@ -6,7 +6,6 @@ use utoipa::ToSchema;
 use super::errors::Checks;
 use super::limits::{CONFIDENCE, PASSES, RELATIVE_ERROR, SECONDS};
 use crate::estimate::StopRule;
-use crate::estimate::stopping::Judgements;
 
 /// When a job is accurate enough, and its limits; the first one reached ends the job.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -32,12 +31,10 @@ impl Default for StopDocument {
 }
 
 impl StopDocument {
-    /// The rule that a job is judged by, after each quarter more passes; who prepares the job knows what a pass costs, and whether it is
-    /// judged more often.
+    /// The rule that a job is judged by.
     pub fn rule(self) -> StopRule {
         let Self { relative_error, view_relative_error, confidence, max_passes, max_seconds } = self;
-        let judgements = Judgements::BY_QUARTERS;
-        StopRule { relative_error, view_relative_error, confidence, max_passes, max_seconds, judgements }
+        StopRule { relative_error, view_relative_error, confidence, max_passes, max_seconds }
     }
 
     /// Refuses numbers out of their bounds.

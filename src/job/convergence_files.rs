@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use utoipa::ToSchema;
 
-use super::chunk::RenderError;
 use super::convergence::ACCURACIES;
 use super::forecast::{CONFIDENCE, Forecaster, Outputs};
+use super::passes::RenderError;
 use super::predictions::{OutputPredictions, PredictedTime, Predictions};
 use super::progress::PassReport;
 use super::results::failed;

@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 use super::convergence::ACCURACIES;
 use super::progress::PassReport;
 use crate::estimate::StopRule;
-use crate::estimate::stopping::{self, LEAST_PASSES};
+use crate::estimate::stopping::{self, LEAST_PASSES, next_judgement};
 use crate::figure::convergence::{Course, CoursePoint};
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile, two_sided_student_quantile};
 use crate::statistics::power_law::{ErrorPoint, ErrorSteps, Foretold, PowerLaw, WIDEST};
@@ -80,7 +80,7 @@ pub enum WaitingFor {
     /// The views are less accurate than asked, by a larger factor than the grids.
     ViewRelativeError,
     /// All limits hold: the job ends when it looks at them next, if they still do. It looks after 8 passes and then whenever about
-    /// a quarter is added.
+    /// an eighth is added.
     NextJudgement,
 }
 
@@ -279,7 +279,7 @@ impl Forecaster {
             // as large as the limit at most, which ends the search for the next judgement
             last = last.max((accurate.min(self.stop.max_passes as f64) as u64).max(output.least));
         }
-        let last = self.stop.judgements.from(last).min(self.stop.max_passes);
+        let last = next_judgement(last).min(self.stop.max_passes);
         let by_accuracy = last.saturating_sub(passes) as f64 * pace;
         Some(by_accuracy.min(self.stop.max_seconds - report.seconds).max(0.0))
     }
@@ -288,7 +288,6 @@ impl Forecaster {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::stopping::Judgements;
 
     fn stop() -> StopRule {
         StopRule {
@@ -297,7 +296,6 @@ mod tests {
             confidence: 0.95,
             max_passes: 1_000_000,
             max_seconds: 1e6,
-            judgements: Judgements::BY_QUARTERS,
         }
     }
 
@@ -342,7 +340,7 @@ mod tests {
                 assert!((foretold - passes as f64).abs() <= 0.01 * passes as f64 + 1.0, "{last}: {foretold} {passes}");
             };
             near(grids.seconds_left.unwrap(), needed);
-            near(forecast.seconds_left.unwrap(), stop().judgements.from(needed));
+            near(forecast.seconds_left.unwrap(), next_judgement(needed));
             assert_eq!(grids.exponent.is_some(), last > 4);
             for time in grids.seconds_to {
                 match time.seconds {
@@ -393,7 +391,7 @@ mod tests {
             let report = PassReport { seconds, view_relative_error: views, ..pass(passes, Some(0.2), None) };
             forecast = forecaster.after(&report, WAITS);
         }
-        let needed = stop().judgements.from(passes_for(0.01, 0.2));
+        let needed = next_judgement(passes_for(0.01, 0.2));
         let expected = 0.01 * (needed - 14) as f64;
         assert!((forecast.seconds_left.unwrap() / expected - 1.0).abs() < 0.01, "{forecast:?} {expected}");
         let views = forecast.views.unwrap();

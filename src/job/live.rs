@@ -8,7 +8,6 @@ use tokio::sync::oneshot;
 use uuid::Uuid;
 
 use crate::estimate::Estimate;
-use crate::job::chunk::SoFar;
 use crate::job::prepare::Prepared;
 
 /// Prepared jobs that wait for the worker in memory: at most this many, of at most this many bytes together (estimated).
@@ -112,7 +111,7 @@ impl LiveJob {
     }
 
     /// Hands everything so far to everybody who waits for it; what was shown before is old.
-    pub fn publish(&self, so_far: SoFar<'_>) {
+    pub fn publish(&self, so_far: &Estimate) {
         let waiting = {
             let mut shown = lock(&self.shown);
             shown.newest = None;
@@ -121,7 +120,7 @@ impl LiveJob {
         if waiting.iter().all(oneshot::Sender::is_closed) {
             return;
         }
-        let estimate = Arc::new(so_far.merged());
+        let estimate = Arc::new(so_far.clone());
         lock(&self.shown).newest = Some(Newest { estimate: estimate.clone(), files: HashMap::new() });
         for sender in waiting {
             // an error means that the reader has gone away

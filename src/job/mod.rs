@@ -1,11 +1,10 @@
-//! Jobs: the pass loop, chunks of passes, progress, checkpoints, and the trait that the store implements.
+//! Jobs: the pass loop, progress, checkpoints, and the trait that the store implements.
 
 pub(crate) mod artifacts;
 pub(crate) mod backup;
 pub mod cache;
 pub mod cancel;
 pub mod checkpoint;
-pub mod chunk;
 pub mod computation;
 pub mod convergence;
 pub mod convergence_files;
@@ -19,6 +18,7 @@ pub(crate) mod live;
 pub(crate) mod memory;
 pub(crate) mod meshes;
 pub(crate) mod ownership;
+pub mod passes;
 mod phrases;
 pub mod pilot;
 mod pilot_passes;
@@ -27,7 +27,6 @@ pub mod predictions;
 pub mod prepare;
 pub(crate) mod private_folder;
 pub mod progress;
-mod ranges;
 pub mod records;
 pub(crate) mod report;
 pub(crate) mod results;

@@ -1,8 +1,8 @@
 //! The pilot: the first passes of every method on some sensors and pixels, which tell what a job would take (`job/predictions.rs`).
 //!
 //! Each thread runs one method at a time on itself alone, so that the processor seconds of a pass are measured without what small
-//! passes lose when they are divided; a job's passes are divided among all threads. The pilot is bounded by the clocks of its threads: methods come in
-//! the order of their expected cost, and share what time is left. What does not fit is not known. Its keys are not those of the
+//! passes lose when they are divided; a job's passes are divided among all threads. The pilot is bounded by the clocks of its threads: methods share
+//! what time is left, that of the plan first. What does not fit is not known. Its keys are not those of the
 //! job, so that no sample of a job decides when it stops.
 
 use std::collections::VecDeque;
@@ -25,7 +25,6 @@ use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::Method;
 use crate::integrator::method::{self, Computation, Task, Trial};
 use crate::plan::choose::{MethodChoice, refuses};
-use crate::plan::cost;
 use crate::statistics::interval::two_sided_normal_quantile;
 
 /// Processor seconds of each thread in which all methods are tried. Together with the set-up that nobody can interrupt they are
@@ -41,9 +40,6 @@ const GRACE: f64 = 3.0;
 /// Most passes of the first size that is tried, and of every other.
 const MOST_PASSES: usize = 7;
 const MOST_PASSES_EACH: usize = 5;
-
-/// Times the time that is left above which a solver's expected time is not begun: it looks at the clock less often than passes do.
-const HOPELESS: f64 = 5.0;
 
 /// Passes on few places, which tell what a pass costs beside its places.
 const FEW_PLACES_PASSES: usize = 2;
@@ -103,12 +99,9 @@ fn predict_within(prepared: &Prepared, cancel: &AtomicBool, most: Duration) -> P
             });
         }
     }
-    trials.sort_by(|a, b| b.is_planned.cmp(&a.is_planned).then(a.expected.total_cmp(&b.expected)));
-    let judged = [prepared.least_passes_of_grids(), prepared.least_passes_of_views()].map(|least| Judged {
-        confidence: prepared.stop.confidence,
-        least_passes: least.unwrap_or(1),
-        judgements: prepared.stop.judgements,
-    });
+    trials.sort_by_key(|tried| !tried.is_planned);
+    let judged = [prepared.least_passes_of_grids(), prepared.least_passes_of_views()]
+        .map(|least| Judged { confidence: prepared.stop.confidence, least_passes: least.unwrap_or(1) });
     let asked = [prepared.stop.relative_error, prepared.stop.view_relative_error];
     let pilot = Pilot { prepared, threads, end: start + most, cancel, asked, judged };
     for (output, row, outcome) in pilot.run(trials) {
@@ -141,8 +134,6 @@ struct Tried<'a> {
     task: Task<'a>,
     sample: Sample,
     is_planned: bool,
-    /// Rough seconds of a pass of the trial for the accuracy that is asked for.
-    expected: f64,
 }
 
 impl<'a> Tried<'a> {
@@ -157,9 +148,7 @@ impl<'a> Tried<'a> {
         let target = prepared.stop.target();
         let trial = method.described().trial(&task, target);
         let sample = Sample::new(&task, trial.most_places);
-        let work = cost::work(&prepared.scene, &prepared.traceable, &prepared.plan, target);
-        let expected = trial.method.seconds_per_pass(&sample.work(&work));
-        Self { output, row, method, task, sample, is_planned, expected }
+        Self { output, row, method, task, sample, is_planned }
     }
 
     /// What tells of passes for a relative standard error `target`.
@@ -346,20 +335,19 @@ impl Pilot<'_> {
         outcome
     }
 
-    /// Passes of all sizes that accuracies demand, as far as there is time: first those for the accuracy asked for, unless it
-    /// seems that there is no time for them, then small ones first.
+    /// Passes of all sizes that accuracies demand, as far as there is time: the smallest first, then those for the accuracy asked for, then
+    /// the others.
     fn runs(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
-        let asked = &self.asked[tried.output];
-        let seems_short = (MOST_PASSES as f64 * tried.expected < clock.left()).then_some(asked);
-        for accuracy in seems_short.into_iter().chain(accuracies) {
+        let smallest_and_asked = accuracies.first().into_iter().chain([&self.asked[tried.output]]);
+        for accuracy in smallest_and_asked.chain(accuracies) {
             let trial = tried.trial(self.target(*accuracy));
             if runs.iter().any(|run| run.size == trial.passes.tried) {
                 continue;
             }
             let expected = runs.last().map_or(0.0, |run| run.spent * trial.passes.tried / run.size);
             if expected >= clock.left() {
-                break;
+                continue;
             }
             let most = if runs.is_empty() { MOST_PASSES } else { MOST_PASSES_EACH };
             runs.extend(self.run_of(tried, &trial, *accuracy, most, clock));
@@ -413,9 +401,6 @@ impl Pilot<'_> {
     /// A method without passes: solved to one accuracy after the other, as long as there is time.
     fn solver(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
         let mut outcome = Outcome::default();
-        if tried.expected > HOPELESS * clock.left() {
-            return outcome;
-        }
         let mut solved: Option<(f64, Option<f64>)> = None;
         for accuracy in accuracies {
             let reaches = solved.is_some_and(|(_, error)| error.is_none_or(|error| error <= *accuracy));

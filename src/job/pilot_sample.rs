@@ -5,7 +5,7 @@ use crate::estimate::film::BLOCK_PX;
 use crate::estimate::grid::{contrasts_of, sampling_variance};
 use crate::estimate::{FilmEstimate, GridEstimate};
 use crate::integrator::Pass;
-use crate::integrator::method::{Task, Work};
+use crate::integrator::method::Task;
 use crate::scene::{Channels, Grid, View};
 
 /// Windows of all views together; each is one block of pixels high.
@@ -70,12 +70,6 @@ impl Sample {
     /// Number of sensors, or pixels.
     pub fn places(&self) -> usize {
         self.grids.iter().map(Grid::len).sum::<usize>() + self.windows.iter().map(pixels).sum::<usize>()
-    }
-
-    /// The work of a pass on these places, from that on all.
-    pub fn work(&self, work: &Work) -> Work {
-        let sensors = self.grids.iter().map(Grid::len).sum::<usize>() as f64;
-        Work { sensors, pixels: self.windows.iter().map(pixels).sum::<usize>() as f64, ..*work }
     }
 
     /// What passes found, for every grid, or for every view that a window shows.

@@ -172,9 +172,8 @@ impl Measured {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::stopping::Judgements;
 
-    const JUDGED: Judged = Judged { confidence: 0.95, least_passes: 8, judgements: Judgements::BY_QUARTERS };
+    const JUDGED: Judged = Judged { confidence: 0.95, least_passes: 8 };
 
     #[test]
     fn times_hold_the_set_up_and_an_interval() {

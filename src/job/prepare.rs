@@ -7,14 +7,13 @@ use super::engine::Engine;
 use super::forecast::Forecaster;
 use super::predictions::Predictions;
 use super::progress::{PassReport, StoppedBy};
-use super::ranges::chunk_range;
 use super::spent::Spent;
 use super::subject::Subject;
 use super::tube_performance::TubePerformance;
 use crate::document::errors::WarningCode;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
 use crate::estimate::film::block_count;
-use crate::estimate::stopping::{WaitingFor, grid_without_light, least_passes};
+use crate::estimate::stopping::{WaitingFor, grid_without_light, is_judged, least_passes};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::Method;
 use crate::integrator::components::Component;
@@ -41,8 +40,6 @@ pub struct Prepared {
     pub(super) engine: Engine,
     /// Parts of the light that estimates have beside their grids; none where they have none.
     pub(super) components: Vec<Component>,
-    /// Largest number of passes that one chunk may have.
-    chunk_passes: u64,
     /// Selects the random numbers.
     pub(super) seed: u64,
     /// What each method would take, where a pilot was asked.
@@ -54,13 +51,6 @@ pub struct Prepared {
     /// Every method that documents may name, with the settings of this one.
     pub(super) offered: Vec<Method>,
 }
-
-/// About how long one chunk takes on the machine that the plan's costs were measured on: what a crash can lose.
-const CHUNK_SECONDS: f64 = 2.0;
-
-/// About how long passes take on that machine, all on one of its cores, between two looks at the accuracy: a job goes on no longer than
-/// this after its limits hold, and twice as long on a slower one.
-const MOST_BETWEEN_JUDGEMENTS: f64 = 0.25;
 
 /// Estimates of the memory that a prepared job holds, beside which are a tube's tables of the sky, a triangle in the scene
 /// and in the trees of rays, and a sensor's place.
@@ -99,7 +89,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         warnings.extend(document::leave_out_solids(document, &mut scene)?);
         still_wanted()?;
     }
-    let mut stop = document.stop_rule();
+    let stop = document.stop_rule();
     let missing = effects.weigh(&scene, &traceable).into_iter();
     let missing = missing.filter(|(_, left_out)| left_out.largest() > stop.relative_error);
     warnings.extend(missing.map(|(kind, left_out)| {
@@ -144,15 +134,12 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     }
     let engine = Engine::new(&traceable, &scene, &plan.methods, &stop, document.seed);
     let components = plan.methods.parts.map_or_else(Vec::new, |_| Component::of_scene(&traceable));
-    let seconds_per_pass = plan::cost::seconds_per_pass(&scene, &traceable, &plan, stop.target()).max(1e-9);
-    stop.judgements.most_apart = ((MOST_BETWEEN_JUDGEMENTS / seconds_per_pass) as u64).max(1);
     let performances = scene.tubes.iter().map(|_| OnceLock::new()).collect();
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),
         warnings,
         stop,
         name: document.name.clone(),
-        chunk_passes: ((CHUNK_SECONDS / seconds_per_pass) as u64).clamp(1, 4096),
         seed: document.seed,
         offered: document.method.offered(),
         predictions: None,
@@ -168,12 +155,9 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
 }
 
 impl Prepared {
-    /// The passes of chunk `index`, fixed by the job alone; `None` past the last.
-    pub fn chunk(&self, index: u64) -> Option<Range<u64>> {
-        if matches!(self.engine, Engine::Solver(_)) {
-            return (index == 0).then_some(0..1);
-        }
-        chunk_range(index, self.chunk_passes, self.stop.max_passes)
+    /// The passes that a job may still have after so many.
+    pub fn passes_after(&self, passes: u64) -> Range<u64> {
+        passes..if matches!(self.engine, Engine::Solver(_)) { 1 } else { self.stop.max_passes }
     }
 
     /// The row of the convergence table after the last pass of `merged`.
@@ -257,20 +241,19 @@ impl Prepared {
         passes >= self.stop.max_passes || matches!(self.engine, Engine::Solver(_))
     }
 
-    /// Reason why the job is done after chunk `index` with everything merged into `merged`; `None` when it is not.
-    pub fn stop_after(&self, index: u64, merged: &Estimate) -> Option<StoppedBy> {
+    /// Reason why the job is done after the passes of `merged`; `None` when it is not.
+    pub fn stop_after(&self, merged: &Estimate) -> Option<StoppedBy> {
+        let is_complete = self.is_complete(merged.passes);
         if matches!(self.engine, Engine::Solver(_)) {
             // of a formula no error is known
             let within = self.accuracy(merged).grids.is_none_or(|error| error <= self.stop.relative_error);
             Some(if within { StoppedBy::Exact } else { StoppedBy::MaxPasses })
         } else if self.is_dark() {
             Some(StoppedBy::Exact)
-        } else if self.stop.accurate_enough(merged) {
+        } else if (is_complete || is_judged(merged.passes)) && self.stop.accurate_enough(merged) {
             Some(if grid_without_light(merged).is_some() { StoppedBy::NoLight } else { StoppedBy::RelativeError })
-        } else if self.chunk(index + 1).is_none() {
-            Some(StoppedBy::MaxPasses)
         } else {
-            None
+            is_complete.then_some(StoppedBy::MaxPasses)
         }
     }
 

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::chunk::RenderError;
 use super::grid_figure::{GridWishes, grid_figure};
+use super::passes::RenderError;
 use super::prepare::Prepared;
 use super::progress::StoppedBy;
 use super::spent::Spent;

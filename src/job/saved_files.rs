@@ -6,8 +6,8 @@ use std::str::FromStr;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use serde_json::{Value, json};
 
-use super::chunk::{RenderError, Rendered};
 use super::convergence_files::convergence_files;
+use super::passes::{RenderError, Rendered};
 use super::prepare::Prepared;
 use super::progress::{PassReport, StoppedBy};
 use super::report::{OVERVIEW, made_by, report};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::chunk::RenderError;
+use super::passes::RenderError;
 use super::prepare::Prepared;
 use super::results::{TubeFormat, failed};
 use super::tube_figure::tube_figure;

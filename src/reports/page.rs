@@ -1,7 +1,7 @@
 //! A page of a report: sections with checks, tables and figures.
 
 use crate::document::DocumentErrors;
-use crate::job::chunk::RenderError;
+use crate::job::passes::RenderError;
 use crate::output::OutputError;
 
 /// A page and its figures.

@@ -44,7 +44,7 @@ pub fn render(document: &Value, meshes: &Path) -> Result<(Prepared, Estimate), R
 /// Renders all `max_passes` of a job, however accurate it is and whatever the time: the result is the same on every machine.
 /// `hear` gets the merged estimate after each pass.
 pub fn render_all(prepared: &Prepared, mut hear: impl FnMut(&Estimate)) -> Result<Estimate, ReportError> {
-    Ok(prepared.render_all_passes(&mut |_, so_far| hear(&so_far.merged()))?)
+    Ok(prepared.render_all_passes(&mut |_, so_far| hear(so_far.estimate))?)
 }
 
 /// A document's scene compiled for tracing, with everything that the plan leaves of it.

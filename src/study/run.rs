@@ -8,7 +8,7 @@ use super::request::{RunKey, StudyRequest};
 use crate::document::{DocumentErrors, JobDocument, MeshSource};
 use crate::figure::ticks::{duration, significant};
 use crate::job::cancel::Stop;
-use crate::job::chunk::{RenderError, Rendered};
+use crate::job::passes::{RenderError, Rendered};
 use crate::job::prepare::{Prepared, prepare_document};
 
 /// A study that cannot be done.

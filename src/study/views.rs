@@ -9,7 +9,7 @@ use super::run::{StudyError, of_method_alone};
 use crate::document::{DocumentErrors, JobDocument, MeshSource};
 use crate::figure::ticks::{duration, significant};
 use crate::job::cancel::Stop;
-use crate::job::chunk::RenderError;
+use crate::job::passes::RenderError;
 use crate::job::prepare::{Prepared, prepare_document};
 use crate::output::OutputError;
 

@@ -86,18 +86,6 @@ fn luminaires_light_points_and_cells_by_paths() {
     }
 }
 
-/// A job whose passes take a second looks at its errors after each of them, one of cheap passes when a quarter is added.
-#[test]
-fn jobs_of_dear_passes_look_at_their_errors_more_often() {
-    let is_judged_after_nine = |photons: u64| {
-        let mut document: Value = serde_json::from_str(include_str!("../../examples/thesis_room.json")).unwrap();
-        document.as_object_mut().unwrap().remove("views");
-        document["method"] = json!({ "kind": "light_tracing", "photons_per_pass": photons });
-        prepare(document.to_string().as_bytes(), &SquarePipe).unwrap().stop.judgements.is_after(9)
-    };
-    assert_eq!([512, 16_777_216].map(is_judged_after_nine), [false, true]);
-}
-
 /// The reason speaks of the tubes that there are.
 #[test]
 fn reasons_fit_the_tubes() {

@@ -244,7 +244,7 @@ fn imports_run_one_way() {
 fn climbing_imports_are_seen() {
     let bad = [
         ("sky/cie.rs", "use crate::document::Warning;"),
-        ("sky/mod.rs", "use crate::{geometry::obj, job::chunk::{Chunk, Rendered}};"),
+        ("sky/mod.rs", "use crate::{geometry::obj, job::passes::{Chunk, Rendered}};"),
         ("sky/cie.rs", "fn f() -> crate::http::State { todo!() }"),
         ("sky/cie.rs", "use super::super::estimate::Estimate;"),
         ("scene/mod.rs", "use super::plan::Plan;"),

@@ -307,7 +307,7 @@ fn short_sum() -> Form {
 
 fn short_count() -> Form {
     let mut counted = skyduct::estimate::Estimate { photons: 1 << 24, ..Default::default() };
-    counted.merge(&skyduct::estimate::Estimate { photons: 1, ..Default::default() });
+    counted.push(Some(&skyduct::integrator::Pass { photons: 1, ..Default::default() }), None);
     Form {
         what: "number of photons (`src/physics/estimate/mod.rs`)",
         input: "16 777 216 and one more",

@@ -3,7 +3,7 @@
 use crate::reference;
 use std::f64::consts::PI;
 
-use crate::documents::{Folder, refusal, render_chunk};
+use crate::documents::{Folder, add_pass, refusal};
 use crate::scenes::traceable;
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, MethodDocument, WarningCode, to_scene};
@@ -35,15 +35,12 @@ fn faulty(document: &Value) -> String {
     errors[0].pointer.clone()
 }
 
-/// Renders the only chunk, which ends the job.
+/// Renders the only pass, which ends the job.
 fn solve(prepared: &Prepared) -> Estimate {
-    let mut merged = prepared.empty_estimate();
-    let chunk = render_chunk(prepared, 0, &merged);
-    assert_eq!(chunk.ended, None);
-    merged.merge(&chunk.estimate);
-    assert_eq!(prepared.stop_after(0, &merged), Some(StoppedBy::Exact));
-    assert_eq!((merged.passes, prepared.chunk(1)), (1, None));
-    merged
+    let mut estimate = prepared.empty_estimate();
+    assert_eq!(add_pass(prepared, &mut estimate), Some(StoppedBy::Exact));
+    assert_eq!((estimate.passes, prepared.passes_after(1).is_empty()), (1, true));
+    estimate
 }
 
 /// A document of `examples`, or of the reference scenes.

@@ -1,19 +1,18 @@
 //! Same input, same bits: on any number of threads, and across a checkpoint.
 
-use crate::documents::{prepare, render_chunk};
+use crate::documents::{add_pass, prepare};
 use serde_json::json;
 use skyduct::integrator::photon_map::progressive::Carried;
 use skyduct::job::checkpoint::{decode, encode};
 use skyduct::job::prepare::Prepared;
 
-/// Chunks 0..`chunks` on a pool of `threads`; through a checkpoint after every chunk when `interrupted`.
-fn bits(prepared: &Prepared, chunks: u64, threads: usize, interrupted: bool) -> Vec<u8> {
+/// The first passes on a pool of `threads`; through a checkpoint after every third when `interrupted`.
+fn bits(prepared: &Prepared, passes: u64, threads: usize, interrupted: bool) -> Vec<u8> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut merged = prepared.empty_estimate();
-    for index in 0..chunks {
-        let chunk = pool.install(|| render_chunk(prepared, index, &merged));
-        merged.merge(&chunk.estimate);
-        if interrupted {
+    for pass in 0..passes {
+        pool.install(|| add_pass(prepared, &mut merged));
+        if interrupted && pass % 3 == 0 {
             merged = decode(prepared.empty_estimate(), &encode(&merged)).unwrap();
         }
     }
@@ -107,23 +106,23 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
 #[test]
 fn bits_do_not_depend_on_threads_or_checkpoints() {
     for (scene, prepared) in scenes() {
-        let calm = bits(&prepared, 2, 1, false);
-        assert_eq!(calm, bits(&prepared, 2, 2, false), "{scene}: 2 threads");
-        assert_eq!(calm, bits(&prepared, 2, 5, true), "{scene}: 5 threads, interrupted");
+        let calm = bits(&prepared, 4, 1, false);
+        assert_eq!(calm, bits(&prepared, 4, 2, false), "{scene}: 2 threads");
+        assert_eq!(calm, bits(&prepared, 4, 5, true), "{scene}: 5 threads, interrupted");
     }
 }
 
-/// Statistics of points go on from chunk to chunk, and through a checkpoint, as if there were no chunks; radii have shrunk
-/// with what was found.
+/// Statistics of points go on from pass to pass, and through a checkpoint; radii have shrunk with what was found.
 #[test]
-fn statistics_go_on_over_chunks() {
+fn statistics_of_points_go_on() {
     for (scene, prepared) in scenes().into_iter().filter(|(case, _)| case.ends_with("ppm")) {
         let mut merged = prepared.empty_estimate();
         let start = merged.carried.clone();
         let mut half = None;
-        for index in 0..2 {
-            let chunk = render_chunk(&prepared, index, &merged);
-            merged.merge(&chunk.estimate);
+        for _ in 0..2 {
+            for _ in 0..8 {
+                add_pass(&prepared, &mut merged);
+            }
             merged = decode(prepared.empty_estimate(), &encode(&merged)).unwrap();
             half.get_or_insert_with(|| merged.carried.clone());
         }
@@ -146,7 +145,7 @@ fn statistics_go_on_over_chunks() {
 #[test]
 fn seeds_are_different_streams() {
     let with_seed = |seed: u64| prepare("S1", |document| document["seed"] = seed.into());
-    let first = bits(&with_seed(0), 1, 2, false);
-    assert_ne!(first, bits(&with_seed(u64::MAX), 1, 2, false));
-    assert_eq!(first, bits(&with_seed(0), 1, 2, false));
+    let first = bits(&with_seed(0), 4, 2, false);
+    assert_ne!(first, bits(&with_seed(u64::MAX), 4, 2, false));
+    assert_eq!(first, bits(&with_seed(0), 4, 2, false));
 }

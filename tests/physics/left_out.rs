@@ -17,7 +17,7 @@ use skyduct::scene::{EstimateKind, Luminaire, Scene, Tube};
 use skyduct::sky::{Sun, direction};
 use skyduct::statistics::Moments;
 
-use crate::documents::{prepare, render_chunk};
+use crate::documents::{first_passes, prepare};
 use crate::scenes::{RADIUS, SIDE, bent, clear, cube, daylight, domed, lambertian, specular, straight, traceable};
 
 /// Deviations beyond this many standard errors fail: each with a probability of 3e-5 by chance, of some 20 comparisons here.
@@ -193,7 +193,7 @@ fn effects_that_are_on_in_vain_change_no_bit() {
                     document["stop"] = json!({ "relative_error": 0.05, "max_passes": 2 });
                     document["effects"] = effects;
                 });
-                let mut estimate = render_chunk(&prepared, 0, &prepared.empty_estimate()).estimate;
+                let mut estimate = first_passes(&prepared, 8);
                 // rays that look for what is not there count as rays
                 estimate.rays = 0;
                 (prepared, encode(&estimate))

@@ -1,6 +1,6 @@
 //! Meshes that are cylinders are computed as cylinders; others are traced, and no ray leaks.
 
-use crate::documents::render_chunk;
+use crate::documents::first_passes;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
@@ -120,7 +120,7 @@ fn prepare(tube: Value, mesh: TriangleMesh) -> Prepared {
 }
 
 fn bits(prepared: &Prepared) -> Vec<u8> {
-    encode(&render_chunk(prepared, 0, &prepared.empty_estimate()).estimate)
+    encode(&first_passes(prepared, 8))
 }
 
 fn reason(prepared: &Prepared) -> String {
@@ -188,7 +188,7 @@ fn a_round_mesh_with_an_elbow_is_the_bent_guide() {
         });
         let parametric = prepare(parametric, tube(96, cover));
         let values = |prepared: &Prepared| -> Vec<f64> {
-            let chunk = render_chunk(prepared, 0, &prepared.empty_estimate()).estimate;
+            let chunk = first_passes(prepared, 8);
             (0..12).map(|sensor| chunk.grids[0].illuminance_lux(sensor)).collect()
         };
         for (found, wanted) in values(&recognised).iter().zip(values(&parametric)) {
@@ -312,7 +312,7 @@ fn rays_through_a_hole_are_counted() {
             }
             let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
             let prepared = prepare_document(&document, &One(mesh.clone())).unwrap();
-            let estimate = render_chunk(&prepared, 0, &prepared.empty_estimate()).estimate;
+            let estimate = first_passes(&prepared, 8);
             assert_eq!(estimate.lost_rays > 0, leaks, "{method}: {} of {}", estimate.lost_rays, estimate.rays);
             let warnings: Vec<_> = prepared.render_warnings(&estimate).iter().map(|warning| warning.code).collect();
             assert_eq!(warnings, if leaks { vec![WarningCode::LostRays] } else { vec![] }, "{method}");

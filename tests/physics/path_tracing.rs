@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::documents::{prepare, refusal, render_chunk};
+use crate::documents::{first_passes, prepare, refusal};
 use crate::reference;
 use crate::scenes::{RADIUS, SIDE, disc_room, run, traceable, values};
 use serde_json::{Value, json};
@@ -107,8 +107,8 @@ fn unknown_fluxes_are_null() {
         document["method"] = json!({ "kind": "path_tracing", "samples_per_sensor": 4 });
         document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 4 });
     });
-    let chunk = render_chunk(&prepared, 0, &prepared.empty_estimate());
-    let summary = prepared.summary_json(&chunk.estimate, Spent::NOTHING, StoppedBy::MaxPasses);
+    let estimate = first_passes(&prepared, 8);
+    let summary = prepared.summary_json(&estimate, Spent::NOTHING, StoppedBy::MaxPasses);
     let tube = &summary["tubes"][0];
     for field in ["at_collector", "at_diffuser", "into_room", "transmission_efficiency", "level_aperture_efficiency"] {
         assert!(tube.get(field).unwrap().is_null(), "{field}");
@@ -121,8 +121,8 @@ fn unknown_fluxes_are_null() {
         document["method"] = json!("light_tracing");
         document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 4 });
     });
-    let chunk = render_chunk(&light, 0, &light.empty_estimate());
-    let summary = light.summary_json(&chunk.estimate, Spent::NOTHING, StoppedBy::MaxPasses);
+    let estimate = first_passes(&light, 8);
+    let summary = light.summary_json(&estimate, Spent::NOTHING, StoppedBy::MaxPasses);
     assert!(
         summary["energy"]["emitted_lm"].as_f64() > Some(0.0)
             && summary["tubes"][0]["into_room"]["flux_lm"].as_f64() > Some(0.0)

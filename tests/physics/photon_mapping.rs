@@ -1,6 +1,6 @@
 //! Photon mapping with final gathering: its settings, its bias, and what it alone finds. It agrees with others in `matrix`.
 
-use crate::documents::{prepare, render_chunk};
+use crate::documents::{first_passes, prepare};
 use crate::reference;
 use crate::scenes::{
     SIDE, assert_grid, bent, built, clear, cube, daylight, disc_room, light_tracing, radiosity, run, with_sun,
@@ -77,11 +77,11 @@ fn results_name_bias_and_fluxes() {
     });
     let choice = prepared.plan.methods.grids.clone().unwrap();
     assert!(choice.method.name() == "photon_mapping" && choice.reason.contains("does not shrink"), "{choice:?}");
-    let chunk = render_chunk(&prepared, 0, &prepared.empty_estimate());
-    let summary = prepared.summary_json(&chunk.estimate, Spent::NOTHING, StoppedBy::MaxPasses);
+    let estimate = first_passes(&prepared, 8);
+    let summary = prepared.summary_json(&estimate, Spent::NOTHING, StoppedBy::MaxPasses);
     assert!(summary["energy"]["emitted_lm"].as_f64() > Some(0.0));
     assert!(summary["tubes"][0]["into_room"]["flux_lm"].as_f64() > Some(0.0));
-    assert!(chunk.estimate.rays > 4 * 81 * 256 && chunk.estimate.photons == 4 * 4096);
+    assert!(estimate.rays > 4 * 81 * 256 && estimate.photons == 4 * 4096);
 }
 
 /// A radius of a fifth of the room has a bias of several times the noise, and its estimate covers it.

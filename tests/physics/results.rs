@@ -1,9 +1,8 @@
 //! The files of a job: each by its name, reports on tubes by their content.
 
-use crate::documents::{prepare, render_chunk};
+use crate::documents::{first_passes, prepare};
 use crate::schema::DESCRIPTION;
 use serde_json::{Value, json};
-use skyduct::estimate::Estimate;
 use skyduct::job::prepare::Prepared;
 use skyduct::job::progress::StoppedBy;
 use skyduct::job::spent::Spent;
@@ -24,13 +23,6 @@ fn three_tubes() -> Prepared {
     })
 }
 
-fn first_chunk(prepared: &Prepared) -> Estimate {
-    let mut merged = prepared.empty_estimate();
-    let chunk = render_chunk(prepared, 0, &merged);
-    merged.merge(&chunk.estimate);
-    merged
-}
-
 /// Nothing is zero because nobody has counted it.
 #[test]
 fn results_have_what_their_method_says_that_it_knows() {
@@ -41,7 +33,7 @@ fn results_have_what_their_method_says_that_it_knows() {
             document["stop"] = json!({ "max_passes": 2 });
         });
         let knows = prepared.plan.methods.grids.as_ref().unwrap().method.described().knows();
-        let results = prepared.summary_json(&first_chunk(&prepared), Spent::NOTHING, StoppedBy::MaxPasses);
+        let results = prepared.summary_json(&first_passes(&prepared, 8), Spent::NOTHING, StoppedBy::MaxPasses);
         let emitted = results["energy"]["emitted_lm"].as_f64();
         assert_eq!(emitted.is_some_and(|flux| flux > 0.0), knows.energy, "{name}: {results}");
         assert_eq!(results["tubes"][0]["into_room"].is_object(), knows.tube_fluxes, "{name}: {results}");
@@ -51,7 +43,7 @@ fn results_have_what_their_method_says_that_it_knows() {
 #[test]
 fn a_file_that_is_asked_for_by_name_is_the_one_among_all() {
     let prepared = three_tubes();
-    let merged = first_chunk(&prepared);
+    let merged = first_passes(&prepared, 8);
     let all = prepared.result_files(&merged).unwrap();
     let names: Vec<_> = all.iter().map(|file| file.name.clone()).collect();
     assert_eq!(names, prepared.result_names());
@@ -71,7 +63,7 @@ fn a_file_that_is_asked_for_by_name_is_the_one_among_all() {
 #[test]
 fn equal_tubes_have_equal_reports_and_others_do_not() {
     let prepared = three_tubes();
-    let merged = first_chunk(&prepared);
+    let merged = first_passes(&prepared, 8);
     let reports = [0, 1, 2].map(|tube| {
         let file = prepared.result_file(&format!("tubes/{tube}.json"), &merged).unwrap().unwrap();
         let mut report: Value = serde_json::from_slice(&file.bytes).unwrap();
@@ -85,7 +77,7 @@ fn equal_tubes_have_equal_reports_and_others_do_not() {
         assert_ne!(reports[0][part], reports[2][part], "{part}");
     }
     let other_sky = prepare("S1", |document| document["sky"]["cie_type"] = json!(5));
-    let file = other_sky.result_file("tubes/0.json", &first_chunk(&other_sky)).unwrap().unwrap();
+    let file = other_sky.result_file("tubes/0.json", &first_passes(&other_sky, 8)).unwrap().unwrap();
     let report: Value = serde_json::from_slice(&file.bytes).unwrap();
     assert_ne!(report["sky"], reports[0]["sky"]);
 }

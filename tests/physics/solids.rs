@@ -8,7 +8,7 @@ use skyduct::optics::Surface;
 use skyduct::scene::{BoxObject, EstimateKind, Grid};
 use skyduct::traceable::{RoomObject, Taken};
 
-use crate::documents::{Folder, prepare, render_chunk};
+use crate::documents::{Folder, first_passes, prepare};
 use crate::mesh_objects::closed_cube;
 use crate::scenes::{cube, daylight, lambertian, straight};
 
@@ -83,8 +83,7 @@ fn half_covered(estimate: &str, cells: [usize; 2]) -> Prepared {
 }
 
 fn result(prepared: &Prepared) -> Value {
-    let mut merged = prepared.empty_estimate();
-    merged.merge(&render_chunk(prepared, 0, &merged).estimate);
+    let merged = first_passes(prepared, 8);
     serde_json::from_slice(&prepared.result_file("grids/g.json", &merged).unwrap().unwrap().bytes).unwrap()
 }
 

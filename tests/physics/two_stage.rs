@@ -1,6 +1,6 @@
 //! Two stages: what cannot be cut in two, the settings, and fluxes of tubes. They agree with others in `matrix`.
 
-use crate::documents::{Folder, refusal, render_chunk};
+use crate::documents::{Folder, first_passes, refusal};
 use crate::reference;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob};
@@ -92,7 +92,7 @@ fn settings_have_bounds() {
 /// Fluxes of tubes are those of light tracing; a bent tube in a black room.
 #[test]
 fn fluxes_are_those_of_light_tracing() {
-    let chunks = |method: &str| {
+    let summary = |method: &str| {
         let prepared = job(|document| {
             document["method"] = method.into();
             document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 64 });
@@ -100,14 +100,9 @@ fn fluxes_are_those_of_light_tracing() {
                                                    "ceiling": { "reflectance": 0 } });
         });
         let prepared = prepared.unwrap();
-        let mut merged = prepared.empty_estimate();
-        for index in 0..3 {
-            let chunk = render_chunk(&prepared, index, &merged);
-            merged.merge(&chunk.estimate);
-        }
-        prepared.summary_json(&merged, Spent::NOTHING, StoppedBy::MaxPasses)
+        prepared.summary_json(&first_passes(&prepared, 32), Spent::NOTHING, StoppedBy::MaxPasses)
     };
-    let (found, truth) = (chunks("two_stage"), chunks("light_tracing"));
+    let (found, truth) = (summary("two_stage"), summary("light_tracing"));
     for field in ["at_collector", "at_diffuser", "into_room"] {
         let of = |summary: &Value, key: &str| summary["tubes"][0][field][key].as_f64().unwrap();
         let error = of(&found, "standard_error_lm").hypot(of(&truth, "standard_error_lm"));
@@ -134,11 +129,7 @@ fn mirrors_light_what_of_a_cell_lies_before_them() {
                 json!([{ "name": "floor", "height_m": 0.1, "cells": [1, 1], "estimate": "cell_average" }]);
         });
         let prepared = prepared.unwrap();
-        let mut merged = prepared.empty_estimate();
-        for index in 0..16 {
-            merged.merge(&render_chunk(&prepared, index, &merged).estimate);
-        }
-        let summary = prepared.summary_json(&merged, Spent::NOTHING, StoppedBy::MaxPasses);
+        let summary = prepared.summary_json(&first_passes(&prepared, 512), Spent::NOTHING, StoppedBy::MaxPasses);
         ["mean_lux", "mean_lux_standard_error"].map(|key| {
             summary["grids"][0]["statistics"][key].as_f64().unwrap_or_else(|| panic!("{}", summary["grids"][0]))
         })

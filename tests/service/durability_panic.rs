@@ -7,7 +7,7 @@ use crate::common::{PATIENCE, small_job};
 use skyduct::document::MeshSource;
 use skyduct::geometry::TriangleMesh;
 use skyduct::job::cancel::Stop;
-use skyduct::job::chunk::SoFar;
+use skyduct::job::passes::SoFar;
 use skyduct::job::prepare::prepare;
 use skyduct::job::progress::PassReport;
 use skyduct::job::spent::Spent;
@@ -21,15 +21,15 @@ impl MeshSource for NoMeshes {
 }
 
 #[test]
-fn a_panic_in_a_chunk_does_not_hang_it() {
+fn a_panic_in_a_pass_does_not_hang_it() {
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
         let prepared = prepare(small_job().to_string().as_bytes(), &NoMeshes).unwrap();
-        let before = prepared.empty_estimate();
+        let (mut estimate, mut spent) = (prepared.empty_estimate(), Spent::NOTHING);
         let chunk = std::panic::AssertUnwindSafe(|| {
-            let mut heard = |_: &PassReport, _: SoFar<'_>| panic!("in the middle of a chunk");
+            let mut heard = |_: &PassReport, _: SoFar<'_>| panic!("in the middle of a job");
             let stop = Stop::default();
-            stop.within(60.0, || prepared.render_chunk(0, &before, Spent::NOTHING, &stop, &mut heard))
+            stop.within(60.0, || prepared.render_pass(&mut estimate, &mut spent, &stop, &mut heard))
         });
         sender.send(std::panic::catch_unwind(chunk).is_err()).unwrap();
     });

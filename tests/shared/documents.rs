@@ -9,7 +9,7 @@ use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::integrator::method::Refusal;
 use skyduct::job::cancel::Stop;
-use skyduct::job::chunk::Chunk;
+use skyduct::job::passes::Rendered;
 use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::job::progress::StoppedBy;
 use skyduct::job::spent::Spent;
@@ -35,9 +35,16 @@ impl MeshSource for Beside {
     }
 }
 
-/// Renders one chunk after `before`.
-pub fn render_chunk(prepared: &Prepared, index: u64, before: &Estimate) -> Chunk {
-    prepared.render_chunk(index, before, Spent::NOTHING, &Stop::default(), &mut |_, _| {}).unwrap()
+/// Adds a pass to an estimate, and returns what ends the job with it, if anything does.
+pub fn add_pass(prepared: &Prepared, estimate: &mut Estimate) -> Option<StoppedBy> {
+    prepared.render_pass(estimate, &mut Spent::NOTHING.clone(), &Stop::default(), &mut |_, _| {}).unwrap()
+}
+
+/// The first `count` passes, or all if the job has fewer.
+pub fn first_passes(prepared: &Prepared, count: u64) -> Estimate {
+    let mut estimate = prepared.empty_estimate();
+    while estimate.passes < count && add_pass(prepared, &mut estimate).is_none() {}
+    estimate
 }
 
 /// A reference scene, changed by `edit`.
@@ -60,16 +67,8 @@ pub fn refusal(document: &ValidJob) -> Option<Refusal> {
 }
 
 pub fn render(prepared: &Prepared) -> Estimate {
-    let mut merged = prepared.empty_estimate();
-    for index in 0.. {
-        let chunk = render_chunk(prepared, index, &merged);
-        assert_eq!(chunk.ended, None);
-        merged.merge(&chunk.estimate);
-        if let Some(reason) = prepared.stop_after(index, &merged) {
-            assert_eq!(reason, StoppedBy::RelativeError);
-            break;
-        }
-    }
-    println!("{} passes, {} photons, {} rays", merged.passes, merged.photons, merged.rays);
-    merged
+    let Rendered { estimate, stopped_by, .. } = prepared.render(&Stop::default(), &mut |_, _| {}).unwrap();
+    assert_eq!(stopped_by, StoppedBy::RelativeError);
+    println!("{} passes, {} photons, {} rays", estimate.passes, estimate.photons, estimate.rays);
+    estimate
 }

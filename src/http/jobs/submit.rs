@@ -147,7 +147,7 @@ fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>, client: Strin
         body_hash: String::new(),
         computation: None,
         meshes,
-        first_chunk: prepared.chunk(0).ok_or_else(Problem::internal)?,
+        first_chunk: prepared.passes_after(0),
         client,
     })
 }

@@ -243,8 +243,6 @@ impl Workshop {
         let prepared = self.prepared(document)?;
         let set_up_seconds = start.elapsed().as_secs_f64();
         let part = StudyPart { run: None, picture: None, computed_by: prepared.method_names(), set_up_seconds };
-        // a job without a first chunk has no passes, which its document cannot ask for
-        let nothing = || DocumentErrors::from(FieldError::new("/job", "the job has nothing to compute"));
         let job = NewStudyJob {
             part: Value::Null,
             submitted: gathered.submitted.divide(fields(document)),
@@ -252,7 +250,7 @@ impl Workshop {
             plan: gathered.plan.divide(fields(&to_value(&PlanResult::from(&prepared.plan)))),
             known: prepared.known(),
             warnings: prepared.warnings.clone(),
-            first_chunk: prepared.chunk(0).ok_or_else(nothing)?,
+            first_chunk: prepared.passes_after(0),
         };
         let columns = [to_value(&job.submitted), to_value(&job.document), to_value(&job.plan)];
         // the last two are in an event, too

@@ -8,23 +8,23 @@ use tokio::sync::mpsc;
 use super::kept::Current;
 use crate::job::cancel::{Stop, StopReason};
 use crate::job::checkpoint;
-use crate::job::chunk::{RenderError, SoFar};
 use crate::job::convergence::{PREVIEW_PASSES, is_kept};
 use crate::job::events::Pass;
 use crate::job::forecast::Forecast;
+use crate::job::passes::{RenderError, SoFar};
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::results::ResultFile;
 
-/// Render time up to which the next chunk follows without a commit of the one before: first chunks take some milliseconds, a commit as
-/// long. The end of a process costs no more than that; the chunks, and so the bits, are the same.
-const WITHOUT_COMMIT: Duration = Duration::from_millis(250);
+/// Render time after which what a job's first passes have added up to is committed, and after which that of later ones is, and other jobs
+/// have their turn: what the end of a process costs. A commit takes some milliseconds.
+const FIRST_CHUNK: Duration = Duration::from_millis(250);
+const CHUNK: Duration = Duration::from_secs(2);
 
-/// A chunk on the render pool, and those after it as long as they take next to no time.
+/// A chunk on the render pool: the next passes of a job, as many as fit its time.
 pub(super) struct ChunkRun {
     pub current: Current,
     pub stop: Stop,
     pub tell: mpsc::UnboundedSender<News>,
-    pub chunk: u64,
 }
 
 /// News of the pool while it renders.
@@ -51,9 +51,8 @@ pub(super) enum Ended {
 impl ChunkRun {
     /// The job after the chunk, and how the chunk ended: `None` when nothing of it counts.
     pub fn run(self) -> (Current, Result<Option<Ended>, RenderError>) {
-        let Self { mut current, stop, tell, chunk } = self;
-        let ended = render_chunk(&mut current, &stop, &tell, chunk);
-        current.live.publish(SoFar::ended(&current.merged));
+        let Self { mut current, stop, tell } = self;
+        let ended = render_chunk(&mut current, &stop, &tell);
         (current, ended)
     }
 }
@@ -62,59 +61,50 @@ fn render_chunk(
     current: &mut Current,
     stop: &Stop,
     tell: &mpsc::UnboundedSender<News>,
-    chunk: u64,
 ) -> Result<Option<Ended>, RenderError> {
     if stop.reason() == Some(StopReason::Cancelled) {
         return finish(current, StoppedBy::Cancelled).map(Some);
     }
-    let begun = Instant::now();
-    let mut chunk = chunk;
+    let (begun, most) = (Instant::now(), if current.merged.passes == 0 { FIRST_CHUNK } else { CHUNK });
     loop {
-        let Some(stopped) = one_chunk(current, stop, tell, chunk)? else { return Ok(None) };
-        let next = match (stopped, current.prepared.chunk(chunk + 1)) {
-            (None, Some(next)) => next,
-            (stopped, _) => return finish(current, stopped.unwrap_or(StoppedBy::MaxPasses)).map(Some),
-        };
-        if begun.elapsed() >= WITHOUT_COMMIT || stop.reason().is_some() {
+        let stopped = one_pass(current, stop, tell)?;
+        if stop.reason() == Some(StopReason::Abandoned) {
+            return Ok(None);
+        }
+        if let Some(stopped) = stopped {
+            return finish(current, stopped).map(Some);
+        }
+        if begun.elapsed() >= most || stop.reason().is_some() {
             let state = Bytes::from(checkpoint::encode(&current.merged));
             current.bytes = state.len() as u64;
-            return Ok(Some(Ended::Continue { state, next }));
+            current.next_chunk += 1;
+            return Ok(Some(Ended::Continue { state, next: current.prepared.passes_after(current.merged.passes) }));
         }
-        chunk += 1;
     }
 }
 
-/// Adds a chunk to the job: `None` when nothing of it counts, else what stops the job after it, if anything does.
-fn one_chunk(
+/// Adds a pass to the job, and tells of it; returns what stops the job after it, if anything does.
+fn one_pass(
     current: &mut Current,
     stop: &Stop,
     tell: &mpsc::UnboundedSender<News>,
-    chunk: u64,
-) -> Result<Option<Option<StoppedBy>>, RenderError> {
-    let (prepared, live) = (current.prepared.clone(), current.live.clone());
+) -> Result<Option<StoppedBy>, RenderError> {
+    let Current { prepared, live, merged, spent, forecaster, .. } = current;
     let mut heard = |report: &PassReport, so_far: SoFar<'_>| {
-        live.publish(so_far);
-        // the receiver outlives the render
+        live.publish(so_far.estimate);
         // nobody hears of the others
         let forecast = match is_kept(report.passes) {
-            true => current.forecaster.after(report, so_far.waiting_for()),
+            true => forecaster.after(report, so_far.waiting_for),
             false => Forecast::default(),
         };
+        // the receiver outlives the render
         let _ = tell.send(News::Pass(Pass { report: *report, forecast }));
         if PREVIEW_PASSES.contains(&report.passes) && prepared.has_views() {
-            let images = prepared.preview_images(&so_far.merged());
+            let images = prepared.preview_images(so_far.estimate);
             let _ = tell.send(News::Images { passes: report.passes, images });
         }
     };
-    let rendered = prepared.render_chunk(chunk, &current.merged, current.spent, stop, &mut heard)?;
-    if stop.reason() == Some(StopReason::Abandoned) {
-        return Ok(None);
-    }
-    current.merged.merge(&rendered.estimate);
-    current.spent = current.spent.and(rendered.spent);
-    current.next_chunk = chunk + 1;
-    let ended = rendered.ended.map(StoppedBy::from);
-    Ok(Some(ended.or_else(|| prepared.stop_after(chunk, &current.merged))))
+    prepared.render_pass(merged, spent, stop, &mut heard)
 }
 
 fn finish(current: &mut Current, stopped_by: StoppedBy) -> Result<Ended, RenderError> {

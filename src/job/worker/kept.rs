@@ -21,7 +21,7 @@ pub(super) struct Current {
     pub job: Uuid,
     pub prepared: Arc<Prepared>,
     pub live: Arc<LiveJob>,
-    /// Everything of chunks before `next_chunk`.
+    /// Everything up to the last pass.
     pub merged: Estimate,
     /// Size of `merged` in bytes.
     pub bytes: u64,

@@ -46,7 +46,7 @@ impl RunningChunk<'_> {
         }
         let slice_ends = self.slice.map(|slice| Instant::now() + slice);
         let mut put_aside = None;
-        let run = ChunkRun { current, stop: self.stop.clone(), tell, chunk: self.lease.chunk };
+        let run = ChunkRun { current, stop: self.stop.clone(), tell };
         let mut rendering = Box::pin(pool.run(move || run.run()));
         // the lease is fresh
         let mut beat = interval_at(Instant::now() + HEARTBEAT, HEARTBEAT);

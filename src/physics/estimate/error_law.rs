@@ -6,7 +6,7 @@
 //! the bias as it is estimated, less the variance of this estimate, where that is above zero: so an uncertain estimate adds to an
 //! error, too. Docs: docs/physics/statistics.md#what-a-pilot-foretells.
 
-use super::stopping::{Judgements, LEAST_SHARE_OF_MEAN};
+use super::stopping::{LEAST_SHARE_OF_MEAN, next_judgement};
 use crate::integrator::photon_map::progressive::Radii;
 use crate::integrator::trial::Ratios;
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile};
@@ -18,8 +18,6 @@ pub struct Judged {
     pub confidence: f64,
     /// Passes below which an error is not trusted.
     pub least_passes: u64,
-    /// The passes after which it does.
-    pub judgements: Judgements,
 }
 
 /// How the relative standard error of an output falls with the passes of a job: from a pilot's passes.
@@ -206,7 +204,7 @@ impl ErrorLaw {
             let middle = below + (enough - below) / 2;
             if error(middle) > relative_error { below = middle } else { enough = middle }
         }
-        Some(judged.judgements.from(enough))
+        Some(next_judgement(enough))
     }
 }
 
@@ -236,7 +234,7 @@ mod tests {
     use crate::statistics::Moments;
     use crate::statistics::interval::two_sided_student_quantile;
 
-    const JUDGED: Judged = Judged { confidence: 0.95, least_passes: 8, judgements: Judgements::BY_QUARTERS };
+    const JUDGED: Judged = Judged { confidence: 0.95, least_passes: 8 };
 
     fn normal(random: &mut PathRandom) -> f64 {
         let [u, v] = random.uniform2();
@@ -252,14 +250,11 @@ mod tests {
             let needed = (8..).find(|passes| error(*passes) <= accuracy).unwrap();
             let predicted = law.passes_to(accuracy, JUDGED).unwrap();
             // the expansion of Student's quantile is right to 0.4 %
-            assert!(
-                predicted >= JUDGED.judgements.from(needed - needed / 100)
-                    && predicted <= JUDGED.judgements.from(needed + 1)
-            );
+            assert!(predicted >= next_judgement(needed - needed / 100) && predicted <= next_judgement(needed + 1));
         }
         assert_eq!(law.passes_to(0.5, JUDGED), Some(8));
         let few = Judged { least_passes: 32, ..JUDGED };
-        assert_eq!(law.passes_to(0.5, few), Some(JUDGED.judgements.from(32)));
+        assert_eq!(law.passes_to(0.5, few), Some(next_judgement(32)));
     }
 
     #[test]

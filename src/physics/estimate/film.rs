@@ -1,6 +1,6 @@
 //! Luminance images.
 
-use super::grid::{contrasts_of, error_with_bias, merge_each, push_each, sampling_variance};
+use super::grid::{contrasts_of, error_with_bias, push_each, sampling_variance};
 use crate::integrator::ViewPass;
 use crate::optics::spectrum::REC709_LUMINANCE;
 use crate::statistics::Moments;
@@ -54,24 +54,6 @@ impl FilmEstimate {
         }
     }
 
-    /// A copy with blocks and contrasts, but no pixels.
-    pub fn without_pixels(&self) -> Self {
-        let Self { size_px, channels, passes, .. } = *self;
-        let Self { blocks, block_bias, contrasts, .. } = self;
-        let [blocks, block_bias, contrasts] = [blocks, block_bias, contrasts].map(Vec::clone);
-        Self {
-            size_px,
-            channels,
-            passes,
-            mean: Vec::new(),
-            m2: Vec::new(),
-            rays: Vec::new(),
-            blocks,
-            block_bias,
-            contrasts,
-        }
-    }
-
     /// Adds one pass of the same size and channels.
     pub fn push(&mut self, pass: &ViewPass) {
         self.passes += 1.0;
@@ -100,28 +82,6 @@ impl FilmEstimate {
                 moments.push(value);
             }
         }
-    }
-
-    /// Adds a later range of passes as if they had been pushed after those that are here (Chan, Golub and LeVeque
-    /// 1979).
-    pub fn merge(&mut self, later: &Self) {
-        if later.passes == 0.0 {
-            return;
-        }
-        let passes = self.passes + later.passes;
-        for pixel in 0..self.m2.len() {
-            let range = pixel * self.channels..(pixel + 1) * self.channels;
-            let delta = luminance(&later.mean[range.clone()]) - luminance(&self.mean[range.clone()]);
-            self.m2[pixel] += later.m2[pixel] + delta * delta * self.passes * later.passes / passes;
-            for (mean, other) in self.mean[range.clone()].iter_mut().zip(&later.mean[range]) {
-                *mean += (other - *mean) * later.passes / passes;
-            }
-        }
-        self.passes = passes;
-        self.rays.iter_mut().zip(&later.rays).for_each(|(all, part)| *all += part);
-        self.blocks.iter_mut().zip(&later.blocks).for_each(|(all, part)| all.merge(part));
-        self.block_bias.iter_mut().zip(&later.block_bias).for_each(|(all, part)| all.merge(part));
-        merge_each(&mut self.contrasts, &later.contrasts);
     }
 
     /// Luminance Y of a pixel in cd/m2.
@@ -239,19 +199,10 @@ mod tests {
     }
 
     #[test]
-    fn merging_equals_pushing() {
-        let film = |passes: &[ViewPass]| {
-            let mut film = FilmEstimate::empty([11, 9], 3);
-            passes.iter().for_each(|pass| film.push(pass));
-            film
-        };
-        let all = film(&passes());
-        let mut merged = film(&passes()[..3]);
-        merged.merge(&film(&passes()[3..]));
+    fn moments_of_pixels_and_blocks_are_those_of_their_values() {
+        let mut all = FilmEstimate::empty([11, 9], 3);
+        passes().iter().for_each(|pass| all.push(pass));
         for pixel in 0..99 {
-            assert!((all.luminance_cd_m2(pixel) - merged.luminance_cd_m2(pixel)).abs() < 1e-12 * 101.0);
-            let (a, b) = (all.standard_error_cd_m2(pixel), merged.standard_error_cd_m2(pixel));
-            assert!((a - b).abs() < 1e-9 * a);
             let values: Vec<f64> = passes().iter().map(|p| luminance(&p.luminance[pixel * 3..pixel * 3 + 3])).collect();
             let mean = values.iter().sum::<f64>() / 10.0;
             let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 9.0;

@@ -126,18 +126,6 @@ impl GridEstimate {
         }
     }
 
-    /// Adds a later range of passes as if they had been pushed after those that are here.
-    pub fn merge(&mut self, later: &Self) {
-        self.sensors.iter_mut().zip(&later.sensors).for_each(|(all, part)| all.merge(part));
-        self.bias.iter_mut().zip(&later.bias).for_each(|(all, part)| all.merge(part));
-        merge_each(&mut self.contrasts, &later.contrasts);
-        self.residuals.merge(&later.residuals);
-        self.photons.iter_mut().zip(&later.photons).for_each(|(all, part)| all.add(part));
-        self.mean.merge(&later.mean);
-        self.numerical |= later.numerical;
-        self.beside.iter_mut().zip(&later.beside).for_each(|(all, part)| all.merge(part));
-    }
-
     /// Illuminance of a sensor in lux: the mean over the passes, or by a coarse solution and what sensors have in common beyond it; zero
     /// without any pass.
     pub fn illuminance_lux(&self, sensor: usize) -> f64 {
@@ -204,14 +192,6 @@ pub fn push_each(moments: &mut Vec<Moments>, values: &[f64]) {
     moments.iter_mut().zip(values).for_each(|(moments, value)| moments.push(*value));
 }
 
-/// Merges each; the first ones make room.
-pub fn merge_each(moments: &mut Vec<Moments>, later: &[Moments]) {
-    if moments.len() < later.len() {
-        moments.resize(later.len(), Moments::default());
-    }
-    moments.iter_mut().zip(later).for_each(|(moments, later)| moments.merge(later));
-}
-
 /// Contrasts of sensor or pixel `index`, where `contrasts` holds those of `count` sensors or pixels.
 pub fn contrasts_of(contrasts: &[Moments], count: usize, index: usize) -> &[Moments] {
     let each = contrasts.len() / count.max(1);
@@ -271,10 +251,6 @@ mod tests {
         let spread: Vec<f64> = (0..16).map(|pass| if pass == 0 { 4.0 } else { 0.0 }).collect();
         let bunched = found(&spread);
         assert_eq!(bunched.standard_error_lux(0), bunched.sensors[0].standard_error());
-        // merged in two parts it is the same
-        let mut parts = found(&spread[..5]);
-        parts.merge(&found(&spread[5..]));
-        assert!((parts.standard_error_lux(0) - bunched.standard_error_lux(0)).abs() < 1e-12);
         assert!(found(&[0.0]).standard_error_lux(0).is_infinite());
     }
 

@@ -173,42 +173,6 @@ impl Estimate {
         });
     }
 
-    /// Adds a later range of passes of the same scene.
-    pub fn merge(&mut self, later: &Self) {
-        self.merge_values(later);
-        self.carried.replace(&later.carried);
-    }
-
-    /// A copy of everything that accuracy is judged by, `later` passes added: views are judged by their blocks and by the
-    /// contrasts among fixed rays, so that neither their pixels nor the statistics of points are copied.
-    pub fn judged_with(&self, later: &Self) -> Self {
-        let mut judged = Self {
-            grids: self.grids.clone(),
-            views: self.views.iter().map(FilmEstimate::without_pixels).collect(),
-            tubes: self.tubes.clone(),
-            carried: Carried::default(),
-            ..*self
-        };
-        judged.merge_values(later);
-        judged
-    }
-
-    fn merge_values(&mut self, later: &Self) {
-        self.passes += later.passes;
-        self.photons += later.photons;
-        self.rays += later.rays;
-        self.lost_rays += later.lost_rays;
-        self.grids.iter_mut().zip(&later.grids).for_each(|(all, part)| all.merge(part));
-        self.views.iter_mut().zip(&later.views).for_each(|(all, part)| all.merge(part));
-        for (all, part) in self.tubes.iter_mut().zip(&later.tubes) {
-            all.at_collector.merge(&part.at_collector);
-            all.at_diffuser.merge(&part.at_diffuser);
-            all.into_room.merge(&part.into_room);
-            all.evenly.merge(&part.evenly);
-        }
-        self.ledger.add(&later.ledger);
-    }
-
     /// Calls `f` on every floating-point value in a fixed order: for checkpoints and for checks.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         self.grids.iter_mut().for_each(|grid| grid.for_each_value(f));

@@ -72,14 +72,6 @@ impl Residuals {
         self.pool();
     }
 
-    /// Adds later passes.
-    pub fn merge(&mut self, later: &Self) {
-        self.known.iter_mut().zip(&later.known).for_each(|(all, part)| all.merge(part));
-        self.beyond.iter_mut().zip(&later.beyond).for_each(|(all, part)| all.merge(part));
-        self.gathered.iter_mut().zip(&later.gathered).for_each(|(all, part)| all.merge(part));
-        self.pool();
-    }
-
     /// Gives `f` every number in a fixed order, to read or to replace.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         self.known

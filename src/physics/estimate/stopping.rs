@@ -16,8 +16,6 @@ pub struct StopRule {
     pub max_passes: u64,
     /// Seconds of rendering after which the job ends in any case.
     pub max_seconds: f64,
-    /// The passes after which the job asks itself whether it is accurate enough.
-    pub judgements: Judgements,
 }
 
 /// The outputs that are less accurate than asked, and wanted in further passes.
@@ -79,50 +77,32 @@ pub fn least_passes(values: usize) -> u64 {
     VALUES_TIMES_PASSES.div_ceil(values.max(1) as u64).clamp(LEAST_PASSES, ENOUGH_PASSES)
 }
 
-/// When a job that may end early asks itself whether it is accurate enough: after 8 passes, and then whenever a quarter is added, so
-/// that it never does much more than it must, or so many passes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Judgements {
-    /// Most passes from one to the next; where passes are dear, fewer than a quarter. At least 1.
-    pub most_apart: u64,
+/// True if a job that may end early asks itself after so many passes whether it is accurate enough: after 8, and then whenever an eighth
+/// is added, so that it never does much more than it must.
+///
+/// ```
+/// use skyduct_physics::estimate::stopping::is_judged;
+///
+/// let judged = (0..40).filter(|passes| is_judged(*passes)).collect::<Vec<u64>>();
+/// assert_eq!(judged, [8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 20, 22, 24, 27, 30, 33, 37]);
+/// ```
+pub fn is_judged(passes: u64) -> bool {
+    next_judgement(passes) == passes
 }
 
-impl Judgements {
-    /// By quarters alone.
-    pub const BY_QUARTERS: Self = Self { most_apart: u64::MAX };
-
-    /// True if the job asks itself after so many passes.
-    ///
-    /// ```
-    /// use skyduct_physics::estimate::stopping::Judgements;
-    ///
-    /// let judged = |judgements: Judgements| (0..40).filter(|passes| judgements.is_after(*passes)).collect::<Vec<u64>>();
-    /// assert_eq!(judged(Judgements::BY_QUARTERS), [8, 10, 12, 15, 18, 22, 27, 33]);
-    /// assert_eq!(judged(Judgements { most_apart: 4 }), [8, 10, 12, 15, 18, 22, 26, 30, 34, 38]);
-    /// ```
-    pub fn is_after(self, passes: u64) -> bool {
-        self.from(passes) == passes
+/// The number of passes, `passes` or more, after which a job asks itself next.
+///
+/// ```
+/// use skyduct_physics::estimate::stopping::next_judgement;
+///
+/// assert_eq!([1, 8, 9, 28].map(next_judgement), [8, 8, 9, 30]);
+/// ```
+pub fn next_judgement(passes: u64) -> u64 {
+    let mut judged = LEAST_PASSES;
+    while judged < passes {
+        judged += judged / 8;
     }
-
-    /// The number of passes, `passes` or more, after which the job asks itself next.
-    ///
-    /// ```
-    /// use skyduct_physics::estimate::stopping::Judgements;
-    ///
-    /// assert_eq!([1, 8, 9, 28].map(|passes| Judgements::BY_QUARTERS.from(passes)), [8, 8, 10, 33]);
-    /// assert_eq!([1, 9, 1_000_000].map(|passes| Judgements { most_apart: 1 }.from(passes)), [8, 9, 1_000_000]);
-    /// ```
-    pub fn from(self, passes: u64) -> u64 {
-        let mut judged = LEAST_PASSES;
-        while judged < passes {
-            let quarter = judged / 4;
-            if quarter >= self.most_apart {
-                return judged + (passes - judged).next_multiple_of(self.most_apart.max(1));
-            }
-            judged += quarter;
-        }
-        judged
-    }
+    judged
 }
 
 /// What a job goes on for, after a pass that was not its last.
@@ -134,7 +114,7 @@ pub enum WaitingFor {
     RelativeError,
     /// The views are less accurate than asked: they, or they more than the grids.
     ViewRelativeError,
-    /// All limits hold; the job ends when it looks at them next ([`Judgements`]), if they still do.
+    /// All limits hold; the job ends when it looks at them next ([`is_judged`]), if they still do.
     NextJudgement,
 }
 
@@ -195,7 +175,7 @@ impl StopRule {
         } else if self.wanted_at(estimate, accuracy).any() {
             Some(WaitingFor::LeastPasses)
         } else {
-            (!self.judgements.is_after(estimate.passes)).then_some(WaitingFor::NextJudgement)
+            (!is_judged(estimate.passes)).then_some(WaitingFor::NextJudgement)
         }
     }
 
@@ -249,14 +229,7 @@ mod tests {
     use crate::statistics::Moments;
 
     fn rule() -> StopRule {
-        StopRule {
-            relative_error: 0.02,
-            view_relative_error: 0.05,
-            confidence: 0.95,
-            max_passes: 10,
-            max_seconds: 1.0,
-            judgements: Judgements::BY_QUARTERS,
-        }
+        StopRule { relative_error: 0.02, view_relative_error: 0.05, confidence: 0.95, max_passes: 10, max_seconds: 1.0 }
     }
 
     fn estimate(sensors: &[(f64, f64)], passes: u64) -> Estimate {
@@ -288,7 +261,7 @@ mod tests {
         let (good, bad) = ([(1.0, 1e-4); 8], [(1.0, 0.1); 8]);
         assert_eq!([1, 2, 7].map(|passes| waits(&good, passes)), [Some(WaitingFor::LeastPasses); 3]);
         assert_eq!([2, 8, 9].map(|passes| waits(&bad, passes)), [Some(WaitingFor::RelativeError); 3]);
-        let after = [8, 9, 10].map(|passes| waits(&good, passes));
+        let after = [16, 17, 18].map(|passes| waits(&good, passes));
         assert_eq!(after, [None, Some(WaitingFor::NextJudgement), None]);
         // of both, what is farther from its limit
         let few = estimate(&good, 8);

@@ -22,7 +22,7 @@
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
 use super::deterministic::{installation, refuses};
-use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Trial, Work};
+use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Trial};
 use crate::analytic::holigilm::Holigilm;
 use crate::analytic::patches::Mesh;
 use crate::guide::Guide;
@@ -56,10 +56,6 @@ impl Described for Settings {
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {
         refuses(task).or_else(|| refuses_bent_or_lossless(task))
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        1.0 + 1e-3 * work.sensors
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {

@@ -18,9 +18,7 @@
 use std::f64::consts::PI;
 
 use super::deterministic::{cylinders, installation, refuses};
-use super::method::{
-    Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Trial, Work,
-};
+use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Trial};
 use crate::analytic::jenkins::{Jenkins, Pipe};
 use crate::scene::{Scene, StraightOrBent};
 
@@ -65,10 +63,6 @@ impl Described for Settings {
                  reflectances of this room do not enter; no estimate of the error exists"
             ),
         })
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        0.1e-6 * work.sensors
     }
 
     fn trial(&self, _: &Task, _target: f64) -> Trial {

@@ -49,9 +49,6 @@ pub trait Described: Send + Sync {
         None
     }
 
-    /// Rough seconds of a pass on one core: a function of the job alone, since the division into chunks depends on it.
-    fn seconds_per_pass(&self, work: &Work) -> f64;
-
     /// Bytes that a pass works with beside its outputs, from above.
     fn working_bytes(&self, _load: &Load) -> f64 {
         0.0
@@ -312,30 +309,6 @@ pub enum CaveatCode {
     FluxExcess,
     /// Kernels are not clipped everywhere where things stand on things.
     KernelsNotCut,
-}
-
-/// Size of a pass, and what its parts take.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Work {
-    /// Number of sensors of all grids.
-    pub sensors: f64,
-    /// Number of pixels of all views.
-    pub pixels: f64,
-    /// Number of tubes.
-    pub tubes: f64,
-    /// Relative standard error of the grids that is asked for.
-    pub target: f64,
-    /// Seconds to follow one path through a tube and the room.
-    pub seconds_per_path: f64,
-    /// Seconds to connect one vertex to one sensor.
-    pub seconds_per_connection: f64,
-}
-
-impl Work {
-    /// Number of sensors that one vertex is connected to: of more a random subset of about 1024.
-    pub fn connected_sensors(&self) -> f64 {
-        self.sensors.min(1024.0)
-    }
 }
 
 /// What a pass has to hold in memory.

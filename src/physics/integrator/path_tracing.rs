@@ -37,7 +37,7 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Trial};
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::descent::sun_exits;
 use crate::integrator::photon::ledger::Account;
@@ -77,12 +77,6 @@ impl Described for Settings {
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
         chance::mirrors(self.name(), task.traceable)
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let sensor_paths = f64::from(self.samples_per_sensor) * work.sensors;
-        let eye_paths = f64::from(self.samples_per_pixel) * work.pixels;
-        (sensor_paths + eye_paths) * (1e-6 + 2.0 * (work.seconds_per_path * work.tubes))
     }
 
     fn trial(&self, task: &Task, _target: f64) -> Trial {

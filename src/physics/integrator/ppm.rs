@@ -40,7 +40,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::integrator::backward::chance;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::outline::OutlinedView;
@@ -98,13 +98,6 @@ impl Described for Settings {
         // grids gather on their planes
         let uncut = if task.views.is_empty() { None } else { Surfaces::new(task.traceable).uncut };
         uncut.map(|uncut| uncut.caveat(self.name())).or_else(|| chance::mirrors_in_gloss(self.name(), task))
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let rays = f64::from(self.samples_per_pixel) * work.pixels;
-        self.photons_per_pass as f64 * (work.seconds_per_path + 0.5e-6)
-            + 2.5e-6 * rays
-            + (30e-6 + 2e-6 * f64::from(self.samples_per_sensor)) * work.sensors
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {

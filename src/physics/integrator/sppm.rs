@@ -34,7 +34,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::integrator::backward::chance;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::outline::OutlinedView;
@@ -80,10 +80,6 @@ impl Described for Settings {
         // grids gather on their planes
         let uncut = if task.views.is_empty() { None } else { Surfaces::new(task.traceable).uncut };
         uncut.map(|uncut| uncut.caveat(self.name())).or_else(|| chance::mirrors_in_gloss(self.name(), task))
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        self.photons_per_pass as f64 * (work.seconds_per_path + 0.5e-6) + 2.5e-6 * work.pixels + 30e-6 * work.sensors
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {

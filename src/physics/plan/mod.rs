@@ -2,7 +2,6 @@
 
 mod called_for;
 pub mod choose;
-pub mod cost;
 pub mod effect_kind;
 pub mod effects;
 pub mod guides;

@@ -10,7 +10,7 @@ use super::measure::{Quartiles, mebibytes, percent, processor_seconds, time};
 use super::scenes;
 use super::settings::Settings;
 use crate::job::cancel::Stop;
-use crate::job::chunk::RenderError;
+use crate::job::passes::RenderError;
 use crate::job::saved_files::{Saved, SavedFigures, results};
 use crate::reports::page::{ReportError, Section, Table};
 

@@ -51,7 +51,7 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Trial};
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
@@ -75,14 +75,6 @@ impl Described for Settings {
         // cells count what a mirror shows them as it crosses them
         let mirrors = if task.has_points() { chance::mirrors } else { chance::mirrors_at_cells };
         (!task.grids.is_empty()).then(|| mirrors(self.name(), task.traceable)).flatten()
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let per_photon = work.seconds_per_path + 5.0 * work.seconds_per_connection * work.connected_sensors();
-        let sizes = self.sizes(work.target, work.pixels > 0.0);
-        let sensor_paths = f64::from(sizes.per_sensor) * work.sensors;
-        let eye_paths = f64::from(sizes.per_pixel) * work.pixels;
-        sizes.photons as f64 * per_photon + (sensor_paths + eye_paths) * (3e-6 + work.seconds_per_path * work.tubes)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {

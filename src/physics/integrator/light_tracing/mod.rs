@@ -42,7 +42,7 @@ use rayon::prelude::*;
 
 use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
-use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial};
 use crate::integrator::photon::chunks::{self, Chunks, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::connect::SensorPlane;
@@ -76,11 +76,6 @@ impl Described for Settings {
         let unseen = || task.has_points().then(|| refuses_points(task.traceable)).flatten();
         let refusal = unseen().or_else(|| dishonest_points(task.traceable, task.grids));
         refusal.map(|refusal| refusal.or("the estimate cell_average"))
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let per_photon = work.seconds_per_path + work.seconds_per_connection * work.connected_sensors();
-        self.photons_per_pass.unwrap_or(photons_for(work.target)) as f64 * per_photon
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {

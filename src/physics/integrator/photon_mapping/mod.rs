@@ -41,7 +41,7 @@ use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
-use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Trial};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon_map::maps::{Gathered, Mapper, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
@@ -92,15 +92,6 @@ impl Described for Settings {
     fn warns(&self, task: &Task) -> Option<Caveat> {
         let uncut = Surfaces::new(task.traceable).uncut.map(|uncut| uncut.caveat(self.name()));
         uncut.or_else(|| chance::mirrors_in_gloss(self.name(), task))
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let rays = |default: u32| f64::from(self.gather_rays.unwrap_or(default));
-        let gather_rays = rays(sensor_rays(work.sensors)) * work.sensors + rays(POINT_GATHER_RAYS) * work.pixels;
-        self.photons(work.target, work.pixels > 0.0) as f64 * (work.seconds_per_path + 0.5e-6)
-            + 2.5e-6 * work.pixels
-            + 30e-6 * work.sensors
-            + gather_rays * (2e-6 + 0.1e-6 * work.tubes + 10.0 * work.seconds_per_connection)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {

@@ -57,7 +57,7 @@ use crate::integrator::lamp::beside::{
     refuses_beside,
 };
 use crate::integrator::lamp::light::{DiffuserLight, SensorLit};
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, Task, Trial};
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::radiosity::{Exchange, Solution};
@@ -118,14 +118,6 @@ impl Described for Settings {
         // paths from sensors to patches find mirrors by chance
         let of_responses = || told.then(|| chance::mirrors(self.name(), task.traceable)).flatten();
         chance::other_mirrors(self.name(), task.traceable).or_else(of_responses)
-    }
-
-    fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let photons = self.photons_per_pass.unwrap_or_else(|| Sizes::photons(work.target, &[], work.pixels > 0.0));
-        let per_sensor = self.samples_per_sensor.map_or_else(|| PATHS.of(work.target, 1.0), f64::from);
-        let (sensor_paths, eye_paths) = (per_sensor * work.sensors, f64::from(self.samples_per_pixel) * work.pixels);
-        photons as f64 * (work.seconds_per_path + 2e-9 * work.sensors)
-            + (sensor_paths + eye_paths) * (1e-6 + 0.5e-6 * work.tubes)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {

@@ -1,6 +1,4 @@
-//! Passes in order: rendered in chunks, until a rule, the clock or somebody ends the job.
-
-use std::time::Instant;
+//! Passes in order: one after the other, until a rule, the clock or somebody ends the job.
 
 use super::cancel::{Stop, StopReason};
 use super::engine::Added;
@@ -9,19 +7,9 @@ use super::prepare::Prepared;
 use super::progress::{PassReport, StoppedBy};
 use super::spent::{Clocks, Spent};
 use crate::estimate::Estimate;
-use crate::estimate::stopping::{WaitingFor, Wanted};
+use crate::estimate::stopping::{WaitingFor, Wanted, is_judged};
 
-/// A rendered range of passes.
-pub struct Chunk {
-    /// Estimate of these passes alone (and what passes hand on): merge it onto the estimate of all earlier chunks.
-    pub estimate: Estimate,
-    /// Time that these passes took to render.
-    pub spent: Spent,
-    /// The chunk was cut short, and the job ends with it.
-    pub ended: Option<StopReason>,
-}
-
-/// A job rendered to its end.
+/// A job rendered to its end, or up to a pass.
 pub struct Rendered {
     /// Everything that the passes have added up to.
     pub estimate: Estimate,
@@ -63,33 +51,13 @@ pub enum RenderError {
     },
 }
 
-/// Everything up to a pass: passes of earlier chunks, and those of the running one.
+/// A job after a pass.
 #[derive(Clone, Copy)]
 pub struct SoFar<'a> {
-    earlier: &'a Estimate,
-    chunk: Option<&'a Estimate>,
-    waiting_for: Option<WaitingFor>,
-}
-
-impl<'a> SoFar<'a> {
-    /// Nothing but passes of chunks that have ended.
-    pub fn ended(estimate: &'a Estimate) -> Self {
-        Self { earlier: estimate, chunk: None, waiting_for: None }
-    }
-
-    /// What the job goes on for after this pass; `None` after its last one.
-    pub fn waiting_for(&self) -> Option<WaitingFor> {
-        self.waiting_for
-    }
-
-    /// Both in one. This copies every pixel of every view: ask for it only when somebody waits for it.
-    pub fn merged(&self) -> Estimate {
-        let mut merged = self.earlier.clone();
-        if let Some(chunk) = self.chunk {
-            merged.merge(chunk);
-        }
-        merged
-    }
+    /// Everything up to the pass.
+    pub estimate: &'a Estimate,
+    /// What the job goes on for; `None` after its last pass.
+    pub waiting_for: Option<WaitingFor>,
 }
 
 /// Starts the threads of the usual pool and asks the system for its memory, in the background: that takes a moment, in which a job can
@@ -104,94 +72,74 @@ pub fn warm_up() {
 }
 
 impl Prepared {
-    /// Renders chunk `index` on the current rayon pool; `before` is the merged estimate of all earlier chunks and
-    /// `spent_before` their render time. `heard` is called after every pass, in order. The caller raises `stop` when the
-    /// job's seconds are over. The chunk ends early where the job is accurate enough ([`Judgements`](crate::estimate::stopping::Judgements)).
-    pub fn render_chunk(
+    /// Renders the next pass on the current rayon pool and adds it to `estimate`, and its time to `spent`. `heard` is called after it.
+    /// Returns what ends the job with it, if anything does: its own rule, or `stop`, which the caller raises when the job's seconds are
+    /// over. A pass is whole or nothing: one that `stop` ends adds nothing.
+    pub fn render_pass(
         &self,
-        index: u64,
-        before: &Estimate,
-        spent_before: Spent,
+        estimate: &mut Estimate,
+        spent: &mut Spent,
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
-    ) -> Result<Chunk, RenderError> {
-        self.render_passes(index, (before, spent_before), stop, heard, Ends::WhenAccurate)
+    ) -> Result<Option<StoppedBy>, RenderError> {
+        // who raises it may be late on a busy machine
+        if spent.seconds >= self.stop.max_seconds {
+            stop.raise(StopReason::OutOfTime);
+        }
+        self.next_pass(estimate, spent, stop, heard, Ends::WhenAccurate)
     }
 
-    /// Renders a chunk, after an estimate that took some time, until its end or as it `ends` by itself.
-    fn render_passes(
+    /// As [`Self::render_pass`], of a job that `ends` so by itself.
+    fn next_pass(
         &self,
-        index: u64,
-        (before, spent_before): (&Estimate, Spent),
+        estimate: &mut Estimate,
+        spent: &mut Spent,
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
         ends: Ends,
-    ) -> Result<Chunk, RenderError> {
-        let (clocks, begun) = (Clocks::start(), Instant::now());
-        let mut estimate = self.empty_estimate();
-        estimate.carried.clone_from(&before.carried);
-        let mut ended = None;
-        let mut wanted = match ends {
-            Ends::WhenAccurate => self.wanted_after(before),
+    ) -> Result<Option<StoppedBy>, RenderError> {
+        let (clocks, spent_before, pass) = (Clocks::start(), *spent, estimate.passes);
+        let wanted = match ends {
+            Ends::WhenAccurate => self.wanted_after(estimate),
             Ends::WithTheLast => Wanted::ALL,
         };
-        let passes = self.chunk(index).unwrap_or(0..0);
-        for pass in passes.clone() {
-            // who raises it may be late on a busy machine
-            let seconds = spent_before.seconds + begun.elapsed().as_secs_f64();
-            if ends == Ends::WhenAccurate && seconds >= self.stop.max_seconds {
-                stop.raise(StopReason::OutOfTime);
-            }
-            let added = match stop.reason() {
-                None => self.engine.add_pass(pass, &mut estimate, wanted, stop.flag()),
-                Some(_) => Added::Nothing,
-            };
-            if added != Added::Pass {
-                ended = stop.reason();
-            }
-            if added == Added::Nothing || ended == Some(StopReason::Abandoned) {
-                break;
-            }
-            if let Some(place) = estimate.first_not_finite() {
-                return Err(RenderError::NotFinite { pass, photon: estimate.not_finite, place });
-            }
-            let spent = spent_before.and(clocks.spent());
-            let judged = before.judged_with(&estimate);
-            let accuracy = self.accuracy(&judged);
-            let report = self.report_of(&judged, accuracy, spent);
-            // whoever renders chunks looks at the end of each
-            let is_judged = |waits: &WaitingFor| *waits == WaitingFor::NextJudgement && pass + 1 == passes.end;
-            let waiting_for = self.waiting_for(&judged, accuracy);
-            let waiting_for = waiting_for.filter(|waits| ended.is_none() && !is_judged(waits));
-            heard(&report, SoFar { earlier: before, chunk: Some(&estimate), waiting_for });
-            let mut accurate = false;
-            if ends == Ends::WhenAccurate && self.stop.judgements.is_after(report.passes) {
-                let now = self.stop.wanted(&judged);
-                (wanted, accurate) = (wanted.still(now), !now.any());
-            }
-            if ended.is_some() || self.is_complete(report.passes) || accurate {
-                break;
-            }
+        let added = match stop.reason() {
+            None => self.engine.add_pass(pass, estimate, wanted, stop.flag()),
+            Some(_) => Added::Nothing,
+        };
+        let ended = (added != Added::Pass).then(|| stop.reason().map(StoppedBy::from)).flatten();
+        *spent = spent_before.and(clocks.spent());
+        if added == Added::Nothing || stop.reason() == Some(StopReason::Abandoned) {
+            return Ok(ended);
         }
-        Ok(Chunk { estimate, spent: clocks.spent(), ended })
+        if let Some(place) = estimate.first_not_finite() {
+            return Err(RenderError::NotFinite { pass, photon: estimate.not_finite, place });
+        }
+        let accuracy = self.accuracy(estimate);
+        let report = self.report_of(estimate, accuracy, *spent);
+        let ended = ended.or_else(|| match ends {
+            Ends::WhenAccurate => self.stop_after(estimate),
+            Ends::WithTheLast => self.is_complete(estimate.passes).then_some(StoppedBy::MaxPasses),
+        });
+        let waiting_for = self.waiting_for(estimate, accuracy).filter(|_| ended.is_none());
+        heard(&report, SoFar { estimate, waiting_for });
+        Ok(ended)
     }
 
-    /// What passes after these are to compute, whoever computed these, and in however many chunks.
+    /// Outputs that the pass after these is to compute, whoever computed these: one that was accurate enough when it was judged is not
+    /// computed again.
     fn wanted_after(&self, before: &Estimate) -> Wanted {
         let computed = Wanted {
             grids: before.passes_of_grids() == before.passes,
             views: before.passes_of_views() == before.passes,
         };
-        if self.stop.judgements.is_after(before.passes) { computed.still(self.stop.wanted(before)) } else { computed }
+        if is_judged(before.passes) { computed.still(self.stop.wanted(before)) } else { computed }
     }
 
-    /// Renders chunk after chunk on the current rayon pool until the job's own rule, its seconds or `stop` ends it.
+    /// Renders pass after pass on the current rayon pool until the job's own rule, its seconds or `stop` ends it.
     pub fn render(&self, stop: &Stop, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Rendered, RenderError> {
         stop.within(self.stop.max_seconds, || {
-            let chunk = |index, before: &Estimate, spent, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
-                self.render_chunk(index, before, spent, stop, heard)
-            };
-            self.render_while(chunk, heard, |index, estimate| self.stop_after(index, estimate))
+            self.render_while(|estimate, spent| self.render_pass(estimate, spent, stop, heard))
         })
     }
 
@@ -206,33 +154,23 @@ impl Prepared {
 
     /// Renders all `max_passes`, however accurate the job is and whatever the time: the same on every machine.
     pub fn render_all_passes(&self, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Estimate, RenderError> {
-        let past_the_last = |index, _: &Estimate| self.chunk(index + 1).is_none().then_some(StoppedBy::MaxPasses);
-        let chunk = |index, before: &Estimate, spent, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
-            self.render_passes(index, (before, spent), &Stop::default(), heard, Ends::WithTheLast)
+        let stop = Stop::default();
+        let next = |estimate: &mut Estimate, spent: &mut Spent| {
+            self.next_pass(estimate, spent, &stop, heard, Ends::WithTheLast)
         };
-        let rendered = self.render_while(chunk, heard, past_the_last)?;
-        Ok(rendered.estimate)
+        Ok(self.render_while(next)?.estimate)
     }
 
-    /// Renders chunk after chunk by `render`, which is given the chunk's number, the estimate before it and its time.
+    /// Adds pass after pass by `next` to no passes, until it tells what ends the job.
     fn render_while(
         &self,
-        render: impl Fn(u64, &Estimate, Spent, &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Chunk, RenderError>,
-        heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
-        rule: impl Fn(u64, &Estimate) -> Option<StoppedBy>,
+        mut next: impl FnMut(&mut Estimate, &mut Spent) -> Result<Option<StoppedBy>, RenderError>,
     ) -> Result<Rendered, RenderError> {
-        let mut estimate = self.empty_estimate();
-        let mut spent = Spent::NOTHING;
-        let mut index = 0;
+        let (mut estimate, mut spent) = (self.empty_estimate(), Spent::NOTHING);
         loop {
-            let chunk = render(index, &estimate, spent, heard)?;
-            estimate.merge(&chunk.estimate);
-            spent = spent.and(chunk.spent);
-            let ended = chunk.ended.map(StoppedBy::from);
-            if let Some(stopped_by) = ended.or_else(|| rule(index, &estimate)) {
+            if let Some(stopped_by) = next(&mut estimate, &mut spent)? {
                 return Ok(Rendered { estimate, spent, stopped_by });
             }
-            index += 1;
         }
     }
 }
