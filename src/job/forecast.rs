@@ -354,13 +354,13 @@ mod tests {
     /// The floor holds a job whose errors are small, and passes below it are what is left.
     #[test]
     fn the_least_number_of_passes_is_waited_for() {
-        let mut forecaster = Forecaster::new(stop(), Some(16), None);
+        let mut forecaster = Forecaster::new(stop(), Some(17), None);
         forecaster.take(&pass(1, Some(1e-6), None));
         let forecast = forecaster.after(&pass(2, Some(1e-6), None), Some(stopping::WaitingFor::LeastPasses));
         assert_eq!(forecast.waiting_for, Some(WaitingFor::LeastPasses));
         let grids = forecast.grids.unwrap();
-        assert!((grids.seconds_left.unwrap() - 1.4).abs() < 1e-9);
-        // the job looks after 15 passes, and then after 18
+        assert!((grids.seconds_left.unwrap() - 1.5).abs() < 1e-9);
+        // the job looks after 16 passes, and then after 18
         assert!((forecast.seconds_left.unwrap() - 1.6).abs() < 1e-9);
         assert!(grids.seconds_to.iter().all(|time| time.seconds.is_none()));
     }
