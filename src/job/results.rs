@@ -19,6 +19,7 @@ use crate::estimate::stopping::{grid_error, grid_without_light};
 use crate::estimate::{Discrepancy, Estimate, FilmEstimate, GridEstimate};
 use crate::figure::FigureFormat;
 use crate::output::seen::SeenView;
+use crate::output::smooth::smoothed;
 use crate::output::{Image, OutputError, Raster, csv, exr, png};
 use crate::plan::EffectKind;
 use crate::scene::{Daylight, TubeShape};
@@ -396,8 +397,11 @@ fn image(film: &FilmEstimate) -> Image<'_> {
     Image { size_px: film.size_px, channels: film.channels, values: &film.mean }
 }
 
+/// A picture for the eye: its noise is smoothed.
 fn tone_mapped(film: &FilmEstimate) -> Result<Vec<u8>, OutputError> {
-    png::encode(&png::tone_mapped(image(film))?)
+    let errors: Vec<f64> = (0..film.m2.len()).map(|pixel| film.standard_error_cd_m2(pixel)).collect();
+    let values = smoothed(image(film), &errors);
+    png::encode(&png::tone_mapped(Image { values: &values, ..image(film) })?)
 }
 
 pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {

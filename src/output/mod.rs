@@ -8,6 +8,7 @@ pub mod exr;
 pub mod png;
 mod raster;
 pub mod seen;
+pub mod smooth;
 
 pub use raster::Raster;
 

@@ -295,8 +295,8 @@ async fn damaged_and_missing_results_are_told_and_never_served() {
 #[tokio::test]
 async fn a_job_whose_state_is_damaged_or_missing_is_rendered_again() {
     let mut document = small_job();
-    // every chunk takes longer than what is left uncommitted
-    document["method"]["photons_per_pass"] = 200_000.into();
+    // it takes longer than two chunks
+    document["method"]["photons_per_pass"] = 300_000.into();
     document["stop"]["max_passes"] = 40.into();
     let undisturbed = {
         let service = TestService::start().await;
@@ -316,11 +316,17 @@ async fn a_job_whose_state_is_damaged_or_missing_is_rendered_again() {
     for (harm, all) in [(flip, false), (remove, true)] {
         let service = TestService::start().await;
         let path = service.submit(&document).await;
-        service.events_until(&path, 0, |event| event.data["passes"].as_u64() >= Some(20)).await;
+        let artifacts = service.data.path().join("artifacts");
+        let states = || {
+            let mut states: Vec<PathBuf> = files(&artifacts);
+            states.retain(|file| file.to_string_lossy().ends_with("-state"));
+            states
+        };
+        let is_enough = |passes: Option<u64>| passes >= Some(20) && states().len() >= 2;
+        service.events_until(&path, 0, |event| is_enough(event.data["passes"].as_u64())).await;
         let TestService { running, data, .. } = service;
         running.stop().await;
-        let mut states: Vec<PathBuf> = files(&data.path().join("artifacts"));
-        states.retain(|file| file.to_string_lossy().ends_with("-state"));
+        let mut states = states();
         assert_eq!(states.len(), 2, "the newest and the one before");
         let newest = |file: &PathBuf| std::fs::metadata(file).unwrap().modified().unwrap();
         states.sort_by_key(newest);
@@ -341,7 +347,8 @@ async fn a_job_whose_state_is_damaged_or_missing_is_rendered_again() {
         assert_eq!(passes, (1..=40).collect::<Vec<_>>());
         let restarts: Vec<_> = events.iter().filter(|event| event.name == "restarted").collect();
         assert_eq!(restarts.len(), if all { 2 } else { 1 });
-        assert_eq!(restarts.last().unwrap().data["from_pass"], if all { 1 } else { 9 });
+        let from_pass = restarts.last().unwrap().data["from_pass"].as_u64().unwrap();
+        assert!(if all { from_pass == 1 } else { (2..40).contains(&from_pass) }, "{from_pass}");
         let table = service.json(&format!("{path}/convergence")).await;
         assert_eq!(table["passes"].as_array().unwrap().len(), 40);
         let grid = service.get(&format!("{path}/grids/workplane")).send().await.unwrap().bytes().await.unwrap();

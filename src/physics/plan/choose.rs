@@ -12,8 +12,7 @@ use crate::integrator::{
     Method, bidirectional, light_tracing, path_tracing, photon_mapping, room_matrix, sppm, two_stage,
 };
 use crate::scene::Scene;
-use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::TraceableScene;
 
 /// Methods of the grids and of the views; `None` where the job has no such output.
 #[derive(Clone, Debug)]
@@ -201,11 +200,6 @@ fn two_stage_reason(scene: &TraceableScene) -> String {
     format!("{found}; {reflected}{beside}")
 }
 
-/// True if daylight comes through a tube.
-fn is_daylit(scene: &TraceableScene) -> bool {
-    scene.tubes.iter().any(|tube| tube.daylit) && (scene.sky.is_some() || scene.sun.is_some())
-}
-
 /// A method that finds the same as `first` in another way, with errors that tell the truth: the first that is able.
 ///
 /// Those that cut paths at the diffusers share what comes down the tubes, so that neither checks the other.
@@ -236,34 +230,21 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
     Some(MethodChoice { method, reason })
 }
 
-/// The best method for views.
+/// The best method for views: the first candidate that fits.
 fn for_views(task: &Task) -> MethodChoice {
-    let lamps = two_stage::Settings { samples_per_pixel: 1, ..two_stage::Settings::default() };
-    let scene = task.traceable;
-    let daylit = is_daylit(scene);
-    let electric = scene.luminaires.iter().any(TraceableLuminaire::emits);
-    if daylit && !electric && lamps.refuses(task).is_none() && lamps.warns(task).is_none() {
-        let reason = "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and paths from the eye \
-                      count it in closed form";
-        return MethodChoice { method: Method::TwoStage(lamps), reason: reason.to_owned() };
+    let paths = two_stage::Settings { samples_per_pixel: 1, ..two_stage::Settings::default() };
+    if paths.refuses(task).is_none() && paths.warns(task).is_none() {
+        let reason = "unbiased: what leaves diffusers is found once, and paths from the eye count it, and luminaires, in closed form";
+        return MethodChoice { method: Method::TwoStage(paths), reason: reason.to_owned() };
     }
-    let paths = path_tracing::Settings::default();
-    let found = paths.refuses(task).is_none() && paths.warns(task).is_none();
-    if daylit && !electric && found && scene.tubes.iter().all(scatters_all) {
+    let both_ways = bidirectional::Settings::default();
+    if both_ways.refuses(task).is_none() && both_ways.warns(task).is_none() {
         let reason =
-            "gathers over the room what photons bring: closures scatter all light, and no mirror shows the sun";
-        return MethodChoice {
-            method: Method::PhotonMapping(photon_mapping::Settings::default()),
-            reason: reason.to_owned(),
-        };
+            "unbiased: paths from the eye meet those from the sky and the sun, which clear closures let through";
+        return MethodChoice { method: Method::Bidirectional(both_ways), reason: reason.to_owned() };
     }
     let reason = "sees light through clear closures and mirrors, which no eye ray finds by chance".to_owned();
     MethodChoice { method: Method::Sppm(sppm::Settings::default()), reason }
-}
-
-/// True if no light passes a tube's closure unscattered.
-fn scatters_all(tube: &TraceableTube) -> bool {
-    tube.diffuser.specular_zone(tube.opening_radius).is_none()
 }
 
 /// Reason why a method cannot compute a task, if it cannot.

@@ -1,0 +1,126 @@
+//! Smoothing of pictures: pixels that differ by no more than their errors are averaged.
+//!
+//! Non-local means by the pixels' own errors (Rousselle, Knaus and Zwicker 2012, section 4.1): the squares around two pixels are compared,
+//! and the less they differ in their errors the more the one counts in the other. What is smoothed is for the eye alone: the numbers of a view are not.
+
+use rayon::prelude::*;
+
+use super::Image;
+
+/// Pixels to each side that may count in one, and those that are compared around both.
+const REACH: usize = 5;
+const AROUND: usize = 2;
+const PADDING: usize = REACH + AROUND;
+
+/// Tolerance of differences, in their standard errors.
+const TOLERANCE: f32 = 0.6;
+
+/// Squared difference, beyond that of their errors, from which on a pixel does not count in another.
+const DIFFERENT: f32 = 4.0;
+
+/// Share of the mean luminance by which two pixels are alike whatever their errors.
+const ALIKE: f32 = 1e-4;
+
+/// Rows that are smoothed together.
+const STRIP: usize = 16;
+
+/// Returns the values of an image with the noise smoothed that its standard errors in cd/m2, one of each pixel, tell of; the same values
+/// where an error or a value is not finite, as after a single pass.
+///
+/// Pixels between edges of half a black and half a grey image, all within their errors:
+///
+/// ```
+/// use skyduct::output::{Image, smooth::smoothed};
+///
+/// let noise = |pixel: usize| if (pixel * 7 + pixel / 40) % 3 == 0 { 2.0 } else { -1.0 };
+/// let value = |pixel: usize| if pixel % 40 < 20 { 0.0 } else { 100.0 + noise(pixel) };
+/// let values: Vec<f64> = (0..1600).map(value).collect();
+/// let errors: Vec<f64> = (0..1600).map(|pixel| if pixel % 40 < 20 { 0.0 } else { 1.5 }).collect();
+/// let smooth = smoothed(Image { size_px: [40, 40], channels: 1, values: &values }, &errors);
+/// assert!(smooth.iter().enumerate().all(|(pixel, y)| if pixel % 40 < 20 { *y == 0.0 } else { (y - 100.0).abs() < 0.5 }));
+/// ```
+pub fn smoothed(image: Image, standard_error: &[f64]) -> Vec<f64> {
+    let [width, height] = image.size_px;
+    let luminances = image.luminances();
+    let mean = luminances.iter().sum::<f64>() / luminances.len() as f64;
+    let is_known = mean > 0.0 && mean.is_finite() && standard_error.iter().all(|error| error.is_finite());
+    if !is_known || standard_error.len() != luminances.len() {
+        return image.values.to_vec();
+    }
+    let shared = Shared {
+        image,
+        y: padded(image.size_px, |pixel| (luminances[pixel] / mean) as f32),
+        variance: padded(image.size_px, |pixel| (standard_error[pixel] / mean).powi(2) as f32),
+    };
+    let strips: Vec<Vec<f64>> =
+        (0..height.div_ceil(STRIP)).into_par_iter().map(|strip| shared.strip(strip * STRIP, width, height)).collect();
+    strips.concat()
+}
+
+/// Values of all pixels, and of `PADDING` more to each side, which are those of the edge.
+fn padded([width, height]: [usize; 2], of: impl Fn(usize) -> f32) -> Vec<f32> {
+    let inside = |at: usize, side: usize| at.saturating_sub(PADDING).min(side - 1);
+    let row = |y: usize| (0..width + 2 * PADDING).map(move |x| inside(y, height) * width + inside(x, width));
+    (0..height + 2 * PADDING).flat_map(row).map(of).collect()
+}
+
+struct Shared<'a> {
+    image: Image<'a>,
+    /// Luminance over its mean, and the variance of that, padded.
+    y: Vec<f32>,
+    variance: Vec<f32>,
+}
+
+impl Shared<'_> {
+    /// Smooths the rows from one on that belong to a strip.
+    fn strip(&self, first: usize, width: usize, height: usize) -> Vec<f64> {
+        let Image { channels, values, .. } = self.image;
+        let rows = STRIP.min(height - first);
+        let mut sums = vec![0.0; rows * width * channels];
+        let mut weights = vec![0.0; rows * width];
+        let wide = width + 2 * AROUND;
+        let mut apart = vec![0.0; (rows + 2 * AROUND) * wide];
+        let mut of_columns = vec![0.0; wide];
+        for (dy, dx) in (0..=2 * REACH).flat_map(|dy| (0..=2 * REACH).map(move |dx| (dy, dx))) {
+            for (row, apart) in apart.chunks_exact_mut(wide).enumerate() {
+                self.differences(first + row, (dy, dx), apart);
+            }
+            for row in (0..rows).filter(|row| (REACH..height + REACH).contains(&(first + row + dy))) {
+                of_columns.copy_from_slice(&apart[row * wide..(row + 1) * wide]);
+                for other in 1..=2 * AROUND {
+                    let rows = &apart[(row + other) * wide..(row + other + 1) * wide];
+                    of_columns.iter_mut().zip(rows).for_each(|(sum, value)| *sum += value);
+                }
+                // those that have a pixel there
+                let columns = REACH.saturating_sub(dx)..width.min(width + REACH - dx);
+                for x in columns {
+                    let square: f32 = of_columns[x..=x + 2 * AROUND].iter().sum();
+                    let difference = square * (1.0 / ((2 * AROUND + 1) * (2 * AROUND + 1)) as f32);
+                    let alike = (1.0 - difference.max(0.0) * (1.0 / DIFFERENT)).max(0.0);
+                    let weight = f64::from(alike * alike);
+                    let other = (first + row + dy - REACH) * width + x + dx - REACH;
+                    weights[row * width + x] += weight;
+                    for channel in 0..channels {
+                        sums[(row * width + x) * channels + channel] += weight * values[other * channels + channel];
+                    }
+                }
+            }
+        }
+        // each counts in itself
+        sums.iter().enumerate().map(|(at, sum)| sum / weights[at / channels]).collect()
+    }
+
+    /// Squared differences, less those of their errors, of the pixels of a row and those beside them, in their errors.
+    fn differences(&self, row: usize, (dy, dx): (usize, usize), apart: &mut [f32]) {
+        let wide = self.image.size_px[0] + 2 * PADDING;
+        let (own, other) = ((row + REACH) * wide + REACH, (row + dy) * wide + dx);
+        let count = apart.len();
+        let [y, variance] = [&self.y, &self.variance].map(|values| &values[own..own + count]);
+        let [other_y, other_variance] = [&self.y, &self.variance].map(|values| &values[other..other + count]);
+        for (x, apart) in apart.iter_mut().enumerate() {
+            let (a, b) = (variance[x], other_variance[x]);
+            let difference = y[x] - other_y[x];
+            *apart = (difference * difference - (a + a.min(b))) / (ALIKE * ALIKE + TOLERANCE * TOLERANCE * (a + b));
+        }
+    }
+}
