@@ -14,3 +14,4 @@ mod source_files;
 mod architecture;
 mod circles;
 mod citations;
+mod openings;
