@@ -38,8 +38,6 @@ pub mod job;
 
 pub mod study;
 
-pub mod reports;
-
 pub mod cli;
 pub mod db;
 pub mod http;

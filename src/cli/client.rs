@@ -17,6 +17,7 @@ const RECONNECT_PAUSE: Duration = Duration::from_secs(1);
 /// Attempts without any answer before the service is given up.
 const MAX_ATTEMPTS: u32 = 30;
 
+/// Connection to a service.
 pub struct Client {
     http: reqwest::Client,
     server: String,
@@ -26,12 +27,15 @@ pub struct Client {
 
 /// An event of a job.
 pub struct JobEvent {
+    /// Name of the kind of event, as in the event stream.
     pub name: String,
+    /// Content of the event.
     pub data: Value,
 }
 
 /// What a follower of a job hears.
 pub enum News<'a> {
+    /// The next event.
     Event(&'a JobEvent),
     /// The connection is lost, or was never there; it is tried again and again.
     Lost,
@@ -40,6 +44,7 @@ pub enum News<'a> {
 }
 
 impl JobEvent {
+    /// True if the job ends with this event.
     pub fn is_final(&self) -> bool {
         crate::job::store::is_final_event(&self.name)
     }
@@ -148,10 +153,12 @@ impl Client {
         }
     }
 
+    /// Fetches a JSON document.
     pub async fn json(&self, path: &str) -> anyhow::Result<Value> {
         Ok(success(self.send(self.http.get(self.url(path))).await?).await?.json().await?)
     }
 
+    /// Fetches a file.
     pub async fn bytes(&self, path: &str) -> anyhow::Result<Vec<u8>> {
         Ok(success(self.send(self.http.get(self.url(path))).await?).await?.bytes().await?.into())
     }

@@ -1,8 +1,7 @@
 //! The commands.
 
 mod backup;
-mod bench;
-mod client;
+pub mod client;
 pub mod config;
 mod demo;
 mod figures;
@@ -18,10 +17,8 @@ pub mod serve;
 mod study;
 mod study_progress;
 mod submit;
-mod telemetry;
-mod temporary_folder;
-mod thesis;
-mod validate;
+pub mod telemetry;
+pub mod temporary_folder;
 
 use std::io::IsTerminal;
 
@@ -50,12 +47,6 @@ enum Command {
     Plan(plan::PlanArgs),
     /// Compare methods on a job: what each takes to each accuracy, against a reference
     Study(study::StudyArgs),
-    /// Run the validation cases and write the report
-    Validate(validate::ValidateArgs),
-    /// Repeat the experiments of the thesis that the project starts from, and write the report
-    Thesis(thesis::ThesisArgs),
-    /// Measure what accuracy and effects cost on this machine, and write the pages on it
-    Bench(bench::BenchArgs),
     /// Send a job document to a service, follow it, and save its results
     Submit(submit::SubmitArgs),
     /// Ask a service whether it is ready (exit status 0)
@@ -85,9 +76,6 @@ impl Arguments {
             Command::Render(args) => render::run(args),
             Command::Plan(args) => plan::run(args),
             Command::Study(args) => study::run(args),
-            Command::Validate(args) => validate::run(args),
-            Command::Thesis(args) => thesis::run(args),
-            Command::Bench(args) => bench::run(args),
             Command::Submit(args) => submit::run(args),
             Command::Healthcheck(args) => healthcheck::run(args),
         }

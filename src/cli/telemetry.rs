@@ -12,25 +12,33 @@ use tracing_subscriber::{fmt, registry};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Log {
+    /// Least severe lines that are written.
     pub level: LogLevel,
+    /// Format of the lines.
     pub format: LogFormat,
 }
 
+/// Severity from which on lines are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LogLevel {
+    /// Failures.
     Error,
+    /// Beside failures: what may become one.
     Warn,
     /// Beside warnings: the start and the end of the service and of every job.
     Info,
     /// Beside that: every request.
     Debug,
+    /// Everything.
     Trace,
 }
 
+/// Formats of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LogFormat {
+    /// Lines for people.
     Text,
     /// One JSON object per line.
     Json,

@@ -15,6 +15,7 @@ impl TemporaryFolder {
         Ok(Self(folder))
     }
 
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.0
     }

@@ -1,8 +1,8 @@
 //! A page of a report: sections with checks, tables and figures.
 
-use crate::document::DocumentErrors;
-use crate::job::passes::RenderError;
-use crate::output::OutputError;
+use skyduct::document::DocumentErrors;
+use skyduct::job::passes::RenderError;
+use skyduct::output::OutputError;
 
 /// A page and its figures.
 #[derive(Clone, Debug, Default)]

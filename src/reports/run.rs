@@ -6,15 +6,15 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::page::ReportError;
-use crate::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
-use crate::estimate::Estimate;
-use crate::geometry::TriangleMesh;
-use crate::geometry::obj::{ObjLimits, parse_obj};
-use crate::job::cancel::Stop;
-use crate::job::prepare::{Prepared, prepare_document};
-use crate::plan::{self, Effects};
-use crate::scene::Scene;
-use crate::traceable::TraceableScene;
+use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
+use skyduct::estimate::Estimate;
+use skyduct::geometry::TriangleMesh;
+use skyduct::geometry::obj::{ObjLimits, parse_obj};
+use skyduct::job::cancel::Stop;
+use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::plan::{self, Effects};
+use skyduct::scene::Scene;
+use skyduct::traceable::TraceableScene;
 
 /// Meshes beside the documents, in a folder.
 pub struct Folder(pub PathBuf);

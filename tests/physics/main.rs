@@ -62,5 +62,4 @@ mod studies;
 mod sun_on_gloss;
 mod surfaces;
 mod tables;
-mod thesis;
 mod two_stage;

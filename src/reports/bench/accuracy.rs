@@ -1,15 +1,15 @@
 //! What accuracy costs on the grids of S1, S2 and S3.
 
 use super::case::{Run, all_met, passes, set_up};
-use super::measure::{Quartiles, percent, time};
+use super::measure::{Quartiles, as_time, percent, time};
 use super::peers;
 use super::reference::Reference;
 use super::scenes;
 use super::settings::{Progress, Settings};
-use crate::figure::Heading;
-use crate::figure::curves::{Series, logarithmic};
-use crate::figure::svg::svg;
-use crate::reports::page::{Figure, ReportError, Section, Table};
+use crate::page::{Figure, ReportError, Section, Table};
+use skyduct::figure::Heading;
+use skyduct::figure::curves::{Series, logarithmic};
+use skyduct::figure::svg::svg;
 
 /// Standard errors that are asked for.
 const ASKED: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
@@ -79,7 +79,7 @@ fn table(scene: &str, cells: &[Cell]) -> Table {
     let median = |runs: &[Run], of: fn(&Run) -> f64| Quartiles::of(runs.iter().map(of)).median;
     let row = |Cell { asked, runs, error }: &Cell| {
         let seconds =
-            if all_met(runs) { passes(runs).as_time() } else { format!("not within {}", time(passes(runs).upper)) };
+            if all_met(runs) { as_time(&passes(runs)) } else { format!("not within {}", time(passes(runs).upper)) };
         vec![
             percent(*asked),
             seconds,

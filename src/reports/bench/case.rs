@@ -6,14 +6,14 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::measure::{Quartiles, Repeats, processor_seconds};
-use crate::document::{JobDocument, MeshSource};
-use crate::estimate::Estimate;
-use crate::geometry::TriangleMesh;
-use crate::job::cancel::Stop;
-use crate::job::prepare::{Prepared, prepare_document};
-use crate::reports::page::ReportError;
-use crate::reports::run::Folder;
-use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
+use crate::page::ReportError;
+use crate::run::Folder;
+use skyduct::document::{JobDocument, MeshSource};
+use skyduct::estimate::Estimate;
+use skyduct::geometry::TriangleMesh;
+use skyduct::job::cancel::Stop;
+use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
 
 /// Confidence of all jobs.
 const CONFIDENCE: f64 = 0.95;

@@ -8,15 +8,15 @@ use super::case::Case;
 use super::measure::{on_one_thread, percent};
 use super::scenes;
 use super::settings::{Progress, Settings};
-use crate::document::method;
-use crate::estimate::{Estimate, grid_statistics};
-use crate::figure::ticks::significant;
-use crate::job::cancel::Stop;
-use crate::reports::page::{ReportError, Section, Table};
-use crate::statistics::Moments;
-use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
-use crate::study::compare::{Values, holds};
-use crate::study::reference::{KnownGrid, values};
+use crate::page::{ReportError, Section, Table};
+use skyduct::document::method;
+use skyduct::estimate::{Estimate, grid_statistics};
+use skyduct::figure::ticks::significant;
+use skyduct::job::cancel::Stop;
+use skyduct::statistics::Moments;
+use skyduct::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
+use skyduct::study::compare::{Values, holds};
+use skyduct::study::reference::{KnownGrid, values};
 
 /// Relative errors that are asked for, at 95 %.
 const ASKED: [f64; 2] = [0.05, 0.01];

@@ -9,11 +9,11 @@ use super::measure::{Quartiles, on_one_thread, time};
 use super::performance::machine;
 use super::scenes;
 use super::settings::{Progress, Settings};
-use crate::estimate::Estimate;
-use crate::figure::ticks::significant;
-use crate::job::prepare::Prepared;
-use crate::plan::EffectKind;
-use crate::reports::page::{Report, ReportError, Section, Table};
+use crate::page::{Report, ReportError, Section, Table};
+use skyduct::estimate::Estimate;
+use skyduct::figure::ticks::significant;
+use skyduct::job::prepare::Prepared;
+use skyduct::plan::EffectKind;
 
 /// Standard error to which all jobs run: some milliseconds of work.
 const ASKED: f64 = 0.005;
@@ -46,7 +46,7 @@ pub fn run(settings: &Settings, progress: Progress) -> Result<Report, ReportErro
     })?;
     let head = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let introduction = format!(
-        "What each effect of light costs where a scene calls for it, and where it does not. `skyduct bench effects` measures \
+        "What each effect of light costs where a scene calls for it, and where it does not. `cargo run --release -p skyduct-reports -- bench effects` measures \
          everything anew and writes this page: skyduct {}, {}. Times are processor seconds of the passes of one job on one \
          thread, to a standard error of 0.5 % at 95 %. The jobs of a row run in turn, so that the machine's moods meet all \
          alike; ratios are medians over the turns, with quartiles.{}",
@@ -242,10 +242,14 @@ fn same_bits(a: &Estimate, b: &Estimate) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::{GridPass, Pass};
+    use skyduct::integrator::{GridPass, Pass};
 
     fn settings() -> Settings {
-        Settings { quick: true, reference: Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference"), beside: None }
+        Settings {
+            quick: true,
+            reference: Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference"),
+            beside: None,
+        }
     }
 
     /// A scene that calls for an effect, and one that does not: a change of the plan would make a row worth nothing.
@@ -267,7 +271,8 @@ mod tests {
     #[test]
     fn bits_differ_by_the_last_digit() {
         let estimate = |lux: f64| {
-            let mut estimate = Estimate { grids: vec![crate::estimate::GridEstimate::empty(1)], ..Estimate::default() };
+            let mut estimate =
+                Estimate { grids: vec![skyduct::estimate::GridEstimate::empty(1)], ..Estimate::default() };
             let grid = GridPass { illuminance: vec![lux], ..GridPass::default() };
             estimate.push(Some(&Pass { grids: vec![grid], ..Pass::default() }), None);
             estimate

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::case::Case;
 use super::meshes;
 use super::scenes::ROOM_M;
-use crate::geometry::TriangleMesh;
+use skyduct::geometry::TriangleMesh;
 
 /// Squares along the faces of a chair's boards: 1152 triangles.
 const NET: u32 = 4;
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn rooms_are_jobs() {
-        let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
+        let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference");
         let settings = Settings { quick: true, reference, beside: None };
         let boxes = || scenes::boxes(&settings, 20).unwrap();
         let mixed = Kind { mixed_in_the_sun: true, cells: true };

@@ -6,12 +6,12 @@ use super::case::{Case, all_met, passes, set_up};
 use super::measure::time;
 use super::settings::{Progress, Settings};
 use super::{meshes, scenes};
-use crate::figure::Heading;
-use crate::figure::curves::{Series, logarithmic};
-use crate::figure::svg::svg;
-use crate::figure::ticks::{short, significant};
-use crate::reports::page::{Figure, ReportError, Section, Table};
-use crate::reports::thesis::distance::logarithmic_slope;
+use crate::page::{Figure, ReportError, Section, Table};
+use crate::thesis::distance::logarithmic_slope;
+use skyduct::figure::Heading;
+use skyduct::figure::curves::{Series, logarithmic};
+use skyduct::figure::svg::svg;
+use skyduct::figure::ticks::{short, significant};
 
 /// Standard error to which most jobs run.
 const ASKED: f64 = 0.01;
@@ -254,7 +254,7 @@ mod tests {
     fn studies_vary_what_they_name() {
         let settings = Settings {
             quick: true,
-            reference: std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference"),
+            reference: std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference"),
             beside: None,
         };
         for Study { curves, values, quick, title, .. } in studies() {

@@ -3,16 +3,16 @@
 use serde_json::json;
 
 use super::case::{Case, Run};
-use super::measure::{Quartiles, percent, time};
+use super::measure::{Quartiles, as_time, percent, time};
 use super::peers;
 use super::reference::{block_error, pixel_error};
 use super::scenes;
 use super::settings::{Progress, Settings};
-use crate::estimate::FilmEstimate;
-use crate::figure::Heading;
-use crate::figure::curves::{Series, logarithmic};
-use crate::figure::svg::svg;
-use crate::reports::page::{Figure, ReportError, Section, Table};
+use crate::page::{Figure, ReportError, Section, Table};
+use skyduct::estimate::FilmEstimate;
+use skyduct::figure::Heading;
+use skyduct::figure::curves::{Series, logarithmic};
+use skyduct::figure::svg::svg;
 
 /// Error of the blocks that is asked for.
 const ASKED: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
@@ -147,7 +147,7 @@ pub fn demo(settings: &Settings) -> Result<Table, ReportError> {
         caption: "The thesis room with its grids to 1 % and its view of 384 x 384 pixels to 5 %, at 95 %".to_owned(),
         head: ["processor time", "passes of the grids", "passes of the view"].map(str::to_owned).into(),
         rows: vec![vec![
-            seconds.as_time(),
+            as_time(&seconds),
             passes(|run| run.estimate.passes_of_grids()),
             passes(|run| run.estimate.passes_of_views()),
         ]],

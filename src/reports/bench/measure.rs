@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use crate::figure::ticks::significant;
-use crate::job::spent::Clocks;
-use crate::reports::page::ReportError;
-pub use crate::study::outcome::Quartiles;
+use crate::page::ReportError;
+use skyduct::figure::ticks::significant;
+use skyduct::job::spent::Clocks;
+pub use skyduct::study::outcome::Quartiles;
 
 /// How often a number is measured: `most` times, but not again after `seconds`; once in any case.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,12 +26,10 @@ impl Repeats {
     }
 }
 
-impl Quartiles {
-    /// The median as a time in words, its quartiles behind it.
-    pub fn as_time(&self) -> String {
-        let Self { lower, median, upper } = *self;
-        if lower == upper { time(median) } else { format!("{} ({} to {})", time(median), time(lower), time(upper)) }
-    }
+/// Returns a median of seconds in words, its quartiles behind it.
+pub fn as_time(quartiles: &Quartiles) -> String {
+    let Quartiles { lower, median, upper } = *quartiles;
+    if lower == upper { time(median) } else { format!("{} ({} to {})", time(median), time(lower), time(upper)) }
 }
 
 /// Runs something on the current pool, and measures the processor seconds of its threads; seconds on the wall where the system
@@ -91,6 +89,6 @@ mod tests {
         assert_eq!(percent(0.0123), "1.23 %");
         assert_eq!(mebibytes(3 << 20), "3.00 MiB");
         let spread = Quartiles { lower: 0.001, median: 0.002, upper: 0.003 };
-        assert_eq!(spread.as_time(), "2.00 ms (1.00 ms to 3.00 ms)");
+        assert_eq!(as_time(&spread), "2.00 ms (1.00 ms to 3.00 ms)");
     }
 }

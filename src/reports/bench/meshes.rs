@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use glam::DVec3;
 
 use super::scenes::DIAMETER_M;
-use crate::geometry::TriangleMesh;
+use skyduct::geometry::TriangleMesh;
 
 /// A mesh that grows.
 #[derive(Default)]

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use crate::figure::curves::Series;
-use crate::figure::ticks::significant;
-use crate::reports::page::Table;
+use crate::page::Table;
+use skyduct::figure::curves::Series;
+use skyduct::figure::ticks::significant;
 
 /// Where and when the recorded numbers were measured.
 pub const MEASURED: &str = "21 November 2026, two shared cores with AVX-512, processor seconds of one core, single runs (about 30 % \

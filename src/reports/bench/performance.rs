@@ -7,8 +7,8 @@ use super::service::{self, Latencies};
 use super::settings::{Progress, Settings};
 use super::whole::{self, Processes};
 use super::{accuracy, growth, image, peers, rays, rooms};
-use crate::estimate::FilmEstimate;
-use crate::reports::page::{Report, ReportError, Section};
+use crate::page::{Report, ReportError, Section};
+use skyduct::estimate::FilmEstimate;
 
 /// Measures everything that one process can, and puts it together with what others measured.
 pub fn run(
@@ -50,7 +50,7 @@ fn in_this_process(
 
 fn introduction(settings: &Settings) -> String {
     format!(
-        "What accuracy costs, how cost grows, and where the time of a job goes. `skyduct bench performance` measures everything anew \
+        "What accuracy costs, how cost grows, and where the time of a job goes. `cargo run --release -p skyduct-reports -- bench performance` measures everything anew \
          and writes this page: skyduct {}, {}.{}",
         env!("CARGO_PKG_VERSION"),
         machine(),

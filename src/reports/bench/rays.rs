@@ -3,10 +3,10 @@
 use super::measure::{Quartiles, processor_seconds, time};
 use super::peers::{EMBREE_MEGARAYS, EmbreeRate};
 use super::settings::Settings;
-use crate::geometry::bvh::TriangleBvh;
-use crate::geometry::obj::{ObjLimits, parse_obj};
-use crate::reports::page::{ReportError, Section, Table};
-use crate::sampling::{Key, PathRandom, warp};
+use crate::page::{ReportError, Section, Table};
+use skyduct::geometry::bvh::TriangleBvh;
+use skyduct::geometry::obj::{ObjLimits, parse_obj};
+use skyduct::sampling::{Key, PathRandom, warp};
 
 /// Bounces after which a chain is left.
 const MOST_BOUNCES: u32 = 100;

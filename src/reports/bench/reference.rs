@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::case::Run;
-use crate::estimate::{FilmEstimate, GridEstimate};
-use crate::reports::page::ReportError;
+use crate::page::ReportError;
+use skyduct::estimate::{FilmEstimate, GridEstimate};
 
 /// Known illuminances of a grid in lux, each with its standard error.
 pub struct Reference {
@@ -74,8 +74,8 @@ pub fn block_error(film: &FilmEstimate, better: &FilmEstimate) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::Estimate;
-    use crate::integrator::{GridPass, ViewPass};
+    use skyduct::estimate::Estimate;
+    use skyduct::integrator::{GridPass, ViewPass};
 
     fn run(lux: &[f64]) -> Run {
         let mut grid = GridEstimate::empty(lux.len());

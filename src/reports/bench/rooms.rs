@@ -4,11 +4,11 @@ use serde_json::{Value, json};
 
 use super::case::{Case, Run};
 use super::furnished::{self, Kind, USUAL};
-use super::measure::{Quartiles, percent, time};
+use super::measure::{Quartiles, as_time, percent, time};
 use super::scenes::{self, ROOM_M};
 use super::settings::{Progress, Settings};
-use crate::figure::ticks::significant;
-use crate::reports::page::{ReportError, Section, Table};
+use crate::page::{ReportError, Section, Table};
+use skyduct::figure::ticks::significant;
 
 const TWO_TUBES: &str = include_str!("../../../examples/two_tubes.json");
 
@@ -74,7 +74,7 @@ fn rows(settings: &Settings) -> Result<Vec<Row>, ReportError> {
     });
     let two_tubes: Value = serde_json::from_str(TWO_TUBES)
         .map_err(|error| ReportError::Case(format!("examples/two_tubes.json: {error}")))?;
-    let two_tubes = Case::with(two_tubes, crate::geometry::TriangleMesh::default());
+    let two_tubes = Case::with(two_tubes, skyduct::geometry::TriangleMesh::default());
     let boxes = scenes::boxes(settings, 20)?;
     use Asked::{Seconds, TimesBefore, TimesFirst, Whole};
     Ok(vec![
@@ -174,7 +174,7 @@ pub fn section(settings: &Settings, progress: Progress) -> Result<Section, Repor
             row.name.to_owned(),
             row.error.map_or_else(|| "its own".to_owned(), percent),
             asked,
-            if met { passes.as_time() } else { format!("not within {}", passes.as_time()) },
+            if met { as_time(&passes) } else { format!("not within {}", as_time(&passes)) },
             time(Quartiles::of(runs.iter().map(|run| run.set_up)).median),
             percent(told),
             runs.first().map_or_else(String::new, |run| run.estimate.passes.to_string()),

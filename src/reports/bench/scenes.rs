@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::case::Case;
 use super::settings::Settings;
-use crate::reports::page::ReportError;
+use crate::page::ReportError;
 
 const THESIS_ROOM: &str = include_str!("../../../examples/thesis_room.json");
 
@@ -118,7 +118,11 @@ mod tests {
     use super::*;
 
     fn settings() -> Settings {
-        Settings { quick: true, reference: Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference"), beside: None }
+        Settings {
+            quick: true,
+            reference: Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference"),
+            beside: None,
+        }
     }
 
     #[test]

@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use super::measure::{Quartiles, time};
 use super::scenes;
 use super::settings::Settings;
-use crate::figure::ticks::significant;
-use crate::reports::page::{ReportError, Section, Table};
+use crate::page::{ReportError, Section, Table};
+use skyduct::figure::ticks::significant;
 
 /// Seconds on the wall from a request to its answer.
 pub struct Latencies {
@@ -76,7 +76,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::reports::bench::case::Case;
+    use crate::bench::case::Case;
 
     #[test]
     fn the_dragged_tube_stays_a_job() {

@@ -10,16 +10,16 @@ use super::measure::{on_one_thread, percent, time};
 use super::performance::machine;
 use super::settings::{Progress, Settings};
 use super::{peers, scenes};
-use crate::document::method;
-use crate::figure::Heading;
-use crate::figure::curves::logarithmic;
-use crate::figure::svg::svg;
-use crate::job::cancel::Stop;
-use crate::reports::page::{Figure, Report, ReportError, Section, Table};
-use crate::study::outcome::Cell;
-use crate::study::reference::ReferenceRequest;
-use crate::study::run::{Step, StudyError, run as run_study};
-use crate::study::{Study, StudyRequest};
+use crate::page::{Figure, Report, ReportError, Section, Table};
+use skyduct::document::method;
+use skyduct::figure::Heading;
+use skyduct::figure::curves::logarithmic;
+use skyduct::figure::svg::svg;
+use skyduct::job::cancel::Stop;
+use skyduct::study::outcome::Cell;
+use skyduct::study::reference::ReferenceRequest;
+use skyduct::study::run::{Step, StudyError, run as run_study};
+use skyduct::study::{Study, StudyRequest};
 
 /// Relative errors that are asked for, at 95 %.
 const ASKED: [f64; 5] = [0.1, 0.05, 0.02, 0.01, 0.005];
@@ -50,7 +50,7 @@ pub fn run(settings: &Settings, seeds: u64, progress: Progress) -> Result<Report
     })?;
     sections.push(coverage::section(settings, seeds, progress.part(0.6, 1.0))?);
     let introduction = format!(
-        "What accuracy costs by each method, against references, and whether errors are what jobs say of themselves. `skyduct bench \
+        "What accuracy costs by each method, against references, and whether errors are what jobs say of themselves. `cargo run --release -p skyduct-reports -- bench \
          accuracy` measures everything anew and writes this page: skyduct {}, {}. Studies run on one thread; times are processor \
          seconds of the passes, medians of {} runs with seeds of their own. A run ends after {} s in any case. Other programs were \
          measured once: {}. `skyduct study` and `POST /v1/studies` make such studies of any job.{}",
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn scenes_can_be_studied() {
-        let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
+        let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference");
         let settings = Settings { quick: true, reference, beside: None };
         for subject in subjects(&settings).unwrap() {
             assert!(subject.case.prepare().is_ok(), "{}", subject.name);

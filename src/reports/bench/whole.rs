@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::case::Case;
-use super::measure::{Quartiles, mebibytes, percent, processor_seconds, time};
+use super::measure::{Quartiles, as_time, mebibytes, percent, processor_seconds, time};
 use super::scenes;
 use super::settings::Settings;
-use crate::job::cancel::Stop;
-use crate::job::passes::RenderError;
-use crate::job::saved_files::{Saved, SavedFigures, results};
-use crate::reports::page::{ReportError, Section, Table};
+use crate::page::{ReportError, Section, Table};
+use skyduct::job::cancel::Stop;
+use skyduct::job::passes::RenderError;
+use skyduct::job::saved_files::{Saved, SavedFigures, results};
 
 /// A job of a table, to be measured in a process of its own.
 pub struct WholeJob {
@@ -121,7 +121,7 @@ pub fn section(processes: &Processes) -> Section {
              pass, of the passes, of the reports on all tubes (transmission by altitude, under the sky, in the sun), and of all \
              other files; the reports' share in all of that; and the largest size of the process. Medians of processes. \
              `skyduct render` of S1 to 1 % with all its files takes {} on the wall, from the start of the process to its end.",
-            processes.render.as_time()
+            as_time(&processes.render)
         ),
         tables: vec![Table {
             caption: "Where the time of a job goes".to_owned(),

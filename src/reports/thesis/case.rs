@@ -5,9 +5,9 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::side_by_side::side_by_side;
-use crate::job::prepare::Prepared;
-use crate::reports::page::ReportError;
-use crate::reports::run::prepare;
+use crate::page::ReportError;
+use crate::run::prepare;
+use skyduct::job::prepare::Prepared;
 
 /// A job of the report: what it is called, and its document.
 pub struct Case {

@@ -9,9 +9,9 @@ use super::boundary::mean_loss;
 use super::printed::{INITIAL_RADIUS_M, PPM};
 use super::scenes;
 use super::settings::Settings;
-use crate::estimate::{GridEstimate, TubeEstimate};
-use crate::reports::page::ReportError;
-use crate::reports::run::render;
+use crate::page::ReportError;
+use crate::run::render;
+use skyduct::estimate::{GridEstimate, TubeEstimate};
 
 /// Uniform reflectances tried.
 const REFLECTANCES: [f64; 3] = [0.1, 0.2, 0.3];

@@ -5,13 +5,13 @@ use super::distance::{Spread, difference, euclidean, lengths};
 use super::settings::{Progress, Settings};
 use super::views::{Recording, Sight, contenders, first_radius_m, record, tone_mapped_like};
 use super::{printed, scenes};
-use crate::estimate::FilmEstimate;
-use crate::estimate::film::BLOCK_PX;
-use crate::figure::false_colour::FalseColours;
-use crate::figure::montage::montage;
-use crate::output::png;
-use crate::reports::page::{Check, Figure, ReportError, Section, Table};
-use crate::statistics::Moments;
+use crate::page::{Check, Figure, ReportError, Section, Table};
+use skyduct::estimate::FilmEstimate;
+use skyduct::estimate::film::BLOCK_PX;
+use skyduct::figure::false_colour::FalseColours;
+use skyduct::figure::montage::montage;
+use skyduct::output::png;
+use skyduct::statistics::Moments;
 
 /// Shortest edge of the box in metres.
 const EDGE_M: f64 = 2.0;

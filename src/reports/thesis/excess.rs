@@ -13,14 +13,14 @@ use super::settings::{Progress, Settings};
 use super::side_by_side::side_by_side;
 use super::update::{Faults, HitPoint, Uniform, uniform};
 use super::{printed, scenes};
-use crate::figure::false_colour::FalseColours;
-use crate::figure::montage::montage;
-use crate::integrator::photon_map::grid::{LiesOn, PhotonGrid};
-use crate::output::png;
-use crate::reports::page::{Figure, ReportError, Section, Table, with_standard_error};
-use crate::sampling::Key;
-use crate::scene::Face;
-use crate::traceable::SurfaceId;
+use crate::page::{Figure, ReportError, Section, Table, with_standard_error};
+use skyduct::figure::false_colour::FalseColours;
+use skyduct::figure::montage::montage;
+use skyduct::integrator::photon_map::grid::{LiesOn, PhotonGrid};
+use skyduct::output::png;
+use skyduct::sampling::Key;
+use skyduct::scene::Face;
+use skyduct::traceable::SurfaceId;
 
 /// Photons per first disc and pass for which updates are simulated, descending.
 const EXPECTED: [f64; 6] = [0.44, 0.2, 0.1, 0.05, 0.02, 0.01];

@@ -20,7 +20,7 @@ mod side_by_side;
 pub mod update;
 mod views;
 
-use crate::reports::page::{Report, ReportError, Section};
+use crate::page::{Report, ReportError, Section};
 
 use self::settings::{FULL_PASSES, Progress};
 
@@ -55,7 +55,7 @@ fn introduction(settings: &Settings) -> String {
         "A. Schou, *Investigation of light pipe simulation algorithms* (B.Sc. thesis, DTU Informatics, IMM-B.Sc-2012-01),\n\
          followed light through a light pipe by progressive photon mapping (PPM) and stochastic progressive photon mapping\n\
          (SPPM), and compared with path tracing and with HOLIGILM. This page repeats its experiments with skyduct {}.\n\
-         `skyduct thesis` runs everything anew and writes it: numbers of the thesis stand with their section or figure, all\n\
+         `cargo run --release -p skyduct-reports -- thesis` runs everything anew and writes it: numbers of the thesis stand with their section or figure, all\n\
          others are computed. A second run gives the same bytes.\n\n\
          The longest series has {passes} passes of {photons_per_pass} photons.{fewer} \"The thesis' settings\" are {} photons\n\
          per pass, a first radius of 0.3 inch ({:.5} m), alpha = {} (its section 6.3), and radii that follow each point's own\n\

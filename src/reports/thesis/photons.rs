@@ -6,16 +6,16 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::integrator::photon::emission::Emission;
-use crate::integrator::photon::ledger::Account;
-use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
-use crate::integrator::photon_map::grid::Photon;
-use crate::optics::Spectrum;
-use crate::reports::page::ReportError;
-use crate::reports::run::compile;
-use crate::sampling::{Key, PathSamples, Stream};
-use crate::scene::Face;
-use crate::traceable::{SurfaceId, TraceableScene};
+use crate::page::ReportError;
+use crate::run::compile;
+use skyduct::integrator::photon::emission::Emission;
+use skyduct::integrator::photon::ledger::Account;
+use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
+use skyduct::integrator::photon_map::grid::Photon;
+use skyduct::optics::Spectrum;
+use skyduct::sampling::{Key, PathSamples, Stream};
+use skyduct::scene::Face;
+use skyduct::traceable::{SurfaceId, TraceableScene};
 
 /// Photons that one task traces: fixed, so that their order is that of any number of threads.
 const CHUNK: u64 = 1024;

@@ -7,14 +7,14 @@ use super::views::{
     PPM_OWN, PPM_THESIS, Recording, SPPM_OWN, SPPM_THESIS, Sight, contenders, record, tone_mapped_like,
 };
 use super::{printed, scenes};
-use crate::estimate::FilmEstimate;
-use crate::figure::Heading;
-use crate::figure::curves::{Series, logarithmic};
-use crate::figure::montage::montage;
-use crate::figure::svg::svg;
-use crate::optics::spectrum::REC709_LUMINANCE;
-use crate::output::png;
-use crate::reports::page::{Figure, ReportError, Section, Table};
+use crate::page::{Figure, ReportError, Section, Table};
+use skyduct::estimate::FilmEstimate;
+use skyduct::figure::Heading;
+use skyduct::figure::curves::{Series, logarithmic};
+use skyduct::figure::montage::montage;
+use skyduct::figure::svg::svg;
+use skyduct::optics::spectrum::REC709_LUMINANCE;
+use skyduct::output::png;
 
 /// Passes and paths per pixel of the reference in the full report.
 const REFERENCE_PASSES: u64 = 1024;

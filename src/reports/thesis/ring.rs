@@ -9,13 +9,13 @@ use super::case::{Case, Tried, try_all};
 use super::settings::{Progress, Settings};
 use super::views::{Sight, record};
 use super::{printed, scenes};
-use crate::estimate::FilmEstimate;
-use crate::figure::false_colour::FalseColours;
-use crate::figure::montage::montage;
-use crate::geometry::disc::disc_disc_area;
-use crate::output::png;
-use crate::reports::page::{Check, Figure, ReportError, Section, Table, with_standard_error};
-use crate::statistics::Moments;
+use crate::page::{Check, Figure, ReportError, Section, Table, with_standard_error};
+use skyduct::estimate::FilmEstimate;
+use skyduct::figure::false_colour::FalseColours;
+use skyduct::figure::montage::montage;
+use skyduct::geometry::disc::disc_disc_area;
+use skyduct::output::png;
+use skyduct::statistics::Moments;
 
 /// Passes of the full report, and paths per pixel of path tracing.
 const PASSES: u64 = 64;

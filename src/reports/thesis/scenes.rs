@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::printed;
 use super::settings::Settings;
-use crate::reports::page::ReportError;
+use crate::page::ReportError;
 
 /// Side of the room, 80 inches, in metres.
 pub const ROOM_M: f64 = 80.0 * printed::INCH_M;

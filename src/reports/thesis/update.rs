@@ -1,7 +1,7 @@
 //! The update of a hit point as the thesis' Appendix A prints it, with its faults, beside the right one.
 
-use crate::sampling::{Key, PathRandom};
-use crate::statistics::Moments;
+use skyduct::sampling::{Key, PathRandom};
+use skyduct::statistics::Moments;
 
 /// Faults of Appendix A, lines 21 to 49, each on its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -8,15 +8,15 @@ use serde_json::Value;
 use super::case::Case;
 use super::scenes;
 use super::settings::Settings;
-use crate::estimate::{Estimate, FilmEstimate};
-use crate::integrator::backward::room_entry::enter_room;
-use crate::integrator::photon_map::surfaces::Surfaces;
-use crate::job::prepare::Prepared;
-use crate::output::{Image, OutputError, Raster, png};
-use crate::reports::page::ReportError;
-use crate::reports::run::{compile, render_all};
-use crate::statistics::Moments;
-use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
+use crate::page::ReportError;
+use crate::run::{compile, render_all};
+use skyduct::estimate::{Estimate, FilmEstimate};
+use skyduct::integrator::backward::room_entry::enter_room;
+use skyduct::integrator::photon_map::surfaces::Surfaces;
+use skyduct::job::prepare::Prepared;
+use skyduct::output::{Image, OutputError, Raster, png};
+use skyduct::statistics::Moments;
+use skyduct::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Surfaces that the centres of a view's pixels see.
 pub struct Sight {
@@ -136,7 +136,7 @@ pub fn contenders(document: &Value, settings: &Settings) -> [Case; 4] {
 
 /// Radius of the first pass of a method's document in a room of this shortest edge.
 pub fn first_radius_m(method: &Value, shortest_edge_m: f64) -> f64 {
-    let own = crate::integrator::photon_map::progressive::DEFAULT_RADIUS_SHARE * shortest_edge_m;
+    let own = skyduct::integrator::photon_map::progressive::DEFAULT_RADIUS_SHARE * shortest_edge_m;
     method["initial_radius_m"].as_f64().unwrap_or(own)
 }
 

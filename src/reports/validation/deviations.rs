@@ -1,6 +1,6 @@
 //! Deviations from a reference, collected into one check.
 
-use crate::reports::page::Check;
+use crate::page::Check;
 
 /// Deviations collected into one check.
 pub struct Deviations {

@@ -1,7 +1,7 @@
 //! What keeps the validation report from being made.
 
-use crate::output::OutputError;
-use crate::reports::page::ReportError;
+use crate::page::ReportError;
+use skyduct::output::OutputError;
 
 /// Why the validation report cannot be made.
 #[derive(Debug, thiserror::Error)]

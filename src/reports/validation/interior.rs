@@ -8,17 +8,17 @@ use serde_json::{Value, json};
 use super::deviations::Deviations;
 use super::error::ValidationError;
 use super::reference::{Row, cie_type, failed};
-use crate::estimate::Estimate;
-use crate::figure::Heading;
-use crate::figure::axes::Axis;
-use crate::figure::curves::{Series, curves};
-use crate::figure::svg::svg;
-use crate::figure::ticks::Steps;
-use crate::optics::fresnel::slab_transmittance;
-use crate::reports::page::{Check, Figure, Section, Table, with_standard_error};
-use crate::reports::run::render;
-use crate::sky::opening::illuminance_through_rectangle;
-use crate::sky::{Sky, SkyDistribution, direction};
+use crate::page::{Check, Figure, Section, Table, with_standard_error};
+use crate::run::render;
+use skyduct::estimate::Estimate;
+use skyduct::figure::Heading;
+use skyduct::figure::axes::Axis;
+use skyduct::figure::curves::{Series, curves};
+use skyduct::figure::svg::svg;
+use skyduct::figure::ticks::Steps;
+use skyduct::optics::fresnel::slab_transmittance;
+use skyduct::sky::opening::illuminance_through_rectangle;
+use skyduct::sky::{Sky, SkyDistribution, direction};
 
 /// Flux of every luminaire here in lm.
 const FLUX_LM: f64 = 10_000.0;

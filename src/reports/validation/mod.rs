@@ -14,7 +14,7 @@ mod tubes;
 
 use std::path::Path;
 
-use crate::reports::page::{Report, Section};
+use crate::page::{Report, Section};
 
 pub use error::ValidationError;
 
@@ -44,7 +44,7 @@ fn introduction(sections: &[Section]) -> String {
     let compared: usize = checks().map(|check| check.compared).sum();
     let failed = checks().filter(|check| !check.passed()).count();
     format!(
-        "skyduct {} validated against closed forms, published formulae and independent programs. `skyduct validate` runs\n\
+        "skyduct {} validated against closed forms, published formulae and independent programs. `cargo run --release -p skyduct-reports -- validate` runs\n\
          every case anew and writes this page; nothing in it is typed by hand. {compared} comparisons in {} checks, of\n\
          which {failed} failed. \"Validated against\" means: deterministic values agree within the stated error of the\n\
          reference, random ones within the stated number of standard errors, s.e. for short.",

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::error::ValidationError;
-use crate::sky::CieType;
+use skyduct::sky::CieType;
 
 /// Rows of a CSV file by the names in its header.
 pub struct CsvTable {

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use super::deviations::Deviations;
 use super::error::ValidationError;
 use super::reference::{failed, json as read_json, numbers};
-use crate::reports::page::{Section, Table, with_standard_error};
-use crate::reports::run::render;
+use crate::page::{Section, Table, with_standard_error};
+use crate::run::render;
 
 /// The room of the thesis, as an example to run.
 const THESIS: &str = include_str!("../../../examples/holigilm_thesis.json");

@@ -6,15 +6,15 @@ use super::deviations::Deviations;
 use super::error::ValidationError;
 use super::interior::roof_opening_deviation;
 use super::reference::{CsvTable, cie_type};
-use crate::figure::Heading;
-use crate::figure::axes::Axis;
-use crate::figure::curves::{Series, curves};
-use crate::figure::svg::svg;
-use crate::figure::ticks::Steps;
-use crate::reports::page::{Figure, Section, Table};
-use crate::sky::sun::beam_normal_illuminance_lux;
-use crate::sky::zenith::{default_formula, typical_turbidity, zenith_luminance_cd_m2};
-use crate::sky::{CieType, SkyDistribution, direction};
+use crate::page::{Figure, Section, Table};
+use skyduct::figure::Heading;
+use skyduct::figure::axes::Axis;
+use skyduct::figure::curves::{Series, curves};
+use skyduct::figure::svg::svg;
+use skyduct::figure::ticks::Steps;
+use skyduct::sky::sun::beam_normal_illuminance_lux;
+use skyduct::sky::zenith::{default_formula, typical_turbidity, zenith_luminance_cd_m2};
+use skyduct::sky::{CieType, SkyDistribution, direction};
 
 /// Types whose curves are drawn.
 const DRAWN: [u8; 5] = [1, 5, 7, 12, 15];

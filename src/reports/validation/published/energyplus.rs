@@ -7,9 +7,9 @@ use serde_json::json;
 use super::super::deviations::Deviations;
 use super::super::error::ValidationError;
 use super::printed::{ENERGYPLUS_BEAMS, ENERGYPLUS_DIFFUSE_TRANSMITTANCE, ENERGYPLUS_ROOMS, Kind};
-use crate::guide::transmittance::beam_transmission;
-use crate::reports::page::{Table, with_standard_error};
-use crate::reports::run::render;
+use crate::page::{Table, with_standard_error};
+use crate::run::render;
+use skyduct::guide::transmittance::beam_transmission;
 
 /// Ratios of the beam transmittances of two tubes that differ in mirror or length alone.
 pub fn beams() -> (Deviations, Table) {

@@ -1,10 +1,10 @@
 //! Default levels of sky and sun against averages of measured skies.
 
 use super::printed::{Kind, Light};
-use crate::reports::page::Table;
-use crate::sky::sun::beam_normal_illuminance_lux;
-use crate::sky::zenith::{default_formula, typical_turbidity, zenith_luminance_cd_m2};
-use crate::sky::{CieType, IesSky, Sky, SkyDistribution, direction};
+use crate::page::Table;
+use skyduct::sky::sun::beam_normal_illuminance_lux;
+use skyduct::sky::zenith::{default_formula, typical_turbidity, zenith_luminance_cd_m2};
+use skyduct::sky::{CieType, IesSky, Sky, SkyDistribution, direction};
 
 /// Altitudes of the sun in degrees.
 const ALTITUDES_DEG: [f64; 6] = [10.0, 20.0, 35.0, 50.0, 60.0, 70.0];

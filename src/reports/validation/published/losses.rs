@@ -4,13 +4,13 @@ use glam::DVec3;
 
 use super::levels;
 use super::printed::{BEND_LOSS, Kind, LENGTH_LOSS};
-use crate::guide::performance;
-use crate::guide::transmittance::{beam_transmission, sky_exitance};
-use crate::guide::{BentGuide, Guide};
-use crate::optics::mirror::Mirror;
-use crate::reports::page::Table;
-use crate::sampling::Key;
-use crate::sky::{CieType, Sky, direction};
+use crate::page::Table;
+use skyduct::guide::performance;
+use skyduct::guide::transmittance::{beam_transmission, sky_exitance};
+use skyduct::guide::{BentGuide, Guide};
+use skyduct::optics::mirror::Mirror;
+use skyduct::sampling::Key;
+use skyduct::sky::{CieType, Sky, direction};
 
 /// Diameter of the pipe in metres.
 const DIAMETER_M: f64 = 0.33;
@@ -64,7 +64,7 @@ fn row(cells: [String; 2], (loss, error): (f64, f64)) -> Vec<String> {
 
 /// A sky of the same level with its sun elsewhere at the same altitude.
 fn sky_toward(sky: &Sky, sun: DVec3) -> Sky {
-    let distribution = crate::sky::SkyDistribution::new(sky.distribution.sky_type(), sun);
+    let distribution = skyduct::sky::SkyDistribution::new(sky.distribution.sky_type(), sun);
     Sky { distribution, zenith_luminance_cd_m2: sky.zenith_luminance_cd_m2 }
 }
 

@@ -2,10 +2,10 @@
 
 use super::levels::{beam_lux, sky, types};
 use super::printed::{ACRYLIC, DOME_TRANSMITTANCE, Kind, MAKERS, MakersFlux};
-use crate::guide::transmittance::{beam_transmission, sky_exitance};
-use crate::optics::fresnel::slab_transmittance;
-use crate::reports::page::Table;
-use crate::sky::CieType;
+use crate::page::Table;
+use skyduct::guide::transmittance::{beam_transmission, sky_exitance};
+use skyduct::optics::fresnel::slab_transmittance;
+use skyduct::sky::CieType;
 
 /// Published flux into the room between what the worst and the best tube of its kind would give.
 pub fn fluxes() -> Table {

@@ -10,7 +10,7 @@ mod printed;
 use std::path::Path;
 
 use super::error::ValidationError;
-use crate::reports::page::Section;
+use crate::page::Section;
 
 /// Our numbers beside those of others; `reference` is where a job's meshes would be.
 pub fn section(reference: &Path) -> Result<Section, ValidationError> {

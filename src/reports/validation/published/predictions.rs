@@ -2,9 +2,9 @@
 
 use super::levels;
 use super::printed::{Kind, LAMP_TUBES, OVERCAST_TUBE};
-use crate::guide::transmittance::{beam_transmission, sky_exitance};
-use crate::reports::page::Table;
-use crate::sky::{CieType, Sky};
+use crate::page::Table;
+use skyduct::guide::transmittance::{beam_transmission, sky_exitance};
+use skyduct::sky::{CieType, Sky};
 
 /// Altitudes of the light in degrees.
 const ALTITUDES_DEG: [f64; 7] = [20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0];

@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 use anyhow::bail;
 use serde_json::Value;
 
-use crate::cli::client::Client;
-use crate::cli::config::{Config, Flags};
-use crate::cli::serve::{RunningService, runtime};
-use crate::cli::temporary_folder::TemporaryFolder;
-use crate::reports::bench::service::{Latencies, dragged, small_job};
-use crate::reports::bench::{Progress, Settings};
+use crate::bench::service::{Latencies, dragged, small_job};
+use crate::bench::{Progress, Settings};
+use skyduct::cli::client::Client;
+use skyduct::cli::config::{Config, Flags};
+use skyduct::cli::serve::{RunningService, runtime};
+use skyduct::cli::temporary_folder::TemporaryFolder;
 
 /// Clients at once.
 const CLIENTS: usize = 4;

@@ -11,9 +11,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 
-use crate::cli::temporary_folder::TemporaryFolder;
-use crate::reports::bench::peers::{Beside, EmbreeRate, Record};
-use crate::reports::bench::{Progress, Settings};
+use crate::bench::peers::{Beside, EmbreeRate, Record};
+use crate::bench::{Progress, Settings};
+use skyduct::cli::temporary_folder::TemporaryFolder;
 
 #[derive(Debug, clap::Args)]
 pub struct PeersArgs {

@@ -1,10 +1,10 @@
-//! `skyduct thesis`: the experiments of A. Schou's thesis, repeated.
+//! `skyduct-reports thesis`: the experiments of A. Schou's thesis, repeated.
 
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 
-use crate::reports::{markdown, thesis};
+use crate::{markdown, thesis};
 
 #[derive(Debug, clap::Args)]
 pub struct ThesisArgs {

@@ -1,10 +1,10 @@
-//! `skyduct validate`: the validation report from live runs.
+//! `skyduct-reports validate`: the validation report from live runs.
 
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 
-use crate::reports::{markdown, validation};
+use crate::{markdown, validation};
 
 #[derive(Debug, clap::Args)]
 pub struct ValidateArgs {

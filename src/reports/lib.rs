@@ -1,4 +1,4 @@
-//! Reports of live runs, written as Markdown: studies with the product, off the service's path.
+//! Reports of live runs, written as Markdown: studies with the product, off the service's path, by a program of their own.
 //!
 //! - [`validation`]: closed forms, tables and references against live runs; its checks must pass.
 //! - [`bench`]: what accuracy costs in time beside other programs, how it grows, and what each effect costs.
@@ -6,9 +6,10 @@
 //!
 //! The rest is what they share: a page and its parts, jobs run in this process, and how a page is written.
 
-pub(crate) mod bench;
+mod bench;
+pub mod commands;
 pub mod markdown;
-pub(crate) mod page;
-pub(crate) mod run;
+mod page;
+mod run;
 pub mod thesis;
-pub(crate) mod validation;
+mod validation;

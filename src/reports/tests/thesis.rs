@@ -1,10 +1,18 @@
 //! The pieces of the report on the thesis: the printed update and its faults, distances of images, the page itself.
 
-use skyduct::reports::markdown;
-use skyduct::reports::thesis::distance::{Spread, difference, euclidean, lengths, logarithmic_slope};
-use skyduct::reports::thesis::update::{Faults, HitPoint, uniform};
-use skyduct::reports::thesis::{Settings, run};
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a failure is what tests are for"
+)]
+
 use skyduct::sampling::Key;
+use skyduct_reports::markdown;
+use skyduct_reports::thesis::distance::{Spread, difference, euclidean, lengths, logarithmic_slope};
+use skyduct_reports::thesis::update::{Faults, HitPoint, uniform};
+use skyduct_reports::thesis::{Settings, run};
 
 const ALPHA: f64 = 0.8;
 const DISCS: u64 = 32_768;

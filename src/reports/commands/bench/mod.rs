@@ -1,4 +1,4 @@
-//! `skyduct bench`: what accuracy and effects cost on this machine.
+//! `skyduct-reports bench`: what accuracy and effects cost on this machine.
 
 mod peers;
 mod processes;
@@ -13,9 +13,9 @@ use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use self::peers::PeersArgs;
-use crate::reports::bench::{Progress, Settings, effects, performance, studied, whole};
-use crate::reports::markdown;
-use crate::reports::page::Report;
+use crate::bench::{Progress, Settings, effects, performance, studied, whole};
+use crate::markdown;
+use crate::page::Report;
 
 /// Number of steps of the progress bar.
 const STEPS: f64 = 1000.0;

@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use anyhow::{Context, bail};
 
-use crate::cli::temporary_folder::TemporaryFolder;
-use crate::reports::bench::whole::{Parts, Processes, WholeJob, jobs};
-use crate::reports::bench::{Progress, Quartiles, Settings, service};
+use crate::bench::whole::{Parts, Processes, WholeJob, jobs};
+use crate::bench::{Progress, Quartiles, Settings, service};
+use skyduct::cli::temporary_folder::TemporaryFolder;
 
 pub fn measure(settings: &Settings, progress: Progress) -> anyhow::Result<Processes> {
     let program = std::env::current_exe().context("this program does not know where it lies")?;
