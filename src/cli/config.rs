@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cli::telemetry::Log;
 use crate::http::{self, Limits};
+use crate::job::retention::Retention;
 
 const DEFAULTS: &str = include_str!("../../config/default.toml");
 const ENVIRONMENT_PREFIX: &str = "SKYDUCT_";
@@ -36,6 +37,9 @@ pub struct Config {
     pub log: Log,
     /// Limits to what one client can use up.
     pub limits: Limits,
+    /// Bounds of what is kept of ended jobs.
+    #[serde(default)]
+    pub retention: Retention,
 }
 
 /// Parts of the service that one process runs.
@@ -100,6 +104,7 @@ impl Config {
             http::check_allowed_host(host).map_err(|reason| anyhow::anyhow!("allowed_hosts: {reason}"))?;
         }
         config.limits.check().map_err(|reason| anyhow::anyhow!("limits.{reason}"))?;
+        config.retention.check().map_err(|reason| anyhow::anyhow!("retention.{reason}"))?;
         config.database_file()?;
         Ok(config)
     }
@@ -129,6 +134,21 @@ mod tests {
         assert_eq!(config.database_file().unwrap(), Path::new("data/skyduct.db"));
         assert_eq!(config.limits.document_bytes, 1 << 20);
         assert_eq!(config.log, Log { level: LogLevel::Info, format: LogFormat::Text });
+    }
+
+    #[test]
+    fn the_retention_is_checked() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("config.toml");
+        assert!(!Config::load(None, &Flags::default()).unwrap().retention.is_on());
+        std::fs::write(&file, "[retention]\ndays = 0.5\nbytes = 1_000").unwrap();
+        let kept = Config::load(Some(&file), &Flags::default()).unwrap().retention;
+        assert_eq!(kept, Retention { days: Some(0.5), bytes: Some(1000) });
+        for days in ["0", "-1", "nan"] {
+            std::fs::write(&file, format!("[retention]\ndays = {days}")).unwrap();
+            let refused = Config::load(Some(&file), &Flags::default()).unwrap_err().to_string();
+            assert!(refused.starts_with("retention.days: must be more than 0"), "{refused}");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use metrics::{describe_counter, describe_gauge, describe_histogram};
 use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
+use metrics_process::Collector;
 
 /// Upper ends of the classes of a histogram in seconds.
 const SECONDS: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
@@ -21,19 +22,27 @@ const COUNTERS: [(&str, &str); 7] = [
     ("skyduct_refused_total", "Requests and connections that a limit refused, by its setting and by whose limit it is"),
 ];
 
-const GAUGES: [(&str, &str); 8] = [
+const GAUGES: [(&str, &str); 10] = [
     ("skyduct_body_bytes", "Bytes of posted documents that are held now"),
+    ("skyduct_disk_free_bytes", "Free bytes of the disk of the artifacts"),
     ("skyduct_event_streams", "Event streams that are open now"),
     ("skyduct_job_photons", "Photons of the job whose chunk ended last, from its first pass on"),
     ("skyduct_jobs", "Jobs that wait or run now, by status"),
+    ("skyduct_stored_bytes", "Bytes of the files of all jobs"),
     ("skyduct_uploads", "Uploads of meshes that arrive now"),
     ("skyduct_waits", "Posts that wait for the end of their job now"),
     ("skyduct_watched_jobs", "Jobs whose events are read now for open streams"),
     ("skyduct_watched_studies", "Studies whose events are read now for open streams"),
 ];
 
-const HISTOGRAMS: [(&str, &str); 1] =
-    [("skyduct_http_request_seconds", "Time from a request's head to the head of its answer, by route")];
+const HISTOGRAMS: [(&str, &str); 3] = [
+    ("skyduct_http_request_seconds", "Time from a request's head to the head of its answer, by route"),
+    ("skyduct_job_seconds", "Render time of jobs that ended, by status"),
+    ("skyduct_job_wait_seconds", "Time from a job's submission to its first pass"),
+];
+
+/// Upper ends of the classes of the histograms of jobs in seconds.
+const SECONDS_OF_JOBS: [f64; 11] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 600.0, 3600.0];
 
 /// The recorder of the process; it has one, however many services run in it.
 pub(super) fn handle() -> Result<PrometheusHandle, BuildError> {
@@ -41,14 +50,17 @@ pub(super) fn handle() -> Result<PrometheusHandle, BuildError> {
     if let Some(handle) = HANDLE.get() {
         return Ok(handle.clone());
     }
-    let recorder =
-        PrometheusBuilder::new().set_buckets_for_metric(Matcher::Suffix("_seconds".into()), &SECONDS)?.build_recorder();
+    let recorder = PrometheusBuilder::new()
+        .set_buckets_for_metric(Matcher::Suffix("_seconds".into()), &SECONDS)?
+        .set_buckets_for_metric(Matcher::Prefix("skyduct_job_".into()), &SECONDS_OF_JOBS)?
+        .build_recorder();
     let handle = HANDLE.get_or_init(|| recorder.handle()).clone();
     // an error means that another service in this process was first, whose handle we have
     if metrics::set_global_recorder(recorder).is_ok() {
         COUNTERS.into_iter().for_each(|(name, words)| describe_counter!(name, words));
         GAUGES.into_iter().for_each(|(name, words)| describe_gauge!(name, words));
         HISTOGRAMS.into_iter().for_each(|(name, words)| describe_histogram!(name, words));
+        Collector::default().describe();
     }
     Ok(handle)
 }

@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use anyhow::Context;
+use jiff::Timestamp;
 use tokio::net::TcpListener;
 use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
@@ -25,6 +26,7 @@ use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
 use crate::job::ownership;
 use crate::job::private_folder::{create_private_folder, make_private_files};
+use crate::job::retention::{self, Deleted, Retention};
 use crate::job::store::Store;
 use crate::job::worker::Worker;
 
@@ -193,6 +195,7 @@ impl RunningService {
                 cors_origins: config.cors_origins.clone(),
             },
         });
+        tokio::spawn(keep_to(config.retention, service.clone()));
         let router = http::cors::around(http::router(service), &config.cors_origins);
         let stop = shutdown.clone();
         let server = tokio::spawn(async move { http::server::serve(listener, router, &config.limits, stop).await });
@@ -219,6 +222,21 @@ impl RunningService {
             tracing::warn!("the running pass did not end in time; its chunk is rendered again after the next start");
         }
         tracing::info!("stopped");
+    }
+}
+
+/// Deletes what the retention does not keep, now and then, until the service shuts down.
+async fn keep_to(retention: Retention, service: Arc<Service>) {
+    while retention.is_on() && !service.shutdown.is_cancelled() {
+        match retention.delete(service.deletion(), Timestamp::now()).await {
+            Ok(Deleted { jobs: 0, studies: 0 }) => {}
+            Ok(Deleted { jobs, studies }) => tracing::info!(jobs, studies, "deleted by the retention"),
+            Err(error) => tracing::warn!(%error, "the retention could not delete what it should"),
+        }
+        tokio::select! {
+            () = service.shutdown.cancelled() => {}
+            () = tokio::time::sleep(retention::PERIOD) => {}
+        }
     }
 }
 

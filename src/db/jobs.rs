@@ -221,6 +221,33 @@ pub(super) async fn list(pool: &SqlitePool, filter: JobFilter) -> Result<Vec<Job
     query.fetch_all(pool).await.map_err(store_error)?.iter().map(rows::head).collect()
 }
 
+/// Single jobs that have ended, those that ended first first.
+pub(super) async fn ended(pool: &SqlitePool, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
+    sqlx::query(
+        "SELECT id, finished_at FROM jobs WHERE finished_at IS NOT NULL AND finished_at < $1 AND study_id IS NULL \
+         AND NOT EXISTS (SELECT 1 FROM study_jobs s WHERE s.job_id = jobs.id) \
+         AND ($3 IS NULL OR status = $3) ORDER BY finished_at, id LIMIT $2",
+    )
+    .bind(filter.before.unwrap_or(i64::MAX))
+    .bind(i64::from(filter.limit))
+    .bind(filter.status.map(JobStatus::name))
+    .fetch_all(pool)
+    .await
+    .map_err(store_error)?
+    .iter()
+    .map(|row| Ok(Ended { id: rows::uuid(row, "id")?, at: rows::get(row, "finished_at")? }))
+    .collect()
+}
+
+/// Bytes of the files of all jobs.
+pub(super) async fn stored_bytes(pool: &SqlitePool) -> Result<u64, StoreError> {
+    let bytes: i64 = sqlx::query_scalar("SELECT coalesce(sum(size), 0) FROM artifacts")
+        .fetch_one(pool)
+        .await
+        .map_err(store_error)?;
+    Ok(bytes.unsigned_abs())
+}
+
 fn before(id: Option<Uuid>) -> String {
     id.unwrap_or(Uuid::max()).to_string()
 }

@@ -4,7 +4,7 @@ use sqlx::SqlSafeStr;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 
 /// Name and SQL of every step; a step that was ever run is never changed, its hash is kept in the database.
-const STEPS: [(&str, &str); 10] = [
+const STEPS: [(&str, &str); 11] = [
     ("0001_jobs", include_str!("../../migrations/sqlite/0001_jobs.sql")),
     ("0002_reliability", include_str!("../../migrations/sqlite/0002_reliability.sql")),
     ("0003_cpu_seconds", include_str!("../../migrations/sqlite/0003_cpu_seconds.sql")),
@@ -15,6 +15,7 @@ const STEPS: [(&str, &str); 10] = [
     ("0008_computations", include_str!("../../migrations/sqlite/0008_computations.sql")),
     ("0009_clients", include_str!("../../migrations/sqlite/0009_clients.sql")),
     ("0010_slices", include_str!("../../migrations/sqlite/0010_slices.sql")),
+    ("0011_ends", include_str!("../../migrations/sqlite/0011_ends.sql")),
 ];
 
 /// All steps; a database tells which of them it has had.

@@ -417,6 +417,18 @@ impl Store for SqliteStore {
         Ok(taken_back)
     }
 
+    async fn ended_jobs(&self, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
+        jobs::ended(&self.readers, filter).await
+    }
+
+    async fn ended_studies(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError> {
+        studies::ended(&self.readers, before, limit).await
+    }
+
+    async fn stored_bytes(&self) -> Result<u64, StoreError> {
+        jobs::stored_bytes(&self.readers).await
+    }
+
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
         jobs::referenced_keys(&mut connection).await

@@ -158,6 +158,24 @@ pub(super) async fn list(pool: &SqlitePool, before: Option<Uuid>, limit: u32) ->
         .collect()
 }
 
+/// Studies all of whose jobs have ended, those that ended first first.
+pub(super) async fn ended(pool: &SqlitePool, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError> {
+    sqlx::query(
+        "SELECT id, ended_at FROM (SELECT s.id AS id, coalesce((SELECT max(j.finished_at) FROM study_jobs m \
+         JOIN jobs j ON j.id = m.job_id WHERE m.study_id = s.id), s.created_at) AS ended_at FROM studies s \
+         WHERE NOT EXISTS (SELECT 1 FROM study_jobs m JOIN jobs j ON j.id = m.job_id \
+         WHERE m.study_id = s.id AND j.finished_at IS NULL)) WHERE ended_at < $1 ORDER BY ended_at, id LIMIT $2",
+    )
+    .bind(before.unwrap_or(i64::MAX))
+    .bind(i64::from(limit))
+    .fetch_all(pool)
+    .await
+    .map_err(store_error)?
+    .iter()
+    .map(|row| Ok(Ended { id: uuid(row, "id")?, at: get(row, "ended_at")? }))
+    .collect()
+}
+
 pub(super) async fn heads(connection: &mut SqliteConnection, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
     sqlx::query(concat!(
         "SELECT ",

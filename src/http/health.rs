@@ -3,6 +3,7 @@
 use axum::http::{StatusCode, header};
 use axum::response::IntoResponse;
 use metrics::gauge;
+use metrics_process::Collector;
 
 use crate::http::App;
 use crate::http::problem::Problem;
@@ -44,6 +45,11 @@ pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {
     gauge!("skyduct_body_bytes").set(app.permits.bodies.taken() as f64);
     gauge!("skyduct_watched_jobs").set(app.watched.count() as f64);
     gauge!("skyduct_watched_studies").set(app.watched_studies.count() as f64);
+    gauge!("skyduct_stored_bytes").set(app.store.stored_bytes().await? as f64);
+    if let Ok(free) = app.artifacts.free_bytes() {
+        gauge!("skyduct_disk_free_bytes").set(free as f64);
+    }
+    Collector::default().collect();
     app.metrics.run_upkeep();
     Ok((StatusCode::OK, [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render()))
 }

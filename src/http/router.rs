@@ -44,7 +44,7 @@ pub fn api() -> OpenApiRouter<Arc<Service>> {
 fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Service>> {
     // made anew for each request and worth compressing; results and event streams are not
     let texts = OpenApiRouter::new()
-        .routes(routes!(jobs::show::list, jobs::submit::create))
+        .routes(routes!(jobs::show::list, jobs::submit::create, jobs::change::delete_many))
         .routes(routes!(jobs::plan::plan))
         .routes(routes!(jobs::show::get, jobs::change::delete))
         .routes(routes!(jobs::change::cancel))

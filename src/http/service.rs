@@ -14,6 +14,7 @@ use crate::http::studies::made::StudyFiles;
 use crate::http::studies::watched::WatchedStudies;
 use crate::http::watched::WatchedJobs;
 use crate::job::artifacts::Artifacts;
+use crate::job::deletion::Deletion;
 use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
 use crate::job::store::Store;
@@ -37,6 +38,13 @@ pub struct Service {
     pub queue_was_full: AtomicBool,
     /// The last look at whether the service can write.
     pub readiness: Readiness,
+}
+
+impl Service {
+    /// Deletion from all places where a job is kept.
+    pub fn deletion(&self) -> Deletion<'_> {
+        Deletion { store: self.store.as_ref(), artifacts: &self.artifacts, live: &self.live }
+    }
 }
 
 /// The service, as a handler is given it.

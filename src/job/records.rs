@@ -198,6 +198,26 @@ pub struct JobFilter {
     pub limit: u32,
 }
 
+/// Ended jobs that are looked for; those of studies are never among them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EndedFilter {
+    /// Only jobs that ended so; `None`: in any way.
+    pub status: Option<JobStatus>,
+    /// Only jobs that ended before this time, in milliseconds since 1970.
+    pub before: Option<i64>,
+    /// Largest number of jobs.
+    pub limit: u32,
+}
+
+/// A job, or a study, that has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ended {
+    /// Id of the job or study.
+    pub id: Uuid,
+    /// Time of its end in milliseconds since 1970; of a study that of its last job.
+    pub at: i64,
+}
+
 /// Something that happened to a job; a job's events are never changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {

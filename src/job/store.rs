@@ -369,6 +369,14 @@ pub trait Store: Send + Sync + 'static {
     /// had them did not end by itself, which counts against chunks that got no further in it.
     async fn take_back(&self, died: bool) -> Result<TakenBack, StoreError>;
 
+    /// Single jobs that have ended, those that ended first first.
+    async fn ended_jobs(&self, filter: EndedFilter) -> Result<Vec<Ended>, StoreError>;
+    /// At most `limit` studies all of whose jobs have ended, before a time in milliseconds since 1970 if one is given; those that ended
+    /// first first.
+    async fn ended_studies(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError>;
+    /// Bytes of the files of all jobs, wherever they are kept.
+    async fn stored_bytes(&self) -> Result<u64, StoreError>;
+
     /// Keys of the object store that rows point to.
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError>;
 }

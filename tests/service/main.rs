@@ -36,6 +36,7 @@ mod page;
 mod predictions;
 mod queue_clients;
 mod result_files;
+mod retention;
 mod security;
 mod storm;
 mod studies;

@@ -1,13 +1,18 @@
 //! Jobs are cancelled and deleted.
 
+use std::time::{Duration, Instant};
+
 use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
 use super::resource::JobResource;
-use crate::http::problem::{Path, Problem};
-use crate::http::{App, Service};
+use crate::http::App;
+use crate::http::problem::{Path, Problem, Query};
 use crate::job::store::*;
 
 /// Stops the job within one pass; what was computed stays readable.
@@ -35,18 +40,66 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
         (status = 204, description = "It is gone"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
-    if delete_with_files(&app, id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
+    if app.deletion().job(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
 }
 
-/// Deletes a job with its files; false where there was none.
-pub async fn delete_with_files(app: &Service, id: Uuid) -> Result<bool, Problem> {
-    if !app.store.delete(id).await? {
-        return Ok(false);
+/// Most jobs that one request deletes, and time after which it leaves the rest to the next one.
+const MOST_DELETED: u32 = 500;
+const DELETING: Duration = Duration::from_secs(5);
+
+/// Which jobs are deleted.
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct DeleteQuery {
+    /// Only jobs that ended before this time, RFC 3339.
+    #[param(value_type = String, format = DateTime)]
+    ended_before: Timestamp,
+    /// Only jobs that ended so; in any way when absent.
+    #[param(inline)]
+    status: Option<EndedStatus>,
+}
+
+/// Ways in which a job has ended.
+#[derive(Clone, Copy, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EndedStatus {
+    Succeeded,
+    Failed,
+    Cancelled,
+}
+
+/// Number of jobs that were deleted.
+#[derive(Serialize, ToSchema)]
+pub struct DeletedJobs {
+    /// Jobs that are gone; at most 500 in one request.
+    pub deleted: u64,
+    /// True if there may be more: ask again.
+    pub more: bool,
+}
+
+/// Deletes jobs that have ended, those that ended first first, with their files. Jobs of studies stay: they go with their study.
+#[utoipa::path(delete, path = "/v1/jobs", operation_id = "delete_jobs", tag = "jobs", params(DeleteQuery),
+    responses(
+        (status = 200, description = "They are gone", body = DeletedJobs),
+        (status = 422, description = "A parameter is missing or not valid; `errors` name it", body = Problem, content_type = "application/problem+json")))]
+pub async fn delete_many(app: App, Query(query): Query<DeleteQuery>) -> Result<Json<DeletedJobs>, Problem> {
+    let status = query.status.map(|status| match status {
+        EndedStatus::Succeeded => JobStatus::Succeeded,
+        EndedStatus::Failed => JobStatus::Failed,
+        EndedStatus::Cancelled => JobStatus::Cancelled,
+    });
+    let filter = EndedFilter { status, before: Some(query.ended_before.as_millisecond()), limit: MOST_DELETED };
+    let begun = Instant::now();
+    let (mut deleted, mut more) = (0, false);
+    let found = app.store.ended_jobs(filter).await?;
+    for ended in &found {
+        if begun.elapsed() > DELETING {
+            more = true;
+            break;
+        }
+        deleted += u64::from(app.deletion().job(ended.id).await?);
     }
-    app.live.forget(id);
-    if let Err(error) = app.artifacts.delete_job(id).await {
-        // nothing points to them any more: the next start sweeps them
-        tracing::warn!(%error, job = %id, "deleting files failed");
-    }
-    Ok(true)
+    tracing::info!(deleted, "jobs deleted");
+    Ok(Json(DeletedJobs { deleted, more: more || found.len() == MOST_DELETED as usize }))
 }

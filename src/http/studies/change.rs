@@ -10,7 +10,6 @@ use super::looked::heads;
 use super::resource::StudyResource;
 use super::show::no_such_study;
 use crate::http::App;
-use crate::http::jobs::change::delete_with_files;
 use crate::http::problem::{Path, Problem};
 
 /// Cancels all jobs of the study that have not ended; what was computed stays readable.
@@ -34,13 +33,5 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
         (status = 204, description = "It is gone, and so are its jobs"),
         (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
-    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-    // none of them is begun meanwhile
-    app.store.cancel_study(id).await?;
-    for member in study.jobs {
-        delete_with_files(&app, member.job).await?;
-    }
-    // the last step: after a crash on the way it can be deleted again
-    app.store.delete_study(id).await?;
-    Ok(StatusCode::NO_CONTENT)
+    if app.deletion().study(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(no_such_study()) }
 }

@@ -109,9 +109,10 @@ impl Commits {
                 status = finish.end.status().name(),
                 stopped_by = finish.end.stopped_by().map(StoppedBy::name),
                 passes = progress.passes,
-                seconds = progress.seconds,
+                seconds = (1e3 * progress.seconds).round() / 1e3,
                 "job finished"
             );
+            metrics::histogram!("skyduct_job_seconds", "status" => finish.end.status().name()).record(progress.seconds);
             metrics::counter!("skyduct_jobs_finished_total", "status" => finish.end.status().name()).increment(1);
         };
         self.ends.spawn(told.in_current_span());

@@ -22,7 +22,7 @@ mod running;
 mod turns;
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use tokio::sync::broadcast;
 use tokio::time::{Instant, sleep};
@@ -395,9 +395,19 @@ impl LaneWorker {
     fn begin(&self, lease: &Lease, prepared: Arc<Prepared>, merged: Estimate, bytes: u64, spent: Spent) -> Current {
         if lease.chunk == 0 {
             tracing::info!(name = prepared.name, method = prepared.method_names(), "job started");
+            if let Some(waited) = age(lease.job) {
+                metrics::histogram!("skyduct_job_wait_seconds").record(waited);
+            }
         }
         let live = self.live.start(lease.job, prepared.clone());
         let forecaster = prepared.forecaster();
         Current { job: lease.job, prepared, live, merged, bytes, spent, next_chunk: lease.chunk, forecaster }
     }
+}
+
+/// Seconds since a job was submitted, which its id tells; `None` for one whose id is of another kind.
+fn age(job: Uuid) -> Option<f64> {
+    let (seconds, nanoseconds) = job.get_timestamp()?.to_unix();
+    let submitted = Duration::new(seconds, nanoseconds);
+    Some(SystemTime::now().duration_since(UNIX_EPOCH).ok()?.saturating_sub(submitted).as_secs_f64())
 }

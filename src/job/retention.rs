@@ -1,0 +1,89 @@
+//! Retention: ended jobs and studies are deleted once they are too old, or once their files take too much space.
+
+use std::time::Duration;
+
+use jiff::Timestamp;
+use serde::Deserialize;
+
+use super::deletion::Deletion;
+use super::store::{EndedFilter, StoreError};
+
+/// Time between two looks at what is to be deleted.
+pub const PERIOD: Duration = Duration::from_secs(60);
+
+/// Jobs or studies that are looked up at once.
+const AT_ONCE: u32 = 100;
+
+/// Milliseconds of a day.
+const DAY_MS: f64 = 86_400_000.0;
+
+/// Bounds of what is kept of ended jobs and studies; absent ones delete nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Retention {
+    /// Days after its end at which a job, or a study with its jobs, is deleted; > 0.
+    pub days: Option<f64>,
+    /// Bytes that the results of all jobs may take; those that ended first are deleted first.
+    pub bytes: Option<u64>,
+}
+
+/// Number of jobs and studies that were deleted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Deleted {
+    /// Single jobs.
+    pub jobs: u64,
+    /// Studies, each with its jobs.
+    pub studies: u64,
+}
+
+impl Retention {
+    /// Refuses bounds that make no sense: field, bound and value.
+    pub fn check(self) -> Result<(), String> {
+        match self.days {
+            Some(days) if days.is_nan() || days <= 0.0 => Err(format!("days: must be more than 0, but is {days}")),
+            _ => Ok(()),
+        }
+    }
+
+    /// True if something is deleted at some time.
+    pub fn is_on(self) -> bool {
+        self.days.is_some() || self.bytes.is_some()
+    }
+
+    /// Deletes what is too old at this moment, and then the oldest until the rest is small enough.
+    pub async fn delete(self, from: Deletion<'_>, now: Timestamp) -> Result<Deleted, StoreError> {
+        let mut deleted = Deleted::default();
+        if let Some(days) = self.days {
+            let before = now.as_millisecond() - (days * DAY_MS).min(now.as_millisecond() as f64) as i64;
+            while deleted.oldest(from, Some(before), AT_ONCE).await? > 0 {}
+        }
+        if let Some(bytes) = self.bytes {
+            while from.store.stored_bytes().await? > bytes {
+                if deleted.oldest(from, None, 1).await? == 0 {
+                    break;
+                }
+            }
+        }
+        Ok(deleted)
+    }
+}
+
+impl Deleted {
+    /// Deletes at most `most` of what ended first, and before a time in milliseconds since 1970 if one is given; returns their number.
+    async fn oldest(&mut self, from: Deletion<'_>, before: Option<i64>, most: u32) -> Result<u64, StoreError> {
+        let jobs = from.store.ended_jobs(EndedFilter { status: None, before, limit: most }).await?;
+        let studies = from.store.ended_studies(before, most).await?;
+        let jobs = jobs.into_iter().map(|ended| (ended.at, ended.id, false));
+        let mut all: Vec<_> = jobs.chain(studies.into_iter().map(|ended| (ended.at, ended.id, true))).collect();
+        all.sort_unstable();
+        all.truncate(most as usize);
+        for (_, id, is_study) in &all {
+            if *is_study {
+                self.studies += u64::from(from.study(*id).await?);
+            } else {
+                self.jobs += u64::from(from.job(*id).await?);
+            }
+        }
+        Ok(all.len() as u64)
+    }
+}
