@@ -1,8 +1,8 @@
 //! Passes of the light in parts: by source, direct and interreflected, and by tube.
 //!
-//! Each source has a scene of its own, daylight one for each tube; the grids are the sum of these, so that the parts add up to the
-//! whole in every pass, and with them their errors. Direct light is that of scenes whose surfaces reflect nothing, and what it
-//! lacks is interreflected: light that the room reflects up into a tube and gets back is, too.
+//! Each source has a scene of its own, and daylight one for each tube; the grids are the sum of these, so that the parts add up to the
+//! whole in every pass, and so do their errors. Direct light is that of scenes whose surfaces reflect nothing; the remainder is
+//! interreflected light, including light that the room reflects up into a tube and gets back.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -10,31 +10,31 @@ use std::sync::atomic::AtomicBool;
 use super::{GridPass, Integrator, Pass};
 use crate::traceable::{Source, TraceableScene};
 
-/// A part of the light of grids.
+/// Part of the light of grids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {
     /// Light of a source that no surface of the room has reflected.
     Direct(Source),
     /// Light of a source that surfaces of the room have reflected.
     Interreflected(Source),
-    /// Light of sky and sun by the collector of this tube.
+    /// Light of sky and sun that enters by the collector of this tube.
     OfTube(usize),
 }
 
 impl Component {
-    /// The parts of a scene's light, in the order in which passes have them.
+    /// Returns the parts of a scene's light, in the order in which passes have them.
     pub fn of_scene(scene: &TraceableScene) -> Vec<Self> {
         let by_source = scene.sources().flat_map(|source| [Self::Direct(source), Self::Interreflected(source)]);
         by_source.chain((0..scene.tubes.len()).map(Self::OfTube)).collect()
     }
 
-    /// Number of passes that one pass of a scene in parts is made of.
+    /// Returns the number of passes that make up one pass of a scene in parts.
     pub fn passes(scene: &TraceableScene) -> usize {
         lights(scene).count() + if scene.interreflection { scene.sources().count() } else { 0 }
     }
 }
 
-/// Each source with the tube that it comes in by.
+/// Returns each source with the tube through which its light enters; `None` for luminaires.
 fn lights(scene: &TraceableScene) -> impl Iterator<Item = (Source, Option<usize>)> {
     scene.sources().flat_map(|source| {
         let daylight = (0..scene.tubes.len()).filter(move |_| source.is_daylight()).map(Some);
@@ -42,19 +42,19 @@ fn lights(scene: &TraceableScene) -> impl Iterator<Item = (Source, Option<usize>
     })
 }
 
-/// Grids computed in parts.
+/// Integrator of grids that computes their light in parts.
 pub struct InParts {
     parts: Vec<Component>,
-    /// All light of a source, by the collector of a tube where it is daylight.
+    /// All light of each source; of daylight, that by the collector of one tube.
     all: Vec<(Source, Option<usize>, Box<dyn Integrator>)>,
-    /// Direct light of a source by all tubes; empty where no light is reflected, so that all is direct.
+    /// Direct light of each source by all tubes; empty where no light is reflected, so that all of it is direct.
     direct: Vec<(Source, Box<dyn Integrator>)>,
     grids: usize,
 }
 
 impl InParts {
-    /// The method that `build` makes of a scene and of the number of its part, for each part; `None` where it makes none. Parts
-    /// of different numbers must use different random numbers.
+    /// Builds one method for each part: `build` gets the scene and the number of the part; `None` where it returns none. Parts of different
+    /// numbers must use different random numbers.
     pub fn new(
         scene: &TraceableScene,
         grids: usize,

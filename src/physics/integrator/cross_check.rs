@@ -1,15 +1,15 @@
-//! Passes of a method, and beside them those of another one that has to find the same.
+//! Passes of a method, each with a pass of another method that must find the same values.
 
 use std::sync::atomic::AtomicBool;
 
 use super::photon_map::progressive::Carried;
 use super::{GridPass, Integrator, Pass};
 
-/// A method and its check: the last of what stands beside each grid.
+/// Method with its check, whose values are the last ones beside each grid.
 pub struct CrossChecked {
-    /// The method whose values count.
+    /// Method whose values count.
     pub checked: Box<dyn Integrator>,
-    /// Another method of the same grids whose passes are independent of each other and of these.
+    /// Other method of the same grids, whose passes are independent of each other and of the checked ones.
     pub check: Box<dyn Integrator>,
     /// Number of grids.
     pub grids: usize,

@@ -1,7 +1,7 @@
-//! What the rest of the program has to know of a method, and what it gives back.
+//! Interface between a method and the rest of the program: its settings, its task, its refusals and caveats, and its memory.
 //!
-//! Every method's own settings implement [`Described`]; `registry` has the one list of methods. The plan asks what a
-//! method knows, what it refuses and what it costs; a job lets it be built. Nobody else asks which method it is.
+//! The settings of every method implement [`Described`]; `registry` has the one list of methods. The plan asks the settings what the method
+//! computes, refuses and costs; a job builds the method from them. No other code matches on the kind of method.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,94 +14,95 @@ use crate::analytic::Solver;
 use crate::scene::{EstimateKind, Grid, Scene, View};
 use crate::traceable::TraceableScene;
 
-/// A method with its settings, as the plan and a job see it; implemented by the `Settings` of every method.
+/// Method with its settings, as the plan and a job see it; implemented by the `Settings` of every method.
 pub trait Described: Send + Sync {
-    /// Name of the method in documents and results.
+    /// Returns the name of the method in documents and results.
     fn name(&self) -> &'static str;
 
-    /// What its results contain.
+    /// Returns the kinds of output that the method computes.
     fn knows(&self) -> Knows {
         Knows::ALL
     }
 
-    /// True if it can tell what sensors get per lumen of each patch of the openings.
+    /// True if the method can estimate daylight coefficients: the illuminance of sensors per lumen from each patch of the openings.
     fn tells_responses(&self) -> bool {
         false
     }
 
-    /// How its passes depend on each other.
+    /// Returns how the method's passes depend on each other.
     fn passes(&self) -> Passes {
         Passes::Independent
     }
 
-    /// Sentence of the plan about the method, where its name and its settings do not say all.
+    /// Returns a sentence about the method for the plan, where its name and settings leave something unsaid.
     fn remark(&self) -> Option<&'static str> {
         None
     }
 
-    /// Why it cannot compute a task, if it cannot. Outputs that it does not know need not be looked at.
+    /// Returns the reason why the method cannot compute a task; `None` if it can. Outputs that [`knows`](Self::knows) excludes need not be
+    /// checked here.
     fn refuses(&self, _task: &Task) -> Option<Refusal> {
         None
     }
 
-    /// What a reader of its results of a task must know.
+    /// Returns the caveat that a reader of the method's results of this task needs; `None` if there is none.
     fn warns(&self, _task: &Task) -> Option<Caveat> {
         None
     }
 
-    /// Bytes that a pass works with beside its outputs, from above.
+    /// Returns an upper bound of the bytes that a pass works with beside its outputs.
     fn working_bytes(&self, _load: &Load) -> f64 {
         0.0
     }
 
-    /// What it keeps of each sensor of a grid.
+    /// Returns the amount of data that the method stores for each sensor of a grid.
     fn kept_of_sensor(&self, _grid: &Grid) -> Kept {
         Kept::MEANS
     }
 
-    /// What it keeps of each pixel of a view.
+    /// Returns the amount of data that the method stores for each pixel of a view.
     fn kept_of_pixel(&self) -> Kept {
         Kept::MEANS
     }
 
-    /// The method with passes that are small enough for a trial of a task that it does not refuse: of grids, or of views. It tells of
-    /// the passes for a relative standard error `target`.
+    /// Returns the method with passes that are small enough for a trial of a task, of grids or of views, that it does not refuse. From the
+    /// trial the plan extrapolates to the passes for a relative standard error `target`.
     fn trial(&self, task: &Task, target: f64) -> Trial;
 
-    /// The method on a task that it does not refuse.
+    /// Builds the method for a task that it does not refuse.
     ///
-    /// `target` is the relative standard error asked for: passes end by it, a solver stops refining at it.
+    /// `target` is the requested relative standard error: the passes end, or a solver stops refining, when it is reached.
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation;
 }
 
-/// A method for a trial.
+/// Method as a trial runs it.
 pub struct Trial {
-    /// The method with small passes.
+    /// Method with small passes.
     pub method: Box<dyn Described>,
-    /// Most sensors, or pixels, at which a trial looks: more of them would take too long.
+    /// Largest number of sensors or pixels that a trial computes: more of them would take too long.
     pub most_places: usize,
-    /// What its passes tell of those of the method itself.
+    /// Relation between the trial's passes and the passes of the method itself.
     pub passes: TrialPasses,
 }
 
 impl Trial {
-    /// The method as it is, on `most_places` sensors or pixels at most.
+    /// Makes a trial of the unchanged method on at most `most_places` sensors or pixels.
     pub fn whole(method: impl Described + 'static, most_places: usize) -> Self {
         Self { method: Box::new(method), most_places, passes: TrialPasses::WHOLE }
     }
 
-    /// The same with these passes.
+    /// Returns this trial with other passes.
     pub fn with(self, passes: TrialPasses) -> Self {
         Self { passes, ..self }
     }
 }
 
-/// What is asked of a method.
+/// Outputs of a scene that a method is to compute.
 #[derive(Clone, Copy, Debug)]
 pub struct Task<'a> {
-    /// The scene as its document describes it.
+    /// Scene as its document describes it.
     pub scene: &'a Scene,
-    /// The same scene as rays need it, with the effects that are on.
+    /// Scene in the form in which rays are traced through it, with the effects that are switched on.
     pub traceable: &'a Arc<TraceableScene>,
     /// Grids of the scene that the method has to compute.
     pub grids: &'a [Grid],
@@ -110,22 +111,22 @@ pub struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// All outputs of a scene.
+    /// Makes the task of all outputs of a scene.
     pub fn whole(scene: &'a Scene, traceable: &'a Arc<TraceableScene>) -> Self {
         Self { scene, traceable, grids: &scene.grids, views: &scene.views }
     }
 
-    /// The grids of this task alone.
+    /// Returns this task without its views.
     pub fn without_views(self) -> Self {
         Self { views: &[], ..self }
     }
 
-    /// The views of this task alone.
+    /// Returns this task without its grids.
     pub fn without_grids(self) -> Self {
         Self { grids: &[], ..self }
     }
 
-    /// True if a grid asks for the illuminance at points, not for averages over cells.
+    /// True if a grid requests the illuminance at points rather than averages over cells.
     pub fn has_points(&self) -> bool {
         self.grids.iter().any(|grid| grid.estimate == EstimateKind::Point)
     }
@@ -136,56 +137,56 @@ impl<'a> Task<'a> {
     }
 }
 
-/// A method on a scene, ready to compute.
+/// Method built for a scene, ready to compute.
 pub enum Computation {
-    /// Independent passes, or passes in order, that an estimate adds up.
+    /// Passes, independent or in order, which an estimate adds up.
     Passes(Box<dyn Integrator>),
-    /// Everything in one computation.
+    /// Solver that finds all results in one computation.
     Solution(Box<dyn Solver>),
 }
 
 impl Computation {
-    /// A method that is computed pass by pass.
+    /// Wraps a method that is computed pass by pass.
     pub fn passes(integrator: impl Integrator + 'static) -> Self {
         Self::Passes(Box::new(integrator))
     }
 
-    /// A method that is solved at once.
+    /// Wraps a method that finds all results in one computation.
     pub fn solution(solver: impl Solver + 'static) -> Self {
         Self::Solution(Box::new(solver))
     }
 }
 
-/// What the results of a method contain beside the illuminance of grids, which every method computes.
+/// Kinds of output that a method computes beside the illuminance of grids, which every method computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Knows {
-    /// The luminance of views.
+    /// Luminance of views.
     pub views: bool,
-    /// The balance of energy: light is followed from its sources to its end.
+    /// Energy balance: light is followed from its sources to where it ends.
     pub energy: bool,
-    /// The fluxes of tubes.
+    /// Luminous fluxes of the tubes.
     pub tube_fluxes: bool,
     /// Sensors that do not look up, or do not lie in one level plane.
     pub any_sensors: bool,
 }
 
-/// How the passes of a method depend on each other.
+/// Dependence of the passes of a method on each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passes {
-    /// Each is a replicate by itself.
+    /// Passes that are independent replicates.
     Independent,
-    /// Each goes on from what those before it left.
+    /// Passes that each start from the state which the earlier ones left.
     InOrder,
-    /// There are none: everything is solved at once.
+    /// No passes: all results come from one computation.
     None,
 }
 
 impl Knows {
-    /// Everything that a result can have, at level sensors that look up.
+    /// Every output that a result can have, at level sensors that look up.
     pub const ALL: Self = Self { views: true, energy: true, tube_fluxes: true, any_sensors: false };
 }
 
-/// Why a method cannot compute what is asked.
+/// Reason why a method cannot compute a task.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{detail}")]
 pub struct Refusal {
@@ -193,17 +194,17 @@ pub struct Refusal {
     pub code: RefusalCode,
     /// Reason for people; a sentence without a full stop.
     pub detail: String,
-    /// What the document could ask for instead, beside another method.
+    /// Change of the document with which this method could compute it; `None` if only another method can.
     pub instead: Option<&'static str>,
 }
 
 impl Refusal {
-    /// A refusal without a hint what to ask for instead.
+    /// Makes a refusal that suggests no change of the document.
     pub fn new(code: RefusalCode, detail: impl Into<String>) -> Self {
         Self { code, detail: detail.into(), instead: None }
     }
 
-    /// The same refusal with something else that the document could ask for.
+    /// Returns this refusal with a suggested change of the document.
     pub fn or(self, instead: &'static str) -> Self {
         Self { instead: Some(instead), ..self }
     }
@@ -219,10 +220,10 @@ macro_rules! refusal_codes {
         }
 
         impl RefusalCode {
-            /// Every kind that there is.
+            /// Every kind of refusal.
             pub const ALL: &[Self] = &[$(Self::$code),*];
 
-            /// The code as text, for machines.
+            /// Returns the code as text, for machines.
             pub fn code(self) -> &'static str {
                 match self {
                     $(Self::$code => $text,)*
@@ -233,31 +234,31 @@ macro_rules! refusal_codes {
 }
 
 refusal_codes! {
-    /// Views are asked of a method that computes grids.
+    /// Views are requested of a method that computes grids only.
     GridsOnly = "grids_only",
-    /// Sunlight through clear closures would be found by chance only.
+    /// Sunlight through clear closures would be found only by chance, by rays that are not aimed at the sun.
     SunThroughClearClosures = "sun_through_clear_closures",
-    /// Sunlight by way of mirrors or of nearly smooth surfaces would be found by chance only.
+    /// Sunlight reflected by mirrors or by nearly smooth surfaces would be found only by chance, by rays that are not aimed at the sun.
     SunByMirrors = "sun_by_mirrors",
-    /// Points cannot find light that a mirror reflects.
+    /// Sensors at points cannot receive light that a mirror reflects.
     MirrorsAtPoints = "mirrors_at_points",
-    /// Points lie so near to a surface that their standard error would not tell the truth.
+    /// Points lie so near to a surface that their estimated standard error would be wrong.
     PointsNearSurfaces = "points_near_surfaces",
     /// Light passes the closure of a tube unscattered.
     ClearClosures = "clear_closures",
-    /// Light passes the closure of a tube that is not straight unscattered.
+    /// Light passes the closure of a bent tube unscattered.
     ClearClosuresOfBentTubes = "clear_closures_of_bent_tubes",
-    /// A diffuser is a measured table.
+    /// A diffuser's BSDF is a measured table.
     MeasuredDiffusers = "measured_diffusers",
-    /// A grid asks for averages over cells.
+    /// A grid requests averages over cells.
     CellAverages = "cell_averages",
-    /// Coefficients are colours.
+    /// Reflectances or transmittances are colours.
     Colours = "colours",
     /// A tube is given as a mesh.
     MeshTubes = "mesh_tubes",
-    /// A collector bends light.
+    /// A collector refracts light.
     RefractingCollectors = "refracting_collectors",
-    /// The reflectance of a tube's mirror depends on the angle.
+    /// The reflectance of a tube's mirror depends on the angle of incidence.
     MirrorsByAngle = "mirrors_by_angle",
     /// The room contains objects.
     Objects = "objects",
@@ -267,7 +268,7 @@ refusal_codes! {
     SpecularSurfaces = "specular_surfaces",
     /// Nothing in the room absorbs light.
     LosslessRoom = "lossless_room",
-    /// The room is no box.
+    /// The room is not a box.
     RoomShape = "room_shape",
     /// Sensors do not look up, or do not lie in one level plane.
     PlacedSensors = "placed_sensors",
@@ -275,9 +276,9 @@ refusal_codes! {
     InterreflectionOff = "interreflection_off",
     /// Passes are in order or there are none, where independent ones are needed.
     DependentPasses = "dependent_passes",
-    /// Responses are asked of a method that does not tell them.
+    /// Daylight coefficients are requested of a method that does not compute them.
     NoResponses = "no_responses",
-    /// No other method computes the grids with errors that are honest here.
+    /// No other method computes the grids of this scene with reliable standard errors.
     NoSecondMethod = "no_second_method",
     /// A setting of the method that has no default is missing.
     SettingMissing = "setting_missing",
@@ -289,7 +290,7 @@ impl fmt::Display for RefusalCode {
     }
 }
 
-/// What a reader of a method's results must know.
+/// Warning about a method's results that their reader needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Caveat {
     /// Kind of the caveat, for programs.
@@ -301,20 +302,20 @@ pub struct Caveat {
 /// Kinds of caveats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CaveatCode {
-    /// Light by way of mirrors is found by chance only.
+    /// Light reflected by mirrors is found only by chance, by rays that are not aimed at its source.
     MirrorsByChance,
-    /// Some of the light by way of mirrors is found by rare and bright paths.
+    /// Some of the light reflected by mirrors is found by rare and bright paths.
     MirrorsRarely,
-    /// A formula returns more flux than it is given.
+    /// A formula returns more flux than enters.
     FluxExcess,
-    /// Kernels are not clipped everywhere where things stand on things.
+    /// Kernels are not clipped everywhere where objects stand on other objects.
     KernelsNotCut,
 }
 
-/// What a pass has to hold in memory.
+/// Quantities that decide how much memory a pass needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
-    /// Edges of the room in metres.
+    /// Edges of the room in m.
     pub size: DVec3,
     /// Number of channels of light, 1 or 3.
     pub channels: usize,
@@ -322,38 +323,38 @@ pub struct Load {
     pub grids: usize,
     /// Number of views of the pass.
     pub views: usize,
-    /// Mean number of surfaces that a photon meets in the room, from above.
+    /// Upper bound of the mean number of surfaces that a photon meets in the room.
     pub events: f64,
     /// True if sunlight enters the room unscattered.
     pub sunbeams: bool,
-    /// Number of sensors of all grids where light comes in beside lamps, which is traced; 0 where all tubes are lamps.
+    /// Number of sensors of all grids that receive traced light beside that of Lambertian closures; 0 where all tubes end in these.
     pub sensors_beside: usize,
 }
 
 impl Load {
-    /// Copies of kept photons and vertices that are alive together: in one growing list, and sorted.
+    /// Number of copies of stored photons and vertices that exist at the same time: in one growing list, and sorted.
     pub const COPIES: f64 = 2.5;
 
-    /// Bytes of one photon: place, direction or normal, and its flux in every channel.
+    /// Returns the bytes of one photon: place, direction or normal, and its flux in every channel.
     pub fn photon_bytes(&self) -> f64 {
         32.0 + 8.0 * self.channels as f64
     }
 }
 
-/// What a method keeps of a sensor or pixel.
+/// Amount of data that a method stores for a sensor or pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kept {
     /// Number of points of a sensor or pixel whose values a pass holds.
     pub points: f64,
-    /// Number of contrasts among fixed points, each with a running mean.
+    /// Number of contrasts (differences between the fixed points), each with a running mean.
     pub contrasts: f64,
-    /// Number of points whose gather radius goes from pass to pass.
+    /// Number of points whose gather radius is carried from pass to pass.
     pub radii: f64,
     /// Number of sums that chunks of photons hold at the same time.
     pub sums_at_once: f64,
 }
 
 impl Kept {
-    /// The running means alone.
+    /// Running means alone.
     pub const MEANS: Self = Self { points: 1.0, contrasts: 0.0, radii: 0.0, sums_at_once: 1.0 };
 }

@@ -1,19 +1,19 @@
-//! Integrators: three ways to move light, and the methods made of them.
+//! Integrators: the methods that compute light, and the three kinds of transport of which they are made.
 //!
 //! - `photon`: light is followed from its sources.
 //! - `backward`: paths are followed from sensors and eyes.
-//! - `photon_map`: photons are kept, and their density is estimated.
+//! - `photon_map`: photons are stored, and their density is estimated.
 //!
-//! `lamp` cuts paths at Lambertian diffusers: what leaves them is found once for all of the room.
+//! `lamp` cuts paths at Lambertian diffusers: the flux that leaves them is computed once for the whole room.
 //!
-//! `method` says what the rest of the program has to know of a method, `pass` what a pass is, `pass_size` how large one is, `trial` what
-//! a few small ones tell, `registry` which methods there are, `deterministic` what those without passes share, `components` passes of parts of
-//! the light, `cross_check` a method and its check. Every other entry is a method: its settings, which say what it knows, refuses
-//! and costs, its state and its pass.
+//! `method` is the interface between a method and the rest of the program, `pass` defines a pass, `pass_size` how large one is, `trial`
+//! extrapolates from a few small ones, `registry` lists the methods, `deterministic` has the parts shared by those without passes,
+//! `components` computes passes in parts of the light, `cross_check` pairs a method with another that checks it. Every other module is a
+//! method: its settings, which declare what it computes, refuses and costs, its state and its pass.
 //!
-//! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has
-//! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per
-//! point (`photon_map::progressive`) a pass also depends on the state left by earlier passes, so passes run in order.
+//! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has the same bits on
+//! any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per point (`photon_map::progressive`)
+//! a pass also depends on the state left by earlier passes, so passes run in order.
 
 pub mod backward;
 pub mod bidirectional;

@@ -1,23 +1,23 @@
-//! One pass of one method, and what it gives.
+//! Passes of a method and their results.
 
 use std::sync::atomic::AtomicBool;
 
 use super::photon::ledger::Account;
 use super::photon_map::progressive::{Carried, PointStatistics};
 
-/// One pass of one method.
+/// Method whose results are computed pass by pass.
 pub trait Integrator: Send + Sync {
-    /// Computes pass `pass` (0, 1, ...) on the current rayon pool, with statistics per point as if none had been before;
-    /// `None` when `cancel` was raised meanwhile.
+    /// Computes pass `pass` (0, 1, ...) on the current rayon pool, with statistics per point as if it were the first; `None` when `cancel`
+    /// was raised meanwhile.
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass>;
 
-    /// State before the first pass, in the shape of a pass: what the first one starts from, and zeros where points tell
-    /// their sampling error; the rest is empty.
+    /// Returns the state before the first pass, in the shape of a pass: the values that the first one starts from, and zeros where points
+    /// estimate their sampling error; the rest is empty.
     fn start(&self) -> Pass {
         Pass::default()
     }
 
-    /// Computes pass `pass` after those that left `before`, nothing before the first.
+    /// Computes pass `pass` from the state `before` that earlier passes left, which is empty before the first.
     fn pass_after(&self, pass: u64, _before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
         self.pass(pass, cancel)
     }
@@ -30,16 +30,16 @@ pub struct Pass {
     pub grids: Vec<GridPass>,
     /// Luminances, in the order of the views that the method was built for.
     pub views: Vec<ViewPass>,
-    /// Where the pass' flux went, and its rays.
+    /// Energy balance of the pass, the fluxes of its tubes, and the number of its rays.
     pub account: Account,
-    /// Number of photons that set out.
+    /// Number of emitted photons.
     pub photons: u64,
-    /// For the next pass; empty where passes are independent.
+    /// State for the next pass; empty where passes are independent.
     pub carried: Carried,
 }
 
 impl Pass {
-    /// A pass of grids and views, and what their points leave for the next: nothing where passes are independent.
+    /// Makes a pass of grids and views with the point statistics that they carry to the next one: none where passes are independent.
     pub fn carrying(
         grids: Vec<(GridPass, Vec<PointStatistics>)>,
         views: Vec<(ViewPass, Vec<PointStatistics>)>,
@@ -51,30 +51,29 @@ impl Pass {
     }
 }
 
-/// Illuminance in lux per sensor.
+/// Illuminances of a grid in lx, one per sensor, with what their errors are computed from.
 #[derive(Clone, Debug, Default)]
 pub struct GridPass {
-    /// Illuminance per sensor, in the order of [`crate::scene::Grid::centre`].
+    /// Illuminance per sensor in lx, in the order of [`crate::scene::Grid::centre`].
     pub illuminance: Vec<f64>,
-    /// Estimated bias per sensor; empty when the method has none.
+    /// Estimated bias per sensor in lx; empty when the method has none.
     pub bias: Vec<f64>,
-    /// Contrasts among the points of each sensor, where points are the same in every pass: equally many for each
-    /// sensor, and their squares add up to the variance of the choice of points. Else empty.
+    /// Contrasts (differences in lx) among the points of each sensor, where points are the same in every pass: equally many for each
+    /// sensor, and their squares add up to the variance of the choice of points. Empty elsewhere.
     pub contrasts: Vec<f64>,
-    /// Part of each sensor's illuminance beyond a coarse solution, in lux; empty where the method tells none, or where it is one part
-    /// of the light among others.
+    /// Residual of each sensor in lx: the part of its illuminance that a coarse solution leaves out; empty where the method does not
+    /// estimate it, or where this is one of several parts of the light.
     pub residual: Vec<f64>,
-    /// Part that the coarse solution gives, in lux; as long as `residual`.
+    /// Part of each sensor's illuminance in lx that the coarse solution gives; as long as `residual`.
     pub gathered: Vec<f64>,
-    /// Photons behind each sensor's value; empty where the method's errors need no count of them.
+    /// Number of photons behind each sensor's value; empty where the method's errors do not depend on it.
     pub photons: Vec<PhotonCount>,
-    /// The same grid in parts of the light, or by another method; as many in every pass.
+    /// Values of the same grid for single parts of the light, or by another method; equally many in every pass.
     pub beside: Vec<GridPass>,
 }
 
 impl GridPass {
-    /// Adds another part of the light on the same sensors, by the same method. Of several parts no residual is told: these would not add
-    /// up as the parts do.
+    /// Adds another part of the light on the same sensors, by the same method. The sum has no residual: residuals of parts cannot be added.
     pub fn add(&mut self, other: &Self) {
         add_each(&mut self.illuminance, &other.illuminance, 1.0);
         add_each(&mut self.bias, &other.bias, 1.0);
@@ -89,7 +88,7 @@ impl GridPass {
         }
     }
 
-    /// Makes room for the values of another part of the light, and leaves it out.
+    /// Resizes the lists as [`add`](Self::add) would, without adding the values of this part of the light.
     pub fn make_room_for(&mut self, other: &Self) {
         let nothing = |values: &[f64]| vec![0.0; values.len()];
         let photons = vec![PhotonCount::default(); other.photons.len()];
@@ -97,9 +96,9 @@ impl GridPass {
         self.add(&Self { illuminance, bias, contrasts: nothing(&other.contrasts), photons, ..Self::default() });
     }
 
-    /// The same for the parts of sensors that no solid takes, of which these are the shares: what covers the rest is dark in every
-    /// pass, so that a mean over the whole is that over the free part times its share. Nothing is left of sensors inside solids, nor
-    /// of what stands beside the grid.
+    /// Converts means over whole sensors to means over their parts outside solids, of which `free` has the fractions of the area: the rest
+    /// is dark in every pass, so a mean over the whole sensor is that over the free part times this fraction. Sensors inside solids become
+    /// 0, and the values beside the grid are dropped.
     pub fn of_free_parts(&self, free: &[f64]) -> Self {
         let factors: Vec<f64> = free.iter().map(|share| if *share > 0.0 { 1.0 / share } else { 0.0 }).collect();
         let scaled = |values: &[f64]| -> Vec<f64> {
@@ -124,7 +123,7 @@ impl GridPass {
         }
     }
 
-    /// What is left without a part of the light. The photons stay, which are behind what is left as well.
+    /// Subtracts a part of the light. The photon counts stay: the same photons are behind the remainder.
     pub fn without(&self, part: &Self) -> Self {
         let mut left = Self { residual: Vec::new(), gathered: Vec::new(), ..self.clone() };
         add_each(&mut left.illuminance, &part.illuminance, -1.0);
@@ -134,7 +133,7 @@ impl GridPass {
     }
 }
 
-/// Adds `factor` times each of the others; values that are not there count as 0.
+/// Adds `factor` times each of the other values; missing values count as 0.
 fn add_each(values: &mut Vec<f64>, others: &[f64], factor: f64) {
     if values.len() < others.len() {
         values.resize(others.len(), 0.0);
@@ -142,15 +141,16 @@ fn add_each(values: &mut Vec<f64>, others: &[f64], factor: f64) {
     values.iter_mut().zip(others).for_each(|(value, other)| *value += factor * other);
 }
 
-/// Photons that a sensor found in one pass, or in all.
+/// Number of photons that a sensor found in one pass or in all passes, and their illuminances.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PhotonCount {
-    /// Number of photons, or a lower bound of it: what tells 0 from a few, and a few from many.
+    /// Number of photons, or a lower bound of it: enough to distinguish 0 from a few, and a few from many.
     pub found: f64,
-    /// Lux by which one photon more would raise the pass' value, or in all the sum of these; 0 where it is known that no light
-    /// can come.
+    /// Illuminance in lx by which one photon more would raise the value of the pass, or the sum of these over all passes; 0 where certainly
+    /// no light can arrive.
     pub one_lux: f64,
-    /// The same of one of the brightest photons, which many dim ones tell nothing of; 0 where photons are as good as alike.
+    /// Illuminance in lx by which one of the brightest photons would raise the value, which many dim photons say nothing about; 0 where
+    /// photons are nearly equal.
     pub brightest_lux: f64,
 }
 
@@ -163,15 +163,15 @@ impl PhotonCount {
     }
 }
 
-/// Luminance in cd/m2 per pixel, top row first.
+/// Luminances of a view in cd/m2, one per pixel, top row first.
 #[derive(Clone, Debug, Default)]
 pub struct ViewPass {
-    /// Luminances of the pixels, channels interleaved.
+    /// Luminances of the pixels in cd/m2, channels interleaved.
     pub luminance: Vec<f64>,
-    /// Estimated bias of the luminance Y per pixel; empty when the method has none.
+    /// Estimated bias of the luminance Y per pixel in cd/m2; empty when the method has none.
     pub bias: Vec<f64>,
-    /// Contrasts as of [`GridPass::contrasts`], of the luminance Y of pixels.
+    /// Contrasts, as in [`GridPass::contrasts`], of the luminance Y of pixels.
     pub contrasts: Vec<f64>,
-    /// Rays per pixel that look for what shines into the eye, or one number for all pixels; empty: one of each.
+    /// Number of rays per pixel that look for light shining straight into the eye, or one number for all pixels; if empty, one ray each.
     pub rays: Vec<f64>,
 }

@@ -1,26 +1,26 @@
-//! How large a pass is for the accuracy that a job asks for.
+//! Size of a pass as a function of the accuracy that a job requests.
 //!
-//! The least number of passes should take less than the accuracy asked for, and so should the errors of so few passes be honest:
-//! small passes for rough answers, larger ones for fine answers. A pass twice as large takes twice as long, and even points gain
-//! more than half of the variance by it; how much more decides by which power of the accuracy passes grow.
+//! The least number of passes should not already be more accurate than requested, and yet give reliable error estimates: rough answers have
+//! small passes, fine ones large passes. A pass twice as large takes twice as long, and low-discrepancy points then reduce the variance
+//! to less than half; how far below half decides by which power of the accuracy passes grow.
 
 use crate::sampling::power_of_two;
 
-/// Size of a pass as a function of the relative standard error that is asked for: a number of photons, vertices or paths.
+/// Size of a pass as a function of the requested relative standard error: a number of photons, vertices or paths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassSize {
-    /// For a relative standard error of 1 %: by it 8 to some dozen passes are enough.
+    /// Size for a relative standard error of 1 %: with it 8 to some dozen passes are enough.
     pub for_one_percent: f64,
-    /// Power of the accuracy by which it grows.
+    /// Power of the accuracy with which the size grows.
     pub growth: f64,
-    /// Fewest: with fewer, errors of few passes would not be honest.
+    /// Smallest size: below it, errors estimated from few passes would not be reliable.
     pub fewest: f64,
-    /// Most: with more, errors would be no smaller for the same time.
+    /// Largest size: above it, errors would be no smaller for the same time.
     pub most: f64,
 }
 
 impl PassSize {
-    /// For a relative standard error `target`, above 0, of something `times` as large as usual.
+    /// Returns the size for a relative standard error `target`, above 0, multiplied by `times` before it is limited.
     ///
     /// ```
     /// use skyduct_physics::integrator::pass_size::PassSize;
@@ -33,7 +33,7 @@ impl PassSize {
         (self.for_one_percent * times * libm::pow(0.01 / target, self.growth)).clamp(self.fewest, self.most)
     }
 
-    /// The same as a power of two: Sobol points are most even then.
+    /// Returns the size rounded to a power of two, at which Sobol points are most uniform.
     pub fn power_of_two(&self, target: f64) -> u64 {
         power_of_two(self.of(target, 1.0))
     }

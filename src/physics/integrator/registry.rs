@@ -1,14 +1,14 @@
-//! The methods that there are, with their settings: one line each in the list and in the match.
+//! List of all methods with their settings: one line each in the enumeration and in the match.
 //!
-//! What they can do is asked of their settings; nobody else matches on the set of methods.
+//! Their capabilities are read from their settings; no other code matches on the set of methods.
 
 use super::method::Described;
 use super::{bidirectional, holigilm, jenkins, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
 
-/// A method with its settings.
+/// Method with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
-    /// Photons, connected to sensors.
+    /// Photons that are connected to sensors.
     LightTracing(light_tracing::Settings),
     /// Progressive photon mapping with points that stay.
     Ppm(ppm::Settings),
@@ -16,20 +16,20 @@ pub enum Method {
     Sppm(sppm::Settings),
     /// Paths from sensors and the eye.
     PathTracing(path_tracing::Settings),
-    /// Paths from both sides.
+    /// Bidirectional paths, from the light and from the eye or the sensors.
     Bidirectional(bidirectional::Settings),
     /// Photon maps of one radius, with final gathering.
     PhotonMapping(photon_mapping::Settings),
-    /// Photons to the diffusers, paths from there on.
+    /// Photons down to the diffusers, paths through the room.
     TwoStage(two_stage::Settings),
-    /// The solver after HOLIGILM.
+    /// Solver after HOLIGILM.
     Holigilm(holigilm::Settings),
-    /// The formula of Jenkins, Muneer and Kubie.
+    /// Formula of Jenkins, Muneer and Kubie.
     Jenkins(jenkins::Settings),
 }
 
 impl Method {
-    /// What the rest of the program has to know of the method.
+    /// Returns the settings behind the interface that the rest of the program uses.
     pub fn described(&self) -> &dyn Described {
         match self {
             Self::LightTracing(settings) => settings,
@@ -44,7 +44,7 @@ impl Method {
         }
     }
 
-    /// Name of the method in documents and results.
+    /// Returns the name of the method in documents and results.
     pub fn name(&self) -> &'static str {
         self.described().name()
     }

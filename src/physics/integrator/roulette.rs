@@ -1,12 +1,12 @@
-//! How paths end.
+//! Ends of paths: Russian roulette, and a limit of their length.
 
 use crate::sampling::roulette::faint_survival;
 
-/// Events of one path after which it is cut off; reached only by scenes that absorb nothing.
+/// Number of events after which a path is cut off; reached only in scenes that absorb nothing.
 pub const MAX_EVENTS: u32 = 1_000_000;
 
-/// Probability with which a path goes on that arrives with `arriving` > 0 and would leave with `leaving`; `first` is what
-/// it carried at its start. A survivor is divided by it, so that it goes on with what arrived.
+/// Returns the probability with which a path survives that arrives with the weight `arriving` > 0 and would leave with `leaving`; `first`
+/// is its weight at the start. The weight of a survivor is divided by it, so that bright paths leave with the weight they arrived with.
 #[inline]
 pub fn survival(leaving: f64, arriving: f64, first: f64) -> f64 {
     (leaving / arriving * faint_survival(arriving, first)).min(1.0)

@@ -1,67 +1,68 @@
-//! What a few small passes of a method tell of its own.
+//! Extrapolation from a few small passes of a method, its trial, to its passes of full size.
 
-/// Passes of a trial, and those of the method itself for the accuracy that is asked for.
+/// Size of a trial's passes, and that of the method's own passes for the requested accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialPasses {
-    /// Size of the trial's pass: its photons, or what else grows with the accuracy.
+    /// Size of the trial's pass: its number of photons, or of whatever else grows with the accuracy.
     pub tried: f64,
     /// Size of the method's own pass.
     pub size: f64,
-    /// How passes go with their size.
+    /// Powers of the size by which work and variance of a pass grow.
     pub powers: Powers,
-    /// Variance of a pass by noise, in that of the trial's pass, where the kernels of the trial are wider.
+    /// Factor of the variance of a pass by noise, relative to the trial's pass, where the kernels of the trial are wider.
     pub variance_of_kernels: f64,
-    /// Squared bias of the kernels, in that of the trial's pass.
+    /// Squared bias of the kernels, relative to that of the trial's pass.
     pub squared_bias: f64,
-    /// Where gather radii shrink: `alpha` of `photon_map::progressive`.
+    /// Exponent `alpha` of `photon_map::progressive` by which gather radii shrink; `None` where they do not.
     pub alpha: Option<f64>,
 }
 
-/// Powers of the size of a pass by which it goes.
+/// Powers of the size of a pass by which its work and variance grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Powers {
-    /// Of the work that does not depend on the number of sensors or pixels.
+    /// Power of the work that does not depend on the number of sensors or pixels.
     pub work_of_pass: f64,
-    /// Of the work for each sensor or pixel.
+    /// Power of the work for each sensor or pixel.
     pub work_of_place: f64,
-    /// Of the variance by the noise that each sensor or pixel has of its own.
+    /// Power of the variance by noise that is independent between sensors or pixels.
     pub variance: f64,
-    /// Of the variance by the noise that all have in common, that of photons which serve them all.
+    /// Power of the variance by noise that all sensors or pixels have in common, that of photons which serve them all.
     pub shared_variance: f64,
 }
 
 impl Powers {
-    /// Photons are all that there is: twice as many are twice the work and half the variance.
+    /// Powers of passes that consist of photons alone: twice as many are twice the work and half the variance.
     pub const OF_PHOTONS: Self = Self { work_of_pass: 1.0, work_of_place: 1.0, variance: -1.0, shared_variance: -1.0 };
 
-    /// All that a pass has grows with this power of the accuracy, so that as many passes are enough at every accuracy.
+    /// Returns the powers of passes whose every part grows with this power of the accuracy, so that the same number of passes is enough at
+    /// every accuracy.
     pub fn of_growth(growth: f64) -> Self {
         let variance = -2.0 / growth;
         Self { variance, shared_variance: variance, ..Self::OF_PHOTONS }
     }
 }
 
-/// What passes of a method have in that of its trial's passes.
+/// Ratios of a method's passes to its trial's passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratios {
     /// Work of a pass that does not depend on the number of sensors or pixels.
     pub work_of_pass: f64,
     /// Work of a pass for each sensor or pixel.
     pub work_of_place: f64,
-    /// Variance of a pass by the noise that each sensor or pixel has of its own.
+    /// Variance of a pass by noise that is independent between sensors or pixels.
     pub variance: f64,
-    /// Variance of a pass by the noise that all have in common.
+    /// Variance of a pass by noise that all sensors or pixels have in common.
     pub shared_variance: f64,
     /// Squared bias of the kernels.
     pub squared_bias: f64,
 }
 
-/// Fewest and most photons of a trial's pass: some milliseconds at most.
+/// Fewest and most photons of a trial's pass: it takes some milliseconds at most.
 const LEAST_PHOTONS: u64 = 64;
 const MOST_PHOTONS: u64 = 4096;
 
 impl TrialPasses {
-    /// The method's own passes, which are the same for every accuracy.
+    /// Trial with the method's own passes, which are the same for every accuracy.
     pub const WHOLE: Self = Self {
         tried: 1.0,
         size: 1.0,
@@ -71,22 +72,22 @@ impl TrialPasses {
         alpha: None,
     };
 
-    /// Passes of their whole size.
+    /// Makes a trial of passes of full size.
     pub fn of_size(size: f64, powers: Powers) -> Self {
         Self { tried: size, size, powers, ..Self::WHOLE }
     }
 
-    /// Passes with `tried` photons of `photons`.
+    /// Makes a trial of passes with `tried` photons, where the method's own have `photons`.
     pub fn of_photons(tried: u64, photons: u64, powers: Powers) -> Self {
         Self { tried: tried as f64, size: photons as f64, powers, ..Self::WHOLE }
     }
 
-    /// Photons of a trial's pass of a method that emits `photons` in each: about a `share` of them.
+    /// Returns the number of photons of a trial's pass of a method that emits `photons` in each: about the fraction `share` of them.
     pub fn fewer(photons: u64, share: f64) -> u64 {
         ((photons as f64 * share) as u64).clamp(LEAST_PHOTONS, MOST_PHOTONS).min(photons)
     }
 
-    /// What the method's own passes have in that of passes of a size `tried`.
+    /// Returns the ratios of work and errors of the method's own passes to those of passes of the size `tried`.
     pub fn ratios(&self, tried: f64) -> Ratios {
         let to = |power: f64| libm::pow(self.size / tried, power);
         Ratios {

@@ -1,11 +1,10 @@
-//! Light that paths from sensors and eyes find by chance only: its part of the error stays unseen.
+//! Light that paths from sensors and eyes find only by chance: the standard error does not include its part.
 
 use crate::integrator::method::{Caveat, CaveatCode, Refusal, RefusalCode, Task};
 use crate::optics::SurfaceOptics;
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Reason why paths that are followed backward cannot compute a scene, if they cannot: the sun's disc would be found by
-/// chance only.
+/// Returns the reason why backward paths cannot compute a scene, if they cannot: the sun's disc would be found by chance only.
 pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
     scene.sun?;
     let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
@@ -17,7 +16,8 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
     }
 }
 
-/// The same where the beam through clear closures is followed otherwise.
+/// Returns the reason why backward paths cannot compute a scene if another estimator follows the sun's beam through clear closures: mirrors
+/// or narrow lobes reflect the sun.
 pub fn sun_by_mirrors(scene: &TraceableScene) -> Option<Refusal> {
     scene.sun?;
     let detail =
@@ -26,18 +26,20 @@ pub fn sun_by_mirrors(scene: &TraceableScene) -> Option<Refusal> {
     narrow.then(|| Refusal::new(RefusalCode::SunByMirrors, detail))
 }
 
-/// The same for paths that end at lamps and are connected to them by way of plane mirrors.
+/// Returns the reason why backward paths cannot compute a scene if they end at Lambertian closures and are connected to these by plane
+/// mirrors: surfaces with narrow lobes, or mirrors outside these connections, reflect the sun.
 pub fn sun_by_other_mirrors(scene: &TraceableScene) -> Option<Refusal> {
     let lobes = scene.specular_surfaces().any(SurfaceOptics::has_narrow_lobe);
     if lobes || scene.mirrors.shows_more() { sun_by_mirrors(scene) } else { None }
 }
 
-/// What a reader must know of the results of `method`, which is connected to openings and luminaires by way of plane mirrors.
+/// Returns the caveat about the results of `method`, whose paths are connected to openings and luminaires by plane mirrors, if the scene
+/// has mirrors for which no connection exists.
 pub fn other_mirrors(method: &str, scene: &TraceableScene) -> Option<Caveat> {
     if scene.mirrors.leaves_out() { mirrors(method, scene) } else { None }
 }
 
-/// What a reader must know of the results of `method` where the room has mirrors.
+/// Returns the caveat about the results of `method` if the room has mirrors.
 pub fn mirrors(method: &str, scene: &TraceableScene) -> Option<Caveat> {
     has_mirrors(scene).then(|| Caveat {
         code: CaveatCode::MirrorsByChance,
@@ -48,8 +50,8 @@ pub fn mirrors(method: &str, scene: &TraceableScene) -> Option<Caveat> {
     })
 }
 
-/// What a reader must know of cell averages by `method`, which joins paths of both ends, where the room has mirrors: some pairs
-/// of mirrors have no good strategy. Among three mirrors and a glossy wall 72 % of the intervals of 95 % held the truth.
+/// Returns the caveat about cell averages by `method`, which is bidirectional, if the room has mirrors: no strategy is good for some pairs
+/// of mirrors. Among three mirrors and a glossy wall 72 % of the intervals of 95 % held the truth.
 pub fn mirrors_at_cells(method: &str, scene: &TraceableScene) -> Option<Caveat> {
     has_mirrors(scene).then(|| Caveat {
         code: CaveatCode::MirrorsRarely,
@@ -61,8 +63,8 @@ pub fn mirrors_at_cells(method: &str, scene: &TraceableScene) -> Option<Caveat> 
     })
 }
 
-/// What a reader must know of views by `method`, which connects lobes of glossy surfaces to lights, but not by way of mirrors. In three
-/// rooms of mirrors, glossy walls and lamps 92 to 95 % of the intervals of 95 % held the truth, and in single parts of a picture a third.
+/// Returns the caveat about views by `method`, which connects lobes of glossy surfaces to lights, but not by way of mirrors. In three rooms
+/// of mirrors, glossy walls and lamps 92 to 95 % of the intervals of 95 % held the truth, and in single parts of a picture a third.
 pub fn mirrors_in_gloss(method: &str, task: &Task) -> Option<Caveat> {
     let shows = |surface: &SurfaceOptics| surface.lobe().is_some();
     let is_by_chance =

@@ -1,12 +1,12 @@
 //! Daylight followed backward: from a vertex through an opening up the guide into the sky, and from the sun down to it.
 //!
-//! Every vertex is connected to a point of each opening, or of the part of it that is near, and from there the way goes on through
-//! the closure, up the guide and into the sky; the ray that goes on from the vertex finds openings too, and the two share the sky by
-//! the power heuristic (Veach and Guibas 1995, beta = 2): what rare rays would add far from an opening, unseen by a standard error, is
-//! nothing.
+//! Every vertex is connected to a point of each opening, or of the near part of it, and from there the path continues through the closure,
+//! up the guide and into the sky. The scattered ray that leaves the vertex finds openings too, and the two share the sky by the power
+//! heuristic (Veach and Guibas 1995, beta = 2). Far from an opening scattered rays would find the sky rarely, unnoticed by the standard
+//! error; there their weight is nearly 0.
 //!
-//! The sun's disc is too small to be found by chance: it is counted by connections only, of vertices and of the eye to rays
-//! of the sun that go from the collector down to a closure that scatters.
+//! The sun's disc is too small to be found by chance: it is counted by connections only, of vertices and of the eye to rays of the sun that
+//! are followed from the collector down to a closure that scatters.
 //!
 //! The weights are derived in docs/physics/measurement_equation.md#daylight-at-a-vertex.
 
@@ -25,7 +25,7 @@ use crate::sampling::warp;
 use crate::sky::Sun;
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Daylight that the path itself follows to sky and sun.
+/// Daylight estimator whose paths are followed up to the sky, with one connection per vertex and opening.
 #[derive(Debug)]
 pub struct Followed;
 
@@ -40,12 +40,13 @@ impl<const C: usize> Daylight<C> for Followed {
     }
 }
 
-/// The same but for light that comes into the room unscattered, through clear zones of closures.
+/// Daylight estimator of scattered light: like [`Followed`], but without light that enters the room unscattered through clear zones of
+/// closures.
 #[derive(Debug)]
 pub struct FollowedThroughLamps {
-    /// Connections of each vertex.
+    /// Number of connections of each vertex to an opening.
     pub connections: u32,
-    /// Distance in m of the points of an opening, at most; may be infinite.
+    /// Largest distance in m of points of an opening that are connected; may be infinite.
     pub within: f64,
 }
 
@@ -70,17 +71,17 @@ impl<const C: usize> Daylight<C> for FollowedThroughLamps {
 /// Connections of a vertex to sky and sun through an opening.
 struct Connections {
     count: u32,
-    /// Not through clear zones of the closure.
+    /// True if clear zones of the closure are excluded.
     scattered: bool,
-    /// Distance in m of the points of the opening, at most; may be infinite.
+    /// Largest distance in m of points of the opening that are connected; may be infinite.
     within: f64,
 }
 
 impl Connections {
-    /// One, to any point of the opening.
+    /// One connection, to any point of the opening.
     const ONE: Self = Self { count: 1, scattered: false, within: f64::INFINITY };
 
-    /// The share of the sky that a ray counts beside them.
+    /// Returns the weight (MIS) of the sky that a scattered ray finds beside these connections.
     fn sky_share(&self, tube: &TraceableTube, way: &Way, position: DVec3) -> f64 {
         way.last.map_or(1.0, |last| {
             let area = Disc::within(tube, last.position, self.within).map_or(0.0, |disc| disc.area_m2());
@@ -105,7 +106,7 @@ impl Connections {
         }
     }
 
-    /// Adds sky through a point of a tube's opening.
+    /// Adds the light of the sky through a random point of a tube's opening.
     fn connect_sky<const C: usize>(
         &self,
         walk: &mut Walk<'_, C>,
@@ -138,7 +139,7 @@ impl Connections {
         walk.sum += response * weight * transit.weight() * (sky * counted / connected);
     }
 
-    /// Adds sun that a tube's closure scatters straight to a vertex.
+    /// Adds the sunlight that a tube's closure scatters straight to a vertex.
     fn connect_scattered_sun<const C: usize>(
         &self,
         walk: &mut Walk<'_, C>,
@@ -164,14 +165,15 @@ impl Connections {
     }
 }
 
-/// Disc of which points are drawn: it holds the part of an opening that is near to a vertex.
+/// Disc in the plane of an opening from which points are drawn: it contains the part of the opening that is near to a vertex.
 struct Disc {
     centre: DVec3,
     radius: f64,
 }
 
 impl Disc {
-    /// The smaller one of a tube's opening and of what is so near in its plane, `within` m; `None` where nothing is.
+    /// Returns the smaller one of a tube's opening and the disc of its plane within `within` m of `from`; `None` if the plane is farther
+    /// away.
     fn within(tube: &TraceableTube, from: DVec3, within: f64) -> Option<Self> {
         let height = tube.origin.z - from.z;
         let radius = (within * within - height * height).max(0.0).sqrt();
@@ -187,12 +189,12 @@ impl Disc {
     }
 }
 
-/// Density per sr, seen from the start of `way`, of an even point of a tube's opening.
+/// Returns the density per sr, seen from the start of `way`, of a uniform random point of a tube's opening.
 pub fn opening_density(tube: &TraceableTube, way: DVec3) -> f64 {
     area_density(tube.opening_area_m2(), way)
 }
 
-/// Density per sr, seen from the start of `way`, of an even point of a level area in m2.
+/// Returns the density per sr, seen from the start of `way`, of a uniform random point of a level area in m2.
 fn area_density(area_m2: f64, way: DVec3) -> f64 {
     let distance_squared = way.length_squared();
     distance_squared * distance_squared.sqrt() / (way.z.abs() * area_m2)

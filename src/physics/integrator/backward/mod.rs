@@ -1,4 +1,4 @@
-//! Light that is followed backward: paths from sensors and eyes to luminaires, sky and sun.
+//! Light followed backward: paths from sensors and eyes to luminaires, sky and sun.
 
 pub(super) mod chance;
 pub(super) mod daylight;

@@ -1,10 +1,10 @@
-//! Light that is connected to every vertex of a backward path, and found by its rays too.
+//! Next-event estimation: light that is connected to every vertex of a backward path, and found by its scattered rays too.
 //!
-//! At every vertex that scatters with a finite distribution the path is connected to each luminaire, in closed form or at a
-//! random point, and the ray that goes on finds luminaires too: where there is no closed form the two share the light by the
-//! power heuristic (Veach and Guibas 1995, beta = 2). Daylight is the method's own: [`Daylight`] says what an opening sends
-//! to a vertex, and which share of the sky a ray counts that finds its way up a guide. Light of the room that a closure
-//! reflects, or that comes back down a guide, is found by the rays that go on alone.
+//! At every vertex that scatters with a finite distribution the path is connected to each luminaire, in closed form or at a random point.
+//! The scattered ray finds luminaires too: where there is no closed form the two share the light by the power heuristic (Veach and Guibas
+//! 1995, beta = 2). Daylight depends on the method: [`Daylight`] computes the light that an opening sends to a vertex, and the weight of
+//! the sky found by a ray that passes up a guide. Light of the room that a closure reflects, or that comes back down a guide, is found by
+//! scattered rays alone.
 
 use std::f64::consts::PI;
 
@@ -18,98 +18,98 @@ use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Openings, Place, RoomHit, SurfaceId, TraceableScene};
 
-/// Openings, at most, to each of which a vertex is connected where it is not known what they send; of more, and where it is known, it is
-/// connected to one by what that may send there.
+/// Largest number of openings that a vertex is connected to one by one if their fluxes are not computed; otherwise it is connected to one
+/// opening, chosen by its estimated contribution.
 const MOST_OF_UNKNOWN: usize = 4;
 
-/// Treatment of the daylight of openings by a method.
+/// Estimator of the daylight of openings, which each method chooses.
 pub trait Daylight<const C: usize>: Sync {
-    /// Adds what tube `tube` sends straight to a vertex below its opening, and by it toward the eye.
+    /// Adds the light that tube `tube` sends straight to a vertex below its opening, and that is scattered there toward the eye.
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize);
 
-    /// True if it counts what tube `tube` sends straight to a sensor; false where other means do.
+    /// True if this estimator counts the light that tube `tube` sends straight to a sensor; false where another one does.
     fn lights_sensor(&self, _tube: usize) -> bool {
         true
     }
 
-    /// Numbers of rays from a sensor, and of connections to each luminaire by other means, that share what luminaires send straight to
-    /// it; `None` where each path is connected to them.
+    /// Returns the number of rays from a sensor, and the number of connections to each luminaire by another estimator, which share the
+    /// light that luminaires send straight to the sensor; `None` where each path is connected to them.
     fn luminaires_at_sensor(&self) -> Option<[f64; 2]> {
         None
     }
 
-    /// True if vertices without narrow lobes are connected to luminaires and openings by way of mirrors, too.
+    /// True if vertices without narrow lobes are connected to luminaires and openings by mirrors, too.
     fn counts_mirrors(&self) -> bool {
         false
     }
 
-    /// Adds what openings send to a vertex by a chain of mirrors.
+    /// Adds the light that openings send to a vertex by a chain of mirrors.
     fn connect_by_mirrors(&self, _walk: &mut Walk<'_, C>, _vertex: &Vertex<'_, C>, _chain: usize) {}
 
-    /// Openings with the flux that each sends; `None` where that is not known.
+    /// Returns the openings with the flux that each sends; `None` where the fluxes are not computed.
     fn openings(&self) -> Option<&Openings> {
         None
     }
 
-    /// Luminance in cd/m2 of what a surface reflects diffusely at a point, by a coarse solution; `None` where that is not known.
+    /// Returns the luminance in cd/m2 that a surface reflects diffusely at a point, by a coarse solution; `None` where there is none.
     fn reflected(&self, _surface: SurfaceId, _point: DVec3) -> Option<Spectrum<C>> {
         None
     }
 
-    /// The coarse solution of what surfaces reflect, at whose bright patches some rays are aimed; `None` where it is not known.
+    /// Returns the coarse solution of the reflected light, at whose bright patches some rays are aimed; `None` where there is none.
     fn bright(&self) -> Option<&Solution<C>> {
         None
     }
 
-    /// The share of the sky that a ray counts which meets the opening of tube `tube` at `position` and finds the sky at
-    /// once; what it finds after it came back down the guide it counts whole. `None`: it counts neither.
+    /// Returns the weight of the sky that is found by a ray through the opening of tube `tube` at `position` without a return to the
+    /// opening; sky found after a return down the guide counts fully. `None`: neither counts.
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64>;
 }
 
-/// Connections to luminaires, and to openings by `Daylight`.
+/// Next-event estimation of luminaires, and of openings by `Daylight`.
 #[derive(Debug)]
 pub struct NextEvent<'a, D>(pub &'a D);
 
-/// What a ray remembers of the vertex that it comes from.
+/// State of a ray: the vertex from which it comes.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
-    /// `None`: no vertex counted what the ray finds.
+    /// Last vertex, if its connections count some of the light that the ray finds; `None` where there were none.
     pub last: Option<Last>,
     /// True for a ray straight from the eye.
     pub from_eye: bool,
 }
 
 impl Way {
-    /// Straight from the eye.
+    /// State of a ray straight from the eye.
     pub const FROM_EYE: Self = Self { last: None, from_eye: true };
-    /// From where nothing is connected.
+    /// State of a ray after a vertex without connections.
     const UNCONNECTED: Self = Self { last: None, from_eye: false };
 }
 
-/// The vertex that a ray comes from, where it is connected.
+/// Connected vertex from which a ray comes.
 #[derive(Clone, Copy, Debug)]
 pub struct Last {
     pub position: DVec3,
-    /// Density of the ray's direction, per sr, by what scatters it.
+    /// Density of the ray's direction per sr, by the scattering distribution.
     pub density: f64,
-    /// Light straight from luminaires is counted there in closed form.
+    /// True if light straight from luminaires is counted there in closed form.
     closed_form: bool,
-    /// The vertex has a lobe that connections rarely meet.
+    /// True if the vertex has a lobe that connections rarely meet.
     pub narrow: bool,
-    /// Chain of mirrors that the ray has come by.
+    /// Chain of mirrors that has reflected the ray since this vertex.
     pub chain: Option<usize>,
-    /// It is a sensor.
+    /// True if it is a sensor.
     pub is_sensor: bool,
-    /// Choice of the ray's direction, and the share of rays that are aimed, where some are aimed at bright patches.
+    /// Choice of the ray's direction, and the fraction of rays that are aimed, where some are aimed at bright patches.
     aim: Option<(Aimed, f64)>,
 }
 
 /// Choice of a direction where some rays are aimed at bright patches.
 #[derive(Clone, Copy, Debug)]
 enum Aimed {
-    /// At this patch.
+    /// Direction toward a point of the patch with this number.
     At(u32),
-    /// By what scatters the ray.
+    /// Direction drawn from the scattering distribution.
     Elsewhere,
 }
 
@@ -264,7 +264,7 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
 }
 
 impl<D> NextEvent<'_, D> {
-    /// Connects a vertex to openings and luminaires by one chain of mirrors.
+    /// Connects a vertex to openings and luminaires by one randomly chosen chain of mirrors.
     fn connect_by_mirrors<const C: usize>(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>)
     where
         D: Daylight<C>,
@@ -293,7 +293,7 @@ impl<D> NextEvent<'_, D> {
     }
 }
 
-/// Density per sr, seen from a place, of points of a surface that have this density per m2 where a ray from there meets it.
+/// Converts a density per m2 of points on a surface to one per sr of directions, seen from a place whose ray meets the surface at `hit`.
 fn density_toward(per_area: f64, from: DVec3, hit: &RoomHit) -> f64 {
     let way = hit.position - from;
     let squared = way.length_squared();
@@ -301,14 +301,14 @@ fn density_toward(per_area: f64, from: DVec3, hit: &RoomHit) -> f64 {
     per_area * squared / cosine.max(f64::MIN_POSITIVE)
 }
 
-/// Density per sr of connecting to an even point of a luminaire along `way`; zero from behind it.
+/// Returns the density per sr of a connection to a uniform random point of a luminaire along `way`; zero from behind it.
 pub fn luminaire_density(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
     let leaving = -way.dot(luminaire.normal);
     let distance_squared = way.length_squared();
     if leaving > 0.0 { distance_squared * distance_squared.sqrt() / (leaving * luminaire.area_m2) } else { 0.0 }
 }
 
-/// The share of light that is counted where it was found with `density`, and not with `other`: the power heuristic.
+/// Returns the weight of light that was found with `density`, and could have been found with density `other`: the power heuristic.
 pub fn share(density: f64, other: f64) -> f64 {
     if other == 0.0 { 1.0 } else { 1.0 / (1.0 + (other / density).powi(2)) }
 }

@@ -1,4 +1,4 @@
-//! A ray that meets an opening from below: up the guide into the sky, and how it comes back.
+//! Path of a ray that meets an opening from below: up the guide into the sky, or back down.
 
 use glam::DVec3;
 
@@ -9,19 +9,19 @@ use crate::optics::{Closure, Scatter, SheetSide, Spectrum};
 use crate::sampling::PathSamples;
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Shares of the daylight that a ray counts which meets an opening.
+/// Weights (MIS) of the daylight found by a ray that meets an opening.
 #[derive(Clone, Copy, Debug)]
 pub struct DaylightShare {
-    /// Of the sky that it finds at once.
+    /// Weight of the sky that the ray finds without a return to the opening.
     pub sky: f64,
-    /// Of the sky that it finds after it came back down the guide.
+    /// Weight of the sky that the ray finds after it came back down the guide.
     pub sky_later: f64,
-    /// Of the sun's disc.
+    /// Weight of the sun's disc.
     pub sun: f64,
 }
 
 impl DaylightShare {
-    /// All daylight is counted otherwise.
+    /// Weights where other estimators count all daylight.
     pub const NONE: Self = Self { sky: 0.0, sky_later: 0.0, sun: 0.0 };
 
     fn is_none(self) -> bool {
@@ -29,26 +29,27 @@ impl DaylightShare {
     }
 }
 
-/// A ray at an opening.
+/// Ray at an opening.
 #[derive(Clone, Copy, Debug)]
 pub struct Arriving<const C: usize> {
     pub position: DVec3,
-    /// Unit vector in which the path goes, against the light.
+    /// Unit vector of the path's direction, against the light.
     pub direction: DVec3,
     pub weight: Spectrum<C>,
 }
 
-/// Ways in which a path goes on from an opening.
+/// Continuation of a path after an opening.
 #[derive(Clone, Copy, Debug)]
 pub enum Onward<'a, const C: usize> {
     Ends,
-    /// Straight down through a clear closure.
+    /// Path straight down through a clear closure.
     Passes(Arriving<C>),
-    /// It ends in light that the lower side of the closure scatters.
+    /// Path that ends in light which the lower side of the closure scatters.
     Scatters(Arriving<C>, Closure<'a>),
 }
 
-/// Daylight that a ray finds beyond an opening, in cd/m2 times its weight, and how the path goes on; `rays` counts those traced.
+/// Follows a ray through an opening, and returns the daylight that it finds beyond, in cd/m2 times its weight, and how the path continues;
+/// `rays` counts the rays traced.
 pub fn enter_tube<'a, const C: usize>(
     scene: &TraceableScene,
     tube: &'a TraceableTube,

@@ -1,4 +1,4 @@
-//! Backward paths of a whole pass: of the sensors of a grid, of the pixels of a view.
+//! Backward paths of a whole pass: those of the sensors of a grid, and those of the pixels of a view.
 
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,17 +18,17 @@ use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Place, TraceableScene};
 
-/// Numbers by which backward paths are drawn.
+/// Numbers of backward paths and of their random decisions.
 #[derive(Clone, Copy)]
 pub struct Sampling {
     /// Number of paths per sensor or pixel.
     pub paths: u32,
-    /// How many paths of a sensor go on beyond the first surface of which a coarse solution is known; `None` where there is no such
+    /// Number of a sensor's paths that continue beyond the first surface that has a coarse solution; `None` where there is no coarse
     /// solution.
     pub beyond: Option<u32>,
-    /// First reflections of each that no roulette decides.
+    /// Number of first reflections of each path without Russian roulette.
     pub certain: u32,
-    /// Pairs of Sobol coordinates of each.
+    /// Number of pairs of Sobol coordinates of each path.
     pub pairs: u32,
 }
 
@@ -38,15 +38,16 @@ impl Sampling {
     }
 }
 
-/// Directions of a sensor's paths, and which of these go on: both even, and another choice for each key.
+/// Low-discrepancy directions of a sensor's paths, and the choice of those that continue beyond the coarse solution; both differ between
+/// keys.
 ///
 /// The directions are those of a lattice ([`lattice`]).
 struct Spread {
     paths: f64,
     shift: [f64; 2],
-    /// Paths for each that goes on.
+    /// Number of paths for each one that continues.
     stride: f64,
-    /// Number of the next one, as far as the lattice knows.
+    /// Lower bound, not yet rounded up, of the number of the next path that continues.
     next: f64,
 }
 
@@ -57,7 +58,8 @@ impl Spread {
         Self { paths, shift: random.uniform2(), stride, next: random.uniform() * stride }
     }
 
-    /// The point of a path, and how many it stands for where it goes on; 0 where it does not. Paths in turn.
+    /// Returns the point of a path, and the number of paths that it represents if it continues; 0 if it does not. Must be called for the
+    /// paths in turn.
     fn path(&mut self, number: u64) -> ([f64; 2], f64) {
         let number = number as f64;
         let stands_for = if self.next < number + 1.0 { self.stride } else { 0.0 };
@@ -66,28 +68,28 @@ impl Spread {
     }
 }
 
-/// Results of `of` for every index below `count`; `None` when cancelled.
+/// Computes `of` for every index below `count` in parallel; `None` when cancelled.
 pub fn each<T: Send>(count: usize, cancel: &AtomicBool, of: impl Fn(usize) -> T + Sync) -> Option<Vec<T>> {
     let going_on = |index: usize| (!cancel.load(Ordering::Relaxed)).then(|| of(index));
     (0..count).into_par_iter().map(going_on).collect()
 }
 
-/// Sensor `index` of a grid, a hair's breadth before what it lies on; of a cell its centre.
+/// Returns sensor `index` of a grid, lifted slightly off the surface on which it lies; of a cell the centre.
 pub fn lifted(scene: &TraceableScene, grid: &Grid, index: usize) -> Sensor {
     let Sensor { position, normal } = grid.sensor(index);
     Sensor { position: position + normal * scene.contact(), normal }
 }
 
-/// Illuminance in lux of a sensor.
+/// Illuminance of a sensor in lx.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lux {
-    /// Of all paths.
+    /// Illuminance in lx by all paths.
     pub whole: f64,
-    /// The part of it that a coarse solution leaves out.
+    /// Part of it in lx that a coarse solution leaves out.
     pub beyond: f64,
 }
 
-/// Illuminance of sensor `index` of a grid by backward paths, and the rays they took; none where it lies inside a solid.
+/// Computes the illuminance of sensor `index` of a grid by backward paths, and the number of their rays; 0 where it lies inside a solid.
 pub fn sensor<const C: usize>(
     scene: &TraceableScene,
     grid: &Grid,
@@ -104,7 +106,7 @@ pub fn sensor<const C: usize>(
     let mut random = PathRandom::new(stream.stream(Stream::GatherDirections, 0));
     let mut spread = sampling.beyond.map(|beyond| Spread::new(sampling, beyond, &mut random));
     let mut going_on = 0;
-    // nothing else lights such a sensor by its paths than what surfaces reflect
+    // such a sensor gets light by its paths only from what surfaces reflect
     let is_point = grid.estimate == EstimateKind::Point && !scene.is_in_solid(centre);
     let gathers = is_point
         && (daylight.luminaires_at_sensor().is_some() || !scene.luminaires.iter().any(TraceableLuminaire::emits))
@@ -128,7 +130,7 @@ pub fn sensor<const C: usize>(
             rays += gathered.rays;
             continue;
         }
-        // those that go on have even numbers among themselves
+        // the paths that continue have consecutive numbers, which keeps their points uniform
         let number = match next {
             Some((_, stands_for)) if stands_for > 0.0 => {
                 going_on += 1;
@@ -160,21 +162,21 @@ pub fn sensor<const C: usize>(
     (Lux { whole: lux.whole / paths, beyond: lux.beyond / paths }, rays)
 }
 
-/// Light that a ray from a sensor finds which ends at the first surface of which a coarse solution is known, or at what mirrors show there: a
-/// walk without its preparations.
+/// Light found by a sensor's ray that ends at the first surface with a coarse solution, and by its reflections if that is a mirror: a
+/// faster form of [`Walk`].
 struct Gathered<const C: usize> {
     /// Illuminance in lux.
     sum: Spectrum<C>,
-    /// The ray as far as it is not followed.
+    /// Part of the ray that is not yet followed.
     ray: Ray<C, Way>,
     rays: u64,
 }
 
-/// Share of what a ray carries at first below which roulette decides whether it goes on by a mirror.
+/// Fraction of a ray's first weight below which Russian roulette decides whether a mirror reflects it.
 const FAINT: f64 = 0.2;
 
 impl<const C: usize> Gathered<C> {
-    /// A ray from a sensor in the direction of a point of the unit square; `None` where it would be aimed at what is below the horizon.
+    /// Makes a ray from a sensor in the direction given by a point of the unit square; `None` where it would be aimed below the horizon.
     fn from_sensor(
         scene: &TraceableScene,
         daylight: &impl Daylight<C>,
@@ -198,7 +200,7 @@ impl<const C: usize> Gathered<C> {
         (cosine > 0.0).then_some(Self { sum: Spectrum::ZERO, ray, rays: 0 })
     }
 
-    /// Follows the ray; false where it meets what is not known, and has to be followed otherwise from where it is.
+    /// Follows the ray; returns false where it meets something without a coarse solution, and must be followed by a walk from there.
     #[inline]
     fn follow(&mut self, scene: &TraceableScene, daylight: &impl Daylight<C>, random: &mut PathRandom) -> bool {
         for _ in 0..MAX_EVENTS {
@@ -227,7 +229,7 @@ impl<const C: usize> Gathered<C> {
     }
 }
 
-/// Luminance in cd/m2 of every pixel of a view by backward paths each, channels interleaved, and the rays they took; `None`
+/// Computes the luminance in cd/m2 of every pixel of a view by backward paths, channels interleaved, and the number of their rays; `None`
 /// when cancelled.
 pub fn view<const C: usize>(
     scene: &TraceableScene,
@@ -248,7 +250,7 @@ pub fn view<const C: usize>(
     Some((luminance, rays))
 }
 
-/// Luminance of one pixel in cd/m2, and the rays it took.
+/// Computes the luminance of one pixel in cd/m2, and the number of rays traced for it.
 fn pixel<const C: usize>(
     scene: &TraceableScene,
     view: &View,
@@ -274,10 +276,10 @@ fn pixel<const C: usize>(
     (luminance * (1.0 / f64::from(sampling.paths)), rays)
 }
 
-/// A point of a pixel, both coordinates in 0..1, for one of so many paths.
+/// Returns a point of a pixel, both coordinates in 0..1, for path `number` where each pixel has `paths`.
 fn place_in_pixel(stream: Key, number: u64, paths: u64, samples: &mut PathSamples) -> [f64; 2] {
     if paths == 1 {
-        // the even points are worth more to directions, which neighbours share
+        // the low-discrepancy points are worth more to directions, which neighbouring pixels share
         return samples.random.uniform2();
     }
     let (replicate, number) = Replicate::of(stream.stream(Stream::PlacesInPixels, 0), number);
@@ -285,15 +287,15 @@ fn place_in_pixel(stream: Key, number: u64, paths: u64, samples: &mut PathSample
     [x, y]
 }
 
-/// Number of a pixel along a way that fills one aligned square of 2^k x 2^k pixels after the other, for every k (Morton 1966).
+/// Numbers a pixel along a curve that fills one aligned square of 2^k x 2^k pixels after the other, for every k (Morton 1966).
 ///
-/// Points of a Sobol sequence with these numbers are even over each such square: what one pixel lacks its neighbours have (Ahmed
-/// and Wonka 2020).
+/// Points of a Sobol sequence with these numbers are uniform over each such square, so that the errors of neighbouring pixels compensate
+/// each other (Ahmed and Wonka 2020).
 fn number_in_squares([column, row]: [usize; 2]) -> u64 {
     bits_apart(column as u32) | bits_apart(row as u32) << 1
 }
 
-/// The bits of a number, each followed by a zero.
+/// Returns the bits of a number, each followed by a zero.
 fn bits_apart(number: u32) -> u64 {
     let halves = [
         (16, 0x0000_ffff_0000_ffff),
@@ -309,8 +311,8 @@ fn bits_apart(number: u32) -> u64 {
 mod tests {
     use super::*;
 
-    /// Every aligned square of 16 x 16 pixels has one point in each of as many equal parts of the unit square, wherever it lies, and so
-    /// has every one of 4 x 4; no two pixels have one number.
+    /// Checks that every aligned square of 16 x 16 pixels has one point in each of as many equal parts of the unit square, wherever it
+    /// lies, and so has every one of 4 x 4; no two pixels have one number.
     #[test]
     fn squares_of_pixels_share_even_points() {
         let key = Key::new(3);

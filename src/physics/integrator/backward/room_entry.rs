@@ -1,4 +1,4 @@
-//! Where rays of an eye enter the room, and light of closures that an eye sees straight.
+//! Points where rays of an eye enter the room, and light of closures that an eye sees directly.
 
 use glam::DVec3;
 
@@ -7,8 +7,8 @@ use crate::optics::Spectrum;
 use crate::scene::View;
 use crate::traceable::{SurfaceId, TraceableScene};
 
-/// Point at which an eye ray is inside the room: the eye itself, or a point of an open surface; `None` when something
-/// opaque closes the room where the ray would enter.
+/// Finds the point at which an eye ray is inside the room: the eye itself, or a point of an open surface; `None` when something opaque
+/// closes the room where the ray would enter.
 pub fn enter_room(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<DVec3> {
     if scene.enclosure.contains(eye) {
         return Some(eye);
@@ -25,7 +25,7 @@ fn hidden_by_luminaire(scene: &TraceableScene, eye: DVec3, direction: DVec3, ent
     scene.luminaires.iter().any(|luminaire| luminaire.intersect(eye, direction).is_some_and(at_entry))
 }
 
-/// The pixel of a view that light lights which leaves a closure, and by how much, in cd/m2.
+/// Returns the pixel of a view that directly sees light leaving a closure, and the luminance in cd/m2 that this adds.
 pub fn exit_seen_by<const C: usize>(
     scene: &TraceableScene,
     exit: &Exit<'_, C>,

@@ -13,19 +13,19 @@ use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::scene::Sensor;
 use crate::traceable::{TraceableScene, TraceableTube, opening_weight};
 
-/// Backward rays toward the sky through each of the nearest openings per sensor and pass.
+/// Number of backward rays toward the sky through each of the nearest openings, per sensor and pass.
 const SKY_RAYS: PassSize = PassSize { for_one_percent: 16.0, growth: 1.0, fewest: 4.0, most: 256.0 };
 
-/// Openings that are nearest to a sensor: of more of them most send it little.
+/// Number of openings that count as nearest to a sensor: where there are more, most of them send it little.
 const NEAREST: usize = 4;
 
-/// Zenith angles of the sun's disc per sensor and pass: where an edge cuts what a sensor sees of it, the error goes with their number.
+/// Number of zenith angles of the sun's disc per sensor and pass: where an edge cuts the visible disc, the error depends on it.
 const SUN_NODES: PassSize = PassSize { for_one_percent: 8.0, growth: 0.3, fewest: 4.0, most: 32.0 };
 
-/// Steps along the arc of each.
+/// Number of steps along the arc of each zenith angle.
 const SUN_STEPS: usize = 8;
 
-/// Rays toward the sky for each of these where their number is given, and most of these then.
+/// Number of rays toward the sky for each zenith angle where the number of rays is given, and the largest number of zenith angles then.
 const RAYS_PER_NODE: u64 = 4;
 const MOST_NODES_BY_RAYS: u64 = 16;
 
@@ -37,19 +37,19 @@ pub struct LooksUp {
 }
 
 impl LooksUp {
-    /// For a relative standard error `target`.
+    /// Chooses the numbers for a relative standard error `target`.
     pub fn new(target: f64) -> Self {
         Self { sky_rays: SKY_RAYS.of(target, 1.0), sun_nodes: SUN_NODES.of(target, 1.0).round() as usize }
     }
 
-    /// By about so many `rays` through each of the nearest openings.
+    /// Chooses the numbers for about `rays` rays through each of the nearest openings.
     pub fn by_rays(rays: u64) -> Self {
         let sun_nodes = (rays / RAYS_PER_NODE).clamp(SUN_NODES.fewest as u64, MOST_NODES_BY_RAYS) as usize;
         Self { sky_rays: (rays as f64).min(SKY_RAYS.most), sun_nodes }
     }
 }
 
-/// Light that reaches a sensor straight through closures of the tubes that `by` picks, in lux, and the rays it took.
+/// Computes the light that reaches a sensor unscattered through the closures of the tubes that `by` selects, in lx, and the number of rays.
 pub fn unscattered(
     scene: &TraceableScene,
     Sensor { position: sensor, normal }: Sensor,
@@ -85,7 +85,8 @@ pub fn unscattered(
     (lux, taken)
 }
 
-/// Sky light that reaches a point of a surface straight through clear closures, in lx, by one ray to each tube, and the rays it took.
+/// Computes the sky light that reaches a point of a surface straight through clear closures, in lx, by one ray to each tube, and the number
+/// of rays.
 pub fn sky_through_openings(
     scene: &TraceableScene,
     (position, normal): (DVec3, DVec3),
@@ -111,22 +112,23 @@ struct Backward<'a> {
     scene: &'a TraceableScene,
     tube: &'a TraceableTube,
     sensor: DVec3,
-    /// Unit normal of what is lit.
+    /// Unit normal of the sensor.
     normal: DVec3,
-    /// Inner and outer radius of the diffuser's clear zone.
+    /// Inner and outer radius of the diffuser's clear zone in m.
     zone: (f64, f64),
 }
 
 impl Backward<'_> {
-    /// About what an even opening sends to the sensor, and more than 0 wherever it sends anything.
+    /// Estimates the relative contribution of a uniformly bright opening to the sensor: more than 0 wherever it sends any light.
     fn weight(&self) -> f64 {
         opening_weight(self.tube.origin, self.zone.1, self.sensor, self.normal) * self.zone.1 * self.zone.1
     }
 
-    /// Sky light: uniform points of the clear zone. Very near to the opening these are rare and bright: there every other ray takes a
-    /// direction that the cosine demands instead, and both share the light by the balance heuristic (Veach and Guibas 1995).
+    /// Computes the sky light from uniform points of the clear zone. Very near to the opening the important ones are rare and bright: there
+    /// every other ray takes a cosine-distributed direction instead, and both share the light by the balance heuristic (Veach and Guibas
+    /// 1995).
     ///
-    /// `wanted`: the number of rays in the mean; of what is between two whole numbers chance takes one.
+    /// `wanted` is the mean number of rays; a fractional number is rounded up or down at random.
     fn sky(&self, stream: Key, wanted: f64) -> (f64, RayCount) {
         let Some(sky) = &self.scene.sky else { return (0.0, RayCount::default()) };
         let (inner, outer) = self.zone;
@@ -148,7 +150,7 @@ impl Backward<'_> {
             };
             let Some(point) = point else { continue };
             if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
-                // per density of the other half of the rays, in points of the zone
+                // combined density of both kinds of rays, relative to uniform points of the zone
                 let share = if near { 2.0 / (1.0 + self.cosine_density(point) * area) } else { 1.0 };
                 sum += share * weight.luminance() * sky.luminance(toward);
             }
@@ -156,7 +158,7 @@ impl Backward<'_> {
         (sum * area / wanted, rays)
     }
 
-    /// The point of the clear zone in a direction that the cosine demands, if it meets the zone.
+    /// Returns the point of the clear zone in a cosine-distributed direction, if this meets the zone.
     fn point_by_cosine(&self, uniform: [f64; 2]) -> Option<DVec3> {
         let direction = warp::around(self.normal, warp::cosine_hemisphere(uniform));
         if direction.z <= 0.0 {
@@ -168,14 +170,15 @@ impl Backward<'_> {
         (self.zone.0..self.zone.1).contains(&radius).then_some(point)
     }
 
-    /// Density of such points per m2.
+    /// Returns the density per m2 of points in cosine-distributed directions.
     fn cosine_density(&self, point: DVec3) -> f64 {
         let way = point - self.sensor;
         let distance_squared = way.length_squared();
         way.dot(self.normal).max(0.0) * way.z / (PI * distance_squared * distance_squared)
     }
 
-    /// Sunlight through a straight pipe, by the arcs of the opening that show the disc, at random nodes of it.
+    /// Computes the sunlight through a straight pipe, by the arcs of the opening in which the disc is visible, at random zenith angles of
+    /// it.
     fn sun(&self, stream: Key, nodes: usize) -> (f64, RayCount) {
         let (Some(sun), Guide::Straight(guide)) = (&self.scene.sun, &self.tube.guide) else {
             return (0.0, RayCount::default());
@@ -198,8 +201,8 @@ impl Backward<'_> {
         (found.illuminance.luminance(), rays)
     }
 
-    /// Follows a ray from the sensor through `point` of the opening: geometry factor times transmittances, and the
-    /// direction outside.
+    /// Follows a ray from the sensor through `point` of the opening: returns geometry factor times transmittances, and the direction
+    /// outside.
     fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut RayCount) -> Option<(Spectrum<3>, DVec3)> {
         let transmittance: Spectrum<3> = self.tube.closure_at(point).unscattered()?;
         let way = point - self.sensor;
@@ -230,8 +233,8 @@ mod tests {
     use crate::statistics::Moments;
     use crate::traceable::Follow;
 
-    /// Below a lossless pipe a clear opening is as bright as a uniform sky: points that look up, sideways and askew get what a disc
-    /// sends them in closed form, in every channel, within four standard errors.
+    /// Checks that below a lossless pipe a clear opening is as bright as a uniform sky: points that look up, sideways and askew get what a
+    /// disc sends them in closed form, in every channel, within four standard errors.
     #[test]
     fn openings_light_surfaces_as_discs_do() {
         let (luminance, transmittance) = (3000.0, [0.9, 0.8, 0.5]);

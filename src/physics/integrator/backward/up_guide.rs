@@ -1,4 +1,4 @@
-//! The way of a path backward from a closure up into its guide.
+//! Directions in which a backward path continues from a closure up into its guide.
 
 use glam::DVec3;
 
@@ -7,11 +7,11 @@ use crate::optics::{Closure, Scatter, SheetSide, Spectrum, Travel};
 use crate::sampling::{CONES_SHARE, PathSamples};
 use crate::traceable::TraceableTube;
 
-/// Direction in which a path against the light that comes from `from` leaves a point of a tube's closure on the upper `side`, and
-/// its weight; `None` where nothing is scattered there.
+/// Samples the direction in which a path against the light, that comes from `from`, leaves a point of a tube's closure on the upper `side`,
+/// and its weight; `None` where nothing is scattered there.
 ///
-/// As the closure scatters, or where its guide passes a narrow cone alone, mostly into that: the closure would find it once in
-/// thousands of rays.
+/// The direction follows the closure's BSDF, or, where its guide passes only a narrow cone, mostly this cone: the BSDF alone would find it
+/// once in thousands of rays.
 pub fn upward<const C: usize>(
     tube: &TraceableTube,
     closure: &Closure<'_>,

@@ -7,7 +7,7 @@ use crate::optics::{Closure, Oriented, Scatter, Scatterer, SheetSide, Spectrum, 
 use crate::scene::Sensor;
 use crate::traceable::{RoomHit, SurfaceId};
 
-/// A point that scatters light toward the eye, or a sensor.
+/// Vertex of a backward path: a point that scatters light toward the eye, or a sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<'a, const C: usize> {
     pub position: DVec3,
@@ -16,19 +16,19 @@ pub struct Vertex<'a, const C: usize> {
     pub surface: Option<SurfaceId>,
     /// Unit vector toward the eye; at a closure it may be above, in the tube.
     pub eye: DVec3,
-    /// What the path carries that arrives.
+    /// Weight (throughput) of the path that arrives.
     pub weight: Spectrum<C>,
     pub scatterer: Scatterer<'a>,
 }
 
 impl<'a, const C: usize> Vertex<'a, C> {
-    /// A sensor.
+    /// Makes the vertex of a sensor.
     pub fn sensor(Sensor { position, normal }: Sensor) -> Self {
         let scatterer = Scatterer::Sensor(scatterer::Sensor { normal });
         Self { position, normal, surface: None, eye: normal, weight: Spectrum::ONE, scatterer }
     }
 
-    /// A surface of the room.
+    /// Makes a vertex on a surface of the room.
     pub fn surface(
         hit: &RoomHit,
         surface: SurfaceId,
@@ -41,13 +41,13 @@ impl<'a, const C: usize> Vertex<'a, C> {
         Self { position, normal, surface: Some(surface), eye, weight, scatterer }
     }
 
-    /// The lower side of a tube's closure.
+    /// Makes a vertex on the lower side of a tube's closure.
     pub fn closure(position: DVec3, closure: Closure<'a>, eye: DVec3, weight: Spectrum<C>) -> Self {
         let scatterer = Scatterer::Closure(closure);
         Self { position, normal: DVec3::NEG_Z, surface: None, eye, weight, scatterer }
     }
 
-    /// The side of the room, seen from the eye.
+    /// Returns the side of the surface that faces the room, relative to the eye's side.
     pub fn side(&self) -> SheetSide {
         if self.eye.dot(self.normal) < 0.0 { SheetSide::Other } else { SheetSide::Same }
     }
@@ -56,7 +56,8 @@ impl<'a, const C: usize> Vertex<'a, C> {
         self.scatterer.is_sensor()
     }
 
-    /// The path's weight times BSDF times cosine per sr for light from `toward`, and the density of the ray that goes on.
+    /// Returns the path's weight times BSDF times cosine per sr for light from `toward`, and the density per sr with which the scattered
+    /// ray would take this direction.
     #[inline]
     pub fn response(&self, toward: DVec3) -> (Spectrum<C>, f64) {
         if toward.dot(self.normal) <= 0.0 {
@@ -66,7 +67,7 @@ impl<'a, const C: usize> Vertex<'a, C> {
         (self.weight * value, pdf)
     }
 
-    /// Density per sr with which light from `toward` goes on to the eye; 0 where no photon does.
+    /// Returns the density per sr with which a photon from `toward` is scattered toward the eye; 0 where photons are not scattered.
     pub fn back(&self, toward: DVec3) -> f64 {
         match self.surface {
             Some(_) => Scatter::<C>::pdf(&self.scatterer, Travel::WithLight, toward, self.eye),
@@ -74,7 +75,7 @@ impl<'a, const C: usize> Vertex<'a, C> {
         }
     }
 
-    /// The path's weight times pi times BSDF, if it is Lambertian: light from extended sources then has closed forms.
+    /// Returns the path's weight times pi times BSDF, if this is Lambertian: light from extended sources then has closed forms.
     pub fn lambertian(&self) -> Option<Spectrum<C>> {
         self.scatterer.lambertian(self.side()).map(|albedo| self.weight * albedo)
     }

@@ -1,8 +1,8 @@
-//! One path followed backward, from a sensor or the eye, until it ends: the only loop that does so.
+//! Random walk of one path backward, from a sensor or the eye, until it ends: the only loop that follows such paths.
 //!
-//! The walk knows how a path goes on: what it meets, by which part of a surface it is reflected, how it passes an opening,
-//! and where roulette ends it. What light it counts where is its method's: a [`Meeting`] connects vertices to light, and says
-//! which share of the light counts that a ray comes upon.
+//! The walk decides how a path continues: what it meets, by which part of a surface it is reflected, how it passes an opening, and where
+//! Russian roulette ends it. The method decides which light counts: its [`Meeting`] connects vertices to light, and returns the weight of
+//! the light that a ray finds.
 
 use glam::DVec3;
 
@@ -16,65 +16,65 @@ use crate::sampling::PathSamples;
 use crate::scene::Sensor;
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
-/// A path goes on for certain above this share of its first weight, if its method asks for it.
+/// Fraction of a path's first weight above which it continues without Russian roulette, if its method requests this.
 const CERTAIN_ABOVE: f64 = 0.05;
 
-/// Least probability with which a path goes on for what a coarse solution leaves out. It is never less than what the surface reflects:
-/// weights would grow from one to the next, and their variance without bound.
+/// Smallest probability with which a path continues for the residual of a coarse solution. The probability is never below the reflectance
+/// of the surface: weights would grow at each reflection, and their variance without bound.
 const LEAST_BEYOND: f64 = 0.25;
 
-/// A method's part in a walk.
+/// Part of a walk that depends on the method: connections, and weights of the light that rays find.
 pub trait Meeting<const C: usize> {
-    /// False if the path goes on by mirrors, lobes and clear closures only: the method counts what is scattered diffusely at
-    /// the vertex where it is.
+    /// False if the path continues by mirrors, lobes and clear closures only: the method counts diffusely scattered light at the vertex
+    /// itself.
     const FOLLOWS_DIFFUSE: bool = true;
 
-    /// What a ray remembers of its way.
+    /// State of a ray, from which the method computes weights.
     type Trace: Copy;
-    /// What is known of the way to a vertex.
+    /// State of a path that arrives at a vertex.
     type Arrival: Copy;
 
-    /// Luminance in cd/m2 of what a surface reflects diffusely at a point toward a ray, by a coarse solution: the ray counts it, and goes
-    /// on for what it leaves out. `None` where that is not known.
+    /// Returns the luminance in cd/m2 that a surface reflects diffusely at a point toward a ray, by a coarse solution: the ray counts it,
+    /// and continues for its residual. `None` where there is no coarse solution.
     #[inline]
     fn reflected(&self, _ray: &Ray<C, Self::Trace>, _surface: SurfaceId, _point: DVec3) -> Option<Spectrum<C>> {
         None
     }
 
-    /// Patches of that solution at which some rays are aimed; `None` where none is.
+    /// Returns the bright patches of the coarse solution, at which some rays are aimed; `None` where rays are not aimed.
     #[inline]
     fn bright(&self) -> Option<&Bright> {
         None
     }
 
-    /// Keeps in mind that a ray is aimed at a patch, or that it is not, where a share of them is.
+    /// Returns the state of a ray that is aimed at a patch (`None`: at no patch), where a fraction `share` of the rays is.
     fn is_aimed(&self, trace: Self::Trace, _patch: Option<u32>, _share: f64) -> Self::Trace {
         trace
     }
 
-    /// Weight of a ray where it ends, for rays that are aimed and rays that are not may end there (the balance heuristic, Veach and Guibas
-    /// 1995); 0 for one that is aimed and ends elsewhere.
+    /// Returns the weight of a ray where it ends, because both aimed rays and others may end there (the balance heuristic, Veach and Guibas
+    /// 1995); 0 for an aimed ray that ends elsewhere.
     #[inline]
     fn share_of_aim(&self, _ray: &Ray<C, Self::Trace>, _hit: &RoomHit) -> f64 {
         1.0
     }
 
-    /// A ray has gone on by `length` metres.
+    /// Updates the state of a ray that has travelled `length` metres.
     fn flew(&self, _trace: &mut Self::Trace, _length: f64) {}
 
-    /// A ray reaches a surface at this cosine of the angle of incidence.
+    /// Returns the state of a path that arrives at a surface at this cosine of the angle of incidence.
     fn arrives(&self, trace: &Self::Trace, cosine: f64) -> Self::Arrival;
 
-    /// The path has come to the lower side of a closure that scatters, by way of its tube or not.
+    /// Returns the state of a path that arrives at the lower side of a closure that scatters, directly or through its tube.
     fn arrives_at_closure(&self) -> Self::Arrival;
 
-    /// The path begins at a sensor.
+    /// Returns the state of a path that begins at a sensor.
     fn arrives_at_sensor(&self) -> Self::Arrival;
 
-    /// Adds light that is connected to a vertex to the walk's sum.
+    /// Adds the light that is connected to a vertex to the walk's sum.
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, arrival: &Self::Arrival);
 
-    /// A ray leaves a vertex, its direction chosen with density `pdf` per sr.
+    /// Returns the state of a ray that leaves a vertex in a direction chosen with density `pdf` per sr.
     fn leaves(
         &self,
         scene: &TraceableScene,
@@ -84,18 +84,17 @@ pub trait Meeting<const C: usize> {
         pdf: f64,
     ) -> Self::Trace;
 
-    /// A ray turns at a mirror, `surface`.
+    /// Returns the state of a ray after its reflection by a mirror, `surface`.
     fn turns(&self, scene: &TraceableScene, trace: &Self::Trace, surface: SurfaceId) -> Self::Trace;
 
-    /// A ray comes back down through a clear closure.
+    /// Returns the state of a ray that comes back down through a clear closure.
     fn passes(&self, trace: &Self::Trace) -> Self::Trace;
 
-    /// Share of the light of luminaire `number` that a ray counts which finds it at `position`.
+    /// Returns the weight (MIS) of the light of luminaire `number` for a ray that finds it at `position`.
     fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, Self::Trace>, position: DVec3)
     -> f64;
 
-    /// Shares of the daylight that a ray counts which meets the opening of a tube at `position`; `None` where the path ends
-    /// there.
+    /// Returns the weights of the daylight found by a ray that meets the opening of a tube at `position`; `None` where the path ends there.
     fn meets_opening(
         &self,
         walk: &mut Walk<'_, C>,
@@ -105,7 +104,7 @@ pub trait Meeting<const C: usize> {
     ) -> Option<DaylightShare>;
 }
 
-/// A ray on its way through the room.
+/// Ray through the room.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<const C: usize, Trace> {
     pub origin: DVec3,
@@ -113,12 +112,12 @@ pub struct Ray<const C: usize, Trace> {
     pub direction: DVec3,
     pub from: Option<SurfaceId>,
     pub weight: Spectrum<C>,
-    /// True if what a surface sends along it was reflected twice, or lights a sensor: interreflection.
+    /// True if light that a surface sends along the ray counts as interreflected: it lights a sensor, or is reflected once more.
     pub reflected: bool,
     pub trace: Trace,
 }
 
-/// The bright patches at which some rays from a vertex are aimed, and the share of the rays; `None` where none is.
+/// Returns the bright patches at which some rays from a vertex are aimed, and the fraction of rays that are; `None` where none are.
 fn aimed_from<'a, const C: usize, M: Meeting<C>>(meeting: &'a M, vertex: &Vertex<'_, C>) -> Option<(&'a Bright, f64)> {
     let bright = meeting.bright().filter(|_| !vertex.is_narrow())?;
     let reflected = || Scatter::<C>::albedo(&vertex.scatterer, vertex.eye, vertex.side()).max();
@@ -126,30 +125,30 @@ fn aimed_from<'a, const C: usize, M: Meeting<C>>(meeting: &'a M, vertex: &Vertex
     (share > 0.0).then_some((bright, share))
 }
 
-/// One path that is followed backward, with its random numbers and what it found.
+/// Path that is followed backward, with its random numbers and the light that it found.
 #[derive(Debug)]
 pub struct Walk<'a, const C: usize> {
     pub scene: &'a TraceableScene,
     pub samples: PathSamples,
-    /// Number of rays traced up to now.
+    /// Number of rays traced so far.
     pub rays: RayCount,
-    /// Reflections still to come that no roulette decides, as long as the path's weight is worth it.
+    /// Number of further reflections without Russian roulette, as long as the path's weight is large enough.
     pub certain: u32,
-    /// Number of surfaces met up to now.
+    /// Number of surfaces met so far.
     pub met: u32,
-    /// How many paths this one stands for from the first surface on of which a coarse solution is known: others counted that alone. 0 if
-    /// it ends there itself; `None` where roulette decides, as at all later ones.
+    /// Number of paths that this one represents beyond the first surface with a coarse solution, where the others end. 0 if this path ends
+    /// there itself; `None` where roulette decides, as at all later surfaces.
     pub stands_for: Option<f64>,
     /// Illuminance in lux, or luminance in cd/m2.
     pub sum: Spectrum<C>,
-    /// The part of the sum that a coarse solution leaves out.
+    /// Residual: the part of the sum that a coarse solution leaves out.
     pub beyond: Spectrum<C>,
-    /// The sum as it was when the path went on for that; `None` as long as it has not.
+    /// Sum at the moment when the path continued for the residual; `None` before that.
     since: Option<Spectrum<C>>,
 }
 
 impl<'a, const C: usize> Walk<'a, C> {
-    /// A path by these random numbers, its first `certain` reflections decided by no roulette.
+    /// Makes a path of these random numbers, whose first `certain` reflections are decided without Russian roulette.
     pub fn new(scene: &'a TraceableScene, samples: PathSamples, certain: u32) -> Self {
         let (rays, sum) = (RayCount::default(), Spectrum::ZERO);
         Self { scene, samples, rays, certain, met: 0, stands_for: None, sum, beyond: Spectrum::ZERO, since: None }
@@ -159,7 +158,7 @@ impl<'a, const C: usize> Walk<'a, C> {
     pub fn illuminance<M: Meeting<C>>(&mut self, meeting: &M, sensor: Sensor) {
         let vertex = Vertex::sensor(sensor);
         let arrival = meeting.arrives_at_sensor();
-        // the first numbers are the best
+        // the first numbers of a low-discrepancy sequence are the best distributed
         let ray = self.scatter(meeting, &vertex, &arrival);
         meeting.connect(self, &vertex, &arrival);
         if let Some(ray) = ray {
@@ -235,7 +234,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
-    /// Follows the ray of a mirror that is a part of a surface whose diffuse light is known, by roulette.
+    /// Follows, by Russian roulette, the ray that the mirror part of a surface reflects whose diffuse light has a coarse solution.
     fn follow_mirror<M: Meeting<C>>(
         &mut self,
         meeting: &M,
@@ -249,7 +248,7 @@ impl<'a, const C: usize> Walk<'a, C> {
             return;
         };
         let Some(survival) = self.survival(weight.max(), ray.weight.max(), first) else { return };
-        // both rays that go on are of the same path
+        // both rays continue the same path
         let stands_for = self.stands_for;
         let trace = meeting.turns(self.scene, &ray.trace, surface);
         let (origin, from, weight) = (hit.position, Some(surface), weight * (1.0 / survival));
@@ -257,8 +256,8 @@ impl<'a, const C: usize> Walk<'a, C> {
         self.stands_for = stands_for;
     }
 
-    /// A ray meets a surface whose reflected light is `known` by a coarse solution: counts that, and decides whether it goes on for what
-    /// that leaves out; if so it stands for those that do not.
+    /// Counts the `known` light of a coarse solution where a ray meets a surface, and decides whether the ray continues for the residual;
+    /// if so it gets the weight of those that end.
     fn goes_beyond<Trace>(
         &mut self,
         known: Spectrum<C>,
@@ -270,7 +269,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         let stands_for = self.stands_for.take().unwrap_or_else(|| {
             let leaving = ray.weight * (optics.diffuse() + optics.specular());
             let reflectance = leaving.max() / ray.weight.max();
-            // rays that are not aimed stand for all
+            // rays that are not aimed represent all rays
             let aimed = bright.map_or(0.0, |bright| bright.share(reflectance));
             let probability = (reflectance / (1.0 - aimed)).clamp(LEAST_BEYOND, 1.0);
             if self.samples.random.uniform() < probability { 1.0 / probability } else { 0.0 }
@@ -280,8 +279,8 @@ impl<'a, const C: usize> Walk<'a, C> {
         stands_for > 0.0
     }
 
-    /// A ray meets a surface: counts the light that is connected to it, and returns how the path goes on, by roulette where it is known
-    /// with which weight it began.
+    /// Counts the light that is connected to a surface where a ray meets it, and returns how the path continues: by Russian roulette if the
+    /// weight with which it began is given.
     fn meet_surface<M: Meeting<C>>(
         &mut self,
         meeting: &M,
@@ -320,8 +319,8 @@ impl<'a, const C: usize> Walk<'a, C> {
         Some(Ray { origin, direction, from, weight, reflected, trace })
     }
 
-    /// Chooses how a ray goes on from a vertex: by what scatters it there, or aimed at a bright patch, whose number is returned. The density
-    /// is that of what scatters it, were all rays chosen so.
+    /// Chooses the direction of a ray that leaves a vertex: by the scattering distribution, or aimed at a bright patch, whose number is
+    /// returned. The returned density is that of the scattering distribution, as if all rays were drawn from it.
     fn choose<M: Meeting<C>>(
         &mut self,
         meeting: &M,
@@ -348,7 +347,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
-    /// Returns the memory of a ray that leaves a vertex so.
+    /// Returns the state of a ray that leaves a vertex in this direction.
     fn leave<M: Meeting<C>>(
         &self,
         meeting: &M,
@@ -363,8 +362,8 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
-    /// The probability with which a path went on that arrives with one weight, would leave with another, and began with `first`;
-    /// `None` where it ends.
+    /// Decides by Russian roulette whether a path continues that arrives with one weight, would leave with another, and began with `first`;
+    /// returns the probability of this, and `None` where the path ends.
     #[inline]
     pub fn survival(&mut self, leaving: f64, arriving: f64, first: f64) -> Option<f64> {
         if leaving <= 0.0 {
@@ -378,7 +377,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         (self.samples.random.uniform() < survival).then_some(survival)
     }
 
-    /// A ray meets an opening from below: counts the daylight that it finds, and returns how it comes back into the room.
+    /// Counts the daylight that a ray finds which meets an opening from below, and returns how the ray comes back into the room.
     fn meet_opening<M: Meeting<C>>(
         &mut self,
         meeting: &M,
@@ -408,7 +407,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
-    /// A ray that a sensor or a closure sends on into the room.
+    /// Makes the ray that leaves a sensor or a closure into the room.
     fn scatter<M: Meeting<C>>(
         &mut self,
         meeting: &M,
@@ -425,7 +424,8 @@ impl<'a, const C: usize> Walk<'a, C> {
         Some(Ray { origin, direction, from, weight, reflected: true, trace })
     }
 
-    /// The response of a vertex to light from a point that it sees, and the density of the ray that goes on.
+    /// Returns the response of a vertex to light from a point that it sees, and the density per sr of the scattered ray in this direction;
+    /// `None` where the point is not visible or the response is 0.
     pub fn respond(
         &mut self,
         vertex: &Vertex<'_, C>,

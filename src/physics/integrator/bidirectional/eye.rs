@@ -1,4 +1,4 @@
-//! The eye's side: paths from sensors and pixels, each connected to the vertices of one photon.
+//! Eye subpaths: paths from sensors and pixels, each connected to the vertices of one photon.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::traceable::{SurfaceId, TraceableScene};
 
-/// Densities with which photons start, of the sources that eye paths can find.
+/// Densities with which photons start at the sources that eye paths can find.
 #[derive(Debug)]
 pub struct Starts {
     /// Density of sky light on each tube's opening, per m2.
@@ -20,24 +20,24 @@ pub struct Starts {
     pub luminaires: Vec<f64>,
 }
 
-/// Place where an eye ray starts.
+/// Start of an eye ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum From {
-    /// A sensor: light that comes to it straight through a clear closure is counted otherwise, by one rule for points and
-    /// one for cells.
+    /// Point sensor: another estimator counts the light that comes to it straight through a clear closure, with other rules than for cells.
     Point,
-    /// Photons times the cell's area in m2 for each of its paths: what a mirror shows, the photons that cross it share.
+    /// Cell, with the number of photons times the cell's area in m2 for each of its paths: photons that cross the cell share the light that
+    /// a mirror shows it.
     Cell(f64),
-    /// The eye: it sees the sun.
+    /// Eye, whose rays find the sun.
     Eye,
-    /// A vertex, or an opening that it passed.
+    /// Vertex, or an opening that the path passed.
     Inside,
 }
 
-/// The eye's side of one path: what it is connected to.
+/// Estimator of one eye path: the photon to which it is connected, and the numbers of samples.
 pub struct EyeSide<'a, const C: usize> {
     pub starts: &'a Starts,
-    /// The vertices of the photon that it is connected to.
+    /// Vertices of the photon to which the path is connected.
     pub photon: &'a [LightVertex<C>],
     /// Number of photons of the pass.
     pub photons: f64,
@@ -46,25 +46,25 @@ pub struct EyeSide<'a, const C: usize> {
     pub cut: f64,
 }
 
-/// What an eye ray remembers of its way.
+/// State of an eye ray, from which the weights (MIS) of the light that it finds follow.
 #[derive(Clone, Copy, Debug)]
 pub struct EyeTrace {
     edge: Edge,
     from: From,
 }
 
-/// What is known of the way to a vertex.
+/// State of an eye path that arrives at a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct EyeArrival {
     weight: MisWeight,
-    /// Samples of the strategy that cuts the edge that leaves the vertex.
+    /// Number of samples of the strategy that cuts the edge leaving the vertex.
     cut: f64,
     from: From,
 }
 
 impl<const C: usize> EyeSide<'_, C> {
-    /// Trace of a ray straight from the eye through a pixel of solid angle `pixel` in sr; `outside` is the distance in m from
-    /// the eye to where its ray enters the room.
+    /// Makes the state of a ray straight from the eye through a pixel of solid angle `pixel` in sr; `outside` is the distance in m from the
+    /// eye to the point where its ray enters the room.
     pub fn start_at_eye(&self, outside: f64, pixel: f64) -> EyeTrace {
         let mut edge = Edge::leaving(&MisWeight::start(1.0, 0.0), 1.0 / pixel, 1.0, 0.0, self.cut);
         edge.extend(outside);
@@ -92,8 +92,8 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         EyeArrival { weight: MisWeight::start(1.0, 0.0), cut: self.cut, from: self.from }
     }
 
-    /// Adds what the photon's vertices send straight to a vertex, and by it toward the eye; sensors have connections of their
-    /// own.
+    /// Adds the light that the photon's vertices send straight to a vertex, and that is scattered there toward the eye; sensors have
+    /// connections of their own.
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, arrival: &EyeArrival) {
         if vertex.is_sensor() {
             return;
@@ -173,7 +173,7 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         let sun = if clear && from == From::Eye { 1.0 } else { 0.0 };
         let sky = 1.0 / (1.0 + weight.others(start, ray.direction.z / PI) + crossing);
         Some(match from {
-            // photons reach points by their last way through the closure alone, cells by any
+            // photons reach points by their last segment through the closure alone, cells by any
             From::Point if straight_to_sensor => DaylightShare { sky: 0.0, sky_later: 1.0, sun },
             From::Cell(_) if straight_to_sensor => DaylightShare { sky: 0.0, sky_later: 0.0, sun },
             _ => DaylightShare { sky, sky_later: sky, sun },
@@ -181,8 +181,8 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
     }
 }
 
-/// Photons that cross a cell from a mirror that shows it the source, relative to the ray that found it; `start` is the
-/// density of their start per m2.
+/// Returns the weight of photons that cross a cell from a mirror showing the source to it, relative to the ray that found the source;
+/// `start` is the density of their start per m2.
 fn crossings(trace: &EyeTrace, weight: &MisWeight, start: f64) -> f64 {
     match trace.from {
         From::Cell(crossings_per_path) if weight.cut == 0.0 => crossings_per_path * start,

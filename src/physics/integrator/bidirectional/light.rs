@@ -1,4 +1,4 @@
-//! The photons' side: vertices where light is scattered, with what they send on.
+//! Light subpaths: vertices of photons where light is scattered, with the flux that leaves them.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::optics::{Closure, Oriented, Scatter, Scatterer, Spectrum, SurfaceOpti
 use crate::sampling::PathSamples;
 use crate::traceable::{SurfaceId, TraceableScene};
 
-/// A point where light leaves a source or a surface of the room.
+/// Point where light leaves a source or a surface of the room.
 #[derive(Clone, Copy, Debug)]
 pub struct LightVertex<const C: usize> {
     pub position: DVec3,
@@ -20,24 +20,24 @@ pub struct LightVertex<const C: usize> {
     /// Unit direction of travel of the light that arrives.
     incident: DVec3,
     pub surface: Option<SurfaceId>,
-    /// The tube at whose diffuser this is.
+    /// Number of the tube at whose diffuser this is.
     diffuser: Option<usize>,
     /// True if the path starts here: at a diffuser or a luminaire.
     source: bool,
     /// Lambertian flux that leaves, in lm.
     leaving: Spectrum<C>,
-    /// Flux that leaves in a lobe, or of a measured diffuser the flux that arrives, in lm.
+    /// Flux that leaves in a lobe, or at a measured diffuser the flux that arrives, in lm.
     lobe: Spectrum<C>,
     pub weight: MisWeight,
 }
 
 impl<const C: usize> LightVertex<C> {
-    /// True if no eye path comes upon this vertex' light: connections to near sensors would have an infinite variance.
+    /// True if no eye path can find this vertex' light: connections to near sensors would have an infinite variance.
     pub fn alone(&self) -> bool {
         self.weight.cut == 0.0 && self.weight.behind == 0.0
     }
 
-    /// Intensity in lm/sr along the unit vector `outward`.
+    /// Returns the intensity in lm/sr along the unit vector `outward`.
     pub fn intensity(&self, scene: &TraceableScene, outward: DVec3) -> Spectrum<C> {
         let cosine = outward.dot(self.normal);
         if cosine <= 0.0 {
@@ -52,7 +52,7 @@ impl<const C: usize> LightVertex<C> {
         }
     }
 
-    /// Density per sr with which a photon goes on along `outward`.
+    /// Returns the density per sr with which a photon leaves along `outward`.
     pub fn forward(&self, scene: &TraceableScene, outward: DVec3) -> f64 {
         match self.reflects(scene) {
             Some(surface) => Scatter::<C>::pdf(&surface, Travel::WithLight, -self.incident, outward),
@@ -60,19 +60,19 @@ impl<const C: usize> LightVertex<C> {
         }
     }
 
-    /// Density per sr with which an eye path that arrives against `outward` goes on to the vertex before.
+    /// Returns the density per sr with which an eye path that arrives against `outward` is scattered to the vertex before.
     pub fn back(&self, scene: &TraceableScene, outward: DVec3) -> f64 {
         let surface = self.reflects(scene);
         surface.map_or(0.0, |surface| Scatter::<C>::pdf(&surface, Travel::AgainstLight, outward, -self.incident))
     }
 
-    /// The surface that reflected the light; `None` where it comes from a source.
+    /// Returns the surface that reflected the light; `None` where it comes from a source.
     fn reflects<'a>(&self, scene: &'a TraceableScene) -> Option<Oriented<'a, SurfaceOptics>> {
         let optics = self.surface.filter(|_| !self.source).and_then(|surface| scene.optics(surface))?;
         Some(Oriented { optics, normal: self.normal })
     }
 
-    /// What scatters beside the Lambertian flux.
+    /// Returns the lobe or measured table that scatters light beside the Lambertian flux.
     fn scatterer<'a>(&self, scene: &'a TraceableScene) -> Option<Scatterer<'a>> {
         if let Some(tube) = self.diffuser {
             let table = scene.tubes[tube].diffuser.measured()?;
@@ -83,12 +83,12 @@ impl<const C: usize> LightVertex<C> {
     }
 }
 
-/// The photons' subpaths. One ends where it meets an opening from below: eye paths go on there, so that no path through an
-/// opening is cut before it.
+/// Subpaths of photons. One ends where it meets an opening from below: eye paths continue there, so that no path through an opening is cut
+/// before it.
 #[derive(Debug)]
 pub struct LightPaths<const C: usize> {
     pub vertices: Vec<LightVertex<C>>,
-    /// First vertex of every photon, and the end.
+    /// Number of the first vertex of every photon, and the end.
     pub starts: Vec<u32>,
 }
 
@@ -103,23 +103,23 @@ impl<const C: usize> LightPaths<C> {
         self.starts.extend(other.starts[1..].iter().map(|start| first + start));
     }
 
-    /// The vertices of photon `number`.
+    /// Returns the vertices of photon `number`.
     pub fn of(&self, number: usize) -> &[LightVertex<C>] {
         &self.vertices[self.starts[number] as usize..self.starts[number + 1] as usize]
     }
 }
 
-/// Writes down the vertices of photons as they are traced.
+/// Visitor that records the vertices of photons as they are traced.
 pub struct Recorder<'a, const C: usize> {
     pub scene: &'a TraceableScene,
     pub paths: LightPaths<C>,
     /// Flights from a clear closure to the first surface.
     pub unscattered: Vec<Flight<C>>,
-    /// Flights from vertices that no eye path comes upon.
+    /// Flights from vertices that no eye path can find.
     pub alone: Vec<Flight<C>>,
-    /// Flights from mirrors that show a source, with the density of the photon's start for what eye paths find, or 0.
+    /// Flights from mirrors that show a source, with the density of the photon's start where eye paths can find the source, else 0.
     pub mirrored: Vec<(Flight<C>, f64)>,
-    /// Density per m2 of the present photon's start, as even, and whether an eye path can find its source.
+    /// Density per m2 of the present photon's start, taken as uniform, and 1 if an eye path can find its source, else 0.
     start: f64,
     found: f64,
     edge: Edge,
@@ -148,13 +148,13 @@ impl<'a, const C: usize> Recorder<'a, C> {
         }
     }
 
-    /// Before a photon is traced; `start` is the density per m2 of its exit from an opening, or on a luminaire.
+    /// Prepares for a photon; `start` is the density per m2 of its exit from an opening, or on a luminaire.
     pub fn begin(&mut self, photon: &EmittedPhoton, start: f64) {
         (self.start, self.found) = (start, if photon.sun { 0.0 } else { 1.0 });
         (self.flights, self.ended) = (0, false);
     }
 
-    /// After a photon was traced, or came from where there is no light; returns its vertices.
+    /// Ends the subpath of a photon that was traced, or that found no light at its start; returns its vertices.
     pub fn end(&mut self) -> &[LightVertex<C>] {
         let first = self.paths.starts.last().map_or(0, |start| *start as usize);
         self.paths.starts.push(self.paths.vertices.len() as u32);
@@ -204,7 +204,7 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
         let from_opening = matches!(flight.origin, Origin::Specular | Origin::Diffuser);
         let way = flight.to - flight.from;
         let length = way.length();
-        // what leaves an opening a second time has met it from below
+        // light that leaves an opening a second time has met it from below
         self.ended |= (from_opening && self.flights > 0) || length == 0.0;
         if self.ended {
             return;

@@ -1,25 +1,24 @@
-//! Bidirectional path tracing: photons from the sources and paths from sensors and the eye, connected at every pair of
-//! vertices.
+//! Bidirectional path tracing: photons from the sources and paths from sensors and the eye, connected at every pair of vertices.
 //!
-//! **Idea.** The photons of a pass are shared: each of their vertices is connected to every sensor (of many, to a
-//! random subset) and to the eye, and every eye path to the vertices of one photon. All strategies that find a path
-//! share it by the balance heuristic (`weight`). Unbiased; one pass is one replicate.
+//! **Idea.** The photons of a pass are shared: each of their vertices is connected to every sensor (of many, to a random subset) and to the
+//! eye, and every eye path to the vertices of one photon. All strategies that find a path share it by the balance heuristic (`weight`).
+//! Unbiased; one pass is one replicate.
 //!
-//! **Which paths** (docs/physics/measurement_equation.md#bidirectional-path-tracing). Photons end where they meet an
-//! opening from below; eye paths go on there.
+//! **Which paths** (docs/physics/measurement_equation.md#bidirectional-path-tracing). Photons end where they meet an opening from below;
+//! eye paths continue there.
 //!
 //! | paths | estimator |
 //! | --- | --- |
-//! | with a `D`, `G` or `F` to connect at | every cut: photon to sensor or eye, photon to eye path, an eye ray that meets sky or luminaire |
+//! | with a `D`, `G` or `F` to connect at | every cut: photon to sensor or eye, photon to eye path, eye ray that meets sky or luminaire |
 //! | the same of the sun | photons only |
 //! | `(K\|N) t C E` | points: backward; cells: crossing; an eye: chance |
 //! | `N t C V E` | connection; cells within half their longer edge: crossing |
 //! | `(K\|M) .. S+ E` | points, eye: chance; cells: crossing and chance, sharing |
-//! | `F` from below, and what a guide sends back | eye paths only |
+//! | `F` from below, and light that a guide sends back | eye paths only |
 //!
-//! **Settings.** `photons_per_pass` (by default 256 to 16 384, by the accuracy asked for, and with views the most; 64 to
-//! 1 048 576: their vertices are kept) against `samples_per_sensor` (a 64th of the photons; 1 to 65 536) and
-//! `samples_per_pixel` (1; 1 to 4096): photons find light behind closures, eye paths what mirrors show.
+//! **Settings.** `photons_per_pass` (by default 256 to 16 384, by the requested accuracy, and with views the most; 64 to 1 048 576: their
+//! vertices are stored) against `samples_per_sensor` (a 64th of the photons; 1 to 65 536) and `samples_per_pixel` (1; 1 to 4096): photons
+//! find light behind closures, eye paths light that mirrors show.
 //!
 //! **Refuses** the sun in mirrors and in lobes below a roughness of 0.2, unless cells alone see a mirror; the sun
 //! through clear closures of tubes that are not straight, at points or with returns; views without interreflection. Bad
@@ -72,7 +71,7 @@ impl Described for Settings {
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
-        // cells count what a mirror shows them as it crosses them
+        // cells count the light that a mirror shows them where it crosses them
         let mirrors = if task.has_points() { chance::mirrors } else { chance::mirrors_at_cells };
         (!task.grids.is_empty()).then(|| mirrors(self.name(), task.traceable)).flatten()
     }
@@ -95,7 +94,7 @@ impl Described for Settings {
         let (share, most_places, powers) = if task.views.is_empty() {
             (0.5, 36, Powers::OF_PHOTONS)
         } else {
-            // the noise is that of the paths of the eye, each of which looks at one photon
+            // the noise is that of the eye paths, each of which is connected to one photon
             (0.0625, 1024, Powers { work_of_place: 0.0, variance: 0.0, shared_variance: 0.0, ..Powers::OF_PHOTONS })
         };
         let tried = TrialPasses::fewer(sizes.photons, share);
@@ -117,13 +116,13 @@ impl Described for Settings {
     }
 }
 
-/// Sensors that one vertex is connected to; larger grids are connected to a random subset of about this size.
+/// Largest number of sensors that one vertex is connected to; larger grids are connected to a random subset of about this size.
 const CONNECTIONS: usize = 1024;
 
-/// Backward rays per point sensor and pass to a clear closure, at most.
+/// Largest number of backward rays per point sensor and pass to a clear closure.
 const MOST_BACKWARD_RAYS: u64 = 1024;
 
-/// The method on one scene; `C` channels of light.
+/// Method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct Bidirectional<const C: usize> {
     scene: Arc<TraceableScene>,
@@ -135,10 +134,10 @@ pub struct Bidirectional<const C: usize> {
     seed: Key,
 }
 
-/// Light that the connections of some photons bring.
+/// Light that some photons bring by connections.
 struct Connected<const C: usize> {
     paths: LightPaths<C>,
-    /// Illuminance in lux, per grid.
+    /// Illuminance in lx, per grid.
     grids: Vec<Vec<f64>>,
     /// Pixels and their luminance in cd/m2, per view.
     views: Vec<Vec<(usize, Spectrum<C>)>>,
@@ -154,7 +153,7 @@ impl<const C: usize> Tally for Connected<C> {
 }
 
 impl<const C: usize> Bidirectional<C> {
-    /// Divides the photons of a pass among the sources; equal seeds give equal bits.
+    /// Builds the method, and divides the photons of a pass among the sources; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], sizes: Sizes, seed: u64) -> Self {
         let emission = Emission::new(&scene, sizes.photons);
         let sky =
@@ -168,7 +167,7 @@ impl<const C: usize> Bidirectional<C> {
         Self { scene, emission, starts, grids, views, sizes, seed: Key::new(seed) }
     }
 
-    /// Photons of these numbers, connected to sensors and eyes.
+    /// Traces photons of these numbers, and connects them to sensors and eyes.
     fn photons(&self, key: Key, numbers: Range<u64>) -> Connected<C> {
         let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
         let mut views = vec![Vec::new(); self.views.len()];
@@ -202,7 +201,7 @@ impl<const C: usize> Bidirectional<C> {
         Connected { paths: recorder.paths, grids, views, account }
     }
 
-    /// Density per m2 of a photon's start on its opening or luminaire, as even.
+    /// Returns the density per m2 of a photon's start on its opening or luminaire, taken as uniform.
     fn start_density(&self, photon: &EmittedPhoton) -> f64 {
         let area = match photon.start {
             Start::Tube(tube) => PI * self.scene.tubes[tube].opening_radius.powi(2),
@@ -211,7 +210,7 @@ impl<const C: usize> Bidirectional<C> {
         photon.of as f64 / (self.emission.photons() as f64 * area)
     }
 
-    /// Adds what a vertex sends straight to the sensors of a grid; returns the rays it took.
+    /// Adds the light that a vertex sends straight to the sensors of a grid; returns the number of rays.
     fn connect_sensors(&self, vertex: &LightVertex<C>, grid: &Grid, lux: &mut [f64], random: &mut PathRandom) -> u64 {
         let height = grid.height_m + self.scene.contact();
         if vertex.position.z <= height {
@@ -228,7 +227,7 @@ impl<const C: usize> Bidirectional<C> {
             let distance_squared = way.length_squared();
             let outward = way / distance_squared.sqrt();
             let intensity = vertex.intensity(&self.scene, outward).luminance();
-            // flights count what is near
+            // flights count light that comes from near
             let counted = is_average(grid) && vertex.alone() && distance_squared < near(grid).powi(2);
             if intensity <= 0.0 || counted {
                 continue;
@@ -244,7 +243,7 @@ impl<const C: usize> Bidirectional<C> {
         rays
     }
 
-    /// The pixel in which the eye sees a vertex, and its luminance.
+    /// Returns the pixel in which the eye sees a vertex, and its luminance.
     fn connect_eye(&self, vertex: &LightVertex<C>, view: &View) -> Option<(usize, Spectrum<C>)> {
         let (pixel, solid_angle) = view.pixel_of(vertex.position)?;
         let way = vertex.position - view.eye;
@@ -263,7 +262,7 @@ impl<const C: usize> Bidirectional<C> {
         Some((pixel, intensity * (1.0 / (distance_squared * solid_angle * (1.0 + others)))))
     }
 
-    /// Adds light that crosses a cell within a distance in metres of where it comes from.
+    /// Adds the light of a flight that crosses a cell within `within` m of its start.
     fn cross(&self, flight: &Flight<C>, grid: &Grid, within: f64, lux: &mut [f64]) {
         let level = grid.height_m + self.scene.contact();
         if flight.from.z <= level || flight.to.z > level {
@@ -279,13 +278,13 @@ impl<const C: usize> Bidirectional<C> {
         }
     }
 
-    /// Connections of photons to a sensor for each of its paths.
+    /// Returns the number of connections of photons to a sensor for each of its paths.
     fn connections_per_path(&self, grid: &Grid) -> f64 {
         let connections = self.emission.photons() as f64 / stride(grid) as f64;
         connections / f64::from(self.sizes.per_sensor)
     }
 
-    /// Photons times the area of a cell in m2 for each of its paths.
+    /// Returns the number of photons times the area of a cell in m2 for each of its paths.
     fn crossings_per_path(&self, grid: &Grid) -> f64 {
         self.emission.photons() as f64 * grid.cell_area_m2() / f64::from(self.sizes.per_sensor)
     }
@@ -294,7 +293,7 @@ impl<const C: usize> Bidirectional<C> {
         self.emission.photons() as f64 / f64::from(self.sizes.per_pixel)
     }
 
-    /// Eye path `number` of a sensor or pixel, and the photon that it is connected to.
+    /// Starts eye path `number` of a sensor or pixel, and returns it with the vertices of the photon to which it is connected.
     fn eye_path<'a>(
         &'a self,
         paths: &'a LightPaths<C>,
@@ -304,13 +303,13 @@ impl<const C: usize> Bidirectional<C> {
     ) -> (Walk<'a, C>, &'a [LightVertex<C>]) {
         let mut samples = PathSamples::new(stream, u64::from(number));
         let photons = self.emission.photons();
-        // photons stand in the order of their sources
+        // photons are ordered by their sources
         let stratum = (f64::from(number) + samples.random.uniform()) / f64::from(samples_per_pass);
         let photon = ((stratum * photons as f64) as u64).min(photons - 1);
         (Walk::new(&self.scene, samples, 0), paths.of(photon as usize))
     }
 
-    /// Illuminance of one sensor in lux but for the photons' connections, and the rays it took.
+    /// Computes the illuminance of one sensor in lx without the photons' connections, and the number of rays.
     fn sensor(&self, grid: &Grid, index: usize, paths: &LightPaths<C>, stream: Key) -> (f64, RayCount) {
         let count = self.sizes.per_sensor;
         let average = is_average(grid);
@@ -346,7 +345,7 @@ impl<const C: usize> Bidirectional<C> {
         (lux, rays)
     }
 
-    /// Luminance of one pixel in cd/m2 but for the photons' connections, and the rays it took.
+    /// Computes the luminance of one pixel in cd/m2 without the photons' connections, and the number of rays.
     fn pixel(&self, view: &View, pixel: usize, paths: &LightPaths<C>, stream: Key) -> (Spectrum<C>, RayCount) {
         let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
         let count = self.sizes.per_pixel;
@@ -438,17 +437,17 @@ fn is_average(grid: &Grid) -> bool {
     grid.estimate == EstimateKind::CellAverage
 }
 
-/// Every how many-th row-major sensor a photon's vertex is connected to.
+/// Returns the stride through the row-major sensors to which a photon's vertex is connected.
 fn stride(grid: &Grid) -> usize {
     grid.len().div_ceil(CONNECTIONS)
 }
 
-/// Distance in metres within which cells count the flights of vertices that only photons come upon.
+/// Returns the distance in m within which cells count the flights of vertices that only photons can find.
 fn near(grid: &Grid) -> f64 {
     0.5 * grid.cell_size_m[0].max(grid.cell_size_m[1])
 }
 
-/// A point of a sensor's cell; `offset` from its centre, in cells.
+/// Returns a point of a sensor's cell; `offset` from its centre, in cells.
 fn place(grid: &Grid, index: usize, offset: [f64; 2], height: f64) -> DVec3 {
     let centre = grid.centre(index);
     DVec3::new(centre.x + offset[0] * grid.cell_size_m[0], centre.y + offset[1] * grid.cell_size_m[1], height)

@@ -1,11 +1,11 @@
-//! What bidirectional path tracing cannot compute.
+//! Reasons why bidirectional path tracing cannot compute a task.
 
 use crate::guide::Guide;
 use crate::integrator::method::{Refusal, RefusalCode, Task};
 use crate::optics::SurfaceOptics;
 
-/// Reason why the method cannot compute a task, if it cannot: the sun's disc is found by photons alone, and these end
-/// where only one direction goes on to the sensor or the eye.
+/// Returns the reason why the method cannot compute a task, if it cannot: the sun's disc is found by photons alone, and these end where
+/// only one direction continues to the sensor or the eye.
 pub fn refuses(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
     let clear_and_not_straight = || {

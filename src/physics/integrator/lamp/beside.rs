@@ -1,9 +1,9 @@
-//! Lamps and what comes into the room beside them: closures that scatter evenly in part.
+//! Tubes as Lambertian secondary sources, and the light that enters the room beside theirs, where closures are Lambertian in part.
 //!
-//! Light is linear. What leaves a closure as from a Lambertian sheet is that of a lamp: all of a Lambertian closure, what leaves the
-//! Lambertian zone of a mixed one, and of a table the largest Lambertian sheet that it holds at each angle of incidence. The rest,
-//! what passes unscattered and what a table has beside its sheet, is followed by light tracing
-//! ([`light_tracing`]); both come from the same photons down the tubes.
+//! Light is linear. The Lambertian part of the light leaving a closure is all of it for a Lambertian closure, the light leaving the
+//! Lambertian zone of a mixed one, and for a measured table the largest Lambertian sheet that it holds at each angle of incidence. The
+//! rest, which passes unscattered or which a table scatters beside its sheet, is followed by light tracing ([`light_tracing`]); both come
+//! from the same photons down the tubes.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -27,12 +27,12 @@ pub fn is_lamp(tube: &TraceableTube) -> bool {
     tube.diffuser.is_even(tube.opening_radius)
 }
 
-/// True if all tubes are lamps, with nothing beside.
+/// True if all light that passes the closures leaves as from Lambertian sheets.
 pub fn all_lamps(tubes: &[TraceableTube]) -> bool {
     tubes.iter().all(is_lamp)
 }
 
-/// Reason why tubes are no lamps, if one has light beside.
+/// Returns the reason why paths cannot be cut at all closures, if light leaves one otherwise than from a Lambertian sheet.
 pub fn refuses_all_but_lamps(tubes: &[TraceableTube]) -> Option<Refusal> {
     let cut = "the path is cut at Lambertian diffusers, but";
     if tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some()) {
@@ -45,7 +45,7 @@ pub fn refuses_all_but_lamps(tubes: &[TraceableTube]) -> Option<Refusal> {
     }
 }
 
-/// Reason why the tubes of a task are not even lamps in part, or why light beside them cannot be followed, if so.
+/// Returns the reason why no closure of a task is even partly Lambertian, or why the light beside cannot be followed; `None` otherwise.
 pub fn refuses_beside(task: &Task) -> Option<Refusal> {
     let tubes = &task.traceable.tubes;
     if all_lamps(tubes) {
@@ -58,60 +58,62 @@ pub fn refuses_beside(task: &Task) -> Option<Refusal> {
     Some(of_light_tracing(refusal))
 }
 
-/// A refusal by light tracing, of what it follows here.
+/// Converts a refusal by light tracing into one of a method that follows some light by it.
 pub fn of_light_tracing(refusal: Refusal) -> Refusal {
     let detail = format!("what closures do not scatter evenly is followed by light tracing, and {}", refusal.detail);
     Refusal { detail, ..refusal }.or("the estimate cell_average")
 }
 
-/// Photons of a pass where light of one tube comes in beside lamps. More tubes take more by this power of their number: a sensor gets light of
-/// several, whose errors have nothing in common.
+/// Number of photons of a pass where light of one tube enters beside the Lambertian part, and the power of the number of such tubes by
+/// which it grows: a sensor gets light of several, whose errors are independent.
 const BESIDE: PassSize = PassSize { for_one_percent: 4096.0, growth: 1.5, fewest: 512.0, most: f64::INFINITY };
 const GROWTH_BY_TUBES: f64 = 0.75;
 
-/// Photons of a pass for a relative standard error `target` where light of some tubes comes in beside lamps; 0 where none does.
+/// Returns the number of photons of a pass for a relative standard error `target` where light of some tubes enters beside the Lambertian
+/// part; 0 where there is none.
 pub fn photons_beside(tubes: &[TraceableTube], target: f64) -> f64 {
     let beside = tubes.iter().filter(|tube| !is_lamp(tube)).count() as f64;
     if beside > 0.0 { BESIDE.of(target, libm::pow(beside, GROWTH_BY_TUBES)) } else { 0.0 }
 }
 
-/// Most sensors of a trial that looks at some `places` where all tubes are lamps: light from beside them is shared among the sensors, so
-/// that fewer of them would have more of it.
+/// Returns the largest number of sensors of a trial that is limited to `places` where all closures are Lambertian. Other light is divided
+/// among the sensors: with fewer of them, each would have more of it, so that all are tried.
 pub fn most_places(tubes: &[TraceableTube], places: usize) -> usize {
     if all_lamps(tubes) { places } else { usize::MAX }
 }
 
-/// Bytes of the sums over all sensors that chunks of the `photons` of a pass hold at the same time, where light comes in beside lamps.
+/// Returns the bytes of the sums over all sensors that chunks of the `photons` of a pass hold at the same time, where light enters beside
+/// the Lambertian part.
 pub fn bytes_beside(load: &Load, photons: f64) -> f64 {
     8.0 * load.sensors_beside as f64 * sums_at_once(load.sensors_beside, photons as u64) as f64
 }
 
-/// Finds the light of lamps, and what comes in beside, pass by pass.
+/// Source of the light of closures, Lambertian and other, pass by pass.
 #[derive(Debug)]
 pub struct Lamps<const C: usize>(By<C>);
 
 #[derive(Debug)]
 enum By<const C: usize> {
-    /// All light is that of lamps.
+    /// Photons for scenes where all closures are Lambertian.
     Photons(Emission),
-    /// Light comes in beside them.
+    /// Light tracing for scenes where light enters beside the Lambertian part.
     Beside(BesideLamps<C>),
 }
 
 /// Light of one pass.
 #[derive(Debug)]
 pub struct Lit<const C: usize> {
-    /// The light of the lamps.
+    /// Lambertian light of the closures.
     pub lamps: DiffuserLight<C>,
-    /// What all other light of sky and sun gives to the grids; none where there is none.
+    /// Values that all other light of sky and sun adds to the grids; empty where there is no such light.
     pub beside: Vec<GridPass>,
-    /// The fluxes of the tubes, and all books.
+    /// Fluxes of the tubes, and the energy balance.
     pub account: Account,
 }
 
 impl<const C: usize> Lamps<C> {
-    /// Divides the photons of a pass for a relative standard error among sky and sun of the tubes; equal seeds give equal bits. `grids`: those that get light from
-    /// beside the lamps.
+    /// Divides the photons of a pass for a relative standard error among sky and sun of the tubes; equal seeds give equal bits. `grids` are
+    /// those that get light from beside the Lambertian part.
     pub fn new(scene: &Arc<TraceableScene>, grids: &[Grid], (photons, target): (u64, f64), seed: u64) -> Self {
         Self(match all_lamps(&scene.tubes) {
             true => By::Photons(Emission::of_daylight(scene, photons)),
@@ -119,7 +121,7 @@ impl<const C: usize> Lamps<C> {
         })
     }
 
-    /// Photons per pass.
+    /// Returns the number of photons per pass.
     pub fn photons(&self) -> u64 {
         match &self.0 {
             By::Photons(emission) => emission.photons(),
@@ -127,7 +129,7 @@ impl<const C: usize> Lamps<C> {
         }
     }
 
-    /// The light of one pass; `None` when cancelled.
+    /// Computes the light of one pass; `None` when cancelled.
     pub fn pass(&self, scene: &TraceableScene, pass: Key, cancel: &AtomicBool) -> Option<Lit<C>> {
         match &self.0 {
             By::Photons(emission) => {
@@ -146,7 +148,7 @@ impl<const C: usize> Lamps<C> {
     }
 }
 
-/// Adds light from beside the lamps to what these give to each grid.
+/// Adds the light from beside the Lambertian part to the values of each grid.
 pub fn add_beside(grids: &mut [GridPass], beside: &[GridPass]) {
     grids.iter_mut().zip(beside).for_each(|(grid, beside)| grid.add(beside));
 }

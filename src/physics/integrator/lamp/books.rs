@@ -1,4 +1,4 @@
-//! Where the light ends that enters the room, in the books of methods that follow no photon there: by a few photons.
+//! Energy balance of the room for methods that follow no photons there, estimated by a few photons.
 
 use super::cells::Leaving;
 use crate::integrator::photon::emission::Emission;
@@ -8,14 +8,14 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::traceable::TraceableScene;
 
-/// Photons of the first stage of which one goes on, and the fewest that do.
+/// Number of photons of the first stage for each one that is followed in the room, and the fewest that are.
 const PHOTONS_PER_FOLLOWED: usize = 64;
 const FEWEST: usize = 4;
 
-/// Books the flux that leaves the closures into the room, and that of luminaires, where it ends.
+/// Adds the flux that leaves the closures into the room, and that of luminaires, to the energy balance, where it is absorbed.
 ///
-/// Photons are chosen in proportion to their fluxes by even steps through all of them, and each stands for an equal part of
-/// the whole: the books close, and their entries are unbiased.
+/// Photons are chosen in proportion to their fluxes by even steps through all of them, and each represents an equal part of the whole: the
+/// balance closes, and its entries are unbiased.
 pub fn book_room<const C: usize>(
     scene: &TraceableScene,
     leaving: &[Vec<Leaving<C>>],
@@ -43,7 +43,7 @@ pub fn book_room<const C: usize>(
                 number += 1;
             }
         }
-        // rounding may leave the last one out
+        // rounding may leave out the last one
         account.ledger.cut += step * (followed - number) as f64;
     }
     let emission = Emission::of_luminaires(scene, FEWEST as u64);

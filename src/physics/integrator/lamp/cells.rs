@@ -1,4 +1,4 @@
-//! The light of one Lambertian diffuser: rings in closed form, sectors at points, and one photon that stands for the rest.
+//! Light of one Lambertian diffuser: rings in closed form, sectors as points, and one photon that represents the rest.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
@@ -9,36 +9,36 @@ use crate::geometry::turn::unit_vector;
 use crate::optics::Spectrum;
 use crate::traceable::TraceableTube;
 
-/// Rings of equal area that have their own exitance, and the sectors of each whose differences are carried by points. The
-/// photon that stands for the rest costs some percent of a vertex' light as noise; more of them would cost more time.
+/// Number of rings of equal area with their own exitance, each divided into sectors whose differences points represent. The photon that
+/// represents the rest adds noise of some percent of a vertex' light; more rings would cost more time.
 pub const RINGS: usize = 4;
-/// Sectors of a ring.
+/// Number of sectors of a ring.
 pub const SECTORS: usize = 6;
-/// Cells of a disc.
+/// Number of cells of a disc.
 pub const CELLS: usize = RINGS * SECTORS;
 
-/// Distance from a disc, in its radii, below which light is followed, not connected to photons.
+/// Distance from a disc, in its radii, below which paths follow the light instead of being connected to photons.
 const NEAR: f64 = 1.0;
 
 /// Largest number of photons of a tube among which a vertex chooses.
 const MOST_CHOICES: usize = 1 << 16;
 
-/// The light that leaves one diffuser.
+/// Light that leaves one diffuser.
 #[derive(Debug)]
 pub struct TubeLight<const C: usize> {
     /// Centre of the opening.
     pub origin: DVec3,
     /// Radius of the opening in m.
     pub radius: f64,
-    /// Every photon that leaves, by cells.
+    /// Photons that leave, sorted by cells.
     pub photons: Vec<Leaving<C>>,
     /// Differences of the exitance of each ring (lm/m2) to that of the next one outward.
     steps: [Spectrum<C>; RINGS],
-    /// The points that carry the differences of the cells, the sectors of rings.
+    /// Points that represent the differences of the cells, which are the sectors of rings.
     middles: [DVec2; CELLS],
     /// Differences of the flux of each cell to the mean of its ring, in lm, by channels.
     differences: [[f64; CELLS]; C],
-    /// Photons with their cells, each as often as its flux demands, standing for all of it in the mean.
+    /// Photons with their cells, each repeated in proportion to its flux; each represents the whole flux, and their mean is unbiased.
     pub choices: Vec<(Leaving<C>, usize)>,
     vectors: pulp::Arch,
 }
@@ -46,17 +46,17 @@ pub struct TubeLight<const C: usize> {
 /// Light that leaves a diffuser at a point, as from a Lambertian surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Leaving<const C: usize> {
-    /// Position in the ceiling plane.
+    /// Position in the ceiling plane in m.
     pub position: DVec2,
-    /// Flux that leaves, in lm.
+    /// Flux in lm.
     pub flux: Spectrum<C>,
 }
 
 impl<const C: usize> TubeLight<C> {
-    /// `photons`: all that leave; `start` in 0..1 is where the choice among them begins.
+    /// Sorts the photons that leave a tube's diffuser into cells; `start` in 0..1 is where the choice among them begins.
     pub fn new(tube: &TraceableTube, photons: Vec<Leaving<C>>, start: f64) -> Self {
         let (origin, radius) = (tube.origin, tube.opening_radius);
-        // neighbours in space are neighbours in the list, so that even numbers choose evenly
+        // neighbours in space are neighbours in the list, so that uniform numbers choose them uniformly
         let mut cells: [Vec<Leaving<C>>; CELLS] = std::array::from_fn(|_| Vec::new());
         for photon in photons {
             let away = photon.position - origin.truncate();
@@ -85,12 +85,12 @@ impl<const C: usize> TubeLight<C> {
         }
     }
 
-    /// The photons that leave.
+    /// Iterates over the photons that leave: positions in m, and fluxes in lm.
     pub fn photons(&self) -> impl Iterator<Item = (DVec3, Spectrum<C>)> {
         self.photons.iter().map(|photon| (photon.position.extend(self.origin.z), photon.flux))
     }
 
-    /// All light that leaves, in lm.
+    /// Returns the flux of all light that leaves, in lm.
     pub fn flux(&self) -> Spectrum<C> {
         let mut flux = Spectrum::ZERO;
         self.photons.iter().for_each(|photon| flux += photon.flux);
@@ -102,13 +102,13 @@ impl<const C: usize> TubeLight<C> {
         is_far(self.origin, self.radius, position, reach)
     }
 
-    /// A photon by a number in 0..1, standing for all of the flux; `None` without light.
+    /// Returns a photon chosen by a number in 0..1, with the flux of all; `None` without light.
     pub fn choice(&self, number: f64) -> Option<&(Leaving<C>, usize)> {
         self.choices.get((number * self.choices.len() as f64) as usize)
     }
 
-    /// Illuminance in lux of the surface that a path meets as the `met`-th: [`Self::irradiance`] of the first one, and of the others
-    /// by the chosen photon alone: some percent off, for a tenth of the time, where paths themselves are by far noisier.
+    /// Returns the illuminance in lx of the surface that a path meets as the `met`-th: [`Self::irradiance`] of the first one, and of later
+    /// ones by the chosen photon alone: this is some percent off, in a tenth of the time, where paths themselves are far noisier.
     #[inline]
     pub fn seen_by(&self, met: u32, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
         if met <= 1 { self.irradiance(position, normal, number) } else { self.by_one(position, normal, number) }
@@ -120,8 +120,8 @@ impl<const C: usize> TubeLight<C> {
         photon.flux * per_lumen(photon.position.extend(self.origin.z) - position, normal)
     }
 
-    /// Illuminance in lux of a surface that sees the whole disc; `number` in 0..1 chooses the photon that stands for what
-    /// rings and cells leave out.
+    /// Returns the illuminance in lx of a surface that sees the whole disc; `number` in 0..1 chooses the photon that represents the light
+    /// left out by rings and cells.
     pub fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
         let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
         let receiver = Receiver::new(position, normal, self.origin);
@@ -129,7 +129,7 @@ impl<const C: usize> TubeLight<C> {
         for (step, disc) in self.steps.iter().zip(&discs) {
             sum += *step * *disc;
         }
-        // what rings and cells have of this photon
+        // part of this photon's light that rings and cells already count
         let ring = cell / SECTORS;
         let inner = if ring > 0 { discs[ring - 1] } else { 0.0 };
         let of_ring: f64 = points[ring * SECTORS..(ring + 1) * SECTORS].iter().sum();
@@ -139,10 +139,10 @@ impl<const C: usize> TubeLight<C> {
     }
 }
 
-/// Cells whose light is summed side by side.
+/// Number of cells whose light is summed in parallel.
 const LANES: usize = 4;
 
-/// Asks for what a receiver gets of every ring's disc and of every cell's point, several at once.
+/// Vectorized computation of the light that a receiver gets from every ring's disc and from every cell's point.
 struct Parts<'a, const C: usize> {
     light: &'a TubeLight<C>,
     receiver: &'a Receiver,
@@ -176,7 +176,7 @@ impl<const C: usize> pulp::NullaryFnOnce for Parts<'_, C> {
     }
 }
 
-/// Systematic resampling: every choice has the same luminous flux, and the mean of all is the whole. `start` in 0..1.
+/// Chooses photons by systematic resampling: every choice has the same luminous flux, and the mean of all is the whole. `start` in 0..1.
 fn choose<const C: usize>(cells: &[Vec<Leaving<C>>; CELLS], start: f64) -> Vec<(Leaving<C>, usize)> {
     let all = || cells.iter().enumerate().flat_map(|(cell, photons)| photons.iter().map(move |photon| (photon, cell)));
     let total: f64 = all().map(|(photon, _)| photon.flux.luminance()).sum();
@@ -198,8 +198,8 @@ fn choose<const C: usize>(cells: &[Vec<Leaving<C>>; CELLS], start: f64) -> Vec<(
 /// Outer radii of the rings, in radii of the disc.
 const RADII: [f64; RINGS] = [0.5, FRAC_1_SQRT_2, 0.866_025_403_784_438_6, 1.0];
 
-/// The cell of a point away from the centre of a disc: rings from the middle out, around them there and back, so that cells
-/// that follow each other touch.
+/// Returns the cell of a point away from the centre of a disc: cells are numbered by rings from the middle out, alternately around them one
+/// way and back, so that consecutive cells touch.
 pub fn cell(away: DVec2, radius: f64) -> usize {
     let fraction = away.length_squared() / (radius * radius);
     let ring = ((fraction * RINGS as f64) as usize).min(RINGS - 1);
@@ -207,8 +207,8 @@ pub fn cell(away: DVec2, radius: f64) -> usize {
     ring * SECTORS + [sector, SECTORS - 1 - sector][ring % 2]
 }
 
-/// The sector of a point away from the centre, counted around from -x over -y: sixths of a turn are told without an angle, and without
-/// branches, which would be guessed wrong.
+/// Returns the sector of a point away from the centre, counted around from -x over -y, without computing an angle and without branches,
+/// which would be mispredicted.
 fn sector(away: DVec2) -> usize {
     const { assert!(SECTORS == 6) };
     // of the three on either side of the x axis, from -x on
@@ -220,18 +220,18 @@ fn sector(away: DVec2) -> usize {
 /// Tangent of a sixth of a turn.
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
-/// The ring of a cell, and its sector counted around.
+/// Returns the ring of a cell, and its sector counted around.
 pub fn ring_and_sector(cell: usize) -> (usize, usize) {
     let (ring, sector) = (cell / SECTORS, cell % SECTORS);
     (ring, if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector })
 }
 
-/// The point that carries a cell's difference, in radii from the centre.
+/// Returns the point that represents a cell's difference, in radii from the centre.
 pub fn middle(cell: usize) -> DVec2 {
     within(cell, [0.5; 2])
 }
 
-/// A point of a cell, in radii from the centre; even numbers in 0..1 give even points.
+/// Returns a point of a cell, in radii from the centre; uniform numbers in 0..1 give uniform points.
 pub fn within(cell: usize, [u, v]: [f64; 2]) -> DVec2 {
     let (ring, sector) = ring_and_sector(cell);
     let angle = ((sector as f64 + v) / SECTORS as f64 - 0.5) * TAU;
@@ -248,20 +248,20 @@ pub fn is_far(origin: DVec3, radius: f64, position: DVec3, reach: f64) -> bool {
     depth * depth + beside * beside >= (NEAR * radius).powi(2)
 }
 
-/// A surface seen from a disc in the ceiling.
+/// Surface that receives light from a disc in the ceiling.
 pub struct Receiver {
     position: DVec3,
     normal: DVec3,
-    /// Height of the disc above the receiver.
+    /// Height of the disc above the receiver in m.
     depth: f64,
-    /// Horizontal distance of the disc's axis.
+    /// Horizontal distance of the disc's axis in m.
     offset: f64,
     /// Component of the normal toward the axis.
     toward_axis: f64,
 }
 
 impl Receiver {
-    /// A surface at `position`, of unit `normal`, seen from a disc around `centre`.
+    /// Makes a receiver at `position`, of unit `normal`, for a disc around `centre`.
     pub fn new(position: DVec3, normal: DVec3, centre: DVec3) -> Self {
         let way = (centre - position).truncate();
         let offset = way.length();
@@ -269,20 +269,21 @@ impl Receiver {
         Self { position, normal, depth: centre.z - position.z, offset, toward_axis }
     }
 
-    /// Illuminance per unit exitance of a disc of `radius` that is above the horizon, from beyond the sphere around it.
+    /// Returns the illuminance per unit exitance of a disc of `radius` that is above the horizon, from beyond the sphere around it.
     #[inline(always)]
     fn disc(&self, radius: f64) -> f64 {
         far_disc_illuminance(radius, self.depth, self.offset, [self.normal.z, self.toward_axis])
     }
 
-    /// Illuminance per lumen that leaves a point of the ceiling plane above the horizon.
+    /// Returns the illuminance per lumen that leaves a point of the ceiling plane above the horizon.
     #[inline(always)]
     pub fn point(&self, source: DVec2) -> f64 {
         per_lumen((source - self.position.truncate()).extend(self.depth), self.normal)
     }
 }
 
-/// Illuminance per lumen of a surface of unit `normal` from a point of the ceiling plane, `way` from it: cos(theta) cos(theta') / (pi d^2).
+/// Returns the illuminance of a surface of unit `normal` per lumen from a point of the ceiling plane, `way` from it: cos(theta) cos(theta')
+/// / (pi d^2).
 #[inline(always)]
 pub fn per_lumen(way: DVec3, normal: DVec3) -> f64 {
     let distance_squared = way.length_squared();
@@ -298,7 +299,7 @@ mod tests {
 
     const RADIUS: f64 = 0.127;
 
-    /// Midpoint rule over a disc in the plane z = `depth`, in `n` steps of squared radius and of angle.
+    /// Integrates over a disc in the plane z = `depth` by the midpoint rule, in `n` steps of squared radius and of angle.
     fn quadrature(receiver: &Receiver, centre: DVec2, radius: f64, n: usize) -> f64 {
         let mut sum = 0.0;
         for i in 0..n {
@@ -310,7 +311,7 @@ mod tests {
         sum * PI * radius * radius / (n * n) as f64
     }
 
-    /// The cells hold equal areas, and their middles; the radii are those of equal areas.
+    /// Checks that cells have equal areas and contain their middles, and that the radii are those of rings of equal areas.
     #[test]
     fn cells_are_even() {
         for (ring, radius) in RADII.iter().enumerate() {
@@ -328,7 +329,7 @@ mod tests {
         assert!(counts.iter().all(|count| (950..1050).contains(count)), "{counts:?}");
     }
 
-    /// Rings in closed form against quadrature, for receivers that lie, stand and lean; the rule's error is O(1/n^2).
+    /// Compares rings in closed form with quadrature, for receivers that lie, stand and lean; the rule's error is O(1/n^2).
     #[test]
     fn discs_agree_with_quadrature() {
         let leaning = DVec3::new(-0.4, 0.2, 0.7).normalize();
@@ -348,7 +349,7 @@ mod tests {
         }
     }
 
-    /// A millimetre seen from 141 m, and its outermost ring: a point of the same area, to (r / d)^2 and roundings.
+    /// Compares a disc of a millimetre seen from 141 m, and its outermost ring, with a point of the same area, to (r / d)^2 and roundings.
     #[test]
     fn a_small_disc_far_away_is_a_point() {
         let radius = 0.001;
@@ -363,7 +364,7 @@ mod tests {
         }
     }
 
-    /// A lopsided pattern: twice as dense on one side, and denser toward the middle.
+    /// Makes photons in a lopsided pattern: twice as dense on one side, and denser toward the middle.
     fn lopsided(count: usize, centre: DVec2) -> Vec<Leaving<3>> {
         let (replicate, _) = Replicate::of(Key::new(5), 0);
         let photon = |k: usize| {
@@ -375,8 +376,8 @@ mod tests {
         (0..count).map(photon).collect()
     }
 
-    /// The mean over all choices is what all photons send, to rounding; a single choice is within some percent of it, nearer
-    /// than the photon alone.
+    /// Checks that the mean over all choices equals the light of all photons, to rounding; a single choice is within some percent of it,
+    /// nearer than the photon alone.
     #[test]
     fn nothing_is_lost_in_the_mean() {
         let origin = DVec3::new(1.0, 1.2, 2.5);

@@ -1,7 +1,7 @@
-//! The flux that a tube sends into a room, by patches of its opening: the first of two stages alone.
+//! Flux that a tube sends into a room, by patches of its opening: the first of two stages alone.
 //!
-//! Photons of sky or sun go down the tube in passes of even points; every pass is one replicate of all fluxes. Any closure will
-//! do: what passes a clear one counts where it leaves. What leaves as from a Lambertian surface is told apart.
+//! Photons of sky or sun go down the tube in passes of low-discrepancy points; every pass is one replicate of all fluxes. Closures of every
+//! kind are possible: light that passes a clear one counts where it leaves. The Lambertian part is also reported separately.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -17,34 +17,34 @@ use crate::statistics::Moments;
 use crate::statistics::interval::two_sided_student_quantile;
 use crate::traceable::TraceableScene;
 
-/// Photons of a pass.
+/// Number of photons of a pass.
 const PHOTONS: u64 = 1024;
 
-/// Passes at the least, and at the most.
+/// Fewest and most passes.
 const LEAST_PASSES: u64 = 8;
 const MOST_PASSES: u64 = 512;
 
-/// Confidence of the error that was asked for.
+/// Confidence of the requested error.
 const CONFIDENCE: f64 = 0.95;
 
 /// Fluxes of one tube in lm, each with as many replicates as passes.
 #[derive(Clone, Debug)]
 pub struct PatchedFlux {
-    /// Arrives at the collector.
+    /// Flux that arrives at the collector.
     pub at_collector: Moments,
-    /// Arrives at the closure's top.
+    /// Flux that arrives at the closure's top.
     pub at_diffuser: Moments,
-    /// Leaves the closure downward.
+    /// Flux that leaves the closure downward.
     pub into_room: Moments,
-    /// That by patches of the opening, in the order of [`patches`].
+    /// Parts of `into_room` by patches of the opening, in the order of [`patches`].
     pub patches: Vec<Moments>,
-    /// The part of `into_room` that leaves as from a Lambertian surface.
+    /// Part of `into_room` that leaves as from a Lambertian surface.
     pub evenly: Moments,
-    /// That by patches.
+    /// Parts of `evenly` by patches of the opening.
     pub patches_evenly: Vec<Moments>,
 }
 
-/// Middles of the patches of an opening of `radius` m, in m from its centre, toward east and north of an unturned room, and the
+/// Returns the middles of the patches of an opening of `radius` m, in m from its centre, toward east and north of an unturned room, and the
 /// area of each in m2. The patches are six sectors of each of four rings, all of equal area.
 pub fn patches(radius: f64) -> (Vec<DVec2>, f64) {
     ((0..CELLS).map(|number| middle(number) * radius).collect(), PI * radius * radius / CELLS as f64)
@@ -53,9 +53,9 @@ pub fn patches(radius: f64) -> (Vec<DVec2>, f64) {
 /// Reason why there are no fluxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoFlux {
-    /// Nobody waits for them any more.
+    /// The computation was cancelled.
     Cancelled,
-    /// A photon gave something infinite or no number: a fault of the program.
+    /// A photon gave an infinite value or one that is not a number: a fault of the program.
     NotFinite {
         /// Number of the pass, from 0.
         pass: u64,
@@ -64,7 +64,7 @@ pub enum NoFlux {
     },
 }
 
-/// Fluxes through the first tube of a scene, of all daylight that the scene has, until the flux into the room has a relative
+/// Computes the fluxes through the first tube of a scene, of all daylight that the scene has, until the flux into the room has a relative
 /// error of `relative_error` or less with a confidence of 95 %, or 512 passes are done. Equal keys give equal bits.
 pub fn patched_flux(
     scene: &TraceableScene,
@@ -98,7 +98,7 @@ pub fn patched_flux(
             patches
         };
         let patches = by_patches(&photons);
-        // the same photons once more
+        // the same photons are traced once more
         let evenly = if is_lamp(tube) { patches } else { by_patches(&traced(Part::Evenly)?.0) };
         sum.patches.iter_mut().zip(patches).for_each(|(moments, flux)| moments.push(flux));
         sum.patches_evenly.iter_mut().zip(evenly).for_each(|(moments, flux)| moments.push(flux));

@@ -1,17 +1,14 @@
-//! What Lambertian diffusers send into the room: stage one of two.
+//! Light that Lambertian diffusers send into the room: stage one of two.
 //!
-//! Photons go from sky and sun down each guide to its closure. A Lambertian closure forgets where they came from: the
-//! points where they leave, with their fluxes, are all that the room sees of the sky. What they send to a vertex is
-//! divided in three:
-//! * rings of equal area have their mean exitance; a ring is the difference of two discs, whose irradiance has a closed form;
-//! * sectors differ from the mean of their rings, most in the sun: a few points carry these differences, which add up to
-//!   nothing in each ring;
-//! * one photon, chosen by its flux, stands for what both leave out of it. So the whole is unbiased, and what chance adds to
-//!   it is small.
+//! Photons go from sky and sun down each guide to its closure. A Lambertian closure forgets where they came from: the points where they
+//! leave, with their fluxes, are all that the room sees of the sky. The light that they send to a vertex is divided in three:
+//! - rings of equal area have their mean exitance; a ring is the difference of two discs, whose irradiance has a closed form;
+//! - sectors differ from the mean of their rings, most in the sun: a few points represent these differences, which add up to nothing in
+//!   each ring;
+//! - one photon, chosen by its flux, represents the light that both leave out of it. So the whole is unbiased, and its noise is small.
 //!
-//! Where something may stand between, where a vertex' own horizon cuts the disc, or where it has a lobe, it is connected to
-//! photons alone. Connections to points that are very near have no useful variance: there the path follows the light itself, as path
-//! tracing does.
+//! A vertex is connected to photons alone where something may stand between, where its own horizon cuts the disc, or where it has a lobe.
+//! Connections to points that are very near have too much variance: there the path follows the light itself, as in path tracing.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -37,16 +34,16 @@ use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::scene::Sensor;
 use crate::traceable::{Openings, SurfaceId, TraceableScene, TraceableTube, WayByMirrors};
 
-/// Photons that a vertex is connected to where nothing has a closed form.
+/// Number of photons that a vertex is connected to where there is no closed form.
 const CONNECTIONS: usize = 2;
 
-/// Flux for which an opening is chosen at the least, as a share of the brightest one's.
+/// Smallest flux by which an opening is chosen, as a fraction of the brightest one's.
 const LEAST_POWER: f64 = 1e-3;
 
-/// Photons that go down a tube together.
+/// Number of photons that go down a tube together.
 const AT_ONCE: usize = 64;
 
-/// What some photons send from the closure of each tube, and their account.
+/// Photons that leave the closure of each tube, for some of a pass' photons, and their account.
 pub type Sums<const C: usize> = (Vec<Vec<Leaving<C>>>, Account);
 
 impl<const C: usize> Tally for Sums<C> {
@@ -56,17 +53,17 @@ impl<const C: usize> Tally for Sums<C> {
     }
 }
 
-/// Light that leaves a closure.
+/// Part of the light that leaves a closure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// Whatever leaves.
+    /// All light that leaves.
     All,
-    /// What leaves as from a Lambertian surface.
+    /// Light that leaves as from a Lambertian surface.
     Evenly,
 }
 
-/// The light that leaves the closure of each tube in one pass, all or a part of it, with the fluxes of the tubes, and books of all but
-/// what enters the room; `None` when cancelled.
+/// Computes the light that leaves the closure of each tube in one pass, all or a part of it, with the fluxes of the tubes, and the energy
+/// balance of all but the light that enters the room; `None` when cancelled.
 pub fn leaving<const C: usize>(
     scene: &TraceableScene,
     emission: &Emission,
@@ -106,7 +103,7 @@ pub fn leaving<const C: usize>(
     Some((all, account))
 }
 
-/// What some photons send from the closure of the tube with number `tube`, added to the sums.
+/// Adds the light that some photons send from the closure of the tube with number `tube` to the sums.
 fn leave<const C: usize>(
     scene: &TraceableScene,
     part: Part,
@@ -139,17 +136,18 @@ fn leave<const C: usize>(
     }
 }
 
-/// The light that leaves the diffusers in one pass.
+/// Light that leaves the diffusers in one pass.
 #[derive(Debug)]
 pub struct DiffuserLight<const C: usize> {
     tubes: Vec<TubeLight<C>>,
     openings: Openings,
-    /// A coarse solution of what surfaces reflect of such light, and how many times that of this light is.
+    /// Coarse solution of the reflected light, and the factor by which this light exceeds that of the solution.
     reflected: Option<(Arc<Solution<C>>, f64)>,
 }
 
 impl<const C: usize> DiffuserLight<C> {
-    /// The light of one pass, with the fluxes of the tubes and all books; `None` when cancelled. All closures are Lambertian.
+    /// Computes the light of one pass, with the fluxes of the tubes and the whole energy balance; `None` when cancelled. All closures are
+    /// Lambertian.
     pub fn trace(
         scene: &TraceableScene,
         emission: &Emission,
@@ -160,38 +158,38 @@ impl<const C: usize> DiffuserLight<C> {
         Some((Self::of(scene, all, pass, &mut account), account))
     }
 
-    /// The light of one pass by all that leaves each closure evenly; `account` gets the books of where that ends in the room.
+    /// Makes the light of one pass from the photons that leave each closure evenly; their energy balance in the room is added to `account`.
     pub fn of(scene: &TraceableScene, all: Vec<Vec<Leaving<C>>>, pass: Key, account: &mut Account) -> Self {
         books::book_room(scene, &all, pass, account);
         let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };
         let tubes: Vec<TubeLight<C>> = scene.tubes.iter().zip(all).enumerate().map(light).collect();
-        // a tube of which no photon came may send light all the same
+        // a tube from which no photon came may send light all the same
         let fluxes: Vec<f64> = tubes.iter().map(|tube| tube.flux().luminance()).collect();
         let least = LEAST_POWER * fluxes.iter().copied().fold(0.0, f64::max);
         let openings = Openings::new(&scene.tubes, fluxes.into_iter().map(|flux| flux.max(least)));
         Self { tubes, openings, reflected: None }
     }
 
-    /// Flux that leaves each opening, in lm.
+    /// Returns the flux that leaves each opening, in lm.
     pub fn fluxes(&self) -> Vec<Spectrum<C>> {
         self.tubes.iter().map(TubeLight::flux).collect()
     }
 
-    /// The same light, with a coarse solution of what surfaces reflect of light that is divided about as this is.
+    /// Adds a coarse solution of the reflected light, computed for light with about the same distribution among the tubes.
     pub fn reflected_by(mut self, solution: &Arc<Solution<C>>) -> Self {
         let all: f64 = self.tubes.iter().map(|tube| tube.flux().luminance()).sum();
         self.reflected = Some((solution.clone(), solution.times(all)));
         self
     }
 
-    /// The light of each tube, in the order of the scene.
+    /// Returns the light of each tube, in the order of the scene.
     pub fn tubes(&self) -> &[TubeLight<C>] {
         &self.tubes
     }
 
-    /// Offsets in a cell of `size` for every photon of every tube, for [`Self::at_sensor`]; the same for all cells.
+    /// Draws an offset in m within a cell of `size` for every photon of every tube, for [`Self::at_sensor`]; the same for all cells.
     pub fn offsets(&self, size: [f64; 2], stream: Key) -> Vec<Vec<DVec2>> {
         let offset = |stream: Key, number: usize| {
             let (replicate, index) = Replicate::of(stream, number as u64);
@@ -205,8 +203,8 @@ impl<const C: usize> DiffuserLight<C> {
         self.tubes.iter().enumerate().map(of_tube).collect()
     }
 
-    /// Illuminance in lux of a sensor from which nothing hides a tube's diffuser: every photon is connected to it, or to the point of a
-    /// level cell that its offset leads to.
+    /// Returns the illuminance in lx of a sensor from which nothing hides a tube's diffuser: every photon is connected to it, or to the
+    /// point of a level cell given by its offset.
     pub fn at_sensor(&self, tube: usize, Sensor { position, normal }: Sensor, offsets: Option<&[Vec<DVec2>]>) -> f64 {
         let light = &self.tubes[tube];
         let depth = light.origin.z - position.z;
@@ -231,8 +229,8 @@ impl<const C: usize> DiffuserLight<C> {
         sum * depth * depth / PI
     }
 
-    /// A photon that stands for all of a tube's, and the illuminance in lux of a sensor that sees it; `number` in 0..1
-    /// chooses. `None` for sensors above the opening, and without light.
+    /// Returns the position of a photon that represents all of a tube's, and the illuminance in lx of a sensor that sees it; `number` in
+    /// 0..1 chooses it. `None` for sensors above the opening, and without light.
     pub fn of_photon(&self, tube: usize, Sensor { position, normal }: Sensor, number: f64) -> Option<(DVec3, f64)> {
         let light = &self.tubes[tube];
         let (photon, _) = light.choice(number)?;
@@ -241,8 +239,8 @@ impl<const C: usize> DiffuserLight<C> {
         (source.z > position.z).then_some((source, lux))
     }
 
-    /// A way from a place, with its normal and surface, by a chain of mirrors to a photon that stands for those of all openings, and what it
-    /// carries: for a response of one per sr, in lm/sr/m2. Two numbers in 0..1 choose; `None` where the mirrors do not show it.
+    /// Finds a path from a place, with its normal and surface, by a chain of mirrors to a photon that represents those of all openings, and
+    /// its contribution: for a response of one per sr, in lm/sr/m2. Two numbers in 0..1 choose; `None` where the mirrors do not show it.
     pub fn by_mirrors(
         &self,
         scene: &TraceableScene,
@@ -262,18 +260,18 @@ impl<const C: usize> DiffuserLight<C> {
     }
 }
 
-/// Connections of a vertex beside an opening, where few paths come by much light.
+/// Number of connections of a vertex very near to an opening, where few paths carry much light.
 const CONNECTIONS_BESIDE: u32 = 8;
 
 /// Distance of points of an opening, in its radii, within which a vertex of a surface follows the light instead of being connected to
 /// photons.
 const FOLLOWED: f64 = 0.25;
 
-/// Follows the light of all of an opening: by a lobe, or from a sensor, whose paths share it.
+/// Estimator that follows the light of a whole opening: for narrow lobes, and for sensors, whose paths share it.
 const FOLLOWED_WHOLE: FollowedThroughLamps = FollowedThroughLamps { connections: 1, within: f64::INFINITY };
 
 impl<const C: usize> TubeLight<C> {
-    /// Follows the light of what is very near.
+    /// Returns the estimator that follows the light of points of the opening very near to a vertex.
     fn followed(&self) -> FollowedThroughLamps {
         FollowedThroughLamps { connections: CONNECTIONS_BESIDE, within: FOLLOWED * self.radius }
     }
@@ -343,30 +341,30 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
         match way.last {
-            // by way of mirrors vertices are connected from however near
+            // by mirrors vertices are connected to photons at any distance
             Some(last) if last.chain.is_some() => None,
             Some(last) if last.narrow || (last.is_sensor && !self.tubes[tube].is_far(last.position, 0.0)) => {
                 Daylight::<C>::found_share(&FOLLOWED_WHOLE, scene, tube, way, position)
             }
             Some(last) if last.is_sensor => None,
             Some(_) => Daylight::<C>::found_share(&self.tubes[tube].followed(), scene, tube, way, position),
-            // what passes unscattered is none of a lamp's
+            // light that passes unscattered is not Lambertian light
             None if scene.tubes[tube].closure_at(position).unscattered::<C>().is_some() => None,
-            // photons are connected to the eye, but by way of mirrors to nothing
+            // photons are connected to the eye directly, but not by mirrors
             None => (!way.from_eye).then_some(1.0),
         }
     }
 }
 
-/// Light at a sensor to which all openings but near ones were connected.
+/// Light at a sensor that already has connections to all openings except near ones.
 pub struct SensorLit<'a, const C: usize> {
-    /// The light.
+    /// Light of the pass.
     pub light: &'a DiffuserLight<C>,
-    /// Its centre in m.
+    /// Centre of the sensor in m.
     pub centre: DVec3,
-    /// Distance of its points from that, at most, in m.
+    /// Largest distance of the sensor's points from its centre, in m.
     pub reach: f64,
-    /// Numbers of its rays and of connections to each luminaire.
+    /// Number of the sensor's rays, and of its connections to each luminaire.
     pub rays_and_connections: [f64; 2],
 }
 

@@ -1,4 +1,4 @@
-//! A tube as a lamp: what leaves its diffuser as from a Lambertian surface, found once a pass and used by all of the room.
+//! Tubes as Lambertian secondary sources: the flux that leaves a diffuser is computed once per pass and used by the whole room.
 
 pub mod beside;
 mod books;

@@ -1,4 +1,4 @@
-//! How a vertex of a path sees an opening: whole, in part, or not at all.
+//! Visibility of an opening from a vertex of a path: whole, in part, or not at all.
 
 use glam::DVec3;
 
@@ -7,23 +7,23 @@ use crate::integrator::backward::vertex::Vertex;
 use crate::optics::Spectrum;
 use crate::traceable::TraceableScene;
 
-/// How a vertex sees an opening.
+/// Estimator of an opening's light at a vertex, by how the vertex sees it.
 #[derive(Clone, Copy, Debug)]
 pub enum Sight<const C: usize> {
-    /// By so narrow a lobe, or as a sensor so near, that connections have no useful variance: the ray that goes on finds it.
+    /// Scattered rays: the vertex has so narrow a lobe, or is a sensor so near, that connections would have too much variance.
     ByRays,
-    /// It lies below the horizon.
+    /// None: the opening lies below the horizon.
     Never,
-    /// Nothing can stand between, and the vertex is Lambertian: the path's weight times pi times BSDF.
+    /// Closed form: nothing can stand between, and the vertex is Lambertian; the path's weight times pi times BSDF.
     Whole(Spectrum<C>),
-    /// Any other.
+    /// Connections to photons, in all other cases.
     InPart,
 }
 
-/// Share of the radius by which a horizon may cut a disc from rounding alone.
+/// Fraction of the radius by which a horizon may cut a disc from rounding alone.
 const HORIZON: f64 = 1e-9;
 
-/// How `vertex` sees the opening of `radius` m around `origin` in the ceiling.
+/// Determines how `vertex` sees the opening of `radius` m around `origin` in the ceiling.
 pub fn sight<const C: usize>(scene: &TraceableScene, vertex: &Vertex<'_, C>, origin: DVec3, radius: f64) -> Sight<C> {
     let far = is_far(origin, radius, vertex.position, 0.0);
     if vertex.is_narrow() || (vertex.is_sensor() && !far) {
@@ -34,7 +34,7 @@ pub fn sight<const C: usize>(scene: &TraceableScene, vertex: &Vertex<'_, C>, ori
     if height + reach <= 0.0 {
         return Sight::Never;
     }
-    // a wall that the disc touches is not cut by it
+    // a wall that touches the disc is not cut by it
     let above = height >= reach - HORIZON * radius;
     let clear = || scene.leaves_clear(vertex.position, 0.0, vertex.surface, origin, radius);
     match vertex.lambertian().filter(|_| far && above && clear()) {

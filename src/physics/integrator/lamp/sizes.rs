@@ -1,33 +1,33 @@
-//! How many photons of a pass go down the tubes.
+//! Number of photons of a pass that go down the tubes.
 
 use crate::guide::Guide;
 use crate::integrator::pass_size::PassSize;
 use crate::traceable::TraceableTube;
 
-/// Photons for each tube of a pass: a ray through a straight guide is worth many through bends and facets, some of which turn back.
-/// Errors of the flux are errors of all sensors at once: jobs that saved here would miss by much too often. Rays through domes and
-/// meshes cost several times as much.
+/// Numbers of photons for each tube of a pass: a ray through a straight guide is worth many through bends and facets, some of which turn
+/// back. Errors of the flux are errors of all sensors at once: with fewer photons, jobs would miss the requested error much too often. Rays
+/// through domes and meshes cost several times as much.
 const STRAIGHT: PassSize = PassSize { for_one_percent: 128.0, growth: 1.5, fewest: 0.0, most: f64::INFINITY };
 const BENT: PassSize = PassSize { for_one_percent: 512.0, ..STRAIGHT };
 const OF_OTHER_GUIDES: PassSize = PassSize { for_one_percent: 256.0, ..STRAIGHT };
 
-/// The same through bends where more than 1 % is asked for. Even points gain little there: four times the photons have a third of the
-/// variance. With passes that grew as straight ones do, fine answers would take more of them, and each look at an error is another chance
-/// to end by one that is small by luck. Of jobs in the scene S3 to a standard error of 0.51 % so grown passes let 7 % be off by half as
-/// much again, and these 4 %. More of them than the most would have errors no smaller for the same time.
+/// Number of photons through bends where more than 1 % is requested. Low-discrepancy points gain little there: four times the photons have
+/// a third of the variance. If passes grew as those of straight guides do, fine answers would take more passes, and each look at an error
+/// is another chance to end with one that is small by luck. Of jobs in the scene S3 to a standard error of 0.51 % such passes let 7 % be
+/// off by half as much again, and these 4 %. Beyond the largest number, errors would be no smaller for the same time.
 const BENT_AND_FINE: PassSize = PassSize { growth: 1.85, most: 24_576.0, ..BENT };
 
-/// The same through facets. Of jobs in the scene S3_mesh to a standard error of 0.51 % passes that grew as straight ones do let 10 % be
-/// off by half as much again, and these 5 % for a tenth more time.
+/// Number of photons through facets where more than 1 % is requested. Of jobs in the scene S3_mesh to a standard error of 0.51 % passes
+/// that grew as those of straight guides do let 10 % be off by half as much again, and these 5 % for a tenth more time.
 const MESHED_AND_FINE: PassSize = PassSize { growth: 2.6, most: 4096.0, ..OF_OTHER_GUIDES };
 
-/// True if the flux of all tubes is known well after few photons.
+/// True if all guides are straight, so that a few photons estimate their flux well.
 pub fn are_straight(tubes: &[TraceableTube]) -> bool {
     tubes.iter().all(|tube| matches!(tube.guide, Guide::Straight(_)))
 }
 
-/// Photons of a pass by which some to a dozen passes find the light of sensors to a relative standard error `target`. A sensor gets its light
-/// of several tubes, whose errors have nothing in common: each may be as wrong as the root of their number allows.
+/// Returns the number of photons of a pass such that a few to a dozen passes find the light of sensors to a relative standard error
+/// `target`. A sensor gets light from several tubes, whose errors are independent: each may exceed the target by the root of their number.
 pub fn photons_for(tubes: &[TraceableTube], target: f64) -> f64 {
     let of_tube = |tube: &TraceableTube| match tube.guide {
         Guide::Straight(_) => STRAIGHT.of(target, 1.0),
@@ -38,7 +38,7 @@ pub fn photons_for(tubes: &[TraceableTube], target: f64) -> f64 {
     tubes.iter().map(of_tube).sum::<f64>() / (tubes.len().max(1) as f64).sqrt()
 }
 
-/// Photons by one law, or by another of fine answers where these are more.
+/// Returns the number of photons by one law, or by another for fine answers where this is larger.
 fn finer(law: PassSize, of_fine: PassSize, target: f64) -> f64 {
     law.of(target, 1.0).max(of_fine.of(target, 1.0))
 }
@@ -47,8 +47,8 @@ fn finer(law: PassSize, of_fine: PassSize, target: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// By hand: at 1 % as many by both laws, for rougher answers by that of all guides, for finer ones by their own up to the most,
-    /// and beyond by the former again.
+    /// Checks by hand: at 1 % both laws agree, rougher answers follow that of all guides, finer ones their own up to its largest number,
+    /// and beyond this the former again.
     #[test]
     fn bends_ask_for_more_where_answers_are_fine() {
         let near = |target: f64, photons: f64| {

@@ -1,5 +1,4 @@
-//! Light tracing where closures are lamps in part: what they send evenly into the room is gathered, not followed, and the rest is
-//! traced as ever.
+//! Light tracing where closures are Lambertian in part: their Lambertian light is collected, not followed, and the rest is traced as usual.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,38 +16,38 @@ use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::Grid;
 use crate::traceable::{SurfaceId, TraceableScene};
 
-/// The light of sky and sun of a scene whose closures are lamps in part.
+/// Light of sky and sun of a scene whose closures are Lambertian in part.
 #[derive(Debug)]
 pub struct BesideLamps<const C: usize>(LightTracing<C>);
 
-/// What leaves a closure evenly: the place in m, and the flux in lm.
+/// Photon that leaves a closure as from a Lambertian surface: its place in m, and its flux in lm.
 pub type LeftLamp<const C: usize> = (DVec3, Spectrum<C>);
 
-/// One pass.
+/// Light of one pass.
 #[derive(Debug)]
 pub struct PassBesideLamps<const C: usize> {
-    /// Light that leaves each closure evenly, by tubes.
+    /// Lambertian light that leaves each closure, by tubes.
     pub lamps: Vec<Vec<LeftLamp<C>>>,
-    /// What all other light gives to the grids.
+    /// Values that all other light adds to the grids.
     pub grids: Vec<GridPass>,
-    /// Books of all light but that of the lamps in the room, and the fluxes of the tubes.
+    /// Fluxes of the tubes, and the energy balance of all light except the Lambertian light in the room.
     pub account: Account,
 }
 
 impl<const C: usize> BesideLamps<C> {
     /// Divides the photons of a pass for a relative standard error among sky and sun of the tubes; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: (u64, f64), seed: u64) -> Self {
-        // a Lambertian closure sends nothing straight to sensors here, but light of the room that has come back to it
+        // here a Lambertian closure sends no light straight to sensors, except light of the room that has come back to it
         let straight = scene.tubes.iter().any(|tube| tube.diffuser.measured().is_some());
         Self(LightTracing::beside_lamps(scene, grids, photons, straight, seed))
     }
 
-    /// Photons per pass.
+    /// Returns the number of photons per pass.
     pub fn photons(&self) -> u64 {
         self.0.emission.photons()
     }
 
-    /// One pass with this key, that of a method in two stages; `None` when cancelled.
+    /// Computes one pass with this key, that of a two-stage method; `None` when cancelled.
     pub fn pass(&self, key: Key, cancel: &AtomicBool) -> Option<PassBesideLamps<C>> {
         let Self(method) = self;
         let mut lux = vec![0.0; method.sensor_count()];
@@ -72,7 +71,7 @@ impl<const C: usize> BesideLamps<C> {
         Some(PassBesideLamps { lamps, grids: method.by_grids(&lux, &counts), account })
     }
 
-    /// Photons of these numbers of a pass.
+    /// Traces the photons of a pass with these numbers.
     fn photons_of(&self, pass: Key, numbers: Range<u64>) -> Sums<C> {
         let Self(method) = self;
         let lamps = vec![Vec::new(); method.scene.tubes.len()];
@@ -89,11 +88,11 @@ impl<const C: usize> BesideLamps<C> {
     }
 }
 
-/// What some photons give.
+/// Sums over some photons of a pass.
 struct Sums<const C: usize> {
     /// Illuminance of all sensors in lx.
     lux: Vec<f64>,
-    /// Photons that were connected to all sensors of a plane, for each plane.
+    /// Number of photons that were connected to all sensors of a plane, for each plane.
     connected: Vec<u64>,
     lamps: Vec<Vec<LeftLamp<C>>>,
     account: Account,
@@ -107,7 +106,7 @@ impl<const C: usize> chunks::Tally for Sums<C> {
     }
 }
 
-/// Hears of lamps, and hands on all else.
+/// Visitor that collects the Lambertian light of closures, and passes all other events to the tally.
 struct Listener<'a, const C: usize> {
     tally: Tally<'a>,
     lamps: Vec<Vec<LeftLamp<C>>>,

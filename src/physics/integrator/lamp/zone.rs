@@ -1,4 +1,4 @@
-//! The cells of an opening of which a part alone is a lamp: the Lambertian zone of a mixed closure.
+//! Cells of an opening that is Lambertian only in part: the Lambertian zone of a mixed closure.
 
 use std::f64::consts::TAU;
 
@@ -7,10 +7,10 @@ use glam::DVec2;
 use super::cells::{CELLS, RINGS, SECTORS, ring_and_sector};
 use crate::geometry::turn::unit_vector;
 
-/// Part of a ring, in squared radii of the disc, below which it is rounding.
+/// Width of a part of a ring, in squared radii of the disc, below which it is due to rounding.
 const SLIVER: f64 = 1e-9;
 
-/// Unit vectors toward the beginnings of the sectors, from that of the first.
+/// Unit vectors toward the beginnings of the sectors, relative to that of the first.
 const TURNS: [DVec2; SECTORS] = {
     let (half, height) = (0.5, 0.866_025_403_784_438_6);
     [
@@ -23,7 +23,7 @@ const TURNS: [DVec2; SECTORS] = {
     ]
 };
 
-/// The parts of the cells of a disc that lie in a zone between two circles around its centre.
+/// Parts of the cells of a disc that lie in a zone between two circles around its centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Zone {
     /// Squared radii of the part of each ring, in those of the disc; equal where there is none.
@@ -31,7 +31,7 @@ pub struct Zone {
 }
 
 impl Zone {
-    /// The parts within a zone of inner and outer radius of a disc of `radius`, all in m; none without a zone.
+    /// Finds the parts within a zone of inner and outer radius of a disc of `radius`, all in m; none without a zone.
     pub fn new(zone: Option<(f64, f64)>, radius: f64) -> Self {
         let squared = |length: f64| (length * length) / (radius * radius);
         let [from, to] = zone.map_or([0.0, 0.0], |(inner, outer)| [squared(inner), squared(outer)]);
@@ -44,18 +44,18 @@ impl Zone {
         Self { rings }
     }
 
-    /// Area of the disc in that of the part of a cell; 0 where a cell has no part.
+    /// Returns the area of the disc divided by that of the part of a cell; 0 where a cell has no part.
     pub fn per_part(&self, cell: usize) -> f64 {
         let [inner, outer] = self.rings[cell / SECTORS];
         if outer > inner { SECTORS as f64 / (outer - inner) } else { 0.0 }
     }
 
-    /// 1 for each cell that has a part in the zone, else 0.
+    /// Returns 1 for each cell that has a part in the zone, else 0.
     pub fn held(&self) -> [f64; CELLS] {
         std::array::from_fn(|cell| if self.per_part(cell) > 0.0 { 1.0 } else { 0.0 })
     }
 
-    /// A point of the part of each cell, in radii from the disc's centre; even numbers in 0..1 give even points.
+    /// Returns a point of the part of each cell, in radii from the disc's centre; uniform numbers in 0..1 give uniform points.
     pub fn within_each(&self, [u, v]: [f64; 2]) -> [DVec2; CELLS] {
         let first = unit_vector((v / SECTORS as f64 - 0.5) * TAU);
         let radii = self.rings.map(|[inner, outer]| (inner + u * (outer - inner)).sqrt());
@@ -74,7 +74,8 @@ mod tests {
 
     const RADIUS: f64 = 0.127;
 
-    /// A point of each cell lies in it and in the zone; the parts make up the zone. A cell without a part says so.
+    /// Checks that a point of each cell lies in it and in the zone; that the parts make up the zone; and that cells without a part are
+    /// marked.
     #[test]
     fn points_lie_in_their_parts() {
         for zone in [(0.0, RADIUS), (0.0, 0.6 * RADIUS), (0.8 * RADIUS, RADIUS), (0.3 * RADIUS, 0.31 * RADIUS)] {

@@ -1,4 +1,5 @@
-//! Light that cells receive straight through clear closures: rays down the tubes, of which the first flight alone is followed.
+//! Direct light that cells receive through clear closures: rays down the tubes, which are followed only up to their first flight in the
+//! room.
 
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
@@ -12,13 +13,13 @@ use crate::integrator::photon::ledger::EnergyLedger;
 use crate::sampling::Key;
 use crate::traceable::TraceableScene;
 
-/// Rays through clear closures for each photon. Cells count their first flight alone: each takes a third of the time of a photon of the
-/// thesis room, and much less of that where photons are connected to many sensors.
+/// Number of rays through clear closures for each photon. Cells count only their first flight: each takes a third of the time of a photon
+/// of the thesis room, and much less of that where photons are connected to many sensors.
 pub const BEAMS_PER_PHOTON: u64 = 16;
 
 /// Illuminance of cells by some rays through clear closures.
 struct Beams {
-    /// Illuminance per sensor in lux.
+    /// Illuminance per sensor in lx.
     lux: Vec<f64>,
     rays: RayCount,
 }
@@ -29,7 +30,8 @@ impl chunks::Tally for Beams {
     }
 }
 
-/// Adds the light that cells receive straight through clear closures, by rays down the tubes.
+/// Adds the direct light that cells receive through clear closures, by rays down the tubes; returns the number of rays, or `None` when
+/// cancelled.
 pub fn add_beams<const C: usize>(
     (scene, sensors): (&TraceableScene, &[SensorPlane]),
     beams: &Emission,

@@ -1,4 +1,4 @@
-//! How many photons of light tracing a sensor knows of, by which an estimate tells that they are few.
+//! Number of photons behind each sensor's value in light tracing, from which an estimate detects that they are few.
 
 use std::f64::consts::PI;
 
@@ -9,26 +9,25 @@ use crate::integrator::photon_map::maps::LEAST_KERNEL;
 use crate::optics::SurfaceOptics;
 use crate::traceable::TraceableScene;
 
-/// What photons can say of the sensors of a scene.
+/// Quantities from which the photon counts of a scene's sensors follow.
 #[derive(Clone, Debug, Default)]
 pub struct Counting {
-    /// True for every sensor that photons can be connected to: it is not inside an object, and light comes that anything
-    /// scatters.
+    /// True for every sensor that photons can be connected to: it is not inside an object, and some surface scatters light to it.
     reachable: Vec<bool>,
-    /// What one photon brings in lux, of a pass that brings 1 lm: as from half the room's shortest edge away.
+    /// Illuminance in lx by one photon of a pass that carries 1 lm, at a distance of half the room's shortest edge.
     one_lux_per_lm: f64,
 }
 
 impl Counting {
-    /// For passes of so many `photons`; `straight`: some connections are from where light comes into the room.
+    /// Prepares for passes of this number of `photons`; `straight` if some connections start where light enters the room.
     pub fn new(scene: &TraceableScene, sensors: &[SensorPlane], straight: bool, photons: u64) -> Self {
         let distance = 0.5 * scene.enclosure.shortest_edge_m();
         let one_lux_per_lm = 1.0 / (photons.max(1) as f64 * PI * distance * distance);
         Self { reachable: reachable(scene, sensors, straight), one_lux_per_lm }
     }
 
-    /// What the photons of a pass say of each sensor, from its illuminance by them alone, the number of them that were `connected` to all
-    /// sensors of its plane, and their `flux` in the room in lm: a pass that brings it light found one photon at least.
+    /// Returns the photon counts of each sensor in a pass, from its illuminance by photons alone, the number of them that were `connected`
+    /// to all sensors of its plane, and their `flux` in the room in lm: a sensor that the pass lights found at least one photon.
     pub fn photons(&self, sensors: &[SensorPlane], lux: &[f64], connected: &[u64], flux: f64) -> Vec<PhotonCount> {
         let one_lux = flux * self.one_lux_per_lm;
         let of_plane = |(plane, connected): (&SensorPlane, &u64)| {

@@ -1,4 +1,4 @@
-//! Light straight from luminaires, in closed form (Lambert 1760).
+//! Direct light of luminaires, in closed form (Lambert 1760).
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,16 +8,16 @@ use crate::sampling::{Key, PathRandom, Stream};
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
-/// Sensors of which one thread computes the closed form at least: fewer (some tens of ns each) are not worth waking another
+/// Smallest number of sensors for which one thread computes the closed form: fewer (some tens of ns each) are not worth waking another
 /// thread.
 const SENSORS_AT_ONCE: usize = 64;
 
-/// True if light straight from luminaires has a closed form: nothing hides it.
+/// True if the direct light of luminaires has a closed form: nothing hides it.
 pub fn has_closed_form(scene: &TraceableScene) -> bool {
     !scene.luminaires.is_empty() && !scene.luminaires_obstructed
 }
 
-/// At every sensor of point grids, in lux; 0 at those of others. `C` channels of light.
+/// Computes the direct illuminance in lx at every sensor of point grids; 0 at those of others. `C` channels of light.
 pub fn at_points<const C: usize>(scene: &TraceableScene, sensors: &[SensorPlane]) -> Vec<f64> {
     let mut direct = vec![0.0; sensors.last().map_or(0, |last| last.first + last.len())];
     for plane in sensors.iter().filter(|plane| !plane.average) {
@@ -29,7 +29,7 @@ pub fn at_points<const C: usize>(scene: &TraceableScene, sensors: &[SensorPlane]
     direct
 }
 
-/// Adds that at a random point of each cell of an average, in lux. `C` channels of light.
+/// Adds the direct illuminance in lx at a random point of each cell of a grid of averages. `C` channels of light.
 pub fn add_to_cells<const C: usize>(scene: &TraceableScene, plane: &SensorPlane, pass: Key, lux: &mut [f64]) {
     lux.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
         let [u, v] = PathRandom::new(pass.stream(Stream::CellPoint, (plane.first + index) as u64)).uniform2();
@@ -39,7 +39,7 @@ pub fn add_to_cells<const C: usize>(scene: &TraceableScene, plane: &SensorPlane,
     });
 }
 
-/// At a point that looks up, in lux.
+/// Returns the direct illuminance in lx at a point that looks up.
 fn illuminance<const C: usize>(scene: &TraceableScene, sensor: DVec3) -> f64 {
     let direct = |luminaire: &TraceableLuminaire| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance();
     scene.luminaires.iter().map(direct).sum()

@@ -1,12 +1,11 @@
 //! Light tracing: photons from sky, sun and luminaires, whose vertices are connected to all sensors.
 //!
-//! **Idea.** A photon carries its flux from a source through tube and room. At every vertex the intensity that it sends
-//! to a sensor is known in closed form, so that one photon serves every sensor (of many, a random subset). What a
-//! connection would find rare and bright, or not at all, is counted where photons cross a cell, or followed backward.
-//! Unbiased; one pass is one replicate.
+//! **Idea.** A photon carries its flux from a source through tube and room. At every vertex the intensity that it sends to a sensor has a
+//! closed form, so that one photon serves every sensor (of many, a random subset). Light for which connections would be rare and bright, or
+//! impossible, is counted where photons cross a cell, or followed backward. Unbiased; one pass is one replicate.
 //!
-//! **Which paths** (docs/physics/measurement_equation.md#light-tracing). Cells are connected by a random point of each;
-//! *near* is within half the longer edge of a cell, where connections would have an infinite variance at walls.
+//! **Which paths** (docs/physics/measurement_equation.md#light-tracing). A connection to a cell ends at a random point of it; *near* is
+//! within half the longer edge of a cell, where connections would have an infinite variance at walls.
 //!
 //! | paths | points | cells |
 //! | --- | --- | --- |
@@ -17,12 +16,13 @@
 //! | `N t C E` | the arcs of the opening that show the sun | crossing, by rays of their own |
 //! | `M E` | Lambert's closed form, or connection where something may stand between | the same at a random point |
 //!
-//! **Settings.** `photons_per_pass` (64 to 16 777 216; by default 128 to 8192, by the accuracy asked for) trades the number of
-//! replicates against the noise of each; the time to an accuracy hardly depends on it, but for the least number of passes.
+//! **Settings.** `photons_per_pass` (64 to 16 777 216; by default 128 to 8192, by the requested accuracy) trades the number of replicates
+//! against the noise of each; the time to an accuracy hardly depends on it, except by the least number of passes.
 //!
-//! **Refuses** views, and at points: mirrors that interreflect, the sun or returned light through clear closures of
-//! tubes that are not straight, and sensors nearer than 1 % of the room's shortest edge to a wall, the ceiling, an object,
-//! a luminaire without a closed form or an opening (of this also within a tenth of its radius). Bad at points that see narrow lobes (roughness below 0.2): `auto` takes another method there.
+//! **Refuses** views, and at points: mirrors that interreflect, the sun or returned light through clear closures of tubes that are not
+//! straight, and sensors nearer than 1 % of the room's shortest edge to a wall, the ceiling, an object, a luminaire without a closed form
+//! or an opening (of this also within a tenth of its radius). Bad at points that see narrow lobes (roughness below 0.2): `auto` takes
+//! another method there.
 //!
 //! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 
@@ -88,7 +88,7 @@ impl Described for Settings {
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let photons = self.photons(task, target);
         let tried = TrialPasses::fewer(photons, 1.0);
-        // the light of clear closures is shared among the sensors: fewer of them would have more of it
+        // the light of clear closures is divided among the sensors: with fewer of them, each would have more of it
         let smaller = Trial::whole(Self { photons_per_pass: Some(tried) }, usize::MAX);
         smaller.with(TrialPasses::of_photons(tried, photons, Powers::OF_PHOTONS))
     }
@@ -105,7 +105,7 @@ impl Described for Settings {
     }
 }
 
-/// The method on one scene; `C` channels of light.
+/// Method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct LightTracing<const C: usize> {
     pub(crate) scene: Arc<TraceableScene>,
@@ -113,18 +113,18 @@ pub struct LightTracing<const C: usize> {
     sensors: Vec<SensorPlane>,
     looks_up: LooksUp,
     seed: Key,
-    /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
+    /// Direct light of luminaires at the sensors of point grids, in lx; empty unless it has a closed form.
     direct: Vec<f64>,
     counting: Counting,
     /// Rays straight through clear closures to cells; `None` without any.
     beams: Option<Emission>,
-    /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
+    /// Widest vectors of this machine; results have the same bits as without them, because no multiplication and addition are fused.
     vectors: pulp::Arch,
 }
 
 impl<const C: usize> LightTracing<C> {
-    /// Divides the photons of a pass for a relative standard error among the sources, and computes closed forms of luminaires once; equal
-    /// seeds give equal bits.
+    /// Builds the method: divides the photons of a pass for a relative standard error among the sources, and computes closed forms of
+    /// luminaires once; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], (photons, target): (u64, f64), seed: u64) -> Self {
         let emission = Emission::new(&scene, photons);
         let mut method = Self::emitting(scene, emission, grids, target, seed);
@@ -137,7 +137,8 @@ impl<const C: usize> LightTracing<C> {
         method
     }
 
-    /// For what photons of sky and sun bring beside lamps; `straight`: some connections are from where it comes into the room.
+    /// Builds the method for the light of sky and sun beside that of Lambertian closures; `straight` if some connections start where it
+    /// enters the room.
     pub(crate) fn beside_lamps(
         scene: Arc<TraceableScene>,
         grids: &[Grid],
@@ -151,7 +152,7 @@ impl<const C: usize> LightTracing<C> {
         method
     }
 
-    /// The photons of these emitters, and nothing in closed form.
+    /// Builds the method with the photons of these emitters, and nothing in closed form.
     fn emitting(scene: Arc<TraceableScene>, emission: Emission, grids: &[Grid], target: f64, seed: u64) -> Self {
         let mut first = 0;
         let sensors: Vec<SensorPlane> = grids
@@ -179,7 +180,7 @@ impl<const C: usize> LightTracing<C> {
         }
     }
 
-    /// What photons say of each sensor that bring `flux` lm into the room.
+    /// Returns the photon counts of each sensor in a pass whose photons bring `flux` lm into the room.
     pub(crate) fn counts(&self, lux: &[f64], connected: &[u64], flux: f64) -> Vec<PhotonCount> {
         self.counting.photons(&self.sensors, lux, connected, flux)
     }
@@ -188,12 +189,12 @@ impl<const C: usize> LightTracing<C> {
         self.sensors.last().map_or(0, |last| last.first + last.len())
     }
 
-    /// Number of the planes that sensors lie on.
+    /// Returns the number of planes of sensors, one for each grid.
     pub(crate) fn planes(&self) -> usize {
         self.sensors.len()
     }
 
-    /// Photons of these numbers of a pass.
+    /// Traces the photons of a pass with these numbers.
     fn photons(&self, pass: Key, numbers: Range<u64>) -> Sums {
         let mut tally = self.tally();
         let mut account = Account::new(self.scene.tubes.len());
@@ -207,7 +208,7 @@ impl<const C: usize> LightTracing<C> {
         Sums { lux: tally.lux, connected: tally.connected, account }
     }
 
-    /// A tally of no photons.
+    /// Makes a tally without photons.
     pub(crate) fn tally(&self) -> Tally<'_> {
         Tally {
             scene: &self.scene,
@@ -224,18 +225,18 @@ impl<const C: usize> LightTracing<C> {
         }
     }
 
-    /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
+    /// Computes the direct unscattered light at sensor `index` of a point grid, in lx, and the number of rays.
     fn unscattered(&self, plane: &SensorPlane, index: usize, stream: Key) -> (f64, RayCount) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
         unscattered(&self.scene, Sensor { position: sensor, normal: DVec3::Z }, stream, self.looks_up, |_| true)
     }
 }
 
-/// What some photons give.
+/// Sums over some photons of a pass.
 struct Sums {
-    /// Illuminance per sensor in lux.
+    /// Illuminance per sensor in lx.
     lux: Vec<f64>,
-    /// Photons that were connected to all sensors of a plane, for each plane.
+    /// Number of photons that were connected to all sensors of a plane, for each plane.
     connected: Vec<u64>,
     account: Account,
 }
@@ -277,8 +278,8 @@ impl<const C: usize> Integrator for LightTracing<C> {
 }
 
 impl<const C: usize> LightTracing<C> {
-    /// Adds light straight through clear closures, and returns the rays it took; `stream` gives the key of a sensor, or of all cells that of
-    /// the first.
+    /// Adds the light straight through clear closures, and returns the number of rays, or `None` when cancelled; `stream` returns the key
+    /// of a sensor, and for all cells together that of the first.
     pub(crate) fn add_unscattered(
         &self,
         stream: impl Fn(u64) -> Key + Sync,
@@ -304,7 +305,7 @@ impl<const C: usize> LightTracing<C> {
         Some(rays)
     }
 
-    /// Values and counts of all sensors by grids.
+    /// Divides the values and counts of all sensors into grids.
     pub(crate) fn by_grids(&self, lux: &[f64], counts: &[PhotonCount]) -> Vec<GridPass> {
         let of = |plane: &SensorPlane| {
             let sensors = plane.first..plane.first + plane.len();
@@ -325,7 +326,7 @@ mod tests {
     use crate::traceable::Follow;
     use glam::DVec2;
 
-    /// A high sun over a tube beside a wall, in a room with points at two heights and cells.
+    /// Makes a scene with a high sun over a tube beside a wall, in a room with points at two heights and cells.
     fn scene(diffuser: Diffuser, surface: Option<Surface>) -> Scene {
         let size = DVec3::new(3.0, 2.2, 2.5);
         let up = direction(82f64.to_radians(), 2.0);
@@ -364,8 +365,8 @@ mod tests {
         }
     }
 
-    /// Points know each photon that was connected to all of them, where nothing concentrates light; cells, and points of rooms with a
-    /// glossy wall, one photon of a pass.
+    /// Checks that points count each photon that was connected to all of them, where no surface concentrates light; cells, and points of
+    /// rooms with a glossy wall, count one photon of a pass.
     #[test]
     fn points_count_the_photons_that_were_connected() {
         let found = |glossy: bool| {

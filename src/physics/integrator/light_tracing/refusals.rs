@@ -1,19 +1,18 @@
-//! What light tracing cannot compute, or other methods compute better.
+//! Reasons why light tracing cannot compute a task, or why another method does so better.
 
 use crate::guide::Guide;
 use crate::integrator::method::{Refusal, RefusalCode};
 use crate::optics::SurfaceOptics;
 use crate::traceable::TraceableScene;
 
-/// Reason why another method serves point sensors of a scene better, if one does.
+/// Returns the reason why another method computes point sensors of a scene better, if one does.
 pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
     let narrow = scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_narrow);
     narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
 }
 
-/// Reason why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be
-/// connected; in a tube that is not straight or has a dielectric dome, light that passes the closure unscattered is
-/// followed backward into the sky only.
+/// Returns the reason why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be connected; in a
+/// tube that is not straight or has a dielectric dome, light that passes the closure unscattered is followed backward into the sky only.
 pub fn refuses_points(scene: &TraceableScene) -> Option<Refusal> {
     let bent_and_clear = scene.tubes.iter().any(|tube| {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()

@@ -1,4 +1,4 @@
-//! What photons of light tracing bring to the sensors: connections, and flights that cross cells.
+//! Contributions of photons of light tracing to the sensors: connections, and flights that cross cells.
 
 use std::f64::consts::PI;
 
@@ -12,36 +12,37 @@ use crate::sampling::PathSamples;
 use crate::traceable::obstacles::Shadow;
 use crate::traceable::{SurfaceId, TraceableScene};
 
-/// Number of photons of which one is connected to the sensors from its diffuser: direct light is smooth and needs few
-/// of them, the others go on for the interreflection.
+/// Number of photons for each one that is connected to the sensors from its diffuser: direct light is smooth and needs few of them, the
+/// others are traced for the interreflection.
 const DIFFUSER_CONNECTIONS: u64 = 4;
 
-/// Illuminance of all sensors in lux, from some photons.
+/// Illuminance of all sensors in lx, from some photons.
 pub struct Tally<'a> {
     pub scene: &'a TraceableScene,
     pub sensors: &'a [SensorPlane],
-    /// The widest vectors of this machine.
+    /// Widest vectors of this machine.
     pub vectors: pulp::Arch,
-    /// True if no surface concentrates light, so that connections of many photons tell how much any of them may bring.
+    /// True if no surface concentrates light, so that the number of connected photons limits the contribution of any of them.
     pub tells_by_number: bool,
-    /// True if light straight from luminaires is counted otherwise.
+    /// True if another estimator counts direct light of luminaires.
     pub but_luminaires: bool,
-    /// True if light straight through closures is counted otherwise.
+    /// True if another estimator counts light straight through clear closures.
     pub but_beams: bool,
-    /// True until the present photon flies through the room for the first time.
+    /// True until the first flight of the present photon through the room, if it starts in a tube and `but_beams`.
     pub comes_in: bool,
     pub lux: Vec<f64>,
-    /// Photons of which each sensor of a plane of points knows at least: those that were connected to all of them, in rooms where nothing
-    /// hides light or concentrates it.
+    /// Lower bound of the number of photons behind each sensor of a plane of points: those that were connected to all of them, in rooms
+    /// where nothing hides or concentrates light.
     pub connected: Vec<u64>,
-    /// The planes whose count has the present photon.
+    /// True for the planes whose count includes the present photon.
     pub counted: Vec<bool>,
     /// Weight of the present photon's connections from diffusers.
     pub diffuser_weight: f64,
 }
 
-/// Share of the flux that a photon brings into the room above which it is reflected for certain: what takes it there takes
-/// longer than a reflection, and even points stay even. By 0.4 the thesis' room takes a sixth longer to an error, by 0.12 as long.
+/// Fraction of the flux that a photon brings into the room above which it is reflected without Russian roulette: tracing it to the room
+/// takes longer than a reflection, and low-discrepancy points stay uniform. With 0.4 the thesis' room takes a sixth longer to an error,
+/// with 0.12 as long.
 const CERTAIN_ABOVE: f64 = 0.2;
 
 impl<const C: usize> Visitor<C> for Tally<'_> {
@@ -80,7 +81,7 @@ impl<const C: usize> Visitor<C> for Tally<'_> {
 }
 
 impl Tally<'_> {
-    /// Makes ready for the path of a photon.
+    /// Prepares for the path of a photon.
     pub fn begin(&mut self, photon: &EmittedPhoton) {
         let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
         self.diffuser_weight = if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
@@ -88,7 +89,7 @@ impl Tally<'_> {
         self.comes_in = self.but_beams && matches!(photon.start, Start::Tube(_));
     }
 
-    /// Adds what a vertex sends straight to the sensors.
+    /// Adds the light that a vertex sends straight to the sensors.
     fn connect<const C: usize>(&mut self, scattering: &Scattering<'_, C>, weight: f64, samples: &mut PathSamples) {
         if weight == 0.0 {
             return;
@@ -99,7 +100,7 @@ impl Tally<'_> {
             if depth <= 0.0 {
                 continue;
             }
-            // one point in every cell, the same everywhere
+            // one random offset, the same in every cell
             let offset = if plane.average {
                 let [u, v] = samples.random.uniform2();
                 DVec2::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1])
@@ -114,7 +115,7 @@ impl Tally<'_> {
                 near_squared: if plane.average { plane.near_squared } else { 0.0 },
             };
             let lux = &mut self.lux[plane.first..plane.first + plane.len()];
-            // cell averages count the flights of a surface's lobe
+            // cell averages count a surface's lobe where its flights cross cells
             let lobe = scattering.lobe.as_ref().filter(|_| !plane.average || scattering.diffuser.is_some());
             if lobe.is_none() && per_sr == 0.0 {
                 continue;
@@ -192,7 +193,7 @@ mod tests {
         }
     }
 
-    /// A Lambertian lobe of some flux lights sensors like Lambertian flux, to rounding; on cells only from a diffuser.
+    /// Checks that a Lambertian lobe of some flux lights sensors like Lambertian flux, to rounding; on cells only from a diffuser.
     #[test]
     fn lobes_are_connected() {
         let size = DVec3::new(3.0, 4.0, 2.5);
@@ -237,8 +238,8 @@ mod tests {
         }
     }
 
-    /// What a vertex sends past boxes, found for many sensors at a time, is what rays to each of them let through: of few sensors and
-    /// of a subset of many, from walls, from the ceiling, and from the side of a box.
+    /// Compares the light of a vertex past boxes, computed for many sensors at a time, with rays to each of them: for few sensors and for a
+    /// subset of many, from walls, from the ceiling, and from the side of a box.
     #[test]
     fn boxes_hide_what_rays_do_not_pass() {
         let size = DVec3::new(3.0, 4.0, 2.5);

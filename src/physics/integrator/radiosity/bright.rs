@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-/// Luminance from which on a patch is bright, in the mean of what rays meet where paths begin.
+/// Luminance above which a patch is bright, relative to the mean luminance that rays meet from the starts of paths.
 const BRIGHT: f64 = 4.0;
 
-/// Share of rays that are aimed, at most, of what a surface absorbs. Rays that are not aimed stand for all: with more than what is absorbed their
-/// weights would grow from one reflection to the next, and their variance without bound.
+/// Largest fraction of rays that are aimed, relative to the absorptance of a surface. Rays that are not aimed represent all rays: if more
+/// than this were aimed their weights would grow from one reflection to the next, and their variance without bound.
 const MOST_AIMED: f64 = 0.5;
 
-/// A parallelogram that reflects.
+/// Parallelogram that reflects light.
 #[derive(Clone, Copy, Debug)]
 pub struct Area {
     pub corner: DVec3,
@@ -17,35 +17,35 @@ pub struct Area {
 }
 
 impl Area {
-    /// In m2.
+    /// Returns the area in m2.
     pub fn area_m2(&self) -> f64 {
         self.edges[0].cross(self.edges[1]).length()
     }
 }
 
-/// Bright patches, each with the probability by which it is chosen: as its flux demands.
+/// Bright patches, each with the probability with which it is chosen, in proportion to its flux.
 #[derive(Clone, Debug, Default)]
 pub struct Bright {
     /// Number of each among the patches, its area, and the sum of the probabilities up to it.
     chosen: Vec<(u32, Area, f64)>,
-    /// By number of the patch: share of the aimed rays that end there, per m2; 0 where it is not bright.
+    /// Fraction of the aimed rays that end in a patch, per m2, by its number; 0 where it is not bright.
     densities: Vec<f64>,
-    /// Share of all flux that bright patches send.
+    /// Fraction of all flux that bright patches send.
     share: f64,
 }
 
-/// Choice of a ray by a point of the unit square.
+/// Choice of a ray's direction, made by a point of the unit square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
-    /// It is aimed at a point of a bright patch, by number.
+    /// Direction toward a point of the bright patch with this number.
     At(u32, DVec3),
-    /// It goes by what scatters it, for which a point of the unit square is left.
+    /// Direction by the scattering distribution, which a remaining point of the unit square chooses.
     Elsewhere([f64; 2]),
 }
 
 impl Bright {
-    /// Finds the bright ones among patches of these luminances in cd/m2 (any one for each) and areas, of which rays meet this `mean`; those
-    /// without an area are none.
+    /// Finds the bright ones among patches of these luminances in cd/m2 and areas; `mean` is the mean luminance that rays meet. Patches
+    /// without an area cannot be bright.
     pub fn new(patches: impl Iterator<Item = (f64, Option<Area>)> + Clone, mean: f64) -> Self {
         let flux: f64 = patches.clone().filter_map(|(luminance, area)| Some(luminance * area?.area_m2())).sum();
         let is_bright = |luminance: f64| luminance > BRIGHT * mean;
@@ -78,12 +78,12 @@ impl Bright {
         self.chosen.is_empty()
     }
 
-    /// Share of the rays that are aimed from a surface of this reflectance; from a sensor 0.
+    /// Returns the fraction of the rays that are aimed from a surface of this reflectance; a sensor counts as reflectance 0.
     pub fn share(&self, reflectance: f64) -> f64 {
         self.share.min(MOST_AIMED * (1.0 - reflectance)).max(0.0)
     }
 
-    /// Decides where a ray goes of which this share is aimed; even points have even choices.
+    /// Chooses the direction of a ray where this fraction is aimed; uniform points give uniform choices.
     pub fn aim(&self, share: f64, [u, v]: [f64; 2]) -> Aim {
         if u >= share {
             return Aim::Elsewhere([(u - share) / (1.0 - share), v]);
@@ -96,7 +96,7 @@ impl Bright {
         Aim::At(number, corner + edges[0] * within + edges[1] * v)
     }
 
-    /// Share of the aimed rays that end in a patch, per m2.
+    /// Returns the fraction of the aimed rays that end in a patch, per m2.
     #[inline]
     pub fn density(&self, number: u32) -> f64 {
         self.densities.get(number as usize).copied().unwrap_or(0.0)
@@ -107,8 +107,8 @@ impl Bright {
 mod tests {
     use super::*;
 
-    /// Two patches of 0.25 m2 and 100 cd/m2 among ten of 1 m2 and 1 cd/m2 are bright alone; they send five sixths of the light. Half of a
-    /// sensor's rays are aimed at them, of a surface half of what it absorbs.
+    /// Checks that two patches of 0.25 m2 and 100 cd/m2 among ten of 1 m2 and 1 cd/m2 are the only bright ones; they send five sixths of
+    /// the light. Half of a sensor's rays are aimed at them, and from a surface half of what it absorbs.
     #[test]
     fn rays_are_aimed_at_the_brightest() {
         let area = |edge: f64| Some(Area { corner: DVec3::ZERO, edges: [DVec3::X * edge, DVec3::Y] });

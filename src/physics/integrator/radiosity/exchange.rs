@@ -1,4 +1,4 @@
-//! Light that goes to and fro between patches: where rays from each end, what lights it straight, and the radiosities that follow.
+//! Exchange of light between patches: where rays from each end, the direct light of each, and the radiosities that follow.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -14,38 +14,38 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, warp};
 use crate::traceable::{Place, SurfaceId, TraceableScene, TraceableTube};
 
-/// Rays from each patch, in as many strata of directions.
+/// Number of rays from each patch, one in each stratum of directions.
 const RAYS: usize = STRATA * STRATA;
 const STRATA: usize = 4;
 
-/// Rays from each patch by which others are found.
+/// Number of rays from each patch by which others are found.
 const FINDING: usize = 4;
 
-/// Rays from each place where paths begin by which the first patches are found.
+/// Number of rays from each start of paths by which the first patches are found.
 const FROM_STARTS: usize = 16;
 
-/// Radiosities are computed again until what is changed is less than this share of all, and at most so many times: what is left
-/// costs time, not truth.
+/// Change, as a fraction of all radiosities, below which the iteration ends, and the largest number of sweeps: a remaining error costs
+/// time, but adds no bias.
 const CHANGED: f64 = 1e-3;
 const SWEEPS: usize = 64;
 
-/// No patch: what ends there gets no light.
+/// Mark of a ray that ends in no patch: it brings no light.
 const NONE: u32 = u32::MAX;
-/// A patch that was not found: what ends there tells nothing.
+/// Mark of a ray that ends in a patch which was not found: it is left out of the mean.
 const NOT_FOUND: u32 = u32::MAX - 1;
 
-/// A point of a surface, or a sensor.
+/// Point of a surface, or a sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
-    /// In m.
+    /// Position in m.
     pub position: DVec3,
     /// Unit normal toward the room.
     pub normal: DVec3,
-    /// `None` for a sensor.
+    /// Surface of the point; `None` for a sensor.
     pub surface: Option<SurfaceId>,
 }
 
-/// Exchange of light between patches, and what lights them straight: all that follows from the room alone.
+/// Exchange of light between patches, and their direct light: everything that depends on the room alone.
 #[derive(Debug)]
 pub struct Exchange<const C: usize> {
     patches: Patches,
@@ -55,11 +55,11 @@ pub struct Exchange<const C: usize> {
     areas: Vec<Option<Area>>,
     /// Diffuse reflectances, by these numbers.
     reflectances: Vec<Spectrum<C>>,
-    /// The patches that rays from where paths begin met first, by these numbers.
+    /// Patches that rays from the starts of paths meet first, by these numbers.
     seen: Vec<u32>,
-    /// The patches in which the rays of each end, by these numbers, and what mirrors on the way reflect.
+    /// Patches in which the rays of each patch end, by these numbers, with the reflectance of mirrors on the path.
     met: Vec<(u32, f64)>,
-    /// Illuminances by openings in lx per lumen, with the number of the tube: as many of each patch.
+    /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
     of_openings: Vec<(u32, f64)>,
     /// Illuminances by luminaires in lx.
     of_luminaires: Vec<Spectrum<C>>,
@@ -72,8 +72,8 @@ struct Found {
 }
 
 impl<const C: usize> Exchange<C> {
-    /// Finds the patches that rays from `starts` meet, straight or by way of others; always the same for the same scene and starts.
-    /// `edge`: length of an edge of a patch in m, about. `None` where no light is reflected.
+    /// Finds the patches that rays from `starts` meet, directly or after reflections; always the same for the same scene and starts. `edge`
+    /// is the approximate length of an edge of a patch in m. `None` where no light is reflected.
     pub fn new(scene: &TraceableScene, starts: &[Spot], edge: f64) -> Option<Self> {
         if !scene.interreflection {
             return None;
@@ -95,7 +95,7 @@ impl<const C: usize> Exchange<C> {
                 if numbers[patch] == NOT_FOUND {
                     numbers[patch] = found.len() as u32;
                     found.push(Found { surface, spots: Vec::new() });
-                    // rays rarely meet each part of a cell
+                    // rays rarely meet every part of a cell
                     let face = scene.enclosure.polygons.get(surface.index());
                     for (part, position) in patches.beside(surface, patch) {
                         if numbers[part] == NOT_FOUND && face.is_none_or(|face| face.contains(position)) {
@@ -149,12 +149,12 @@ impl<const C: usize> Exchange<C> {
         (!found.is_empty()).then_some(exchange)
     }
 
-    /// Rays and connections that it took.
+    /// Returns the number of rays and connections of which the exchange was computed.
     pub fn rays(&self) -> f64 {
         (self.reflectances.len() * (FINDING + 2 * RAYS)) as f64
     }
 
-    /// The radiosities where openings send these fluxes in lm, as from Lambertian surfaces (Gauss and Seidel's sweeps).
+    /// Computes the radiosities where openings send these fluxes in lm, as from Lambertian surfaces (Gauss and Seidel's sweeps).
     pub fn solve(self: &Arc<Self>, fluxes: &[Spectrum<C>]) -> Solution<C> {
         let straight: Vec<Spectrum<C>> = self
             .of_openings
@@ -190,7 +190,7 @@ impl<const C: usize> Exchange<C> {
             }
         }
         radiosities.iter_mut().for_each(|radiosity| *radiosity = *radiosity * (1.0 / PI));
-        // light of luminaires is no part of what openings send
+        // the solution scales with the flux of the openings only where luminaires add nothing
         let alone = self.of_luminaires.iter().all(|lux| lux.max() <= 0.0);
         let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
         let seen = self.seen.iter().filter_map(|number| Some(radiosities.get(*number as usize)?.luminance()));
@@ -216,7 +216,7 @@ impl<const C: usize> Lit<C> {
         let mut of_openings: Vec<_> = (0..RAYS)
             .map(|number| {
                 let spot = spot(number);
-                // even choices among the openings, in an order that has nothing to do with that of the spots
+                // uniform choices among the openings, in an order that is unrelated to that of the spots
                 let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
                 let Some((tube, probability)) = scene.openings.choose(spot.position, spot.normal, choice) else {
                     return (0, 0.0);
@@ -247,12 +247,12 @@ impl<const C: usize> Lit<C> {
     }
 }
 
-/// An even point of an opening.
+/// Returns a uniform random point of an opening.
 fn point_of(tube: &TraceableTube, random: &mut PathRandom) -> DVec3 {
     tube.origin + (warp::disc(random.uniform2()) * tube.opening_radius).extend(0.0)
 }
 
-/// Illuminance of a spot by an opening and a chain of mirrors that are chosen, in lx per lumen, with the number of the tube.
+/// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
 fn by_mirrors<const C: usize>(scene: &TraceableScene, spot: &Spot, random: &mut PathRandom) -> (u32, f64) {
     let mut found = || {
         let (chain, of_chain) = scene.mirrors.choose(spot.position, random.uniform())?;
@@ -266,16 +266,16 @@ fn by_mirrors<const C: usize>(scene: &TraceableScene, spot: &Spot, random: &mut 
     found().unwrap_or((0, 0.0))
 }
 
-/// The end of a ray.
+/// End of a ray.
 #[derive(Clone, Copy)]
 struct End {
     spot: Spot,
-    /// Reflectance of mirrors on the way, over the probability of that way.
+    /// Reflectance of mirrors on the path, divided by the probability of this path.
     weight: f64,
 }
 
-/// Traces a ray from a spot and returns its end, in a stratum of directions; `None` in an opening. What is a mirror in part it passes by
-/// chance.
+/// Traces a ray from a spot in a stratum of directions and returns its end; `None` in an opening. At a surface that is partly a mirror
+/// chance decides whether it is reflected or ends.
 fn ray(scene: &TraceableScene, from: &Spot, stratum: usize, random: &mut PathRandom) -> Option<End> {
     let [u, v] = random.uniform2();
     let (row, column) = (stratum / STRATA, stratum % STRATA);
@@ -301,28 +301,28 @@ fn ray(scene: &TraceableScene, from: &Spot, stratum: usize, random: &mut PathRan
     None
 }
 
-/// Mirrors that a ray passes, at most.
+/// Largest number of mirrors that reflect a ray.
 const MOST_TURNS: usize = 8;
 
-/// The radiosities of patches.
+/// Radiosities of patches.
 #[derive(Clone, Debug)]
 pub struct Solution<const C: usize> {
     exchange: Arc<Exchange<C>>,
-    /// In cd/m2.
+    /// Luminances in cd/m2, by the number of the patch.
     luminances: Vec<Spectrum<C>>,
-    /// Those that are much brighter than most.
+    /// Patches that are much brighter than most.
     bright: Bright,
-    /// Luminous flux of all openings, in lm, to which the luminances are in proportion; `None` where they are not.
+    /// Luminous flux of all openings in lm, to which the luminances are proportional; `None` where they are not.
     flux: Option<f64>,
 }
 
 impl<const C: usize> Solution<C> {
-    /// Returns how many times as bright surfaces are where openings send `flux` lm in all, divided alike.
+    /// Returns the factor of all luminances where openings send `flux` lm in all, with the same distribution among them.
     pub fn times(&self, flux: f64) -> f64 {
         self.flux.map_or(1.0, |own| flux / own)
     }
 
-    /// Luminance in cd/m2 of what a surface reflects diffusely at a point, by its patch; `None` where that is not known.
+    /// Returns the luminance in cd/m2 that a surface reflects diffusely at a point, by its patch; `None` where it has no solution.
     #[inline]
     pub fn luminance(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
         self.luminances.get(self.number(surface, point)? as usize).copied()
@@ -334,13 +334,13 @@ impl<const C: usize> Solution<C> {
         Some(numbers[patches.at(surface, point)?])
     }
 
-    /// Patches at which rays are aimed; `None` where none is bright.
+    /// Returns the patches at which rays are aimed; `None` where none is bright.
     #[inline]
     pub fn bright(&self) -> Option<&Bright> {
         Some(&self.bright).filter(|bright| !bright.is_empty())
     }
 
-    /// Number of the patch of a point, and the share of aimed rays that end there per m2; `None` where there is no patch.
+    /// Returns the number of the patch of a point, and the fraction of aimed rays that end there per m2; `None` where there is no patch.
     #[inline]
     pub fn aimed(&self, surface: SurfaceId, point: DVec3) -> Option<(u32, f64)> {
         let number = self.number(surface, point)?;

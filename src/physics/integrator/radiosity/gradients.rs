@@ -1,4 +1,4 @@
-//! Parts of cells of surfaces over which light straight from openings and luminaires changes fast.
+//! Subdivision of cells of surfaces on which the direct light of openings and luminaires has a steep gradient.
 
 use glam::DVec3;
 
@@ -6,19 +6,20 @@ use crate::geometry::disc::disc_irradiance;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Standard deviation of what a part of a cell has of straight light, by chance of being met, in the mean of the room.
+/// Largest tolerated spread of the direct light over a part of a cell, relative to the room's mean, times the root of the cell's fraction
+/// of the area.
 const TOLERANCE: f64 = 0.05;
 
-/// Parts along an edge of a cell, at most.
+/// Largest number of parts along an edge of a cell.
 const MOST_PARTS: f64 = 16.0;
 
-/// Sources farther from a cell than this, in lengths of its edges and their own, change little over it.
+/// Distance of a source from a cell, relative to the sum of their edge lengths, beyond which its light changes little over the cell.
 const FAR: f64 = 3.0;
 
-/// Places along an edge of a cell where light is looked at.
+/// Places along an edge of a cell where the light is computed.
 const PLACES: [f64; 3] = [0.0, 0.5, 1.0];
 
-/// Openings and luminaires whose light may change fast.
+/// Openings and luminaires whose light may have a steep gradient.
 pub struct Gradients<'a> {
     tubes: &'a [TraceableTube],
     luminaires: Vec<&'a TraceableLuminaire>,
@@ -28,7 +29,7 @@ pub struct Gradients<'a> {
 }
 
 impl<'a> Gradients<'a> {
-    /// `area_m2`: area of all surfaces that are divided.
+    /// Computes the mean illuminances; `area_m2` is the area of all surfaces that are divided.
     pub fn new(scene: &'a TraceableScene, area_m2: f64) -> Self {
         let luminaires: Vec<_> = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).collect();
         let of_openings: f64 = scene.tubes.iter().map(TraceableTube::opening_area_m2).sum();
@@ -36,7 +37,7 @@ impl<'a> Gradients<'a> {
         Self { tubes: &scene.tubes, luminaires, area_m2, means: [of_openings, of_luminaires].map(|lm| lm / area_m2) }
     }
 
-    /// Parts of a cell along an edge, from 1 to 16.
+    /// Returns the number of parts of a cell along an edge, from 1 to 16.
     pub fn parts(&self, corner: DVec3, edges: [DVec3; 2], normal: DVec3) -> u32 {
         let middle = corner + 0.5 * (edges[0] + edges[1]);
         let length = edges[0].length().max(edges[1].length());
@@ -69,7 +70,7 @@ impl<'a> Gradients<'a> {
     }
 }
 
-/// Illuminance of a place by an opening of unit exitance, about where the horizon cuts it.
+/// Returns the illuminance of a place by an opening of unit exitance; approximate where the horizon cuts the opening.
 pub fn of_opening(tube: &TraceableTube, place: DVec3, normal: DVec3) -> f64 {
     let away = tube.origin - place;
     let offset = away.truncate().length();
@@ -88,8 +89,8 @@ mod tests {
     use crate::scene::{Channels, Enclosure, Luminaire, Room, Scene};
     use crate::traceable::Follow;
 
-    /// A cell of a wall right below a luminaire is divided, and more than one that is farther off; one of the floor, far below, and cells that
-    /// the luminaire does not light are not.
+    /// Checks that a cell of a wall right below a luminaire is divided, and into more parts than one that is farther off; one of the floor,
+    /// far below, and cells that the luminaire does not light are not.
     #[test]
     fn cells_beside_a_luminaire_are_divided() {
         let size = DVec3::new(4.0, 4.0, 3.0);

@@ -1,15 +1,15 @@
-//! A coarse radiosity solution of the room, by which paths estimate what surfaces reflect.
+//! Coarse radiosity solution of the room, by which paths estimate the light that surfaces reflect.
 //!
-//! Surfaces that paths can meet are divided into patches ([`patches`]). Rays from each patch find which others it sees, and connections
-//! which openings and luminaires light it ([`exchange`]): all this follows from the room alone. The light of one pass then gives the
+//! Surfaces that paths can meet are divided into patches ([`patches`]). Rays from each patch find the others that it sees, and connections
+//! find the openings and luminaires that light it ([`exchange`]): all this depends on the room alone. The light of one pass then gives the
 //! radiosity of every patch by Gauss and Seidel's sweeps.
 //!
-//! Cells of surfaces whose straight light changes fast are divided ([`gradients`]), and some rays are aimed at patches that are much
-//! brighter than most ([`bright`]).
+//! Cells of surfaces on which direct light has a steep gradient are divided ([`gradients`]), and some rays are aimed at patches that are
+//! much brighter than most ([`bright`]).
 //!
-//! Methods use it as a control variate: a ray counts the radiosity of the patch that it meets, and a share of the rays go on and count
-//! what this leaves out, in expectation exactly. How coarse the patches are, and how noisy their values, decides how much work that
-//! takes; the mean of the estimate is the same for all.
+//! Methods use the solution as a control variate: a ray counts the radiosity of the patch that it meets, and a fraction of the rays
+//! continue and count its residual, so that the sum is exact in expectation. Coarse patches and noisy radiosities increase the variance,
+//! but not the mean of the estimate.
 
 mod bright;
 mod exchange;

@@ -1,4 +1,4 @@
-//! Patches of the surfaces of a room: which one a point of a surface belongs to.
+//! Patches of the surfaces of a room, and the patch to which a point of a surface belongs.
 
 use std::collections::HashMap;
 
@@ -11,13 +11,13 @@ use crate::sampling::warp;
 use crate::traceable::mesh_objects::TraceableMeshes;
 use crate::traceable::{Side, SurfaceId, TraceableScene};
 
-/// Patches of plane faces, at most: edges are longer where there would be more.
+/// Largest number of patches of plane faces: edges are longer where there would be more.
 const MOST_OF_FACES: f64 = 16_384.0;
 
-/// Divides the surfaces of a scene.
+/// Division of the surfaces of a scene into patches.
 #[derive(Debug)]
 pub struct Patches {
-    /// By number of the surface.
+    /// Layouts, by the number of the surface.
     layouts: Vec<Layout>,
     planes: Vec<Plane>,
     /// Number of patches.
@@ -27,28 +27,28 @@ pub struct Patches {
 /// Patches of one surface.
 #[derive(Clone, Copy, Debug)]
 enum Layout {
-    /// It has none.
+    /// Surface without patches.
     None,
-    /// All of it belongs to one patch.
+    /// Surface that belongs to one patch as a whole.
     One(u32),
-    /// It is divided as this plane is, whose patches begin at this number.
+    /// Surface that is divided like this plane, with patches numbered from `first`.
     Divided { plane: u32, first: u32 },
 }
 
-/// A rectangle that is divided evenly into cells, and these into parts.
+/// Rectangle that is divided evenly into cells, and these into parts.
 #[derive(Clone, Debug)]
 struct Plane {
     corner: DVec3,
     /// Vectors along the edges, of the length of a cell.
     edges: [DVec3; 2],
-    /// Vectors whose product with the way from the corner is the number of the cell along an edge.
+    /// Vectors whose dot product with the distance from the corner is the number of the cell along an edge.
     along: [DVec3; 2],
     cells: [u32; 2],
     /// Parts of each cell; empty where each is one.
     parts: Vec<Parts>,
 }
 
-/// Parts of a cell: squares of a number, from a first one on.
+/// Parts of a cell: `along_edge` squared, numbered from `first`.
 #[derive(Clone, Copy, Debug)]
 struct Parts {
     along_edge: u32,
@@ -56,7 +56,7 @@ struct Parts {
 }
 
 impl Plane {
-    /// The rectangle of these edges from a corner, in patches of about `edge` m.
+    /// Divides the rectangle of these edges from a corner into cells with edges of about `edge` m.
     fn new(corner: DVec3, edges: [DVec3; 2], edge: f64) -> Self {
         let cells = edges.map(|side| (side.length() / edge).round().max(1.0) as u32);
         let along = |axis: usize| {
@@ -67,7 +67,7 @@ impl Plane {
         Self { corner, edges: of_cell, along: [along(0), along(1)], cells, parts: Vec::new() }
     }
 
-    /// Number of patches.
+    /// Returns the number of patches.
     fn count(&self) -> u32 {
         self.parts.last().map_or(self.cells[0] * self.cells[1], |last| last.first + last.along_edge * last.along_edge)
     }
@@ -85,13 +85,13 @@ impl Plane {
         first + within(u, row) * along_edge + within(v, column)
     }
 
-    /// Corner of a cell.
+    /// Returns the corner of a cell.
     fn corner_of(&self, cell: u32) -> DVec3 {
         let (row, column) = (cell / self.cells[1], cell % self.cells[1]);
         self.corner + self.edges[0] * f64::from(row) + self.edges[1] * f64::from(column)
     }
 
-    /// Divides each cell into as many parts along an edge as `wanted` says of its corner and edges.
+    /// Divides each cell into parts; `wanted` returns their number along an edge for the cell's corner and edges.
     fn divide_cells(&mut self, wanted: impl Fn(DVec3, [DVec3; 2]) -> u32) {
         let mut first = 0;
         let parts: Vec<Parts> = (0..self.cells[0] * self.cells[1])
@@ -106,7 +106,7 @@ impl Plane {
         }
     }
 
-    /// A patch by its number.
+    /// Returns the area of the patch with this number.
     fn area(&self, number: u32) -> Area {
         let cell = match self.parts.is_empty() {
             true => number,
@@ -119,7 +119,7 @@ impl Plane {
         Area { corner: self.corner_of(cell) + edges[0] * row + edges[1] * column, edges }
     }
 
-    /// The parts of the cell that has part `number`, with their middles; none where it is the whole cell.
+    /// Iterates over the parts of the cell that has part `number`, with their middles; none where the part is the whole cell.
     fn beside(&self, number: u32) -> impl Iterator<Item = (u32, DVec3)> {
         let cell = self.parts.partition_point(|parts| parts.first <= number).saturating_sub(1);
         let parts = self.parts.get(cell).copied().filter(|parts| parts.along_edge > 1);
@@ -134,11 +134,11 @@ impl Plane {
     }
 }
 
-/// Key of the facets that share a patch: a piece of a mesh, a cell of space, a side, and what they reflect.
+/// Key of the facets that share a patch: a piece of a mesh, a cell of space, a side, and their reflectance.
 type Cluster = (u32, [i32; 3], u8, [u64; 3]);
 
 impl Patches {
-    /// Divides all surfaces that reflect diffusely; `edge`: length of an edge of a patch in m.
+    /// Divides all surfaces that reflect diffusely into patches with edges of about `edge` m.
     pub fn new(scene: &TraceableScene, edge: f64) -> Self {
         let rectangles: Vec<(SurfaceId, DVec3, [DVec3; 2])> = rectangles(scene).collect();
         let area: f64 = rectangles.iter().map(|(.., [u, v])| u.cross(*v).length()).sum();
@@ -157,7 +157,7 @@ impl Patches {
         patches
     }
 
-    /// Divides surfaces that lie in one plane, each for itself.
+    /// Divides surfaces that lie in one plane, each separately.
     fn divide(&mut self, scene: &TraceableScene, surfaces: impl IntoIterator<Item = SurfaceId>, plane: Plane) {
         let number = self.planes.len() as u32;
         for surface in surfaces.into_iter().filter(|surface| reflects(scene, *surface)) {
@@ -193,7 +193,7 @@ impl Patches {
         }
     }
 
-    /// The patch of a point of a surface; `None` where nothing is reflected diffusely.
+    /// Returns the patch of a point of a surface; `None` where nothing is reflected diffusely.
     #[inline]
     pub fn at(&self, surface: SurfaceId, point: DVec3) -> Option<usize> {
         match self.layouts[surface.index()] {
@@ -203,7 +203,7 @@ impl Patches {
         }
     }
 
-    /// Rectangle of a patch of a surface; `None` for one of facets.
+    /// Returns the rectangle of a patch of a surface; `None` for a patch of facets.
     pub fn area(&self, surface: SurfaceId, patch: usize) -> Option<Area> {
         match self.layouts[surface.index()] {
             Layout::Divided { plane, first } => Some(self.planes[plane as usize].area(patch as u32 - first)),
@@ -211,7 +211,8 @@ impl Patches {
         }
     }
 
-    /// The other parts of the cell that a patch of a surface is a part of, and itself, with their middles; none where it is the whole cell.
+    /// Iterates over all parts of the cell to which a patch of a surface belongs, with their middles; none where the patch is the whole
+    /// cell.
     pub fn beside(&self, surface: SurfaceId, patch: usize) -> impl Iterator<Item = (usize, DVec3)> {
         let divided = match self.layouts[surface.index()] {
             Layout::Divided { plane, first } => Some((&self.planes[plane as usize], first)),
@@ -228,7 +229,7 @@ fn reflects(scene: &TraceableScene, surface: SurfaceId) -> bool {
     scene.optics(surface).is_some_and(|optics| optics.gathers())
 }
 
-/// Unit normal of a face of the room or of a box, on the side that light comes from.
+/// Returns the unit normal of a face of the room or of a box, on its lit side.
 fn plane_normal(scene: &TraceableScene, surface: SurfaceId) -> DVec3 {
     match scene.numbering.box_of(surface) {
         None => scene.enclosure.normal(surface.index()),
@@ -239,7 +240,7 @@ fn plane_normal(scene: &TraceableScene, surface: SurfaceId) -> DVec3 {
     }
 }
 
-/// The faces of the room, with rectangles around them, and of its boxes: a corner, and two edges.
+/// Iterates over the faces of the room, with rectangles around them, and of its boxes: a corner, and two edges.
 fn rectangles(scene: &TraceableScene) -> impl Iterator<Item = (SurfaceId, DVec3, [DVec3; 2])> {
     let of_face = |(face, polygon): (usize, &Polygon)| {
         let [corner, u, v] = polygon.rectangle();
@@ -254,7 +255,7 @@ fn rectangles(scene: &TraceableScene) -> impl Iterator<Item = (SurfaceId, DVec3,
     scene.enclosure.polygons.iter().enumerate().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box))
 }
 
-/// A rectangle around each facet, in its plane: a corner, and two edges.
+/// Computes a rectangle around each facet, in its plane: a corner, and two edges.
 fn extents(meshes: &TraceableMeshes) -> Vec<[DVec3; 3]> {
     let frame = |normal: DVec3| [DVec3::X, DVec3::Y].map(|axis| warp::around(normal, axis));
     let mut bounds = vec![[[f64::INFINITY, f64::NEG_INFINITY]; 2]; meshes.facets.normals.len()];
@@ -280,8 +281,8 @@ fn extents(meshes: &TraceableMeshes) -> Vec<[DVec3; 3]> {
 mod tests {
     use super::*;
 
-    /// Of 3 x 2 cells of 1 m the fourth has 2 x 2 parts: nine patches, each of which holds the points of its area, and what lies beside a part
-    /// are the four of its cell with their middles.
+    /// Checks a plane of 3 x 2 cells of 1 m whose fourth cell has 2 x 2 parts: it has nine patches, each of which contains the points of
+    /// its area; the cell of a part has four parts with their middles.
     #[test]
     fn cells_are_divided_into_parts() {
         let mut plane = Plane::new(DVec3::Z, [DVec3::X * 3.0, DVec3::Y * 2.0], 1.0);
@@ -302,7 +303,7 @@ mod tests {
                 assert!((corner + 0.5 * (u + v) - middle).length() < 1e-12);
             }
         }
-        // beyond the edges the nearest patch counts
+        // points beyond the edges belong to the nearest patch
         assert_eq!([DVec3::NEG_ONE, DVec3::splat(9.0)].map(|point| plane.at(point)), [0, 8]);
     }
 }

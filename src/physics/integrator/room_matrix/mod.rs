@@ -1,15 +1,15 @@
-//! The matrix of a room: illuminance of every sensor per lumen that leaves each patch of each opening.
+//! Matrix of a room: illuminance of every sensor per lumen that leaves each patch of each opening.
 //!
-//! **Idea.** The room is as it is without sky, sun and guides, so that nothing of these enters into it. Paths go from the sensors through it
-//! and tell what one lumen from each patch gives there by way of surfaces ([`patch_light`]); the light straight from a patch is a mean over
-//! points of it. One replicate is one estimate of all; the replicates of a job add up to its value
-//! ([`RoomMatrix`](crate::estimate::room_matrix::RoomMatrix)), which times the lumens of the patches is the light of any sky.
+//! **Idea.** The room is taken without sky, sun and guides, so that the matrix does not depend on them. Paths go from the sensors through
+//! it and estimate the light of one lumen from each patch that surfaces reflect to the sensor ([`patch_light`]); the direct light of a
+//! patch is a mean over points of it. One replicate is one estimate of the whole matrix; a job averages the replicates
+//! ([`RoomMatrix`](crate::estimate::room_matrix::RoomMatrix)). The product with the lumens of the patches is the light of any sky.
 //!
-//! **Refuses** closures without a Lambertian part, and sensors within a radius of an opening. Of an opening, patches have the parts that lie in
-//! the Lambertian zone (docs/physics/measurement_equation.md#responses).
+//! **Refuses** closures without a Lambertian part, and sensors within a radius of an opening. Patches of an opening consist of the parts
+//! that lie in the Lambertian zone (docs/physics/measurement_equation.md#responses).
 //!
-//! **Sources.** The matrix of a room that is used again for other skies is that of daylight coefficients (Tregenza and Waters
-//! 1983), and the view matrix of its later phases (Ward 2011).
+//! **Sources.** The matrix of a room that is used again for other skies is that of daylight coefficients (Tregenza and Waters 1983), and
+//! the view matrix of its later phases (Ward 2011).
 
 mod patch_light;
 
@@ -31,13 +31,13 @@ use crate::scene::{EstimateKind, Grid, Sensor};
 use crate::traceable::{TraceableScene, TraceableTube};
 use patch_light::PatchLight;
 
-/// Patches of every opening: six sectors of each of four rings of equal area.
+/// Number of patches of every opening: six sectors of each of four rings of equal area.
 pub const PATCHES: usize = CELLS;
 
-/// Paths of a sensor in a replicate.
+/// Number of paths of a sensor in a replicate.
 pub const PATHS: u32 = 128;
 
-/// Reason why a room has no matrix for some grids, if so.
+/// Returns the reason why a room has no matrix for some grids, if there is one.
 pub fn refuses(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
     let is_lamp = |tube: &TraceableTube| tube.diffuser.even_zone(tube.opening_radius).is_some();
@@ -58,48 +58,49 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
 
-/// Reflections of a path that no roulette decides: it would throw away what even points gain.
+/// Number of reflections of a path without Russian roulette, which would spoil the gain of low-discrepancy points.
 const CERTAIN_REFLECTIONS: u32 = 3;
 
-/// Pairs of Sobol coordinates of a path.
+/// Number of pairs of Sobol coordinates of a path.
 const SOBOL_PAIRS: u32 = 8;
 
-/// Points of every patch by which the light straight from it is told: where nothing can stand between, and where something may.
+/// Number of points of every patch by which its direct light is computed: where nothing can stand between, and where something may.
 const POINTS: u64 = 256;
 const POINTS_IN_PART: u64 = 16;
 
-/// A room with openings that shine, whatever is above them; `C` channels of light.
+/// Room with openings that emit light, independent of the sky and of most guides; `C` channels of light.
 #[derive(Debug)]
 pub struct Room<const C: usize> {
     scene: TraceableScene,
-    /// The zone of each opening that shines.
+    /// Emitting zone of each opening.
     zones: Vec<Zone>,
     grids: Vec<Sensors>,
     paths: u32,
     seed: Key,
 }
 
-/// The sensors of a grid whose responses are told.
+/// Sensors of a grid whose daylight coefficients are requested.
 #[derive(Debug)]
 struct Sensors {
     grid: Grid,
     /// Number of the grid.
     number: usize,
-    /// For each sensor, light straight from each patch in lx/lm where it sees all openings whole; else empty.
+    /// Direct light of each sensor from each patch in lx/lm where it sees all openings whole; else empty.
     straight: Vec<Vec<f64>>,
 }
 
 /// One replicate of the matrix.
 #[derive(Debug)]
 pub struct Replicate {
-    /// For each grid, illuminances in lx by one lumen of white light from each patch, tube by tube; none where they are not told.
+    /// Illuminances in lx by one lumen of white light from each patch, tube by tube, for each grid; none where they are not requested.
     pub grids: Vec<Vec<GridPass>>,
-    /// Rays that were traced for it.
+    /// Number of rays that were traced for it.
     pub rays: RayCount,
 }
 
 impl<const C: usize> Room<C> {
-    /// The room of a scene, with so many paths of each sensor; equal seeds give equal bits. `None` where no grid asks for responses.
+    /// Builds the room of a scene, with `paths` paths of each sensor; equal seeds give equal bits. `None` where no grid requests daylight
+    /// coefficients.
     pub fn new(scene: &TraceableScene, grids: &[Grid], paths: u32, seed: u64) -> Option<Self> {
         if grids.iter().all(|grid| !grid.responses) {
             return None;
@@ -110,7 +111,7 @@ impl<const C: usize> Room<C> {
         Some(Self { scene: room, zones, grids, paths, seed: Key::new(seed) })
     }
 
-    /// A replicate of the first `grids` grids; `None` when cancelled.
+    /// Computes a replicate of the first `grids` grids; `None` when cancelled.
     pub fn replicate(&self, number: u64, grids: usize, cancel: &AtomicBool) -> Option<Replicate> {
         let key = self.seed.stream(Stream::RoomPass, number);
         let mut replicate = Replicate { grids: vec![Vec::new(); grids], rays: RayCount::default() };
@@ -129,12 +130,12 @@ impl<const C: usize> Room<C> {
         Some(replicate)
     }
 
-    /// Patches of all openings.
+    /// Returns the number of patches of all openings.
     pub fn columns(&self) -> usize {
         self.scene.tubes.len() * PATCHES
     }
 
-    /// Computes the illuminance in lx of a sensor per lumen of each patch, and the rays that it took.
+    /// Computes the illuminance in lx of a sensor per lumen of each patch, and the number of rays.
     fn response(&self, sensors: &Sensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
         let scene = &self.scene;
         let place = Place::of(scene, &sensors.grid, index);
@@ -162,13 +163,13 @@ impl<const C: usize> Room<C> {
     }
 }
 
-/// The zone of each opening that is a lamp.
+/// Returns the Lambertian zone of each opening.
 fn zones(scene: &TraceableScene) -> Vec<Zone> {
     let of = |tube: &TraceableTube| Zone::new(tube.diffuser.even_zone(tube.opening_radius), tube.opening_radius);
     scene.tubes.iter().map(of).collect()
 }
 
-/// The scene as it is below the openings: what is above is gone, but for guides that light comes back from.
+/// Returns the scene below the openings: everything above is removed, except guides from which light comes back.
 fn below_openings(scene: &TraceableScene) -> TraceableScene {
     let mut room = scene.clone();
     (room.sky, room.sun) = (None, None);
@@ -201,19 +202,19 @@ struct Place {
 }
 
 impl Place {
-    /// The sensor `index` of a grid.
+    /// Returns the points of sensor `index` of a grid.
     fn of(scene: &TraceableScene, grid: &Grid, index: usize) -> Self {
         let cell = (grid.estimate == EstimateKind::CellAverage).then_some(DVec2::from(grid.cell_size_m));
         let Sensor { position: centre, normal } = lifted(scene, grid, index);
         Self { centre, normal, cell }
     }
 
-    /// Half the diagonal of the cell in m.
+    /// Returns half the diagonal of the cell in m.
     fn reach(&self) -> f64 {
         self.cell.map_or(0.0, |cell| 0.5 * cell.length())
     }
 
-    /// A point of the sensor, by two numbers in 0..1 that are drawn for cells alone.
+    /// Returns a point of the sensor, by two numbers in 0..1 that are drawn for cells only.
     fn point(&self, numbers: impl FnOnce() -> [f64; 2]) -> DVec3 {
         match self.cell {
             None => self.centre,
@@ -226,7 +227,7 @@ impl Place {
         is_far(tube.origin, tube.opening_radius, self.centre, self.reach())
     }
 
-    /// True if nothing can stand between any point of the sensor and any of the opening of a tube.
+    /// True if nothing can stand between any point of the sensor and any point of the opening of a tube.
     fn sees(&self, scene: &TraceableScene, tube: &TraceableTube) -> bool {
         scene.leaves_clear(self.centre, self.reach(), None, tube.origin, tube.opening_radius)
     }
@@ -236,7 +237,7 @@ impl Sensors {
     fn new(scene: &TraceableScene, zones: &[Zone], number: usize, grid: &Grid) -> Self {
         let straight = |index: usize| {
             let place = Place::of(scene, grid, index);
-            // the same points for all sensors: a response has no noise of its own here
+            // the same points for all sensors and replicates: the direct light adds no noise here
             match scene.tubes.iter().all(|tube| place.sees(scene, tube)) {
                 true => straight((scene, zones), &place, Key::new(0).stream(Stream::StraightFromPatches, 0), POINTS),
                 false => Vec::new(),
@@ -246,7 +247,7 @@ impl Sensors {
     }
 }
 
-/// Light straight from each patch to a sensor in lx/lm, by `points` of each, of a room with the zones of its openings.
+/// Computes the direct light from each patch to a sensor in lx/lm, by `points` points of each, in a room with these zones of its openings.
 fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &Place, stream: Key, points: u64) -> Vec<f64> {
     let mut lit = vec![0.0; scene.tubes.len() * CELLS];
     for number in 0..points {

@@ -1,8 +1,8 @@
-//! Paths that look for light of the patches of openings: each patch alone, one lumen of it.
+//! Paths that find the light of the patches of openings, separately for one lumen from each patch.
 //!
-//! Every vertex is connected to a point of each patch where it sees the opening whole, to some points of it with a test for what
-//! stands between elsewhere. Beside an opening one such connection and the ray that goes on share it by the power heuristic (Veach and
-//! Guibas 1995, beta = 2); behind narrow lobes and by way of mirrors the ray finds it. So every way of light is counted once.
+//! Where a vertex sees the opening whole it is connected to a point of each patch; elsewhere to some points of the opening, with a shadow
+//! ray each. Very near to an opening one such connection and the scattered ray share the light by the power heuristic (Veach and Guibas
+//! 1995, beta = 2); after narrow lobes and mirrors the ray finds it. So every light path is counted once.
 
 use std::cell::RefCell;
 use std::f64::consts::PI;
@@ -21,27 +21,27 @@ use crate::optics::Spectrum;
 use crate::sampling::warp;
 use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
-/// Points of an opening that a vertex is connected to where it may see a part of it only.
+/// Number of points of an opening that a vertex is connected to where it may see only a part of it.
 const CONNECTIONS: usize = 2;
 
-/// What a path finds of each patch, in lx (or cd/m2 for a path from an eye) per lumen that leaves it, tube by tube; the light of
-/// luminaires goes to the walk's sum.
+/// Light that a path finds of each patch, in lx (or cd/m2 for a path from an eye) per lumen that leaves it, tube by tube; the light of
+/// luminaires is added to the walk's sum.
 #[derive(Debug)]
 pub struct PatchLight<'a, const C: usize> {
-    /// The zone of each opening that shines.
+    /// Emitting zone of each opening.
     zones: &'a [Zone],
     found: RefCell<Vec<Spectrum<C>>>,
     vectors: pulp::Arch,
 }
 
 impl<'a, const C: usize> PatchLight<'a, C> {
-    /// Nothing found yet of the patches of these zones, one for each tube.
+    /// Makes an estimate of the light of the patches of these zones, one for each tube, that has found nothing yet.
     pub fn new(zones: &'a [Zone]) -> Self {
         let found = RefCell::new(vec![Spectrum::ZERO; zones.len() * CELLS]);
         Self { zones, found, vectors: pulp::Arch::new() }
     }
 
-    /// What all paths have found, patch by patch.
+    /// Returns the light that all paths have found, patch by patch.
     pub fn into_found(self) -> Vec<Spectrum<C>> {
         self.found.into_inner()
     }
@@ -52,13 +52,13 @@ impl<'a, const C: usize> PatchLight<'a, C> {
         }
     }
 
-    /// Area of the opening of a tube in that of the part of a patch that shines; 0 at a point where it does not.
+    /// Returns the area of the opening of a tube divided by that of the emitting part of a patch; 0 at a point that does not emit.
     fn per_part(&self, tube: &TraceableTube, number: usize, at: DVec3, patch: usize) -> f64 {
         let is_clear = tube.closure_at(at).unscattered::<C>().is_some();
         if is_clear { 0.0 } else { self.zones[number].per_part(patch) }
     }
 
-    /// Luminance in cd/m2 of a point of a patch by one lumen that leaves it.
+    /// Returns the luminance in cd/m2 of a point of a patch by one lumen that leaves the patch.
     fn luminance(&self, tube: &TraceableTube, number: usize, at: DVec3, patch: usize) -> f64 {
         self.per_part(tube, number, at, patch) / (PI * tube.opening_area_m2())
     }
@@ -108,11 +108,12 @@ impl<'a, const C: usize> PatchLight<'a, C> {
     }
 }
 
-/// Asks for the illuminance in lx of a receiver by one lumen that leaves each of some points of an opening, where it shines.
+/// Vectorized computation of the illuminance in lx of a receiver by one lumen that leaves each of some points of an opening, where it
+/// emits.
 struct Lit<'a> {
     receiver: &'a Receiver,
     points: &'a [DVec2; CELLS],
-    /// 1 for each point that shines, else 0.
+    /// 1 for each point that emits, else 0.
     held: &'a [f64; CELLS],
     centre: DVec2,
     radius: f64,
@@ -132,7 +133,7 @@ impl pulp::NullaryFnOnce for Lit<'_> {
     }
 }
 
-/// No light comes down the tubes.
+/// Daylight estimator without light: none comes down the tubes.
 struct NoDaylight;
 
 impl<const C: usize> Daylight<C> for NoDaylight {
@@ -143,7 +144,7 @@ impl<const C: usize> Daylight<C> for NoDaylight {
     }
 }
 
-/// Luminaires are met as by any other path.
+/// Next-event estimation of luminaires, which are found as by any other path.
 const LUMINAIRES: NextEvent<'static, NoDaylight> = NextEvent(&NoDaylight);
 
 impl<const C: usize> Meeting<C> for PatchLight<'_, C> {

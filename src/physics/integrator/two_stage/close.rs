@@ -1,5 +1,5 @@
-//! Point sensors so near to a surface that connections from photons tell no honest error, where light comes in beside lamps: paths from
-//! both ends ([`bidirectional`]) find all of their light.
+//! Point sensors so near to a surface that connections from photons give no reliable standard error, in rooms with traced light beside that
+//! of Lambertian closures: bidirectional paths ([`bidirectional`]) find all of their light.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,22 +13,22 @@ use crate::integrator::{GridPass, Integrator};
 use crate::scene::Grid;
 use crate::traceable::TraceableScene;
 
-/// Such sensors at most: of more of them another method serves better.
+/// Largest number of close sensors: where there are more, another method is faster.
 const MOST: usize = 64;
 
-/// Changes the seed of a job into that of these sensors.
+/// Mask that changes the seed of a job into that of these sensors.
 const SEED: u64 = 0x63_6c_6f_73_65;
 
 /// Sensors close to a surface, and the method that computes them.
 #[derive(Debug)]
 pub struct Close<const C: usize> {
-    /// Each sensor is a grid of its own.
+    /// Method in which each close sensor is a grid of its own.
     method: Bidirectional<C>,
-    /// Number of the grid of each, and of the sensor in it.
+    /// Number of the grid of each close sensor, and of the sensor in it.
     places: Vec<(usize, usize)>,
 }
 
-/// Reason why the close sensors of a task cannot be computed, if so.
+/// Returns the reason why the close sensors of a task cannot be computed, if there is one.
 pub fn refuses_close(task: &Task) -> Option<Refusal> {
     let refusal = dishonest_points(task.traceable, task.grids)?;
     let serves = close_sensors(task.traceable, task.grids).take(MOST + 1).count() <= MOST;
@@ -36,7 +36,8 @@ pub fn refuses_close(task: &Task) -> Option<Refusal> {
 }
 
 impl<const C: usize> Close<C> {
-    /// Finds the close sensors of a scene in which light comes in beside lamps; `None` where there is none. `target`: relative standard error.
+    /// Finds the close sensors of a scene with traced light beside that of Lambertian closures; `None` where there is none. `target` is the
+    /// relative standard error.
     pub fn new(scene: &Arc<TraceableScene>, grids: &[Grid], seed: u64, target: f64) -> Option<Self> {
         if all_lamps(&scene.tubes) {
             return None;
@@ -49,7 +50,8 @@ impl<const C: usize> Close<C> {
         (!places.is_empty()).then_some(Self { method, places })
     }
 
-    /// Puts a pass of these sensors in place of what the grids have of them, and returns the rays it took; `None` when cancelled.
+    /// Computes a pass of the close sensors, replaces their values in the grids by it, and returns the number of rays; `None` when
+    /// cancelled.
     pub fn replace(&self, pass: u64, grids: &mut [GridPass], cancel: &AtomicBool) -> Option<RayCount> {
         let found = self.method.pass(pass, cancel)?;
         for ((grid, sensor), of_sensor) in self.places.iter().zip(found.grids) {

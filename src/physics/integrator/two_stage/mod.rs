@@ -1,10 +1,10 @@
 //! Two stages: the path is cut at Lambertian diffusers, which forget where light came from.
 //!
-//! **Idea.** In each pass photons first find what leaves the diffusers ([`lamp`](super::lamp)). Then paths go backward from the
-//! sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A coarse solution of what
-//! surfaces reflect ([`radiosity`](super::radiosity)) is a control variate: rays count it, and some go on for what it leaves out.
-//! The stages are independent, and the second is linear in the first: every pass is unbiased, one replicate. Sensors of a grid measure
-//! what is left out together, as far as they do not differ; what they may differ by is in their errors (`estimate::residual`).
+//! **Idea.** In each pass photons first find the flux that leaves the diffusers ([`lamp`](super::lamp)). Then paths go backward from the
+//! sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A coarse solution of the light
+//! that surfaces reflect ([`radiosity`](super::radiosity)) is a control variate: rays count it, and some continue for its residual. The
+//! stages are independent, and the second is linear in the first: every pass is unbiased, one replicate. The sensors of a grid share one
+//! estimate of the residual as far as they do not differ; their possible differences are part of their errors (`estimate::residual`).
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#two-stages). A vertex V is *far* beyond one radius from a
 //! disc.
@@ -12,25 +12,25 @@
 //! | paths | estimator |
 //! | --- | --- |
 //! | `(K\|N) t F E`, far sensors that see all discs, and the eye | every photon, connected |
-//! | `(K\|N) t F V`, V the first, far, disc above the horizon, nothing between, no lobe | rings and sectors in closed form, and one photon for what they leave out |
-//! | `(K\|N) t F V`, V a later one, else the same | one photon by its flux, connected |
+//! | `(K\|N) t F V`, V the first, far, disc above the horizon, nothing between, no lobe | closed form of rings and sectors, one photon |
+//! | `(K\|N) t F V`, V a later one, else the same | one photon, chosen by its flux, connected |
 //! | `(K\|N) t F V`, else | two photons, connected; from within a quarter of the radius as path tracing |
 //! | `(K\|N) t F V`, a lobe below a roughness of 0.2 | as path tracing |
 //! | `K t F S+ (V\|E)`, `M S+ (V\|E)` by plane mirrors | connections to images |
 //! | the same by other mirrors | chance |
 //! | `M ..` and interreflection, light sent up and back included | as path tracing, around the coarse solution |
-//! | `(K\|N) t C ..` of grids, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
+//! | `(K\|N) t C ..` of grids, below closures that are Lambertian in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //! | all light of points close to a surface, below such closures | as bidirectional path tracing ([`close`]) |
 //!
-//! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536)
-//! and `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second
-//! is each sensor's own. The first two are by default chosen for the accuracy asked for, photons without views, and paths by a small
-//! trial in the room, so that about 8 passes reach it. Responses of a room are told by a replicate of its matrix in each pass
+//! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536) and
+//! `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second is each sensor's
+//! own. The first two are by default chosen for the requested accuracy, photons without views, and paths by a small trial in the room, so
+//! that about 8 passes reach it. Each pass estimates the daylight coefficients of a room from one replicate of its matrix
 //! ([`room_matrix`]).
 //!
-//! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, measured diffusers, and the sun by
-//! way of lobes below a roughness of 0.2, of mirrors of meshes and of long chains of mirrors. Bad at diffusers that mirrors of meshes show
-//! (it warns). The fluxes of tubes are those of the first stage; a few photons tell for the books where the light of the room ends.
+//! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, measured diffusers, and the sun reflected by
+//! lobes below a roughness of 0.2, by mirrors of meshes and by long chains of mirrors. Bad at diffusers that mirrors of meshes show (it
+//! warns). The fluxes of tubes are those of the first stage; a few photons estimate the energy balance of the room.
 //!
 //! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
 //! Guibas 1995.
@@ -74,14 +74,15 @@ use sensors::{reach, starts};
 use sizes::{PATHS, Sizes, Spread, Tried};
 use straight::{Connections, Sensors, Straight, by_mirrors, of_luminaires};
 
-/// Settings of two stages.
+/// Settings of the two-stage method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Photons from sky and sun per pass, all tubes together; 64..=16_777_216; `None`: by the accuracy asked for, or with views 8192.
+    /// Number of photons from sky and sun per pass, all tubes together; 64..=16_777_216; `None`: by the requested accuracy, or with views
+    /// 8192.
     pub photons_per_pass: Option<u64>,
-    /// Backward paths per sensor and pass; 1..=65_536; `None`: by the accuracy asked for.
+    /// Number of backward paths per sensor and pass; 1..=65_536; `None`: by the requested accuracy.
     pub samples_per_sensor: Option<u32>,
-    /// Backward paths per pixel and pass; 1..=4_096.
+    /// Number of backward paths per pixel and pass; 1..=4_096.
     pub samples_per_pixel: u32,
 }
 
@@ -108,7 +109,7 @@ impl Described for Settings {
         true
     }
 
-    /// Refuses closures that do not forget directions, and sun that only chance would find by way of mirrors.
+    /// Refuses closures that do not forget directions, and sunlight that paths would find only by chance, reflected by mirrors.
     fn refuses(&self, task: &Task) -> Option<Refusal> {
         refuses_closures(task).or_else(|| chance::sun_by_other_mirrors(task.traceable))
     }
@@ -132,7 +133,7 @@ impl Described for Settings {
             let whole = Trial::whole(self.clone(), most_places(tubes, 49));
             return whole.with(TrialPasses::of_size(PATHS.of(target, 1.0), Powers::of_growth(PATHS.growth)));
         }
-        // each place has the noise of its own paths, whose number stays, and all have that of the photons
+        // each place has the noise of its own paths, whose number does not change, and all share the noise of the photons
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
         let photons = self.photons_per_pass.unwrap_or_else(|| Sizes::photons(target, tubes, !task.views.is_empty()));
         let tried = TrialPasses::fewer(photons, 0.125);
@@ -149,8 +150,8 @@ impl Described for Settings {
     }
 }
 
-/// Reason why paths cannot be cut at the closures, if so: light from beside lamps is found for level grids alone, and near an opening paths
-/// follow all that its table scatters.
+/// Returns the reason why paths cannot be cut at the closures, if there is one: light beside that of Lambertian closures is computed for
+/// level grids only, and near an opening paths would follow all light that a measured closure scatters.
 fn refuses_closures(task: &Task) -> Option<Refusal> {
     let tubes = &task.traceable.tubes;
     let measured = tubes.iter().any(|tube| tube.diffuser.measured().is_some());
@@ -161,16 +162,17 @@ fn refuses_closures(task: &Task) -> Option<Refusal> {
     refuses_beside(task).or_else(|| refuses_close(task).map(of_light_tracing))
 }
 
-/// Reflections of a path that no roulette decides: it would throw away what even points gain.
+/// Number of reflections of a path without Russian roulette, which would spoil the gain of low-discrepancy points.
 const CERTAIN_REFLECTIONS: u32 = 3;
 
-/// Pairs of Sobol coordinates of a path.
+/// Number of pairs of Sobol coordinates of a path.
 const SOBOL_PAIRS: u32 = 8;
 
-/// The same for paths from an eye, which share even points with those of neighbouring pixels: a third pair gains nothing.
+/// Number of pairs of Sobol coordinates of a path from an eye, whose points are low-discrepancy together with those of neighbouring pixels:
+/// a third pair gains nothing.
 const SOBOL_PAIRS_SEEN: u32 = 2;
 
-/// The method on one scene; `C` channels of light.
+/// Method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct TwoStage<const C: usize> {
     scene: Arc<TraceableScene>,
@@ -179,25 +181,25 @@ pub struct TwoStage<const C: usize> {
     views: Vec<View>,
     sizes: Sizes,
     connections: Connections,
-    /// Coarse solution of the light that surfaces reflect, if that is followed.
+    /// Coarse solution of the light that surfaces reflect; `None` where they reflect none.
     reflected: Option<Arc<Solution<C>>>,
-    /// Sensors that another method computes.
+    /// Sensors close to surfaces, which another method computes.
     close: Option<Close<C>>,
-    /// The room, where responses are told.
+    /// Matrix of the room, where daylight coefficients are requested.
     room: Option<Room<C>>,
     seed: Key,
 }
 
-/// Length of an edge of a patch at first, as a share of the room's shortest edge; edges that are shorter by less than this factor are not
-/// worth another solution.
+/// Initial length of an edge of a patch, as a fraction of the room's shortest edge, and the factor above which shorter edges are not worth
+/// another solution.
 const EDGE: f64 = 1.0 / 6.0;
 const WORTHWHILE: f64 = 0.8;
 
-/// Sensors of a grid that are tried, at most.
+/// Largest number of sensors of a grid in a trial.
 const TRIED_SENSORS: usize = 36;
 
 impl<const C: usize> TwoStage<C> {
-    /// The method for a relative standard error `target`; equal seeds give equal bits.
+    /// Builds the method for a relative standard error `target`; equal seeds give equal bits.
     pub fn new(task: &Task, settings: &Settings, seed: u64, target: f64) -> Self {
         let scene = task.traceable;
         let starts = starts(scene, task.grids, task.views);
@@ -219,7 +221,7 @@ impl<const C: usize> TwoStage<C> {
         Self { room, close, ..Self::sized(scene, (task.grids, task.views), (sizes, target), known, seed) }
     }
 
-    /// Sizes of a pass, by a small trial where the document does not say how many paths there are.
+    /// Chooses the sizes of a pass, by a small trial where the document does not set the number of paths.
     fn sizes(
         task: &Task,
         settings: &Settings,
@@ -247,7 +249,7 @@ impl<const C: usize> TwoStage<C> {
         }
     }
 
-    /// Divides the photons of a pass among sky and sun of the tubes.
+    /// Builds the method with given sizes, and divides the photons of a pass among sky and sun of the tubes.
     fn sized(
         scene: &Arc<TraceableScene>,
         (grids, views): (&[Grid], &[View]),
@@ -262,7 +264,7 @@ impl<const C: usize> TwoStage<C> {
         Self { lamps, grids, views, sizes, connections, reflected, close: None, room: None, seed, scene: scene.clone() }
     }
 
-    /// Tries paths from some sensors and returns how much they differ; `None` without sensors.
+    /// Computes trial paths from some sensors and returns the spread of their values; `None` without sensors.
     fn tried(
         scene: &Arc<TraceableScene>,
         grids: &[Grid],
@@ -274,7 +276,7 @@ impl<const C: usize> TwoStage<C> {
         let sizes = Sizes { photons, ..Sizes::TRIED };
         let method = Self::sized(scene, (&grids, &[]), (sizes, target), reflected.cloned(), seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
-        // the light is the same in all: how much it differs is no matter of paths
+        // all passes have the same light, because its variance does not depend on paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;
         let tried = |number: usize, sensor: usize| {
             let sensors = Sensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
@@ -298,7 +300,7 @@ impl<const C: usize> TwoStage<C> {
         Spread::of(values.into_iter().flatten())
     }
 
-    /// One pass of a grid, and the rays it took; `None` when cancelled.
+    /// Computes one pass of a grid, and the number of its rays; `None` when cancelled.
     fn grid(&self, light: &DiffuserLight<C>, sensors: Sensors, cancel: &AtomicBool) -> Option<(GridPass, RayCount)> {
         let (scene, grid) = (&*self.scene, sensors.grid);
         let sampling = Sampling {
@@ -334,7 +336,7 @@ impl<const C: usize> TwoStage<C> {
         Some((pass, all_rays))
     }
 
-    /// Adds the light of the diffusers that the eye sees straight.
+    /// Adds the light of the diffusers that the eye sees directly.
     fn add_diffusers(&self, light: &DiffuserLight<C>, view: &View, luminance: &mut [f64]) {
         for tube in light.tubes() {
             let exits: Vec<_> = tube
@@ -353,7 +355,7 @@ impl<const C: usize> TwoStage<C> {
         }
     }
 
-    /// The light of a pass, with the coarse solution of what surfaces reflect of it.
+    /// Computes the light of a pass, with the coarse solution of the light that surfaces reflect of it.
     fn lit(&self, key: Key, cancel: &AtomicBool) -> Option<Lit<C>> {
         let Lit { lamps, beside, account } = self.lamps.pass(&self.scene, key, cancel)?;
         let lamps = match &self.reflected {
@@ -363,7 +365,7 @@ impl<const C: usize> TwoStage<C> {
         Some(Lit { lamps, beside, account })
     }
 
-    /// All grids in one pass, and the rays they took.
+    /// Computes all grids in one pass, and the number of rays.
     fn grids(
         &self,
         light: &DiffuserLight<C>,

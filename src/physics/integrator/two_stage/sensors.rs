@@ -1,4 +1,4 @@
-//! What is known of sensors before the first pass: which openings they see whole, and where their paths begin.
+//! Preparation of sensors before the first pass: the openings that they see whole, and the starts of their paths.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use crate::integrator::radiosity::Spot;
 use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::{Place, TraceableScene};
 
-/// Distance of the points of a sensor from its centre, at most, in m.
+/// Returns the largest distance in m of the points of a sensor from its centre.
 pub fn reach(grid: &Grid) -> f64 {
     match grid.estimate {
         EstimateKind::CellAverage => 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]),
@@ -17,21 +17,21 @@ pub fn reach(grid: &Grid) -> f64 {
     }
 }
 
-/// A point of a cell, from its centre.
+/// Returns a point of a cell in m from its centre, for two numbers in 0..1.
 pub fn point_of_cell(grid: &Grid, [u, v]: [f64; 2]) -> DVec3 {
     DVec3::new((u - 0.5) * grid.cell_size_m[0], (v - 0.5) * grid.cell_size_m[1], 0.0)
 }
 
-/// The part of an opening that a sensor sees.
+/// Part of an opening that a sensor sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
-    /// Certainly all of it.
+    /// Certainly the whole opening.
     Whole,
-    /// Certainly nothing.
+    /// Certainly nothing of it.
     Hidden,
-    /// It is not known how much, and boxes alone may hide some from the sensor, which is a point.
+    /// Unknown part, of which only boxes can hide something from the sensor, which is a point.
     BesideBoxes,
-    /// It is not known how much.
+    /// Unknown part.
     InPart,
 }
 
@@ -65,11 +65,11 @@ pub fn seen(scene: &TraceableScene, grid: &Grid) -> Vec<Seen> {
 /// Corners of a cell, in its edges.
 const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
 
-/// Sensors of a grid, at most, and pixels of a row, from which patches are found.
+/// Largest number of sensors of a grid, and of pixels of a row, from which patches are found.
 const STARTS_OF_GRID: usize = 256;
 const STARTS_OF_ROW: usize = 16;
 
-/// Starts of paths: some of the sensors, and what eyes see.
+/// Chooses starts of paths: some of the sensors, and points that eyes see.
 pub fn starts(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Vec<Spot> {
     let mut starts = Vec::new();
     for grid in grids.iter().map(|grid| grid.thinned(STARTS_OF_GRID)) {

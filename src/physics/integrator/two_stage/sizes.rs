@@ -1,5 +1,4 @@
-//! How many photons and paths a pass has: so many that about eight passes reach the accuracy asked for, by what a small trial tells of
-//! the room.
+//! Numbers of photons and paths of a pass, chosen from a small trial in the room so that about eight passes reach the requested accuracy.
 
 use crate::integrator::GridPass;
 use crate::integrator::lamp::beside::photons_beside;
@@ -9,84 +8,84 @@ use crate::sampling::power_of_two;
 use crate::statistics::Moments;
 use crate::traceable::TraceableTube;
 
-/// Fewest and most photons of a pass unless the document says how many; with views the most.
+/// Fewest and most photons of a pass unless the document sets their number; with views the most.
 const FEWEST_PHOTONS: f64 = 64.0;
 const MOST_PHOTONS: f64 = 8192.0;
-/// Most where photons bring light into the room beside the lamps, too.
+/// Most photons of a pass where they also bring light into the room beside that of Lambertian closures.
 const MOST_BESIDE: f64 = 65_536.0;
 
-/// Fewest and most paths from a sensor in a pass, unless the document says how many.
+/// Fewest and most paths from a sensor in a pass, unless the document sets their number.
 const FEWEST_PATHS: f64 = 4.0;
 const MOST_PATHS: f64 = 1024.0;
 
-/// Paths from a sensor in a room of no special kind, for what is told of jobs before their rooms are tried.
+/// Number of paths from a sensor in an average room, for forecasts of jobs before their rooms are tried.
 pub const PATHS: PassSize = PassSize { for_one_percent: 16.0, growth: 2.0, fewest: FEWEST_PATHS, most: MOST_PATHS };
 
-/// Paths from a sensor of which one goes on beyond the first surface, where the document says how many there are.
+/// Number of paths from a sensor for each one that continues beyond the first surface, where the document sets the number of paths.
 const PATHS_OF_ONE_BEYOND: u32 = 4;
 
-/// Fewest and most connections of a sensor to an opening that something may hide.
+/// Number of connections of a sensor to an opening that something may hide, and their largest number after a trial.
 const PER_OPENING: PassSize = PassSize { for_one_percent: 8.0, growth: 2.0, fewest: 4.0, most: 64.0 };
 const MOST_PER_OPENING: f64 = 1024.0;
 
-/// Passes by which the accuracy is to be reached, and the share of the squared error that paths may have: Student's quantile for so few
-/// passes, and errors that differ by chance, take the rest.
+/// Number of passes in which the accuracy should be reached, and the fraction of the squared error that paths may have: Student's quantile
+/// for so few passes, and chance in the error estimates, take the rest.
 pub const PASSES: f64 = 8.0;
 const SHARE_OF_PATHS: f64 = 0.6;
 
-/// Power of the number of a sensor's even directions by which the variance of what they gather falls.
+/// Power of the number of a sensor's low-discrepancy directions by which the variance of the gathered light falls.
 const GAIN_OF_EVEN: f64 = 1.4;
 
-/// Power of the number of even connections by which the variance of what is hidden in part falls.
+/// Power of the number of low-discrepancy connections by which the variance of partly hidden light falls.
 const GAIN_OF_CONNECTIONS: f64 = 1.5;
 
 /// Time of a connection, in that of a ray that ends at the first surface.
 const TIME_OF_CONNECTION: f64 = 0.5;
 
-/// Share of the variance of what is beyond that sensors have of their own even where they are many: patches are not equally good everywhere.
+/// Fraction of the residual's variance that remains in each sensor however many share it: patches are not equally good everywhere.
 const DIFFERENT: f64 = 0.04;
 
-/// Time that a path takes beyond its first surface, in that of a ray that ends there.
+/// Time of a path beyond its first surface, in that of a ray that ends there.
 const TIME_BEYOND: f64 = 10.0;
 
-/// Rays of a coarse solution in those of all passes, and how much finer than at first it gets at the most.
+/// Rays of a coarse solution as a fraction of those of all passes, and the smallest factor by which its edges get shorter than at first.
 const SHARE_OF_PATCHES: f64 = 0.25;
 const FINEST: f64 = 0.15;
 
-/// Numbers of a pass.
+/// Numbers of photons, paths and connections of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
-    /// Photons down the tubes.
+    /// Number of photons down the tubes.
     pub photons: u64,
-    /// Paths from each sensor.
+    /// Number of paths from each sensor.
     pub per_sensor: u32,
-    /// Number of these that go on beyond the first surface of which the radiosity is known.
+    /// Number of these that continue beyond the first surface with a coarse solution.
     pub beyond: u32,
-    /// Photons of an opening that something may hide to which a sensor is connected.
+    /// Number of connections of a sensor to photons of an opening that something may hide.
     pub per_opening: u32,
-    /// Paths from each pixel.
+    /// Number of paths from each pixel.
     pub per_pixel: u32,
 }
 
 impl Sizes {
-    /// Photons of a pass for a relative standard error `target`, or with views.
+    /// Returns the number of photons of a pass for a relative standard error `target`, or with views.
     pub fn photons(target: f64, tubes: &[TraceableTube], views: bool) -> u64 {
         let of_lamps = photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS);
         let beside = photons_beside(tubes, target).min(MOST_BESIDE);
         power_of_two(if views { MOST_PHOTONS } else { of_lamps.max(beside) })
     }
 
-    /// Photons of a pass at the most, where the document does not say how many.
+    /// Returns the largest number of photons of a pass, where the document does not set it.
     pub const fn most_photons() -> f64 {
         MOST_BESIDE
     }
 
-    /// Connections to an opening that something may hide.
+    /// Returns the number of connections to an opening that something may hide.
     pub fn per_opening(target: f64) -> u32 {
         PER_OPENING.of(target, 1.0).round() as u32
     }
 
-    /// So many paths from each sensor, as a document says.
+    /// Returns these sizes with the number of paths from each sensor that a document sets.
     pub fn with_paths(self, per_sensor: u32) -> Self {
         Self { per_sensor, beyond: per_sensor.div_ceil(PATHS_OF_ONE_BEYOND), ..self }
     }
@@ -94,8 +93,8 @@ impl Sizes {
     /// Sizes of a small trial of how much sensors differ from pass to pass.
     pub const TRIED: Self = Self { photons: 0, per_sensor: 16, beyond: 4, per_opening: 4, per_pixel: 0 };
 
-    /// Factor by which edges of patches are to be shorter, at most 1, so that the coarse solution, which took so many `rays`, has its share of
-    /// a job of so many sensors and pixels.
+    /// Returns the factor, at most 1, by which edges of patches should be shorter, so that the coarse solution, which took `rays` rays, has
+    /// its fraction of the time of a job with this number of sensors and pixels.
     pub fn finer(self, rays: f64, (sensors, pixels): (usize, usize)) -> f64 {
         let of_sensor = f64::from(self.per_sensor) + TIME_BEYOND * f64::from(self.beyond);
         let of_pixel = f64::from(self.per_pixel) * TIME_BEYOND;
@@ -103,10 +102,11 @@ impl Sizes {
         (rays / (SHARE_OF_PATCHES * passes)).sqrt().clamp(FINEST, 1.0)
     }
 
-    /// Sizes with as many paths, connections and photons as some sensors of `all`, below so many `tubes`, that were tried ask for: of all divisions of the error between
-    /// what is gathered, what is beyond and what is hidden in part, that which takes the least time.
+    /// Returns these sizes with the paths, connections and photons that the spread of the tried sensors, some of `all` below this number of
+    /// `tubes`, requires: of all divisions of the squared error between gathered, residual and partly hidden light, the one that takes the
+    /// least time.
     pub fn tried(self, target: f64, spread: Spread, (all, tubes): (usize, usize)) -> Self {
-        // what is beyond has its part in a sensor's error as far as sensors do not measure it together
+        // the residual counts in a sensor's error as far as sensors do not share its estimate
         let beyond = spread.beyond * (DIFFERENT + 1.0 / (all.max(1) as f64).sqrt()).min(1.0);
         let variance = PASSES * SHARE_OF_PATHS * target * target;
         let of = |part: u32| variance * f64::from(part) / f64::from(DIVISIONS);
@@ -137,28 +137,28 @@ impl Sizes {
     }
 }
 
-/// Parts of the error that are divided.
+/// Number of parts into which the squared error is divided.
 const DIVISIONS: u32 = 16;
 
-/// What a sensor has in some passes by the sizes of a trial, in lx.
+/// Values of a sensor in some passes by the sizes of a trial, in lx.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tried {
-    /// All of its light.
+    /// Illuminance by all light.
     pub lux: Moments,
-    /// The part that surfaces reflect by the coarse solution.
+    /// Part that surfaces reflect by the coarse solution.
     pub gathered: Moments,
-    /// The part that this leaves out.
+    /// Residual: the part that the coarse solution leaves out.
     pub beyond: Moments,
-    /// The rest: light straight from its sources.
+    /// Remaining part: light straight from its sources.
     pub straight: Moments,
-    /// Variance in lx2 by what boxes hide in part, with one photon of each opening.
+    /// Variance in lx2 by light that boxes partly hide, with one photon of each opening.
     pub by_one_photon: f64,
-    /// Openings, luminaires and chains of mirrors to each of which it was connected by some ways.
+    /// Number of openings, luminaires and chains of mirrors to each of which the sensor has several connections.
     pub ways: f64,
 }
 
 impl Tried {
-    /// Adds what a sensor has in a pass.
+    /// Adds the values of a sensor in one pass.
     pub fn push(&mut self, grid: &GridPass, sensor: usize) {
         let [lux, gathered, beyond] = [&grid.illuminance, &grid.gathered, &grid.residual].map(|values| values[sensor]);
         self.lux.push(lux);
@@ -171,15 +171,15 @@ impl Tried {
 /// Variances relative to the squared illuminance of a sensor: means over some sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Variance of the part that is gathered, by as many paths as are tried.
+    /// Variance of the gathered part, by the number of paths of the trial.
     pub gathered: f64,
-    /// Variance of the part beyond it, by one path.
+    /// Variance of the residual, by one path.
     pub beyond: f64,
-    /// Variance of what comes straight, by as many connections as are tried.
+    /// Variance of the direct light, by the number of connections of the trial.
     pub hidden: f64,
-    /// Openings, luminaires and chains of mirrors to each of which a sensor is connected so.
+    /// Number of openings, luminaires and chains of mirrors to each of which a sensor has several connections.
     pub ways: f64,
-    /// Variance by what boxes hide in part, with one photon of each opening.
+    /// Variance by light that boxes partly hide, with one photon of each opening.
     pub by_one_photon: f64,
 }
 
@@ -208,9 +208,9 @@ mod tests {
 
     const NONE: Sizes = Sizes { photons: 64, per_sensor: 1, beyond: 1, per_opening: 4, per_pixel: 1 };
 
-    /// By hand: 4.8 (1 %)^2 may be divided; what is gathered alone takes 15/16 of it, and (16/15)^(1/1.4) as many paths as were tried where
-    /// these would have it whole; half the error takes 4^(1/1.4) as many; what many sensors measure together takes fewer paths of
-    /// each; bounds hold.
+    /// Checks values computed by hand: 4.8 (1 %)^2 may be divided; gathered light alone takes 15/16 of it, and (16/15)^(1/1.4) as many
+    /// paths as were tried, which would be enough if it had all; half the error takes 4^(1/1.4) as many; a residual that many sensors share
+    /// takes fewer paths of each; bounds hold.
     #[test]
     fn paths_follow_from_what_is_tried() {
         let spread = Spread { gathered: 4.8e-4, beyond: 0.0, hidden: 0.0, ways: 0.0, by_one_photon: 0.0 };
@@ -231,7 +231,7 @@ mod tests {
         assert!(dear.per_opening >= 4 && tried(0.01, spread, 81).per_opening == 4);
     }
 
-    /// Two passes at 1 and 3 lx: a variance of 2 lx2, over the square of 2 lx; of one of four paths four times that.
+    /// Checks two passes at 1 and 3 lx: a variance of 2 lx2, over the square of 2 lx; of one of four paths four times that.
     #[test]
     fn spreads_are_relative_to_the_light() {
         let of = |values: [f64; 2]| {

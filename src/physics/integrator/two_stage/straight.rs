@@ -1,11 +1,13 @@
-//! Light straight from openings and luminaires to the sensors.
+//! Direct light from openings and luminaires to the sensors.
 //!
 //! A sensor that certainly sees all of an opening is connected to every photon that leaves it, and one that certainly sees nothing of it to
-//! none. One from which something may hide a part is connected to some: the photons lie along a line through all cells of the opening, and the passes together take even places of it, so that
-//! what hides more than a fraction of one over their number is met.
+//! none. A sensor from which something may hide a part is connected to some photons: they are ordered along a line through all cells of the
+//! opening, and the connections of all passes together are spread evenly over it. So they notice every obstacle that hides more than about
+//! one over their number.
 //!
-//! What hides less may be met by none, and n connections that agree are no proof. Where of all that may be hidden in part a fifth is, by any
-//! share as likely as by any other, the share that is missed has a standard deviation of n^-3/2 of the light: the error is that at the least.
+//! Smaller obstacles may be missed, and n connections that agree are no proof that there are none. If a fifth of all openings that may be
+//! partly hidden are so, and all hidden fractions are equally likely, the missed fraction of the light has a standard deviation of n^-3/2:
+//! this is the smallest error of a sensor.
 
 use std::f64::consts::PI;
 use std::ops::AddAssign;
@@ -24,14 +26,14 @@ use crate::scene::{EstimateKind, Grid, Sensor};
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
-/// Light that comes straight to a sensor.
+/// Direct light of a sensor.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Straight {
     /// Illuminance in lx.
     pub lux: f64,
-    /// Error in lx by what all connections may have missed, times the number of passes.
+    /// Error in lx by obstacles that all connections may have missed, times the number of passes.
     pub missed: f64,
-    /// Variance in lx2 by what boxes hide in part, with one photon of each opening in place of all.
+    /// Variance in lx2 by light that boxes partly hide, with one photon of each opening in place of all.
     pub by_one_photon: f64,
     pub rays: RayCount,
 }
@@ -48,14 +50,14 @@ impl AddAssign for Straight {
 /// Connections of sensors to openings.
 #[derive(Debug)]
 pub struct Connections {
-    /// The part of each opening that each sensor sees, grid by grid, and tube by tube.
+    /// Part of each opening that each sensor sees, grid by grid, and tube by tube.
     seen: Vec<Vec<Seen>>,
-    /// Connections to an opening that something may hide.
+    /// Number of connections to an opening that something may hide.
     per_opening: u32,
     seed: Key,
 }
 
-/// The sensors of a grid in a pass.
+/// Sensors of a grid in a pass.
 #[derive(Clone, Copy)]
 pub struct Sensors<'a> {
     /// Number of the grid.
@@ -63,19 +65,19 @@ pub struct Sensors<'a> {
     pub grid: &'a Grid,
     /// Number of the pass.
     pub pass: u64,
-    /// Offsets in cells of all photons; `None` for points.
+    /// Offsets of all photons within a cell, in m; `None` for points.
     pub offsets: Option<&'a [Vec<DVec2>]>,
-    /// Random numbers of this grid in this pass.
+    /// Key of the random numbers of this grid in this pass.
     pub stream: Key,
 }
 
 impl Connections {
-    /// Finds which openings the sensors of the grids see whole, and which not at all.
+    /// Finds the openings that the sensors of the grids see whole, and those that they do not see at all.
     pub fn new(scene: &TraceableScene, grids: &[Grid], per_opening: u32, seed: Key) -> Self {
         Self { seen: grids.iter().map(|grid| seen(scene, grid)).collect(), per_opening, seed }
     }
 
-    /// Number of sources to which a sensor of a grid is connected by some ways each: openings and luminaires that something may hide in
+    /// Counts the sources to each of which a sensor of a grid has several connections: openings and luminaires that something may hide in
     /// part, and chains of mirrors.
     pub fn ways(&self, scene: &TraceableScene, grid: usize, sensor: usize) -> usize {
         let tubes = scene.tubes.len();
@@ -86,7 +88,7 @@ impl Connections {
         openings + hidden + scene.mirrors.count() * (1 + luminaires)
     }
 
-    /// Computes what comes straight to a sensor from all openings that are far from it.
+    /// Computes the direct light of a sensor from all openings that are far from it.
     pub fn straight<const C: usize>(
         &self,
         scene: &TraceableScene,
@@ -140,7 +142,7 @@ impl Connections {
     }
 }
 
-/// Computes what an opening sends straight to a point from which boxes may hide a part of it: every photon is looked for in their shadows.
+/// Computes the direct light of a point from an opening that boxes may partly hide: for every photon the shadows of the boxes decide.
 fn beside_boxes<const C: usize>(
     scene: &TraceableScene,
     light: &DiffuserLight<C>,
@@ -168,8 +170,8 @@ fn beside_boxes<const C: usize>(
     }
 }
 
-/// Computes what openings and luminaires send to a sensor by way of mirrors, by so many connections by each chain of them; those to
-/// luminaires share it with the sensor's rays.
+/// Computes the light that openings and luminaires send to a sensor by mirrors, with `connections` connections by each chain of mirrors;
+/// the connections to luminaires are weighted (MIS) against the sensor's `rays`.
 pub fn by_mirrors<const C: usize>(
     scene: &TraceableScene,
     light: &DiffuserLight<C>,
@@ -182,7 +184,7 @@ pub fn by_mirrors<const C: usize>(
     let Sensor { position, normal } = lifted(scene, grid, sensor);
     let average = grid.estimate == EstimateKind::CellAverage;
     let key = sensors.stream.stream(Stream::Sensor, sensor as u64).stream(Stream::StraightByMirrors, 0);
-    // points of a cell may lie before mirrors behind which its centre lies
+    // points of a cell may lie in front of mirrors behind which its centre lies
     for chain in 0..scene.mirrors.count() {
         let mut random = PathRandom::new(key.child(chain as u64));
         let connections = scene.mirrors.connections(chain, connections);
@@ -210,8 +212,8 @@ pub fn by_mirrors<const C: usize>(
     straight
 }
 
-/// Computes what luminaires send straight to a sensor: in closed form where nothing can hide it, else by so many connections to each, which
-/// share it with the sensor's rays by the power heuristic (Veach and Guibas 1995, beta = 2).
+/// Computes the direct light of a sensor from luminaires: in closed form where nothing can hide it, else by `connections` connections to
+/// each, which share it with the sensor's `rays` by the power heuristic (Veach and Guibas 1995, beta = 2).
 pub fn of_luminaires<const C: usize>(
     scene: &TraceableScene,
     sensors: Sensors,
@@ -259,14 +261,14 @@ pub fn of_luminaires<const C: usize>(
     straight
 }
 
-/// Illuminance per luminance of a sensor by one of so many connections to a luminaire, along a `way` that arrives at this cosine, beside so many
-/// of its rays.
+/// Returns the illuminance of a sensor per luminance by one of `connections` connections to a luminaire, along a `way` that arrives at this
+/// cosine, weighted (MIS) against `rays` of the sensor.
 fn beside_rays(luminaire: &TraceableLuminaire, way: DVec3, cosine: f64, [rays, connections]: [f64; 2]) -> f64 {
     let connected = connections * luminaire_density(luminaire, way);
     if cosine > 0.0 && connected > 0.0 { cosine * share(connected, rays * cosine / PI) / connected } else { 0.0 }
 }
 
-/// The digits of a number to the base 2, mirrored at the point (van der Corput 1935): numbers that follow each other are even in 0..1.
+/// Mirrors the binary digits of a number at the point (radical inverse, van der Corput 1935): consecutive numbers are uniform in 0..1.
 fn radical_inverse(number: u64) -> f64 {
     (number.reverse_bits() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }
