@@ -1,33 +1,33 @@
-//! How much two estimates of the same grid differ, in their standard errors.
+//! Discrepancies of two estimates of the same grid, in their standard errors.
 
 use super::GridEstimate;
 use super::grid_statistics::{self, Statistic};
 use crate::statistics::interval::deviation_of_student;
 
-/// Share of a value by which rounding may change it: closed forms summed in another order.
+/// Fraction of a value by which rounding may change it: closed forms may be summed in another order.
 const ROUNDING: f64 = 1e-9;
 
-/// A discrepancy of one sensor at which two estimates are said to differ, in standard errors, were it the only one.
+/// Discrepancy of a single sensor, in standard errors, at which two estimates are said to differ.
 const TOO_MUCH: f64 = 5.0;
 
 /// Discrepancies of two independent estimates of some grids.
 ///
-/// Each is in standard errors of the difference of the two, as that of a normal distribution which is as likely: errors of few
-/// passes are themselves uncertain, and their quotients spread more (degrees of freedom: Welch 1947).
+/// Each is a difference in standard errors of the difference, converted to the deviation of a normal distribution that is as likely: with
+/// few passes standard errors are uncertain themselves, and the quotients spread more (degrees of freedom: Welch 1947).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Discrepancy {
     /// Number of sensors that were compared.
     pub sensors: usize,
-    /// The largest of all sensors, without its sign; infinite where exact values differ.
+    /// Largest absolute discrepancy of all sensors; infinite if exact values differ.
     pub worst: f64,
-    /// Root of the mean square; about 1 where both are right.
+    /// Root mean square over the sensors; about 1 if both estimates are right.
     pub rms: f64,
-    /// The largest of the means of the grids, without its sign.
+    /// Largest absolute discrepancy of the means of the grids.
     pub of_means: f64,
 }
 
 impl Discrepancy {
-    /// Compares each grid with the estimate that `check` picks of it; `None` where no grid has two values with errors.
+    /// Compares each grid with the estimate that `check` selects for it; `None` if no grid has two values with errors.
     pub fn of<'a>(
         grids: &'a [GridEstimate],
         check: impl Fn(&'a GridEstimate) -> Option<&'a GridEstimate>,
@@ -56,20 +56,20 @@ impl Discrepancy {
         (all.sensors > 0).then_some(all)
     }
 
-    /// True if the two estimates cannot both be right: a sensor or a mean is further off than 5 standard errors make one alone,
-    /// the choice of the worst of many allowed for.
+    /// True if the two estimates cannot both be right: the largest discrepancy of a sensor is less likely, allowing for the number of
+    /// sensors, than one of 5 standard errors of a single sensor, or that of a grid's mean is larger than 5.
     pub fn is_too_much(&self) -> bool {
         self.worst > most_of(self.sensors) || self.of_means > TOO_MUCH
     }
 }
 
-/// Size of the largest of `count` deviations that is as unlikely as [`TOO_MUCH`] is of one, by the tail of the normal
-/// distribution: exp(-z^2 / 2) falls to the part of it that is one of the count.
+/// Returns the size of the largest of `count` deviations that is as unlikely as [`TOO_MUCH`] is for a single one, by the tail of the normal
+/// distribution: exp(-z^2 / 2) falls to one over the count of it.
 fn most_of(count: usize) -> f64 {
     (TOO_MUCH * TOO_MUCH + 2.0 * libm::log(count.max(1) as f64)).sqrt()
 }
 
-/// The difference of two values that have as many passes, in standard errors.
+/// Returns the difference of two values with equal numbers of passes, in standard errors.
 fn deviation([a, b]: [Statistic; 2], passes: f64) -> f64 {
     let difference = (a.value - b.value).abs() - ROUNDING * a.value.abs().max(b.value.abs());
     if difference <= 0.0 {
@@ -94,7 +94,7 @@ mod tests {
     use crate::statistics::Moments;
     use crate::statistics::interval::tests::normal;
 
-    /// Grids of as many sensors, whose passes spread by 1 about `mean`.
+    /// Returns an estimate of `sensors` sensors whose passes spread by 1 about `mean`.
     fn estimate(random: &mut PathRandom, sensors: usize, passes: usize, mean: f64) -> GridEstimate {
         let mut grid = GridEstimate::empty(sensors);
         for _ in 0..passes {
@@ -110,8 +110,8 @@ mod tests {
         Discrepancy::of(&[grid], |grid| grid.beside.last()).unwrap()
     }
 
-    /// 4000 sensors of 8 passes: the root mean square is 1 within 4 of its errors 1 / sqrt(2 n), the worst is what normal
-    /// numbers give, and Student's wide tails make no alarm.
+    /// For 4000 sensors of 8 passes the root mean square is 1 within 4 of its errors 1 / sqrt(2 n), the worst is that of normal numbers,
+    /// and Student's wide tails raise no alarm.
     #[test]
     fn what_chance_does_is_no_discrepancy() {
         let mut random = PathRandom::new(Key::new(5));
@@ -123,7 +123,7 @@ mod tests {
         assert!(found.worst > 2.5 && found.worst < 5.0 && !found.is_too_much(), "{found:?}");
     }
 
-    /// A sensor that is 20 standard errors off is found among many, and a mean that is where no sensor is.
+    /// A sensor that is 20 standard errors off is found among many, and so is a mean that is off where no single sensor is.
     #[test]
     fn what_chance_does_not_do_is_found() {
         let mut random = PathRandom::new(Key::new(6));
@@ -137,7 +137,7 @@ mod tests {
         assert!(found.worst < 6.0 && found.of_means > 10.0 && found.is_too_much(), "{found:?}");
     }
 
-    /// Values without errors agree to rounding or differ without bound; one pass says nothing.
+    /// Values without errors agree to rounding or differ without bound; one pass gives no discrepancy.
     #[test]
     fn exact_values_agree_or_not() {
         let exact = |value: f64| {

@@ -1,80 +1,80 @@
-//! How the error of a job falls with its passes, foretold from the few passes of a pilot.
+//! Law by which the error of a job falls with its passes, predicted from the few passes of a pilot.
 //!
-//! The variance of a job's mean after n passes has up to four parts, relative to the values and averaged over sensors, or blocks of
-//! pixels. Noise falls as 1 / n; where gather radii shrink, as the mean of their inverse squares over n passes does, over n. The
-//! bias of kernels stays, or falls as the mean of the squared radii. The choice of fixed points stays. The job adds the square of
-//! the bias as it is estimated, less the variance of this estimate, where that is above zero: so an uncertain estimate adds to an
-//! error, too. Docs: docs/physics/statistics.md#what-a-pilot-foretells.
+//! The variance of a job's mean after n passes has up to four parts, relative to the values and averaged over sensors or blocks of pixels.
+//! Noise falls as 1 / n; where gather radii shrink, as the mean of their inverse squares over n passes, divided by n. The bias of kernels
+//! stays, or falls as the mean of the squared radii. The error by the choice of fixed points stays. The job adds the square of its
+//! estimated bias, less the variance of this estimate, if that is above zero: an uncertain estimate therefore adds to the error, too. Docs:
+//! docs/physics/statistics.md#what-a-pilot-foretells.
 
 use super::stopping::{LEAST_SHARE_OF_MEAN, next_judgement};
 use crate::integrator::photon_map::progressive::Radii;
 use crate::integrator::trial::Ratios;
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile};
 
-/// Rule by which a job judges its errors.
+/// Settings by which a job judges its errors.
 #[derive(Clone, Copy, Debug)]
 pub struct Judged {
     /// Confidence of errors and intervals, 0..1.
     pub confidence: f64,
-    /// Passes below which an error is not trusted.
+    /// Number of passes below which an error is not trusted.
     pub least_passes: u64,
 }
 
-/// How the relative standard error of an output falls with the passes of a job: from a pilot's passes.
+/// Law by which the relative standard error of an output falls with the passes of a job, estimated from a pilot's passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorLaw {
-    /// Relative variance of one pass by noise, mean over the places; of the first pass where radii shrink.
+    /// Relative variance of one pass by noise, averaged over sensors or blocks; of the first pass if radii shrink.
     pub noise: f64,
     /// Standard deviation of the logarithm of `noise`.
     pub noise_deviation: f64,
-    /// Relative squared bias of the first pass, mean over the places.
+    /// Relative squared bias of the first pass, averaged over sensors or blocks.
     pub squared_bias: f64,
     /// Standard deviation of `squared_bias`.
     pub bias_deviation: f64,
-    /// Relative variance of the bias as one pass estimates it.
+    /// Relative variance of the bias as estimated by one pass.
     pub bias_noise: f64,
     /// Relative variance by the choice of fixed points.
     pub fixed: f64,
-    /// Where gather radii shrink: `alpha` of [`Radii`].
+    /// Exponent `alpha` of [`Radii`], if gather radii shrink.
     pub alpha: Option<f64>,
 }
 
-/// What the passes of a pilot found at its places, which are sensors or blocks of pixels.
+/// Results of the passes of a pilot at its places, which are sensors or blocks of pixels.
 pub struct Found<'a> {
     /// Values of the places, for every pass.
     pub values: &'a [Vec<f64>],
     /// Estimated bias of the places, for every pass; empty lists for unbiased methods.
     pub bias: &'a [Vec<f64>],
-    /// Variance of each place by the choice of fixed points; empty without.
+    /// Variance of each place by the choice of fixed points; empty without fixed points.
     pub fixed: &'a [f64],
-    /// Share of all places at which the pilot looked, up to 1.
+    /// Fraction of all places that the pilot computed, up to 1.
     pub share: f64,
 }
 
-/// Standard deviation of the logarithm of a variance that is taken from smaller passes.
+/// Standard deviation of the logarithm of a variance that is predicted from smaller passes.
 const OF_SMALLER_PASSES: f64 = 0.25;
 
-/// Standard deviations by which an estimated squared bias must lie above zero to count: below it may be noise alone.
+/// Number of standard deviations by which an estimated squared bias must lie above zero to count: below it may be noise alone.
 const SIGNIFICANT: f64 = 2.0;
 
-/// Passes above which an error is said not to be reached.
+/// Number of passes above which an error counts as out of reach.
 const MOST_PASSES: u64 = 1_000_000_000;
 
 /// Means and variances over passes, relative to the mean values.
 #[derive(Clone, Copy, Default)]
 struct Relative {
     noise: f64,
-    /// The part of `noise` that all places have in common.
+    /// Part of `noise` that all places have in common.
     shared: f64,
     squared_bias: f64,
     bias_noise: f64,
     fixed: f64,
-    /// Standard error of `noise` by its spread over the places, in `noise`.
+    /// Standard error of `noise` by its spread over the places, relative to `noise`.
     spread: f64,
 }
 
 impl Relative {
-    /// Of all passes but `left_out`.
+    /// Computes the moments of all passes but `left_out`.
     fn of(found: &Found<'_>, left_out: Option<usize>, alpha: Option<f64>) -> Self {
         let kept = || (0..found.values.len()).filter(move |pass| Some(*pass) != left_out);
         let passes = kept().count() as f64;
@@ -94,7 +94,7 @@ impl Relative {
         let noise = mean(&|place| share(values[place].1, place));
         let deviations = mean(&|place| (share(values[place].1, place) - noise).powi(2));
         let spread = if noise > 0.0 { (deviations / places as f64).sqrt() / noise } else { 0.0 };
-        // to the radius of the first pass
+        // relative to the radius of the first pass
         let radii = |pass: usize| alpha.map_or(1.0, |alpha| Radii::square(pass as f64, alpha));
         let inverse = kept().map(|pass| 1.0 / radii(pass)).sum::<f64>() / passes;
         let square = kept().map(radii).sum::<f64>() / passes;
@@ -118,8 +118,9 @@ impl Relative {
     }
 }
 
-/// The part of a mean variance `noise` of a number of places that all of them have in common, from the variance of their mean: of that,
-/// noise of their own leaves one part in `places`. One place cannot tell: then there is none.
+/// Returns the part of a mean variance `noise` of a number of places that all of them have in common, from the variance `of_mean` of their
+/// mean, to which each place's own noise contributes one part in `places`. For a single place it is 0, because the parts cannot be
+/// separated.
 pub fn shared_part(noise: f64, of_mean: f64, places: usize) -> f64 {
     if places < 2 {
         return 0.0;
@@ -129,9 +130,9 @@ pub fn shared_part(noise: f64, of_mean: f64, places: usize) -> f64 {
 }
 
 impl ErrorLaw {
-    /// The law of a method's own passes, from those of its trial and what they have in that of these; `None` with fewer than three.
-    /// Deviations are those of leaving out one pass after the other (the jackknife), and of the places where the pilot did not look.
-    /// `alpha` where gather radii shrink.
+    /// Estimates the law of a method's own passes from the passes of its trial, with the ratios between the two; `None` with fewer than
+    /// three passes. Deviations are those of leaving out one pass after the other (the jackknife), and of the places that the pilot did not
+    /// compute. `alpha` is given if gather radii shrink.
     pub fn of(found: &Found<'_>, ratios: &Ratios, alpha: Option<f64>) -> Option<Self> {
         let passes = found.values.len();
         if passes < 3 || found.values.first().is_none_or(Vec::is_empty) {
@@ -164,7 +165,7 @@ impl ErrorLaw {
         [law.noise, law.squared_bias, law.bias_noise, law.fixed].iter().all(|part| part.is_finite()).then_some(law)
     }
 
-    /// Relative standard error that a job tells after `passes` passes, at least 1, in the mean over its seeds.
+    /// Returns the relative standard error that a job estimates after `passes` passes, at least 1, averaged over its seeds.
     pub fn standard_error(&self, passes: f64) -> f64 {
         let (noise, square) = match self.alpha {
             None => (1.0 / passes, 1.0),
@@ -174,7 +175,7 @@ impl ErrorLaw {
         (self.noise * noise + self.fixed + bias).sqrt()
     }
 
-    /// The law with its uncertain parts larger by `deviations` of their standard deviations, or smaller.
+    /// Returns the law with its uncertain parts shifted by `deviations` times their standard deviations.
     pub fn shifted(&self, deviations: f64) -> Self {
         let scale = libm::exp(deviations * self.noise_deviation);
         Self {
@@ -185,7 +186,7 @@ impl ErrorLaw {
         }
     }
 
-    /// Passes after which a job would end that asks for a relative error; `None` where it is not reached.
+    /// Returns the number of passes after which a job would end that requests a relative error; `None` if it is out of reach.
     pub fn passes_to(&self, relative_error: f64, judged: Judged) -> Option<u64> {
         let z = two_sided_normal_quantile(judged.confidence);
         let error = |passes: u64| {
@@ -208,7 +209,7 @@ impl ErrorLaw {
     }
 }
 
-/// Mean of the square of an estimated bias less the variance `noise` of that estimate, where that is above zero, else 0: of normal
+/// Returns the mean of the square of an estimated bias less the variance `noise` of that estimate, cut off below zero, for normal
 /// deviations about the bias whose square is `square`.
 ///
 /// With Z normal and b the bias in its standard deviations, E max((b + Z)^2 - 1, 0) is b^2 less the part between b + Z = -1 and 1.
@@ -265,7 +266,7 @@ mod tests {
             assert_eq!(law.passes_to(0.0195, JUDGED), None);
             assert!(law.passes_to(0.0205, JUDGED).is_some());
         }
-        // a bias that is not certain may be larger, too
+        // an uncertain bias may be larger, too
         let uncertain = ErrorLaw { noise: 1e-4, bias_deviation: 1e-4, ..ErrorLaw::default() };
         assert!(uncertain.passes_to(0.001, JUDGED).is_some());
         assert_eq!(uncertain.shifted(2.0).passes_to(0.001, JUDGED), None);
@@ -284,7 +285,7 @@ mod tests {
         }
     }
 
-    /// The mean of what a job adds for a bias: 400 000 normal deviations, within 4 of their standard errors.
+    /// Mean square that a job adds for a bias: 400 000 normal deviations, within 4 of their standard errors.
     #[test]
     fn the_square_of_an_uncertain_bias_is_what_a_job_adds() {
         let mut random = PathRandom::new(Key::new(3));
@@ -299,8 +300,8 @@ mod tests {
         assert_eq!(told_square(0.25, 0.0), 0.25);
     }
 
-    /// Laws of normal passes, 6 at 20 places: the mean of the logarithm of the noise is right within 4 standard errors and its own
-    /// bias, 1 / (5 * 20), and intervals of 95 % hold it in that share of 300 seeds at least, within 4 standard errors.
+    /// Laws of normal passes, 6 at 20 places: the mean of the logarithm of the noise is right within 4 standard errors and its own bias, 1
+    /// / (5 * 20), and intervals of 95 % contain it for that fraction of 300 seeds at least, within 4 standard errors.
     #[test]
     fn the_law_of_a_trial_is_as_certain_as_it_says() {
         let ratios = Ratios { variance: 0.5, shared_variance: 0.5, ..TrialPasses::WHOLE.ratios(1.0) };
@@ -314,7 +315,7 @@ mod tests {
             assert_eq!((law.squared_bias, law.bias_noise, law.fixed), (0.0, 0.0, 0.0));
             let off = (law.noise / (0.04 * 0.5)).ln();
             logarithms.push(off);
-            // what is added for smaller passes is not of this test
+            // the deviation added for smaller passes is not tested here
             let own = (law.noise_deviation.powi(2) - OF_SMALLER_PASSES.powi(2)).sqrt();
             held += u32::from(off.abs() < two_sided_student_quantile(0.95, 5.0) * own);
         }
@@ -324,8 +325,8 @@ mod tests {
         assert!(f64::from(held) / 300.0 > 0.95 - tolerance, "{held}");
     }
 
-    /// Noise of 0.04 and 0.01 that all of 12 places have in common, and of their own, of 2000 passes: each is found within 4 standard
-    /// errors of about sqrt(2 / 2000) of the former; only the latter stays where the former falls by a hundred.
+    /// Noise of 0.04 and 0.01, common to all of 12 places and of their own, in 2000 passes: each is estimated within 4 standard errors of
+    /// about sqrt(2 / 2000) of the former; only the latter stays if the former falls by a hundred.
     #[test]
     fn noise_that_places_share_is_told_from_their_own() {
         let mut random = PathRandom::new(Key::new(11));

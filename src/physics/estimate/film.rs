@@ -1,14 +1,14 @@
-//! Luminance images.
+//! Estimates of luminance images.
 
 use super::grid::{contrasts_of, error_with_bias, push_each, sampling_variance};
 use crate::integrator::ViewPass;
 use crate::optics::spectrum::REC709_LUMINANCE;
 use crate::statistics::Moments;
 
-/// Side of the blocks over which a view's accuracy is judged, in pixels.
+/// Side in pixels of the blocks over which a view's accuracy is judged.
 pub const BLOCK_PX: usize = 8;
 
-/// Luminance of one view in cd/m2, top row first: one replicate a pass.
+/// Luminance of one view in cd/m2, top row first, with one replicate per pass.
 #[derive(Clone, Debug, Default)]
 pub struct FilmEstimate {
     /// Width and height of the image.
@@ -25,19 +25,19 @@ pub struct FilmEstimate {
     pub blocks: Vec<Moments>,
     /// Estimated bias of the blocks.
     pub block_bias: Vec<Moments>,
-    /// Rays of each pixel in all passes, by the edges of which few others tell: [`Self::standard_error_cd_m2`].
+    /// Number of rays of each pixel in all passes, which limits the error where few rays may miss an edge: [`Self::standard_error_cd_m2`].
     pub rays: Vec<f64>,
-    /// Contrasts among the rays of each pixel, equally many of each, where rays are the same in every pass; else empty.
+    /// Contrasts among the rays of each pixel, equally many for each, if rays are the same in every pass; else empty.
     pub contrasts: Vec<Moments>,
 }
 
-/// Number of the blocks over which a view of this width and height is judged.
+/// Returns the number of blocks over which a view of this width and height is judged.
 pub fn block_count(size_px: [usize; 2]) -> usize {
     size_px[0].div_ceil(BLOCK_PX) * size_px[1].div_ceil(BLOCK_PX)
 }
 
 impl FilmEstimate {
-    /// The estimate of no passes, for an image of `channels` 1 or 3.
+    /// Creates the estimate of no passes, for an image of `channels` 1 or 3.
     pub fn empty(size_px: [usize; 2], channels: usize) -> Self {
         let pixels = size_px[0] * size_px[1];
         let blocks = vec![Moments::default(); block_count(size_px)];
@@ -84,14 +84,15 @@ impl FilmEstimate {
         }
     }
 
-    /// Luminance Y of a pixel in cd/m2.
+    /// Returns the luminance Y of a pixel in cd/m2.
     pub fn luminance_cd_m2(&self, pixel: usize) -> f64 {
         luminance(&self.mean[pixel * self.channels..(pixel + 1) * self.channels])
     }
 
-    /// Standard error of a pixel's luminance in cd/m2, the estimated bias of its block included, and the error of fixed
-    /// rays: its own, which few rays tell, but at least that of its block's pixels in the mean. It is not below what one ray more
-    /// would add that sees what a neighbour shows: rays that all missed a corner of it agree, whatever light they miss.
+    /// Returns the standard error of a pixel's luminance in cd/m2, including the estimated bias of its block and the error by the choice of
+    /// fixed rays: the pixel's own, which is uncertain with few rays, but at least the mean over its block. The standard error is not below
+    /// the effect of one more ray that sees the luminance of a neighbour: rays that all missed a corner of it agree, whatever light they
+    /// miss.
     pub fn standard_error_cd_m2(&self, pixel: usize) -> f64 {
         let value = Moments { count: self.passes, mean: 0.0, m2: self.m2[pixel] };
         let block = self.block_of(pixel);
@@ -104,8 +105,8 @@ impl FilmEstimate {
         libm::hypot(error, sampling.max(0.0).sqrt())
     }
 
-    /// Change of a pixel's luminance in cd/m2 by one of its rays that sees, instead of the pixel's own mean, that of the neighbour that
-    /// differs most: eight around it. Fixed rays are the same in every pass.
+    /// Returns the change of a pixel's luminance in cd/m2 if one of its rays saw, instead of the pixel's own mean, that of the one of its
+    /// eight neighbours that differs most. Fixed rays are the same in every pass.
     fn error_of_one_ray_cd_m2(&self, pixel: usize) -> f64 {
         let [width, height] = self.size_px;
         let (column, row) = (pixel % width, pixel / width);
@@ -118,7 +119,7 @@ impl FilmEstimate {
         if rays > 0.0 { most / rays } else { 0.0 }
     }
 
-    /// Standard error of a block's luminance in cd/m2, the estimated bias and the error of fixed rays included.
+    /// Returns the standard error of a block's luminance in cd/m2, including the estimated bias and the error of fixed rays.
     pub fn block_standard_error_cd_m2(&self, block: usize) -> f64 {
         let error = error_with_bias(&self.blocks[block], self.block_bias.get(block));
         if self.contrasts.is_empty() {
@@ -128,18 +129,18 @@ impl FilmEstimate {
         }
     }
 
-    /// Variance by the choice of a pixel's fixed rays.
+    /// Returns the variance of a pixel by the choice of its fixed rays.
     fn pixel_sampling_variance(&self, pixel: usize) -> f64 {
         sampling_variance(contrasts_of(&self.contrasts, self.size_px[0] * self.size_px[1], pixel))
     }
 
-    /// Variance of a block's mean by the choice of fixed rays: pixels choose theirs independently.
+    /// Returns the variance of a block's mean by the choice of fixed rays, which is independent for each pixel.
     pub fn block_sampling_variance(&self, block: usize) -> f64 {
         let count = self.pixels_of(block).count() as f64;
         self.pixels_of(block).map(|pixel| self.pixel_sampling_variance(pixel)).sum::<f64>() / (count * count)
     }
 
-    /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
+    /// Calls `f` on every number in a fixed order, to read or to replace them, as checkpoints do.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         f(&mut self.passes);
         self.mean.iter_mut().chain(&mut self.m2).chain(&mut self.rays).for_each(&mut *f);
@@ -168,7 +169,7 @@ fn luminance(channels: &[f64]) -> f64 {
     }
 }
 
-/// Means of the blocks of [`BLOCK_PX`] pixels of an image of one value a pixel, row by row.
+/// Returns the means of the blocks of [`BLOCK_PX`] pixels of an image of one value a pixel, row by row.
 pub fn block_means(size_px: [usize; 2], values: &[f64]) -> Vec<f64> {
     let [width, height] = size_px;
     let across = width.div_ceil(BLOCK_PX);

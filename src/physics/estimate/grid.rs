@@ -1,4 +1,4 @@
-//! Illuminance grids.
+//! Estimates of the illuminances of grids.
 
 use std::sync::Arc;
 
@@ -8,34 +8,35 @@ use crate::integrator::{GridPass, PhotonCount};
 use crate::scene::Grid;
 use crate::statistics::Moments;
 
-/// Illuminance of one grid in lux: one replicate a pass.
+/// Illuminance of one grid in lux, with one replicate per pass.
 #[derive(Clone, Debug, Default)]
 pub struct GridEstimate {
-    /// One per sensor, row by row from the south, west to east.
+    /// Illuminance of each sensor, row by row from the south, west to east.
     pub sensors: Vec<Moments>,
     /// Estimated bias per sensor; no replicates for unbiased methods.
     pub bias: Vec<Moments>,
-    /// Contrasts among the points of each sensor, equally many of each, where points are the same in every pass; else empty.
+    /// Contrasts among the points of each sensor, equally many for each, if points are the same in every pass; else empty.
     pub contrasts: Vec<Moments>,
-    /// Photons that each sensor has found in all passes; zeros for methods that count none.
+    /// Number of photons that each sensor has found in all passes; zeros for methods that count none.
     pub photons: Vec<PhotonCount>,
-    /// Parts of each sensor known from a coarse solution and beyond it, where the method tells them.
+    /// Part of each sensor's illuminance from a coarse solution, and the residual beyond it, if the method separates them.
     pub residuals: Residuals,
     /// The grid's mean illuminance.
     pub mean: Moments,
-    /// The values come from a solver: errors are numerical, and alike at neighbours.
+    /// True if the values come from a solver: errors are then numerical, and similar for neighbours.
     pub numerical: bool,
-    /// The same grid in parts of the light and by another method, as passes have it.
+    /// Estimates of the same grid by parts of the light and by another method, in the order of [`GridPass::beside`].
     pub beside: Vec<GridEstimate>,
-    /// As of [`Grid::free`]: values are those of the free part of a sensor, and of none there is no value.
+    /// Fraction of each sensor that no solid covers, as in [`Grid::free`]: the value of a sensor is that of its free part, and a sensor
+    /// without such a part has no value.
     pub free: Option<Arc<[f64]>>,
 }
 
-/// Number of photons from which on the spread of the passes tells the error of what they add up to.
+/// Number of photons from which on the spread of the passes is a good estimate of the error.
 const ENOUGH_PHOTONS: f64 = 10.0;
 
 impl GridEstimate {
-    /// The estimate of no passes, for a number of sensors.
+    /// Creates the estimate of no passes, for a number of sensors.
     pub fn empty(sensors: usize) -> Self {
         let none = vec![Moments::default(); sensors];
         Self {
@@ -51,18 +52,18 @@ impl GridEstimate {
         }
     }
 
-    /// The estimate of no passes of a grid.
+    /// Creates the estimate of no passes of a grid.
     pub fn of(grid: &Grid) -> Self {
         Self { free: grid.free.clone(), ..Self::empty(grid.len()) }
     }
 
-    /// True if a sensor has a value: it lies in no solid.
+    /// True if a sensor has a value: some part of it lies in no solid.
     #[inline]
     pub fn has_value(&self, sensor: usize) -> bool {
         self.free.as_ref().is_none_or(|free| free[sensor] > 0.0)
     }
 
-    /// The sensors that have a value, in their order: those that statistics are of.
+    /// Returns the sensors that have a value, in their order; statistics are taken over these.
     pub fn valued(&self) -> impl Iterator<Item = usize> + Clone {
         (0..self.sensors.len()).filter(|sensor| self.has_value(*sensor))
     }
@@ -73,7 +74,7 @@ impl GridEstimate {
         valued.peek().is_some() && self.mean.count > 0.0 && valued.all(|sensor| self.sensors[sensor].mean == 0.0)
     }
 
-    /// Makes room for what passes give beside values; `start`: a pass of no light.
+    /// Allocates the values that passes compute in addition to illuminances; `start` is a pass without light.
     pub fn begin(&mut self, start: &GridPass) {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];
         self.residuals = Residuals::of_sensors(start.residual.len());
@@ -100,8 +101,7 @@ impl GridEstimate {
         self.beside.iter_mut().zip(beside).for_each(|(beside, pass)| beside.push(pass));
     }
 
-    /// Adds the result of a solver: as two replicates whose spread is the numerical error, or as one where nothing is
-    /// known of it.
+    /// Adds the result of a solver: as two replicates whose spread is the numerical error, or as one if the error is unknown.
     pub fn push_solution(&mut self, solution: &GridSolution) {
         self.numerical = true;
         let values = solution.illuminance.iter();
@@ -109,13 +109,13 @@ impl GridEstimate {
         self.sensors.iter_mut().zip(values.zip(errors)).for_each(|(sensor, (value, error))| {
             push_with_error(sensor, *value, error);
         });
-        // the errors of neighbours are alike: their mean, not less
+        // the errors of neighbours are similar: that of the mean is their mean, not less
         let error = (!solution.error.is_empty()).then(|| self.mean_of(&solution.error));
         let mean = self.mean_of(&solution.illuminance);
         push_with_error(&mut self.mean, mean, error);
     }
 
-    /// Mean of the values of the sensors that have one.
+    /// Returns the mean of the values of the sensors that have one.
     fn mean_of(&self, values: &[f64]) -> f64 {
         match &self.free {
             None => values.iter().sum::<f64>() / values.len() as f64,
@@ -126,14 +126,14 @@ impl GridEstimate {
         }
     }
 
-    /// Illuminance of a sensor in lux: the mean over the passes, or by a coarse solution and what sensors have in common beyond it; zero
-    /// without any pass.
+    /// Returns the illuminance of a sensor in lux: the mean over the passes, or a coarse solution plus a residual that is pooled over
+    /// sensors; zero without any pass.
     pub fn illuminance_lux(&self, sensor: usize) -> f64 {
         if self.residuals.is_empty() { self.sensors[sensor].mean } else { self.residuals.value_and_variance(sensor).0 }
     }
 
-    /// Standard error in lux, the estimated bias and the error of fixed points included, and not below that of few photons, nor below
-    /// what one bright photon more would add; infinite with fewer than two passes.
+    /// Returns the standard error in lux, including the estimated bias and the error of fixed points. It is not below that of few photons,
+    /// nor below the effect of one more bright photon; infinite with fewer than two passes.
     pub fn standard_error_lux(&self, sensor: usize) -> f64 {
         let error = match self.residuals.is_empty() {
             true => error_with_bias(&self.sensors[sensor], self.bias.get(sensor)),
@@ -143,9 +143,9 @@ impl GridEstimate {
         error.max(self.error_of_few_photons_lux(sensor)).max(self.brightest_photon_lux(sensor))
     }
 
-    /// Standard error in lux by Poisson's distribution while a sensor has found few photons, and at least what one would add:
-    /// passes that find nothing agree to the last digit, whatever light they miss. 0 with enough photons, and where no light
-    /// can come.
+    /// Returns the standard error in lux by Poisson's distribution while a sensor has found few photons, and at least the effect of one
+    /// photon: passes that find nothing agree to the last digit, whatever light they miss. Returns 0 with enough photons, and where no
+    /// light can come.
     pub fn error_of_few_photons_lux(&self, sensor: usize) -> f64 {
         let passes = self.sensors[sensor].count;
         match self.photons.get(sensor) {
@@ -157,7 +157,7 @@ impl GridEstimate {
         }
     }
 
-    /// Lux by which one photon more, of the brightest, would raise a sensor's value.
+    /// Returns the lux by which one more photon, of the brightest, would raise a sensor's value.
     fn brightest_photon_lux(&self, sensor: usize) -> f64 {
         let passes = self.sensors[sensor].count;
         match self.photons.get(sensor) {
@@ -166,12 +166,12 @@ impl GridEstimate {
         }
     }
 
-    /// Variance of a sensor's value by the choice of its points, where they are the same in every pass.
+    /// Returns the variance of a sensor's value by the choice of its points, if they are the same in every pass.
     pub fn fixed_point_variance(&self, sensor: usize) -> f64 {
         sampling_variance(contrasts_of(&self.contrasts, self.sensors.len(), sensor)).max(0.0)
     }
 
-    /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
+    /// Calls `f` on every number in a fixed order, to read or to replace them, as checkpoints do.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, beside, free: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
@@ -184,7 +184,7 @@ impl GridEstimate {
     }
 }
 
-/// Adds one value to each; the first values make room.
+/// Adds one value to each of the moments; the first call extends the list.
 pub fn push_each(moments: &mut Vec<Moments>, values: &[f64]) {
     if moments.len() < values.len() {
         moments.resize(values.len(), Moments::default());
@@ -192,14 +192,14 @@ pub fn push_each(moments: &mut Vec<Moments>, values: &[f64]) {
     moments.iter_mut().zip(values).for_each(|(moments, value)| moments.push(*value));
 }
 
-/// Contrasts of sensor or pixel `index`, where `contrasts` holds those of `count` sensors or pixels.
+/// Returns the contrasts of sensor or pixel `index` from `contrasts`, which holds those of `count` sensors or pixels.
 pub fn contrasts_of(contrasts: &[Moments], count: usize, index: usize) -> &[Moments] {
     let each = contrasts.len() / count.max(1);
     &contrasts[index * each..(index + 1) * each]
 }
 
-/// Variance by the choice of fixed points: the sum of squared contrasts minus what the noise of passes adds to them. It
-/// may come out negative; it is 0 before the second pass.
+/// Returns the variance by the choice of fixed points: the sum of squared contrasts minus the part by the noise of passes. It may come out
+/// negative; it is 0 before the second pass.
 pub fn sampling_variance(contrasts: &[Moments]) -> f64 {
     contrasts.iter().filter(|contrast| contrast.count >= 2.0).map(square_without_noise).sum()
 }
@@ -208,7 +208,7 @@ fn square_without_noise(moments: &Moments) -> f64 {
     moments.mean * moments.mean - moments.variance_of_mean()
 }
 
-/// Two values around `value` whose mean has the standard error `error`; one value without it.
+/// Adds two values around `value` whose mean has the standard error `error`, or one value if there is no error.
 pub fn push_with_error(moments: &mut Moments, value: f64, error: Option<f64>) {
     match error {
         None => moments.push(value),
@@ -216,7 +216,7 @@ pub fn push_with_error(moments: &mut Moments, value: f64, error: Option<f64>) {
     }
 }
 
-/// Root of the variance of the mean plus the squared bias, from which the bias' own sampling variance is subtracted.
+/// Returns the root of the variance of the mean plus the squared bias, from which the bias' own sampling variance is subtracted.
 pub fn error_with_bias(value: &Moments, bias: Option<&Moments>) -> f64 {
     let bias = bias.filter(|bias| bias.count >= 2.0);
     let bias_squared = bias.map_or(0.0, |bias| square_without_noise(bias).max(0.0));
@@ -227,7 +227,7 @@ pub fn error_with_bias(value: &Moments, bias: Option<&Moments>) -> f64 {
 mod tests {
     use super::*;
 
-    /// Passes of one sensor that found photons of 4 lux each, in equal parts of 16 passes.
+    /// Returns the estimate of one sensor after passes that found the given numbers of photons of 4 lux each.
     fn found(photons: &[f64]) -> GridEstimate {
         let mut estimate = GridEstimate::empty(1);
         for found in photons {
@@ -238,9 +238,9 @@ mod tests {
         estimate
     }
 
-    /// Nothing found in 16 passes: one photon more would add 4 lux to one of them, 0.25 lux to their mean. Four found, one in
-    /// every pass of the first four, are told by their spread and by Poisson's distribution, the larger of which counts;
-    /// enough of them by their spread, or by what one more would add.
+    /// With nothing found in 16 passes, one more photon would add 4 lux to one of them, 0.25 lux to their mean. Of eight found, half a
+    /// photon in every pass, the error is the larger one of their spread and Poisson's; of enough photons it is their spread, or the effect
+    /// of one more.
     #[test]
     fn few_photons_have_the_error_of_their_number() {
         assert!((found(&[0.0; 16]).standard_error_lux(0) - 0.25).abs() < 1e-12);
@@ -254,7 +254,7 @@ mod tests {
         assert!(found(&[0.0]).standard_error_lux(0).is_infinite());
     }
 
-    /// Where it is known that no light can come, and where a method counts nothing, the spread is all.
+    /// Sensors that no light can reach, and those of a method that counts no photons, have the spread of the passes as their only error.
     #[test]
     fn what_is_dark_stays_exact() {
         let mut dark = GridEstimate::empty(2);

@@ -1,28 +1,27 @@
 //! Statistics of a grid and their errors.
 //!
-//! Sensors share the photons of their passes, so that their errors are correlated, in a way that is not kept. The error of
-//! the mean is known all the same: the mean of every pass is a replicate. Minimum, median and maximum are order statistics:
-//! they never fall when a value rises. So when every sensor's true value lies in its interval, the true statistic lies
-//! between that of all lower ends and that of all upper ends, whatever the correlation. The intervals hold together with
-//! the asked confidence when each holds with 1 - alpha / k (Bonferroni), k the number of sensors that the statistic could
-//! be of. With one such sensor the error is that sensor's own; with many it is larger, which covers the selection: the
-//! least of many noisy values is too low.
+//! Sensors share the photons of their passes, so that their errors are correlated; the correlation is not stored. The error of the mean is
+//! known nevertheless: the mean of every pass is a replicate. Minimum, median and maximum are order statistics: they never fall when a
+//! value rises. So when every sensor's true value lies in its interval, the true statistic lies between that of all lower ends and that of
+//! all upper ends, whatever the correlation. The intervals hold together with the requested confidence when each holds with 1 - alpha / k
+//! (Bonferroni), k the number of sensors that the statistic could be that of. With one such sensor the error is that sensor's own; with
+//! many it is larger, which covers the selection: the least of many noisy values is too low.
 //!
 //! See also docs/physics/statistics.md#minimum-median-maximum-uniformity.
 
 use super::GridEstimate;
 use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
 
-/// Confidence of the intervals that the errors of order statistics are made for.
+/// Confidence of the intervals from which the errors of order statistics are computed.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// A value and its standard error: value +- t error is the interval of [`CONFIDENCE`], t Student's quantile with one degree
-/// of freedom less than passes (1.96 after many), at least for an order statistic.
+/// Value with its standard error: value +- t error is the interval of [`CONFIDENCE`], t Student's quantile with one degree of freedom less
+/// than passes (1.96 after many); for an order statistic the interval has at least this confidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistic {
     /// Estimate, in lux, or without unit for the uniformity.
     pub value: f64,
-    /// Infinite before the second pass, and where nothing is known of it.
+    /// Standard error in the unit of the value; infinite before the second pass, and if the error is unknown.
     pub standard_error: f64,
 }
 
@@ -31,13 +30,13 @@ pub struct Statistic {
 pub struct GridStatistics {
     /// Mean over the sensors.
     pub mean: Statistic,
-    /// Median over the sensors; of an even number, the mean of the two in the middle.
+    /// Median over the sensors; for an even number, the mean of the two in the middle.
     pub median: Statistic,
     /// Least of the sensors.
     pub min: Statistic,
     /// Greatest of the sensors.
     pub max: Statistic,
-    /// Minimum over mean, 0..1; not finite when all is dark.
+    /// Minimum over mean, 0..1; not finite if all sensors are dark.
     pub uniformity: Statistic,
 }
 
@@ -66,18 +65,18 @@ impl GridStatistics {
     }
 }
 
-/// The mean of a grid.
+/// Returns the mean of a grid.
 pub fn mean(estimate: &GridEstimate) -> Statistic {
     let values = estimate.valued().map(|sensor| estimate.illuminance_lux(sensor));
     Statistic { value: values.sum::<f64>() / estimate.valued().count() as f64, standard_error: error_of_mean(estimate) }
 }
 
-/// Standard error of the grid's mean: the spread of the passes' means, the mean of the sensors' biases (signed: they
-/// may cancel), the choice of fixed points, which is another one for every sensor, and where sensors found few photons, the
-/// mean of their errors by that, which sensors may share.
+/// Returns the standard error of the grid's mean: the spread of the passes' means, the mean of the sensors' biases (signed: they may
+/// cancel), the choice of fixed points, which is independent for every sensor, and where sensors found few photons, the mean of their
+/// errors by that, which sensors may share.
 fn error_of_mean(estimate: &GridEstimate) -> f64 {
     let sensors = estimate.valued().count().max(1) as f64;
-    // sensors without a value have none of all this
+    // sensors without a value contribute nothing to any of these
     let known = estimate.bias.iter().filter(|bias| bias.count >= 2.0);
     let bias = known.map(|bias| bias.mean).sum::<f64>() / sensors;
     let fixed_points: f64 = (0..estimate.sensors.len()).map(|sensor| estimate.fixed_point_variance(sensor)).sum();
@@ -87,7 +86,7 @@ fn error_of_mean(estimate: &GridEstimate) -> f64 {
         .sqrt()
 }
 
-/// `order` of the values, with an error that covers its interval; `count` replicates of each value.
+/// Returns the statistic `order` of the values, with an error that covers its interval; `count` is the number of replicates of each value.
 fn order_statistic(
     values: &[f64],
     errors: &[f64],
@@ -104,7 +103,7 @@ fn order_statistic(
             .map(|t| order(&mut values.iter().zip(errors).map(|(value, error)| value + t * error).collect::<Vec<_>>()))
     };
     let (single, joint) = if numerical {
-        // the errors of neighbours are alike: all values move together
+        // the errors of neighbours are similar: all values move together
         (1.0, 1.0)
     } else {
         let quantile = |sensors: usize| {
@@ -125,10 +124,10 @@ fn order_statistic(
     Statistic { value, standard_error: (value - low).max(high - value) / single }
 }
 
-/// Replicates from which on Student's quantiles are the normal ones, to a thousandth at any confidence that is used here.
+/// Number of replicates from which on Student's quantiles are the normal ones, to a thousandth at any confidence that is used here.
 const MANY: f64 = 10_000.0;
 
-/// Median of the values; of an even number, the mean of the two in the middle.
+/// Returns the median of the values; for an even number, the mean of the two in the middle.
 fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
     let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
@@ -158,7 +157,7 @@ mod tests {
         assert_eq!(median(&mut [9.0, 3.0, 1.0, 4.0]), 3.5);
     }
 
-    /// By hand: two sensors far apart, one pass up and one down.
+    /// Two sensors far apart, one pass up and one down, computed by hand.
     #[test]
     fn where_one_sensor_is_meant_its_error_is_that_of_the_statistic() {
         let statistics = GridStatistics::new(&estimate(&[vec![9.0, 101.0], vec![11.0, 99.0]])).unwrap();
@@ -193,7 +192,7 @@ mod tests {
         assert_eq!(GridStatistics::new(&GridEstimate::default()), None);
     }
 
-    /// Bias and the choice of fixed points are inside the errors, also where passes agree to the last digit.
+    /// Errors include the bias and the choice of fixed points, also where passes agree to the last digit.
     #[test]
     fn bias_and_fixed_points_are_inside_the_errors() {
         let mut estimate = GridEstimate::empty(4);
@@ -212,7 +211,7 @@ mod tests {
         assert!((statistics.max.standard_error - 0.1f64.hypot(0.4)).abs() < 1e-9, "{:?}", statistics.max);
     }
 
-    /// True illuminances of 36 sensors: all alike, in groups that symmetry makes, and all different.
+    /// Returns the true illuminances of 36 sensors: all equal, in groups by symmetry, and all different.
     fn rooms() -> [Vec<f64>; 3] {
         let symmetric = (0..36).map(|k| [100.0, 101.0, 102.0, 110.0][k % 4]).collect();
         [vec![100.0; 36], symmetric, (0..36).map(|k| 50.0 + 3.0 * f64::from(k)).collect()]
@@ -222,8 +221,8 @@ mod tests {
         crate::statistics::interval::tests::normal(random.uniform())
     }
 
-    /// In 400 simulated jobs of 12 passes each, for three rooms and four correlations of the sensors (0: none, 1: they move
-    /// together), the interval of 95 % contains the truth.
+    /// In 400 simulated jobs of 12 passes each, for three rooms and four correlations of the sensors (0: none, 1: they move together), the
+    /// interval of 95 % contains the truth.
     ///
     /// Exact coverage of 0.95 misses in 20 of 400 on average; more than 40 misses have probability 1.8e-5 then (binomial),
     /// and there are 60 such counts: false alarm below 1.1e-3. Also, errors are not made large without need: a statistic's

@@ -1,4 +1,4 @@
-//! Passes add up to estimates with errors.
+//! Estimates with errors, as sums over passes.
 
 pub mod discrepancy;
 pub mod error_law;
@@ -25,16 +25,16 @@ use crate::statistics::Moments;
 
 pub use crate::integrator::photon::ledger::EnergyLedger;
 
-/// The state of a job: everything that its passes have added up to. Merged in chunk order only.
+/// State of a job: the sum of all its passes. Chunks are merged in their order only.
 #[derive(Clone, Debug, Default)]
 pub struct Estimate {
     /// Number of passes; a solution counts as one.
     pub passes: u64,
-    /// Number of photons that set out in all passes.
+    /// Number of photons emitted in all passes.
     pub photons: u64,
     /// Number of ray segments of all passes; a closed form through a guide counts as one.
     pub rays: u64,
-    /// Rays that left guides through gaps in their meshes.
+    /// Number of rays that left guides through gaps in their meshes.
     pub lost_rays: u64,
     /// Illuminances, in the order of the scene's grids.
     pub grids: Vec<GridEstimate>,
@@ -42,12 +42,11 @@ pub struct Estimate {
     pub views: Vec<FilmEstimate>,
     /// Fluxes, in the order of the scene's tubes.
     pub tubes: Vec<TubeEstimate>,
-    /// Where the flux went, in lm: the sum over the passes.
+    /// Flux by the places where it ended, in lm: the sum over the passes.
     pub ledger: EnergyLedger,
-    /// Number of the first photon of the last pass that gave something infinite or no number: a fault of the program, which
-    /// ends the job.
+    /// Number of the first photon of the last pass whose result is infinite or not a number: a fault of the program, which ends the job.
     pub not_finite: Option<u64>,
-    /// Statistics of points that the last pass left to the next one; empty where passes are independent.
+    /// Statistics of points that the last pass hands to the next one; empty where passes are independent.
     pub carried: Carried,
 }
 
@@ -60,12 +59,12 @@ pub struct TubeEstimate {
     pub at_diffuser: Moments,
     /// Flux that leaves the closure downward.
     pub into_room: Moments,
-    /// The part of it that leaves as from a Lambertian surface; no replicates where that is not known.
+    /// Part of `into_room` that leaves with a Lambertian distribution; no replicates if that is unknown.
     pub evenly: Moments,
 }
 
 impl Estimate {
-    /// An estimate of no passes for a scene's outputs.
+    /// Creates an estimate of no passes for a scene's outputs.
     pub fn empty(scene: &Scene) -> Self {
         Self {
             grids: scene.grids.iter().map(GridEstimate::of).collect(),
@@ -75,7 +74,7 @@ impl Estimate {
         }
     }
 
-    /// The pass of a scene without light: zeros in the shape of this estimate.
+    /// Returns the pass of a scene without light: zeros in the shape of this estimate.
     pub fn dark_pass(&self) -> Pass {
         let grid = |grid: &GridEstimate| GridPass { illuminance: vec![0.0; grid.sensors.len()], ..GridPass::default() };
         let view = |view: &FilmEstimate| ViewPass { luminance: vec![0.0; view.mean.len()], ..ViewPass::default() };
@@ -87,8 +86,8 @@ impl Estimate {
         }
     }
 
-    /// Makes room for what passes give beside values, and takes what the first of them starts from: `grids` and `views` as
-    /// of [`Self::push`], from [`crate::integrator::Integrator::start`].
+    /// Allocates the values that passes compute in addition to illuminances and luminances, and takes the state from which the first pass
+    /// starts: `grids` and `views` as in [`Self::push`], from [`crate::integrator::Integrator::start`].
     pub fn begin(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
         for (estimate, start) in self.grids.iter_mut().zip(grids.iter().flat_map(|start| &start.grids)) {
             estimate.begin(start);
@@ -101,26 +100,26 @@ impl Estimate {
         }
     }
 
-    /// Passes that computed the grids, or that would have if there were any; a solution counts as one.
+    /// Returns the number of passes that computed the grids, or that would have if there were any; a solution counts as one.
     pub fn passes_of_grids(&self) -> u64 {
         let count = self.grids.first().and_then(|grid| grid.sensors.first()).map(|sensor| sensor.count as u64);
         count.unwrap_or(self.passes).min(self.passes)
     }
 
-    /// Passes that computed the views, or that would have if there were any.
+    /// Returns the number of passes that computed the views, or that would have if there were any.
     pub fn passes_of_views(&self) -> u64 {
         self.views.first().map_or(self.passes, |view| view.passes as u64)
     }
 
-    /// Passes that computed the fluxes and the ledger: those of the grids, or else of the views.
+    /// Returns the number of passes that computed the fluxes and the ledger: those of the grids, or else of the views.
     pub fn passes_of_ledger(&self) -> u64 {
         if self.grids.is_empty() { self.passes_of_views() } else { self.passes_of_grids() }
     }
 
-    /// Adds one pass. `grids` and `views` come from the methods that compute them, as long as they are wanted; both may be the
-    /// same pass.
+    /// Adds one pass. `grids` and `views` come from the methods that compute them, and are `None` once they are accurate enough; both may
+    /// be the same pass.
     ///
-    /// Fluxes and the ledger are those of the passes that compute the grids, or of the views where there are no grids.
+    /// Fluxes and the ledger are those of the passes that compute the grids, or of the views if there are no grids.
     pub fn push(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
         self.passes += 1;
         for pass in [grids, views.filter(|views| !grids.is_some_and(|grids| std::ptr::eq(*views, grids)))] {
@@ -173,7 +172,7 @@ impl Estimate {
         });
     }
 
-    /// Calls `f` on every floating-point value in a fixed order: for checkpoints and for checks.
+    /// Calls `f` on every floating-point value in a fixed order, as checkpoints and checks need.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         self.grids.iter_mut().for_each(|grid| grid.for_each_value(f));
         self.views.iter_mut().for_each(|view| view.for_each_value(f));
@@ -186,7 +185,7 @@ impl Estimate {
         self.carried.for_each_value(f);
     }
 
-    /// Place of the first value that is not finite, if there is one: a fault of the program, never to be hidden.
+    /// Returns the place of the first value that is not finite, if there is one: a fault of the program, never to be hidden.
     pub fn first_not_finite(&self) -> Option<String> {
         let grid = self.grids.iter().enumerate().find_map(|(number, grid)| {
             let sensor = grid.sensors.iter().position(|sensor| !(sensor.mean.is_finite() && sensor.m2.is_finite()))?;

@@ -1,14 +1,15 @@
-//! Illuminances of sensors that are known from a coarse solution, and what they are beyond it.
+//! Illuminances of sensors as the sum of a coarse solution and a residual.
 //!
-//! A method that estimates most of a sensor's light by a coarse solution of the room, and the rest by few paths, tells the two apart:
-//! `known` has little noise, and an error that the paths of all sensors together measure; `beyond`, what is left out, is small and noisy.
-//! What the sensors of a grid have in common of it is found by all of their paths. Only where they differ by more than their noise does
-//! each count its own, by the share that leaves the least error: this is the estimator of James and Stein in the form of empirical Bayes
-//! (Efron and Morris 1973; Morris 1983), for relative residuals of unknown mean.
+//! A method that estimates most of a sensor's light by a coarse solution of the room, and the rest by few paths, reports both parts:
+//! `known`, that of the coarse solution, has little noise, and an error that the paths of all sensors together measure; `beyond`, the
+//! residual that it leaves out, is small and noisy. The residual that the sensors of a grid have in common is estimated from all their
+//! paths. Only if sensors differ by more than their noise, each also counts its own residual, with the weight that gives the least error:
+//! this is the estimator of James and Stein in the form of empirical Bayes (Efron and Morris 1973; Morris 1983), for relative residuals of
+//! unknown mean.
 //!
-//! The variance tau^2 by which sensors truly differ is the mean excess of their squares over their noise. It is taken as the mean of what
-//! it may be: of a normal distribution about that mean excess, with the standard error of it, of which nothing is below zero. So what is
-//! too small to be seen in the noise still has its part in the errors.
+//! The variance tau^2 by which sensors truly differ is estimated from the mean excess of their squares over their noise: as the mean of a
+//! normal distribution about that excess, with the excess' standard error, cut off below zero. So a difference too small to be seen in the
+//! noise still has its part in the errors.
 //!
 //! See docs/physics/statistics.md#residuals-of-a-coarse-solution.
 
@@ -17,20 +18,20 @@ use std::f64::consts::PI;
 use crate::integrator::GridPass;
 use crate::statistics::Moments;
 
-/// Sensors, at the least: fewer tell nothing of how they differ.
+/// Fewest sensors whose residuals are pooled: fewer contain too little information on how they differ.
 const LEAST_SENSORS: usize = 8;
 
-/// Least scale of a sensor's residual, as a share of the mean over the grid.
+/// Least scale of a sensor's residual, as a fraction of the mean over the grid.
 const LEAST_SCALE: f64 = 0.1;
 
-/// Illuminances of the sensors of a grid by a coarse solution and beyond it.
+/// Illuminances of the sensors of a grid by a coarse solution, and the residuals beyond it.
 #[derive(Clone, Debug, Default)]
 pub struct Residuals {
-    /// Illuminance in lx by the coarse solution, straight light included.
+    /// Illuminance in lx by the coarse solution, direct light included.
     known: Vec<Moments>,
-    /// Illuminance in lx that it leaves out.
+    /// Illuminance in lx that the coarse solution leaves out.
     beyond: Vec<Moments>,
-    /// Illuminance in lx that it gives.
+    /// Illuminance in lx by the coarse solution, without direct light.
     gathered: Vec<Moments>,
     pooled: Option<Pooled>,
 }
@@ -43,20 +44,20 @@ struct Pooled {
     variance_of_mean: f64,
     /// Variance of true residuals about it.
     spread: f64,
-    /// Share of its own residual that a sensor counts.
+    /// Weight of a sensor's own residual, 0..1.
     own: f64,
     /// Least scale of a sensor in lx.
     least_scale: f64,
 }
 
 impl Residuals {
-    /// Makes room for so many sensors, without any pass.
+    /// Creates the residuals of `count` sensors, without any pass.
     pub fn of_sensors(count: usize) -> Self {
         let none = vec![Moments::default(); count];
         Self { known: none.clone(), beyond: none.clone(), gathered: none, pooled: None }
     }
 
-    /// True if the method tells no residuals.
+    /// True if the method reports no residuals.
     pub fn is_empty(&self) -> bool {
         self.known.is_empty()
     }
@@ -72,7 +73,7 @@ impl Residuals {
         self.pool();
     }
 
-    /// Gives `f` every number in a fixed order, to read or to replace.
+    /// Calls `f` on every number in a fixed order, to read or to replace them.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         self.known
             .iter_mut()
@@ -82,7 +83,7 @@ impl Residuals {
         self.pool();
     }
 
-    /// Illuminance in lx of a sensor, and its variance; infinite with fewer than two passes.
+    /// Returns the illuminance of a sensor in lx, and its variance; infinite with fewer than two passes.
     pub fn value_and_variance(&self, sensor: usize) -> (f64, f64) {
         let (known, beyond) = (&self.known[sensor], &self.beyond[sensor]);
         if !self.is_lit(sensor) {
@@ -99,17 +100,17 @@ impl Residuals {
         (value, known.variance_of_mean() + own + of_others)
     }
 
-    /// False for a sensor that gets no reflected light: nothing is left out of its light, and it has nothing in common with others.
+    /// True if a sensor gets reflected light; otherwise its residual is zero, and is not pooled with others.
     fn is_lit(&self, sensor: usize) -> bool {
         self.beyond[sensor].m2 > 0.0
     }
 
-    /// Finds what the residuals of all sensors have in common.
+    /// Updates the residual that all sensors have in common.
     fn pool(&mut self) {
         self.pooled = self.in_common();
     }
 
-    /// Returns what they have in common; `None` where they are too few, or have no light.
+    /// Returns the residual that sensors have in common; `None` if these are too few, or have no light.
     fn in_common(&self) -> Option<Pooled> {
         let members = || (0..self.known.len()).filter(|sensor| self.is_lit(*sensor));
         let count = members().count() as f64;
@@ -128,7 +129,7 @@ impl Residuals {
         let noise = |sensor: usize| self.beyond[sensor].variance_of_mean() / scale(sensor).powi(2);
         let mut excess = Moments::default();
         for sensor in members() {
-            // the mean has taken its part of a degree of freedom
+            // the mean takes part of a degree of freedom
             let square = (self.beyond[sensor].mean / scale(sensor) - mean).powi(2) * count / (count - 1.0);
             excess.push(square - noise(sensor));
         }
@@ -139,7 +140,7 @@ impl Residuals {
     }
 }
 
-/// Mean of the part above zero of a normal distribution with this mean and standard deviation.
+/// Returns the mean of a normal distribution with this mean and standard deviation, cut off below zero.
 fn mean_above_zero(mean: f64, deviation: f64) -> f64 {
     if deviation <= 0.0 {
         return mean.max(0.0);
@@ -154,7 +155,7 @@ fn mean_above_zero(mean: f64, deviation: f64) -> f64 {
     mean + deviation * density / above
 }
 
-/// Standard deviations below zero from which on a mean has an asymptotic form.
+/// Mean in standard deviations below which the asymptotic form is used.
 const FAR_BELOW: f64 = -8.0;
 
 #[cfg(test)]
@@ -162,20 +163,20 @@ mod tests {
     use super::*;
     use crate::sampling::{Key, PathRandom};
 
-    /// A number of normal distribution by two even ones.
+    /// Returns a normal random number by two uniform ones.
     fn normal(random: &mut PathRandom) -> f64 {
         let [u, v] = random.uniform2();
         (-2.0 * (1.0 - u).ln()).sqrt() * (2.0 * PI * v).cos()
     }
 
-    /// A pass of no straight light.
+    /// Returns a pass without direct light.
     fn pass_of(illuminance: Vec<f64>, residual: Vec<f64>) -> GridPass {
         let gathered = illuminance.iter().zip(&residual).map(|(whole, beyond)| whole - beyond).collect();
         GridPass { illuminance, residual, gathered, ..GridPass::default() }
     }
 
-    /// Root mean square of the errors, and of those told, over many jobs of 8 passes in which residuals of the sensors have a noise of
-    /// 10 lx a pass about 1 lx, and differ by `spread`; the known part has a noise of 1 lx a pass.
+    /// Returns the root mean square of the errors, and of the estimated errors, over many jobs of 8 passes in which the residuals of the
+    /// sensors have a noise of 10 lx a pass about 1 lx, and differ by `spread`; the known part has a noise of 1 lx a pass.
     fn errors(sensors: usize, spread: f64) -> [f64; 2] {
         let mut random = PathRandom::new(Key::new(3));
         let (mut actual, mut told) = (Moments::default(), Moments::default());
@@ -196,8 +197,8 @@ mod tests {
         [actual.mean.sqrt(), told.mean.sqrt()]
     }
 
-    /// Sensors that do not differ have a fraction of their own noise, 3.5 lx; those that differ by much have all of it; and the errors
-    /// that are told are those that are made, or up to twice these where few sensors cannot tell whether they differ.
+    /// Sensors that do not differ have a fraction of their own noise, 3.5 lx; those that differ by much have all of it. The estimated
+    /// errors are the actual ones, or up to twice these where few sensors leave open whether they differ.
     #[test]
     fn sensors_count_their_own_residual_as_far_as_they_differ() {
         let few = [(81, 0.0, 1.4), (81, 1.0, 1.5), (81, 2.0, 2.1), (81, 4.0, 2.8), (81, 40.0, 3.7)];
@@ -208,7 +209,7 @@ mod tests {
         }
     }
 
-    /// Few sensors, and sensors without light, count their own residuals whole.
+    /// Few sensors, and sensors without light by the coarse solution, count their own residuals whole.
     #[test]
     fn few_sensors_stay_apart() {
         for (known, sensors) in [(100.0, LEAST_SENSORS - 1), (0.0, 100)] {
@@ -226,8 +227,8 @@ mod tests {
         }
     }
 
-    /// By the integral: half of a normal distribution about zero has the mean sqrt(2 / pi); far above zero nothing is cut off; far below,
-    /// what is left is an exponential distribution.
+    /// Closed forms: half of a normal distribution about zero has the mean sqrt(2 / pi); far above zero nothing is cut off; far below, the
+    /// rest is an exponential distribution.
     #[test]
     fn the_part_above_zero() {
         assert!((mean_above_zero(0.0, 3.0) - 3.0 * (2.0 / PI).sqrt()).abs() < 1e-12);

@@ -1,28 +1,28 @@
-//! The matrix of a room: what its sensors get per lumen of each patch of its openings.
+//! Matrix of a room: the illuminances of its sensors per lumen of each patch of its openings.
 //!
-//! It follows from the room alone, without sky, sun and what is above the openings. Times the lumens that these send through the patches it is
-//! the light that comes by way of the patches, at any hour: a sum of daylight coefficients (Tregenza and Waters 1983).
+//! It depends on the room only, not on sky, sun and what is above the openings. Multiplied by the lumens that pass the patches it gives the
+//! light that comes through them, at any hour: a sum of daylight coefficients (Tregenza and Waters 1983).
 
 use super::GridEstimate;
 
-/// A value in lx, or lx per lumen, with its standard error.
+/// Illuminance in lx, or response in lx per lumen, with its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Response {
-    /// The mean of the replicates.
+    /// Mean of the replicates.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error of the mean.
     pub standard_error: f64,
 }
 
-/// The matrix of the sensors of a grid: the mean of the replicates of a job.
+/// Matrix of the sensors of a grid: the mean of the replicates of a job.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RoomMatrix {
-    /// For each patch, tube by tube, the responses of all sensors in lx per lumen of white light.
+    /// Responses of all sensors in lx per lumen of white light, for each patch, tube by tube.
     pub columns: Vec<Vec<Response>>,
 }
 
 impl RoomMatrix {
-    /// The matrix of a grid with so many patches above it.
+    /// Extracts the matrix from the estimate of a grid, for `patches` patches.
     pub fn of(grid: &GridEstimate, patches: usize) -> Self {
         let response = |part: &GridEstimate, sensor: usize| Response {
             value: part.illuminance_lux(sensor),
@@ -32,7 +32,8 @@ impl RoomMatrix {
         Self { columns: grid.beside.iter().take(patches).map(column).collect() }
     }
 
-    /// Illuminances in lx of all sensors where so many lumens leave the patches; their errors as if those of all patches went together.
+    /// Returns the illuminances in lx of all sensors when the patches send the given lumens; errors add up as if those of all patches were
+    /// fully correlated.
     pub fn times(&self, lumens: &[f64]) -> Vec<Response> {
         let mut lit = vec![Response::default(); self.columns.first().map_or(0, Vec::len)];
         for (column, lumens) in self.columns.iter().zip(lumens) {
@@ -49,7 +50,7 @@ impl RoomMatrix {
 mod tests {
     use super::*;
 
-    /// Two patches of 10 and 100 lm at two sensors, by hand.
+    /// Two patches of 10 and 100 lm at two sensors, computed by hand.
     #[test]
     fn lumens_times_responses() {
         let response = |value: f64| Response { value, standard_error: 0.1 * value };

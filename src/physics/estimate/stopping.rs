@@ -1,9 +1,9 @@
-//! When a job is accurate enough.
+//! Stopping rule: the accuracy at which a job ends.
 
 use super::{Estimate, FilmEstimate, GridEstimate};
 use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
 
-/// The document's `stop`.
+/// Value of the document's `stop`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopRule {
     /// Largest relative error of the grids at `confidence`, > 0.
@@ -18,7 +18,7 @@ pub struct StopRule {
     pub max_seconds: f64,
 }
 
-/// The outputs that are less accurate than asked, and wanted in further passes.
+/// Outputs that are less accurate than requested, so that further passes must compute them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanted {
     /// True for the grids.
@@ -31,19 +31,19 @@ impl Wanted {
     /// Grids and views.
     pub const ALL: Self = Self { grids: true, views: true };
 
-    /// True if another pass is wanted.
+    /// True if another pass is needed.
     pub fn any(self) -> bool {
         self.grids || self.views
     }
 
-    /// What is still wanted after a later judgement: what was accurate enough once is not computed again.
+    /// Returns the outputs that are still wanted after a later judgement: an output that was accurate enough once is not computed again.
     pub fn still(self, later: Self) -> Self {
         Self { grids: self.grids && later.grids, views: self.views && later.views }
     }
 }
 
-/// Achieved relative errors at the asked confidence; `None` where the job has no such output, or nothing is known of its
-/// error: before the second pass, by a formula, or where many passes have brought no light.
+/// Achieved relative errors at the requested confidence; `None` if the job has no such output, or if its error is unknown: before the
+/// second pass, for a formula, or where many passes have brought no light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accuracy {
     /// Relative error of the worst grid.
@@ -52,21 +52,22 @@ pub struct Accuracy {
     pub views: Option<f64>,
 }
 
-/// Passes below which no output is judged.
+/// Number of passes below which no output is judged.
 pub const LEAST_PASSES: u64 = 8;
 
-/// Values that, times passes, make the root mean square of their standard errors certain to about 13 %: 32 passes of one.
+/// Number of values times passes at which the root mean square of their standard errors is certain to about 13 %: for 32 passes of a single
+/// value.
 const VALUES_TIMES_PASSES: u64 = 64;
 
-/// Passes after which even one value is judged.
+/// Number of passes from which on even a single value is judged.
 const ENOUGH_PASSES: u64 = 32;
 
-/// Passes after which a grid that no light has reached is waited for no longer: of nothing no relative error is ever small enough.
+/// Number of passes after which the job no longer waits for light in a dark grid: a value of zero never reaches a relative error.
 const PASSES_WITHOUT_LIGHT: u64 = 64;
 
-/// Passes below which the accuracy of an output of `values` sensors or blocks is too uncertain to stop by: 8 from eight values on, 16
-/// from four on, 32 for a single one. Measured at 8, 16 and 32 passes, the error of the claimed error is 27, 18, 13 % for one value,
-/// 17, 12, 8 % for four, and 7, 4, 3 % for 81.
+/// Returns the number of passes below which the accuracy of an output of `values` sensors or blocks is too uncertain to stop by: 8 from
+/// eight values on, 16 from four on, 32 for a single one. Measured at 8, 16 and 32 passes, the relative error of the estimated error is 27,
+/// 18, 13 % for one value, 17, 12, 8 % for four, and 7, 4, 3 % for 81.
 ///
 /// ```
 /// use skyduct_physics::estimate::stopping::least_passes;
@@ -77,8 +78,8 @@ pub fn least_passes(values: usize) -> u64 {
     VALUES_TIMES_PASSES.div_ceil(values.max(1) as u64).clamp(LEAST_PASSES, ENOUGH_PASSES)
 }
 
-/// True if a job that may end early asks itself after so many passes whether it is accurate enough: after 8, and then whenever an eighth
-/// is added, so that it never does much more than it must.
+/// True if a job that may end early checks after this number of passes whether it is accurate enough: after 8, and then after each increase
+/// by an eighth, so that it never computes much more than needed.
 ///
 /// ```
 /// use skyduct_physics::estimate::stopping::is_judged;
@@ -90,7 +91,7 @@ pub fn is_judged(passes: u64) -> bool {
     next_judgement(passes) == passes
 }
 
-/// The number of passes, `passes` or more, after which a job asks itself next.
+/// Returns the smallest number of passes, `passes` or more, after which a job checks its accuracy.
 ///
 /// ```
 /// use skyduct_physics::estimate::stopping::next_judgement;
@@ -105,36 +106,36 @@ pub fn next_judgement(passes: u64) -> u64 {
     judged
 }
 
-/// What a job goes on for, after a pass that was not its last.
+/// Reason why a job continues after a pass that was not its last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WaitingFor {
     /// An output has too few passes for its error to be trusted ([`least_passes`]); no error is above its limit.
     LeastPasses,
-    /// The grids are less accurate than asked: they, or they more than the views.
+    /// The grids are less accurate than requested, and farther from their limit than the views.
     RelativeError,
-    /// The views are less accurate than asked: they, or they more than the grids.
+    /// The views are less accurate than requested, and farther from their limit than the grids.
     ViewRelativeError,
-    /// All limits hold; the job ends when it looks at them next ([`is_judged`]), if they still do.
+    /// All limits hold; the job ends at its next check ([`is_judged`]) if they still do.
     NextJudgement,
 }
 
-/// Values below this share of the mean are judged as if they were as large.
+/// Fraction of the mean below which a value is judged as if it were this large.
 pub const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
 impl StopRule {
-    /// Relative standard error of the grids that is asked for: the relative error over the normal quantile.
+    /// Returns the relative standard error that is requested for the grids: the relative error over the normal quantile.
     pub fn target(&self) -> f64 {
         self.relative_error / two_sided_normal_quantile(self.confidence)
     }
 
-    /// Root mean square over sensors of t se / max(E, 0.01 mean E), the worst grid and the worst view; t is Student's quantile for
-    /// the passes that computed it, and that of the normal distribution for a solution.
+    /// Returns the root mean square over sensors of t se / max(E, 0.01 mean E), for the worst grid and the worst view; t is Student's
+    /// quantile for the number of passes that computed it, and that of the normal distribution for a solution.
     pub fn accuracy(&self, estimate: &Estimate) -> Accuracy {
         let t = |passes: u64| match passes {
             0 | 1 => two_sided_normal_quantile(self.confidence),
             passes => two_sided_student_quantile(self.confidence, passes as f64 - 1.0),
         };
-        // one pass tells no error, one solution does
+        // a single pass has no error, a single solution has one
         let known = |error: &f64| estimate.passes >= 2 || error.is_finite();
         let worst = |passes: u64, errors: &mut dyn Iterator<Item = f64>| {
             errors.reduce(f64::max).filter(known).map(|error| t(passes) * error)
@@ -146,12 +147,12 @@ impl StopRule {
         }
     }
 
-    /// The outputs that are less accurate than asked, or whose accuracy is too uncertain after so few passes.
+    /// Returns the outputs that are less accurate than requested, or whose accuracy is too uncertain after so few passes.
     pub fn wanted(&self, estimate: &Estimate) -> Wanted {
         self.wanted_at(estimate, self.accuracy(estimate))
     }
 
-    /// As [`Self::wanted`], of an estimate whose accuracy is known.
+    /// Returns what [`Self::wanted`] does, for an estimate whose accuracy is already computed.
     fn wanted_at(&self, estimate: &Estimate, accuracy: Accuracy) -> Wanted {
         let wanted = |least: Option<u64>, passes: u64, error: Option<f64>, limit: f64| {
             least.is_some_and(|least| passes < least || error.is_some_and(|error| error > limit))
@@ -164,8 +165,8 @@ impl StopRule {
         }
     }
 
-    /// What a job goes on for after the passes of an estimate of this accuracy; `None` where the job ends by this rule. Of grids
-    /// and views that are both less accurate than asked, those that are farther from their limit count.
+    /// Returns the reason why a job continues after the passes of an estimate of this accuracy; `None` if the job ends by this rule. If
+    /// both grids and views are less accurate than requested, the output that is farther from its limit counts.
     pub fn waiting_for(&self, estimate: &Estimate, accuracy: Accuracy) -> Option<WaitingFor> {
         let excess = |error: Option<f64>, limit: f64| error.map_or(0.0, |error| error / limit);
         let grids = excess(accuracy.grids, self.relative_error);
@@ -179,19 +180,20 @@ impl StopRule {
         }
     }
 
-    /// True if every output is as accurate as asked.
+    /// True if every output is as accurate as requested.
     pub fn accurate_enough(&self, estimate: &Estimate) -> bool {
         !self.wanted(estimate).any()
     }
 }
 
-/// Number of the first grid that so many passes have brought no light to that they are enough, if there is one.
+/// Returns the number of the first grid that is still dark after so many passes that the job no longer waits for it, if there is one.
 pub fn grid_without_light(estimate: &Estimate) -> Option<usize> {
     let passes = estimate.passes_of_grids();
     estimate.grids.iter().position(|grid| found_nothing(grid, passes))
 }
 
-/// Passes below which a grid is not judged: passes that find nothing agree to the last digit, whatever light they miss.
+/// Returns the number of passes below which a grid is not judged; it is larger for a dark grid, because passes that find no light agree to
+/// the last digit, whatever light they miss.
 fn least_passes_of(grid: &GridEstimate) -> u64 {
     if grid.is_dark() { PASSES_WITHOUT_LIGHT } else { least_passes(grid.valued().count()) }
 }
@@ -200,7 +202,7 @@ fn found_nothing(grid: &GridEstimate, passes: u64) -> bool {
     passes >= PASSES_WITHOUT_LIGHT && !grid.numerical && grid.is_dark()
 }
 
-/// Relative standard error of a grid as accuracies have it: root mean square over the sensors.
+/// Returns the relative standard error of a grid as in [`Accuracy`]: root mean square over the sensors.
 pub fn grid_error(grid: &GridEstimate) -> f64 {
     relative_error(
         grid.valued().map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).collect(),
@@ -212,7 +214,7 @@ fn film_error(film: &FilmEstimate) -> f64 {
     relative_error(blocks.map(|block| (film.blocks[block].mean, film.block_standard_error_cd_m2(block))).collect())
 }
 
-/// Root mean square of se / max(value, 0.01 mean); zero when nothing is lit.
+/// Returns the root mean square of se / max(value, 0.01 mean); zero if nothing is lit.
 fn relative_error(values: Vec<(f64, f64)>) -> f64 {
     let mean = values.iter().map(|(value, _)| value).sum::<f64>() / values.len() as f64;
     let squares = values.iter().map(|(value, error)| {
@@ -263,7 +265,7 @@ mod tests {
         assert_eq!([2, 8, 9].map(|passes| waits(&bad, passes)), [Some(WaitingFor::RelativeError); 3]);
         let after = [16, 17, 18].map(|passes| waits(&good, passes));
         assert_eq!(after, [None, Some(WaitingFor::NextJudgement), None]);
-        // of both, what is farther from its limit
+        // if both are above, the one that is farther from its limit
         let few = estimate(&good, 8);
         let waits = |grids, views| rule().waiting_for(&few, Accuracy { grids: Some(grids), views: Some(views) });
         assert_eq!(waits(0.04, 0.07), Some(WaitingFor::RelativeError));
@@ -271,7 +273,7 @@ mod tests {
         assert_eq!(waits(0.02, 0.06), Some(WaitingFor::ViewRelativeError));
     }
 
-    /// Passes that found no photon may have missed one: the error is never small enough, and the job does not wait for it for ever.
+    /// Passes that found no photon may have missed some: the error is never small enough, and the job does not wait for it for ever.
     #[test]
     fn a_grid_without_light_is_given_up() {
         let of = |passes: u64| {

@@ -1,4 +1,4 @@
-//! Scenes for the solvers of `analytic`, and what none of these can do.
+//! Inputs of the solvers in `analytic`, made from compiled scenes, and the refusals that all these solvers share.
 
 use super::method::{Refusal, RefusalCode, Task};
 use crate::analytic::{Installation, Tube};
@@ -7,7 +7,7 @@ use crate::optics::{Collector, Diffuser};
 use crate::scene::{Channels, Face, Grid, StraightOrBent, TubeShape};
 use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
-/// The room and tubes of a compiled scene, in one photopic channel.
+/// Extracts the room and tubes of a compiled scene, in one photopic channel.
 pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation {
     let tube = |tube: &TraceableTube| Tube {
         origin: tube.origin,
@@ -28,7 +28,7 @@ pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation 
     }
 }
 
-/// Reason why no method without passes can compute a task, if none can.
+/// Returns the reason why no solver in `analytic` can compute a task, if there is one.
 pub(super) fn refuses(task: &Task) -> Option<Refusal> {
     let Task { scene, traceable, .. } = task;
     let shapes = || scene.tubes.iter().filter_map(|tube| cylinders(&tube.shape));
@@ -42,7 +42,7 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
     } else if scene.channels != Channels::Photopic {
         (RefusalCode::Colours, "colours")
     } else if scene.tubes.iter().any(|tube| cylinders(&tube.shape).is_none()) {
-        // also those that were recognised as cylinders: the formulae take their lengths from the document
+        // meshes recognised as cylinders too: the formulae take their lengths from the document
         (RefusalCode::MeshTubes, "tubes given as meshes")
     } else if !traceable.boxes.is_empty() || traceable.meshes.is_some() {
         (RefusalCode::Objects, "objects in the room")
@@ -62,7 +62,7 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
     Some(Refusal::new(code, format!("it computes no {what}")))
 }
 
-/// The cylinders of a tube; `None` where it is given as a mesh.
+/// Returns the cylinders of a tube; `None` if it is given as a mesh.
 pub(super) fn cylinders(shape: &TubeShape) -> Option<&StraightOrBent> {
     match shape {
         TubeShape::Cylinders(cylinders) => Some(cylinders),

@@ -15,9 +15,9 @@
 //!
 //! **Settings.** None: it adds rays until the job's accuracy is reached, or a cap.
 //!
-//! **Refuses** views; what no solver computes (`deterministic`): colours, mesh tubes, objects, luminaires, specular
-//! surfaces, measured diffusers, mirrors by angle, collectors that bend light; of its own: the sun at points through
-//! clear closures of bent tubes, what these return where the room interreflects, and rooms that absorb nothing.
+//! **Refuses** views; what all solvers refuse (`deterministic`): colours, mesh tubes, objects, luminaires, specular surfaces, measured
+//! diffusers, mirrors by angle, collectors that bend light; of its own: the sun at points through clear closures of bent tubes, light that
+//! these return to a room with interreflection, and rooms that absorb nothing.
 //!
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
@@ -31,14 +31,14 @@ use crate::guide::Guide;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {}
 
-/// Bytes of the tables of the light that leaves the openings.
+/// Bytes of the tables of light that leaves the openings.
 const TABLES: f64 = 48e6;
 
-/// Bytes of a factor between two patches of the room: as computed, and as balanced.
+/// Bytes of a form factor between two patches of the room, stored as computed and as balanced.
 const FACTOR: f64 = 16.0;
 
-/// Bytes of a patch of the room that sunbeams light everywhere: the light of 1024 cells in 8 randomisations, as counted and
-/// in a tree.
+/// Bytes of a patch of the room that sunbeams light everywhere: the light of 1024 cells in 8 randomisations, stored as counted and in a
+/// tree.
 const LIT_PATCH: f64 = 200e3;
 
 impl Described for Settings {
@@ -73,7 +73,7 @@ impl Described for Settings {
     }
 }
 
-/// Reason of the method's own: light through clear closures of bent tubes, and rooms that keep all light.
+/// Returns the method's own reason for a refusal: light through clear closures of bent tubes, or a room that absorbs nothing.
 fn refuses_bent_or_lossless(task: &Task) -> Option<Refusal> {
     let Task { scene, traceable, .. } = task;
     let bent_and_clear = traceable.tubes.iter().any(|tube| {

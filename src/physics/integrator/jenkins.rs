@@ -3,15 +3,15 @@
 //! **Idea.** E = c Phi cos^4(theta) / V^2 for each tube: a point source of the tube's flux, with a coefficient that was
 //! fitted in a room.
 //!
-//! **Which paths.** None one by one: `(K|N) t .. E` and the reflections of an unknown room are in c
+//! **Which paths.** None one by one: the coefficient c covers `(K|N) t .. E` and the reflections of an unspecified room
 //! (docs/physics/tubes.md#empirical-formula-of-jenkins-muneer-and-kubie).
 //!
 //! **Settings.** `coefficient` (0.494; above 0, at most 10), `pipe_transmittance` (0 to 1; by default exact, of a pipe
 //! as long as wide under the job's daylight), `bend_factor` (0 to 1; no default, needed for bends).
 //!
-//! **Refuses** views; what no solver computes (`deterministic`), bends without a factor, and reflecting rooms whose
-//! interreflection is switched off. Bad at every room but the one of the fit: it warns that it returns c pi = 1.55
-//! times the flux. It tells neither error nor balance of energy.
+//! **Refuses** views; what all solvers refuse (`deterministic`), bends without a factor, and reflecting rooms whose interreflection is
+//! switched off. Bad at every room but the one of the fit: it warns that it returns c pi = 1.55 times the flux. It reports neither an error
+//! nor an energy balance.
 //!
 //! **Sources.** Jenkins, Muneer and Kubie 2005.
 
@@ -83,7 +83,7 @@ fn reflects(scene: &Scene) -> bool {
     scene.room.enclosure.surfaces().any(|surface| surface.reflectance[0] > 0.0)
 }
 
-/// Number of elbows of a tube: places where the axis changes its direction.
+/// Counts the elbows of a tube: places where the axis changes its direction.
 fn bends(tube: &StraightOrBent) -> u32 {
     let turned = tube
         .segments

@@ -1,8 +1,8 @@
 //! Path tracing: from the sensors and the eye backward to sky, sun and luminaires.
 //!
-//! **Idea.** A path starts at a sensor or pixel and is scattered from surface to surface. At every vertex it is
-//! connected to the openings of the tubes and to the luminaires (`backward::walk`, `backward::daylight`), and where the
-//! ray that goes on meets such a light by chance, both share it. Unbiased; one pass is one replicate.
+//! **Idea.** A path starts at a sensor or pixel and is scattered from surface to surface. At every vertex it is connected to the openings
+//! of the tubes and to the luminaires (`backward::walk`, `backward::daylight`); if the continued ray meets such a light by chance, MIS
+//! combines both estimates. Unbiased; one pass is one replicate.
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#path-tracing), V: the sensor or a finite vertex `D`, `G`, `F`.
 //!
@@ -14,15 +14,14 @@
 //! | `N t F V`, `N t F E` of an eye | rays from the sun's disc, connected |
 //! | `M V` | closed form, or connection and chance |
 //! | `M S+ V`, `M S* E` of an eye | chance |
-//! | `.. V V E`, `F` from below and `F t F` included | the ray that goes on |
+//! | `.. V V E`, `F` from below and `F t F` included | the continued ray |
 //!
 //! **Settings.** `samples_per_sensor` (64; 1 to 65 536) and `samples_per_pixel` (4; 1 to 4096) paths a pass trade the
 //! number of replicates against the noise of each.
 //!
-//! **Refuses** the sun through clear closures, where only one direction in hundreds meets the disc even at its own
-//! zenith angle, and the sun by way of mirrors and of lobes below a roughness of 0.2. Bad at diffusers and luminaires
-//! that mirrors show to a sensor (it warns), and at many tubes: each path looks at all of them. Tells neither fluxes of
-//! tubes nor the balance of energy.
+//! **Refuses** the sun through clear closures, where only one direction in hundreds meets the disc even at its own zenith angle, and the
+//! sun by way of mirrors and of lobes below a roughness of 0.2. Bad at diffusers and luminaires that a sensor sees in mirrors (it warns),
+//! and at many tubes: each path is connected to all of them. Reports neither fluxes of tubes nor the energy balance.
 //!
 //! **Sources.** Kajiya 1986; Veach and Guibas 1995 for the weights.
 
@@ -50,9 +49,9 @@ use crate::traceable::TraceableScene;
 /// Settings of path tracing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Paths per sensor and pass; 1..=65_536.
+    /// Number of paths per sensor and pass; 1..=65_536.
     pub samples_per_sensor: u32,
-    /// Paths per pixel and pass; 1..=4_096.
+    /// Number of paths per pixel and pass; 1..=4_096.
     pub samples_per_pixel: u32,
 }
 
@@ -92,11 +91,11 @@ impl Described for Settings {
     }
 }
 
-/// Rays of the sun per tube and view that are connected to the eye, for each path of the view, and at least.
+/// Number of the sun's rays per tube that are connected to the eye of a view: per path of the view, and the smallest number.
 const SUN_RAYS_PER_PATH: f64 = 0.0625;
 const LEAST_SUN_RAYS: u64 = 1024;
 
-/// The method on one scene; `C` channels of light.
+/// Path tracing of one scene with `C` channels of light.
 #[derive(Debug)]
 pub struct PathTracing<const C: usize> {
     scene: Arc<TraceableScene>,
@@ -107,13 +106,13 @@ pub struct PathTracing<const C: usize> {
 }
 
 impl<const C: usize> PathTracing<C> {
-    /// The method on the outputs of a scene; equal seeds give equal bits.
+    /// Creates the method for the outputs of a scene; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         let (grids, views) = (grids.to_vec(), views.to_vec());
         Self { scene, grids, views, settings: settings.clone(), seed: Key::new(seed) }
     }
 
-    /// Adds the sun that closures scatter straight to the eye; returns the rays it took.
+    /// Adds sunlight that closures scatter directly to the eye; returns the number of rays, or `None` if cancelled.
     fn add_sun(&self, view: &View, stream: Key, luminance: &mut [f64], cancel: &AtomicBool) -> Option<RayCount> {
         let Some(sun) = &self.scene.sun else { return Some(RayCount::default()) };
         let paths = (view.size_px[0] * view.size_px[1]) as f64 * f64::from(self.settings.samples_per_pixel);
@@ -147,7 +146,7 @@ impl<const C: usize> PathTracing<C> {
     }
 }
 
-/// Pixels that see some rays of the sun, with the luminance that these bring, and the rays it took.
+/// Pixels that see some of the sun's rays, with the luminance that these add, and the number of rays traced.
 type Seen<const C: usize> = (Vec<(usize, Spectrum<C>)>, RayCount);
 
 impl<const C: usize> Tally for Seen<C> {
@@ -181,7 +180,7 @@ impl<const C: usize> Integrator for PathTracing<C> {
             let rays = vec![f64::from(self.settings.samples_per_pixel)];
             result.views.push(ViewPass { luminance, rays, ..ViewPass::default() });
         }
-        // nothing is emitted: no tube's flux is known, and no books are kept
+        // nothing is emitted: neither the fluxes of tubes nor the energy balance are estimated
         result.account = Account { rays, ..Account::default() };
         Some(result)
     }

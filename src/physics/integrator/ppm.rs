@@ -1,16 +1,14 @@
 //! Progressive photon mapping: visible points stay the same, radii shrink from pass to pass.
 //!
-//! **Idea.** Visible points are those of a fixed set of eye rays, one in each stratum of a pixel, and the sensors, or
-//! fixed points of each cell. They are not stored: their random numbers do not depend on the pass, so that they are
-//! found again. Photons and connections to them are new in every pass; radii shrink as `photon_map::progressive` says.
-//! Mirrors keep a ray's way; a lobe, and a guide where it divides light, send it into a new direction in every pass,
-//! because a few fixed ones would not give that integral.
+//! **Idea.** Visible points are those of a fixed set of eye rays, one in each stratum of a pixel, and the sensors, or fixed points of each
+//! cell. They are not stored: their random numbers do not depend on the pass, so that each pass finds them again. Photons and connections
+//! to them are new in every pass; radii shrink as in `photon_map::progressive`. Mirrors leave the path of an eye ray fixed; a lobe, and a
+//! guide where it divides light, send it in a new direction in every pass, because a few fixed directions would not give the integral.
 //!
-//! What converges is the mean over the fixed points, which differs from the pixel's or cell's by a sampling error that
-//! no pass brings down. Contrasts tell it: in a block of 2 x 2 strata the mean of the points on one diagonal minus that
-//! on the other is zero where light changes linearly, and half of it has the variance of the block's mean, or more.
-//! Averaged over passes, its square, less what their noise adds, is part of the squared error
-//! (docs/physics/statistics.md#points-that-are-the-same-in-every-pass).
+//! The mean over the fixed points converges, but it differs from that of the pixel or cell by a sampling error that no pass reduces.
+//! Contrasts estimate this error: in a block of 2 x 2 strata the mean of the points on one diagonal minus that on the other is zero where
+//! light varies linearly, and half of it has the variance of the block's mean, or more. Its square, averaged over passes and less the part
+//! by noise, is part of the squared error (docs/physics/statistics.md#points-that-are-the-same-in-every-pass).
 //!
 //! **Which paths**, the same as `sppm`
 //! (docs/physics/measurement_equation.md#progressive-photon-mapping-fixed-and-stochastic):
@@ -27,8 +25,7 @@
 //! photons found); `samples_per_sensor` (16; 2 to 65 536) and `samples_per_pixel` (4; 2 to 4096) fixed points, whose
 //! number bounds the accuracy that can be reached.
 //!
-//! **Refuses** nothing. Bad where light changes abruptly within a cell or a pixel: few fixed points do not tell its
-//! mean.
+//! **Refuses** nothing. Bad where light changes abruptly within a cell or a pixel: few fixed points estimate its mean badly.
 //!
 //! **Sources.** Hachisuka, Ogaki and Jensen 2008; Knaus and Zwicker 2011 for the schedule.
 
@@ -58,17 +55,17 @@ use crate::traceable::TraceableScene;
 /// Settings of progressive photon mapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
+    /// Number of photons emitted per pass, all tubes and sources together; 64..=16_777_216.
     pub photons_per_pass: u64,
     /// Gather radius of the first pass in metres; `None`: a twentieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
-    /// Share of the photons of a pass that is kept, 0 < `alpha` < 1, as of [`super::sppm::Settings::alpha`].
+    /// Fraction of the photons of a pass that is kept, 0 < `alpha` < 1, as in [`super::sppm::Settings::alpha`].
     pub alpha: f64,
     /// Rule by which radii shrink.
     pub radius: Radius,
-    /// Fixed points of each cell of cell averages, 2..=65_536.
+    /// Number of fixed points of each cell of cell averages, 2..=65_536.
     pub samples_per_sensor: u32,
-    /// Fixed eye rays of each pixel, 2..=4096.
+    /// Number of fixed eye rays of each pixel, 2..=4096.
     pub samples_per_pixel: u32,
 }
 
@@ -95,7 +92,7 @@ impl Described for Settings {
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
-        // grids gather on their planes
+        // grids gather on their planes, which are always clipped
         let uncut = if task.views.is_empty() { None } else { Surfaces::new(task.traceable).uncut };
         uncut.map(|uncut| uncut.caveat(self.name())).or_else(|| chance::mirrors_in_gloss(self.name(), task))
     }
@@ -135,7 +132,8 @@ impl Described for Settings {
 }
 
 impl Settings {
-    /// What is kept of fixed points: a contrast for every block of at least two, and the radius of each if it has its own.
+    /// Returns the numbers that are kept for a sensor or pixel with some fixed points: a contrast for every block of at least two, and a
+    /// radius for each point if radii are per point.
     fn kept_of(&self, points: u32) -> Kept {
         let points = f64::from(points);
         let radii = if self.radius == Radius::PerPoint { points } else { 0.0 };
@@ -143,12 +141,12 @@ impl Settings {
     }
 }
 
-/// Fewest photons at each diffuser, and points of each luminaire along the side of a square of strata, to which each of
-/// the points of a sensor is connected: they share those of the sensor.
+/// Fewest photons at each diffuser, and fewest points per side of the square of strata on each luminaire, that each point of a sensor is
+/// connected to: the points divide the connections of the sensor.
 const LEAST_CONNECTIONS: usize = 16;
 const LEAST_STRATA: usize = 2;
 
-/// The method on one scene; `C` channels of light.
+/// Progressive photon mapping of one scene with `C` channels of light.
 #[derive(Debug)]
 pub struct Ppm<const C: usize> {
     mapper: Mapper<C>,
@@ -180,7 +178,7 @@ impl<const C: usize> Mean<C> {
         }
         let mut photons = PhotonCount::default();
         counts.iter().for_each(|count| photons.add(count));
-        // the mean over the points of what one photon adds to the mean over them
+        // effect of one photon at one point on the mean over the points, averaged over them
         photons.one_lux *= share * share;
         photons.brightest_lux *= share * share;
         let luminances: Vec<f64> = points.iter().map(|point| point.irradiance.luminance()).collect();
@@ -213,7 +211,7 @@ impl<const C: usize> Ppm<C> {
         }
     }
 
-    /// One grid of one pass, and what its points carry on; `None` when cancelled.
+    /// Computes one grid of one pass, and the states of its points after it; returns `None` if cancelled.
     fn grid(
         &self,
         number: usize,
@@ -262,7 +260,7 @@ impl<const C: usize> Ppm<C> {
         Some((pass, self.radii.after(before, sensors.iter().flat_map(|sensor| &sensor.found).copied())))
     }
 
-    /// Illuminance of one point of a grid.
+    /// Estimates the illuminance of one point of a grid.
     fn sensor(
         &self,
         number: usize,
@@ -284,7 +282,7 @@ impl<const C: usize> Ppm<C> {
         (gathered, photons)
     }
 
-    /// One view of one pass, and what its points carry on; `None` when cancelled.
+    /// Computes one view of one pass, and the states of its points after it; returns `None` if cancelled.
     fn view(
         &self,
         number: usize,
@@ -312,7 +310,7 @@ impl<const C: usize> Ppm<C> {
             });
             let mut mean = Mean::new(strata, seen);
             if outlined.is_outlined(pixel) {
-                // new in every pass, so that passes tell its error, and no contrast has to
+                // new in every pass, so that the spread of passes is its error, and it needs no contrast
                 mean.value.add_light(&outlined.straight(mapper, maps, place, of_straight.child(pixel as u64)));
             }
             mean

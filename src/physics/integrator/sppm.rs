@@ -1,10 +1,10 @@
 //! Stochastic progressive photon mapping: photons and eye rays are new in every pass, radii shrink.
 //!
 //! **Idea.** Every pass traces its own photons and eye rays and gathers with a radius that shrinks from pass to pass
-//! (`photon_map::progressive`): by a schedule, so that passes are independent replicates, or by statistics that the
-//! rays of a pixel, or the points of a cell, share. Photons are gathered for the diffuse part of a surface alone; its
-//! mirror or lobe is followed (`photon_map::visible_point`). Light that comes straight from a diffuser or luminaire is
-//! connected, not gathered (`photon_map::near_light`).
+//! (`photon_map::progressive`): by a schedule, so that passes are independent replicates, or by statistics that the rays of a pixel, or the
+//! points of a cell, share. Photons are gathered for the diffuse part of a surface only; its mirror or lobe is followed
+//! (`photon_map::visible_point`). Direct light from a diffuser or luminaire is estimated by connections, not gathered
+//! (`photon_map::near_light`).
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#progressive-photon-mapping-fixed-and-stochastic):
 //!
@@ -13,7 +13,7 @@
 //! | `.. F` and `M` straight to a sensor or the eye's `D` | connections to the pass' photons at the diffuser; closed form or points |
 //! | all else that arrives there | gather |
 //! | `.. (F\|M) S* E` of an eye | exitance gathered on the diffuser; the luminaire's luminance |
-//! | `.. F G E`, `M G E` of an eye | connection to photons or points, and the reflected ray, sharing |
+//! | `.. F G E`, `M G E` of an eye | connection to photons or points, and the reflected ray, by MIS |
 //! | `N t C G E`, roughness of at least 0.15 | sunbeams gathered in the lobe |
 //! | `(K\|N) t C (S\|G)* E` of an eye, else | the ray, up the guide |
 //!
@@ -50,7 +50,7 @@ use crate::traceable::TraceableScene;
 /// Settings of stochastic progressive photon mapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
+    /// Number of photons emitted per pass, all tubes and sources together; 64..=16_777_216.
     pub photons_per_pass: u64,
     /// Gather radius of the first pass in metres; `None`: a twentieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
@@ -77,7 +77,7 @@ impl Described for Settings {
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
-        // grids gather on their planes
+        // grids gather on their planes, which are always clipped
         let uncut = if task.views.is_empty() { None } else { Surfaces::new(task.traceable).uncut };
         uncut.map(|uncut| uncut.caveat(self.name())).or_else(|| chance::mirrors_in_gloss(self.name(), task))
     }
@@ -117,7 +117,7 @@ impl Described for Settings {
     }
 }
 
-/// The method on one scene; `C` channels of light.
+/// Stochastic progressive photon mapping of one scene with `C` channels of light.
 #[derive(Debug)]
 pub struct Sppm<const C: usize> {
     mapper: Mapper<C>,
@@ -137,7 +137,7 @@ impl<const C: usize> Sppm<C> {
         }
     }
 
-    /// One grid of one pass, and what its sensors carry on; `None` when cancelled.
+    /// Computes one grid of one pass, and the states of its sensors after it; returns `None` if cancelled.
     fn grid(
         &self,
         number: usize,
@@ -185,7 +185,7 @@ impl<const C: usize> Sppm<C> {
         Some((pass, after))
     }
 
-    /// One view of one pass, and what its pixels carry on; `None` when cancelled.
+    /// Computes one view of one pass, and the states of its pixels after it; returns `None` if cancelled.
     fn view(
         &self,
         number: usize,

@@ -1,23 +1,23 @@
-//! Why a scene calls for an effect, or why the effect is exactly zero in it: one sentence each, made from the scene.
+//! Reasons why a scene calls for an effect, or why the effect is exactly zero in it: one sentence each, made from the scene.
 
 use super::effect_kind::EffectKind;
 use crate::guide::Section;
 use crate::optics::{Diffuser, Surface};
 use crate::scene::{Channels, Scene, Tube, TubeShape};
 
-/// A scene as it is after a document left something out.
+/// Scene without the parts that a document leaves out.
 #[derive(Clone, Copy, Debug)]
 pub struct Remaining<'a> {
-    /// The scene with everything in it.
+    /// Scene with everything in it.
     pub scene: &'a Scene,
-    /// True if its boxes and meshes stay.
+    /// True if the scene's boxes and meshes stay.
     pub objects: bool,
     /// True if specular reflection stays.
     pub glossy: bool,
 }
 
 impl<'a> Remaining<'a> {
-    /// The surfaces of the room and of the objects that stay.
+    /// Returns the surfaces of the room and of the objects that stay.
     fn surfaces(&self) -> impl Iterator<Item = &'a Surface> {
         let room = &self.scene.room;
         let (boxes, meshes) = if self.objects { (&room.boxes[..], &room.meshes[..]) } else { (&[][..], &[][..]) };
@@ -53,7 +53,7 @@ impl<'a> Remaining<'a> {
         }
     }
 
-    /// Reason why an effect is needed, or (as an error) why it is exactly zero.
+    /// Returns the reason why an effect is needed, or (as an error) why it is exactly zero.
     pub fn calls_for(&self, kind: EffectKind) -> Result<String, String> {
         let scene = self.scene;
         match kind {
@@ -75,7 +75,7 @@ impl<'a> Remaining<'a> {
 
 const BELOW_HORIZON: &str = "the sun is at or below the horizon";
 
-/// Reason why a scene has no daylight at all, if it has none.
+/// Returns the reason why a scene has no daylight at all, or `None` if it has some.
 fn no_daylight(scene: &Scene) -> Option<&'static str> {
     match (&scene.daylight, scene.tubes.is_empty()) {
         (_, true) => Some("no tube leads daylight into the room"),
@@ -142,7 +142,7 @@ fn specular_closure(scene: &Scene) -> Result<String, String> {
     }
 }
 
-/// Why a tube can send light back down that enters it from below, if it can.
+/// Returns the feature by which a tube can send light back down that enters it from below; `None` if it cannot.
 pub(super) fn returns(tube: &Tube) -> Option<&'static str> {
     match &tube.shape {
         TubeShape::Cylinders(cylinders) if cylinders.collector.reflects() => Some("dielectric domes"),

@@ -1,6 +1,6 @@
-//! From effects to methods: the requested one where it is able, or the best with its reason.
+//! Choice of methods for the effects that are on: the requested method if it can compute the task, or the best one with its reason.
 //!
-//! The policy of `auto` is the subject of this file: `for_grids` and `for_views` alone weigh methods against each other.
+//! The policy of `auto` is in this file: only `for_grids` and `for_views` weigh methods against each other.
 
 use std::sync::Arc;
 
@@ -14,41 +14,42 @@ use crate::integrator::{
 use crate::scene::Scene;
 use crate::traceable::TraceableScene;
 
-/// Methods of the grids and of the views; `None` where the job has no such output.
+/// Methods of the grids and of the views; `None` if the job has no such output.
 #[derive(Clone, Debug)]
 pub struct Methods {
-    /// The method that computes all grids.
+    /// Method that computes all grids.
     pub grids: Option<MethodChoice>,
-    /// The method that computes all views.
+    /// Method that computes all views.
     pub views: Option<MethodChoice>,
-    /// Number of passes that one pass of the grids is made of where their light is told in parts; `None` where it is not.
+    /// Number of passes that one pass of the grids consists of if their light is reported in parts; `None` if it is not.
     pub parts: Option<usize>,
-    /// The method that checks the grids, beside theirs; `None` where nothing was asked for.
+    /// Second method, which checks the grids; `None` if no check is requested.
     pub check: Option<MethodChoice>,
 }
 
-/// A method with its settings, and why it was taken.
+/// Method with its settings, and the reason of its choice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodChoice {
-    /// The method, its settings complete with defaults.
+    /// Method, its settings complete with defaults.
     pub method: Method,
-    /// One sentence for the reader of a plan.
+    /// Reason in one sentence, for the reader of a plan.
     pub reason: String,
 }
 
-/// The document's `method`.
+/// Value of the document's `method`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MethodRequest {
-    /// The program chooses; it takes a method that refuses nothing.
+    /// The program chooses a method that does not refuse the task.
     Auto,
-    /// This method, or a refusal.
+    /// This method, or a refusal if it cannot compute the task.
     Method(Method),
-    /// The method that has taken the place of one that documents may still name.
+    /// A method that has replaced another one, by whose name documents may still ask for it.
     InPlaceOf(&'static str, Method),
 }
 
 impl Methods {
-    /// The methods for a compiled scene; a refusal says what the requested method cannot compute, and what can.
+    /// Chooses the methods for a compiled scene, or returns a refusal that names what the requested method cannot compute, and a method
+    /// that can.
     pub fn choose(scene: &Scene, traceable: &Arc<TraceableScene>, request: &MethodRequest) -> Result<Self, Refusal> {
         let task = Task::whole(scene, traceable);
         match request {
@@ -60,7 +61,7 @@ impl Methods {
         }
     }
 
-    /// The methods that `auto` picks; they refuse nothing.
+    /// Returns the methods that `auto` picks; they do not refuse the task.
     fn best(task: &Task) -> Self {
         let grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
         let views = (!task.views.is_empty()).then(|| for_views(task));
@@ -86,7 +87,7 @@ impl Methods {
         }
     }
 
-    /// The same methods for grids whose light is told in parts; a refusal where theirs cannot.
+    /// Returns these methods for grids whose light is reported in parts, or a refusal if the grids' method has no independent passes.
     pub fn in_parts(self, task: &Task) -> Result<Self, Refusal> {
         let of_grids = self.grids.iter().map(|choice| &choice.method);
         if let Some(method) = of_grids.into_iter().find(|method| method.described().passes() != Passes::Independent) {
@@ -96,7 +97,8 @@ impl Methods {
         Ok(Self { parts: Some(Component::passes(task.traceable)), ..self })
     }
 
-    /// The same methods for grids whose responses are told; a refusal where the requested method cannot, or none can.
+    /// Returns methods for grids whose responses (illuminance per lumen of each patch of the openings) are reported, or a refusal if the
+    /// requested method, or every method, cannot report them.
     pub fn with_responses(self, task: &Task, request: &MethodRequest) -> Result<Self, Refusal> {
         let instead = Method::TwoStage(two_stage::Settings::default());
         let tells = |choice: &MethodChoice| choice.method.described().tells_responses();
@@ -118,7 +120,8 @@ impl Methods {
         Ok(Self { grids: Some(MethodChoice { method: instead, reason }), ..self })
     }
 
-    /// The same methods and one that checks the grids; a refusal where none is honest here, or there are no passes to check.
+    /// Adds a second method that checks the grids, or returns a refusal if no other method computes them with reliable errors, or if the
+    /// grids' method has no passes.
     pub fn checked(self, task: &Task) -> Result<Self, Refusal> {
         let Some(grids) = &self.grids else {
             return Err(Refusal::new(RefusalCode::NoSecondMethod, "grids are checked, and the job has none"));
@@ -135,7 +138,7 @@ impl Methods {
         Ok(Self { check: Some(check), ..self })
     }
 
-    /// True if one pass of one method gives both grids and views.
+    /// True if one pass of one method computes both grids and views.
     pub fn share_passes(&self) -> bool {
         match (&self.grids, &self.views) {
             (Some(grids), Some(views)) => grids.method == views.method && self.parts.is_none() && self.check.is_none(),
@@ -143,7 +146,7 @@ impl Methods {
         }
     }
 
-    /// The names of the methods of the grids and of the views, where they are others.
+    /// Returns the names of the methods of the grids and of the views; one name if both are the same.
     pub fn names(&self) -> Vec<&'static str> {
         let all = self.grids.iter().chain(&self.views);
         let mut names: Vec<_> = all.map(|choice| choice.method.name()).collect();
@@ -152,7 +155,7 @@ impl Methods {
     }
 }
 
-/// The best method for grids: the first candidate that fits.
+/// Returns the best method for grids: the first candidate that fits.
 fn for_grids(task: &Task) -> MethodChoice {
     let paths = two_stage::Settings::default();
     if paths.refuses(task).is_none() && paths.warns(task).is_none() {
@@ -183,7 +186,7 @@ fn for_grids(task: &Task) -> MethodChoice {
     MethodChoice { method, reason }
 }
 
-/// Words on light that is found at the openings first, in this scene.
+/// Describes in words how light from openings and luminaires is computed in two stages in this scene.
 fn two_stage_reason(scene: &TraceableScene) -> String {
     let (found, beside) = if scene.tubes.is_empty() {
         ("luminaires alone light the room", "")
@@ -200,9 +203,9 @@ fn two_stage_reason(scene: &TraceableScene) -> String {
     format!("{found}; {reflected}{beside}")
 }
 
-/// A method that finds the same as `first` in another way, with errors that tell the truth: the first that is able.
+/// Finds a method that computes the same light as `first` independently and with reliable errors: the first candidate that can.
 ///
-/// Those that cut paths at the diffusers share what comes down the tubes, so that neither checks the other.
+/// Methods that cut paths at the diffusers use the same light from the tubes, so that none of them checks another.
 fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
     let rare = || {
         light_tracing::refuses_points(task.traceable).is_some() || light_tracing::noisy_points(task.traceable).is_some()
@@ -217,7 +220,7 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
         Some(Method::PathTracing(path_tracing::Settings::default())),
         Some(Method::PhotonMapping(photon_mapping::Settings::default())),
     ];
-    // what comes in beside lamps is found by light tracing
+    // unscattered light beside Lambertian closures is computed by light tracing
     let beside = !all_lamps(&task.traceable.tubes);
     let traces_light = |method: &Method| matches!(method, Method::TwoStage(_) | Method::LightTracing(_));
     let is_able = |method: &Method| {
@@ -230,7 +233,7 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
     Some(MethodChoice { method, reason })
 }
 
-/// The best method for views: the first candidate that fits.
+/// Returns the best method for views: the first candidate that fits.
 fn for_views(task: &Task) -> MethodChoice {
     let paths = two_stage::Settings { samples_per_pixel: 1, ..two_stage::Settings::default() };
     if paths.refuses(task).is_none() && paths.warns(task).is_none() {
@@ -247,7 +250,7 @@ fn for_views(task: &Task) -> MethodChoice {
     MethodChoice { method: Method::Sppm(sppm::Settings::default()), reason }
 }
 
-/// Reason why a method cannot compute a task, if it cannot.
+/// Returns the reason why a method cannot compute a task, if there is one.
 pub fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
     let described = method.described();
     if !described.knows().views && !task.views.is_empty() {
@@ -259,7 +262,7 @@ pub fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
     described.refuses(task)
 }
 
-/// A refusal for the user, with the name of the method and what to ask for instead.
+/// Completes a refusal for the user, with the name of the method and what to ask for instead.
 fn with_advice(refusal: Refusal, method: &Method, best: &Methods) -> Refusal {
     let instead = refusal.instead.map_or(String::new(), |instead| format!("{instead}, or "));
     let (name, best) = (method.name(), best.names().join(" and "));

@@ -1,11 +1,11 @@
-//! The effects of light that a plan decides on.
+//! Effects of light that a plan decides on.
 
-/// An effect of light that can be simulated or left out.
+/// Effect of light that can be simulated or left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EffectKind {
     /// Diffuse light of the sky.
     Sky,
-    /// The sun's beam.
+    /// Direct beam of the sun.
     Sun,
     /// Electric light.
     Luminaires,
@@ -37,7 +37,7 @@ impl EffectKind {
         Self::Glossy,
     ];
 
-    /// The name in documents and results.
+    /// Returns the name in documents and results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sky => "sky",
@@ -52,18 +52,18 @@ impl EffectKind {
         }
     }
 
-    /// The effect of a name in documents; `None` for any other word.
+    /// Returns the effect with a name in documents; `None` for any other word.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// True if a document may switch the effect off; closures and colours are what the scene is made of.
+    /// True if a document may switch the effect off; clear closures and colours are part of the scene and cannot be.
     pub fn can_be_left_out(self) -> bool {
         !matches!(self, Self::SpecularClosure | Self::Colour)
     }
 
-    /// True if a document may switch the effect on where the scene does not call for it: rays then look for what is not
-    /// there. Of sources of light that a scene does not have, of closures and of colours there is nothing to look for.
+    /// True if a document may switch the effect on where the scene does not call for it: rays are then traced for it without result. This
+    /// is not possible for sources of light that a scene does not have, for clear closures and for colours.
     pub fn can_be_followed_in_vain(self) -> bool {
         matches!(self, Self::Interreflection | Self::Objects | Self::GuideReturn | Self::Glossy)
     }

@@ -8,10 +8,10 @@ use super::left_out::{LeftOut, left_out};
 use crate::scene::Scene;
 use crate::traceable::TraceableScene;
 
-/// Wish of a document about an effect.
+/// Request of a document about an effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EffectRequest {
-    /// Simulate the effect, even in vain where the scene does not call for it.
+    /// Simulate the effect, even without result where the scene does not call for it.
     On,
     /// Leave the effect out, where that is allowed.
     Off,
@@ -23,23 +23,23 @@ pub enum EffectRequest {
 /// One effect of the plan, on or off, with its reason.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectPlan {
-    /// The effect that is meant.
+    /// Effect that this entry decides on.
     pub kind: EffectKind,
     /// True if the effect is simulated.
     pub on: bool,
     /// True if the scene calls for the effect, simulated or not.
     pub called_for: bool,
-    /// One sentence for the reader of a plan.
+    /// Reason in one sentence, for the reader of a plan.
     pub reason: String,
-    /// When off: the largest share of the room's light that is left out, 0 where the effect is exactly zero by physics; `None`
-    /// when on, and where no share below 1 is known to be the largest. Of what light it is a share says [`LeftOut`].
+    /// Largest fraction of the room's light that is left out if the effect is off, 0 if the effect is exactly zero by physics; `None` if
+    /// the effect is on, and if no bound below 1 is known. [`LeftOut`] defines the light that it refers to.
     pub bound: Option<f64>,
 }
 
 /// All effects, in the order of [`EffectKind::ALL`].
 #[derive(Clone, Debug, Default)]
 pub struct Effects {
-    /// One entry per effect; empty before effects were decided.
+    /// One entry per effect; empty until effects are decided.
     pub list: Vec<EffectPlan>,
 }
 
@@ -47,14 +47,14 @@ pub struct Effects {
 pub type EffectRequests = BTreeMap<EffectKind, EffectRequest>;
 
 impl Effects {
-    /// Decides every effect from what the scene calls for and what the document wishes.
+    /// Decides every effect from what the scene calls for and what the document requests.
     pub fn of(scene: &Scene, requests: &EffectRequests) -> Self {
         let wish = |kind: EffectKind| requests.get(&kind).copied().unwrap_or_default();
         let stays = |kind: EffectKind| wish(kind) != EffectRequest::Off;
         let everything = Remaining { scene, objects: true, glossy: true };
         let rest = Remaining { objects: stays(EffectKind::Objects), glossy: stays(EffectKind::Glossy), ..everything };
         let decide = |kind: EffectKind| {
-            // what was left out is no reason for what stays, but it is why itself is asked about
+            // parts that are left out are no reason for those that stay, but an effect that is left out itself is judged by the whole scene
             let remaining = if stays(kind) { rest } else { everything };
             let (on, called_for, reason) = match (remaining.calls_for(kind), wish(kind)) {
                 (Err(reason), EffectRequest::On) if kind.can_be_followed_in_vain() => {
@@ -77,14 +77,14 @@ impl Effects {
         self.list.iter().any(|effect| effect.kind == kind && effect.on && effect.called_for)
     }
 
-    /// True if rays look for the effect, be it in vain.
+    /// True if the effect is simulated, even where the scene does not call for it.
     pub fn is_followed(&self, kind: EffectKind) -> bool {
         self.list.iter().any(|effect| effect.kind == kind && effect.on)
     }
 
-    /// Finds what the effects that were switched off leave out of `scene`, keeps the bounds, and answers all of it.
+    /// Estimates the light that each effect switched off leaves out of `scene`, stores the bounds in the plan, and returns all estimates.
     ///
-    /// `traceable` is the scene with the effects that are on; its guides have to be built.
+    /// `traceable` is the scene with the effects that are on; its guides must be built.
     pub fn weigh(&mut self, scene: &Scene, traceable: &TraceableScene) -> Vec<(EffectKind, LeftOut)> {
         let switched_off = self.list.iter_mut().filter(|effect| effect.called_for && !effect.on);
         switched_off
@@ -97,7 +97,7 @@ impl Effects {
     }
 }
 
-/// The reason of an effect that the document leaves out.
+/// Returns the reason of an effect that the document leaves out.
 fn switched_off(scene: &Scene, kind: EffectKind) -> String {
     let what = match kind {
         EffectKind::Glossy => ": surfaces absorb the light of their `specular` share".to_owned(),

@@ -1,4 +1,4 @@
-//! How the guide of each tube is computed, and why.
+//! Plan of how the guide of each tube is computed, with reasons.
 
 use std::sync::Arc;
 
@@ -9,28 +9,28 @@ use crate::optics::fresnel::slab_transmittance;
 use crate::scene::{Scene, Tube, TubeShape};
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// The computation of a guide, with the reason in one sentence.
+/// Computation of a guide, with the reason.
 #[derive(Clone, Debug)]
 pub struct GuidePlan {
-    /// The way in which rays pass the guide.
+    /// Method by which rays pass the guide.
     pub kind: GuideKind,
-    /// One sentence for the reader of a plan.
+    /// Reason in one sentence, for the reader of a plan.
     pub reason: String,
 }
 
-/// A way to follow light through a guide.
+/// Method to follow light through a guide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GuideKind {
-    /// A straight cylinder: one closed form from end to end.
+    /// Straight cylinder: one closed form from end to end.
     ClosedFormStraight,
     /// Cylinders with mitred elbows: a closed form between elbows.
     ClosedFormBent,
-    /// Facets of a mesh, met one by one.
+    /// Mesh: its facets are hit one by one.
     Mesh,
 }
 
 impl GuideKind {
-    /// Name of the kind in plans and reports.
+    /// Returns the name of the kind in plans and reports.
     pub fn code(self) -> &'static str {
         match self {
             Self::ClosedFormStraight => "closed_form_straight",
@@ -69,7 +69,7 @@ fn recognised(tube: &TraceableTube) -> GuidePlan {
     GuidePlan { kind: GuideKind::ClosedFormStraight, reason }
 }
 
-/// Sentence that says why facets are traced, and what they do to a pipe that is meant to be round.
+/// Returns a sentence on why facets are traced, and how they differ from a pipe that is meant to be round.
 fn facets(triangles: usize, section: Option<&Section>) -> String {
     let mut reason = format!("mesh of {triangles} triangles: rays are traced facet by facet");
     if let Some(Section::Facets { sides, reason: why }) = section {
@@ -86,7 +86,7 @@ fn facets(triangles: usize, section: Option<&Section>) -> String {
     reason
 }
 
-/// Sentence on the shares of light that a measured diffuser passes, as its table has them.
+/// Returns a sentence on the fractions of light that a measured diffuser transmits and reflects, from its table.
 fn measured(diffuser: &Diffuser) -> String {
     let Diffuser::Measured(table) = diffuser else { return String::new() };
     let at = |degrees: f64| {
@@ -110,7 +110,7 @@ fn domed(guide: &DomedGuide) -> GuidePlan {
     GuidePlan { kind, reason }
 }
 
-/// Says how the guides of a scene are computed, and why; `traceable` is the scene compiled.
+/// Returns how the guides of a scene are computed, and why; `traceable` is the compiled scene.
 pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
     let of_tube = |(index, tube): (usize, &TraceableTube)| {
         let mut plan = of_guide(tube);
@@ -124,7 +124,7 @@ pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
     traceable.tubes.iter().enumerate().map(of_tube).collect()
 }
 
-/// True if two tubes differ at most in their place and in what closes them below.
+/// True if two tubes differ at most in their position and in their closure.
 fn same_guide(a: &Tube, b: &Tube) -> bool {
     a.opening_radius == b.opening_radius
         && match (&a.shape, &b.shape) {

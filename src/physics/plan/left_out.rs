@@ -1,7 +1,6 @@
-//! What a scene loses when an effect is left out of it: shares of its light, estimated and bounded from above.
+//! Light that is lost when an effect is left out of a scene: fractions of the scene's light, estimated and bounded from above.
 //!
-//! Nothing is rendered for it: the numbers come from reflectances, areas and fluxes
-//! (docs/physics/left_out.md has the derivations).
+//! No rendering is needed: the numbers follow from reflectances, areas and fluxes (docs/physics/left_out.md has the derivations).
 
 use std::f64::consts::PI;
 
@@ -18,25 +17,25 @@ use crate::sampling::Key;
 use crate::scene::{Channels, EnclosureFace, Luminaire, MeshTube, Scene, Tube, TubeShape};
 use crate::traceable::TraceableTube;
 
-/// Share of a scene's light that is missing when one effect is left out of everything that the scene calls for.
+/// Fraction of a scene's light that is missing when one effect that the scene calls for is left out.
 ///
-/// Of sky, sun and luminaires it is a share of the flux that comes into the room. Of all others it is a share of the flux that
-/// falls on the faces of the room, open ones too, and on its objects, all together: at single points it can be more, and less.
+/// For sky, sun and luminaires it is a fraction of the flux that enters the room. For all other effects it is a fraction of the flux that
+/// falls on the faces of the room, open ones too, and on its objects, all together: at single points it can be larger or smaller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeftOut {
-    /// About how much it is; `None` where the bound is all that is known.
+    /// Estimate of the fraction; `None` if only the bound is known.
     pub about: Option<f64>,
-    /// The most that it can be; `None` where no bound below 1 is known. It is 1 where nothing else gives light.
+    /// Upper bound of the fraction; `None` if no bound below 1 is known. It is 1 if nothing else gives light.
     pub at_most: Option<f64>,
 }
 
 impl LeftOut {
-    /// What is known of the share, the largest number first: 1 where nothing is.
+    /// Returns the upper bound, or else the estimate, or 1 if neither is known.
     pub fn largest(&self) -> f64 {
         self.at_most.or(self.about).unwrap_or(1.0)
     }
 
-    /// The share in words, with the light that it is a share of.
+    /// Describes the fraction in words, with the light that it refers to.
     pub fn words(&self, kind: EffectKind) -> String {
         let percent = |share: f64| match 100.0 * share {
             share if share >= 9.5 => format!("{share:.0} %"),
@@ -60,7 +59,7 @@ impl LeftOut {
     }
 }
 
-/// What a scene loses without an effect that it calls for; `tubes` are those of the scene, built.
+/// Estimates the light that a scene loses without an effect that it calls for; `tubes` are those of the scene, built.
 pub fn left_out(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> LeftOut {
     let surfaces = Surfaces::of(scene);
     match kind {
@@ -73,7 +72,7 @@ pub fn left_out(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> Lef
             about: Some(surfaces.mean.share(surfaces.mean.specular)),
             at_most: surfaces.brightest.bound(surfaces.brightest.specular),
         },
-        // in even light each area meets its share
+        // in even light every area gets an equal flux per m2
         EffectKind::Objects => {
             LeftOut { about: Some(surfaces.of_objects / (surfaces.of_objects + surfaces.of_faces)), at_most: None }
         }
@@ -85,38 +84,38 @@ pub fn left_out(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> Lef
     }
 }
 
-/// What surfaces reflect of the light that falls on them.
+/// Reflectances of surfaces.
 #[derive(Clone, Copy, Debug, Default)]
 struct Reflects {
-    /// Diffusely and specularly together.
+    /// Diffuse and specular reflectance together.
     albedo: f64,
-    /// Specularly alone.
+    /// Specular reflectance alone.
     specular: f64,
 }
 
 impl Reflects {
-    /// Share of all light that is left out, where `first` is what is left out before its first reflection that follows, per
-    /// light that stays: all reflections after it are left out, too.
+    /// Returns the fraction of all light that is left out. `first` is the light that is left out before its first reflection, relative to
+    /// the light that stays; all reflections after it are left out, too.
     fn share(&self, first: f64) -> f64 {
         // X / (I + X) with X = I first / (1 - albedo); in a room that loses nothing it is 1
         if first > 0.0 { first / (first + 1.0 - self.albedo) } else { 0.0 }
     }
 
-    /// [`Self::share`] where it says something.
+    /// Returns [`Self::share`] if it is below 1.
     fn bound(&self, first: f64) -> Option<f64> {
         Some(self.share(first)).filter(|share| *share < 1.0)
     }
 }
 
-/// The surfaces of a room and of its objects together.
+/// Surfaces of a room and of its objects together.
 struct Surfaces {
-    /// Largest of any surface and channel.
+    /// Largest reflectances of any surface and channel.
     brightest: Reflects,
-    /// Mean by area, of luminances.
+    /// Mean luminance reflectances, weighted by area.
     mean: Reflects,
     /// Area of the room's faces in m2.
     of_faces: f64,
-    /// Area of its objects in m2.
+    /// Area of the room's objects in m2.
     of_objects: f64,
 }
 
@@ -157,10 +156,10 @@ fn luminance(rgb: [f64; 3]) -> f64 {
     Spectrum::<3>(rgb).luminance()
 }
 
-/// From above: the flux that tubes send back into the room for the first time, per flux that falls on the surfaces before it;
-/// infinite where luminaires shine upward.
+/// Returns an upper bound of the flux that tubes send back into the room for the first time, relative to the flux that falls on the
+/// surfaces before; infinite if luminaires shine upward.
 fn first_returns(scene: &Scene, surfaces: &Surfaces) -> f64 {
-    // what a luminaire sends up can go into the tubes before it has met anything
+    // upward light of a luminaire can enter the tubes before it has met anything
     let shines_up = |luminaire: &Luminaire| {
         let normal = luminaire.edge_u.cross(luminaire.edge_v);
         luminaire.luminance != [0.0; 3] && (normal.truncate() != DVec2::ZERO || normal.z > 0.0)
@@ -181,7 +180,7 @@ fn first_returns(scene: &Scene, surfaces: &Surfaces) -> f64 {
     from_above + from_below * surfaces.brightest.albedo
 }
 
-/// Largest shares that a sheet passes and reflects.
+/// Largest transmittance and reflectance of a sheet, 0..1.
 struct Sheet {
     through: f64,
     back: f64,
@@ -211,7 +210,8 @@ impl Sheet {
     }
 }
 
-/// The largest share of light from below that a tube sends back down: light that turns round in a pipe meets its mirror.
+/// Returns the largest fraction of light from below that a tube sends back down: light that turns round in a pipe is reflected by its
+/// mirror at least once.
 fn returned(tube: &Tube) -> f64 {
     match &tube.shape {
         TubeShape::Cylinders(cylinders) if matches!(cylinders.collector, Collector::DielectricDome { .. }) => 1.0,
@@ -229,7 +229,7 @@ fn returned(tube: &Tube) -> f64 {
     }
 }
 
-/// From above: the share of the light leaving any point of the room's surfaces that goes to the opening of a tube.
+/// Returns an upper bound of the fraction of the light leaving any point of the room's surfaces that goes to the opening of a tube.
 fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
     // a mirror can send all its light there
     if surfaces.brightest.specular > 0.0 {
@@ -238,13 +238,13 @@ fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
     let (enclosure, radius) = (&scene.room.enclosure, tube.opening_radius);
     let height = enclosure.height_at(tube.face, tube.centre) - tube.drop_m;
     let centre = tube.centre.extend(height);
-    // of whatever slope: the solid angle of the disc, seen from straight below, over pi
+    // for any slope: the solid angle of the disc, seen from straight below, over pi
     let of_slope = |distance: f64| (2.0 * (1.0 - distance / libm::hypot(distance, radius))).min(1.0);
     let of_face = |face: &EnclosureFace| {
         let (distance, normal) = (face.polygon.height(centre).max(0.0), face.polygon.normal());
         match normal.z {
             z if z.abs() == 1.0 && distance > 0.0 => radius * radius / (radius * radius + distance * distance),
-            // what lies in its plane does not see it
+            // a face in the plane of the opening does not see it
             z if z.abs() == 1.0 => 0.0,
             0.0 => most_from_wall(radius, distance.max(radius)),
             _ => of_slope(distance),
@@ -258,9 +258,9 @@ fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
     of_faces.max(of_objects)
 }
 
-/// Largest form factor from a point of a wall to a disc of `radius` in the ceiling, whose centre is `offset` m from the wall.
+/// Returns the largest form factor from a point of a wall to a disc of `radius` in the ceiling, whose centre is `offset` m from the wall.
 fn most_from_wall(radius: f64, offset: f64) -> f64 {
-    // it rises with the depth below the ceiling to one maximum, and falls: first by steps, then by thirds
+    // the form factor rises with the depth below the ceiling to one maximum, and falls: searched first by steps, then by thirds
     let at = |exponent: f64| disc_irradiance(radius, offset * libm::exp2(exponent), offset).toward_axis;
     let step = |k: i32| 0.25 * f64::from(k);
     let best = (-80..=16).max_by(|a, b| at(step(*a)).total_cmp(&at(step(*b)))).unwrap_or(0);
@@ -272,11 +272,11 @@ fn most_from_wall(radius: f64, offset: f64) -> f64 {
             false => high -= third,
         }
     }
-    // the disc's edge at the wall is a limit that the steps only come near
+    // a disc whose edge touches the wall has a limit that the steps only approach
     1.00001 * at(0.5 * (low + high))
 }
 
-/// A flux in lm: an estimate between bounds.
+/// Flux in lm: an estimate between bounds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Flux {
     least: f64,
@@ -292,10 +292,10 @@ impl Flux {
     }
 }
 
-/// Rays per replicate by which the flux of a guide without a closed form is estimated.
+/// Number of rays per replicate to estimate the flux of a guide without a closed form.
 const RAYS: u64 = 64;
 
-/// Share that one source of light has in the flux that comes into the room.
+/// Returns the fraction that one source of light has in the flux that enters the room.
 fn source(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> LeftOut {
     let electric = scene
         .room
@@ -324,7 +324,7 @@ fn source(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> LeftOut {
     }
 }
 
-/// Least, likely and largest luminance share of light from above that a tube's closure lets into the room at first.
+/// Returns the least, likely and largest fraction of the luminous flux from above that a tube's closure first passes into the room.
 fn passes(tube: &TraceableTube) -> Flux {
     let equal = |share: f64| Flux { least: share, about: share, most: share };
     match &tube.diffuser {
@@ -349,7 +349,7 @@ fn passes(tube: &TraceableTube) -> Flux {
     }
 }
 
-/// Flux of the sky that a tube lets into the room.
+/// Returns the flux of the sky in lm that a tube passes into the room.
 fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
     let Some(sky) = scene.daylight.as_ref().and_then(|daylight| daylight.sky.as_ref()) else {
         return Flux::default();
@@ -357,7 +357,7 @@ fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
     let closure = passes(tube);
     let traced = performance::sky(&tube.guide, sky, Key::new(index as u64), RAYS);
     let about = closure.about * traced.arriving().mean;
-    // of a straight pipe the mirror can only take from what passes the level cover
+    // in a straight pipe the mirror can only absorb light that has passed the level cover
     let most = match &tube.guide {
         Guide::Straight(guide) if scene.channels == Channels::Photopic => {
             let cover = guide.collector_transmittance[0];
@@ -368,7 +368,7 @@ fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
     Flux { least: 0.0, about: about.min(most), most }
 }
 
-/// Flux of the sun's beam that a tube lets into the room.
+/// Returns the flux of the sun's beam in lm that a tube passes into the room.
 fn of_sun(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
     let Some(sun) = scene.daylight.as_ref().and_then(|daylight| daylight.sun) else { return Flux::default() };
     let closure = passes(tube);

@@ -1,7 +1,7 @@
-//! What memory a job takes at its peak, before it has run.
+//! Peak memory of a job, estimated before it has run.
 //!
-//! Upper bounds rather than best guesses: a job that is let in must fit. `tests/service/memory.rs` renders jobs of every method and
-//! compares the peak of the process with what stands here.
+//! The estimates are upper bounds rather than best guesses: a job that is admitted must fit. `tests/service/memory.rs` renders jobs of
+//! every method and compares the peak of the process with the estimates made here.
 
 use super::{Methods, Plan};
 use crate::integrator::components::Component;
@@ -11,50 +11,49 @@ use crate::integrator::room_matrix::PATCHES;
 use crate::scene::{EnclosureFace, Grid, Scene, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Bytes that a job needs at its peak, beside the program itself.
+/// Bytes that a job needs at its peak, in addition to the program itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MemoryEstimate {
     /// Bytes of the sensors of all grids.
     pub grids: f64,
     /// Bytes of the pixels of all views.
     pub views: f64,
-    /// Bytes of what a pass works with: photons and their vertices, or the factors between the patches of a room.
+    /// Bytes of the working data of a pass: photons and their vertices, or the factors between the patches of a room.
     pub working: f64,
     /// Bytes of the triangles of tubes and objects.
     pub meshes: f64,
 }
 
 impl MemoryEstimate {
-    /// Sum of all parts, in bytes.
+    /// Returns the sum of all parts, in bytes.
     pub fn total(&self) -> f64 {
         self.grids + self.views + self.working + self.meshes
     }
 }
 
-/// Copies of a job's sums that are alive together: of all earlier chunks, of this one, of both, and two while a checkpoint
-/// is written or a reader has one.
+/// Number of copies of a job's sums in memory at the same time: of all earlier chunks, of the present one, of both, and two while a
+/// checkpoint is written or a reader has one.
 const COPIES: f64 = 5.0;
 
-/// One running mean with its variance: three numbers.
+/// Bytes of one running mean with its variance: three numbers.
 const MOMENTS: f64 = 24.0;
 
-/// Bytes of the statistics of one point from pass to pass: its squared radius and its number of photons.
+/// Bytes of the statistics that one point carries from pass to pass: its squared radius and its number of photons.
 const RADIUS: f64 = 16.0;
 
-/// Bytes of the photons that one sensor has found.
+/// Bytes of the photon count of one sensor.
 const PHOTONS: f64 = 16.0;
 
-/// Bytes of one response of a sensor to a patch, and of one channel of it: in the list of a thread, and of a pass.
+/// Bytes of one response of a sensor to a patch, and again of each channel of it: in the list of a thread, and in that of a pass.
 const RESPONSE: f64 = 32.0;
 
-/// Bytes of one triangle: as read, in the frame of the room, in the tree over all, with its facet.
+/// Bytes of one triangle: as read, in the frame of the room, in the tree over all triangles, with its facet.
 const TRIANGLE: f64 = 640.0;
 
-/// Largest number of events of a photon that is counted on: scenes that absorb nearly nothing are refused by the memory
-/// that these take.
+/// Largest number of events of a photon that is assumed: the memory for it is so large that scenes which absorb nearly nothing are refused.
 const MOST_EVENTS: f64 = 1e6;
 
-/// The peak of a planned job.
+/// Estimates the peak memory of a planned job.
 pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> MemoryEstimate {
     let Methods { grids, views, parts, check } = &plan.methods;
     let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, traceable), ..MemoryEstimate::default() };
@@ -69,7 +68,7 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
     };
     if let Some(choice) = grids {
         let method = choice.method.described();
-        // the parts of the light, of which each has all that the whole has
+        // the parts of the light, each of which needs as much as the whole
         let copies = 1 + parts.map_or(0, |_| Component::of_scene(traceable).len());
         let patches = PATCHES * traceable.tubes.len();
         let told = |grid: &Grid| (copies + if grid.responses { patches } else { 0 }) as f64;
@@ -93,18 +92,18 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
     bytes
 }
 
-/// Bytes of one grid: its sums, a pass of it, and its files.
+/// Returns the bytes of one grid: its sums, a pass of it, and its files.
 fn of_grid(grid: &Grid, method: &dyn Described) -> f64 {
     let sensors = grid.len() as f64;
     let kept = method.kept_of_sensor(grid);
     let sums = 2.0 * MOMENTS + PHOTONS + of_points(kept);
     let pass = 80.0 + 8.0 * kept.sums_at_once + 32.0 * kept.points;
-    // as JSON and CSV, and as numbers on the way there
+    // as JSON and CSV, and as numbers before
     let files = 640.0;
     sensors * (COPIES * sums + pass + files)
 }
 
-/// Bytes of one view: its sums, a pass of it, and its files.
+/// Returns the bytes of one view: its sums, a pass of it, and its files.
 fn of_view(view: &View, channels: f64, method: &dyn Described) -> f64 {
     let pixels = (view.size_px[0] * view.size_px[1]) as f64;
     let kept = method.kept_of_pixel();
@@ -114,16 +113,16 @@ fn of_view(view: &View, channels: f64, method: &dyn Described) -> f64 {
     let pass = 40.0 * channels + 40.0 + 32.0 * kept.points;
     // floats for EXR and the file itself, two pictures, and luminances in order for their scales
     let files = 8.0 * (channels + 2.0) + 48.0;
-    // what a pass needs is gone when files are made
+    // memory of a pass is free when files are made
     pixels * (COPIES * sums + f64::max(pass, files))
 }
 
-/// Bytes that fixed points and statistics per point add to the sums of one sensor or pixel.
+/// Returns the bytes that fixed points and statistics per point add to the sums of one sensor or pixel.
 fn of_points(kept: Kept) -> f64 {
     MOMENTS * kept.contrasts + RADIUS * kept.radii
 }
 
-/// Mean number of surfaces that a photon meets in the room, were all surfaces met alike: 1 / (1 - rho).
+/// Returns the mean number of surfaces that a photon hits in the room, if it hit all surfaces in proportion to their areas: 1 / (1 - rho).
 fn events(scene: &Scene) -> f64 {
     let most = |albedo: [f64; 3]| albedo.into_iter().fold(0.0, f64::max);
     let faces = scene.room.enclosure.faces();

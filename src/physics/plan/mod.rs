@@ -1,4 +1,4 @@
-//! The plan: what of a scene is simulated and what is not, and why; which method computes what.
+//! Plan of a job: the effects that are simulated or left out, and the method of each output, with reasons.
 
 mod called_for;
 pub mod choose;
@@ -18,7 +18,7 @@ pub use memory::MemoryEstimate;
 use crate::scene::Scene;
 use crate::traceable::{Follow, TraceableScene, TubeError};
 
-/// Everything that will be simulated, with reasons; part of every result.
+/// Plan of everything that will be simulated, with reasons; part of every result.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// Effects that are simulated or left out.
@@ -29,7 +29,7 @@ pub struct Plan {
     pub guides: Vec<GuidePlan>,
 }
 
-/// The scene compiled for tracing with the effects that are on.
+/// Compiles the scene for tracing with the effects that are on.
 pub fn compile(scene: &Scene, effects: &Effects) -> Result<TraceableScene, TubeError> {
     let mut traceable = TraceableScene::new(
         scene,

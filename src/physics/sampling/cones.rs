@@ -1,4 +1,4 @@
-//! Directions about an axis, for light that counts within a narrow angle of it.
+//! Directions about an axis, for light that counts only within a narrow angle of it.
 
 use std::f64::consts::TAU;
 
@@ -6,28 +6,28 @@ use glam::DVec3;
 
 use super::warp;
 
-/// Ratio of the half-angles of a cone and the next wider one.
+/// Ratio of the half-angle of a cone to that of the next narrower one.
 const STEP: f64 = 4.0;
 
-/// Share of all directions that are drawn from cones, where light is looked for in others, too.
+/// Fraction of all directions that are sampled from cones, where others are sampled too.
 pub const CONES_SHARE: f64 = 0.75;
 
-/// Share of the directions that are drawn from the narrowest cone, where there are wider ones.
+/// Probability of the narrowest cone, if there are wider ones.
 const NARROWEST_SHARE: f64 = 0.75;
 
-/// Cones about +z, each four times as wide as the one before: directions are drawn evenly from one of them, three of four from
-/// the narrowest.
+/// Cones about +z, each four times as wide as the one before: a direction is sampled uniformly from one of them, three of four from the
+/// narrowest.
 ///
-/// What counts falls off beyond the narrowest cone, and not at once: without the wider ones the rare directions there would be
-/// worth far too much.
+/// The integrand falls off gradually beyond the narrowest cone: without the wider cones the rare directions there would have far too large
+/// weights.
 #[derive(Clone, Debug)]
 pub struct NestedCones {
-    /// Half-angle in radians, and the share of the directions.
+    /// Half-angle in radians and probability of each cone.
     cones: Vec<(f64, f64)>,
 }
 
 impl NestedCones {
-    /// Cones of half-angles from `narrowest` to below `widest` radians, the first one in any case; both above 0 and below pi/2.
+    /// Creates cones of half-angles from `narrowest` to below `widest` radians, the first one in any case; both above 0 and below pi/2.
     pub fn new(narrowest: f64, widest: f64) -> Self {
         let half_angles = std::iter::successors(Some(narrowest), |half_angle| Some(STEP * half_angle));
         let half_angles: Vec<f64> = half_angles
@@ -41,7 +41,7 @@ impl NestedCones {
         Self { cones: half_angles.into_iter().enumerate().map(|(k, half_angle)| (half_angle, share(k))).collect() }
     }
 
-    /// Unit vector by a point of the unit square.
+    /// Samples a unit vector by a point of the unit square.
     pub fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (mut from, last) = (0.0, self.cones.len() - 1);
         for (k, (half_angle, share)) in self.cones.iter().enumerate() {
@@ -53,7 +53,7 @@ impl NestedCones {
         DVec3::Z
     }
 
-    /// Density of a unit vector per sr.
+    /// Returns the probability density per sr of a unit vector.
     pub fn density(&self, direction: DVec3) -> f64 {
         if direction.z <= 0.0 {
             return 0.0;
@@ -73,8 +73,8 @@ mod tests {
     use crate::sampling::{Key, PathRandom};
     use crate::statistics::Moments;
 
-    /// The mean of the inverse density within each cone is its solid angle (4 standard errors, below 2 % of it), and each has at
-    /// least its share of the directions.
+    /// The mean of the inverse density within each cone is its solid angle (4 standard errors, below 2 % of it), which needs enough
+    /// directions in each.
     #[test]
     fn densities_are_those_of_the_directions() {
         for (narrowest, widest) in [(1e-5, 0.1), (0.02, 0.1), (0.3, 0.1)] {

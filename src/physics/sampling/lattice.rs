@@ -1,10 +1,10 @@
-//! The lattice of the golden ratio: even points of the unit square for any number of them.
+//! Lattice of the golden ratio: a low-discrepancy set of any number of points of the unit square.
 
 /// Fractional part of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Point `number` of `count` (at least 1), both coordinates in 0..1, of the lattice that is shifted by `shift` as Cranley and Patterson
-/// (1976) do; for a random shift every point is uniform. `number` may be any number from 0 below `count`, `shift` in 0..1.
+/// Returns point `number` of `count` (at least 1), both coordinates in 0..1, of the lattice shifted by `shift` as by Cranley and Patterson
+/// (1976); for a random shift every point is uniform. `number` may be any number from 0 below `count`, `shift` in 0..1.
 #[inline]
 pub fn point(number: f64, count: f64, [u, v]: [f64; 2]) -> [f64; 2] {
     [(number + u) / count, (number * GOLDEN + v).fract()]
@@ -14,7 +14,7 @@ pub fn point(number: f64, count: f64, [u, v]: [f64; 2]) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// Of 144 points, a Fibonacci number, each of 12 x 12 squares has about one.
+    /// With 144 points, a Fibonacci number, each of 12 x 12 squares has about one.
     #[test]
     fn points_are_even() {
         let mut seen = [0; 144];

@@ -1,4 +1,4 @@
-//! Random and low-discrepancy numbers by counter, warps to the domains that light needs, and the roulette of faint paths.
+//! Counter-based random and low-discrepancy numbers, warps to the domains of light transport, and Russian roulette of faint paths.
 
 pub mod cones;
 pub mod lattice;

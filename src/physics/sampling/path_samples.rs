@@ -1,10 +1,10 @@
-//! The numbers of one path: low-discrepancy ones for its first dimensions, then pseudo-random ones.
+//! Numbers of one path: a low-discrepancy sequence for its first dimensions, then pseudo-random numbers.
 
 use super::random::{Key, PathRandom};
 use super::sobol::Replicate;
 use super::streams::Stream;
 
-/// The numbers of one path: Sobol points for its first dimensions, then counter-based random numbers.
+/// Numbers of one path: Sobol points for its first dimensions, then counter-based random numbers.
 #[derive(Clone, Debug)]
 pub struct PathSamples {
     replicate: Replicate,
@@ -14,35 +14,34 @@ pub struct PathSamples {
     /// Number of pairs of Sobol coordinates; later draws are pseudo-random.
     pairs: u32,
     buffer: [f64; 4],
-    /// Point that comes before all others.
+    /// Point that is returned before all others.
     first: Option<[f64; 2]>,
-    /// Counter-based numbers of the same path, for draws without a place among the Sobol coordinates.
+    /// Counter-based numbers of the same path, for draws that have no Sobol coordinates.
     pub random: PathRandom,
 }
 
-/// Pairs of Sobol coordinates per path: direction and entry point, then two directions after scattering.
+/// Number of pairs of Sobol coordinates per path: direction and entry point, then two directions after scattering.
 pub const SOBOL_PAIRS: u32 = 4;
 
 impl PathSamples {
-    /// The numbers of path `index` of the stream `stream`, with [`SOBOL_PAIRS`] pairs of Sobol coordinates.
+    /// Creates the numbers of path `index` of the stream `stream`, with [`SOBOL_PAIRS`] pairs of Sobol coordinates.
     pub fn new(stream: Key, index: u64) -> Self {
         Self::with_pairs(stream, index, SOBOL_PAIRS)
     }
 
-    /// `pairs` <= 128 of Sobol coordinates before counter-based random numbers.
+    /// Creates the numbers of path `index` with `pairs` <= 128 pairs of Sobol coordinates before counter-based random numbers.
     pub fn with_pairs(stream: Key, index: u64, pairs: u32) -> Self {
         let (replicate, number) = Replicate::of(stream, index);
         let random = PathRandom::new(stream.stream(Stream::PseudoRandom, 0).child(index));
         Self { replicate, index: number, pair: 0, pairs, buffer: [0.0; 4], first: None, random }
     }
 
-    /// Lets a point of the unit square come before all others.
+    /// Sets a point of the unit square that is returned before all others.
     pub fn begin_with(&mut self, point: [f64; 2]) {
         self.first = Some(point);
     }
 
-    /// Next point of the unit square, both coordinates in [0, 1): a Sobol pair as long as there are any, then a random
-    /// one.
+    /// Returns the next point of the unit square, both coordinates in [0, 1): a Sobol pair as long as there are any, then a random pair.
     #[inline]
     pub fn pair(&mut self) -> [f64; 2] {
         if let Some(first) = self.first.take() {

@@ -3,31 +3,31 @@
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A 64-bit key hashed from counters; equal counters give equal keys on every machine.
+/// Key of 64 bits hashed from counters; equal counters give equal keys on every machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key(u64);
 
 impl Key {
-    /// The root of a tree of keys; jobs take their `seed` here.
+    /// Creates the root of a tree of keys; jobs take their `seed` here.
     pub fn new(seed: u64) -> Self {
         Self(mix(seed))
     }
 
-    /// The key of `counter` below this one.
+    /// Returns the key of `counter` below this one.
     #[inline]
     pub fn child(self, counter: u64) -> Self {
         // the odd constant keeps child(0) apart from the parent
         Self(mix(self.0 ^ mix(counter.wrapping_add(0x9e37_79b9_7f4a_7c15))))
     }
 
-    /// The upper half of the key, as a seed for 32-bit generators.
+    /// Returns the upper half of the key, as a seed for 32-bit generators.
     #[inline]
     pub fn seed32(self) -> u32 {
         (self.0 >> 32) as u32
     }
 }
 
-/// Finaliser of SplitMix64 (Steele, Lea and Flood 2014, variant 13 of Stafford).
+/// Mixes the bits of a number by the finaliser of SplitMix64 (Steele, Lea and Flood 2014, variant 13 of Stafford).
 #[inline]
 fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -35,24 +35,24 @@ fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The random numbers of one path: xoshiro256++ seeded by the path's key.
+/// Random numbers of one path: xoshiro256++ seeded by the path's key.
 #[derive(Clone, Debug)]
 pub struct PathRandom(Xoshiro256PlusPlus);
 
 impl PathRandom {
-    /// The stream of `key`, from its first number on.
+    /// Creates the stream of `key`, at its first number.
     #[inline]
     pub fn new(key: Key) -> Self {
         Self(Xoshiro256PlusPlus::seed_from_u64(key.0))
     }
 
-    /// Uniform in [0, 1), 53 bits.
+    /// Returns a uniform number in [0, 1) with 53 bits.
     #[inline]
     pub fn uniform(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Next two numbers of the stream, each uniform in [0, 1).
+    /// Returns the next two numbers of the stream, each uniform in [0, 1).
     #[inline]
     pub fn uniform2(&mut self) -> [f64; 2] {
         [self.uniform(), self.uniform()]

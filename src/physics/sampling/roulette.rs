@@ -1,10 +1,10 @@
-//! Roulette of faint paths: what it takes from one it gives to another, so that the mean stays.
+//! Russian roulette of faint paths: the weight of those that end goes to those that survive, so that the mean is unchanged.
 
-/// Share of what it carried first below which a path goes on by roulette even where nothing absorbs.
+/// Fraction of its first throughput below which a path is subject to Russian roulette even where nothing absorbs.
 const FAINT: f64 = 1e-3;
 
-/// Probability with which a path goes on that carries `carried` >= 0 of the `first` > 0 that it began with: 1 down to a
-/// thousandth of it, then in proportion to `carried`. A survivor is divided by it.
+/// Returns the survival probability of a path that carries `carried` >= 0 of the `first` > 0 that it began with: 1 down to a thousandth of
+/// it, then in proportion to `carried`. The weight of a survivor is divided by it.
 ///
 /// ```
 /// use skyduct_physics::sampling::roulette::faint_survival;

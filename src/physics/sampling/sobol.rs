@@ -3,24 +3,24 @@
 use super::random::Key;
 use super::streams::Stream;
 
-/// Points in one replicate: the crate's sequences end there.
+/// Number of points in one replicate: the crate's sequences end there.
 pub const REPLICATE_LEN: u64 = 1 << 16;
 
-/// One independent randomisation of the Sobol sequence; its points are 4-dimensional sets, padded by fresh scrambles.
+/// Independent randomisation of the Sobol sequence; its points are 4-dimensional sets, padded by fresh scrambles.
 #[derive(Clone, Copy, Debug)]
 pub struct Replicate {
     seed: u32,
 }
 
 impl Replicate {
-    /// The replicate that holds point number `index` of the stream `key`, and the point's number within it.
+    /// Returns the replicate that holds point number `index` of the stream `key`, and the point's number within it.
     #[inline]
     pub fn of(key: Key, index: u64) -> (Self, u16) {
         let replicate = Self { seed: key.stream(Stream::Replicate, index / REPLICATE_LEN).seed32() };
         (replicate, (index % REPLICATE_LEN) as u16)
     }
 
-    /// Coordinates 4 `set`..4 `set` + 3 of point `index`, each in [0, 1) with 24 bits; `set` < 64.
+    /// Returns coordinates 4 `set`..4 `set` + 3 of point `index`, each in [0, 1) with 24 bits; `set` < 64.
     #[inline]
     pub fn point(&self, index: u16, set: u32) -> [f64; 4] {
         let [a, b, c, d] = sobol_burley::sample_4d(u32::from(index), set, self.seed);
@@ -28,7 +28,7 @@ impl Replicate {
     }
 }
 
-/// The power of two that is nearest to a number >= 1 by its logarithm: so many points are the most even.
+/// Returns the power of two that is nearest to a number >= 1 by its logarithm: Sobol points are most even in such numbers.
 ///
 /// ```
 /// use skyduct_physics::sampling::power_of_two;
@@ -43,7 +43,7 @@ pub fn power_of_two(number: f64) -> u64 {
 mod tests {
     use super::*;
 
-    /// 4^k points of a net put one into each elementary square: every coordinate and the first pair are stratified.
+    /// Stratification: 4^k points of a net put one into each elementary square, so that every coordinate and the first pair are stratified.
     #[test]
     fn points_are_stratified() {
         let (replicate, first) = Replicate::of(Key::new(7), 0);

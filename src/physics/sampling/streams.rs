@@ -1,52 +1,52 @@
-//! What random numbers are drawn for: one name for each purpose.
+//! Purposes of random numbers, with a name and a range of child keys for each.
 //!
-//! Keys form a tree: seed, pass, purpose, index, and so on to the single path. A key whose children serve several purposes
-//! gives each of them numbers of its own, from `first` on and as many as its `room`; the table below says under which
-//! keys a purpose stands, and a test that no two of them share a number there. The same numbers under different parents
-//! are different keys.
+//! Keys form a tree: seed, pass, purpose, index, and so on to the single path. If the children of a key serve several purposes, each
+//! purpose has a range of child numbers, from `first` on and as many as its `room`. The table below lists the kinds of keys under which a
+//! purpose is used, and a test verifies that no two purposes share a number there. Equal numbers under different parents are different
+//! keys.
 
 use super::random::Key;
 
-/// A kind of key whose children serve several purposes.
+/// Kind of key whose children serve several purposes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parent {
-    /// The seed of a job.
+    /// Seed of a job.
     Seed,
-    /// A pass of light tracing.
+    /// Pass of light tracing.
     LightTracingPass,
-    /// A pass of path tracing.
+    /// Pass of path tracing.
     PathTracingPass,
-    /// A pass of two stages.
+    /// Pass of the two-stage method.
     TwoStagePass,
-    /// A pass of bidirectional path tracing.
+    /// Pass of bidirectional path tracing.
     BidirectionalPass,
-    /// A pass of a method that gathers photons.
+    /// Pass of a method that gathers photons.
     GatheringPass,
-    /// A grid in a pass of two stages.
+    /// Grid in a pass of the two-stage method.
     TwoStageGrid,
-    /// A sensor in a pass of two stages: its paths' numbers stand under the same key.
+    /// Sensor in a pass of the two-stage method; the numbers of its paths are under the same key.
     TwoStageSensor,
-    /// A sensor in a pass of bidirectional path tracing: its paths' numbers stand under the same key.
+    /// Sensor in a pass of bidirectional path tracing; the numbers of its paths are under the same key.
     BidirectionalSensor,
-    /// A sensor in a pass of photon mapping.
+    /// Sensor in a pass of photon mapping.
     GatheringSensor,
-    /// The paths of one sensor, pixel or source.
+    /// Paths of one sensor, pixel or source.
     Paths,
-    /// A tube, seen from a sensor.
+    /// Tube, seen from a sensor.
     TubeFromBelow,
-    /// The seed of HOLIGILM, which has no passes.
+    /// Seed of HOLIGILM, which has no passes.
     HoligilmSeed,
-    /// A randomisation of one tube's light in HOLIGILM.
+    /// Randomisation of one tube's light in HOLIGILM.
     HoligilmReplica,
-    /// The report on a tube's performance.
+    /// Report on a tube's performance.
     TubeReport,
-    /// A replicate of light through a tube: its rays fit into the first block of [`Stream::Replicate`], number 0.
+    /// Replicate of light through a tube: its rays fit into the first block of [`Stream::Replicate`], number 0.
     ThroughputReplicate,
 }
 
 macro_rules! streams {
     ($($(#[$doc:meta])+ $name:ident = $first:expr, $room:expr, below [$($parent:ident),+];)+) => {
-        /// A purpose that random numbers are drawn for.
+        /// Purpose for which random numbers are drawn.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Stream {
             $($(#[$doc])+ $name,)+
@@ -56,7 +56,7 @@ macro_rules! streams {
             /// All purposes, in the order of the table; tests compare each with every other.
             pub const ALL: &[Self] = &[$(Self::$name),+];
 
-            /// Number of its first child.
+            /// Returns the number of the purpose's first child.
             #[inline]
             pub const fn first(self) -> u64 {
                 match self {
@@ -64,7 +64,7 @@ macro_rules! streams {
                 }
             }
 
-            /// Most children that it may have under one key.
+            /// Returns the largest number of children that the purpose may have under one key.
             #[inline]
             pub const fn room(self) -> u64 {
                 match self {
@@ -72,7 +72,7 @@ macro_rules! streams {
                 }
             }
 
-            /// The keys that it stands under.
+            /// Returns the kinds of keys under which the purpose is used.
             pub const fn parents(self) -> &'static [Parent] {
                 match self {
                     $(Self::$name => &[$(Parent::$parent),+],)+
@@ -82,67 +82,67 @@ macro_rules! streams {
     };
 }
 
-/// Most tubes, grids, views, sensors, pixels or points under one key.
+/// Largest number of tubes, grids, views, sensors, pixels or points under one key.
 const MANY: u64 = 1 << 31;
 
 streams! {
     /// One pass; the index is its number.
     Pass = 0, 1 << 62, below [Seed];
-    /// One pass of a room's responses, which knows nothing of sky and sun; the index is its number.
+    /// One pass of a room's responses, which do not depend on sky and sun; the index is its number.
     RoomPass = 1 << 62, 1 << 62, below [Seed];
     /// Points that are the same in every pass.
     FixedPoints = u64::MAX, 1, below [Seed];
-    /// Which photons a sensor is connected to of an opening that something may hide, in all passes; the index is the grid's, and sensors
-    /// and tubes are numbered below it.
+    /// Choice, for all passes, of the photons of an opening that a sensor is connected to if something may hide the opening; the index is
+    /// the grid's, and sensors and tubes are numbered below it.
     EvenConnections = 1 << 63, MANY, below [Seed];
-    /// A small pass that tells how large passes should be; the index is its number.
+    /// A small pass from which the size of passes is chosen; the index is its number.
     SizeTrial = u64::MAX - (1 << 32), 1 << 32, below [Seed];
 
-    /// The photons of one source; the index is the source's.
+    /// Photons of one source; the index is the source's.
     Emission = 0, MANY, below [LightTracingPass, TwoStagePass, BidirectionalPass, GatheringPass];
-    /// A choice among the photons of a diffuser; the index is the tube's.
+    /// Choice among the photons of a diffuser; the index is the tube's.
     DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
-    /// Photons by which it is booked where the light in the room ends: their paths, their choice, those of luminaires.
+    /// Photons that estimate where the light in the room ends, for the energy balance: their paths, their choice, those of luminaires.
     RoomBooks = 1 << 38, 3, below [TwoStagePass];
     /// Connections of photons to sensors, numbered by photons below it.
     Connections = 1 << 35, 1, below [BidirectionalPass];
 
-    /// The paths from one grid; the index is the grid's.
+    /// Paths from one grid; the index is the grid's.
     Grid = 1 << 32, MANY, below [PathTracingPass, TwoStagePass, BidirectionalPass];
-    /// The paths from one view; the index is the view's.
+    /// Paths from one view; the index is the view's.
     View = 1 << 33, MANY, below [PathTracingPass, TwoStagePass, BidirectionalPass];
     /// Rays of the sun that are connected to the eye of a view; the index is the view's.
     SunToEye = 1 << 34, MANY, below [PathTracingPass];
 
-    /// What one view gathers; the index is the view's.
+    /// Gathering of light for one view; the index is the view's.
     GatheringView = 1 << 32, MANY, below [GatheringPass];
-    /// What one grid gathers; the index is the grid's.
+    /// Gathering of light for one grid; the index is the grid's.
     GatheringGrid = 1 << 33, MANY, below [GatheringPass];
-    /// Rays that look for light straight from its source in the pixels of one view; the index is the view's.
+    /// Rays that look for direct light from sources in the pixels of one view; the index is the view's.
     StraightToEye = 1 << 34, MANY, below [GatheringPass];
-    /// The gather rays of one receiver; the index tells the receivers of a path apart.
+    /// Gather rays of one receiver; the index distinguishes the receivers of a path.
     Gather = 1, MANY, below [GatheringSensor];
 
-    /// Light that reaches a sensor through clear closures; the index is the sensor's where one key has several.
+    /// Light that reaches a sensor through clear closures; the index is the sensor's if one key has several.
     Unscattered = 1 << 32, MANY, below [LightTracingPass, GatheringSensor];
     /// Light that reaches a sensor of bidirectional path tracing through clear closures.
     UnscatteredBesidePaths = 1 << 34, 1, below [BidirectionalSensor];
-    /// Light that reaches a sensor through clear closures where others are lamps; the index is the sensor's.
+    /// Light that reaches a sensor through clear closures where other closures are Lambertian; the index is the sensor's.
     UnscatteredBesideLamps = 1 << 39, MANY, below [TwoStagePass];
-    /// A random point of a cell for the closed form of luminaires; the index is the sensor's.
+    /// Random point of a cell for the closed form of luminaires; the index is the sensor's.
     CellPoint = 1 << 33, MANY, below [LightTracingPass];
     /// Sky light through a tube.
     SkyFromBelow = 0, 1, below [TubeFromBelow];
     /// Sunlight through a tube.
     SunFromBelow = 1, 1, below [TubeFromBelow];
 
-    /// The paths of one sensor; the index is the sensor's.
+    /// Paths of one sensor; the index is the sensor's.
     Sensor = 0, MANY, below [TwoStageGrid];
-    /// How the directions of a sensor's paths are shifted where most end at the first surface.
+    /// Random shift of the directions of a sensor's paths where most of them end at the first surface.
     GatherDirections = 1 << 37, 1, below [Paths, TwoStageSensor];
-    /// Points of a sensor and of patches of openings between which light goes straight.
+    /// Points of a sensor and of patches of openings for direct light between them.
     StraightFromPatches = 1 << 35, 1, below [TwoStageSensor];
-    /// The choice of photons of a diffuser that a sensor is connected to; the index is the tube's.
+    /// Choice of the photons of a diffuser that a sensor is connected to; the index is the tube's.
     PartlySeen = 1 << 36, MANY, below [TwoStageSensor];
     /// Connections of a sensor to a luminaire; the index is the luminaire's.
     StraightFromLuminaires = 1 << 38, MANY, below [TwoStageSensor];
@@ -151,40 +151,40 @@ streams! {
     /// Offsets within cells for the photons of a diffuser; the index is the tube's.
     CellOffsets = 1 << 36, MANY, below [TwoStageGrid];
 
-    /// The light that one tube lets in, numbered by randomisations below it; the index is the tube's.
+    /// Light that one tube lets in, numbered by randomisations below it; the index is the tube's.
     TubeLight = 0, MANY, below [HoligilmSeed];
     /// Sky light that sensors see through clear zones, numbered by grids, sensors, tubes and randomisations below it.
     SkyThroughApertures = 1 << 32, 1, below [HoligilmSeed];
     /// Sky light followed down through a tube.
     SkyBeam = 0, 1, below [HoligilmReplica];
-    /// The shape of the sky light's profile on a Lambertian zone.
+    /// Shape of the sky light's profile on a Lambertian zone.
     SkyProfile = 1, 1, below [HoligilmReplica];
     /// Sunlight followed down through a tube.
     SunBeam = 2, 1, below [HoligilmReplica];
 
-    /// The transmission of a tube under a uniform sky.
+    /// Transmission of a tube under a uniform sky.
     ReportUniformSky = 1, 1, below [TubeReport];
-    /// The transmission of a tube under the job's sky.
+    /// Transmission of a tube under the job's sky.
     ReportSky = 2, 1, below [TubeReport];
-    /// The transmission of a tube under the job's sky as beams of its patches, numbered by patches below it.
+    /// Transmission of a tube under the job's sky as beams of its patches, numbered by patches below it.
     ReportSkyPatches = 3, 1, below [TubeReport];
-    /// The transmission of a tube under the job's sun.
+    /// Transmission of a tube under the job's sun.
     ReportSun = 4, 1, below [TubeReport];
-    /// The transmission of beams, numbered by altitudes and azimuths below it.
+    /// Transmission of beams, numbered by altitudes and azimuths below it.
     ReportBeams = 5, 1, below [TubeReport];
     /// Choices at covers that reflect, one after the other for all rays of a replicate.
     ThroughputChoices = 1, 1, below [ThroughputReplicate];
 
-    /// A randomisation of the Sobol sequence for a block of paths; the index is the block's.
+    /// Randomisation of the Sobol sequence for a block of paths; the index is the block's.
     Replicate = 0, MANY, below [Paths, BidirectionalSensor, TwoStageSensor];
-    /// Where in their pixels the paths of a view begin.
+    /// Points within their pixels at which the paths of a view begin.
     PlacesInPixels = 1 << 41, 1, below [Paths];
     /// Pseudo-random numbers of paths, numbered by paths below it.
     PseudoRandom = 1 << 40, 1, below [Paths, BidirectionalSensor, TwoStageSensor];
 }
 
 impl Key {
-    /// The key for a purpose under this one; `index` is less than the purpose's room.
+    /// Returns the key for a purpose under this one; `index` is less than the purpose's room.
     #[inline]
     pub fn stream(self, stream: Stream, index: u64) -> Self {
         debug_assert!(index < stream.room(), "{stream:?} has no room for {index}");

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 
 use glam::{DVec2, DVec3};
 
-/// Uniform point on the unit disc (concentric map of Shirley and Chiu 1997); density 1/pi.
+/// Returns a uniform point on the unit disc (concentric map of Shirley and Chiu 1997); density 1/pi.
 ///
 /// ```
 /// use glam::DVec2;
@@ -19,8 +19,8 @@ pub fn disc([u, v]: [f64; 2]) -> DVec2 {
     if a == 0.0 && b == 0.0 {
         return DVec2::ZERO;
     }
-    // polar coordinates: the larger side is the radius, the share of the smaller one a quarter turn at most; which one that is
-    // indexes arrays, as a branch would be guessed wrong half of the time
+    // polar coordinates: the larger side is the radius, the ratio of the smaller one gives an angle of at most an eighth of a turn; the
+    // choice indexes arrays, as a branch would be mispredicted half of the time
     let wide = usize::from(a.abs() > b.abs());
     let (radius, other) = ([b, a][wide], [a, b][wide]);
     let (sin, cos) = small_sin_cos(FRAC_PI_4 * (other / radius));
@@ -28,8 +28,8 @@ pub fn disc([u, v]: [f64; 2]) -> DVec2 {
     DVec2::new([across, along][wide], [along, across][wide])
 }
 
-/// Sine and cosine of |x| <= pi/4 by their series to x^15 and x^16, exact to 1e-15: a third of the time of the general
-/// functions, and the same bits on every machine.
+/// Computes sine and cosine of |x| <= pi/4 by their series to x^15 and x^16, exact to 1e-15: a third of the time of the general functions,
+/// and the same bits on every machine.
 #[inline]
 fn small_sin_cos(x: f64) -> (f64, f64) {
     let y = x * x;
@@ -37,11 +37,11 @@ fn small_sin_cos(x: f64) -> (f64, f64) {
     (x * eight_terms(y, &SINE), eight_terms(y, &COSINE) + y8 * (1.0 / 20_922_789_888_000.0))
 }
 
-/// 1 - y/3! + y^2/5! - ..., and 1 - y/2! + y^2/4! - ...
+/// Coefficients of the series 1 - y/3! + y^2/5! - ..., and 1 - y/2! + y^2/4! - ...
 const SINE: [f64; 8] = alternating_factorials(1);
 const COSINE: [f64; 8] = alternating_factorials(0);
 
-/// (-1)^k / (2 k + odd)!
+/// Returns (-1)^k / (2 k + odd)! for k = 0..7.
 const fn alternating_factorials(odd: usize) -> [f64; 8] {
     let mut terms = [1.0; 8];
     let mut k = 1;
@@ -53,14 +53,14 @@ const fn alternating_factorials(odd: usize) -> [f64; 8] {
     terms
 }
 
-/// A polynomial of eight terms in pairs, and pairs of pairs: so few operations wait for each other.
+/// Evaluates a polynomial of eight terms in pairs, and pairs of pairs, so that few operations depend on each other.
 #[inline]
 fn eight_terms(y: f64, [a, b, c, d, e, f, g, h]: &[f64; 8]) -> f64 {
     let (y2, y4) = (y * y, (y * y) * (y * y));
     ((a + b * y) + (c + d * y) * y2) + ((e + f * y) + (g + h * y) * y2) * y4
 }
 
-/// Uniform point between two circles around the origin, 0 <= `inner` < `outer`; density 1 / (pi (outer^2 - inner^2)).
+/// Returns a uniform point between two circles around the origin, 0 <= `inner` < `outer`; density 1 / (pi (outer^2 - inner^2)).
 ///
 /// ```
 /// let middle = skyduct_physics::sampling::warp::annulus([0.5, 0.0], 0.6, 0.8);
@@ -76,7 +76,7 @@ pub fn annulus([u, v]: [f64; 2], inner: f64, outer: f64) -> DVec2 {
     DVec2::new(radius * cos, radius * sin)
 }
 
-/// Cosine-distributed direction around +z; density cos(theta) / pi per sr.
+/// Returns a cosine-distributed direction around +z; density cos(theta) / pi per sr.
 ///
 /// ```
 /// assert_eq!(skyduct_physics::sampling::warp::cosine_hemisphere([0.5, 0.5]), glam::DVec3::Z);
@@ -87,12 +87,12 @@ pub fn cosine_hemisphere(point: [f64; 2]) -> DVec3 {
     DVec3::new(p.x, p.y, (1.0 - p.length_squared()).max(0.0).sqrt())
 }
 
-/// Direction uniform in solid angle within `half_angle` (radians, <= pi/2) of +z.
+/// Returns a direction uniform in solid angle within `half_angle` (radians, <= pi/2) of +z.
 ///
 /// The polar angle comes from chord lengths, sin(theta/2) = r sin(half_angle/2), which has no cancellation for a cone as
 /// small as the sun.
 ///
-/// The square's edge goes to the cone's:
+/// The edge of the square is mapped to that of the cone:
 ///
 /// ```
 /// let edge = skyduct_physics::sampling::warp::cone([1.0, 0.5], 0.3);
@@ -108,7 +108,7 @@ pub fn cone(point: [f64; 2], half_angle: f64) -> DVec3 {
     DVec3::new(transverse.x, transverse.y, 1.0 - 2.0 * half_sine_squared)
 }
 
-/// `local` (z along the unit vector `axis`) in the frame of `axis`.
+/// Rotates `local` from a frame whose z axis is the unit vector `axis` into the frame of `axis`.
 ///
 /// ```
 /// use glam::DVec3;
@@ -135,7 +135,7 @@ mod tests {
         (0..n * n).map(move |k| [((k % n) as f64 + 0.5) / n as f64, ((k / n) as f64 + 0.5) / n as f64])
     }
 
-    /// Second moments of the warped midpoint grid against their integrals; the rule's error is O(1/n^2).
+    /// Second moments of the warped midpoint grid are their integrals; the rule's error is O(1/n^2).
     #[test]
     fn moments_of_the_warps() {
         let n = 400;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 
-/// Two-sided normal quantile z of a `confidence` in 0..1, e.g. 1.95996 for 0.95.
+/// Returns the two-sided normal quantile z of a `confidence` in 0..1, e.g. 1.95996 for 0.95.
 ///
 /// ```
 /// let quantile = skyduct_physics::statistics::interval::two_sided_normal_quantile(0.95);
@@ -15,8 +15,8 @@ pub fn two_sided_normal_quantile(confidence: f64) -> f64 {
     on_every_machine(Normal::standard().inverse_cdf(0.5 * (1.0 + confidence)))
 }
 
-/// Two-sided quantile of Student's t of a `confidence` in 0..1 with `degrees` >= 1 degrees of freedom, e.g. 2.20099 for
-/// 0.95 and 11; infinite without any.
+/// Returns the two-sided quantile of Student's t for a `confidence` in 0..1 and `degrees` >= 1 degrees of freedom, e.g. 2.20099 for 0.95
+/// and 11; infinite without any.
 ///
 /// Abramowitz and Stegun 1964, table 26.10:
 ///
@@ -34,7 +34,7 @@ pub fn two_sided_student_quantile(confidence: f64, degrees: f64) -> f64 {
     })
 }
 
-/// Quantiles that were asked for: jobs ask for few, again and again.
+/// Largest number of cached quantiles: jobs need few, again and again.
 const MOST_KNOWN: usize = 1024;
 
 thread_local! {
@@ -51,8 +51,8 @@ fn student_quantile(confidence: f64, degrees: f64) -> f64 {
     on_every_machine(upper_quantile(&distribution, 0.5 * (1.0 - confidence), start))
 }
 
-/// The deviation of a normal distribution that is as likely as `t` >= 0 is of Student's distribution with `degrees` >= 1: how
-/// many true standard errors a quotient by an estimated one is worth. It is at most 38, where probabilities end.
+/// Returns the deviation of a normal distribution that is as likely as `t` >= 0 is of Student's distribution with `degrees` >= 1: the
+/// number of true standard errors that a quotient by an estimated one corresponds to. It is at most 38, where probabilities underflow.
 pub fn deviation_of_student(t: f64, degrees: f64) -> f64 {
     const MOST: f64 = 38.0;
     let tail = match StudentsT::new(0.0, 1.0, degrees) {
@@ -65,30 +65,30 @@ pub fn deviation_of_student(t: f64, degrees: f64) -> f64 {
     on_every_machine(Normal::standard().inverse_cdf(tail).abs().min(MOST))
 }
 
-/// Quantile of Student's t with some degrees of freedom near the quantile `z` of the normal distribution, of the same confidence:
-/// three terms of the asymptotic expansion (Abramowitz and Stegun 1964, 26.7.5). It is 0.4 % too small for 7 degrees and 0.95, and
-/// takes a few multiplications.
+/// Approximates the quantile of Student's t with some degrees of freedom from the quantile `z` of the normal distribution at the same
+/// confidence: three terms of the asymptotic expansion (Abramowitz and Stegun 1964, 26.7.5). It is 0.4 % too small for 7 degrees and 0.95,
+/// and takes a few multiplications.
 pub fn student_quantile_near(z: f64, degrees: f64) -> f64 {
     let first = (z.powi(3) + z) / (4.0 * degrees);
     let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * degrees * degrees);
     z + first + second
 }
 
-/// Degrees of freedom beyond which the asymptotic expansion is nearer than the library's distribution, which loses a digit with
-/// each power of ten.
+/// Degrees of freedom beyond which the asymptotic expansion is more accurate than the library's distribution, which loses a digit with each
+/// power of ten.
 const MANY_DEGREES: f64 = 1e5;
 
-/// Degrees of freedom below which the asymptotic expansion is no better start than the normal quantile.
+/// Degrees of freedom below which the asymptotic expansion is no better start of the iteration than the normal quantile.
 const FEW_DEGREES: f64 = 4.0;
 
-/// Steps after which a quantile is as near as it gets: bisection alone needs some 60 beyond its bracket.
+/// Most steps of the iteration: bisection alone needs some 60 beyond its bracket.
 const MOST_STEPS: usize = 200;
 
-/// Share of a quantile below which a step of Newton's, whose error is about its square, is the last.
+/// Relative size of a step of Newton's method, whose error is about its square, below which the iteration ends.
 const NEAR_ENOUGH: f64 = 1e-13;
 
-/// The value above which lies a `tail` of 0..0.5 of a distribution about 0, by Newton's steps from `start`, and by bisection where
-/// they leave the bracket.
+/// Returns the value above which a fraction `tail` in 0..0.5 of a distribution about 0 lies, by Newton's method from `start`, and by
+/// bisection where its steps leave the bracket.
 ///
 /// The library's own inverse has no bound on its steps, and does not end for some degrees of freedom.
 fn upper_quantile(distribution: &StudentsT, tail: f64, start: f64) -> f64 {
@@ -115,8 +115,8 @@ fn upper_quantile(distribution: &StudentsT, tail: f64, start: f64) -> f64 {
     t
 }
 
-/// A quantile rounded to 2^-36, 1.5e-11. statrs takes the system's logarithm and exponential function, whose last bits differ
-/// from machine to machine; the bits of results must not.
+/// Rounds a quantile to 2^-36, 1.5e-11. statrs uses the system's logarithm and exponential function, whose last bits differ from machine to
+/// machine; the bits of results must not.
 fn on_every_machine(quantile: f64) -> f64 {
     const STEPS: f64 = (1u64 << 36) as f64;
     (quantile * STEPS).round() / STEPS
@@ -126,7 +126,7 @@ fn on_every_machine(quantile: f64) -> f64 {
 pub(crate) mod tests {
     use super::*;
 
-    /// A standard normal number of a uniform one in 0..1.
+    /// Returns a standard normal number from a uniform one in 0..1.
     pub fn normal(uniform: f64) -> f64 {
         Normal::standard().inverse_cdf(uniform.clamp(1e-15, 1.0 - 1e-15))
     }
@@ -149,7 +149,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// Of any degrees of freedom, whole or not, few or many, and at any confidence: the tail beyond it is that of the confidence.
+    /// The tail beyond the quantile is that of the confidence, for any degrees of freedom, integer or not, few or many, and at any
+    /// confidence.
     #[test]
     fn quantiles_of_student_end_and_are_right() {
         let whole = (1..300).map(f64::from);

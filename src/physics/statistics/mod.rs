@@ -1,4 +1,4 @@
-//! Means, standard errors, intervals, and how errors fall with time.
+//! Means, standard errors, confidence intervals, and the law by which errors fall with time.
 
 pub mod interval;
 pub mod moments;

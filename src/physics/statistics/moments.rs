@@ -14,7 +14,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds one replicate in Welford's update (1962). NaN and infinity are taken as they are and stay.
+    /// Adds one replicate by Welford's update (1962). NaN and infinity are not rejected, and stay in the mean.
     #[inline]
     pub fn push(&mut self, value: f64) {
         self.count += 1.0;
@@ -23,21 +23,21 @@ impl Moments {
         self.m2 += delta * (value - self.mean);
     }
 
-    /// Gives `f` count, mean and squared deviations in this order, to read or to replace: checkpoints store them so.
+    /// Calls `f` on count, mean and squared deviations in this order, to read or to replace them, as checkpoints do.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         let Self { count, mean, m2 } = self;
         [count, mean, m2].into_iter().for_each(f);
     }
 
-    /// Variance of the mean; infinite with fewer than two replicates.
+    /// Returns the variance of the mean; infinite with fewer than two replicates.
     #[inline]
     pub fn variance_of_mean(&self) -> f64 {
         if self.count < 2.0 { f64::INFINITY } else { self.m2 / (self.count - 1.0) / self.count }
     }
 
-    /// Standard error of the mean; infinite with fewer than two replicates.
+    /// Returns the standard error of the mean; infinite with fewer than two replicates.
     ///
-    /// Of 1, 2, 3 it is sqrt(1 / 3):
+    /// For 1, 2, 3 it is sqrt(1 / 3):
     ///
     /// ```
     /// let mut moments = skyduct_physics::statistics::Moments::default();

@@ -1,95 +1,94 @@
-//! How the error of a running estimate falls with time: a power law, its exponent with a standard error, and what it foretells.
+//! Power law by which the error of a running estimate falls with time: its exponent with a standard error, and predicted times.
 
 use super::interval::two_sided_student_quantile;
 
-/// Fewest points that a fit takes: three steps between them, for an exponent and two degrees of freedom.
+/// Fewest points for a fit: three steps between them, for an exponent and two degrees of freedom.
 const FEWEST_POINTS: usize = 4;
 
-/// Exponent of the error of independent passes, all of which take the same time: sqrt(1 / n).
+/// Exponent of the error of independent passes that all take the same time: sqrt(1 / n).
 pub const OF_INDEPENDENT_PASSES: f64 = -0.5;
 
-/// Standard deviation of exponents about [`OF_INDEPENDENT_PASSES`] before a single error is known. Passes of most methods are
-/// independent; kernels that shrink, and biases that do not, bring exponents up to -0.4 or -0.3, which the errors tell in time.
+/// Prior standard deviation of exponents about [`OF_INDEPENDENT_PASSES`]. Passes of most methods are independent; kernels that shrink, and
+/// biases that do not, give exponents up to -0.4 or -0.3, which the errors show in time.
 const SPREAD: f64 = 0.05;
 
-/// Noise of errors before they have told their own, as tau^2 of [`PowerLaw`]: that of one quantity whose passes are normal. The
-/// logarithm of its standard error after n passes has the variance 1 / (2 (n - 1)).
+/// Prior noise of errors, as tau^2 of [`PowerLaw`]: that of one quantity whose passes are normal. The logarithm of its standard error after
+/// n passes has the variance 1 / (2 (n - 1)).
 const ASSUMED_NOISE: f64 = 0.5;
 
-/// Degrees of freedom that the assumed noise counts for: few errors that lie on a line by chance are not taken as certain.
+/// Degrees of freedom by which the prior noise is weighted: a few errors that lie on a line by chance are not taken as certain.
 const ASSUMED_DEGREES: usize = 4;
 
-/// Largest factor between a foretold time and the one that errors falling by [`OF_INDEPENDENT_PASSES`] would take.
+/// Largest factor between a predicted time and the one by which errors fall with [`OF_INDEPENDENT_PASSES`].
 const MOST_BESIDE_THE_ROOT: f64 = 10.0;
 
-/// Largest factor between a foretold time and an end of its interval.
+/// Largest factor between a predicted time and an end of its interval.
 pub const WIDEST: f64 = 1000.0;
 
-/// The error of an estimate after some passes.
+/// Error of an estimate after some passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPoint {
-    /// Passes done, at least 2: one pass alone tells no error.
+    /// Number of passes done, at least 2: a single pass gives no error.
     pub passes: f64,
-    /// Time that they took, above zero, in whatever unit the fit is to have.
+    /// Time that the passes took, above zero, in the unit that the fit is to have.
     pub seconds: f64,
     /// Standard error, or a multiple of it, above zero.
     pub error: f64,
 }
 
-/// The law `error = last error * (seconds / last seconds)^exponent`, fitted to the errors that a job told after its passes.
+/// Law `error = last error * (seconds / last seconds)^exponent`, fitted to the errors that a job estimated after its passes.
 ///
-/// Such errors are not independent: the one after 20 passes is made of the same passes as the one after 10, and of ten more. The
-/// square of a standard error after n passes is a mean over n - 1 degrees of freedom, so that the logarithms of two of them,
-/// after m < n passes, have the covariance of a random walk that runs backwards in u = 1 / (n - 1): tau^2 / (n - 1), whatever
-/// m. Steps from one point to the next are therefore independent, with the variance tau^2 (u_m - u_n), and weighted least
-/// squares over the steps is the best linear estimate (Gauss and Markov). The last point is met exactly, for what comes before
-/// it says nothing about its deviation.
+/// Such errors are not independent: the one after 20 passes is made of the same passes as the one after 10, and of ten more. The square of
+/// a standard error after n passes is a mean over n - 1 degrees of freedom, so that the logarithms of two of them, after m < n passes, have
+/// the covariance of a random walk that runs backwards in u = 1 / (n - 1): tau^2 / (n - 1), whatever m. Steps from one point to the next
+/// are therefore independent, with the variance tau^2 (u_m - u_n), and weighted least squares over the steps is the best linear estimate
+/// (Gauss and Markov). The law passes exactly through the last point, because earlier points contain no information about its deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PowerLaw {
-    /// Slope in double logarithms: -1/2 of independent passes.
+    /// Slope in double logarithms: -1/2 for independent passes.
     pub exponent: f64,
     /// Standard error of the exponent.
     pub standard_error: f64,
     /// Degrees of freedom of the standard error, at least 2.
     pub degrees: usize,
-    /// The last point, from which the law goes on.
+    /// Last point, from which the law extrapolates.
     pub last: ErrorPoint,
     /// Standard deviation of the logarithm of the last error.
     deviation: f64,
 }
 
-/// A time that a law foretells, with an interval.
+/// Time predicted by a law, with an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foretold {
-    /// Time at which the law has the error that was asked for.
+    /// Time at which the law has the requested error.
     pub seconds: f64,
     /// Lower end of the interval.
     pub from: f64,
-    /// Upper end of the interval, at most a thousand times the time.
+    /// Upper end of the interval, at most a thousand times `seconds`.
     pub to: f64,
 }
 
-/// Errors of a running estimate as they come, of which its law follows at any time: sums over the steps between them, so that one
-/// more costs the same however many there were.
+/// Accumulated errors of a running estimate, from which its law can be computed at any time: sums over the steps between points, so that
+/// one more point costs the same however many there were.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorSteps {
     last: Option<ErrorPoint>,
     steps: usize,
-    /// Sums of weighted products of the steps of logarithms: of time and time, time and error, error and error.
+    /// Weighted sums of products of the logarithmic steps: of time and time, time and error, error and error.
     of_times: f64,
     of_both: f64,
     of_errors: f64,
 }
 
 impl ErrorSteps {
-    /// The steps between points in the order of their passes.
+    /// Accumulates the steps between points in the order of their passes.
     pub fn of(points: &[ErrorPoint]) -> Self {
         let mut steps = Self::default();
         points.iter().for_each(|point| steps.push(*point));
         steps
     }
 
-    /// Adds the next point. One that no logarithm takes is left out, and one that does not come after those before.
+    /// Adds the next point. A point is ignored if its error or time has no logarithm, or if it does not come after those before.
     pub fn push(&mut self, point: ErrorPoint) {
         if !is_usable(&point) {
             return;
@@ -108,12 +107,12 @@ impl ErrorSteps {
         self.last = Some(point);
     }
 
-    /// The law that fits best, by weighted least squares; `None` with fewer than four points.
+    /// Fits the law by weighted least squares; `None` with fewer than four points.
     pub fn law(&self) -> Option<PowerLaw> {
         let last = self.last.filter(|_| self.steps + 1 >= FEWEST_POINTS)?;
         let exponent = self.of_both / self.of_times;
         let degrees = self.steps - 1;
-        // of a law without noise the rounding of the sums is left
+        // without noise only the rounding of the sums remains
         let tau_squared = (self.of_errors - exponent * self.of_both).max(0.0) / degrees as f64;
         let standard_error = (tau_squared / self.of_times).sqrt();
         let deviation = (tau_squared / (last.passes - 1.0)).sqrt();
@@ -121,12 +120,12 @@ impl ErrorSteps {
         (exponent.is_finite() && standard_error.is_finite()).then_some(law)
     }
 
-    /// The law by which times are foretold, from one point on; `None` without a usable point.
+    /// Returns the law for predicting times, from one point on; `None` without a usable point.
     ///
-    /// Exponent and noise are estimated together with what is known of them beforehand: the exponent is the mean of
-    /// [`OF_INDEPENDENT_PASSES`] and of the fitted one, weighted by their variances, and the variance of the noise the mean of the
-    /// assumed one and of that of the residuals, weighted by their degrees of freedom. A few points are extrapolated by the square
-    /// root, and their weight grows with each one more.
+    /// Exponent and noise are estimated together with prior values: the exponent is the mean of [`OF_INDEPENDENT_PASSES`] and of the fitted
+    /// one, weighted by their inverse variances, and the variance of the noise is the mean of the prior one and of that of the residuals,
+    /// weighted by their degrees of freedom. A few points are extrapolated by the square root, and their weight grows with each further
+    /// point.
     pub fn foretelling(&self) -> Option<PowerLaw> {
         let last = self.last?;
         let told = self.steps.saturating_sub(1);
@@ -144,19 +143,19 @@ impl ErrorSteps {
 }
 
 impl PowerLaw {
-    /// Fits the law to points in the order of their passes, as [`ErrorSteps`] takes them. `None` with fewer than four.
+    /// Fits the law to points in the order of their passes, as [`ErrorSteps`] accumulates them. `None` with fewer than four.
     pub fn fit(points: &[ErrorPoint]) -> Option<Self> {
         ErrorSteps::of(points).law()
     }
 
-    /// Error after `seconds`, above zero.
+    /// Returns the error after `seconds`, above zero.
     pub fn error_at(&self, seconds: f64) -> f64 {
         self.last.error * libm::pow(seconds / self.last.seconds, self.exponent)
     }
 
-    /// Time from that of the last point on at which the law has `error`, above zero, or less: at most ten times what errors that
-    /// fall by the square root take from there, and at least a tenth of it. An exponent is known within bounds, and far beyond the
-    /// last point a little of it would be a factor of thousands.
+    /// Returns the time, not before that of the last point, at which the law has `error` (above zero) or less. It is at most ten times, and
+    /// at least a tenth of, the time by which errors that fall by the square root would get there: the exponent is uncertain, and far
+    /// beyond the last point a small deviation of it would be a factor of thousands.
     pub fn time_of(&self, error: f64) -> f64 {
         let ratio = self.last.error / error;
         if ratio.is_nan() || ratio <= 1.0 {
@@ -168,15 +167,15 @@ impl PowerLaw {
         self.last.seconds * own.clamp(bounds[0].max(1.0), bounds[1])
     }
 
-    /// Interval around [`Self::error_at`] that has the law with a confidence of `confidence`, 0..1.
+    /// Returns the interval around [`Self::error_at`] that contains the law with probability `confidence`, 0..1.
     pub fn band_at(&self, seconds: f64, confidence: f64) -> [f64; 2] {
         let beyond = libm::log(seconds / self.last.seconds) * self.standard_error;
         let half = two_sided_student_quantile(confidence, self.degrees as f64) * libm::hypot(beyond, self.deviation);
         [-half, half].map(|half| self.error_at(seconds) * libm::exp(half))
     }
 
-    /// [`Self::time_of`] `error`, above zero, with the interval that exponents and last errors within `confidence` have. Its ends
-    /// are at most a factor of a thousand off.
+    /// Returns [`Self::time_of`] `error`, above zero, with the interval for exponents and last errors within `confidence`. Its ends differ
+    /// from the time by a factor of a thousand at most.
     pub fn seconds_to(&self, error: f64, confidence: f64) -> Foretold {
         let seconds = self.time_of(error);
         let half = two_sided_student_quantile(confidence, self.degrees as f64);
@@ -184,7 +183,7 @@ impl PowerLaw {
         let with = |exponent: f64| if exponent < 0.0 { -ratio / exponent } else { f64::INFINITY };
         let middle = libm::log(seconds / self.last.seconds);
         let [sooner, later] = [-1.0, 1.0].map(|side| with(self.exponent + side * half * self.standard_error) - middle);
-        // by the square root, twice the deviation of the error is that of the time
+        // by the square root, the logarithm of the time has twice the deviation of that of the error
         let of_last = 2.0 * half * self.deviation;
         let off = |beside: f64| libm::exp(libm::hypot(beside, of_last).min(libm::log(WIDEST)));
         Foretold {
@@ -233,8 +232,8 @@ mod tests {
         assert_eq!(PowerLaw::fit(&bad), None);
     }
 
-    /// Errors that rise, or hardly fall, many or few of them: no time beyond ten times that of the root, no end of an interval
-    /// beyond a thousand times the time.
+    /// Errors that rise, or hardly fall, many or few of them: no predicted time is more than ten times that of the square root, and no end
+    /// of an interval is more than a thousand times off.
     #[test]
     fn no_course_of_errors_foretells_nonsense() {
         for (exponent, wave) in [(1.0, 0.0), (0.0, 0.0), (-0.01, 0.3), (-0.1, 0.0), (-0.5, 0.5), (-3.0, 0.0)] {
@@ -290,8 +289,8 @@ mod tests {
         assert!(exponents.is_sorted() && exponents[0] < -0.45 && exponents[4] > -0.301, "{exponents:?}");
     }
 
-    /// Independent passes of 20 sensors with a true slope of -1/2: the 95 % interval of the slope has it in 95 % of the runs,
-    /// within four standard errors of that share.
+    /// Independent passes of 20 sensors with a true slope of -1/2: the 95 % interval of the slope contains it in 95 % of the runs, within
+    /// four standard errors of that fraction.
     #[test]
     fn the_interval_of_the_slope_covers_it_as_often_as_it_says() {
         const RUNS: u32 = 400;

@@ -1,4 +1,4 @@
-//! The photons of a pass in chunks: computed side by side, added up in their order.
+//! Chunks of the photons of a pass: computed in parallel, and added up in their order.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,8 +10,8 @@ const LEAST_CHUNK: u64 = 128;
 /// Most photons that one task traces.
 pub const MOST_CHUNK: u64 = 1024;
 
-/// Photons of a pass and those that one task traces: a function of their number alone, so that sums fold in the same order on any number
-/// of threads.
+/// Number of photons of a pass, and of those that one task traces. The latter depends on the former alone, so that sums fold in the same
+/// order on any number of threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chunks {
     photons: u64,
@@ -19,17 +19,19 @@ pub struct Chunks {
 }
 
 impl Chunks {
-    /// Of photons that take about a microsecond each and more: an eighth of a small pass keeps some threads busy, too.
+    /// Divides photons that take about a microsecond or more each: into tasks of an eighth of them, within 128..1024, so that a small pass
+    /// keeps several threads busy, too.
     pub fn of_long_paths(photons: u64) -> Self {
         Self { photons, size: (photons / 8).clamp(LEAST_CHUNK, MOST_CHUNK) }
     }
 
-    /// Of photons that take less: what a chunk needs at its begin would be as much as these.
+    /// Divides photons that take less than about a microsecond each: into the largest tasks, for starting a smaller task would cost as much
+    /// as its photons.
     pub fn of_short_paths(photons: u64) -> Self {
         Self { photons, size: MOST_CHUNK }
     }
 
-    /// Of what takes about as long as some photons each: tasks of `size` of them.
+    /// Divides items each of which takes about as long as several photons: into tasks of `size` items.
     pub fn of_size(photons: u64, size: u64) -> Self {
         Self { photons, size: size.clamp(1, MOST_CHUNK) }
     }
@@ -43,44 +45,44 @@ impl Chunks {
     }
 }
 
-/// Chunks that are computed before the first of them is folded, where they are small: enough to keep all threads busy.
+/// Most chunks that are computed before the first of them is folded, used where results are small: enough to keep all threads busy.
 const MOST_AT_ONCE: u64 = 256;
 
-/// Fewest chunks that are computed side by side, however large they are.
+/// Fewest chunks that are computed in parallel, however large their results are.
 const LEAST_AT_ONCE: u64 = 16;
 
-/// Bytes that the chunks that wait to be folded may take, as long as there are not fewer than [`LEAST_AT_ONCE`] of them.
+/// Bytes that the results of chunks waiting to be folded may take, unless these are only [`LEAST_AT_ONCE`] chunks.
 const BYTES_AT_ONCE: u64 = 128 << 20;
 
-/// Number of chunks of `chunk_bytes` each that are held at the same time.
+/// Returns the number of chunks with results of `chunk_bytes` each that are held at the same time.
 pub fn chunks_at_once(chunk_bytes: u64) -> u64 {
     (BYTES_AT_ONCE / chunk_bytes.max(1)).clamp(LEAST_AT_ONCE, MOST_AT_ONCE)
 }
 
-/// Most sums over `sensors` sensors that chunks of a pass of `photons` hold at the same time.
+/// Returns the largest number of sums over `sensors` sensors that chunks of a pass of `photons` hold at the same time.
 pub fn sums_at_once(sensors: usize, photons: u64) -> u64 {
     chunks_at_once(8 * sensors as u64).min(Chunks::of_long_paths(photons).count())
 }
 
-/// What some photons of a pass give.
+/// Result of some photons of a pass.
 pub trait Tally: Send {
-    /// False if a number in it is infinite or no number.
+    /// True if all numbers in the result are finite.
     fn is_finite(&self) -> bool;
 }
 
-/// What was noticed while photons were folded.
+/// Faults found while the results of photons were folded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Folded {
-    /// Number of the first photon that gave something infinite or no number.
+    /// Number of the first photon whose result is infinite or not a number.
     pub not_finite: Option<u64>,
 }
 
-/// Computes `of` for every chunk of photons on the current rayon pool, and gives the results to `fold` in
-/// the order of the photons; `None` when `cancel` was raised meanwhile.
+/// Computes `of` for every chunk of photons on the current rayon pool, and passes the results to `fold` in the order of the photons;
+/// returns `None` if `cancel` was raised meanwhile.
 ///
-/// A result takes about `chunk_bytes`. Few are held at a time, so that a pass of many photons needs no more memory than one
-/// of few. How many are held changes no bit: `fold` sees the same results in the same order. Where a result is not finite, the
-/// chunk's photons are computed again one by one, to name the first at fault.
+/// A result takes about `chunk_bytes`. Only a few are held at a time, so that a pass of many photons needs no more memory than one of few.
+/// The number held changes no bit: `fold` gets the same results in the same order. If a result is not finite, the chunk's photons are
+/// computed again one by one, to find the first at fault.
 pub fn fold_chunks<T: Tally>(
     chunks: Chunks,
     chunk_bytes: u64,
@@ -117,7 +119,7 @@ mod tests {
         }
     }
 
-    /// The numbers of photons of which one gives an infinity.
+    /// Range of photon numbers, with the number of the photon whose result is infinite.
     struct Faulty(Range<u64>, u64);
 
     impl Tally for Faulty {

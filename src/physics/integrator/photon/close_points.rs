@@ -1,4 +1,4 @@
-//! Point sensors too near to a surface or an opening for connections.
+//! Point sensors that are too near to a surface or an opening to be estimated by connections.
 
 use glam::DVec3;
 
@@ -6,21 +6,21 @@ use crate::integrator::method::{Refusal, RefusalCode};
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Share of the room's shortest edge within which a surface or an opening is too near to a point sensor.
+/// Distance to a surface or an opening, as a fraction of the room's shortest edge, below which a point sensor is too near to it.
 const NEAR_SURFACE: f64 = 0.01;
 
-/// Share of an opening's radius within which it is too near to connect its points: of each connection the variance is 33 times the
-/// square of the mean there, and rises as one over the squared distance.
+/// Distance to an opening, as a fraction of its radius, below which connections to its points are too noisy: at this distance the variance
+/// of each connection is 33 times the square of the mean, and it rises as one over the squared distance.
 const NEAR_OPENING: f64 = 0.1;
 
-/// Reason why the standard error of point sensors would not tell the truth, if so: near a surface that rises above them, and near an
-/// opening, connections are rare and bright, the square of the distance over the area per photon being small. The reason names the
-/// nearest of these sensors.
+/// Returns the reason why point sensors would get a misleading standard error, or `None`. Near a surface that rises above them, and near an
+/// opening, connections are rare and bright, because the squared distance is small against the area per photon. The reason names the sensor
+/// that is nearest to a surface or opening.
 pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
     refusal_of_nearest(close_points(scene, grids), grids)
 }
 
-/// The point sensors too near to a surface or an opening: number of the grid, and of the sensor in it.
+/// Returns the point sensors that are too near to a surface or an opening: the number of the grid, and of the sensor in it.
 pub fn close_sensors<'a>(scene: &'a TraceableScene, grids: &'a [Grid]) -> impl Iterator<Item = (usize, usize)> + 'a {
     close_points(scene, grids).map(|ClosePoint { place, .. }| (place.grid, place.sensor))
 }
@@ -42,30 +42,30 @@ fn refusal_of_nearest(close: impl Iterator<Item = ClosePoint>, grids: &[Grid]) -
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
 
-/// Sine of the slope below which a face is a wall.
+/// Largest |z| of a face's unit normal at which the face is called a wall, not the ceiling.
 const LEVEL: f64 = 0.1;
 
 const OPENING: &str = "an opening";
 
-/// A point sensor too near to something.
+/// Point sensor that is too near to a surface or an opening.
 struct ClosePoint {
-    /// In m.
+    /// Distance to the surface or opening in m.
     distance: f64,
-    /// Distance in m from which on it would be far enough.
+    /// Distance in m from which on a sensor is far enough.
     near: f64,
-    /// Name of the surface that it is near to.
+    /// Name of the surface or opening, for the message.
     surface: &'static str,
     place: SensorPlace,
 }
 
-/// A sensor of a grid: number of the grid, and of the sensor in it.
+/// Sensor of a grid: number of the grid, and of the sensor in it.
 #[derive(Clone, Copy, Debug)]
 struct SensorPlace {
     grid: usize,
     sensor: usize,
 }
 
-/// The point sensors that lie in no solid.
+/// Returns the point sensors that lie in no solid, with their positions in m.
 fn points(grids: &[Grid]) -> impl Iterator<Item = (SensorPlace, DVec3)> {
     let of_points = grids.iter().enumerate().filter(|(_, grid)| grid.estimate == EstimateKind::Point);
     of_points.flat_map(|(number, grid)| {
@@ -79,7 +79,7 @@ pub fn points_nearer_than(scene: &TraceableScene, grids: &[Grid], near: f64) -> 
     points(grids).any(|(_, point)| distance_to_surface(scene, point, near).is_some())
 }
 
-/// Point sensors too near to a surface or an opening.
+/// Returns the point sensors that are too near to a surface or an opening, with their distances.
 fn close_points<'a>(scene: &'a TraceableScene, grids: &'a [Grid]) -> impl Iterator<Item = ClosePoint> + 'a {
     let near = NEAR_SURFACE * scene.enclosure.shortest_edge_m();
     points(grids).filter_map(move |(place, point)| {
@@ -89,7 +89,7 @@ fn close_points<'a>(scene: &'a TraceableScene, grids: &'a [Grid]) -> impl Iterat
     })
 }
 
-/// The opening that a point is too near to, if it is to one.
+/// Returns the nearest opening that a point is too near to, if there is one.
 fn close_to_opening(scene: &TraceableScene, place: SensorPlace, point: DVec3) -> Option<ClosePoint> {
     let close = scene.tubes.iter().filter(|tube| is_near_opening(scene, tube, point)).map(|tube| {
         let (distance, near) = (tube.distance_to_opening(point), opening_reach(scene, tube));
@@ -98,7 +98,8 @@ fn close_to_opening(scene: &TraceableScene, place: SensorPlace, point: DVec3) ->
     close.min_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
-/// True if a point is so near to an opening that its light must be found by directions, not by points of it.
+/// True if a point is so near to an opening that its light must be estimated by sampled directions, not by connections to points of the
+/// opening.
 #[inline]
 pub fn is_near_opening(scene: &TraceableScene, tube: &TraceableTube, point: DVec3) -> bool {
     tube.distance_to_opening(point) < opening_reach(scene, tube)
@@ -108,8 +109,8 @@ fn opening_reach(scene: &TraceableScene, tube: &TraceableTube) -> f64 {
     f64::max(NEAR_SURFACE * scene.enclosure.shortest_edge_m(), NEAR_OPENING * tube.opening_radius)
 }
 
-/// Distance in metres of a point to the nearest surface that rises above it and that photons may be connected from, and what
-/// it is; `None` where that is farther than `near`.
+/// Returns the distance in metres from a point to the nearest surface that rises above it and from which photons may be connected, and the
+/// name of the surface; `None` if that distance is `near` or more.
 pub fn distance_to_surface(scene: &TraceableScene, point: DVec3, near: f64) -> Option<(f64, &'static str)> {
     let mut found = Vec::new();
     if scene.interreflection {

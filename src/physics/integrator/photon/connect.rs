@@ -1,4 +1,4 @@
-//! Sensors of a plane, and what a vertex sends straight to them.
+//! Sensors of a grid's plane, and connections from a vertex to them.
 
 use glam::DVec3;
 
@@ -6,26 +6,27 @@ use crate::integrator::photon::path::Lobe;
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::obstacles::Shadow;
 
-/// Sensors that one vertex is connected to; larger sets are connected to a random subset of about this size.
+/// Largest number of sensors of a grid that one vertex is connected to; of more sensors it is connected to a random subset of about this
+/// size.
 const CONNECTIONS: usize = 1024;
 
-/// Sensors whose shadows are looked at together.
+/// Number of sensors whose shadows are computed together.
 pub const TOGETHER: usize = 128;
 
 /// A grid's sensors, row by row.
 #[derive(Debug)]
 pub struct SensorPlane {
-    /// Coordinates of every sensor, so that the inner loop runs over plain arrays.
+    /// Coordinates in m of every sensor, as plain arrays for the inner loop.
     pub x: Vec<f64>,
     pub y: Vec<f64>,
     pub height: f64,
     pub grid: Grid,
     pub average: bool,
-    /// Squared distance within which cell averages count crossings.
+    /// Squared distance in m2 within which cell averages count crossings of the plane instead of connections.
     pub near_squared: f64,
-    /// Number of its first sensor among all grids.
+    /// Number of the grid's first sensor among all grids.
     pub first: usize,
-    /// Every how many-th row-major sensor a vertex is connected to.
+    /// Step between the row-major sensors that a vertex is connected to: 1 connects all of them.
     pub stride: usize,
 }
 
@@ -48,15 +49,15 @@ impl SensorPlane {
         self.x.len()
     }
 
-    /// The place where a flight crosses the plane downward, `contact` m above it; `None` where it does not.
+    /// Returns the point where a flight crosses the plane downward, which counts `contact` m above it; `None` if it does not cross.
     pub fn crossing(&self, from: DVec3, to: DVec3, contact: f64) -> Option<DVec3> {
         let level = self.height + contact;
         let crosses = from.z > level && to.z <= level;
         crosses.then(|| from.lerp(to, (from.z - self.height) / (from.z - to.z)))
     }
 
-    /// Adds the illuminance that every [`Self::stride`]-th sensor from `start` on gets of a connection past `shadows`, so many times
-    /// over; `sees` as of [`Connection::add_seen`], of a sensor of the plane.
+    /// Adds the illuminance in lux that every [`Self::stride`]-th sensor from `start` on gets by a connection, times the stride, where
+    /// `shadows` do not hide it; `sees` is that of [`Connection::add_seen`], for a sensor of the plane.
     pub fn add_seen(
         &self,
         connection: &Connection,
@@ -81,7 +82,7 @@ impl SensorPlane {
     }
 }
 
-/// A Lambertian vertex seen from the sensors of one plane below it.
+/// A Lambertian vertex, as seen from the sensors of one plane below it.
 pub struct Connection {
     pub vertex: DVec3,
     pub normal: DVec3,
@@ -92,7 +93,7 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// Adds the illuminance of all sensors at (`x`, `y`).
+    /// Adds the illuminance in lux of all sensors at (`x`, `y`), in m.
     pub fn add_to(&self, vectors: pulp::Arch, lux: &mut [f64], x: &[f64], y: &[f64]) {
         vectors.dispatch(
             #[inline(always)]
@@ -104,8 +105,9 @@ impl Connection {
         );
     }
 
-    /// Tells `add` the illuminance of each of a few sensors at (`x`, `y`), [`TOGETHER`] at most and in the order of their y, that
-    /// gets any past `shadows`, with its place among them. `sees` says whether a sensor sees the vertex where only bounds throw a shadow on it.
+    /// Calls `add` with the place and illuminance of each of at most [`TOGETHER`] sensors at (`x`, `y`), ordered by y, that `shadows` do
+    /// not hide. `sees` decides for a sensor that only the shadow of a bounding volume covers: it returns true if the sensor sees the
+    /// vertex.
     pub fn add_seen(
         &self,
         vectors: pulp::Arch,
@@ -126,7 +128,7 @@ impl Connection {
         }
     }
 
-    /// Illuminance at a horizontal sensor: I cos(theta) cos(theta') / d^2; branchless, for the inner loop.
+    /// Returns the illuminance in lux at a horizontal sensor: I cos(theta) cos(theta') / d^2; branchless, for the inner loop.
     #[inline(always)]
     pub fn illuminance(&self, x: f64, y: f64) -> f64 {
         let (dx, dy) = (x - self.vertex.x, y - self.vertex.y);
@@ -136,7 +138,7 @@ impl Connection {
         factor * out / (distance_squared * distance_squared)
     }
 
-    /// Illuminance at a horizontal sensor by light in a lobe: I cos(theta') / d^2.
+    /// Returns the illuminance in lux at a horizontal sensor by light in a lobe: I cos(theta') / d^2.
     pub fn lobe_illuminance<const C: usize>(&self, lobe: &Lobe<'_, C>, x: f64, y: f64) -> f64 {
         let way = DVec3::new(x - self.vertex.x, y - self.vertex.y, -self.depth);
         let distance_squared = way.length_squared();
@@ -148,8 +150,8 @@ impl Connection {
     }
 }
 
-/// What sensors get of a connection, hidden by no box, and whether something in a bound may hide it (not 0): [`TOGETHER`] at
-/// most, in the order of their y.
+/// Illuminance by a connection at no more than [`TOGETHER`] sensors, ordered by y, 0 where a box hides the vertex; and for each sensor a
+/// flag, not 0 if something inside a bounding volume may hide it.
 struct Seen<'a> {
     connection: &'a Connection,
     shadows: &'a [Shadow],

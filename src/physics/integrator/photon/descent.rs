@@ -1,4 +1,4 @@
-//! Light on its way down a tube, as far as its closure: the first of the two stages in which light comes into a room.
+//! Paths of light down a tube to its closure: the first of the two stages in which light enters a room.
 
 use glam::DVec3;
 
@@ -14,18 +14,18 @@ use crate::traceable::{TraceableScene, TraceableTube};
 /// Light that arrives at a closure, from above.
 #[derive(Clone, Copy, Debug)]
 pub struct Exit<'a, const C: usize> {
-    /// In the ceiling plane, in m.
+    /// Point in the ceiling plane, in m.
     pub position: DVec3,
-    /// What it meets there.
+    /// Closure at this point.
     pub closure: Closure<'a>,
-    /// Unit vector toward where it comes from.
+    /// Unit vector toward the point where the light comes from.
     pub from: DVec3,
     /// Flux that arrives, in lm.
     pub flux: Spectrum<C>,
 }
 
 impl<const C: usize> Exit<'_, C> {
-    /// Intensity in lm/sr into the room along the unit vector `toward`.
+    /// Returns the intensity in lm/sr into the room along the unit vector `toward`.
     pub fn intensity(&self, toward: DVec3) -> Spectrum<C> {
         if toward.z >= 0.0 {
             return Spectrum::ZERO;
@@ -33,39 +33,39 @@ impl<const C: usize> Exit<'_, C> {
         self.flux * self.closure.value(Travel::WithLight, self.from, toward)
     }
 
-    /// The part of the flux into the room that leaves as from a Lambertian surface, in lm.
+    /// Returns the part of the flux into the room that leaves with a Lambertian distribution, in lm.
     pub fn evenly(&self) -> Spectrum<C> {
         self.flux * self.closure.even_share(self.from)
     }
 
-    /// Flux that leaves into the room, in lm.
+    /// Returns the flux that leaves into the room, in lm.
     pub fn into_room(&self) -> Spectrum<C> {
         self.flux * self.closure.albedo(self.from, SheetSide::Other)
     }
 }
 
-/// Light on its way to a collector.
+/// Light that enters a collector.
 #[derive(Clone, Copy, Debug)]
 pub struct Entering {
-    /// In the tube's frame, in m.
+    /// Entry point in the tube's frame, in m.
     pub position: DVec3,
     /// Unit vector of travel.
     pub direction: DVec3,
-    /// In lm.
+    /// Flux in lm.
     pub flux: f64,
 }
 
-/// What is booked of light on its way down.
+/// Fluxes of light that was followed down a tube.
 #[derive(Clone, Copy, Debug)]
 pub struct Descent<const C: usize> {
     /// Flux that entered the tube, in lm.
     pub entered: Spectrum<C>,
-    /// Flux that arrived at the closure first, in lm.
+    /// Flux at its first arrival at the closure, in lm.
     pub arrived: Spectrum<C>,
 }
 
-/// Follows light down to the closure, and on as often as the tube returns it there; `at` hears of every arrival, `rays` counts
-/// the rays, and `ledger` books all but what leaves into the room. What passes a clear closure ends there.
+/// Follows light down to the closure, and again each time the tube returns it there. Calls `at` for every arrival, adds the rays to the ray
+/// count, and adds to the ledger all flux but that which leaves into the room. Light that passes a clear closure ends there.
 pub fn descend<'a, const C: usize>(
     scene: &TraceableScene,
     tube: &'a TraceableTube,
@@ -78,7 +78,7 @@ pub fn descend<'a, const C: usize>(
     descend_by(way, scene, tube, entering, samples, books, at)
 }
 
-/// [`descend`] of light whose first way down is known.
+/// Does what [`descend`] does, for light whose first transit down the guide is already computed.
 pub fn descend_by<'a, const C: usize>(
     mut transit: Transit<C>,
     scene: &TraceableScene,
@@ -137,7 +137,7 @@ pub fn descend_by<'a, const C: usize>(
     Descent { entered, arrived }
 }
 
-/// A ray of the sun from the collector down: every point where it arrives at a closure that scatters.
+/// Samples a ray of the sun from the collector down, and calls `at` for every point where it arrives at a closure that scatters.
 pub fn sun_exits<'a, const C: usize>(
     scene: &TraceableScene,
     tube: &'a TraceableTube,

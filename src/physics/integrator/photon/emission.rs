@@ -1,4 +1,4 @@
-//! Photons from sky and sun into the tubes, and from luminaires.
+//! Emission of photons from sky and sun into the tubes, and from luminaires.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -14,16 +14,16 @@ use crate::sky::sun::HALF_ANGLE;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Every source of light gets at least this share of a pass' photons.
+/// Fraction of a pass' photons that is divided evenly among the sources of light; the rest is divided by their flux.
 const LEAST_SHARE: f64 = 0.125;
 
-/// Fewest photons of a pass for each source of light.
+/// Fewest photons of a pass per source of light, on average.
 const LEAST_PHOTONS: u64 = 4;
 
-/// Share that the far side of a dome may reflect into the aperture: only the choice of samples depends on it.
+/// Fraction of the light that the far side of a dome is assumed to reflect into the aperture; it changes the choice of samples only.
 const FAR_SIDE_REFLECTANCE: f64 = 0.08;
 
-/// The sources of a scene: sky and sun, each through each tube, and luminaires, as separate integrals.
+/// Sources of a scene, each integrated on its own: sky and sun through each tube, and the luminaires.
 #[derive(Debug)]
 pub struct Emission {
     emitters: Vec<Emitter>,
@@ -33,7 +33,7 @@ pub struct Emission {
 struct Emitter {
     source: Source,
     photons: u64,
-    /// Number of its first photon within the pass.
+    /// Number within the pass of the emitter's first photon.
     first: u64,
 }
 
@@ -47,24 +47,24 @@ enum Source {
 /// Place where a photon starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// On the way to the collector of this tube.
+    /// Outside, toward the collector of this tube.
     Tube(usize),
     /// On this luminaire.
     Luminaire(usize),
 }
 
-/// Light on its way to a tube's collector, or leaving a luminaire.
+/// Photon that enters a tube's collector, or leaves a luminaire.
 #[derive(Clone, Copy, Debug)]
 pub struct EmittedPhoton {
-    /// Tube or luminaire that the photon starts at.
+    /// Tube or luminaire where the photon starts.
     pub start: Start,
-    /// Entry point in the tube's frame, or a point of the luminaire in the room's.
+    /// Entry point in the tube's frame, or a point of the luminaire in the room's frame, in m.
     pub position: DVec3,
     /// Unit direction of travel.
     pub direction: DVec3,
     /// True if the photon comes from the sun.
     pub sun: bool,
-    /// Flux in lm, or for a luminaire in lm per cd/m2 of its luminance; the pass' photons add up to the flux.
+    /// Flux in lm, or for a luminaire in lm per cd/m2 of its luminance; the photons of a pass add up to the whole flux.
     pub flux: f64,
     /// Number of this photon among the `of` photons of its source.
     pub index: u64,
@@ -73,23 +73,22 @@ pub struct EmittedPhoton {
 }
 
 impl Emission {
-    /// Divides `photons`, or a few for each source where these are more, among the sources in proportion to the flux that each is likely
-    /// to bring.
+    /// Divides `photons`, or 4 per source if these are more, among all sources, mostly in proportion to the flux that is expected of each.
     pub fn new(scene: &TraceableScene, photons: u64) -> Self {
         Self::of(scene, &scene.tubes, &scene.luminaires, photons)
     }
 
-    /// Divides `photons` among sky and sun alone, in proportion to the flux that each is likely to bring.
+    /// Divides `photons` among sky and sun alone, mostly in proportion to the flux that is expected of each.
     pub fn of_daylight(scene: &TraceableScene, photons: u64) -> Self {
         Self::of(scene, &scene.tubes, &[], photons)
     }
 
-    /// Divides `photons` among luminaires alone; none where there is no light of them.
+    /// Divides `photons` among the luminaires alone; no photons if none emits light.
     pub fn of_luminaires(scene: &TraceableScene, photons: u64) -> Self {
         Self::of(scene, &[], &scene.luminaires, photons)
     }
 
-    /// `tubes`: all of the scene, or none.
+    /// Divides `photons` among the given sources; `tubes` are all of the scene, or none.
     fn of(scene: &TraceableScene, tubes: &[TraceableTube], luminaires: &[TraceableLuminaire], photons: u64) -> Self {
         let mut sources = Vec::new();
         let table = if tubes.is_empty() { None } else { scene.sky_table() };
@@ -130,17 +129,18 @@ impl Emission {
         Self { emitters }
     }
 
-    /// Photons per pass.
+    /// Returns the number of photons per pass.
     pub fn photons(&self) -> u64 {
         self.emitters.last().map_or(0, |last| last.first + last.photons)
     }
 
-    /// Share of the photons that come from the sky through a tube.
+    /// Returns the fraction of the photons that come from the sky through tube `number`.
     pub fn sky_share(&self, number: usize) -> f64 {
         self.share(|source| matches!(source, Source::Sky { tube, .. } if *tube == number))
     }
 
-    /// Photons of the sun per sr and per m2 across its direction that go to a tube's collector; 0 where there are none.
+    /// Returns the number of the sun's photons per sr and per m2 of area perpendicular to the sun's direction that are sent to a tube's
+    /// collector; 0 without such photons.
     pub fn sun_density(&self, scene: &TraceableScene, number: usize) -> f64 {
         let of_sun = |emitter: &&Emitter| matches!(emitter.source, Source::Sun { tube, .. } if tube == number);
         let Some((emitter, sun)) = self.emitters.iter().find(of_sun).zip(scene.sun) else { return 0.0 };
@@ -148,7 +148,7 @@ impl Emission {
         emitter.photons as f64 / (area * Sun::solid_angle_sr())
     }
 
-    /// Share of the photons that leave a luminaire.
+    /// Returns the fraction of the photons that leave luminaire `number`.
     pub fn luminaire_share(&self, number: usize) -> f64 {
         self.share(|source| matches!(source, Source::Luminaire(luminaire) if *luminaire == number))
     }
@@ -158,8 +158,8 @@ impl Emission {
         of.sum::<u64>() as f64 / self.photons() as f64
     }
 
-    /// Photon `number` of the pass with key `pass`, with the numbers that the rest of its path uses; `None` when it comes
-    /// from where there is no light.
+    /// Samples photon `number` of the pass with key `pass`, and returns it with the random numbers for the rest of its path. The photon is
+    /// `None` if no light comes from its sampled direction or it misses the collector.
     #[inline]
     pub fn photon(&self, scene: &TraceableScene, pass: Key, number: u64) -> (Option<EmittedPhoton>, PathSamples) {
         let index = self.emitters.partition_point(|emitter| emitter.first <= number) - 1;
@@ -205,7 +205,7 @@ impl Emission {
     }
 }
 
-/// `photons` divided among sources of these fluxes: each has one at least, and all together a few for each.
+/// Divides `photons`, or 4 per source if these are more, among sources of these fluxes in lm: each gets one at least.
 fn divided(photons: u64, fluxes: &[f64]) -> Vec<u64> {
     let count = fluxes.len() as u64;
     let photons = photons.max(LEAST_PHOTONS * count);
@@ -223,11 +223,11 @@ fn divided(photons: u64, fluxes: &[f64]) -> Vec<u64> {
     (0..count).rev().zip(fluxes).map(of_source).collect()
 }
 
-/// Directions for the light of a sky into a guide, and the flux that comes from all of them.
+/// Sampler of directions from which a sky's light enters a guide, and the flux in lm from all of them.
 type Sampled = (Arc<SkySampler>, f64);
 
-/// Directions for the light of a sky into a guide, by how much light is `expected` from each, and the flux that comes from all; `None`
-/// where there is none.
+/// Builds a sampler of directions in proportion to a sky's luminance times `expected` (the effective area in m2 for light from a
+/// direction), and estimates the flux in lm from all directions; `None` if no light is expected.
 fn sky_sampler(table: &SkyTable, guide: &Guide, expected: impl Fn(DVec3) -> f64) -> Option<Sampled> {
     let sampler = match guide {
         // round and upright: no azimuth is before another
@@ -245,7 +245,7 @@ fn sky_sampler(table: &SkyTable, guide: &Guide, expected: impl Fn(DVec3) -> f64)
     Some((Arc::new(sampler), flux))
 }
 
-/// Share of the light from a direction that a tube is likely to pass: only the choice of samples depends on it.
+/// Returns the approximate fraction of the light from a direction that a tube passes; it changes the choice of samples only.
 fn likely_transmission(tube: &TraceableTube, toward: DVec3) -> f64 {
     let straight = |guide: &StraightGuide| {
         let reflectance = guide.reflectance.brightest();
@@ -271,7 +271,8 @@ fn likely_transmission(tube: &TraceableTube, toward: DVec3) -> f64 {
 mod tests {
     use super::*;
 
-    /// No source is left out, however many there are and however unlike, and no photon is: also where one source has next to all light.
+    /// Every source gets photons, and no photon is lost, whatever the number of sources and also where one of them has nearly all the
+    /// light.
     #[test]
     fn every_source_has_photons() {
         for photons in [1, 64, 128, 512, 8192] {

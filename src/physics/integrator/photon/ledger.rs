@@ -1,18 +1,18 @@
-//! Books of the energy of photons: the places where it ends.
+//! Energy balance of photons: the places where their flux ends.
 
 use crate::guide::{End, RayCount, Transit};
 use crate::optics::Spectrum;
 
-/// Flux by the places where it ended, in lm; an estimate holds the sum over its passes.
+/// Flux by the places where it ended, in lm; that of an estimate is the sum over its passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyLedger {
     /// Flux that reaches the collectors from outside.
     pub emitted: f64,
     /// Flux that leaves the luminaires.
     pub luminaires: f64,
-    /// Flux reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
+    /// Flux that enters from outside and is reflected or absorbed by collectors, or passes a dome and leaves on its far side.
     pub collector: f64,
-    /// Flux absorbed by mirrors, on the way down or up.
+    /// Flux absorbed by the mirrors of guides, downward or upward.
     pub guide: f64,
     /// Flux that leaves through the upper end of a guide, or is sent up into one from which nothing returns.
     pub guide_top: f64,
@@ -22,8 +22,8 @@ pub struct EnergyLedger {
     pub room: f64,
     /// Flux that leaves through open surfaces of the room.
     pub open_surfaces: f64,
-    /// Flux of paths that were ended for their length, and the differences, zero in the mean, that roulette leaves
-    /// where it chooses between two branches.
+    /// Flux of paths that were ended for their length, and the differences, zero on average, that Russian roulette leaves where it chooses
+    /// between two branches.
     pub cut: f64,
     /// Flux that left a guide through gaps in its mesh.
     pub lost: f64,
@@ -36,13 +36,13 @@ impl EnergyLedger {
         self.values_mut().into_iter().zip(other.values_mut()).for_each(|(sum, value)| *sum += *value);
     }
 
-    /// Every entry, the two sources first.
+    /// Returns every entry, the two sources first.
     pub fn values_mut(&mut self) -> [&mut f64; 10] {
         let Self { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost } = self;
         [emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost]
     }
 
-    /// Books what a guide took of a flux, of which `arriving` has come to its end; true if that is the opening.
+    /// Adds the flux that was lost in a guide, of which `arriving` reached the end of its path; true if that end is the opening.
     pub fn book_transit<const C: usize>(
         &mut self,
         transit: &Transit<C>,
@@ -63,8 +63,8 @@ impl EnergyLedger {
         false
     }
 
-    /// Emitted flux minus everything booked, relative to the emitted flux: the rounding error of the books; 0 without
-    /// light.
+    /// Returns the emitted flux minus the sum of all other entries, relative to the emitted flux: the rounding error of the energy balance.
+    /// Returns 0 without light.
     pub fn relative_closure_error(&self) -> f64 {
         let mut copy = *self;
         let booked: f64 = copy.values_mut()[2..].iter().map(|value| **value).sum();
@@ -82,25 +82,25 @@ pub struct TubeFlux {
     pub at_diffuser: f64,
     /// Flux that leaves the closure downward for the first time.
     pub into_room: f64,
-    /// The part of it that leaves as from a Lambertian surface.
+    /// Part of `into_room` that leaves with a Lambertian distribution.
     pub evenly: f64,
 }
 
-/// Sums of a set of photons beside the visitor's own tallies.
+/// Sums over a set of photons, beside the visitor's own tallies.
 #[derive(Clone, Debug, Default)]
 pub struct Account {
-    /// Where the flux went, in lm.
+    /// Flux by the places where it ended, in lm.
     pub ledger: EnergyLedger,
     /// Fluxes of each tube, in the scene's order.
     pub tubes: Vec<TubeFlux>,
-    /// Ray segments that were followed.
+    /// Number of ray segments that were traced.
     pub rays: RayCount,
-    /// Number of the first photon of the pass that gave something infinite or no number: a fault of the program.
+    /// Number of the first photon of the pass whose result is infinite or not a number, which is a fault of the program.
     pub not_finite: Option<u64>,
 }
 
 impl Account {
-    /// An account of no photons.
+    /// Creates the sums over no photons.
     pub fn new(tubes: usize) -> Self {
         Self { tubes: vec![TubeFlux::default(); tubes], ..Self::default() }
     }
@@ -115,7 +115,7 @@ impl Account {
         tubes && ledger.values_mut().into_iter().all(|value| value.is_finite())
     }
 
-    /// Adds the account of other photons. Sums depend on the order: it must be the same in every run.
+    /// Adds the sums over other photons. Rounding depends on the order of the additions, which must be the same in every run.
     pub fn add(&mut self, other: &Self) {
         self.ledger.add(&other.ledger);
         for (sum, tube) in self.tubes.iter_mut().zip(&other.tubes) {

@@ -1,4 +1,4 @@
-//! Light that is followed from its sources: photons from sky, sun and luminaires.
+//! Photons from sky, sun and luminaires: emission, paths, connections and energy balance.
 
 pub mod chunks;
 pub mod close_points;

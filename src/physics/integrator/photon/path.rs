@@ -1,5 +1,4 @@
-//! One photon's way from a collector through guide and diffuser into the room, or from a luminaire, and on until it is
-//! absorbed.
+//! Path of one photon from a collector through guide and closure into the room, or from a luminaire, until it is absorbed.
 
 use std::f64::consts::PI;
 
@@ -20,20 +19,20 @@ pub struct Scattering<'a, const C: usize> {
     pub position: DVec3,
     /// Unit normal toward the side on which the light leaves.
     pub normal: DVec3,
-    /// Lambertian flux that leaves, in lm: an intensity of leaving cos / pi.
+    /// Lambertian flux that leaves, in lm: an intensity of `leaving` cos / pi.
     pub leaving: Spectrum<C>,
-    /// Light that leaves beside the Lambertian flux, finite in every direction but not Lambertian.
+    /// Light that leaves in addition to the Lambertian flux, with a finite but not Lambertian distribution.
     pub lobe: Option<Lobe<'a, C>>,
-    /// The surface; `None` at a diffuser.
+    /// Surface that scatters; `None` at a diffuser.
     pub surface: Option<SurfaceId>,
-    /// The tube at whose diffuser this happens.
+    /// Number of the tube whose diffuser scatters; `None` at a surface.
     pub diffuser: Option<usize>,
 }
 
 /// Light that leaves a vertex with a finite, non-Lambertian distribution.
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe<'a, const C: usize> {
-    /// What sends the light on.
+    /// Closure or surface lobe that scatters the light.
     pub scatterer: Scatterer<'a>,
     /// Unit direction of travel of the light that arrives.
     pub incident: DVec3,
@@ -42,58 +41,58 @@ pub struct Lobe<'a, const C: usize> {
 }
 
 impl<const C: usize> Lobe<'_, C> {
-    /// Intensity in lm/sr (flux times BSDF times |cosine|) along the unit vector `outward`.
+    /// Returns the intensity in lm/sr (flux times BSDF times |cosine|) along the unit vector `outward`.
     #[inline]
     pub fn intensity(&self, outward: DVec3) -> Spectrum<C> {
         self.flux * self.scatterer.value(Travel::WithLight, -self.incident, outward)
     }
 }
 
-/// Light on a straight line through the room.
+/// Straight flight of light through the room.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight<const C: usize> {
     /// Point where the flight starts, in m.
     pub from: DVec3,
     /// Point where the flight ends, in m.
     pub to: DVec3,
-    /// Flux on the way, in lm.
+    /// Flux along the flight, in lm.
     pub flux: Spectrum<C>,
-    /// What happened to the light last.
+    /// Kind of place where the flight starts.
     pub origin: Origin,
 }
 
-/// Place where a flight starts.
+/// Kind of place where a flight starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// A diffuser that scattered the light: its direct part has a better estimator than this photon.
+    /// A diffuser that scattered the light: its direct light has a better estimator than this photon.
     Diffuser,
     /// A surface of the room that scattered the light diffusely.
     Surface(SurfaceId),
-    /// A surface of the room that reflected the light about its mirror direction, ideally or in a lobe: cell averages
-    /// count all of it where it crosses, as it is not connected to them.
+    /// A surface of the room that reflected the light about its mirror direction, ideally or in a lobe: cell averages count all of it as it
+    /// crosses their plane, because no connection counts it.
     Lobe(SurfaceId),
     /// An opening that the light passed unscattered.
     Specular,
-    /// A luminaire: its direct part has a better estimator than this photon.
+    /// A luminaire: its direct light has a better estimator than this photon.
     Luminaire(SurfaceId),
 }
 
 /// Listener to the events of a photon's path.
 pub trait Visitor<const C: usize> {
-    /// Share of the flux that first comes into the room above which light is reflected for certain, by less flux, not by
-    /// roulette: many faint photons for few bright ones.
+    /// Fraction of the flux with which the photon entered the room above which reflections are not decided by Russian roulette but scale
+    /// the flux: this gives many faint photons instead of few bright ones.
     const CERTAIN_ABOVE: f64 = f64::INFINITY;
 
-    /// Light is scattered at a surface or a closure, before the photon chooses how it goes on.
+    /// Handles light scattered at a surface or a closure, before the photon samples its next direction.
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
-    /// Light leaves a luminaire, as if scattered by it.
+    /// Handles light that leaves a luminaire, which is treated like a scattering surface.
     fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
-    /// Light has crossed the room from one point to another, with nothing between.
+    /// Handles light that has crossed the room from one point to another, with nothing between.
     fn flew(&mut self, flight: &Flight<C>);
-    /// Light leaves the closure of a tube as from a Lambertian surface, `flux` of it in lm; it is followed no further here, but as that of
-    /// a lamp. Only [`trace_beside_lamps`] tells of it.
+    /// Handles `flux` lm of light that leave the closure of a tube at `_position` with a Lambertian distribution. The photon does not carry
+    /// this part any further: the closure counts as a secondary source. Only [`trace_beside_lamps`] calls it.
     fn left_lamp(&mut self, _tube: usize, _position: DVec3, _flux: Spectrum<C>) {}
-    /// Light arrives at a room surface, before its reflectance is applied.
+    /// Handles light that arrives at a room surface, before its reflectance is applied.
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
 }
 
@@ -108,8 +107,8 @@ pub fn trace<const C: usize>(
     Tracer { scene, samples, visitor, account, first: 0.0, into_room: 0.0, in_room: false, lamps: false }.trace(photon);
 }
 
-/// Follows one photon to its end, but for the part of its light that a closure sends evenly into the room: the listener hears of that
-/// alone, and books it.
+/// Follows one photon to its end, without the part of its light that leaves a closure with a Lambertian distribution: that part is passed
+/// to [`Visitor::left_lamp`], and the visitor must add its flux to the energy balance.
 pub fn trace_beside_lamps<const C: usize>(
     scene: &TraceableScene,
     photon: &EmittedPhoton,
@@ -120,7 +119,8 @@ pub fn trace_beside_lamps<const C: usize>(
     Tracer { scene, samples, visitor, account, first: 0.0, into_room: 0.0, in_room: false, lamps: true }.trace(photon);
 }
 
-/// Books where light ends that a diffuser sends from `position` along the unit vector `direction` into the room, `flux` of it in lm.
+/// Follows light of `flux` lm that a diffuser sends from `position` along the unit vector `direction` into the room, and adds the places
+/// where it ends to the energy balance.
 pub fn book_in_room<const C: usize>(
     scene: &TraceableScene,
     (position, direction): (DVec3, DVec3),
@@ -135,36 +135,36 @@ pub fn book_in_room<const C: usize>(
 
 /// State of light after it has met something.
 enum Step<const C: usize> {
-    /// Into the room.
+    /// Light that travels in the room.
     Room(Beam<C>, Origin),
-    /// Up into the guide of a tube, from the ceiling plane.
+    /// Light that travels up into the guide of a tube, from the ceiling plane.
     Guide(usize, Beam<C>),
     Ended,
 }
 
-/// Light on its way.
+/// Light at a point of its path.
 #[derive(Clone, Copy)]
 struct Beam<const C: usize> {
     position: DVec3,
-    /// Unit vector.
+    /// Unit vector of travel.
     direction: DVec3,
-    /// In lm.
+    /// Flux in lm.
     flux: Spectrum<C>,
 }
 
-/// One photon with all that it writes to.
+/// One photon's path, with references to all that it writes to.
 struct Tracer<'a, V> {
     scene: &'a TraceableScene,
     samples: &'a mut PathSamples,
     visitor: &'a mut V,
     account: &'a mut Account,
-    /// Largest channel of its first flux.
+    /// Largest channel of the photon's first flux, in lm.
     first: f64,
-    /// Largest channel of the flux that it first brought into the room.
+    /// Largest channel of the flux with which the photon entered the room, in lm.
     into_room: f64,
-    /// True once the light has been in the room: what comes back through a closure then is no flux of its tube.
+    /// True once the light has entered the room: if it passes a closure again, it no longer counts as flux of that tube.
     in_room: bool,
-    /// True if what a closure sends evenly into the room is followed elsewhere.
+    /// True if the Lambertian part of what a closure sends into the room is handed over and not followed here.
     lamps: bool,
 }
 
@@ -180,7 +180,7 @@ impl<V> Tracer<'_, V> {
         self.go_on(step);
     }
 
-    /// Follows light to its end.
+    /// Follows light step by step to its end.
     fn go_on<const C: usize>(&mut self, mut step: Step<C>)
     where
         V: Visitor<C>,
@@ -205,7 +205,7 @@ impl<V> Tracer<'_, V> {
         }
     }
 
-    /// Light on its way to the collector of a tube.
+    /// Follows light from outside down a tube to its closure.
     fn through_tube<const C: usize>(&mut self, index: usize, photon: &EmittedPhoton) -> Step<C>
     where
         V: Visitor<C>,
@@ -225,7 +225,7 @@ impl<V> Tracer<'_, V> {
         self.meet_closure(index, beam)
     }
 
-    /// Light leaves a luminaire.
+    /// Starts light at a luminaire.
     fn leave_luminaire<const C: usize>(&mut self, index: usize, photon: &EmittedPhoton) -> Step<C>
     where
         V: Visitor<C>,
@@ -243,7 +243,7 @@ impl<V> Tracer<'_, V> {
         Step::Room(Beam { position, direction, flux }, Origin::Luminaire(surface))
     }
 
-    /// Light goes up a guide from its lower end.
+    /// Follows light up a guide from its lower end, and down again if it is reflected.
     fn back_up<const C: usize>(&mut self, index: usize, beam: Beam<C>) -> Step<C>
     where
         V: Visitor<C>,
@@ -261,7 +261,7 @@ impl<V> Tracer<'_, V> {
         }
     }
 
-    /// Light meets the closure of a tube, from above or below.
+    /// Scatters light at the closure of a tube, from above or below.
     fn meet_closure<const C: usize>(&mut self, index: usize, beam: Beam<C>) -> Step<C>
     where
         V: Visitor<C>,
@@ -290,7 +290,7 @@ impl<V> Tracer<'_, V> {
             [SheetSide::Other, SheetSide::Same].map(|side| flux * closure.albedo(-direction, side));
         ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
         let (down, up) = if from_above { (through, back) } else { (back, through) };
-        // what a lamp sends, and what is left
+        // the Lambertian part that is handed over, and the rest
         let (mut lamp, mut rest) = (Spectrum::ZERO, down);
         if from_above && !self.in_room {
             let evenly = flux * closure.even_share(-direction);
@@ -325,10 +325,10 @@ impl<V> Tracer<'_, V> {
         if both <= 0.0 {
             return Step::Ended;
         }
-        // one of the two goes on, chosen by its flux
+        // one of the two directions is followed, chosen by its flux
         let up_share = up.max() / both;
         let goes_up = up_share > 0.0 && self.samples.random.uniform() < up_share;
-        // the directions of all that goes down, of which the rest is a share
+        // directions are sampled from all light that goes down, of which the rest is a fraction
         let onward = if goes_up { up * (1.0 / up_share) } else { (down + lamp) * (1.0 / (1.0 - up_share)) };
         ledger.cut += down.luminance() + up.luminance() - onward.luminance();
         let side = if goes_up == from_above { SheetSide::Same } else { SheetSide::Other };
@@ -347,7 +347,7 @@ impl<V> Tracer<'_, V> {
         if goes_up { Step::Guide(index, beam) } else { Step::Room(beam, Origin::Diffuser) }
     }
 
-    /// One flight through the room and what happens at its end.
+    /// Follows light along one flight through the room, and scatters it where it hits a surface or an opening.
     fn cross_room<const C: usize>(&mut self, beam: Beam<C>, origin: Origin) -> Step<C>
     where
         V: Visitor<C>,
@@ -406,7 +406,7 @@ impl<V> Tracer<'_, V> {
                 self.samples,
             );
         }
-        // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
+        // roulette keeps the flux of a survivor; colours change its balance, so the ledger counts both
         let is_certain = leaving.max() >= V::CERTAIN_ABOVE * self.into_room;
         let survival = if is_certain { 1.0 } else { survival(leaving.max(), flux.max(), self.first) };
         if !is_certain && self.samples.random.uniform() >= survival {
@@ -420,7 +420,7 @@ impl<V> Tracer<'_, V> {
             ledger.cut += expected.luminance();
             return Step::Ended;
         };
-        // what is diffuse and what is not is counted apart
+        // the diffuse and the specular part have separate entries
         let onward = flux * weight * (1.0 / survival);
         ledger.cut += expected.luminance() - onward.luminance();
         let origin = match kind {
@@ -431,7 +431,7 @@ impl<V> Tracer<'_, V> {
     }
 }
 
-/// Books what a guide took, and returns what arrives in the opening.
+/// Adds what a guide took to the energy balance, and returns the light that arrives in the opening, if any.
 fn settle<const C: usize>(
     transit: &Transit<C>,
     flux: Spectrum<C>,
@@ -446,7 +446,7 @@ fn settle<const C: usize>(
     })
 }
 
-/// A listener that hears of nothing: for the books alone.
+/// A visitor that ignores all events, where only the energy balance is needed.
 #[derive(Clone, Copy, Debug)]
 pub struct Silent;
 

@@ -1,7 +1,7 @@
-//! The part of a plane on which photons can lie: gather discs are clipped to it, so that kernels have no boundary bias.
+//! Parts of a plane on which photons can lie: gather discs are clipped to them, so that kernels have no boundary bias.
 //!
-//! From every plane is taken what stands on it or reaches through it, seen a hair's breadth before it: sections of boxes and
-//! of closed pieces of meshes, together, so that what several cover counts once.
+//! Sections of boxes and of closed pieces of meshes that stand on the plane or reach through it are subtracted, taken at a small distance
+//! before the plane. They are joined first, so that an area covered by several counts once.
 
 use std::f64::consts::PI;
 
@@ -12,24 +12,24 @@ use crate::geometry::disc::{disc_disc_area, disc_edge_area, disc_polygon_area};
 use crate::traceable::TraceableScene;
 use crate::traceable::solids::{Owner, Sections, Sheet, Solid, sections};
 
-/// A rectangle minus what covers it, and minus discs, all in one plane.
+/// Rectangle or polygon of one plane, without covered regions and discs.
 #[derive(Clone, Debug)]
 pub struct Domain {
     origin: DVec3,
     u: DVec3,
     v: DVec3,
-    /// 1 where the side of u x v is seen, -1 where the other one is.
+    /// 1 if the side of u x v is seen, -1 if the other side is.
     looks: f64,
-    /// Extent along u and v of the rectangle around it.
+    /// Extent in m along u and v of the bounding rectangle.
     size: DVec2,
-    /// Edges of the outline, where that is not the rectangle.
+    /// Edges of the outline; `None` if it is the bounding rectangle.
     outline: Option<Vec<Edge>>,
     discs: Vec<(DVec2, f64)>,
-    /// Parts that are covered.
+    /// Covered parts.
     regions: Vec<Region>,
 }
 
-/// Directed edges around a part of the plane: counter-clockwise around what it holds.
+/// Part of a plane, bounded by directed edges that run counter-clockwise around it.
 #[derive(Clone, Debug)]
 pub struct Region {
     edges: Vec<Edge>,
@@ -37,17 +37,17 @@ pub struct Region {
     high: DVec2,
 }
 
-/// Whether mesh surfaces and luminaires that lie in a plane cover it.
+/// Rule for mesh surfaces and luminaires that lie in a plane.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Flat {
-    /// The plane is a face: what lies on it hides it.
+    /// The plane is a face: surfaces that lie on it cover it.
     Covers,
-    /// The plane is that of a grid, which counts what arrives there.
+    /// The plane is that of a grid: surfaces that lie in it do not cover it, and light that arrives there is counted.
     Passes,
 }
 
 impl Domain {
-    /// The horizontal plane at `height` inside the room, minus the boxes and closed meshes that it cuts.
+    /// Creates the domain of the horizontal plane at `height` m inside the room, without the boxes and closed meshes that it cuts.
     pub fn horizontal_plane(scene: &TraceableScene, height: f64) -> Self {
         let ([low, _], size) = (scene.enclosure.bounds(), scene.enclosure.extent());
         let mut domain = Self::rectangle(low.with_z(height), DVec3::X * size.x, DVec3::Y * size.y, 1.0);
@@ -59,7 +59,7 @@ impl Domain {
         domain
     }
 
-    /// Area in m2 of the domain within `radius` of a point of its plane.
+    /// Returns the area in m2 of the domain within `radius` m of a point of its plane.
     #[inline]
     pub fn area(&self, centre: DVec3, radius: f64) -> f64 {
         let relative = centre - self.origin;
@@ -87,15 +87,14 @@ impl Domain {
         disc_polygon_area(p, radius, &[DVec2::ZERO, DVec2::new(x, 0.0), DVec2::new(x, y), DVec2::new(0.0, y)])
     }
 
-    /// A rectangle from a corner along two edges, seen from the side of u x v where `looks` is 1, else from the other.
+    /// Creates a rectangle from a corner along two edges, seen from the side of u x v if `looks` is 1, from the other side if it is -1.
     pub fn rectangle(origin: DVec3, u: DVec3, v: DVec3, looks: f64) -> Self {
         let size = DVec2::new(u.length(), v.length());
         let (u, v) = (u / size.x, v / size.y);
         Self { origin, u, v, looks, size, outline: None, discs: Vec::new(), regions: Vec::new() }
     }
 
-    /// Takes away what covers the rectangle, but for the solid `own` whose face it is; true if a mesh that is not closed
-    /// stands there.
+    /// Subtracts the solids that cover the domain, except the solid `own` whose face it is; true if a mesh that is not closed stands there.
     pub fn cut(&mut self, scene: &TraceableScene, solids: &[Solid], own: Option<Owner>, flat: Flat) -> bool {
         let (origin, u, v) = (self.origin, self.u * self.size.x, self.v * self.size.y);
         let corners = [origin, origin + u, origin + u + v, origin + v];
@@ -118,7 +117,7 @@ impl Domain {
         open
     }
 
-    /// A face of the room, whole.
+    /// Creates the domain of a face of the room without its openings; solids are not subtracted.
     pub fn room_face(scene: &TraceableScene, face: usize) -> Self {
         let polygon = &scene.enclosure.polygons[face];
         let [origin, u, v] = polygon.rectangle();
@@ -134,7 +133,7 @@ impl Domain {
     }
 }
 
-/// Luminaires and mesh surfaces that lie in the plane of a sheet.
+/// Returns the outlines of luminaires and mesh surfaces that lie in the plane of a sheet.
 fn flat_covers(scene: &TraceableScene, sheet: &Sheet) -> Vec<Vec<Edge>> {
     let near = scene.coinciding();
     let in_plane = |p: &DVec3| (*p - sheet.origin).dot(sheet.seen).abs() <= near;
@@ -152,14 +151,14 @@ fn flat_covers(scene: &TraceableScene, sheet: &Sheet) -> Vec<Vec<Edge>> {
     covers
 }
 
-/// Covers that are near each other, and bounds around them.
+/// Covers that are near each other, with their bounds.
 struct Group {
     covers: Vec<Vec<Edge>>,
     low: DVec2,
     high: DVec2,
 }
 
-/// The covered parts of an outline: one region for covers that are near each other.
+/// Returns the covered parts of an outline: one region for each group of covers that are near each other.
 pub fn regions(outline: &[Edge], covers: Vec<Vec<Edge>>, scene: &TraceableScene) -> Vec<Region> {
     let tolerance = 4.0 * scene.coinciding();
     let gap = 16.0 * tolerance;
@@ -187,7 +186,7 @@ impl Region {
         Self { edges, low, high }
     }
 
-    /// Area in m2 within `radius` of a point.
+    /// Returns the area in m2 of the region within `radius` m of a point.
     pub fn area(&self, p: DVec2, radius: f64) -> f64 {
         let apart = (self.low - p).max(p - self.high).max_element();
         if apart >= radius {

@@ -8,30 +8,30 @@ use super::lanes::{Ball, Columns, Found, LANES, Rows, within};
 use crate::optics::Spectrum;
 use crate::traceable::SurfaceId;
 
-/// Cells that a grid may have; photons are bounded by the room, so a dense grid fits.
+/// Largest number of cells of a grid; photons lie within the room, so a dense grid fits.
 pub const MAX_CELLS: f64 = 2_097_152.0;
 
-/// Light that arrived at a point; `On` tells on what it lies.
+/// Light that arrived at a point; `On` identifies the surface, tube or list entry that it belongs to.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon<const C: usize, On = SurfaceId> {
-    /// Where it arrived, in metres.
+    /// Point of arrival in metres.
     pub position: DVec3,
-    /// What it lies on.
+    /// Surface, tube or list entry that the photon belongs to.
     pub on: On,
     /// Flux in lm.
     pub flux: Spectrum<C>,
 }
 
 impl<const C: usize, On> Photon<C, On> {
-    /// True if place and flux are finite.
+    /// True if position and flux are finite.
     pub fn is_finite(&self) -> bool {
         self.position.is_finite() && self.flux.is_finite()
     }
 }
 
-/// What light lies on, by its number.
+/// Identifier of what a photon belongs to, such as a surface or a tube.
 pub trait LiesOn: Copy {
-    /// Different for what is told apart.
+    /// Returns a number that differs between identifiers that must be distinguished.
     fn number(self) -> u32;
 }
 
@@ -47,13 +47,13 @@ impl LiesOn for () {
     }
 }
 
-/// Photons in the order of their cells; within a cell in the order in which they were traced.
+/// Photons in the order of their cells, and within a cell in the order in which they were traced.
 ///
-/// Places and fluxes are kept apart and in single size, so that a processor looks at several at once: a photon is moved by less
-/// than a millionth of the room, and sums are the same to the bit whatever instructions it has.
+/// Positions and fluxes are separate arrays in single precision, so that a processor handles several photons at once. This moves a photon
+/// by less than a millionth of the room, and sums are identical to the bit whatever instructions the processor has.
 #[derive(Debug)]
 pub struct PhotonGrid<const C: usize, On = SurfaceId> {
-    /// Places from the origin in metres, and fluxes in `unit_lm`.
+    /// Positions in metres relative to `origin`, and fluxes in `unit_lm`.
     columns: Columns<C>,
     unit_lm: f64,
     origin: DVec3,
@@ -122,13 +122,13 @@ impl<const C: usize, On: LiesOn> PhotonGrid<C, On> {
         grid
     }
 
-    /// Place in metres and flux in lm of all photons, in the order of their cells.
+    /// Returns the position in metres and the flux in lm of all photons, in the order of their cells.
     pub fn photons(&self) -> impl Iterator<Item = (DVec3, Spectrum<C>)> {
         (0..self.len()).map(|at| (self.origin + self.place(at), self.flux(at)))
     }
 
-    /// Flux of what lies `on` something within `radius` of a point, and within the half of that area, in lm, and the number of photons in
-    /// the whole.
+    /// Sums the flux in lm of the photons that lie `on` a surface within `radius` m of a point, and within half that area; also returns
+    /// their number in the whole.
     pub fn gather(&self, centre: DVec3, radius: f64, on: On) -> (Spectrum<C>, Spectrum<C>, u64) {
         let radius_squared = radius * radius;
         let ball = Ball {
@@ -152,8 +152,7 @@ impl<const C: usize, On: LiesOn> PhotonGrid<C, On> {
         (whole, half, count)
     }
 
-    /// Calls `f` with the number of what it lies on, the flux in lm and the squared distance of every photon within `radius` of a
-    /// point.
+    /// Calls `f` with the identifier's number, the flux in lm and the squared distance in m2 of every photon within `radius` m of a point.
     #[inline]
     pub fn for_each_within(&self, centre: DVec3, radius: f64, mut f: impl FnMut(u32, Spectrum<C>, f64)) {
         let (relative, radius_squared) = (centre - self.origin, radius * radius);
@@ -177,7 +176,7 @@ impl<const C: usize, On: LiesOn> PhotonGrid<C, On> {
         self.columns.starts.last().map_or(0, |end| *end as usize)
     }
 
-    /// Place of a photon from the origin in metres.
+    /// Returns the position of a photon in metres relative to `origin`.
     fn place(&self, at: usize) -> DVec3 {
         DVec3::from_array(self.columns.places.each_ref().map(|of| f64::from(of[at])))
     }
@@ -191,7 +190,7 @@ impl<const C: usize, On: LiesOn> PhotonGrid<C, On> {
         (z * self.dimensions[1] + y) * self.dimensions[0] + x
     }
 
-    /// Cell coordinates, clamped to the grid.
+    /// Returns the cell coordinates of a position, clamped to the grid.
     fn coordinates(&self, position: DVec3) -> [usize; 3] {
         let scaled = ((position - self.origin) * self.per_metre).max(DVec3::ZERO);
         std::array::from_fn(|axis| (scaled[axis] as usize).min(self.dimensions[axis] - 1))
@@ -217,7 +216,7 @@ mod tests {
         (0..count).map(&mut photon).collect()
     }
 
-    /// Every photon counts once, for few and many, near borders and beyond them.
+    /// Every photon is counted once, for few and many photons, near borders and beyond them.
     #[test]
     fn gathers_what_brute_force_gathers() {
         let mut random = PathRandom::new(Key::new(4));

@@ -1,6 +1,6 @@
-//! Sums over photons within a ball, eight at once: by vector instructions where the processor has AVX2, else one by one.
+//! Sums over photons within a ball, eight at once: by vector instructions if the processor has AVX2, else one by one.
 //!
-//! Both ways add the same numbers of single size in the same order: sums are the same to the bit.
+//! Both implementations add the same single-precision numbers in the same order: sums are identical to the bit.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{__m256, __m256i, _CMP_LT_OQ};
@@ -8,47 +8,48 @@ use std::arch::x86_64::{__m256, __m256i, _CMP_LT_OQ};
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::V3;
 
-/// Photons that are looked at at once.
+/// Number of photons that are processed at once.
 pub const LANES: usize = 8;
 
-/// Steps of as many photons after which sums of single size are added to those of double size.
+/// Number of steps of [`LANES`] photons after which the single-precision sums are added to the double-precision ones.
 const MOST_STEPS: usize = 1024;
 
-/// Places, surfaces and fluxes of photons, in the order of their cells; all lists have [`LANES`] more than there are photons.
+/// Positions, surfaces and fluxes of photons, in the order of their cells; the lists of photons have [`LANES`] additional entries at the
+/// end.
 #[derive(Debug)]
 pub struct Columns<const C: usize> {
-    /// Places in metres, by axis.
+    /// Positions in metres, by axis.
     pub places: [Vec<f32>; 3],
-    /// Number of what each lies on.
+    /// Number of the surface that each photon lies on (see `LiesOn`).
     pub on: Vec<u32>,
     /// Fluxes, by channel.
     pub fluxes: [Vec<f32>; C],
-    /// First photon of each cell, and the end.
+    /// Index of the first photon of each cell, and at the end the number of photons.
     pub starts: Vec<u32>,
 }
 
-/// A ball, and what the photons lie on that are looked for.
+/// Ball within which photons on one surface are counted.
 #[derive(Clone, Copy, Debug)]
 pub struct Ball {
     pub centre: [f32; 3],
     pub radius_squared: f32,
-    /// Of the ball of half the area.
+    /// Squared radius of the disc of half the area.
     pub half_squared: f32,
     pub on: u32,
 }
 
-/// Rows of cells that follow each other, by the numbers of their first cells and of those before their ends.
+/// Block of cells, by its rows: numbers of the first cell of the first row, and of the cell past its end.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows {
     pub first: usize,
     pub end: usize,
-    /// Rows and layers.
+    /// Number of rows in a layer, and of layers.
     pub counts: [usize; 2],
-    /// Cells from one row, and from one layer, to the next.
+    /// Number of cells from one row to the next, and from one layer to the next.
     pub strides: [usize; 2],
 }
 
-/// Fluxes by channel, and the number of photons in the ball.
+/// Sums of flux by channel in the whole ball and within half the area, and the number of photons in the whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found<const C: usize> {
     pub whole: [f64; C],
@@ -56,7 +57,7 @@ pub struct Found<const C: usize> {
     pub count: u64,
 }
 
-/// What a ball holds of the photons in some rows.
+/// Sums the photons of some rows that lie in a ball.
 #[inline]
 pub fn within<const C: usize>(columns: &Columns<C>, rows: Rows, ball: Ball) -> Found<C> {
     let query = Query { columns, rows, ball };
@@ -81,18 +82,18 @@ struct Sums<const C: usize> {
     count: [u32; LANES],
 }
 
-/// Some photons that follow each other.
+/// Up to [`LANES`] photons that follow each other.
 struct Step<'a, const C: usize> {
     places: [&'a [f32; LANES]; 3],
     on: &'a [u32; LANES],
     fluxes: [&'a [f32; LANES]; C],
-    /// Photons of these that count: the first ones.
+    /// Number of photons that count: the first ones.
     left: u32,
 }
 
-/// A way of looking at several photons at once.
+/// Implementation that processes several photons at once.
 trait Lanes: Copy {
-    /// Adds what is in the ball.
+    /// Adds the photons of a step that lie in the ball.
     fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>);
 }
 
@@ -110,7 +111,7 @@ impl<const C: usize> Query<'_, C> {
                     (columns.starts[rows.first + cell] as usize, columns.starts[rows.end + cell] as usize);
                 while at < to {
                     let left = (to - at).min(LANES) as u32;
-                    // there are so many more than photons
+                    // lists have as many entries more than photons
                     let Some(step) = columns.step(at, left) else { return found };
                     lanes.add(&step, &ball, &mut sums);
                     at += LANES;
@@ -143,7 +144,7 @@ impl<const C: usize> Columns<C> {
 }
 
 impl<const C: usize> Found<C> {
-    /// Adds lanes, in their order.
+    /// Adds the sums of all lanes, in their order.
     #[inline(always)]
     fn add(&mut self, sums: &Sums<C>) {
         for channel in 0..C {
@@ -158,7 +159,7 @@ impl<const C: usize> Found<C> {
     }
 }
 
-/// The values from one on that are looked at at once.
+/// Returns the values at `at` and after it that are processed at once.
 #[inline(always)]
 fn eight<T>(values: &[T], at: usize) -> Option<&[T; LANES]> {
     values.get(at..)?.first_chunk()
@@ -187,7 +188,7 @@ impl Lanes for OneByOne {
     }
 }
 
-/// The same by vector instructions, into which all that takes part is inlined.
+/// Query answered by vector instructions, with all functions that take part inlined.
 #[cfg(target_arch = "x86_64")]
 struct Vectorized<'a, const C: usize> {
     query: Query<'a, C>,
@@ -245,8 +246,8 @@ mod tests {
     use super::*;
     use crate::sampling::{Key, PathRandom};
 
-    /// Sums are the same to the bit with vector instructions and without, also over rows that begin and end anywhere, and of so
-    /// many photons that they are settled between.
+    /// Sums are identical to the bit with vector instructions and without, also over rows that begin and end anywhere, and of so many
+    /// photons that sums are carried over in between.
     #[test]
     fn instructions_change_no_bit() {
         let mut random = PathRandom::new(Key::new(5));

@@ -1,13 +1,12 @@
-//! Photon maps: the photons of one pass, sorted for gathering on surfaces and grids' planes, and at diffusers.
+//! Photon maps: the photons of one pass, sorted for gathering on surfaces, on the planes of grids, and at diffusers.
 //!
-//! Final gathering wants caustics apart: light that has not been scattered diffusely since it left a luminaire, a diffuser
-//! or a clear closure, but for what comes straight from the former two.
+//! For final gathering, caustics are kept in maps of their own: light that has not been scattered diffusely since it left a luminaire, a
+//! diffuser or a clear closure, except direct light from luminaires and diffusers.
 //!
-//! Light that a diffuser or a luminaire sends straight to a point is not density-estimated: `photon_map::near_light`
-//! computes it. Kernels are clipped to the surface they lie on and count photons of that surface only. The bias of a
-//! kernel is estimated from the same photons at two radii: on a whole disc it grows with the squared radius, so bias(r) =
-//! 2 (E(r) - E(r / sqrt 2)); on a clipped one, which lies to one side of its centre, with the radius: bias(r) = (E(r) -
-//! E(r / sqrt 2)) / (1 - 1 / sqrt 2).
+//! Direct light from a diffuser or a luminaire is not density-estimated: `photon_map::near_light` computes it. Kernels are clipped to the
+//! surface they lie on and count photons of that surface only. The bias of a kernel is estimated from the same photons at two radii: on a
+//! whole disc it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt 2)); on a clipped disc, which lies to one side of its
+//! centre, it grows with the radius: bias(r) = (E(r) - E(r / sqrt 2)) / (1 - 1 / sqrt 2).
 //!
 //! Both factors are derived in docs/physics/rooms.md#the-bias-of-a-clipped-disc.
 
@@ -33,35 +32,36 @@ use crate::sampling::{Key, PathRandom};
 use crate::scene::Grid;
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
-/// Points of each luminaire, in a square of strata, and photons at each diffuser, to which a visible point is connected.
+/// Number of points per side of the square of strata on each luminaire, and number of photons at each diffuser, that a visible point is
+/// connected to.
 pub const POINT_STRATA: usize = 2;
 pub const POINT_CONNECTIONS: usize = 4;
 
-/// A clipped kernel below this share of the full disc has no room for photons.
+/// Smallest area of a clipped kernel, as a fraction of the full disc, on which photons are counted; a smaller one estimates 0.
 pub const LEAST_KERNEL: f64 = 1e-6;
 
 /// Largest radius within which sunbeams are gathered, in radii of the smallest opening.
 const BEAM_RADIUS: f64 = 0.2;
 
-/// A scene as its photons are mapped.
+/// Scene, emission and clipped domains from which the photon maps of a pass are made.
 #[derive(Debug)]
 pub struct Mapper<const C: usize> {
     pub scene: Arc<TraceableScene>,
     emission: Emission,
-    /// Photons of the sun per sr and per m2 across its direction, by tube.
+    /// Number of the sun's photons per sr and per m2 of area perpendicular to its direction, by tube.
     sun_densities: Vec<f64>,
     pub grids: Vec<Grid>,
     grid_domains: Vec<Domain>,
     surfaces: Surfaces,
-    /// True if photons on surfaces, and at points of diffusers, are looked for.
+    /// True if photons on surfaces and at diffusers are needed.
     keeps_surfaces: bool,
-    /// `None`: caustics are not set apart.
+    /// Light that the caustics leave out; `None` if caustics have no maps of their own.
     caustics: Option<Caustics>,
-    /// True if photons can cross the planes of grids that count there.
+    /// True if photons that are counted there can cross the planes of grids.
     crosses_planes: bool,
 }
 
-/// Position of a photon in the list that it comes from.
+/// Position of a photon in the list that it is taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Numbered(pub u32);
 
@@ -73,47 +73,47 @@ impl LiesOn for Numbered {
 
 /// Photons of one pass.
 pub struct Maps<const C: usize> {
-    /// Photons on surfaces, without light straight from a diffuser.
+    /// Photons on surfaces, without direct light from diffusers and luminaires.
     pub surfaces: PhotonGrid<C>,
-    /// Caustics on surfaces, where they are set apart; they are among `surfaces` too.
+    /// Caustics on surfaces, if they have maps of their own; these photons are among `surfaces` too.
     pub caustics: PhotonGrid<C>,
-    /// Crossings of each grid's plane, downward, but for light straight from a diffuser; caustics only where they are set
-    /// apart.
+    /// Photons that cross each grid's plane downward, without direct light from diffusers and luminaires; only caustics if these have maps
+    /// of their own.
     pub planes: Vec<PhotonGrid<C, ()>>,
-    /// Scattered downward at each tube's diffuser.
+    /// Photons scattered downward at each tube's diffuser.
     pub exits: Vec<Vec<Photon<C, Tube>>>,
     pub exit_grid: PhotonGrid<C, Tube>,
-    /// Exits of measured diffusers.
+    /// Photons scattered at diffusers with a measured BSDF, by tube; `None` for other tubes.
     pub measured_exits: Vec<Option<PhotonGrid<C, Numbered>>>,
-    /// Directions of the light that arrived at a tube's exits, where it is measured; flux is then what arrived.
+    /// Directions of the light that arrived at a tube's exits, for a measured diffuser; the flux of an exit is then that which arrived.
     pub incidents: Vec<Vec<DVec3>>,
-    /// Sunbeams through clear closures that arrive at glossy surfaces, also by mirrors and lobes, numbered as `beam_arrivals`.
+    /// Sunbeams through clear closures that arrive at glossy surfaces, also by way of mirrors and lobes, numbered as in `beam_arrivals`.
     beams: PhotonGrid<C, Numbered>,
-    /// The surface of each, and where it comes from.
+    /// Surface that each sunbeam arrives at, with its tube and direction.
     beam_arrivals: Vec<(SurfaceId, Sunbeam)>,
-    /// Mean flux in lm of the photons that cross each grid's plane, and that of the brightest, or where none does, of those nearest
-    /// to doing so.
+    /// Mean flux in lm of the photons that cross each grid's plane, and that of the brightest of them (see `brightest_lm`); where none
+    /// crosses, the mean flux of the photons on surfaces.
     crossing_lm: Vec<[f64; 2]>,
-    /// Mean flux in lm of the photons on surfaces, or where none lies there, of those nearest to doing so.
+    /// Mean flux in lm of the photons on surfaces; where none lies there, that of the photons at diffusers, or else of all photons.
     pub on_surfaces_lm: f64,
-    /// Radius in metres for which the photons are sorted: gathering within any other is right, too, and as fast within
-    /// one of this order.
+    /// Radius in metres for which the photons are sorted: gathering within any other radius is right too, and as fast within one of this
+    /// order.
     pub radius: f64,
 }
 
-/// Irradiance in lux and its estimated bias.
+/// Irradiance in lux with its estimated bias and the number of photons.
 #[derive(Clone, Copy)]
 pub struct Gathered<const C: usize> {
     pub irradiance: Spectrum<C>,
     pub bias: f64,
-    /// Photons in the kernel, scaled to its full disc.
+    /// Number of photons in the kernel, scaled to its full disc.
     pub found: f64,
 }
 
 impl<const C: usize> Gathered<C> {
     pub const NOTHING: Self = Self { irradiance: Spectrum::ZERO, bias: 0.0, found: 0.0 };
 
-    /// Adds light that comes otherwise, and its bias.
+    /// Adds irradiance from another estimate, with its bias.
     pub fn add_light(&mut self, other: &Self) {
         self.irradiance += other.irradiance;
         self.bias += other.bias;
@@ -137,7 +137,7 @@ impl<const C: usize> Mapper<C> {
         }
     }
 
-    /// Sets caustics apart: planes then count nothing else. `backward`: by tube.
+    /// Keeps caustics in maps of their own: planes then count nothing else. `backward`: light that is followed backward, by tube.
     pub fn with_caustics(self, backward: Vec<FollowedBackward>) -> Self {
         let left = |(tube, by): (&TraceableTube, &FollowedBackward)| passes_unscattered(tube) && !(by.sky && by.sun);
         let crosses_planes =
@@ -145,12 +145,12 @@ impl<const C: usize> Mapper<C> {
         Self { caustics: Some(Caustics { backward }), crosses_planes, ..self }
     }
 
-    /// Photons per pass.
+    /// Returns the number of photons per pass.
     pub fn photons(&self) -> u64 {
         self.emission.photons()
     }
 
-    /// Traces the photons of the pass with this key and sorts them for a gather radius in metres; `None` when cancelled.
+    /// Traces the photons of the pass with this key and sorts them for a gather radius in metres; returns `None` if cancelled.
     pub fn maps(&self, key: Key, radius: f64, cancel: &AtomicBool) -> Option<(Maps<C>, Account)> {
         let (store, account) = self.trace_photons(key, cancel)?;
         let measured = |tube: usize| matches!(self.scene.tubes[tube].diffuser, Diffuser::Measured(_));
@@ -225,7 +225,7 @@ impl<const C: usize> Mapper<C> {
         Some((all, account))
     }
 
-    /// Irradiance of a surface point, photons gathered within `radius` metres.
+    /// Estimates the irradiance of a surface point from photons within `radius` metres, and by connections to diffusers and luminaires.
     pub fn irradiance(
         &self,
         maps: &Maps<C>,
@@ -242,19 +242,19 @@ impl<const C: usize> Mapper<C> {
         gathered
     }
 
-    /// Irradiance of a surface point by all light that is not direct, within `radius` metres.
+    /// Estimates the indirect irradiance of a surface point from photons within `radius` metres.
     pub fn indirect(&self, maps: &Maps<C>, radius: f64, position: DVec3, surface: SurfaceId) -> Gathered<C> {
         self.on_surface(&maps.surfaces, radius, position, surface)
     }
 
-    /// Irradiance of a surface point by caustics, where they are set apart.
+    /// Estimates the irradiance of a surface point by caustics from photons within `radius` metres, if caustics have maps of their own.
     pub fn caustics(&self, maps: &Maps<C>, radius: f64, position: DVec3, surface: SurfaceId) -> Gathered<C> {
         self.on_surface(&maps.caustics, radius, position, surface)
     }
 
-    /// Luminance in cd/m2 toward `eye` (a unit vector) of a glossy lobe of reflectance 1 in sunbeams through clear closures, and
-    /// its estimated bias: the share of it that photons count, by the balance heuristic between them and the eye's ray, which
-    /// goes on in a direction of the lobe and may meet the sun (Veach and Guibas 1995).
+    /// Returns the luminance in cd/m2 toward `eye` (a unit vector) of a glossy lobe of reflectance 1 lit by sunbeams through clear
+    /// closures, and its estimated bias. This is the part that photons count: the balance heuristic divides the light between them and the
+    /// eye ray, which continues in a direction sampled from the lobe and may meet the sun (Veach and Guibas 1995).
     pub fn beams_in_lobe(&self, maps: &Maps<C>, lobe: &Glossy, hit: &RoomHit, eye: DVec3) -> (Spectrum<C>, f64) {
         let Place::Surface(surface) = hit.place else { return (Spectrum::ZERO, 0.0) };
         let radius = self.beam_radius(maps);
@@ -280,14 +280,15 @@ impl<const C: usize> Mapper<C> {
         (seen.irradiance, seen.bias)
     }
 
-    /// Photons per sr, about a direction in which the sun is seen through a tube, that are gathered on a surface on which its
-    /// light arrives at this cosine: what the balance heuristic compares with the density of an eye ray.
+    /// Returns the number of photons per sr, about a direction in which the sun is seen through a tube, that are gathered on a surface
+    /// where its light arrives at this cosine: the balance heuristic compares it with the density of an eye ray.
     pub fn beams_gathered(&self, maps: &Maps<C>, tube: usize, cosine: f64) -> f64 {
         let radius = self.beam_radius(maps);
         self.sun_densities[tube] * PI * radius * radius * cosine.max(0.0)
     }
 
-    /// Radius in metres within which sunbeams are gathered: a beam is as wide as an opening.
+    /// Returns the radius in metres within which sunbeams are gathered. It is bounded by the openings, because a beam is as wide as its
+    /// opening.
     fn beam_radius(&self, maps: &Maps<C>) -> f64 {
         maps.radius.min(BEAM_RADIUS * self.smallest_opening())
     }
@@ -297,7 +298,7 @@ impl<const C: usize> Mapper<C> {
         self.per_area(radius, position, surface, whole, half, count)
     }
 
-    /// Density of what lies on a surface within `radius` metres, and within the half of that area.
+    /// Returns the density per m2 of the flux on a surface: `whole` within `radius` metres, and `half` within half that area.
     fn per_area(
         &self,
         radius: f64,
@@ -312,8 +313,8 @@ impl<const C: usize> Mapper<C> {
         density(sums, area, self.surfaces.full(&self.scene, surface, radius), radius)
     }
 
-    /// Illuminance of a point of the plane of grid `number` by all light that is not direct, or by caustics, within `radius`
-    /// metres, and the photons that it comes from.
+    /// Estimates the illuminance of a point of the plane of grid `number`, by all indirect light, or by caustics if these have maps of
+    /// their own, from photons within `radius` metres; also returns the number of photons it comes from.
     pub fn plane_irradiance(
         &self,
         maps: &Maps<C>,
@@ -325,7 +326,7 @@ impl<const C: usize> Mapper<C> {
         let sums = maps.planes[number].gather(sensor, radius, ());
         let full = PI * radius * radius;
         let area = domain.area(sensor, radius);
-        // under what stands on the plane no light comes
+        // no light arrives under solids that stand on the plane
         let can_come = self.crosses_planes && area >= LEAST_KERNEL * full;
         let [one_lux, brightest_lux] =
             if can_come { maps.crossing_lm[number].map(|flux| flux / area) } else { [0.0; 2] };
@@ -333,8 +334,7 @@ impl<const C: usize> Mapper<C> {
         (density(sums, |radius| domain.area(sensor, radius), full, radius), count)
     }
 
-    /// True if a point of the plane of grid `number`, or all that is within `reach` metres of it there, is inside a box or a closed
-    /// mesh.
+    /// True if a point of the plane of grid `number`, or the whole plane within `reach` metres of it, is inside a box or a closed mesh.
     pub fn is_covered(&self, number: usize, sensor: DVec3, reach: f64) -> bool {
         let reach = reach.max(self.scene.coinciding());
         self.grid_domains[number].area(sensor, reach) < LEAST_KERNEL * PI * reach * reach
@@ -351,8 +351,9 @@ impl<const C: usize> Tally for (PhotonStore<'_, C>, Account) {
     }
 }
 
-/// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area; the sums of
-/// whole and half and the number of photons, `area` of the disc of a radius, at most `full`.
+/// Estimates irradiance on a clipped disc, with the bias estimated from the disc of half the area. The arguments are the flux in the whole
+/// and the half disc and the number of photons in the whole one, a function that returns the clipped area in m2 of a disc by its radius,
+/// the largest such area `full`, and the radius in m.
 pub fn density<const C: usize>(
     (whole, half, count): (Spectrum<C>, Spectrum<C>, u64),
     area: impl Fn(f64) -> f64,
@@ -366,14 +367,14 @@ pub fn density<const C: usize>(
         return Gathered::NOTHING;
     }
     let irradiance = whole * (1.0 / whole_area);
-    // to one side the kernel sees the gradient, around the centre only the curvature
+    // a clipped kernel is biased by the gradient, a whole one only by the curvature
     let clipped = whole_area < (1.0 - 1e-9) * PI * radius * radius;
     let factor = if clipped { 1.0 / (1.0 - std::f64::consts::FRAC_1_SQRT_2) } else { 2.0 };
     let bias = factor * (irradiance.luminance() - half.luminance() / half_area);
     Gathered { irradiance, bias, found: scaled_count(count, PI * radius * radius, whole_area) }
 }
 
-/// Mean flux in lm of some photons; `None` without any.
+/// Returns the mean flux in lm of some photons; `None` without any.
 fn mean_lm<'a, const C: usize, On: 'a>(photons: impl IntoIterator<Item = &'a Photon<C, On>>) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
     for photon in photons {
@@ -383,7 +384,7 @@ fn mean_lm<'a, const C: usize, On: 'a>(photons: impl IntoIterator<Item = &'a Pho
     (count > 0.0).then(|| sum / count)
 }
 
-/// Flux in lm of the photons that the variance of their sum comes from, the mean weighted by squares; `None` without any.
+/// Returns the flux in lm of the photons that dominate the variance of the sum: the mean weighted by squared flux; `None` without any.
 fn brightest_lm<'a, const C: usize, On: 'a>(photons: impl IntoIterator<Item = &'a Photon<C, On>>) -> Option<f64> {
     let (mut squares, mut cubes) = (0.0, 0.0);
     for photon in photons {
@@ -399,13 +400,13 @@ fn passes_unscattered(tube: &TraceableTube) -> bool {
     tube.diffuser.specular_zone(tube.opening_radius).is_some()
 }
 
-/// True if a surface of which `part` is true reflects light that is followed.
+/// True if some surface whose optics satisfy `part` reflects light that is followed.
 fn reflects(scene: &TraceableScene, part: impl Fn(&SurfaceOptics) -> bool) -> bool {
     let bright = |surface: &&SurfaceOptics| surface.gathers() || surface.is_specular();
     scene.interreflection && scene.all_optics().filter(bright).any(part)
 }
 
-/// The same light with its positions in the list.
+/// Replaces the surface or tube of each photon by its position in the list.
 fn numbered<'a, const C: usize, On: Copy + 'a>(
     photons: impl Iterator<Item = &'a Photon<C, On>>,
 ) -> Vec<Photon<C, Numbered>> {

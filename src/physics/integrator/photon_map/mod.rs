@@ -1,4 +1,4 @@
-//! Estimates of density from photons that are kept: what sensors and eyes gather from them.
+//! Photon maps: density estimation from stored photons, at sensors and along eye rays.
 
 pub mod domain;
 pub mod grid;

@@ -1,5 +1,5 @@
-//! Light straight from diffusers and luminaires, from a pass' own photons at the diffusers, without density estimation on
-//! what it lights.
+//! Direct light from diffusers and luminaires, estimated by connections to a pass' own photons at the diffusers and to points of
+//! luminaires, without density estimation on the lit surface.
 
 use std::f64::consts::PI;
 
@@ -15,17 +15,17 @@ use crate::sampling::{PathRandom, warp};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{RoomHit, SurfaceId, TraceableTube};
 
-/// Photons at each diffuser, and points of each luminaire along the side of a square of strata, to which a sensor is
-/// connected.
+/// Number of photons at each diffuser, and number of points per side of the square of strata on each luminaire, that a sensor is connected
+/// to.
 pub const SENSOR_CONNECTIONS: usize = 256;
 pub const SENSOR_STRATA: usize = 8;
 
-/// Rays that look for a very near luminaire, for each that is to find it.
+/// Largest number of rays toward a very near luminaire, per ray that is to hit it.
 const TRIES: usize = 16;
 
 impl<const C: usize> Mapper<C> {
-    /// Irradiance straight from the diffusers, and its estimated bias: by connections to some of the photons that they scattered, and of
-    /// a diffuser so near that these are rare and bright by the luminance where as many rays meet it.
+    /// Estimates the direct irradiance from the diffusers and its bias: by connections to some of the photons that they scattered; for a
+    /// diffuser so near that connections are rare and bright, by as many sampled rays, from the luminance where they meet it.
     pub fn diffuser_irradiance(
         &self,
         maps: &Maps<C>,
@@ -64,7 +64,7 @@ impl<const C: usize> Mapper<C> {
         gathered
     }
 
-    /// Irradiance straight from a diffuser, and its estimated bias, by rays that the cosine demands.
+    /// Estimates the direct irradiance from a diffuser and its bias, by `rays` cosine-distributed rays.
     fn near_diffuser(
         &self,
         maps: &Maps<C>,
@@ -96,8 +96,9 @@ impl<const C: usize> Mapper<C> {
         Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, found: 0.0 }
     }
 
-    /// Irradiance straight from the luminaires: in closed form, or from `strata` x `strata` points of each. Points of a luminaire
-    /// nearer than its strata are wide are rare and bright: of one so near it is the closed form times the share that is seen.
+    /// Estimates the direct irradiance from the luminaires: in closed form if nothing can hide them, else from `strata` x `strata` points
+    /// of each. Connections to a luminaire nearer than its strata are wide would be rare and bright: its closed form is multiplied by the
+    /// fraction that is visible.
     pub fn luminaire_irradiance(
         &self,
         position: DVec3,
@@ -131,8 +132,8 @@ impl<const C: usize> Mapper<C> {
         sum
     }
 
-    /// Luminance toward `eye` (a unit vector) of the luminaires in a glossy lobe of reflectance 1, the share of connections: a ray
-    /// into the lobe seldom meets a luminaire that is small and bright.
+    /// Estimates the luminance toward `eye` (a unit vector) of a glossy lobe of reflectance 1 lit by the luminaires, by connections with
+    /// their MIS weight: a ray sampled from the lobe seldom meets a luminaire that is small and bright.
     pub fn luminaires_in_lobe(
         &self,
         lobe: &Glossy,
@@ -157,7 +158,7 @@ impl<const C: usize> Mapper<C> {
         sum
     }
 
-    /// Random point of one of the `strata` x `strata` parts of a luminaire.
+    /// Returns a random point of one of the `strata` x `strata` parts of a luminaire.
     fn point_of(
         &self,
         luminaire: &TraceableLuminaire,
@@ -171,8 +172,8 @@ impl<const C: usize> Mapper<C> {
         self.scene.enclosure.clamp(luminaire.point(along))
     }
 
-    /// Share of a luminaire's light at a point that nothing hides, by up to `count` of the rays that find the luminaire among
-    /// those that the cosine demands; `None` where none does. A mean of any number of them has the right expectation.
+    /// Estimates the unoccluded fraction of a luminaire's light at a point, by up to `count` cosine-distributed rays that meet the
+    /// luminaire; `None` if none does. The mean over any number of such rays has the right expectation.
     fn seen_share(
         &self,
         luminaire: &TraceableLuminaire,
@@ -197,8 +198,8 @@ impl<const C: usize> Mapper<C> {
         (found > 0).then(|| seen as f64 / found as f64)
     }
 
-    /// Luminance in cd/m2 of a diffuser that scatters along the eye ray's `direction` to a point of its lower side, and its
-    /// estimated bias.
+    /// Estimates the luminance in cd/m2 and its bias of a scattering diffuser at `position`, a point of its lower side, as seen along the
+    /// eye ray's `direction`.
     pub fn luminance(
         &self,
         maps: &Maps<C>,
@@ -229,7 +230,8 @@ impl<const C: usize> Mapper<C> {
         density(sums, area, PI * radius * radius, radius)
     }
 
-    /// Luminance toward `eye` (a unit vector) of the diffusers in a glossy lobe of reflectance 1, the share of connections.
+    /// Estimates the luminance toward `eye` (a unit vector) of a glossy lobe of reflectance 1 lit by the diffusers, by connections with
+    /// their MIS weight.
     pub fn diffusers_in_lobe(
         &self,
         maps: &Maps<C>,
@@ -267,8 +269,8 @@ impl<const C: usize> Mapper<C> {
     }
 }
 
-/// Intensity per projected area, in cd, toward an eye ray's `direction` of the photons at a measured diffuser within
-/// `radius` of a point, and within the half of that area, and the number of photons in the whole.
+/// Sums the luminous intensity per projected area, in cd, toward an eye along the ray's `direction` of the photons at a measured diffuser
+/// within `radius` m of a point, and within half that area; also returns the number of photons in the whole.
 fn measured_within<const C: usize>(
     maps: &Maps<C>,
     index: usize,
@@ -293,29 +295,29 @@ fn measured_within<const C: usize>(
     (whole, half, count)
 }
 
-/// BTDF or BRDF per sr of a measured diffuser for light that leaves downward with the given cosine.
+/// Returns the BTDF or BRDF per sr of a measured diffuser for light that leaves downward with the given cosine.
 fn measured_per_sr(table: &MeasuredDiffuser, incident: DVec3, exit_cosine: f64) -> f64 {
     table.per_sr(incident.z < 0.0, incident.z.abs(), exit_cosine)
 }
 
-/// The share of a diffuser's light that a ray takes which finds it along `way`; `chosen` is the density with which a
-/// glossy lobe chose the direction, `None` when none did.
+/// Returns the MIS weight of a ray that meets a diffuser along `way`; `chosen` is the probability density with which a glossy lobe sampled
+/// the direction, `None` if none did.
 pub fn share_of(chosen: Option<f64>, tube: &TraceableTube, way: DVec3) -> f64 {
     chosen.map_or(1.0, |density| density / (density + connection_density(tube, way)))
 }
 
-/// The share of a luminaire's light that a ray takes which finds it along `way`; `chosen` as of [`share_of`].
+/// Returns the MIS weight of a ray that meets a luminaire along `way`; `chosen` as in [`share_of`].
 pub fn share_of_luminaire(chosen: Option<f64>, luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
     chosen.map_or(1.0, |density| density / (density + connections_to_luminaire(luminaire, way)))
 }
 
-/// Connections per sr along `way` to a luminaire from a glossy surface.
+/// Returns the number of connections per sr along `way` from a glossy surface to a luminaire.
 fn connections_to_luminaire(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
     (POINT_STRATA * POINT_STRATA) as f64 * luminaire_density(luminaire, way)
 }
 
-/// Connections per sr along `way` to a diffuser, as if its photons were even on the opening: what the two ways to find it
-/// share its light by.
+/// Returns the number of connections per sr along `way` to a diffuser, as if its photons were even on the opening; it is the density of
+/// connections in the balance heuristic.
 fn connection_density(tube: &TraceableTube, way: DVec3) -> f64 {
     let distance_squared = way.length_squared();
     POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (way.z * tube.opening_area_m2())

@@ -1,10 +1,10 @@
-//! Pixels in which the outline of a luminaire or of a diffuser is seen, straight or by way of mirrors: what shines into the eye
-//! there has rays of its own.
+//! Pixels that contain the outline of a luminaire or a diffuser, seen directly or by way of mirrors: the light of these sources is found
+//! there by additional rays.
 //!
-//! A luminaire is a hundred times as bright as what is around it, so that one ray a pass leaves the pixels at its edge noisy
-//! long after all others are known, and a corner that no ray found is in no error. Rays that look for its light alone cost
-//! little, for they gather nothing: such a pixel takes some dozens of them, and its ordinary ray leaves that light out. Which
-//! pixels do so decides noise and time only: the mean is the same.
+//! A luminaire is a hundred times as bright as its surroundings, so that with one ray a pass the pixels at its edge stay noisy long after
+//! all others have converged, and a corner that no ray has found does not show in the error. Rays that look only for the light of sources
+//! cost little, for they gather no photons: such a pixel takes some dozens of them, and its ordinary ray leaves that light out. The choice
+//! of pixels affects noise and time only: the expectation is the same.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,17 +17,17 @@ use crate::scene::View;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Place, SurfaceId, TraceableScene, TraceableTube};
 
-/// Rays of such a pixel in a pass that look for light straight from its source: points of a Sobol sequence, which tell the share of
-/// a pixel that is cut along its edges to a part of as many.
+/// Number of rays per pass and outlined pixel that look for direct light from sources. They are points of a Sobol sequence, which estimate
+/// the fraction of a pixel cut off parallel to its edges to within one over their number.
 const RAYS: u64 = 64;
 
-/// Steps along the side of a pixel at whose ends it is asked what is seen there.
+/// Number of steps along the side of a pixel; the source is looked up at their ends.
 const STEPS: usize = 2;
 
-/// Mirrors on the way of light that is called straight here.
+/// Largest number of mirrors by way of which light still counts as direct here.
 pub const MIRRORS: u32 = 8;
 
-/// A view, and in which of its pixels outlines are seen.
+/// View, with the pixels in which outlines are seen.
 #[derive(Debug)]
 pub struct OutlinedView {
     pub view: View,
@@ -35,27 +35,28 @@ pub struct OutlinedView {
     outlined: Vec<bool>,
 }
 
-/// Columns and rows of pixels from the first to before the second.
+/// Range of columns and rows of pixels: the first, and one past the last.
 type Window = [[usize; 2]; 2];
 
 impl OutlinedView {
-    /// Looks for the outlines in some views.
+    /// Finds the outlined pixels of some views.
     pub fn all(scene: &TraceableScene, views: &[View]) -> Vec<Self> {
         views.iter().map(|view| Self { view: view.clone(), outlined: outlined(scene, view) }).collect()
     }
 
-    /// True if light straight from its source has rays of its own in a pixel.
+    /// True if direct light from sources has rays of its own in a pixel.
     #[inline]
     pub fn is_outlined(&self, pixel: usize) -> bool {
         self.outlined[pixel]
     }
 
-    /// Rays of each pixel in a pass that look for light straight from its source, where others are `others` a pixel.
+    /// Returns, for each pixel, the number of rays in a pass that look for direct light from sources: `others` where the pixel is not
+    /// outlined.
     pub fn rays(&self, others: f64) -> Vec<f64> {
         self.outlined.iter().map(|outlined| if *outlined { RAYS as f64 } else { others }).collect()
     }
 
-    /// Luminance in cd/m2 that a pixel gets straight from diffusers and luminaires.
+    /// Estimates the luminance in cd/m2 that a pixel gets directly from diffusers and luminaires.
     pub fn straight<const C: usize>(
         &self,
         mapper: &Mapper<C>,
@@ -78,7 +79,7 @@ impl OutlinedView {
     }
 }
 
-/// Luminance in cd/m2 along a ray of an eye that comes straight from a diffuser or luminaire.
+/// Returns the luminance in cd/m2 along an eye ray that comes directly from a diffuser or luminaire.
 fn seen_straight<const C: usize>(mapper: &Mapper<C>, maps: &Maps<C>, eye: DVec3, direction: DVec3) -> Gathered<C> {
     let scene = &*mapper.scene;
     let Some(Seen { source, direction, weight, .. }) = source::<C>(scene, eye, direction) else {
@@ -99,26 +100,26 @@ fn seen_straight<const C: usize>(mapper: &Mapper<C>, maps: &Maps<C>, eye: DVec3,
     }
 }
 
-/// Source that an eye sees along a ray, and the way to it.
+/// Source that an eye sees along a ray, and the path to it.
 struct Seen<const C: usize> {
     source: Source,
     /// The ray's direction where it meets the source.
     direction: DVec3,
-    /// The last mirror on its way.
+    /// The last mirror on the path.
     mirror: Option<SurfaceId>,
-    /// Reflectance of all mirrors on its way.
+    /// Product of the reflectances of all mirrors on the path.
     weight: Spectrum<C>,
 }
 
-/// A diffuser or a luminaire.
+/// Source that an outline belongs to.
 enum Source {
     Luminaire(usize),
-    /// A tube's, at a point of its opening.
+    /// Diffuser of a tube, with the point of its opening.
     Diffuser(usize, DVec3),
 }
 
 impl Source {
-    /// Numbers from 1 on.
+    /// Returns a number of the source, from 1.
     fn number(&self, scene: &TraceableScene) -> usize {
         match self {
             Self::Luminaire(number) => 1 + scene.tubes.len() + number,
@@ -127,7 +128,7 @@ impl Source {
     }
 }
 
-/// Finds the source that an eye sees along a ray, straight or by way of up to [`MIRRORS`] mirrors.
+/// Finds the source that an eye sees along a ray, directly or by way of up to [`MIRRORS`] mirrors.
 fn source<const C: usize>(scene: &TraceableScene, eye: DVec3, mut direction: DVec3) -> Option<Seen<C>> {
     let mut origin = enter_room(scene, eye, direction)?;
     let (mut mirror, mut weight, mut reflected) = (None, Spectrum::ONE, false);
@@ -157,8 +158,9 @@ fn source<const C: usize>(scene: &TraceableScene, eye: DVec3, mut direction: DVe
     None
 }
 
-/// For each pixel, true if it does not see the same source everywhere, or at least at its corners, the middles of its edges, and
-/// its own, or if that is so of a pixel beside it: what bulges over an edge or has a corner between these places is found there.
+/// Finds the pixels that are outlined: those that do not see the same source, by way of the same mirror, at their corners, the middles of
+/// their edges and their centre, and all their neighbours. The neighbours cover outlines that bulge over an edge or have a corner between
+/// these points.
 fn outlined(scene: &TraceableScene, view: &View) -> Vec<bool> {
     let [width, height] = view.size_px;
     let mut outlined = vec![false; width * height];
@@ -189,8 +191,8 @@ fn outlined(scene: &TraceableScene, view: &View) -> Vec<bool> {
     outlined
 }
 
-/// The pixels in which anything that shines may be seen straight, and one more on every side: all where there are mirrors; `None`
-/// without any.
+/// Returns the window of pixels in which any source may be seen directly, with a margin of one pixel: all pixels if there are mirrors;
+/// `None` without sources.
 fn window(scene: &TraceableScene, view: &View) -> Option<Window> {
     if scene.specular_surfaces().any(SurfaceOptics::is_mirror) {
         return Some([[0, 0], view.size_px]);
@@ -208,7 +210,7 @@ fn window(scene: &TraceableScene, view: &View) -> Option<Window> {
         if points.is_empty() {
             return None;
         }
-        // what reaches behind the eye may be seen anywhere
+        // a source that reaches behind the eye may be seen anywhere
         let all = points.len() == corners.len();
         let bound = |axis: usize, of: fn(f64, f64) -> f64| points.iter().map(|point| point[axis]).reduce(of);
         let low = |axis: usize| bound(axis, f64::min).filter(|_| all).map_or(0, |low| (low - 1.0).max(0.0) as usize);
@@ -235,8 +237,8 @@ mod tests {
 
     const GREY: Surface = Surface { reflectance: [0.5; 3], specular: None };
 
-    /// A lamp of 3 cd/m2 under a ceiling, a box that hides a corner of it, and an eye that looks up at it, or at its image in a wall
-    /// that reflects so much.
+    /// Builds a room with a luminaire of 3 cd/m2 under a ceiling and a box that hides a corner of it, and a view up at it, or at its image
+    /// in a wall of reflectance `mirror`.
     fn room(mirror: Option<f64>) -> (TraceableScene, View) {
         let (corner, edge_u, edge_v) =
             (DVec3::new(1.3, 1.2, 2.9), DVec3::new(0.9, 0.3, 0.0), DVec3::new(0.3, -0.8, 0.0));
@@ -267,8 +269,8 @@ mod tests {
         (TraceableScene::new(&scene, follow).unwrap(), view)
     }
 
-    /// What outlined pixels get is the lamp's luminance times the share of the pixel that shows it, counted on a lattice: 4 standard
-    /// errors of 16 passes and one line of the lattice; other pixels show the lamp or not.
+    /// Luminance of an outlined pixel is that of the luminaire times the fraction of the pixel that shows it, counted on a lattice, within
+    /// 4 standard errors of 16 passes and one line of the lattice; other pixels show the luminaire wholly or not at all.
     #[test]
     fn outlined_pixels_show_their_share_of_a_lamp() {
         shows_its_share(None);

@@ -1,7 +1,7 @@
 //! Progressive gathering: radii that shrink from pass to pass.
 //!
-//! By the schedule (Knaus and Zwicker 2011) the radius is a function of the pass' number, the same at all points, and
-//! passes are independent.
+//! By the schedule (Knaus and Zwicker 2011) the radius is a function of the pass' number, the same at all points, and passes are
+//! independent.
 //!
 //! Per point (Hachisuka, Ogaki and Jensen 2008; Hachisuka and Jensen 2009) each visible point keeps its squared radius R^2,
 //! a number N of photons and their flux tau. A pass that finds M photons of flux Phi within R keeps N + alpha M of the N + M,
@@ -28,14 +28,14 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-/// Share of the shortest edge of the room that is the default first radius.
+/// Default radius of the first pass, as a fraction of the shortest edge of the room.
 pub const DEFAULT_RADIUS_SHARE: f64 = 0.05;
 
-/// Gather radius of a trial's first pass in that of the method: with as many photons the noise of the estimated squared bias, in
-/// that of the method's radius, is 64 times less. Much wider kernels would meet the room's edges.
+/// Gather radius of a trial's first pass, relative to that of the method: with as many photons the noise of the estimated squared bias,
+/// scaled to the method's radius, is 64 times less. Much wider kernels would meet the room's edges.
 pub const TRIAL_RADIUS: f64 = 2.0;
 
-/// Least share of the full disc that a clipped kernel is taken to have where its photons are counted.
+/// Smallest fraction of the full disc that a clipped kernel is assumed to have when its photons are counted.
 const LEAST_COUNTED_SHARE: f64 = 0.25;
 
 /// Rule for the gather radius of a pass.
@@ -49,7 +49,7 @@ pub enum Radius {
 }
 
 impl Radius {
-    /// Sentence on the rule, for the plan.
+    /// Returns a sentence on the rule, for the plan.
     pub fn reason(self) -> &'static str {
         match self {
             Self::Schedule => "the gather radius follows a schedule, so that passes are independent",
@@ -58,27 +58,27 @@ impl Radius {
     }
 }
 
-/// State that a point keeps from pass to pass.
+/// State that a point carries from pass to pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointStatistics {
     /// Squared radius R^2 in m2.
     pub radius_squared: f64,
-    /// Number N of photons, which is not a whole number.
+    /// Number N of photons, not an integer.
     pub photons: f64,
 }
 
 impl PointStatistics {
-    /// State before the first pass.
+    /// Returns the state before the first pass.
     pub fn new(radius_m: f64) -> Self {
         Self { radius_squared: radius_m * radius_m, photons: 0.0 }
     }
 
-    /// Radius R in m.
+    /// Returns the radius R in m.
     pub fn radius_m(&self) -> f64 {
         self.radius_squared.sqrt()
     }
 
-    /// Takes `found` photons (M, those of clipped kernels scaled to full discs) of one pass; 0 changes nothing.
+    /// Adds `found` photons (M, those of clipped kernels scaled to full discs) of one pass and shrinks the radius; 0 changes nothing.
     pub fn update(&mut self, found: f64, alpha: f64) {
         if found > 0.0 {
             let kept = self.photons + alpha * found;
@@ -88,7 +88,7 @@ impl PointStatistics {
     }
 }
 
-/// State that passes leave to the next one at the points of each grid and view; empty where passes are independent.
+/// State of the points of each grid and view that passes hand to the next one; empty where passes are independent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Carried {
     /// States of each grid's points; empty where none are kept.
@@ -98,22 +98,22 @@ pub struct Carried {
 }
 
 impl Carried {
-    /// Returns this state, or where no pass was before, the one that the first pass starts from.
+    /// Returns this state, or before any pass the one that the first pass starts from.
     pub fn or(&self, start: impl FnOnce() -> Self) -> Cow<'_, Self> {
         if self.grids.is_empty() && self.views.is_empty() { Cow::Owned(start()) } else { Cow::Borrowed(self) }
     }
 
-    /// Points of a grid; empty when there are none.
+    /// Returns the states of a grid's points; empty if none are kept.
     pub fn grid(&self, number: usize) -> &[PointStatistics] {
         self.grids.get(number).map_or(&[], Vec::as_slice)
     }
 
-    /// Points of a view; empty when there are none.
+    /// Returns the states of a view's points; empty if none are kept.
     pub fn view(&self, number: usize) -> &[PointStatistics] {
         self.views.get(number).map_or(&[], Vec::as_slice)
     }
 
-    /// Takes the place of what was left to `later`.
+    /// Replaces the states by those of `later`, where it has any.
     pub fn replace(&mut self, later: &Self) {
         if !later.grids.is_empty() {
             self.grids.clone_from(&later.grids);
@@ -132,7 +132,7 @@ impl Carried {
     }
 }
 
-/// The radii of one method in one scene.
+/// Gather radii of one method in one scene.
 #[derive(Clone, Debug)]
 pub struct Radii {
     /// Rule by which radii shrink.
@@ -142,18 +142,20 @@ pub struct Radii {
 }
 
 impl Radii {
-    /// `initial_m` of the first pass; `None`: a twentieth of the shortest edge of a room of `size` metres. 0 < `alpha` < 1.
+    /// Creates the radii from the radius `initial_m` of the first pass in m, by default a twentieth of the shortest edge of a room of
+    /// `size` metres; 0 < `alpha` < 1.
     pub fn new(rule: Radius, initial_m: Option<f64>, alpha: f64, size: DVec3) -> Self {
         Self { rule, initial_m: Self::initial_m(initial_m, size), alpha }
     }
 
-    /// Gather radius of the first pass in metres: `initial_m`, or a twentieth of the shortest edge of a room of `size` metres.
+    /// Returns the gather radius of the first pass in metres: `initial_m`, or a twentieth of the shortest edge of a room of `size` metres.
     pub fn initial_m(initial_m: Option<f64>, size: DVec3) -> f64 {
         initial_m.unwrap_or(DEFAULT_RADIUS_SHARE * size.min_element())
     }
 
-    /// Squared gather radius in that of the first pass, mean over `passes` passes of the schedule: by it the mean of a bias falls that
-    /// grows with the squared radius. Its terms telescope, 0 < `alpha` < 1.
+    /// Returns the squared gather radius relative to that of the first pass, averaged over `passes` passes of the schedule: the mean of a
+    /// bias that grows with the squared radius falls by this factor. The sum has a closed form, because its terms telescope; 0 < `alpha` <
+    /// 1.
     ///
     /// The second pass has 5/6 of the first one's squared radius with alpha 2/3:
     ///
@@ -169,31 +171,31 @@ impl Radii {
         (after - 1.0) / (alpha * passes)
     }
 
-    /// Squared gather radius of the first pass in that of a pass, mean over `passes` passes of the schedule: by it the variance of the
-    /// passes grows, whose noise is that of the photons in a disc.
+    /// Returns the squared gather radius of the first pass relative to that of a pass, averaged over `passes` passes of the schedule: the
+    /// mean variance of the passes grows by this factor, because their noise is that of the photons in a disc.
     pub fn mean_inverse_square(passes: f64, alpha: f64) -> f64 {
         let gammas = libm::lgamma(passes + 2.0) - libm::lgamma(passes + alpha) + libm::lgamma(1.0 + alpha);
         (libm::exp(gammas) - alpha) / ((2.0 - alpha) * passes)
     }
 
-    /// Gather radius of a pass in metres by the schedule: r_1 sqrt(prod_{k=1..i} (k + alpha) / (k + 1)), Knaus and Zwicker
-    /// 2011. Per point the photons are sorted for it.
+    /// Returns the gather radius of a pass in metres by the schedule: r_1 sqrt(prod_{k=1..i} (k + alpha) / (k + 1)), Knaus and Zwicker
+    /// 2011. With radii per point, it is the radius for which the photons are sorted.
     pub fn scheduled(&self, pass: u64) -> f64 {
         self.initial_m * libm::exp(0.5 * Self::log_square(pass as f64, self.alpha))
     }
 
-    /// Logarithm of the squared radius of pass `i` by the schedule, in that of the first one.
+    /// Returns the logarithm of the squared radius of pass `i` by the schedule, relative to that of the first pass.
     fn log_square(i: f64, alpha: f64) -> f64 {
         // the product is Gamma(i + 1 + alpha) / (Gamma(1 + alpha) Gamma(i + 2)) with i passes before
         libm::lgamma(i + 1.0 + alpha) - libm::lgamma(1.0 + alpha) - libm::lgamma(i + 2.0)
     }
 
-    /// Squared gather radius of pass `i` by the schedule, in that of the first one.
+    /// Returns the squared gather radius of pass `i` by the schedule, relative to that of the first pass.
     pub fn square(i: f64, alpha: f64) -> f64 {
         libm::exp(Self::log_square(i, alpha))
     }
 
-    /// State that the points of each grid and view carry into the first pass; the arguments are numbers of points.
+    /// Returns the state that the points of each grid and view carry into the first pass; the arguments are numbers of points.
     pub fn start(&self, grids: impl Iterator<Item = usize>, views: impl Iterator<Item = usize>) -> Carried {
         let new = |points: usize| vec![PointStatistics::new(self.initial_m); points];
         match self.rule {
@@ -202,7 +204,7 @@ impl Radii {
         }
     }
 
-    /// Statistics of an output's points after a pass that found the given numbers of photons; empty as `before`.
+    /// Returns the states of an output's points after a pass that found the given numbers of photons; empty if `before` is.
     pub fn after(&self, before: &[PointStatistics], found: impl Iterator<Item = f64>) -> Vec<PointStatistics> {
         let mut after = before.to_vec();
         after.iter_mut().zip(found).for_each(|(point, found)| point.update(found, self.alpha));
@@ -210,8 +212,7 @@ impl Radii {
     }
 }
 
-/// Number of photons of a clipped kernel scaled to the full disc: `count` of them lie on the `area` that is left of
-/// `full`.
+/// Scales the number of photons of a clipped kernel to the full disc: `count` photons lie on the `area` that is left of `full`.
 pub fn scaled_count(count: u64, full: f64, area: f64) -> f64 {
     count as f64 * full / area.max(LEAST_COUNTED_SHARE * full)
 }
@@ -252,7 +253,7 @@ mod tests {
         }
     }
 
-    /// Poisson number by inversion.
+    /// Returns a Poisson number by inversion.
     fn poisson(mean: f64, random: &mut PathRandom) -> f64 {
         let (mut count, mut product) = (0.0, random.uniform());
         let limit = (-mean).exp();
@@ -263,9 +264,9 @@ mod tests {
         count
     }
 
-    /// Estimated over true irradiance of one point after `passes` passes of evenly lit surroundings, `density` photons per
-    /// first disc and pass, a share `covered` of every disc: the mean over passes; tau over the disc, R updated before tau;
-    /// and the rule that keeps the power of the last pass that found anything, divided by the radius before it.
+    /// Returns the estimated over the true irradiance of one point after `passes` passes in evenly lit surroundings, with `density` photons
+    /// per first disc and pass and a fraction `covered` of every disc left: the mean over passes; tau over the disc, with R updated before
+    /// tau; and the rule that keeps the power of the last pass that found anything, divided by the radius before it.
     fn even_light(density: f64, covered: f64, alpha: f64, passes: u32, random: &mut PathRandom) -> [f64; 3] {
         let mut point = PointStatistics::new(1.0);
         let (mut mean, mut tau) = (Moments::default(), 0.0);
@@ -288,9 +289,9 @@ mod tests {
         [mean.mean, tau / (point.radius_squared * f64::from(passes)), old_power]
     }
 
-    /// Even light is estimated without bias however few photons a disc has (4 standard errors), clipped or not; where a point
-    /// keeps its power over empty passes it is not: 1.0229, 1.0855 and 1.5202 (50 000 points of another simulation: 4 of
-    /// our standard errors and 0.006 for theirs).
+    /// Even light is estimated without bias however few photons a disc has (4 standard errors), clipped or not. A rule by which a point
+    /// keeps its power over empty passes is biased: 1.0229, 1.0855 and 1.5202 (50 000 points of another simulation: 4 of our standard
+    /// errors and 0.006 for theirs).
     #[test]
     fn few_photons_do_not_bias() {
         for (seed, (density, wrong)) in (0..).zip([(0.44, 1.0229), (0.1, 1.0855), (0.02, 1.5202)]) {
@@ -310,9 +311,8 @@ mod tests {
         }
     }
 
-    /// The variance of the mean is that of Poisson counts in the discs of the closed form, sum of 1 / (density R_i^2)
-    /// over the squared number of passes; and the spread of passes tells it: 4 standard errors and 3 % for the radii's
-    /// own spread.
+    /// The variance of the mean is that of Poisson counts in the discs of the closed form, the sum of 1 / (density R_i^2) over the squared
+    /// number of passes, and the spread of passes estimates it: within 4 standard errors and 3 % for the radii's own spread.
     #[test]
     fn the_spread_of_passes_is_the_error() {
         let (density, alpha) = (20.0, 0.8);

@@ -1,4 +1,4 @@
-//! The photons that a pass keeps, as they are traced.
+//! Photons that a pass stores while they are traced.
 
 use glam::{DVec2, DVec3};
 
@@ -10,22 +10,22 @@ use crate::sampling::PathSamples;
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
-/// Which photons final gathering counts on planes.
+/// Selection of the photons that final gathering counts on planes.
 #[derive(Debug)]
 pub struct Caustics {
-    /// Light that sensors of points follow backward, and count no photons of, by tube.
+    /// Light that point sensors follow backward, so that no photons of it count for them, by tube.
     pub backward: Vec<FollowedBackward>,
 }
 
-/// Light from outside straight through a clear closure that point sensors follow backward completely, so that photons
-/// must not count it.
+/// Light from outside that passes a clear closure unscattered and that point sensors follow backward completely, so that photons must not
+/// count it.
 #[derive(Clone, Copy, Debug)]
 pub struct FollowedBackward {
     pub sky: bool,
     pub sun: bool,
 }
 
-/// The tube at whose diffuser a photon lies.
+/// Tube whose diffuser a photon lies at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tube(pub u32);
 
@@ -35,30 +35,30 @@ impl LiesOn for Tube {
     }
 }
 
-/// What has happened to a photon so far.
+/// Kind of a photon's path so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum History {
-    /// It was not in the room yet, nor met a diffuser; the tube by which it comes from the sun, if it does.
+    /// Photon that has not been in the room yet, nor met a diffuser; `sun` is the tube it comes through if it comes from the sun.
     New { sun: Option<usize> },
-    /// It comes from the sun through the clear closure of a tube, and met nothing but mirrors and lobes since.
+    /// Photon from the sun that came through the clear closure of a tube, and has met only mirrors and lobes since.
     Sunbeam(Sunbeam),
-    /// No surface has scattered it diffusely since it left a luminaire, a diffuser or a clear closure.
+    /// Photon that no surface has scattered diffusely since it left a luminaire, a diffuser or a clear closure.
     Caustic,
-    /// A surface has scattered it diffusely since then.
+    /// Photon that a surface has scattered diffusely since then.
     Diffuse,
 }
 
-/// Sunlight that nothing has scattered diffusely.
+/// Sunlight that has not been scattered diffusely.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sunbeam {
-    /// The tube by which it came in.
+    /// Tube through which it entered the room.
     pub tube: usize,
     /// Unit vector of travel.
     pub direction: DVec3,
 }
 
 impl History {
-    /// The history during a flight, with this one before it.
+    /// Returns the history during a flight; `self` is the history before it.
     fn after<const C: usize>(self, flight: &Flight<C>) -> Self {
         match (flight.origin, self) {
             (Origin::Surface(_), _) | (Origin::Lobe(_), Self::Diffuse) => Self::Diffuse,
@@ -71,28 +71,28 @@ impl History {
     }
 }
 
-/// True if light comes straight from where it is computed without density estimation.
+/// True if light comes directly from a diffuser or a luminaire: this light is computed without density estimation.
 fn is_direct(origin: Origin) -> bool {
     matches!(origin, Origin::Diffuser | Origin::Luminaire(_))
 }
 
-/// Photons that one pass keeps.
+/// Photons stored in one pass.
 pub struct PhotonStore<'a, const C: usize> {
     scene: &'a TraceableScene,
-    /// Height of each plane, and whether its sensors are points.
+    /// Height in m of each grid's plane, and true if its sensors are points.
     levels: Vec<(f64, bool)>,
-    /// Height above a plane at which it counts as reached.
+    /// Height in m above a plane at which a flight counts as crossing it.
     contact: f64,
     keeps_surfaces: bool,
     set_apart: Option<&'a Caustics>,
-    /// The present photon's.
+    /// History of the present photon.
     history: History,
     pub surfaces: Vec<Photon<C>>,
     pub caustics: Vec<Photon<C>>,
     pub planes: Vec<Vec<Photon<C, ()>>>,
     pub exits: Vec<Vec<Photon<C, Tube>>>,
     pub incidents: Vec<Vec<DVec3>>,
-    /// Sunbeams at glossy surfaces.
+    /// Sunbeams that arrive at glossy surfaces.
     pub beams: Vec<(Photon<C>, Sunbeam)>,
 }
 
@@ -119,7 +119,7 @@ impl<'a, const C: usize> PhotonStore<'a, C> {
         }
     }
 
-    /// Begins a photon.
+    /// Starts a new photon's history.
     pub fn begin(&mut self, photon: &EmittedPhoton) {
         let tube = match photon.start {
             Start::Tube(tube) if photon.sun => Some(tube),
@@ -128,7 +128,7 @@ impl<'a, const C: usize> PhotonStore<'a, C> {
         self.history = History::New { sun: tube };
     }
 
-    /// True if place and flux of every photon are finite.
+    /// True if position and flux of every photon are finite.
     pub fn is_finite(&self) -> bool {
         self.surfaces.iter().chain(&self.caustics).all(Photon::is_finite)
             && self.planes.iter().flatten().all(Photon::is_finite)
@@ -136,7 +136,7 @@ impl<'a, const C: usize> PhotonStore<'a, C> {
             && self.beams.iter().all(|(photon, _)| photon.is_finite())
     }
 
-    /// Adds the photons of `other` after the own ones.
+    /// Adds the photons of `other` after those stored here.
     pub fn append(&mut self, mut other: Self) {
         self.surfaces.append(&mut other.surfaces);
         self.caustics.append(&mut other.caustics);
@@ -157,7 +157,7 @@ impl<const C: usize> Visitor<C> for PhotonStore<'_, C> {
     fn scattered(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
         if let Some(tube) = scattering.diffuser {
             self.history = History::Caustic;
-            // of a lobe what arrives counts, with its direction
+            // of a lobe the arriving flux is stored, with its direction
             let flux = scattering.lobe.map_or(scattering.leaving, |lobe| lobe.flux);
             self.incidents[tube].extend(scattering.lobe.map(|lobe| lobe.incident));
             let photon = Photon { position: scattering.position, on: Tube(tube as u32), flux };
@@ -208,7 +208,7 @@ impl<const C: usize> Visitor<C> for PhotonStore<'_, C> {
 }
 
 impl Caustics {
-    /// Light that is followed backward of the tube whose clear closure a flight comes through.
+    /// Returns the light that is followed backward at the tube through whose clear closure a flight comes.
     fn at<const C: usize>(&self, scene: &TraceableScene, flight: &Flight<C>) -> Option<FollowedBackward> {
         let apart = |tube: &TraceableTube| (flight.from - tube.origin).truncate().length() / tube.opening_radius;
         let tubes = scene.tubes.iter().map(apart).zip(&self.backward).filter(|_| flight.origin == Origin::Specular);

@@ -1,6 +1,6 @@
-//! A fixed set of points in strata of a square, and how well their mean tells that of the square.
+//! Fixed points in strata of a square, and an estimate of the variance of their mean.
 
-/// Points of a unit square, one in each of columns x rows strata.
+/// Strata of the unit square, columns x rows, with one point in each.
 #[derive(Clone, Copy, Debug)]
 pub struct Strata {
     columns: usize,
@@ -8,36 +8,36 @@ pub struct Strata {
 }
 
 impl Strata {
-    /// The whole square.
+    /// A single stratum: the whole square.
     pub const ONE: Self = Self { columns: 1, rows: 1 };
 
-    /// Strata as square as `count` allows.
+    /// Divides the square into `count` strata that are as nearly square as possible.
     pub fn new(count: u32) -> Self {
         let count = count as usize;
         let rows = (1..=count.isqrt()).rev().find(|rows| count.is_multiple_of(*rows)).unwrap_or(1);
         Self { columns: count / rows, rows }
     }
 
-    /// Number of strata.
+    /// Returns the number of strata.
     pub fn count(self) -> usize {
         self.columns * self.rows
     }
 
-    /// The point at coordinates 0..1 of a stratum.
+    /// Returns the point at coordinates 0..1 of a stratum.
     pub fn point(self, number: usize, [x, y]: [f64; 2]) -> [f64; 2] {
         let (column, row) = (number % self.columns, number / self.columns);
         [(column as f64 + x) / self.columns as f64, (row as f64 + y) / self.rows as f64]
     }
 
-    /// Blocks of 2 x 2 strata, larger where their number is odd, along columns and rows.
+    /// Returns the number of blocks along columns and rows: 2 x 2 strata each, larger at the end of an odd number of strata.
     fn blocks(self) -> [usize; 2] {
         [self.columns, self.rows].map(|strata| (strata / 2).max(1))
     }
 
-    /// Contrasts of the points' values, one for each block; none of a single point. Their squares add up to the variance of
-    /// the mean of all, or more: of a block with a values on one colour of a chequerboard and b on the other, independent
-    /// and of one variance s^2, the difference of the two means has the variance s^2 (a + b) / (a b), and the block adds
-    /// s^2 (a + b) / n^2 to the variance of the mean of all n.
+    /// Returns contrasts of the points' values, one for each block; none for a single point. Their squares add up to the variance of the
+    /// mean of all points, or more: if a block has a points on one colour of a chequerboard and b on the other, with independent values of
+    /// variance s^2, the difference of the two means has the variance s^2 (a + b) / (a b), and the block adds s^2 (a + b) / n^2 to the
+    /// variance of the mean of all n points.
     pub fn contrasts(self, values: &[f64]) -> Vec<f64> {
         if self.count() < 2 {
             return Vec::new();
@@ -57,7 +57,7 @@ impl Strata {
             .collect()
     }
 
-    /// Number of contrasts.
+    /// Returns the number of contrasts.
     pub fn contrast_count(self) -> usize {
         if self.count() < 2 { 0 } else { self.blocks().iter().product() }
     }
@@ -82,8 +82,8 @@ mod tests {
         assert!(Strata::ONE.contrasts(&[1.0]).is_empty() && Strata::ONE.contrast_count() == 0);
     }
 
-    /// Over many pixels the mean of the squared contrasts is the variance of the mean of a pixel's points: for an edge across
-    /// it, light that changes linearly, and noise; 4 standard errors. Where strata cannot be paired diagonally it is more.
+    /// Over many pixels the mean sum of squared contrasts is the variance of the mean of a pixel's points, for an edge across the pixel and
+    /// for light that varies linearly, within 4 standard errors. Where strata cannot be paired diagonally it is more.
     #[test]
     fn contrasts_tell_the_sampling_error() {
         let edge = |[x, y]: [f64; 2]| if 0.8 * x + 0.6 * y < 0.55 { 3.0 } else { 1.0 };

@@ -1,5 +1,5 @@
-//! The parts of a scene's surfaces on which photons can lie: [`Domain`]s of the faces of the room and its boxes, and what is
-//! taken from the facets of its meshes.
+//! Parts of a scene's surfaces on which photons can lie: [`Domain`]s of the faces of the room and its boxes, and covered regions that are
+//! subtracted from the facets of its meshes.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -13,42 +13,42 @@ use crate::sampling::warp;
 use crate::traceable::solids::{Owner, Sheet, Solid, sections};
 use crate::traceable::{Side, SurfaceId, TraceableScene};
 
-/// Steps of work (a bound that is compared, a quarter of a triangle that is cut) after which no more facets are looked at: some
-/// tenths of a second. A mesh of 30 000 facets among 20 boxes takes a tenth of it, two such meshes that cross take more.
+/// Steps of work (a bound that is compared, a quarter of a triangle that is cut) after which no more facets are cut: some tenths of a
+/// second. A mesh of 30 000 facets among 20 boxes takes a tenth of it, two such meshes that cross take more.
 const MOST_WORK: usize = 25_000_000;
 
-/// Steps of work for a triangle that is cut.
+/// Steps of work to cut a triangle.
 const WORK_PER_TRIANGLE: usize = 4;
 
 /// Domains of all surfaces of a scene.
 #[derive(Debug)]
 pub struct Surfaces {
-    /// One per face of the room and its boxes, in the order of their numbers.
+    /// Domains of the faces of the room and its boxes, in the order of their numbers.
     pub faces: Vec<Domain>,
     /// Covered sides of facets, by the index of the surface.
     facets: BTreeMap<usize, Patch>,
-    /// What is not taken away; `None` if nothing is left.
+    /// Reason why some covered areas were not subtracted; `None` if all were.
     pub uncut: Option<Uncut>,
 }
 
-/// What covers one side of a facet.
+/// Covered regions of one side of a facet.
 #[derive(Debug)]
 struct Patch {
     sheet: Sheet,
     regions: Vec<Region>,
 }
 
-/// Why kernels are not clipped everywhere.
+/// Reason why kernels are not clipped everywhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Uncut {
-    /// A mesh that is not closed stands on a face, or goes through it: it covers nothing, and kernels reach to its other side.
+    /// A mesh that is not closed stands on a face, or passes through it: it covers nothing, and kernels reach to its other side.
     OpenMesh,
-    /// There are too many facets beside too large meshes: the smaller ones are left as they are.
+    /// There are too many facets near too large meshes: the smaller facets are not cut.
     TooManyFacets,
 }
 
 impl Uncut {
-    /// What a reader of a method's results must know of it.
+    /// Returns the caveat on the results of a method that follows from it.
     pub fn caveat(self, method: &str) -> Caveat {
         let what = match self {
             Self::OpenMesh => {
@@ -68,7 +68,7 @@ impl Uncut {
 }
 
 impl Surfaces {
-    /// The surfaces of a scene with what covers them.
+    /// Computes the domains of a scene's surfaces.
     pub fn new(scene: &TraceableScene) -> Self {
         let solids = Solid::all(scene);
         let mut open = false;
@@ -101,7 +101,7 @@ impl Surfaces {
         surfaces
     }
 
-    /// Takes solids away from facets, the largest first; false if the work was too much.
+    /// Subtracts solids from facets, the largest first; false if that took more than [`MOST_WORK`].
     fn cut_facets(&mut self, scene: &TraceableScene, solids: &[Solid]) -> bool {
         let Some(meshes) = &scene.meshes else { return true };
         if solids.len() < 2 {
@@ -119,7 +119,7 @@ impl Surfaces {
             let corners = || meshes.facets.edges(facet).iter().flatten();
             let normal = meshes.facets.normals[facet];
             let origin = meshes.point_of(facet);
-            // corners of a facet may leave its plane, and what stands on it with them
+            // corners of a facet may lie off its plane, and so may what stands on it
             let uneven = corners().map(|p| normal.dot(*p - origin).abs()).fold(0.0, f64::max);
             let (u, v) = (warp::around(normal, DVec3::X), warp::around(normal, DVec3::Y));
             let low = corners().fold(DVec3::INFINITY, |low, p| low.min(*p));
@@ -147,7 +147,7 @@ impl Surfaces {
         true
     }
 
-    /// Area in m2 of a surface that light can reach within `radius` of a point on it.
+    /// Returns the area in m2 of a surface that light can reach within `radius` m of a point on it.
     #[inline]
     pub fn area(&self, scene: &TraceableScene, surface: SurfaceId, centre: DVec3, radius: f64) -> f64 {
         match scene.meshes.as_ref().and_then(|meshes| Some((meshes, scene.numbering.facet_of(surface)?))) {
@@ -165,7 +165,7 @@ impl Surfaces {
         }
     }
 
-    /// Area in m2 of the disc of `radius` on a surface that nothing clips.
+    /// Returns the area in m2 within `radius` m on a surface that nothing covers: the disc, or the facet if that is smaller.
     pub fn full(&self, scene: &TraceableScene, surface: SurfaceId, radius: f64) -> f64 {
         let disc = PI * radius * radius;
         let facet = scene.meshes.as_ref().and_then(|meshes| Some((meshes, scene.numbering.facet_of(surface)?)));
@@ -187,8 +187,8 @@ mod tests {
         BoxObject { size: size.into(), base: base.into(), rotation: 0.0, surface: GREY }
     }
 
-    /// The same as a closed mesh of 12 triangles: the lower face is the first two. The last face is a hair brighter: a cuboid of one surface
-    /// would be traced as a box.
+    /// Returns a cuboid like [`cuboid`], as a closed mesh of 12 triangles: the lower face is the first two. The last face is slightly
+    /// brighter, because a cuboid of one surface would be traced as a box.
     fn mesh(base: [f64; 3], size: [f64; 3]) -> MeshObject {
         let corner = |k: usize| {
             let share = DVec3::new((k & 1) as f64 - 0.5, (k >> 1 & 1) as f64 - 0.5, (k >> 2) as f64);
@@ -208,7 +208,7 @@ mod tests {
         }
     }
 
-    /// A cube of 4 m with some objects.
+    /// Builds a cube of 4 m with some objects.
     fn room(boxes: Vec<BoxObject>, meshes: Vec<MeshObject>) -> TraceableScene {
         let room = Room {
             enclosure: Enclosure::cuboid(DVec3::splat(4.0), [Some(GREY); 6]),
@@ -227,7 +227,7 @@ mod tests {
         TraceableScene::new(&scene, Follow { interreflection: true, guide_return: false, objects: true }).unwrap()
     }
 
-    /// Area within a radius of a point that is seen from above, or from a side, over that of the disc.
+    /// Returns the reachable area within a radius of the point hit by a ray, over the area of the disc.
     fn share(scene: &TraceableScene, from: DVec3, toward: DVec3, radius: f64) -> f64 {
         let hit = scene.intersect(from, toward, None);
         let crate::traceable::Place::Surface(surface) = hit.place else { panic!("{:?}", hit.place) };
@@ -240,9 +240,9 @@ mod tests {
         assert!((found - expected).abs() < 1e-6, "{found}, {expected}");
     }
 
-    /// A cuboid, 0.4 m wide, in the middle of the top of one of 1 m, either of them a box or a mesh, and two that cross: beside
-    /// its side half of a disc is left, beside its corner three quarters, away from it all, and of the whole top what it does
-    /// not cover.
+    /// Cuboids of 0.4 m width in the middle of the top of one of 1 m, each of them a box or a mesh, and two that cross: beside the upper
+    /// one's side half of a disc is left, beside its corner three quarters, and away from it all; of the whole top, all that it does not
+    /// cover.
     #[test]
     fn what_stands_on_a_top_is_taken_away() {
         let (below, above) = (([2.0, 2.0, 0.0], [1.0, 1.0, 0.5]), ([2.0, 2.0, 0.5], [0.4, 0.4, 0.4]));
@@ -264,7 +264,7 @@ mod tests {
         }
     }
 
-    /// What overhangs covers as much as is there, and what two cover counts once.
+    /// Overhanging solids cover only the part of the surface below them, and an area covered by two counts once.
     #[test]
     fn covers_are_clipped_and_joined() {
         let low = cuboid([2.0, 2.0, 0.0], [1.0, 1.0, 0.5]);
@@ -281,7 +281,7 @@ mod tests {
         share(scene, DVec3::new(0.2, 0.2, 3.0), DVec3::NEG_Z, 99.0) * PI * 99.0 * 99.0
     }
 
-    /// Cuboids side by side: of the taller one's side half of a disc is left at the height of the lower one.
+    /// Cuboids side by side: half of a disc is left on the taller one's side, at the height of the lower one.
     #[test]
     fn what_stands_beside_is_taken_away() {
         let (tall, low) = (([1.5, 2.0, 0.0], [1.0, 1.0, 1.0]), ([2.5, 2.0, 0.0], [1.0, 0.6, 0.4]));
@@ -298,7 +298,7 @@ mod tests {
         }
     }
 
-    /// A cube in a larger one is its cavity: no light comes from one to the other, and the cavity is part of the plane.
+    /// A cube inside a larger one is a cavity: no light passes from one to the other, and the cavity remains part of the plane.
     #[test]
     fn cavities_stay() {
         let nested = room(vec![], vec![mesh([2.0, 2.0, 0.5], [2.0, 2.0, 2.0]), mesh([2.0, 2.0, 1.0], [1.0, 1.0, 1.0])]);
@@ -306,7 +306,7 @@ mod tests {
         close(plane.area(DVec3::new(2.0, 2.0, 1.5), 99.0), 16.0 - 3.0);
     }
 
-    /// A cube without one of its sides has no inside: that is told.
+    /// A cube without one of its sides has no inside, which is reported.
     #[test]
     fn open_meshes_are_told() {
         let mut open = mesh([2.0, 2.0, 0.0], [1.0, 1.0, 1.0]);

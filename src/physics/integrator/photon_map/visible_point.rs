@@ -1,8 +1,8 @@
-//! Eyes: where what they see begins, and their rays' way by mirrors, glossy lobes and tubes.
+//! Eye rays of methods that gather photons: their start in the room, and their paths by way of mirrors, glossy lobes and tubes.
 //!
-//! Rays find the diffuse parts of surfaces, whose light is gathered from photons, and go on into a direction of the specular
-//! part. A diffuser or a luminaire that a glossy lobe reflects is found in two ways, by connections to its photons or points and by
-//! the direction that the ray takes; they share it by the balance heuristic (Veach and Guibas 1995).
+//! A ray gathers light from photons at the diffuse parts of surfaces, and continues in a direction sampled from the specular part. A
+//! diffuser or a luminaire that a glossy lobe reflects is found in two ways, by connections to its photons or points and by the sampled
+//! direction; the balance heuristic combines them (Veach and Guibas 1995).
 
 use std::cell::Cell;
 use std::f64::consts::PI;
@@ -24,10 +24,10 @@ use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::View;
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
-/// Specular reflections of one eye ray that no roulette decides, as long as they are worth it.
+/// Number of specular reflections of one eye ray that are followed without Russian roulette.
 const SURE_REFLECTIONS: u32 = 8;
 
-/// Results of `of` for every pixel of a view, of its number and its column and row; `None` when cancelled.
+/// Computes `of` for every pixel of a view, from its number and its column and row; returns `None` if cancelled.
 pub fn pixels<T: Send>(view: &View, cancel: &AtomicBool, of: impl Fn(usize, [usize; 2]) -> T + Sync) -> Option<Vec<T>> {
     let [width, height] = view.size_px;
     let rows: Option<Vec<_>> = (0..height)
@@ -42,8 +42,8 @@ pub fn pixels<T: Send>(view: &View, cancel: &AtomicBool, of: impl Fn(usize, [usi
     Some(rows?.into_iter().flatten().collect())
 }
 
-/// One view of one pass, a ray to a random point of every pixel; `luminance` along a direction has what of straight light that
-/// ray counts, the pixel's number and key, and its random numbers. `None` when cancelled.
+/// Renders one view of one pass, with a ray through a random point of every pixel. `luminance` returns the luminance along a ray, by the
+/// pixel's number and key and the random numbers. Returns `None` if cancelled.
 pub fn view<const C: usize>(
     (mapper, maps): (&Mapper<C>, &Maps<C>),
     outlined: &OutlinedView,
@@ -66,7 +66,7 @@ pub fn view<const C: usize>(
     })
 }
 
-/// Streams under the key of a pass for the rays of view `number`, and for those that look for straight light.
+/// Returns the random streams of a pass for the rays of view `number`, and for the rays that look for direct light in outlined pixels.
 pub fn streams(pass: Key, number: usize) -> [Key; 2] {
     [Stream::GatheringView, Stream::StraightToEye].map(|stream| pass.stream(stream, number as u64))
 }
@@ -74,26 +74,26 @@ pub fn streams(pass: Key, number: usize) -> [Key; 2] {
 /// A ray from an eye.
 #[derive(Clone, Copy, Debug)]
 pub struct EyeRay {
-    /// Where it starts, in the room or outside.
+    /// Position of the eye, in the room or outside, in m.
     pub eye: DVec3,
-    /// Unit vector.
+    /// Unit vector of the ray.
     pub direction: DVec3,
-    /// True if it counts what shines into the eye straight or by way of mirrors.
+    /// True if the ray counts diffusers and luminaires that it meets directly or by way of mirrors.
     pub straight: bool,
 }
 
-/// Numbers of an eye ray that is the only one of its key.
+/// Returns the random numbers of an eye ray that is the only one of its key.
 pub fn independent(key: Key) -> PathSamples {
     PathSamples::with_pairs(key, 0, 0)
 }
 
-/// Unit direction through the point at coordinates 0..1 of the pixel in a column and row.
+/// Returns the unit direction through the point at coordinates 0..1 of the pixel in a column and row.
 pub fn direction(view: &View, [column, row]: [usize; 2], [x, y]: [f64; 2]) -> DVec3 {
     view.ray_direction(column as f64 + x, row as f64 + y)
 }
 
 impl ViewPass {
-    /// Pass of a view made of what is seen in each pixel.
+    /// Creates the pass of a view from the luminances of its pixels.
     pub fn of<const C: usize>(pixels: &[Gathered<C>]) -> Self {
         Self {
             luminance: pixels.iter().flat_map(|pixel| pixel.irradiance.0).collect(),
@@ -103,9 +103,9 @@ impl ViewPass {
     }
 }
 
-/// Luminance in cd/m2 that an eye sees along a ray, with its estimated bias.
+/// Computes the luminance in cd/m2 that an eye sees along a ray, with its estimated bias.
 ///
-/// `irradiance` is asked at every diffuse part that the ray meets, with the ray's weight there.
+/// `irradiance` is called for every diffuse part of a surface that the ray meets, with the ray's weight there.
 pub fn luminance<const C: usize>(
     mapper: &Mapper<C>,
     maps: &Maps<C>,
@@ -123,36 +123,38 @@ pub fn luminance<const C: usize>(
     Gathered { irradiance: walk.sum, found: gathering.found.get(), bias: gathering.bias.get() }
 }
 
-/// Light that is gathered from photon maps along the way of an eye ray.
+/// Gathering of light from photon maps along the path of an eye ray.
 struct Gathering<'a, const C: usize, F> {
     mapper: &'a Mapper<C>,
     maps: &'a Maps<C>,
     irradiance: F,
-    /// Photons found.
+    /// Number of photons found.
     found: Cell<f64>,
     /// Estimated bias in cd/m2.
     bias: Cell<f64>,
 }
 
-/// A glossy surface where sunbeams were gathered.
+/// Glossy surface where sunbeams were gathered.
 #[derive(Clone, Copy)]
 struct BeamsGathered {
-    /// Density per sr of the direction in which the eye ray left it.
+    /// Probability density per sr of the direction in which the eye ray left it.
     density: f64,
     /// Cosine of that direction.
     cosine: f64,
 }
 
-/// What an eye ray remembers of its way.
+/// State of an eye ray along its path.
 #[derive(Clone, Copy)]
 struct EyeWay {
-    /// Where it left the last vertex.
+    /// Point where it left the last vertex, in m.
     origin: DVec3,
-    /// Density per sr of its direction when a glossy lobe chose it.
+    /// Probability density per sr of its direction if a glossy lobe sampled it.
     lobe: Option<f64>,
-    /// What the sun's light is shared by since beams were gathered at a glossy surface; the first one of the way counts all.
+    /// Data of the first glossy surface of the path where sunbeams were gathered, by which the sun's light is weighted; `None` before: the
+    /// ray then counts all of it.
     beams: Option<BeamsGathered>,
-    /// Mirrors still to come up to which other rays count the diffusers and luminaires that the way comes upon; `None`: they do not.
+    /// Number of further mirrors up to which other rays count the diffusers and luminaires that the ray meets; `None` if the ray counts
+    /// them itself.
     counted: Option<u32>,
 }
 
@@ -162,7 +164,7 @@ where
 {
     const FOLLOWS_DIFFUSE: bool = false;
     type Trace = EyeWay;
-    /// Where beams were gathered before.
+    /// First glossy surface of the path where sunbeams were gathered.
     type Arrival = Option<BeamsGathered>;
 
     fn arrives(&self, way: &EyeWay, _: f64) -> Self::Arrival {
@@ -230,7 +232,7 @@ where
         if counted.is_some() { 0.0 } else { share_of_luminaire(lobe, &scene.luminaires[number], position - origin) }
     }
 
-    /// A diffuser ends the path: what it sends is known from the photons that it scattered.
+    /// Ends the path at a diffuser, whose luminance is estimated from the photons that it scattered.
     fn meets_opening(
         &self,
         walk: &mut Walk<'_, C>,

@@ -1,4 +1,4 @@
-//! Gather rays: what diffuse parts of surfaces send to a receiver, by the photons where the rays end.
+//! Gather rays of final gathering: light that diffuse parts of surfaces send to a receiver, estimated from the photons where the rays end.
 
 use std::cell::Cell;
 use std::f64::consts::PI;
@@ -15,22 +15,22 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, warp};
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
-/// Photons of one pass, and the rays that gather them.
+/// Photon maps of one pass, with a count of the rays that gather from them.
 pub struct Gathering<'a, const C: usize> {
     mapper: &'a Mapper<C>,
     pub maps: &'a Maps<C>,
-    /// Number of rays, counted for the account.
+    /// Number of rays that were traced.
     rays: RayCounter,
 }
 
-/// Surface element that gather rays leave.
+/// Surface element from which gather rays start.
 pub struct Receiver {
     pub normal: DVec3,
     pub surface: Option<SurfaceId>,
     pub key: Key,
 }
 
-/// Rays that many threads count; sums of integers do not depend on the order.
+/// Ray counter that many threads add to; sums of integers do not depend on the order.
 #[derive(Default)]
 struct RayCounter {
     followed: AtomicU64,
@@ -55,18 +55,18 @@ impl<'a, const C: usize> Gathering<'a, C> {
         Self { mapper, maps, rays: RayCounter::default() }
     }
 
-    /// Counts rays that were followed elsewhere for the same pass.
+    /// Adds rays that were traced elsewhere for the same pass.
     pub fn count(&self, rays: RayCount) {
         self.rays.add(rays);
     }
 
-    /// All rays that were counted.
+    /// Returns the number of all rays that were counted.
     pub fn rays(self) -> RayCount {
         self.rays.into_inner()
     }
 
-    /// Irradiance of a receiver by light that diffuse parts of surfaces send. Rays start where `start` says for a point of
-    /// the unit square; `None`: where no light arrives.
+    /// Estimates the irradiance of a receiver by light from diffuse parts of surfaces, by `count` rays. `start` maps a point of the unit
+    /// square to the start of a ray; it returns `None` where no light arrives.
     pub fn gather(&self, receiver: &Receiver, start: impl Fn([f64; 2]) -> Option<DVec3>, count: u32) -> Gathered<C> {
         let mut sum = Gathered::NOTHING;
         if !self.mapper.scene.interreflection {
@@ -92,7 +92,7 @@ impl<'a, const C: usize> Gathering<'a, C> {
         Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, found: sum.found }
     }
 
-    /// Irradiance of a surface point straight from diffusers and luminaires, and its estimated bias.
+    /// Estimates the direct irradiance of a surface point from diffusers and luminaires, with its bias.
     pub fn direct(
         &self,
         hit: &RoomHit,
@@ -109,8 +109,8 @@ impl<'a, const C: usize> Gathering<'a, C> {
     }
 }
 
-/// A gather ray: adds the luminance in cd/m2 that diffuse parts of surfaces send along it. What diffusers and luminaires send,
-/// and what comes through openings, is counted otherwise.
+/// Gather ray: adds the luminance in cd/m2 that diffuse parts of surfaces send along it. Light from diffusers and luminaires, and through
+/// openings, is estimated separately.
 struct GatherRay<'a, const C: usize> {
     gathering: &'a Gathering<'a, C>,
     /// Estimated bias in cd/m2.

@@ -1,12 +1,12 @@
 //! Photon mapping in two passes with final gathering.
 //!
-//! **Idea.** Photons are kept where they meet surfaces. At a receiver (a sensor, or a point with a diffuse part that an
-//! eye ray meets) direct light is connected, caustics are gathered from the photons there, and the rest comes by
-//! *gather rays* over the cosine that gather where they end: the density's bias is averaged over the room. Every pass
-//! of the engine traces its own photons and gathers them within one fixed radius: one pass is one replicate.
+//! **Idea.** Photons are stored where they hit surfaces. At a receiver (a sensor, or a point with a diffuse part that an eye ray meets)
+//! direct light is estimated by connections, caustics by density estimation from the photons there, and all other light by
+//! cosine-distributed *gather rays*, with density estimation where they end: this averages its bias over the room. Every pass of the engine
+//! traces its own photons and gathers them within one fixed radius: one pass is one replicate.
 //!
-//! **Which paths** (docs/physics/measurement_equation.md#photon-mapping-with-final-gathering). A chain `(S|G)*` on the
-//! way to the receiver is looked through; what was before it decides, so that each path is counted once.
+//! **Which paths** (docs/physics/measurement_equation.md#photon-mapping-with-final-gathering). The event before the chain `(S|G)*` that
+//! leads to the receiver determines the estimator, so that each path is counted once.
 //!
 //! | paths | estimator |
 //! | --- | --- |
@@ -15,14 +15,13 @@
 //! | `(K\|N) t C E` at points | backward instead, where that finds all of it (`followed_backward`) |
 //! | `.. D (S\|G)* E` | gather rays: at every `D` that they meet, direct light as above and all other photons, gathered; nothing at openings, luminaires and open faces |
 //!
-//! **Settings.** `photons_per_pass` (by default 2048 to 65 536, by the accuracy asked for, and with views the most; 64 to
-//! 16 777 216). `initial_radius_m` (a fortieth of the room's shortest
-//! edge) trades noise against bias, which no pass brings down; its estimate from two radii (`photon_map::maps`) goes
-//! with the rays' weights to the receiver, of colours by their luminance. `gather_rays` (256 of a sensor, fewer where sensors are many, 16 of a
-//! point; 1 to 65 536).
+//! **Settings.** `photons_per_pass` (by default 2048 to 65 536, by the accuracy asked for, and with views the most; 64 to 16 777 216).
+//! `initial_radius_m` (a fortieth of the room's shortest edge) trades noise against bias, which further passes do not reduce; the bias is
+//! estimated from two radii (`photon_map::maps`) and carried to the receiver with the weights of the rays, for colours by their luminance.
+//! `gather_rays` (256 of a sensor, fewer where sensors are many, 16 of a point; 1 to 65 536).
 //!
-//! **Refuses** nothing. Bad at high accuracy: the bias of the radius stays. What an eye ray sees of openings, mirrors
-//! and lobes is as in SPPM (`photon_map::visible_point`).
+//! **Refuses** nothing. Bad at high accuracy: the bias of the radius stays. Openings, mirrors and lobes are treated along an eye ray as in
+//! SPPM (`photon_map::visible_point`).
 //!
 //! **Sources.** Jensen 1996 and 2001.
 
@@ -58,23 +57,23 @@ use crate::traceable::{TraceableScene, TraceableTube};
 /// Settings of photon mapping.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216; `None`: by the accuracy asked for.
+    /// Number of photons emitted per pass, all tubes and sources together; 64..=16_777_216; `None`: by the accuracy requested.
     pub photons_per_pass: Option<u64>,
     /// Gather radius of every pass in metres; `None`: a fortieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
-    /// Gather rays per pass of every sensor and of every point that a pixel's ray meets, 1..=65_536; `None`: 256 of a
-    /// sensor, of more than 4096 sensors as many as make a million in all, at least 16; 16 of a point.
+    /// Number of gather rays per pass of every sensor and of every point that a pixel's ray meets, 1..=65_536; `None`: 256 per sensor, or
+    /// with more than 4096 sensors so many that all together have a million, at least 16 each; 16 per point.
     pub gather_rays: Option<u32>,
 }
 
-/// Most photons of a pass, unless the document says how many; those with views.
+/// Default number of photons of a pass with views, and the most for grids alone.
 const MOST: f64 = 65_536.0;
 
-/// Photons of a pass of grids alone, unless the document says how many: fewer would leave gather rays too little to find.
+/// Default number of photons of a pass of grids alone: with fewer, gather rays would find too little.
 const PHOTONS: PassSize = PassSize { for_one_percent: 8192.0, growth: 1.5, fewest: 2048.0, most: MOST };
 
 impl Settings {
-    /// Photons of a pass for a relative standard error `target` of grids, or with views.
+    /// Returns the number of photons of a pass, for a relative standard error `target` of grids, or with views.
     fn photons(&self, target: f64, views: bool) -> u64 {
         self.photons_per_pass.unwrap_or_else(|| if views { MOST as u64 } else { PHOTONS.power_of_two(target) })
     }
@@ -95,7 +94,7 @@ impl Described for Settings {
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {
-        // on surfaces, and there again when it is a caustic
+        // on surfaces, and once more if it is a caustic
         memory::bytes(self.photons_per_pass.unwrap_or(MOST as u64), 2.0, load)
     }
 
@@ -111,12 +110,12 @@ impl Described for Settings {
         let smaller = Self { photons_per_pass: Some(tried), gather_rays, ..self.clone() };
         let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
         let clear = task.traceable.tubes.iter().any(clear);
-        // all sensors have the noise of the photons in the room in common; what each has of its own:
+        // noise of the photons in the room is common to all sensors; the sensors' own noise:
         let (variance, shared_variance) = match (task.views.is_empty(), task.has_points()) {
             (false, _) => (VARIANCE_OF_BLOCKS, VARIANCE_OF_BLOCKS),
-            // that of rays backward through closures, and to the bright patches below them, whose number stays
+            // is that of backward rays through closures and to the bright patches below them, whose number is fixed
             (true, true) if clear => (0.0, -1.0),
-            // that of the photons which cross its cell
+            // is that of the photons which cross the cell
             (true, false) if clear => (-1.0, -1.0),
             (true, _) => (VARIANCE_OF_SENSORS, -1.0),
         };
@@ -136,40 +135,40 @@ impl Described for Settings {
     }
 }
 
-/// Exponent of the photons of a pass in the variance that a sensor has of its own, by as many gather rays and by the photons where these
-/// end, other ones for each sensor: between 0 and -1; -0.5 in the room of the thesis under straight and bent tubes.
+/// Exponent of the number of photons of a pass in the variance of a sensor's own noise, with a fixed number of gather rays, which end at
+/// other photons for each sensor: between 0 and -1; -0.5 in the room of the thesis under straight and bent tubes.
 const VARIANCE_OF_SENSORS: f64 = -0.5;
 
-/// Exponent of the photons of a pass in the variance of a block of pixels of as many gather rays: -0.8 in the room of the thesis, -0.4
-/// under its clear closure, its bias included (4096 and 65 536 photons).
+/// Exponent of the number of photons of a pass in the variance of a block of pixels with a fixed number of gather rays: -0.8 in the room of
+/// the thesis, -0.4 under its clear closure, its bias included (4096 and 65 536 photons).
 const VARIANCE_OF_BLOCKS: f64 = -0.7;
 
-/// Share of the shortest edge of the room that is the default radius.
+/// Default radius as a fraction of the shortest edge of the room.
 const DEFAULT_RADIUS_SHARE: f64 = 0.025;
 
-/// Default number of gather rays per pass of a sensor: at most, and where sensors are many.
+/// Default number of gather rays per pass of a sensor: the most, and the fewest where sensors are many.
 pub const SENSOR_GATHER_RAYS: u32 = 256;
 const LEAST_SENSOR_RAYS: u32 = 16;
 
-/// Gather rays per pass of all sensors together above which the default takes fewer of each: some two seconds, so that a job of
+/// Number of gather rays per pass of all sensors together above which the default per sensor is reduced: some two seconds, so that a job of
 /// few seconds has several passes.
 const RAYS_OF_ALL_SENSORS: f64 = 1_048_576.0;
 /// Default number of gather rays per pass of a point that a pixel's ray meets.
 pub const POINT_GATHER_RAYS: u32 = 16;
 
-/// Points of a cell, in a square of strata, that share the connections of its average.
+/// Number of strata per side of a cell; their points share the connections of the cell's average.
 const CELL_STRATA: usize = 4;
 
-/// Backward rays per sensor and pass to each tube, at most.
+/// Largest number of backward rays per sensor and pass to each tube.
 const BACKWARD_RAYS: u64 = 1024;
 
-/// Default number of gather rays per pass of each of so many sensors.
+/// Returns the default number of gather rays per pass and sensor.
 fn sensor_rays(sensors: f64) -> u32 {
     let share = RAYS_OF_ALL_SENSORS / sensors.max(1.0);
     share.clamp(f64::from(LEAST_SENSOR_RAYS), f64::from(SENSOR_GATHER_RAYS)) as u32
 }
 
-/// The method on one scene; `C` channels of light.
+/// Photon mapping of one scene with `C` channels of light.
 #[derive(Debug)]
 pub struct PhotonMapping<const C: usize> {
     mapper: Mapper<C>,
@@ -191,7 +190,7 @@ impl<const C: usize> PhotonMapping<C> {
         Self { mapper, views: outlined, radius, gather_rays: settings.gather_rays, seed: Key::new(seed) }
     }
 
-    /// One grid of one pass; `None` when cancelled.
+    /// Computes one grid of one pass; returns `None` if cancelled.
     fn grid(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<GridPass> {
         let grid = &self.mapper.grids[number];
         let stream = key.stream(Stream::GatheringGrid, number as u64);
@@ -241,12 +240,13 @@ impl<const C: usize> PhotonMapping<C> {
         scene.interreflection && scene.all_optics().any(SurfaceOptics::gathers)
     }
 
-    /// True if a box stands over a point.
+    /// True if a point is inside a solid.
     fn covered(&self, point: DVec3) -> bool {
         self.mapper.scene.is_in_solid(point)
     }
 
-    /// Illuminance in lux of a sensor but for caustics, its bias, and the photons that gather rays found.
+    /// Estimates the illuminance of a sensor in lux without caustics, and its bias; also returns the number of photons that gather rays
+    /// found.
     fn sensor(&self, number: usize, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64, PhotonCount) {
         let scene = &*self.mapper.scene;
         let mut random = PathRandom::new(sensor.key);
@@ -280,7 +280,7 @@ impl<const C: usize> PhotonMapping<C> {
         let reach =
             if strata > 1 { 0.5 * libm::hypot(sensor.grid.cell_size_m[0], sensor.grid.cell_size_m[1]) } else { 0.0 };
         let can_come = self.gathers_rays() && !self.mapper.is_covered(number, sensor.centre(), reach);
-        // of one photon on a white surface, in the disc of one ray
+        // illuminance by one photon on a white surface, within the disc of one gather ray
         let kernel = PI * gathering.maps.radius * gathering.maps.radius;
         let one_lux = gathering.maps.on_surfaces_lm / (kernel * f64::from(count));
         let photons =
@@ -288,7 +288,7 @@ impl<const C: usize> PhotonMapping<C> {
         ((direct.irradiance + gathered.irradiance).luminance(), direct.bias + gathered.bias, photons)
     }
 
-    /// Caustics that photons bring to a sensor of a grid of points, and those that are followed backward, in lux.
+    /// Estimates the caustics at a sensor of a grid of points: those from photons, and those followed backward, in lux.
     fn caustics(
         &self,
         number: usize,
@@ -304,7 +304,7 @@ impl<const C: usize> PhotonMapping<C> {
         (gathered, unscattered)
     }
 
-    /// One view of one pass; `None` when cancelled.
+    /// Computes one view of one pass; returns `None` if cancelled.
     fn view(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
         let rays = f64::from(self.gather_rays.unwrap_or(POINT_GATHER_RAYS));
@@ -313,7 +313,7 @@ impl<const C: usize> PhotonMapping<C> {
             let points = Cell::new(0);
             visible_point::luminance(mapper, maps, ray, samples, |hit, surface, weight, random| {
                 points.set(points.get() + 1);
-                // what is reflected faintly needs fewer rays
+                // faint reflections need fewer rays
                 let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
                 let receiver = Receiver {
                     normal: hit.normal,
@@ -345,7 +345,7 @@ impl<const C: usize> Integrator for PhotonMapping<C> {
     }
 }
 
-/// A sensor of a grid.
+/// Sensor of a grid, with the key of its random numbers.
 struct Sensor<'a> {
     grid: &'a Grid,
     index: usize,
@@ -357,7 +357,7 @@ impl Sensor<'_> {
         self.grid.centre(self.index)
     }
 
-    /// The centre, or for a cell average the point of the cell at coordinates 0..1.
+    /// Returns the centre, or for a cell average the point of the cell at coordinates 0..1.
     fn point(&self, [x, y]: [f64; 2]) -> DVec3 {
         let mut point = self.centre();
         if self.grid.estimate == EstimateKind::CellAverage {
@@ -368,9 +368,9 @@ impl Sensor<'_> {
     }
 }
 
-/// Light that rays backward find completely: the sun's beam is aimed at in straight tubes only. Behind a closure that
-/// scatters in part, light may come through its clear part that was scattered above it, but in a straight tube, which
-/// returns nothing.
+/// Returns the kinds of light that backward rays find completely. The sun's beam is aimed at in straight tubes only. Through the clear part
+/// of a closure that scatters in part there may also come light that was scattered above it, except in a straight tube, which returns
+/// nothing.
 fn followed_backward(tube: &TraceableTube) -> FollowedBackward {
     let straight = matches!(tube.guide, Guide::Straight(_));
     FollowedBackward { sky: straight || !tube.diffuser.scatters(tube.opening_radius), sun: straight }
@@ -380,7 +380,7 @@ fn followed_backward(tube: &TraceableTube) -> FollowedBackward {
 mod tests {
     use super::*;
 
-    /// A pass of as many sensors as a job may have does not take long, and few sensors keep their rays.
+    /// A pass with the largest number of sensors of a job does not take long, and few sensors keep all their rays.
     #[test]
     fn many_sensors_gather_fewer_rays_each() {
         assert_eq!([1.0, 81.0, 4096.0].map(sensor_rays), [SENSOR_GATHER_RAYS; 3]);
