@@ -1,9 +1,9 @@
 //! The semi-empirical formula of Jenkins, Muneer and Kubie (2005) for the illuminance below a light pipe.
 //!
-//! E = c Phi cos^4(theta) / V^2 with Phi = tau_collector tau_diffuser T^(L/D) b^n E_ex pi r^2: V the height of the diffuser
-//! above the plane, theta the angle from its axis, T the transmission of a piece of pipe of aspect ratio 1, b a factor for
-//! each of n bends. The coefficient c = 0.494 was fitted in a room, so that its reflections are in it: over the whole plane
-//! the formula gives c pi = 1.552 times the flux Phi, and nothing may be added. A Lambertian disc far away has 1/pi.
+//! E = c Phi cos^4(theta) / V^2 with Phi = tau_collector tau_diffuser T^(L/D) b^n E_ex pi r^2: V the height of the diffuser above the
+//! plane, theta the angle from its axis, T the transmission of a piece of pipe of aspect ratio 1, b a factor for each of n bends. The
+//! coefficient c = 0.494 was fitted in a room and includes its interreflection: over the whole plane the formula gives c pi = 1.552 times
+//! the flux Phi, and nothing may be added. A Lambertian disc far away has 1/pi.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::AtomicBool;
@@ -19,10 +19,10 @@ use crate::scene::{EstimateKind, Grid};
 pub struct Settings {
     /// Coefficient c of the formula, > 0.
     pub coefficient: f64,
-    /// T of the formula, 0..=1; `None`: the exact transmission of a straight tube of aspect ratio 1 and the tube's
-    /// reflectance, of the daylight of the job.
+    /// Transmission T of the formula, 0..=1; `None`: the exact transmission, for the daylight of the job, of a straight tube of aspect
+    /// ratio 1 and the tube's reflectance.
     pub pipe_transmittance: Option<f64>,
-    /// b of the formula, 0..=1; needed when a tube has bends.
+    /// Factor b of the formula, 0..=1; needed when a tube has bends.
     pub bend_factor: Option<f64>,
 }
 
@@ -32,7 +32,7 @@ impl Default for Settings {
     }
 }
 
-/// The published coefficient.
+/// Published coefficient c of the formula.
 ///
 /// Over the whole plane the formula returns c pi = 1.552 times the flux:
 ///
@@ -42,7 +42,7 @@ impl Default for Settings {
 /// ```
 pub const COEFFICIENT: f64 = 0.494;
 
-/// Properties of a tube's pipe that the formula takes.
+/// Properties of a tube's pipe that enter the formula.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pipe {
     /// Length along the axis over diameter.
@@ -51,11 +51,11 @@ pub struct Pipe {
     pub bends: u32,
     /// Reflectance of the wall, per bounce.
     pub reflectance: f64,
-    /// tau_collector of the formula, 0..=1.
+    /// Factor tau_collector of the formula, 0..=1.
     pub collector_transmittance: f64,
 }
 
-/// The formula on one installation.
+/// Solver by the formula for one installation.
 #[derive(Debug)]
 pub struct Jenkins {
     room: Installation,
@@ -65,18 +65,18 @@ pub struct Jenkins {
 }
 
 impl Jenkins {
-    /// `pipes`: one per tube of `room`; without [`Settings::bend_factor`] bends cost nothing.
+    /// Builds the solver; `pipes`: one per tube of `room`. Without [`Settings::bend_factor`] bends cost nothing.
     pub fn new(room: Installation, pipes: Vec<Pipe>, settings: Settings) -> Self {
         Self { room, pipes, settings }
     }
 
-    /// Unobstructed horizontal illuminance in lux: sky and sun.
+    /// Computes the unobstructed horizontal illuminances in lux from the sky and from the sun.
     fn external(&self) -> (f64, f64) {
         let sky = self.room.sky.as_ref().map_or(0.0, |sky| sky.horizontal_illuminance_lux());
         (sky, self.room.sun.as_ref().map_or(0.0, |sun| sun.horizontal_illuminance_lux()))
     }
 
-    /// T for a reflectance: of the daylight, sky and sun by their shares.
+    /// Returns T for a wall reflectance: the given value, or the mean over sky and sun, weighted by their illuminances.
     fn pipe_transmittance(&self, reflectance: f64) -> f64 {
         let (sky, sun) = self.external();
         if let Some(given) = self.settings.pipe_transmittance {
@@ -125,7 +125,7 @@ impl Solver for Jenkins {
     }
 }
 
-/// cos^4(theta) / V^2 = V^2 / d^4 at a sensor, in 1/m2; over a cell its mean, pi times the cell's form factor over its area.
+/// Computes cos^4(theta) / V^2 = V^2 / d^4 at a sensor, in 1/m2; for a cell its mean, pi times the cell's form factor over its area.
 fn shape(grid: &Grid, sensor: usize, tube: &Tube) -> f64 {
     let (x, y) = (grid.x_m[sensor % grid.cells[0]], grid.y_m[sensor / grid.cells[0]]);
     let (dx, dy, depth) = (x - tube.origin.x, y - tube.origin.y, tube.origin.z - grid.height_m);
@@ -142,7 +142,7 @@ fn shape(grid: &Grid, sensor: usize, tube: &Tube) -> f64 {
     }
 }
 
-/// Transmittance of a diffuser, its zones weighted by their areas.
+/// Computes the transmittance of a diffuser, its zones weighted by their areas.
 fn mean_transmittance(diffuser: &Diffuser, radius: f64) -> f64 {
     match *diffuser {
         // measured diffusers are refused

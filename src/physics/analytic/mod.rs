@@ -1,4 +1,4 @@
-//! Solvers without random passes: one computation gives values and, where it can be told, their numerical error.
+//! Solvers without random passes: one computation gives values and, where it can be estimated, their numerical error.
 
 pub mod holigilm;
 pub mod jenkins;
@@ -14,7 +14,7 @@ use crate::optics::Diffuser;
 use crate::scene::Grid;
 use crate::sky::{Sky, Sun};
 
-/// One tube as the solvers take it.
+/// A tube with the properties that the solvers use.
 #[derive(Clone, Debug)]
 pub struct Tube {
     /// Centre of the opening, in the ceiling plane.
@@ -48,24 +48,24 @@ pub struct Installation {
     pub guide_return: bool,
 }
 
-/// A computation that gives its result at once.
+/// A solver that computes its result in one call, without passes.
 pub trait Solver: Send + Sync {
-    /// Computes on the current rayon pool, until it is done or `cancel` is raised: then it ends soon and gives what it has
-    /// found by then, [`Ending::CutShort`]; `None` if that is nothing.
+    /// Computes on the current rayon pool until the solution is done or `cancel` is raised; then it ends soon and returns what it has
+    /// found by then, with [`Ending::CutShort`]; `None` if that is nothing.
     fn solve(&self, cancel: &AtomicBool) -> Option<Solution>;
 }
 
-/// How a solver came to its end.
+/// Reason why a solver ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ending {
-    /// It is as accurate as asked, or can do no more.
+    /// The solution is as accurate as requested, or cannot be refined further.
     #[default]
     Done,
-    /// It was told to end before, and refines no more.
+    /// The computation was cancelled before that.
     CutShort,
 }
 
-/// True once a computation is to end.
+/// True once cancellation is requested.
 fn is_raised(cancel: &AtomicBool) -> bool {
     cancel.load(Ordering::Relaxed)
 }
@@ -81,7 +81,7 @@ pub struct Solution {
     pub balance: Balance,
     /// Number of rays that the rules of integration followed; zero for pure formulae.
     pub rays: u64,
-    /// How it came to its end.
+    /// Reason why the computation ended.
     pub ending: Ending,
 }
 
@@ -90,7 +90,7 @@ pub struct Solution {
 pub struct GridSolution {
     /// Illuminance per sensor, in the order of [`Grid::centre`].
     pub illuminance: Vec<f64>,
-    /// Estimated numerical error per sensor; empty when nothing is known of it.
+    /// Estimated numerical error per sensor; empty when there is no estimate.
     pub error: Vec<f64>,
 }
 
@@ -105,10 +105,10 @@ pub struct TubeSolution {
     pub into_room: Quantity,
 }
 
-/// A value and its estimated numerical error; `None` when nothing is known of it.
+/// A value and its estimated numerical error; `None` when there is no estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quantity {
-    /// The value, in the unit of what it stands for.
+    /// Value in the unit of the quantity.
     pub value: f64,
     /// Estimated numerical error in the same unit, >= 0.
     pub error: Option<f64>,

@@ -4,16 +4,16 @@ use glam::DVec3;
 
 use crate::geometry::rectangle::{parallel_factor, perpendicular_factor};
 
-/// Number of parts along the edges of a patch that is divided.
+/// Number of parts along each edge of a divided patch.
 const DIVIDED: usize = 4;
 
 /// Values of the parts of a divided patch; the second of its two axes runs fastest.
 pub type Parts = [f64; DIVIDED * DIVIDED];
 
-/// Patches that a room gets at most, about: 16 x 16 on every face of a cube.
+/// Approximate largest number of patches of a room: 16 x 16 on every face of a cube.
 const PATCHES: f64 = 1536.0;
 
-/// Fewest patches along an edge of the room.
+/// Smallest number of patches along an edge of the room.
 const LEAST_DIVISIONS: usize = 4;
 
 /// A rectangle on a face of the room; faces are numbered as in [`crate::scene::Face`].
@@ -23,7 +23,7 @@ pub struct Patch {
     pub face: usize,
     /// Corner with the smallest coordinates, in m.
     pub low: DVec3,
-    /// Corner with the largest coordinates, in m; along the face's axis it is where the other is.
+    /// Corner with the largest coordinates, in m; along the axis of the face it has the coordinate of `low`.
     pub high: DVec3,
 }
 
@@ -38,7 +38,7 @@ pub struct Mesh {
     pub patches: Vec<Patch>,
 }
 
-/// A horizontal or face-parallel element that receives light.
+/// An element of area that receives light, parallel to a face of the room.
 #[derive(Clone, Copy, Debug)]
 pub struct Element {
     /// Place in the room, in m.
@@ -49,12 +49,12 @@ pub struct Element {
 }
 
 impl Element {
-    /// An element that looks up.
+    /// Builds an element that looks up.
     pub fn looking_up(position: DVec3) -> Self {
         Self { position, axis: 2, sign: 1.0 }
     }
 
-    /// Unit normal.
+    /// Returns the unit normal.
     pub fn normal(&self) -> DVec3 {
         DVec3::AXES[self.axis] * self.sign
     }
@@ -64,41 +64,41 @@ impl Element {
         (point - self.position)[self.axis] * self.sign > 0.0
     }
 
-    /// An element on the face of a patch.
+    /// Builds an element on the face of a patch.
     pub fn on(patch: &Patch, position: DVec3) -> Self {
         Self { position, axis: patch.axis(), sign: patch.sign() }
     }
 }
 
 impl Patch {
-    /// The axis that the patch is perpendicular to: 0 for x, 1 for y, 2 for z.
+    /// Returns the axis that the patch is perpendicular to: 0 for x, 1 for y, 2 for z.
     pub fn axis(&self) -> usize {
         self.face / 2
     }
 
-    /// Middle of the patch, in m.
+    /// Returns the middle of the patch, in m.
     pub fn centre(&self) -> DVec3 {
         0.5 * (self.low + self.high)
     }
 
-    /// Area in m2.
+    /// Computes the area in m2.
     pub fn area(&self) -> f64 {
         let extent = self.high - self.low;
         let axis = self.axis();
         extent[(axis + 1) % 3] * extent[(axis + 2) % 3]
     }
 
-    /// Unit normal into the room.
+    /// Returns the unit normal, pointing into the room.
     pub fn normal(&self) -> DVec3 {
         DVec3::AXES[self.axis()] * self.sign()
     }
 
-    /// +1 on the faces at 0, -1 on the others.
+    /// Returns the sign of the normal along its axis: +1 on the faces at 0, -1 on the others.
     fn sign(&self) -> f64 {
         if self.face % 2 == 1 { -1.0 } else { 1.0 }
     }
 
-    /// One part of the patch when it is divided.
+    /// Returns part `k` of the patch when it is divided.
     pub fn part(&self, k: usize) -> Self {
         let (u, v) = ((self.axis() + 1) % 3, (self.axis() + 2) % 3);
         let extent = self.high - self.low;
@@ -110,7 +110,7 @@ impl Patch {
         Self { face: self.face, low, high }
     }
 
-    /// Number of the part that holds a point of the patch.
+    /// Returns the number of the part that holds a point of the patch.
     fn part_at(&self, position: DVec3) -> usize {
         let index = |k: usize| {
             let share = (position[k] - self.low[k]) / (self.high[k] - self.low[k]);
@@ -119,7 +119,7 @@ impl Patch {
         index((self.axis() + 1) % 3) * DIVIDED + index((self.axis() + 2) % 3)
     }
 
-    /// Form factor from an element to this patch; nothing stands in between.
+    /// Computes the form factor from an element to this patch, without occlusion.
     pub fn factor_from(&self, element: Element) -> f64 {
         let Element { position, axis, sign } = element;
         let own = self.axis();
@@ -139,7 +139,7 @@ impl Patch {
 }
 
 impl Mesh {
-    /// `divisions`: patches along x, y and z, each >= 1.
+    /// Divides the faces of a room; `divisions`: patches along x, y and z, each >= 1.
     pub fn new(size: DVec3, divisions: [usize; 3]) -> Self {
         let mut patches = Vec::new();
         for face in 0..6 {
@@ -161,12 +161,12 @@ impl Mesh {
         Self { size, divisions, patches }
     }
 
-    /// Nearly square patches, about 1500 of them, more in a long room; an even number along every edge.
+    /// Divides the faces into nearly square patches, about 1500 of them, more in a long room; an even number along every edge.
     pub fn fine(size: DVec3) -> Self {
         Self::new(size, Self::fine_divisions(size))
     }
 
-    /// Number of patches of [`Self::fine`].
+    /// Returns the number of patches of [`Self::fine`].
     pub fn fine_count(size: DVec3) -> usize {
         let [x, y, z] = Self::fine_divisions(size);
         2 * (x * y + y * z + z * x)
@@ -178,12 +178,12 @@ impl Mesh {
         [0, 1, 2].map(|axis| 2 * ((0.5 * size[axis] / side).round() as usize).max(LEAST_DIVISIONS / 2))
     }
 
-    /// Patches of twice the size.
+    /// Returns the mesh of patches that are twice as long and wide.
     pub fn coarse(&self) -> Self {
         Self::new(self.size, self.divisions.map(|n| (n / 2).max(1)))
     }
 
-    /// The patch that holds a point of a face.
+    /// Finds the patch that holds a point of a face.
     pub fn patch_at(&self, face: usize, position: DVec3) -> usize {
         let first: usize = (0..face).map(|face| self.on_face(face)).sum();
         let axis = face / 2;
@@ -199,7 +199,7 @@ impl Mesh {
         self.divisions[(axis + 1) % 3] * self.divisions[(axis + 2) % 3]
     }
 
-    /// Area means of `values` over the patches of `coarse`, whose divisions are half of these.
+    /// Computes the area means of `values` over the patches of `coarse`, whose divisions are half of these.
     pub fn merged(&self, values: &[f64], coarse: &Self) -> Vec<f64> {
         let mut sums = vec![0.0; coarse.patches.len()];
         for (patch, value) in self.patches.iter().zip(values) {
@@ -208,7 +208,7 @@ impl Mesh {
         sums.iter().zip(&coarse.patches).map(|(sum, patch)| sum / patch.area()).collect()
     }
 
-    /// Values in the parts of a patch when those of the patches run linearly between neighbours.
+    /// Interpolates the values in the parts of a patch, linearly between neighbouring patches.
     pub fn linear(&self, values: &[f64], index: usize) -> Parts {
         let patch = &self.patches[index];
         let slope = |k: usize| {
@@ -224,7 +224,7 @@ impl Mesh {
         std::array::from_fn(|k| values[index] + slopes[0] * part(k / DIVIDED) + slopes[1] * part(k % DIVIDED))
     }
 
-    /// Means over the parts of the patches of `coarse`, whose divisions are half of these.
+    /// Computes the means over the parts of the patches of `coarse`, whose divisions are half of these.
     pub fn merged_parts(&self, parts: &[Parts], coarse: &Self) -> Vec<Parts> {
         let mut means = vec![[0.0; DIVIDED * DIVIDED]; coarse.patches.len()];
         for (patch, parts) in self.patches.iter().zip(parts) {

@@ -13,24 +13,24 @@ use rayon::prelude::*;
 use super::is_raised;
 use super::patches::{Element, Mesh, Parts, Patch};
 
-/// Sweeps after which the solution is given up; with the balance of all light restored after every sweep, ten to forty do.
+/// Number of sweeps after which the solution is given up; as the energy balance is restored after every sweep, ten to forty suffice.
 const MOST_SWEEPS: usize = 1000;
 
-/// Largest change of a sweep relative to the largest exitance at which the solution stands.
+/// Largest change in a sweep, relative to the largest exitance, at which the solution has converged.
 const CONVERGED: f64 = 1e-12;
 
-/// Distance in diagonals of a patch within which an element sees it divided.
+/// Distance, in diagonals of a patch, within which the patch is divided for an element.
 const NEAR: f64 = 2.5;
 
-/// Rounds of scaling after which the factors are reciprocal to rounding.
+/// Number of rounds of scaling after which the factors are reciprocal to rounding.
 const BALANCINGS: usize = 30;
 
-/// The patches' form factors and reflectances.
+/// Form factors and reflectances of the patches.
 #[derive(Clone, Debug)]
 pub struct Radiosity {
     mesh: Mesh,
     reflectance: Vec<f64>,
-    /// Row i: from the centre of patch i to every patch.
+    /// Form factors; row i: from the centre of patch i to every patch.
     factors: Vec<f64>,
 }
 
@@ -40,13 +40,13 @@ pub enum Unsolved {
     /// A closed room absorbs nothing, or next to nothing.
     #[error("the room absorbs nothing: its interreflection has no limit")]
     NoLimit,
-    /// The computation was told to end.
+    /// The computation was cancelled.
     #[error("the computation was cancelled")]
     Cancelled,
 }
 
 impl Radiosity {
-    /// `reflectance`: of each patch of `mesh`, 0..=1; 0 where a face is open.
+    /// Computes the form factors of `mesh`; `reflectance`: of each of its patches, 0..=1; 0 where a face is open.
     pub fn new(mesh: Mesh, reflectance: Vec<f64>, cancel: &AtomicBool) -> Result<Self, Unsolved> {
         let row = |patch: &Patch| {
             let element = Element::on(patch, patch.centre());
@@ -90,15 +90,15 @@ impl Radiosity {
         Ok(())
     }
 
-    /// The patches that factors and exitances are numbered by.
+    /// Returns the patches by which factors and exitances are numbered.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Exitance of every patch in lm/m2, for direct illuminances averaged over the patches, in lux.
+    /// Computes the exitance of every patch in lm/m2, for direct illuminances averaged over the patches, in lux.
     ///
-    /// Gauss-Seidel sweeps; after each, the balance of all light is restored by adding a multiple of the reflectances,
-    /// which takes away the slow decay in rooms that absorb little.
+    /// Gauss-Seidel sweeps; after each, the energy balance is restored by adding a multiple of the reflectances, which removes the slow
+    /// convergence in rooms that absorb little.
     ///
     /// In a closed room of one reflectance rho under even direct light E every exitance is rho E / (1 - rho):
     ///
@@ -150,14 +150,15 @@ impl Radiosity {
         Err(Unsolved::NoLimit)
     }
 
-    /// Interreflected illuminance of a horizontal element that looks up, in lux.
+    /// Computes the interreflected illuminance of a horizontal element that looks up, in lux.
     ///
-    /// Patches near the element are divided, with an exitance that runs linearly between their neighbours.
+    /// Patches near the element are divided, with an exitance interpolated linearly between their neighbours.
     pub fn illuminance(&self, exitance: &[f64], position: DVec3) -> f64 {
         self.detailed_illuminance(exitance, &[], position)
     }
 
-    /// The same with `details`: what the exitances in the parts of every patch differ from a linear run, or none.
+    /// Computes the illuminance as [`Self::illuminance`] does, with `details` added to the linear exitances in the parts of every patch;
+    /// `details` may be empty.
     fn detailed_illuminance(&self, exitance: &[f64], details: &[Parts], position: DVec3) -> f64 {
         let element = Element::looking_up(position);
         let of_patch = |(index, patch): (usize, &Patch)| {
@@ -172,7 +173,7 @@ impl Radiosity {
         self.mesh.patches.iter().enumerate().map(of_patch).sum()
     }
 
-    /// Light of a patch whose exitance is linear but for details, in `DIVIDED` x `DIVIDED` parts.
+    /// Computes the illuminance from a patch in `DIVIDED` x `DIVIDED` parts, whose exitance is linear plus the details.
     fn divided(&self, exitance: &[f64], details: &[Parts], index: usize, element: Element) -> f64 {
         let linear = self.mesh.linear(exitance, index);
         let mut sum = 0.0;
@@ -183,7 +184,7 @@ impl Radiosity {
         sum
     }
 
-    /// Illuminance of every patch from the exitances, in lux.
+    /// Computes the illuminance of every patch from the exitances, in lux.
     pub fn seen(&self, exitance: &[f64]) -> Vec<f64> {
         (0..self.mesh.patches.len()).into_par_iter().map(|i| dot(self.row(i), exitance)).collect()
     }
@@ -194,12 +195,12 @@ impl Radiosity {
     }
 }
 
-/// Tells if a computation is to go on.
+/// Fails if the computation is cancelled.
 fn unless(cancel: &AtomicBool) -> Result<(), Unsolved> {
     if is_raised(cancel) { Err(Unsolved::Cancelled) } else { Ok(()) }
 }
 
-/// Scalar product in eight partial sums of fixed order, so that the compiler may use vectors.
+/// Computes the scalar product in eight partial sums of fixed order, so that the compiler may use vectors.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
@@ -228,12 +229,12 @@ pub struct Exitances {
     pub coarse: Vec<f64>,
     /// Root mean square, over the room, of the correction by extrapolation relative to the interreflected illuminance.
     pub correction: f64,
-    /// Differences of exitances within patches of both meshes from a linear run; empty where these are not known.
+    /// Differences of the exitances within patches of both meshes from the linear interpolation; empty where they are not computed.
     details: [Vec<Parts>; 2],
 }
 
 impl Exitances {
-    /// Exitances of no room: every value is not a number.
+    /// Returns the exitances of an unsolved room: every value is not a number.
     pub fn unknown(mesh: &Mesh) -> Self {
         let nothing = vec![f64::NAN; mesh.patches.len()];
         Self { fine: nothing.clone(), coarse: nothing, correction: f64::NAN, details: [Vec::new(), Vec::new()] }
@@ -241,7 +242,8 @@ impl Exitances {
 }
 
 impl Interreflection {
-    /// `reflectance`: of a patch; the mean over the patch where it varies. `None` when `cancel` was raised meanwhile.
+    /// Computes the form factors of both meshes; `reflectance`: of a patch, or its mean where it varies. `None` when `cancel` was raised
+    /// meanwhile.
     pub fn new(size: DVec3, reflectance: impl Fn(&Patch) -> f64, cancel: &AtomicBool) -> Option<Self> {
         let fine = Mesh::fine(size);
         let coarse = fine.coarse();
@@ -252,12 +254,12 @@ impl Interreflection {
         Some(Self { fine: of(fine)?, coarse: of(coarse)? })
     }
 
-    /// The mesh whose patches the direct illuminance is averaged over.
+    /// Returns the mesh over whose patches the direct illuminance is averaged.
     pub fn mesh(&self) -> &Mesh {
         self.fine.mesh()
     }
 
-    /// Exitances on both meshes for direct illuminances averaged over the patches of [`Interreflection::mesh`], in lux.
+    /// Computes the exitances on both meshes for direct illuminances averaged over the patches of [`Interreflection::mesh`], in lux.
     pub fn exitances(&self, direct: &[f64], cancel: &AtomicBool) -> Result<Exitances, Unsolved> {
         let (fine, coarse) = (self.fine.exitance(direct, cancel)?, self.coarse_exitance(direct, cancel)?);
         let seen = self.mesh().merged(&self.fine.seen(&fine), self.coarse.mesh());
@@ -269,10 +271,10 @@ impl Interreflection {
         Ok(Exitances { fine, coarse, correction, details: [Vec::new(), Vec::new()] })
     }
 
-    /// Lets sensors near a patch see how a known part of the light on it runs within it, in place of a linear run between
-    /// patches.
+    /// Adds the variation within each patch of a part of the light on it, evaluated at points: sensors near the patch see this variation
+    /// in place of a linear one between patches.
     ///
-    /// `means`: that part of the illuminance of the patches of [`Interreflection::mesh`], in lux; `at`: the same at a point.
+    /// `means`: that part of the illuminance of the patches of [`Interreflection::mesh`], in lux; `at`: that part at a point.
     pub fn add_details(
         &self,
         exitances: &mut Exitances,
@@ -312,12 +314,12 @@ impl Interreflection {
         exitances.details = [less_linear(mesh, fine, &means), less_linear(coarse_mesh, coarse, &coarse_means)];
     }
 
-    /// Exitances on the coarse mesh alone, for the spread between replicates of the direct illuminance.
+    /// Computes the exitances on the coarse mesh alone, for the spread between replicates of the direct illuminance.
     pub fn coarse_exitance(&self, direct: &[f64], cancel: &AtomicBool) -> Result<Vec<f64>, Unsolved> {
         self.coarse.exitance(&self.mesh().merged(direct, self.coarse.mesh()), cancel)
     }
 
-    /// Interreflected illuminance of a horizontal element that looks up, and the estimated error, in lux.
+    /// Computes the interreflected illuminance of a horizontal element that looks up, and the estimated error, in lux.
     ///
     /// The error of constant patches falls with the square of their size: Richardson's extrapolation of both meshes. The
     /// correction may pass through zero where the error does not, so the error is put at half of the correction here and
@@ -331,12 +333,12 @@ impl Interreflection {
         (value, 0.5 * (correction.abs() + exitances.correction * value))
     }
 
-    /// Interreflected illuminance of a horizontal element on the coarse mesh in lux, without extrapolation.
+    /// Computes the interreflected illuminance of a horizontal element on the coarse mesh in lux, without extrapolation.
     pub fn coarse_illuminance(&self, exitance: &[f64], position: DVec3) -> f64 {
         self.coarse.illuminance(exitance, position)
     }
 
-    /// Interreflected illuminance of the patches of [`Interreflection::mesh`] in lux.
+    /// Computes the interreflected illuminance of the patches of [`Interreflection::mesh`] in lux.
     pub fn patch_illuminance(&self, exitances: &Exitances) -> Vec<f64> {
         self.fine.seen(&exitances.fine)
     }

@@ -1,11 +1,11 @@
-//! Tables of what leaves by the angle of exit, for angles of incidence: bilinear, integrated and sampled exactly.
+//! Tables of scattered light over the angles of incidence and exit: bilinear, integrated and sampled exactly.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A BTDF or BRDF per sr over the angles of incidence and exit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
-    /// Radians, ascending from 0 to pi/2.
+    /// Angles of incidence in radians, ascending from 0 to pi/2.
     incidence: Vec<f64>,
     rows: Vec<Row>,
 }
@@ -13,40 +13,40 @@ pub struct Distribution {
 /// Values over the angle of exit at one angle of incidence.
 #[derive(Clone, Debug, PartialEq)]
 struct Row {
-    /// Radians, ascending from 0 to pi/2.
+    /// Angles of exit in radians, ascending from 0 to pi/2.
     exit: Vec<f64>,
     per_sr: Vec<f64>,
-    /// Share of the light that leaves within each angle of exit; the last is the directional-hemispherical share.
+    /// Fraction of the light that leaves within each angle of exit; the last is the directional-hemispherical fraction.
     within: Vec<f64>,
 }
 
 impl Distribution {
-    /// `incidence` and `exit` in radians, a row of values per sr for each angle of incidence; `None` unless angles ascend from 0 to pi/2
-    /// and there is one value >= 0 for each pair.
+    /// Builds a table from angles of `incidence` and `exit` in radians and a row of values per sr for each angle of incidence; `None`
+    /// unless angles ascend from 0 to pi/2 and there is one value >= 0 for each pair.
     pub fn new(incidence: &[f64], exit: &[f64], table: &[Vec<f64>]) -> Option<Self> {
         let rows: Option<Vec<Row>> = table.iter().map(|row| Row::new(exit, row)).collect();
         let rows = rows.filter(|rows| rows.len() == incidence.len() && covers(incidence))?;
         Some(Self { incidence: incidence.to_vec(), rows })
     }
 
-    /// The rows around an angle of incidence, and the share of the second.
+    /// Finds the rows around an angle of incidence, and the weight of the second.
     fn around(&self, incidence: f64) -> (&Row, &Row, f64) {
         let (row, share) = place(&self.incidence, incidence);
         (&self.rows[row], &self.rows[row + 1], share)
     }
 
-    /// Share of the light at an angle of incidence that leaves at any angle.
+    /// Computes the fraction of the light at an angle of incidence that leaves at any angle.
     pub fn share(&self, incidence: f64) -> f64 {
         let (a, b, share) = self.around(incidence);
         (1.0 - share) * a.total() + share * b.total()
     }
 
-    /// Share of the light at the angle of incidence of a row that leaves at any angle.
+    /// Returns the fraction of the light at the angle of incidence of a row that leaves at any angle.
     pub fn total(&self, row: usize) -> f64 {
         self.rows[row].total()
     }
 
-    /// Least value per sr over the angles of exit, at an angle of incidence in radians.
+    /// Computes the least value per sr over the angles of exit, at an angle of incidence in radians.
     pub fn least_per_sr(&self, incidence: f64) -> f64 {
         let (a, b, share) = self.around(incidence);
         // a row is linear between its angles: its least value is at one of them
@@ -54,14 +54,14 @@ impl Distribution {
         values.fold(f64::INFINITY, f64::min)
     }
 
-    /// True if at some angle of incidence there is no angle of exit with nothing.
+    /// True if at some angle of incidence the values at all angles of exit are greater than 0.
     pub fn has_even_part(&self) -> bool {
         // no value is negative: between two rows there is something wherever either has something
         let pairs = self.rows.iter().zip(self.rows.iter().skip(1));
         pairs.into_iter().any(|(one, next)| one.per_sr.iter().zip(&next.per_sr).all(|(a, b)| a + b > 0.0))
     }
 
-    /// The same angles with nothing everywhere.
+    /// Returns a table of the same angles that is zero everywhere.
     pub fn dark(&self) -> Self {
         let mut dark = self.clone();
         for row in &mut dark.rows {
@@ -76,13 +76,13 @@ impl Distribution {
         self.rows.iter().all(|row| row.per_sr.iter().all(|value| *value == 0.0))
     }
 
-    /// Value per sr at two angles in radians.
+    /// Interpolates the value per sr at the angles of incidence and exit in radians.
     pub fn per_sr(&self, [incidence, exit]: [f64; 2]) -> f64 {
         let (a, b, share) = self.around(incidence);
         (1.0 - share) * a.at(exit) + share * b.at(exit)
     }
 
-    /// Angle of exit in radians: a row by its part of the light, then that row's own distribution.
+    /// Samples the angle of exit in radians: chooses a row by its part of the light, then an angle by that row's own distribution.
     pub fn sample(&self, incidence: f64, u: f64) -> f64 {
         let (a, b, share) = self.around(incidence);
         let (first, second) = ((1.0 - share) * a.total(), share * b.total());
@@ -119,20 +119,20 @@ impl Row {
         self.per_sr[segment] + share * (self.per_sr[segment + 1] - self.per_sr[segment])
     }
 
-    /// Share of the light between the start of a segment and the angle `to` in it: 2 pi int f sin cos, exactly.
+    /// Computes the fraction of the light between the start of a segment and the angle `to` in it: 2 pi int f sin cos, exactly.
     fn part(&self, segment: usize, to: f64) -> f64 {
         let (from, next) = (self.exit[segment], self.exit[segment + 1]);
         let slope = (self.per_sr[segment + 1] - self.per_sr[segment]) / (next - from);
         let width = to - from;
-        // int sin cos and int (x - from) sin cos without differences of nearly equal numbers: of a peak a millionth of a degree
-        // wide they would leave nothing
+        // int sin cos and int (x - from) sin cos without differences of nearly equal numbers, which would lose all digits of a peak a
+        // millionth of a degree wide
         let even = 0.5 * libm::sin(from + to) * libm::sin(width);
         let rising = 0.5 * width * libm::sin(0.5 * from + 1.5 * to) * libm::sin(0.5 * width)
             - 0.25 * libm::cos(from + to) * less_sine(width);
         TAU * (self.per_sr[segment] * even + slope * rising)
     }
 
-    /// The angle within which the share `target` of the light leaves.
+    /// Finds the angle within which the fraction `target` of the light leaves.
     fn exit_within(&self, target: f64) -> f64 {
         let last = self.exit.len() - 2;
         let segment = (self.within.partition_point(|sum| *sum <= target).max(1) - 1).min(last);
@@ -159,7 +159,7 @@ impl Row {
     }
 }
 
-/// x - sin x for x within 0..=pi/2.
+/// Computes x - sin x without cancellation for x within 0..=pi/2.
 fn less_sine(x: f64) -> f64 {
     if x > 0.25 {
         return x - libm::sin(x);
@@ -176,7 +176,7 @@ fn covers(angles: &[f64]) -> bool {
         && angles.windows(2).all(|pair| pair[0] < pair[1])
 }
 
-/// The interval of ascending `angles` that holds `angle`, and the share of its end.
+/// Finds the interval of ascending `angles` that holds `angle`, and the weight of its end.
 fn place(angles: &[f64], angle: f64) -> (usize, f64) {
     let next = angles.partition_point(|other| *other <= angle).clamp(1, angles.len() - 1);
     (next - 1, (angle - angles[next - 1]) / (angles[next] - angles[next - 1]))

@@ -1,4 +1,4 @@
-//! What a ray meets at one point of a tube's lower end.
+//! Optics of one point of a tube's lower end, as a ray meets it.
 
 use std::f64::consts::PI;
 
@@ -11,27 +11,27 @@ use crate::sampling::{PathSamples, warp};
 /// A point of a diffuser: a sheet in a plane z = const.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Closure<'a> {
-    /// The direction stays; the weight is multiplied by the transmittance, the rest is absorbed.
+    /// Light passes with its direction unchanged; its weight is multiplied by the transmittance, the rest is absorbed.
     Specular {
-        /// Share that passes, linear Rec.709, 0..=1.
+        /// Fraction that passes, linear Rec.709, 0..=1.
         transmittance: [f64; 3],
     },
-    /// Scatters evenly to both sides, from either side.
+    /// A Lambertian sheet scatters light evenly to both sides, from either side.
     Lambertian {
-        /// Share that is scattered to the far side, linear Rec.709.
+        /// Fraction that is scattered to the far side, linear Rec.709.
         transmittance: [f64; 3],
-        /// Share that is scattered back, linear Rec.709.
+        /// Fraction that is scattered back, linear Rec.709.
         reflectance: [f64; 3],
     },
-    /// Scatters by a table.
+    /// A measured table gives the scattered light.
     Measured(&'a MeasuredDiffuser),
 }
 
 impl<'a> Closure<'a> {
-    /// A sheet that sends all its light on, evenly in all directions.
+    /// Lambertian sheet that transmits all light.
     pub const EVEN: Self = Self::Lambertian { transmittance: [1.0; 3], reflectance: [0.0; 3] };
 
-    /// Transmittance of what passes with its direction; `None` for a closure that scatters.
+    /// Returns the transmittance of unscattered light; `None` for a closure that scatters.
     #[inline]
     pub fn unscattered<const C: usize>(&self) -> Option<Spectrum<C>> {
         match self {
@@ -40,7 +40,7 @@ impl<'a> Closure<'a> {
         }
     }
 
-    /// The table by which it scatters; `None` where directions are forgotten, or kept.
+    /// Returns the table of a measured closure; `None` for one that is Lambertian or does not scatter.
     #[inline]
     pub fn table(&self) -> Option<&'a MeasuredDiffuser> {
         match self {
@@ -49,7 +49,8 @@ impl<'a> Closure<'a> {
         }
     }
 
-    /// Share of light from the unit vector `from` that passes as through a Lambertian sheet, whatever else passes.
+    /// Returns the fraction of light from the unit vector `from` that passes as through a Lambertian sheet, without any other transmitted
+    /// light.
     #[inline]
     pub fn even_share<const C: usize>(&self, from: DVec3) -> Spectrum<C> {
         match self {
@@ -59,7 +60,7 @@ impl<'a> Closure<'a> {
         }
     }
 
-    /// Transmittance or reflectance of one that scatters evenly.
+    /// Returns the transmittance or reflectance of a Lambertian closure; `None` for others.
     #[inline]
     pub fn lambertian<const C: usize>(&self, side: SheetSide) -> Option<Spectrum<C>> {
         match self {
@@ -78,7 +79,7 @@ impl<'a> From<&'a MeasuredDiffuser> for Closure<'a> {
     }
 }
 
-/// The side of a sheet on which `toward` is, seen from `from`.
+/// Returns the side of a sheet on which `toward` lies, seen from `from`.
 fn side_of(from: DVec3, toward: DVec3) -> SheetSide {
     if from.z * toward.z < 0.0 { SheetSide::Other } else { SheetSide::Same }
 }

@@ -1,4 +1,4 @@
-//! Diffusers: what closes a tube's lower end, in the plane of the ceiling.
+//! Diffusers: closures of a tube's lower end, in the plane of the ceiling.
 
 use std::sync::Arc;
 
@@ -11,18 +11,18 @@ use super::{Closure, MeasuredDiffuser};
 /// `transmittance / pi` and back with BRDF `reflectance / pi`, from either side.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Diffuser {
-    /// Nothing: light passes unchanged.
+    /// No closure: light passes unchanged.
     Open,
     /// A pane that light passes unscattered.
     Clear {
-        /// Share that passes, at every angle.
+        /// Fraction that passes, at every angle.
         transmittance: [f64; 3],
     },
-    /// A sheet that scatters evenly.
+    /// A Lambertian sheet.
     Lambertian {
-        /// Share that is scattered to the far side.
+        /// Fraction that is scattered to the far side.
         transmittance: [f64; 3],
-        /// Share that is scattered back.
+        /// Fraction that is scattered back.
         reflectance: [f64; 3],
     },
     /// A Lambertian and a clear zone, divided by a circle (HOLIGILM's annular kinds).
@@ -31,18 +31,18 @@ pub enum Diffuser {
         lambertian_radius_m: f64,
         /// The zone within that circle.
         inner: DiffuserZone,
-        /// Share that the Lambertian zone scatters to the far side.
+        /// Fraction that the Lambertian zone scatters to the far side.
         lambertian_transmittance: [f64; 3],
-        /// Share that the Lambertian zone scatters back.
+        /// Fraction that the Lambertian zone scatters back.
         lambertian_reflectance: [f64; 3],
-        /// Share that passes the clear zone.
+        /// Fraction that passes the clear zone.
         clear_transmittance: [f64; 3],
     },
-    /// A sheet that scatters by a table.
+    /// A sheet that scatters by a measured table.
     Measured(Arc<MeasuredDiffuser>),
 }
 
-/// Which of its two zones lies inside the dividing circle of a mixed diffuser.
+/// The zone that lies inside the dividing circle of a mixed diffuser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DiffuserZone {
     /// The zone that scatters.
@@ -52,7 +52,7 @@ pub enum DiffuserZone {
 }
 
 impl Diffuser {
-    /// The closure at `distance_m` from the centre of the opening.
+    /// Returns the closure at `distance_m` from the centre of the opening.
     #[inline]
     pub fn at(&self, distance_m: f64) -> Closure<'_> {
         match *self {
@@ -77,8 +77,8 @@ impl Diffuser {
         }
     }
 
-    /// Inner and outer radius (m) of the zone through which light passes without scattering, within an opening of
-    /// radius `opening_radius_m`; `None` when there is none.
+    /// Returns the inner and outer radius (m) of the zone through which light passes without scattering, within an opening of radius
+    /// `opening_radius_m`; `None` when there is none.
     pub fn specular_zone(&self, opening_radius_m: f64) -> Option<(f64, f64)> {
         let zone = match *self {
             Self::Open | Self::Clear { .. } => (0.0, opening_radius_m),
@@ -93,7 +93,7 @@ impl Diffuser {
         (zone.1 > zone.0).then_some(zone)
     }
 
-    /// Inner and outer radius (m) of the zone that passes light as a Lambertian sheet, or in part so, within an opening of
+    /// Returns the inner and outer radius (m) of the zone that passes light as a Lambertian sheet, or in part so, within an opening of
     /// radius `opening_radius_m`; `None` when there is none.
     pub fn even_zone(&self, opening_radius_m: f64) -> Option<(f64, f64)> {
         let zone = match *self {
@@ -115,7 +115,8 @@ impl Diffuser {
         self.measured().is_none() && self.specular_zone(opening_radius_m).is_none()
     }
 
-    /// Share of light that the closure scatters back, linear Rec.709, 0..=1; `None` if not all of it is one even sheet.
+    /// Returns the fraction of light that the closure scatters back, linear Rec.709, 0..=1; `None` unless all of it is one Lambertian
+    /// sheet.
     pub fn sheet_reflectance(&self) -> Option<[f64; 3]> {
         match *self {
             Self::Lambertian { reflectance, .. } => Some(reflectance),
@@ -123,7 +124,7 @@ impl Diffuser {
         }
     }
 
-    /// The same closure for light from below that is lost once it has passed: it reflects alike, and passes nothing.
+    /// Returns a closure that reflects like this one and passes nothing, for light from below that is lost once it has passed.
     pub fn opaque(&self) -> Self {
         let black = [0.0; 3];
         let mut opaque = self.clone();
@@ -138,7 +139,7 @@ impl Diffuser {
         opaque
     }
 
-    /// The table of a measured diffuser.
+    /// Returns the table of a measured diffuser; `None` for others.
     pub fn measured(&self) -> Option<&MeasuredDiffuser> {
         match self {
             Self::Measured(table) => Some(table),

@@ -1,15 +1,15 @@
-//! Collectors: what covers the upper end of a tube.
+//! Collectors: covers of the upper end of a tube.
 
 /// The cover of a tube's upper end.
 ///
 /// Coefficients are linear Rec.709 (one number three times in a photopic scene), each in 0..=1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Collector {
-    /// Nothing: light enters unchanged.
+    /// No cover: light enters unchanged.
     Open,
     /// A flat pane across the end of the tube; direction unchanged.
     Flat {
-        /// Share that passes, at every angle.
+        /// Fraction that passes, at every angle.
         transmittance: [f64; 3],
     },
     /// A thin hemisphere over the end of the tube; direction unchanged.
@@ -17,7 +17,7 @@ pub enum Collector {
     /// Rays are not bent, so a dome concentric with the aperture gathers exactly the light that a flat pane would: each
     /// ray that reaches the aperture from outside crosses the shell once.
     Dome {
-        /// Share that passes, at every angle.
+        /// Fraction that passes, at every angle.
         transmittance: [f64; 3],
     },
     /// A hemispherical shell, concentric with the end of the tube, whose inner radius is the tube's; light is traced
@@ -25,9 +25,9 @@ pub enum Collector {
     DielectricDome {
         /// Refractive index of the shell, at least 1.
         refractive_index: f64,
-        /// Thickness of the shell, > 0.
+        /// Thickness of the shell in m, > 0.
         thickness_m: f64,
-        /// Napierian absorption coefficient: a path of s metres leaves exp(-absorption s).
+        /// Napierian absorption coefficient per m: after a path of s metres the fraction exp(-absorption s) is left.
         absorption_per_m: f64,
     },
 }
@@ -38,7 +38,7 @@ impl Collector {
         matches!(*self, Self::DielectricDome { refractive_index, .. } if refractive_index != 1.0)
     }
 
-    /// Share of the light that passes from outside to the aperture, per channel; 1 for a shell that is traced.
+    /// Returns the fraction of the light that passes from outside to the aperture, per channel; 1 for a shell that is traced.
     pub fn transmittance(&self) -> [f64; 3] {
         match *self {
             Self::Open | Self::DielectricDome { .. } => [1.0; 3],

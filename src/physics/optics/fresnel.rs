@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Reflectance of a smooth face for light polarised across (s) and along (p) the plane of incidence.
+/// Computes the reflectance of a smooth face for light polarised across (s) and along (p) the plane of incidence.
 ///
 /// `cosine` of the angle of incidence in 0..=1; `index_ratio` > 0: refractive index beyond the face over that on the
 /// light's side. Fresnel's equations (Born and Wolf 1999, section 1.5.2, (21a) squared); 1 beyond the critical angle and
@@ -29,7 +29,7 @@ pub fn fresnel(cosine: f64, index_ratio: f64) -> [f64; 2] {
     [s * s, p * p]
 }
 
-/// Transmittance of a plane-parallel pane in air for unpolarised light, all reflections between its faces included.
+/// Computes the transmittance of a plane-parallel pane in air for unpolarised light, all reflections between its faces included.
 ///
 /// Per polarisation (1 - r)^2 a / (1 - r^2 a^2) with the face's reflectance r and a = exp(-`optical_depth` / cos t), t the
 /// angle inside (incoherent sum; without absorption (1 - r) / (1 + r)). `optical_depth` = absorption coefficient times
@@ -51,11 +51,11 @@ pub fn slab_transmittance(cosine: f64, index: f64, optical_depth: f64) -> f64 {
     0.5 * (one(s) + one(p))
 }
 
-/// Unit direction in which light goes on beyond a face, by Snell's law, if it arrives along the unit vector `direction`.
+/// Computes the unit direction of light beyond a face, by Snell's law, if it arrives along the unit vector `direction`.
 ///
 /// `normal`: unit, on the side that the light comes from; `index_ratio` as in [`fresnel`].
 ///
-/// Beyond the critical angle, where [`fresnel`] lets nothing pass, it is no unit vector, and lies in the face.
+/// Beyond the critical angle, where [`fresnel`] lets nothing pass, the result is no unit vector, and lies in the face.
 ///
 /// From 30 degrees in air the sine becomes 1/3 in glass of index 1.5.
 ///
@@ -104,7 +104,7 @@ mod tests {
         }
     }
 
-    /// Nothing reflected: Beer and Lambert alone.
+    /// Without reflection, absorption alone is left, by the law of Beer and Lambert.
     #[test]
     fn absorption_follows_the_refracted_path() {
         assert!((slab_transmittance(0.5, 1.0, 0.3) - (-0.6f64).exp()).abs() < 1e-15);
@@ -115,7 +115,7 @@ mod tests {
         assert!(loss > 1e-6 / cosine_inside && loss < 1.4e-6 / cosine_inside, "{loss}");
     }
 
-    /// A face reflects the same share of light from either side, at the angles that refraction joins.
+    /// A face reflects the same fraction of light from either side, at the angles that refraction joins.
     #[test]
     fn faces_are_reciprocal() {
         for k in 0..90 {

@@ -1,6 +1,6 @@
-//! Glossy reflection: a microfacet lobe that loses nothing.
+//! Glossy reflection: a microfacet lobe that conserves energy.
 //!
-//! Why nothing is lost: docs/physics/diffusers.md#the-glossy-lobe.
+//! Derivation of its energy conservation: docs/physics/diffusers.md#the-glossy-lobe.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,27 +10,26 @@ use super::Spectrum;
 use super::scatter::{Kind, Oriented, Scatter, Scattered, SheetSide, Travel};
 use crate::sampling::{PathRandom, PathSamples, warp};
 
-/// Least roughness of a lobe. Documents must choose between a mirror (roughness 0) and a lobe of at least this
-/// roughness.
+/// Smallest roughness of a lobe. Documents must choose between a mirror (roughness 0) and a lobe of at least this roughness.
 pub const LEAST_ROUGHNESS: f64 = 0.02;
 
-/// Intervals of the table of the directional albedo.
+/// Number of intervals of the table of the directional albedo.
 const INTERVALS: usize = 128;
 
-/// Points of its quadrature along the two coordinates of the visible normals.
+/// Numbers of points of its quadrature along the two coordinates of the visible normals.
 const QUADRATURE: [usize; 2] = [32, 128];
 
 /// A reciprocal glossy lobe whose directional albedo is 1 at every angle; surfaces scale it by their `specular`.
 ///
-/// BRDF = D G2 / (4 cos_i cos_o) + (1 - E(cos_i)) (1 - E(cos_o)) / (pi (1 - E_mean)): single scattering by GGX
-/// microfacets (Walter et al. 2007, eq. 33) of alpha = roughness^2 with the height-correlated Smith masking and shadowing
-/// (Heitz 2014, eq. 99) and Fresnel factor 1, and what it loses, given back by the compensation lobe of Kulla and Conty
-/// (2017). E is the directional albedo of the first term and E_mean its mean over the hemisphere, weighted with
-/// 2 cos; E is tabulated, which leaves an error of 2e-4 at most in the albedo of the whole.
+/// BRDF = D G2 / (4 cos_i cos_o) + (1 - E(cos_i)) (1 - E(cos_o)) / (pi (1 - E_mean)): single scattering by GGX microfacets (Walter et al.
+/// 2007, eq. 33) of alpha = roughness^2 with the height-correlated Smith masking and shadowing (Heitz 2014, eq. 99) and Fresnel factor 1,
+/// plus the compensation lobe of Kulla and Conty (2017), which returns the light that single scattering loses. E is the directional
+/// albedo of the first term and E_mean its mean over the hemisphere, weighted with 2 cos; E is tabulated, which leaves an error of 2e-4
+/// at most in the albedo of the whole.
 #[derive(Clone, Debug)]
 pub struct Glossy {
     alpha: f64,
-    /// Node k: the cosine and the loss 1 - E there.
+    /// Cosine at each node; `losses` has 1 - E there.
     cosines: Vec<f64>,
     losses: Vec<f64>,
     /// Integral of 2 cos (1 - E) from 0 to each node; the last is 1 - E_mean.
@@ -38,7 +37,7 @@ pub struct Glossy {
 }
 
 impl Glossy {
-    /// `roughness` in [`LEAST_ROUGHNESS`]..=1.
+    /// Builds a lobe; `roughness` in [`LEAST_ROUGHNESS`]..=1.
     pub fn new(roughness: f64) -> Self {
         let alpha = roughness * roughness;
         let cosines: Vec<f64> = (0..=INTERVALS)
@@ -59,7 +58,7 @@ impl Glossy {
         Self { alpha, cosines, losses, cumulative }
     }
 
-    /// BRDF times the cosine of `toward`, per sr: also the density with which [`Self::reflect`] chooses `toward`.
+    /// Computes the BRDF times the cosine of `toward`, per sr: also the density with which [`Self::reflect`] chooses `toward`.
     ///
     /// `from` and `toward` are unit vectors that point away from the surface; zero unless both are above it.
     ///
@@ -90,11 +89,11 @@ impl Glossy {
         normals * masking / (4.0 * cos_i) + self.loss(cos_i) * self.loss(cos_o) * cos_o / (PI * self.mean_loss())
     }
 
-    /// A direction `toward` above the surface, away from it, for light that comes from `from`.
+    /// Samples a direction `toward` above the surface, pointing away from it, for light that comes from `from`.
     ///
-    /// Of density [`Self::density`], so that the sample's weight, BRDF cosine / density, is 1: a visible normal (Dupuy and
-    /// Benyoub 2023) whose reflection is kept with the probability that it is not shadowed, G2 / G1; what is not kept goes
-    /// into the compensation lobe.
+    /// Its density is [`Self::density`], so that the sample's weight, BRDF cosine / density, is 1: the reflection about a visible normal
+    /// (Dupuy and Benyoub 2023) is kept with the probability that it is not shadowed, G2 / G1; otherwise the compensation lobe is
+    /// sampled.
     #[inline]
     pub fn reflect(&self, normal: DVec3, from: DVec3, point: [f64; 2], random: &mut PathRandom) -> DVec3 {
         let (x, y) = frame(normal, from);
@@ -104,7 +103,7 @@ impl Glossy {
         (x * local.x + y * local.y + normal * local.z).normalize()
     }
 
-    /// A local direction of density cos (1 - E) / (pi (1 - E_mean)).
+    /// Samples a local direction of density cos (1 - E) / (pi (1 - E_mean)).
     fn sample_compensation(&self, random: &mut PathRandom) -> DVec3 {
         let target = random.uniform() * self.mean_loss();
         let interval = self.cumulative[1..INTERVALS].partition_point(|sum| *sum <= target);
@@ -128,7 +127,7 @@ impl Glossy {
         self.cumulative[INTERVALS]
     }
 
-    /// 1 - E at a cosine in 0..=1, linear between nodes.
+    /// Returns 1 - E at a cosine in 0..=1, linear between nodes.
     #[inline]
     fn loss(&self, cosine: f64) -> f64 {
         let t = cosine * (1.0 + self.alpha) / (cosine + self.alpha);
@@ -165,7 +164,7 @@ impl<const C: usize> Scatter<C> for Oriented<'_, Glossy> {
     }
 }
 
-/// Smith's Lambda of GGX: (sqrt(1 + alpha^2 tan^2) - 1) / 2 (Heitz 2014, eq. 72).
+/// Computes Smith's Lambda of GGX: (sqrt(1 + alpha^2 tan^2) - 1) / 2 (Heitz 2014, eq. 72).
 #[inline]
 fn lambda(alpha: f64, cosine: f64) -> f64 {
     let tan_squared = (1.0 - cosine * cosine).max(0.0) / (cosine * cosine);
@@ -174,7 +173,8 @@ fn lambda(alpha: f64, cosine: f64) -> f64 {
     0.5 * x / ((1.0 + x).sqrt() + 1.0)
 }
 
-/// The reflection about the visible normal number `point` of local `from`, and G2 / G1, the probability that it leaves.
+/// Reflects the local direction `from` about the visible normal of the point `[u, v]`, and returns G2 / G1, the probability that it leaves,
+/// too.
 #[inline]
 fn visible_reflection(alpha: f64, from: DVec3, [u, v]: [f64; 2]) -> (DVec3, f64) {
     let stretched = DVec3::new(alpha * from.x, alpha * from.y, from.z).normalize();
@@ -191,7 +191,7 @@ fn visible_reflection(alpha: f64, from: DVec3, [u, v]: [f64; 2]) -> (DVec3, f64)
     (toward, masked / (masked + lambda(alpha, toward.z)))
 }
 
-/// E at a cosine: the mean of G2 / G1 over visible normals, by the midpoint rule.
+/// Computes E at a cosine: the mean of G2 / G1 over visible normals, by the midpoint rule.
 fn single_scattering_albedo(alpha: f64, cosine: f64) -> f64 {
     // grazing light sees the microfacets from the side: the limit is as good as the value close to it
     let cosine = cosine.max(1e-6 * alpha);
@@ -211,7 +211,7 @@ fn single_scattering_albedo(alpha: f64, cosine: f64) -> f64 {
     sum / angles as f64
 }
 
-/// Unit vectors across `normal`: the first toward the side of `from`.
+/// Returns unit vectors across `normal`, the first toward the side of `from`.
 #[inline]
 fn frame(normal: DVec3, from: DVec3) -> (DVec3, DVec3) {
     let across = from - normal * from.dot(normal);
@@ -226,19 +226,19 @@ mod tests {
 
     const ROUGHNESSES: [f64; 6] = [LEAST_ROUGHNESS, 0.1, 0.3, 0.5, 0.75, 1.0];
 
-    /// A direction above z = 0.
+    /// Returns a direction above z = 0.
     fn direction(cosine: f64, azimuth: f64) -> DVec3 {
         let sine = (1.0 - cosine * cosine).sqrt();
         DVec3::new(sine * azimuth.cos(), sine * azimuth.sin(), cosine)
     }
 
-    /// The half vector of squared tangent alpha^2 u / (1 - u) and azimuth phi: distributed by D cos when u is uniform.
+    /// Returns the half vector of squared tangent alpha^2 u / (1 - u) and azimuth phi: distributed by D cos when u is uniform.
     fn half_vector(alpha: f64, u: f64, phi: f64) -> DVec3 {
         let tangent = alpha * (u / (1.0 - u)).sqrt();
         DVec3::new(tangent * phi.cos(), tangent * phi.sin(), 1.0).normalize()
     }
 
-    /// The density of the reflection of `from` about such half vectors, per sr.
+    /// Computes the density of the reflection of `from` about such half vectors, per sr.
     fn half_vector_density(alpha: f64, from: DVec3, toward: DVec3) -> f64 {
         let half = (from + toward).normalize();
         let tan_squared = half.truncate().length_squared() / (half.z * half.z);
@@ -262,9 +262,9 @@ mod tests {
         }
     }
 
-    /// The BRDF times cosine over the hemisphere, by midpoint rules in half vectors (graded toward the tail of narrow
-    /// lobes) and in uniform directions that share the integrand by their densities: 1 but for the table (2e-4) and
-    /// these rules (1e-4).
+    /// The integral of the BRDF times cosine over the hemisphere, by midpoint rules in half vectors (graded toward the tail of narrow
+    /// lobes) and in uniform directions, combined by the balance heuristic, is 1 but for the errors of the table (2e-4) and of these
+    /// rules (1e-4).
     #[test]
     fn loses_nothing_at_any_angle() {
         let n = 400;

@@ -20,13 +20,13 @@ pub struct MeasuredDiffuser {
     reflection: Option<Distribution>,
 }
 
-/// A table is not one value >= 0 per pair of angles that ascend from 0 to pi/2, or gives more light than it gets.
+/// Fault of a table: it has not one value >= 0 per pair of angles that ascend from 0 to pi/2, or it gives more light than it gets.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TableError {
-    /// Angles or values are not those of a table.
+    /// Angles or values that do not make up a table.
     #[error("the table has no value >= 0 for each pair of angles from 0 to 90 degrees")]
     Shape,
-    /// A row gives more light than it gets, by more than rounding.
+    /// A row that gives more light than it gets, by more than rounding.
     #[error("row {row} sends out {share} of the light that it gets")]
     Gain {
         /// Number of the row, from 0, counted by angles of incidence.
@@ -36,11 +36,12 @@ pub enum TableError {
     },
 }
 
-/// Slack of the energy check: the rounding of decimal fractions.
+/// Tolerance of the energy check, for the rounding of decimal fractions.
 const ROUNDING: f64 = 1e-9;
 
 impl MeasuredDiffuser {
-    /// `incidence` and `exit` in radians; tables in 1/sr with a row per angle of incidence, a column per angle of exit.
+    /// Builds a diffuser; `incidence` and `exit` in radians; tables in 1/sr with a row per angle of incidence, a column per angle of
+    /// exit.
     pub fn new(
         incidence: &[f64],
         exit: &[f64],
@@ -53,8 +54,8 @@ impl MeasuredDiffuser {
             None => None,
         };
         let diffuser = Self { transmission, reflection };
-        // both are linear in the angle between rows: what holds at the rows holds between them; a row is asked itself, since the
-        // cosine of a small angle of incidence is that of none
+        // both are linear in the angle between rows: what holds at the rows holds between them; rows are checked by their number, since
+        // the cosine of a small angle of incidence rounds to 1
         for row in 0..incidence.len() {
             let total = |distribution: &Distribution| distribution.total(row);
             let share = total(&diffuser.transmission) + diffuser.reflection.as_ref().map_or(0.0, total);
@@ -65,7 +66,7 @@ impl MeasuredDiffuser {
         Ok(diffuser)
     }
 
-    /// Directional-hemispherical transmittance and reflectance at an angle of incidence with the given cosine.
+    /// Computes the directional-hemispherical transmittance and reflectance at an angle of incidence with the given cosine.
     ///
     /// A BTDF of t / pi is a Lambertian sheet of transmittance t:
     ///
@@ -83,8 +84,8 @@ impl MeasuredDiffuser {
         [self.transmission.share(angle), self.reflection.as_ref().map_or(0.0, |reflection| reflection.share(angle))]
     }
 
-    /// Share of the light at an angle of incidence with the given cosine that passes as through a Lambertian sheet: pi times the
-    /// least BTDF over the angles of exit. What the table has beside it is nowhere negative.
+    /// Computes the fraction of the light at an angle of incidence with the given cosine that passes as through a Lambertian sheet: pi
+    /// times the least BTDF over the angles of exit. The rest of the BTDF is nowhere negative.
     pub fn even_share(&self, cosine: f64) -> f64 {
         PI * self.transmission.least_per_sr(libm::acos(cosine.clamp(0.0, 1.0)))
     }
@@ -94,19 +95,19 @@ impl MeasuredDiffuser {
         self.transmission.has_even_part()
     }
 
-    /// The same sheet for light from below that is lost once it has passed: it reflects alike, and passes nothing.
+    /// Returns a sheet that reflects like this one and passes nothing, for light from below that is lost once it has passed.
     pub fn opaque(&self) -> Self {
         Self { transmission: self.transmission.dark(), ..self.clone() }
     }
 
-    /// BTDF, or BRDF where not `transmitted`, per sr; cosines of the angles of incidence and exit in 0..=1.
+    /// Returns the BTDF, or the BRDF where not `transmitted`, per sr; cosines of the angles of incidence and exit in 0..=1.
     pub fn per_sr(&self, transmitted: bool, incident_cosine: f64, exit_cosine: f64) -> f64 {
         let angles = [incident_cosine, exit_cosine].map(|cosine| libm::acos(cosine.clamp(0.0, 1.0)));
         self.of(transmitted).map_or(0.0, |distribution| distribution.per_sr(angles))
     }
 
-    /// A direction around +z of light that leaves, transmitted or reflected, at an angle of incidence with the given
-    /// cosine; density [`MeasuredDiffuser::per_sr`] cos(exit) over the share that leaves on this side.
+    /// Samples a direction around +z of light that leaves, transmitted or reflected, at an angle of incidence with the given cosine; its
+    /// density is [`MeasuredDiffuser::per_sr`] cos(exit) over the fraction that leaves on this side.
     pub fn exit_direction(&self, transmitted: bool, incident_cosine: f64, [u, v]: [f64; 2]) -> DVec3 {
         let incidence = libm::acos(incident_cosine.clamp(0.0, 1.0));
         let exit = self.of(transmitted).map_or(0.0, |distribution| distribution.sample(incidence, u));
@@ -125,28 +126,28 @@ impl MeasuredDiffuser {
     }
 }
 
-/// Share of the directions against the light that are chosen by the table, as if it were reciprocal, which is likely; the
-/// others are chosen by the cosine, which covers what the table leaves out.
+/// Probability with which a direction against the light is chosen by the table, as if it were reciprocal, which is likely; otherwise it
+/// is chosen by the cosine, which covers what the table leaves out.
 const BY_TABLE: f64 = 0.5;
 
-/// Least albedo of a table for a path against the light: where it is not reciprocal, an eye may see light on a side to which
-/// it would send none.
+/// Smallest albedo of a table for a path against the light: where the table is not reciprocal, an eye may see light on a side to which it
+/// would send none.
 const LEAST_ALBEDO: f64 = 0.05;
 
 impl MeasuredDiffuser {
-    /// Density per sr of directions of `exit_cosine` that [`Self::exit_direction`] chooses; 0 where nothing leaves.
+    /// Returns the density per sr of directions of `exit_cosine` that [`Self::exit_direction`] chooses; 0 where nothing leaves.
     fn density(&self, transmitted: bool, incident_cosine: f64, exit_cosine: f64) -> f64 {
         let share = self.shares(incident_cosine)[usize::from(!transmitted)];
         if share > 0.0 { self.per_sr(transmitted, incident_cosine, exit_cosine) * exit_cosine / share } else { 0.0 }
     }
 
-    /// Share of the directions against the light that are chosen by the table.
+    /// Returns the probability with which a direction against the light is chosen by the table.
     fn by_table(&self, transmitted: bool, eye_cosine: f64) -> f64 {
         if self.shares(eye_cosine)[usize::from(!transmitted)] > 0.0 { BY_TABLE } else { 0.0 }
     }
 }
 
-/// A sheet in a plane z = const.
+/// Scattering by a sheet in a plane z = const.
 impl<const C: usize> Scatter<C> for MeasuredDiffuser {
     fn value(&self, travel: Travel, from: DVec3, toward: DVec3) -> Spectrum<C> {
         let (transmitted, from, toward) = (from.z * toward.z < 0.0, from.z.abs(), toward.z.abs());
@@ -214,7 +215,7 @@ mod tests {
         degrees.iter().map(|angle| angle.to_radians()).collect()
     }
 
-    /// A forward peak that widens with the angle of incidence, over a weak reflection.
+    /// Builds a forward peak that widens with the angle of incidence, over a weak reflection.
     fn prism() -> MeasuredDiffuser {
         let btdf = vec![vec![2.0, 0.5, 0.1, 0.0, 0.0], vec![0.8, 0.5, 0.2, 0.1, 0.1], vec![0.0, 0.1, 0.0, 0.0, 0.3]];
         let brdf = vec![vec![0.05; 5], vec![0.08; 5], vec![0.2; 5]];
@@ -222,7 +223,7 @@ mod tests {
         MeasuredDiffuser::new(&angles(&[0.0, 50.0, 90.0]), &exit, &btdf, Some(&brdf)).unwrap()
     }
 
-    /// 2 pi int f sin cos by the midpoint rule.
+    /// Integrates 2 pi int f sin cos by the midpoint rule.
     fn quadrature(diffuser: &MeasuredDiffuser, transmitted: bool, incident_cosine: f64, to: f64) -> f64 {
         let n = 200_000;
         let step = to / f64::from(n);
@@ -290,8 +291,8 @@ mod tests {
         }
     }
 
-    /// A row whose angle has the cosine of none counts all the same: at 30 degrees, halfway in value between such a row and the
-    /// next, the table would send out more than it gets.
+    /// A row whose angle of incidence has a cosine that rounds to 1 counts all the same: at 30 degrees, halfway in value between such a
+    /// row and the next, the table would send out more than it gets.
     #[test]
     fn rows_near_the_normal_give_no_light() {
         let incidence = angles(&[0.0, 1e-9, 60.0, 90.0]);

@@ -7,7 +7,7 @@ use super::Spectrum;
 /// Specular reflectance per bounce, linear Rec.709, 0..=1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mirror {
-    /// The same reflectance at all angles.
+    /// One reflectance at all angles.
     Constant([f64; 3]),
     /// A table over the angle of incidence.
     ByAngle(Arc<MirrorTable>),
@@ -16,13 +16,13 @@ pub enum Mirror {
 /// Reflectance over the angle of incidence, measured from the normal: linear in the angle between its rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MirrorTable {
-    /// Radians, ascending from 0 to pi/2.
+    /// Angles of incidence in radians, ascending from 0 to pi/2.
     angles: Vec<f64>,
     reflectances: Vec<[f64; 3]>,
 }
 
 impl MirrorTable {
-    /// `rows`: angle of incidence in radians and reflectance; the angles ascend from 0 to pi/2. `None` otherwise.
+    /// Builds a table from `rows` of the angle of incidence in radians and the reflectance; `None` unless angles ascend from 0 to pi/2.
     pub fn new(rows: &[(f64, [f64; 3])]) -> Option<Self> {
         let angles: Vec<f64> = rows.iter().map(|(angle, _)| *angle).collect();
         let ascends = angles.windows(2).all(|pair| pair[0] < pair[1]);
@@ -30,7 +30,7 @@ impl MirrorTable {
         (ascends && covers).then(|| Self { angles, reflectances: rows.iter().map(|(_, value)| *value).collect() })
     }
 
-    /// Reflectance at the angle of incidence whose cosine, 0..=1, is given.
+    /// Interpolates the reflectance at the angle of incidence whose cosine, 0..=1, is given.
     ///
     /// ```
     /// use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -51,8 +51,8 @@ impl MirrorTable {
 }
 
 impl Mirror {
-    /// Reflectance at an angle of incidence with the given cosine, which is asked for only where the reflectance
-    /// depends on it.
+    /// Returns the reflectance at an angle of incidence with the given cosine, which is evaluated only where the reflectance depends on
+    /// it.
     #[inline]
     pub fn reflectance(&self, cosine: impl FnOnce() -> f64) -> [f64; 3] {
         match self {
@@ -61,7 +61,7 @@ impl Mirror {
         }
     }
 
-    /// Share R^n of the light that is left after n bounces at one angle of incidence; `bounces` is a whole number or
+    /// Computes the fraction R^n of the light that is left after n bounces at one angle of incidence; `bounces` is a whole number or
     /// infinite, and 0^0 = 1.
     ///
     /// ```
@@ -79,7 +79,7 @@ impl Mirror {
         }
     }
 
-    /// Largest reflectance of any channel at any angle.
+    /// Returns the largest reflectance of any channel at any angle.
     pub fn brightest(&self) -> f64 {
         let largest = |all: &[[f64; 3]]| all.iter().flatten().copied().fold(0.0, f64::max);
         match self {
@@ -89,8 +89,8 @@ impl Mirror {
     }
 }
 
-/// `base` to the power of a whole number up to 64, by squares: as `powi` has it, but without branches on the bits of the number, which
-/// would be guessed wrong.
+/// Computes `base` to the power of a whole number up to 64, by squares: like `powi`, but without branches on the bits of the number,
+/// which would be mispredicted.
 #[inline]
 fn whole_power(base: f64, exponent: u32) -> f64 {
     let (mut power, mut square) = (1.0, base);

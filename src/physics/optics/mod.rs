@@ -1,4 +1,4 @@
-//! What light meets: collectors, mirrors, diffusers and room surfaces.
+//! Optics of collectors, mirrors, diffusers and room surfaces.
 
 mod angular_table;
 pub mod closure;

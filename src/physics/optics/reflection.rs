@@ -9,12 +9,12 @@ use super::scatter::{Kind, Oriented, Scatter, Scattered, SheetSide, Travel};
 use super::{Glossy, Spectrum, Surface};
 use crate::sampling::{PathRandom, PathSamples, warp};
 
-/// Roughness below which a connection meets a lobe so rarely that sunlight by way of it is treated as by way of a mirror.
-/// Below it photon mapping is also better than light tracing for points: it takes half the time to the same error at 0.15,
-/// twice the time at 0.2 (in a room of 2 m with two glossy faces).
+/// Roughness below which a connection meets a lobe so rarely that sunlight reflected by it is treated as from a mirror. Below it photon
+/// mapping is also better than light tracing for points: it takes half the time to the same error at 0.15, twice the time at 0.2 (in a
+/// room of 2 m with two glossy faces).
 const NARROW_ROUGHNESS: f64 = 0.2;
 
-/// The optics of a surface.
+/// Optics of a surface: a diffuse part, and a lobe or a mirror.
 #[derive(Clone, Debug)]
 pub struct SurfaceOptics {
     /// Diffuse reflectance, linear Rec.709.
@@ -25,7 +25,7 @@ pub struct SurfaceOptics {
 /// Reflection about the mirror direction.
 #[derive(Clone, Debug)]
 struct SpecularOptics {
-    /// Linear Rec.709, the same at every angle.
+    /// Reflectance, linear Rec.709, the same at every angle.
     reflectance: [f64; 3],
     roughness: f64,
     /// The glossy lobe; `None` for an ideal mirror.
@@ -42,58 +42,58 @@ impl SurfaceOptics {
         self.reflectance.iter().any(|reflectance| *reflectance > 0.0)
     }
 
-    /// True if it reflects beside the diffuse part.
+    /// True if the surface has a lobe or a mirror beside the diffuse part.
     #[inline]
     pub fn is_specular(&self) -> bool {
         self.specular.is_some()
     }
 
-    /// True if it is an ideal mirror beside the diffuse part.
+    /// True if the surface is an ideal mirror beside the diffuse part.
     pub fn is_mirror(&self) -> bool {
         self.specular.as_ref().is_some_and(|specular| specular.lobe.is_none())
     }
 
-    /// True if any of its light goes into more than one direction.
+    /// True if any of the reflected light goes into more than one direction: by the diffuse part, or by a lobe.
     #[inline]
     pub fn is_finite(&self) -> bool {
         self.gathers() || self.lobe().is_some()
     }
 
-    /// True if it has a lobe that connections meet rarely.
+    /// True if the surface has a lobe so narrow that connections meet it rarely.
     pub fn has_narrow_lobe(&self) -> bool {
         self.specular.as_ref().is_some_and(|specular| specular.lobe.is_some() && specular.roughness < NARROW_ROUGHNESS)
     }
 
-    /// True if connections meet what it reflects about the mirror direction rarely, or never.
+    /// True if connections meet the lobe or mirror of the surface rarely, or never.
     pub fn is_narrow(&self) -> bool {
         self.is_mirror() || self.has_narrow_lobe()
     }
 
-    /// Its lobe, whose reflectance is [`Self::specular`].
+    /// Returns the lobe, whose reflectance is [`Self::specular`].
     #[inline]
     pub fn lobe(&self) -> Option<&Glossy> {
         self.specular.as_ref()?.lobe.as_deref()
     }
 
-    /// Diffuse reflectance.
+    /// Returns the diffuse reflectance.
     #[inline]
     pub fn diffuse<const C: usize>(&self) -> Spectrum<C> {
         Spectrum::from_rgb(self.reflectance)
     }
 
-    /// Reflectance of its lobe or mirror.
+    /// Returns the reflectance of the lobe or mirror; zero where there is neither.
     #[inline]
     pub fn specular<const C: usize>(&self) -> Spectrum<C> {
         self.specular.as_ref().map_or(Spectrum::ZERO, |specular| Spectrum::from_rgb(specular.reflectance))
     }
 
-    /// Takes its lobe or mirror away: it absorbs what they reflected.
+    /// Takes the lobe or mirror away: the surface absorbs what they reflected.
     pub fn without_specular(self) -> Self {
         Self { specular: None, ..self }
     }
 
-    /// A direction of its lobe or mirror for light that comes from `from`; the weight is [`Self::specular`]. `None` where it
-    /// has neither.
+    /// Samples a direction of the lobe or mirror for light that comes from `from`; the weight is [`Self::specular`]. `None` where there
+    /// is neither.
     #[inline]
     pub fn reflect(&self, normal: DVec3, from: DVec3, point: [f64; 2], random: &mut PathRandom) -> Option<DVec3> {
         let specular = self.specular.as_ref()?;
@@ -103,7 +103,8 @@ impl SurfaceOptics {
         })
     }
 
-    /// The probability with which a path goes on diffusely: its part of the brightest channels.
+    /// Returns the probability with which a path continues diffusely: the brightest diffuse channel over the sum with the brightest
+    /// specular one.
     #[inline]
     fn diffuse_share(&self) -> f64 {
         let brightest = |rgb: [f64; 3]| rgb.into_iter().fold(0.0, f64::max);
@@ -118,8 +119,8 @@ impl SurfaceOptics {
 }
 
 impl Oriented<'_, SurfaceOptics> {
-    /// A direction in which a path goes on that comes from `from`, its kind, and the weight of this kind: all that those need
-    /// who count the kinds apart.
+    /// Samples the direction in which a path from `from` continues, its kind, and the weight of this kind alone, for integrators that
+    /// count the kinds apart.
     #[inline]
     pub fn sample_apart<const C: usize>(
         &self,
@@ -141,7 +142,7 @@ impl Oriented<'_, SurfaceOptics> {
         Some((toward, kind, optics.specular() * (1.0 / (1.0 - share))))
     }
 
-    /// A direction of the lobe or mirror alone, in which a path goes on that comes from `from`; `None` where there is neither.
+    /// Samples a direction of the lobe or mirror alone, in which a path from `from` continues; `None` where there is neither.
     #[inline]
     pub fn sample_specular<const C: usize>(&self, from: DVec3, samples: &mut PathSamples) -> Option<Scattered<C>> {
         let point = samples.pair();
@@ -207,12 +208,12 @@ impl<const C: usize> Scatter<C> for Oriented<'_, SurfaceOptics> {
     }
 }
 
-/// One lobe per roughness: their tables take time and room.
+/// Lobes by roughness, each compiled once: their tables take time and memory.
 #[derive(Default)]
 pub struct Lobes(Vec<(f64, Arc<Glossy>)>);
 
 impl Lobes {
-    /// The optics of a surface as it is described.
+    /// Compiles the optics of a surface.
     pub fn compile(&mut self, surface: &Surface) -> SurfaceOptics {
         let specular = surface.specular.map(|specular| SpecularOptics {
             reflectance: specular.reflectance,

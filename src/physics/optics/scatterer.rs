@@ -1,4 +1,4 @@
-//! Whatever can stand at a vertex of a path.
+//! Scatterers that can stand at a vertex of a path.
 
 use std::f64::consts::PI;
 
@@ -8,10 +8,10 @@ use super::scatter::{Kind, Oriented, Scatter, Scattered, SheetSide, Travel};
 use super::{Closure, Glossy, Spectrum, SurfaceOptics};
 use crate::sampling::{PathSamples, warp};
 
-/// One of the things that scatter light at a vertex.
+/// One of the kinds of scatterers at a vertex.
 #[derive(Clone, Copy, Debug)]
 pub enum Scatterer<'a> {
-    /// A horizontal sensor that looks up.
+    /// A sensor of illuminance.
     Sensor(Sensor),
     /// A surface of the room.
     Surface(Oriented<'a, SurfaceOptics>),
@@ -21,8 +21,7 @@ pub enum Scatterer<'a> {
     Closure(Closure<'a>),
 }
 
-/// A sensor. Its value is the cosine, so that the radiance of a path times it adds up to
-/// illuminance.
+/// A sensor of illuminance. Its value is the cosine, so that the radiance of paths times this value adds up to illuminance.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensor {
     /// Unit normal, to the side that light falls on.
@@ -30,8 +29,8 @@ pub struct Sensor {
 }
 
 impl Scatterer<'_> {
-    /// What is Lambertian, if nothing else is finite on this side, so that light from extended sources has closed forms: pi
-    /// times the BSDF.
+    /// Returns pi times the BSDF of a scatterer that is Lambertian and has no other finite part on this side, so that light from extended
+    /// sources has closed forms; `None` for others.
     pub fn lambertian<const C: usize>(&self, side: SheetSide) -> Option<Spectrum<C>> {
         match self {
             Self::Sensor(_) => Some(Spectrum([PI; C])),
@@ -46,7 +45,7 @@ impl Scatterer<'_> {
         matches!(self, Self::Sensor(_))
     }
 
-    /// True if connections meet one of its lobes rarely.
+    /// True if the scatterer has a lobe so narrow that connections meet it rarely.
     pub fn has_narrow_lobe(&self) -> bool {
         match self {
             Self::Surface(surface) => surface.optics.has_narrow_lobe(),

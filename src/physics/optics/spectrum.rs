@@ -17,7 +17,7 @@ impl<const C: usize> Spectrum<C> {
     /// One in every channel: the weight of a path at its start.
     pub const ONE: Self = Self([1.0; C]);
 
-    /// Spectrum of a coefficient that is stored as linear Rec.709; a photopic scene stores the same number three times.
+    /// Builds the spectrum of a coefficient that is stored as linear Rec.709; a photopic scene stores the same number three times.
     #[inline]
     pub fn from_rgb(rgb: [f64; 3]) -> Self {
         let mut spectrum = Self::ZERO;
@@ -27,7 +27,7 @@ impl<const C: usize> Spectrum<C> {
         spectrum
     }
 
-    /// Luminance Y of this spectrum (Rec.709 weights; the value itself in one channel).
+    /// Returns the luminance Y of this spectrum (Rec.709 weights; the value itself in one channel).
     ///
     /// ```
     /// use skyduct_physics::optics::Spectrum;
@@ -40,7 +40,7 @@ impl<const C: usize> Spectrum<C> {
         if C == 1 { self.0[0] } else { (0..C).map(|c| REC709_LUMINANCE[c] * self.0[c]).sum() }
     }
 
-    /// Value of the largest channel.
+    /// Returns the value of the largest channel.
     #[inline]
     pub fn max(&self) -> f64 {
         self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
@@ -51,7 +51,7 @@ impl<const C: usize> Spectrum<C> {
         self.0.iter().all(|value| value.is_finite())
     }
 
-    /// The spectrum with `f` of each channel.
+    /// Applies `f` to each channel.
     #[inline]
     pub fn map(mut self, mut f: impl FnMut(f64) -> f64) -> Self {
         for value in &mut self.0 {

@@ -12,12 +12,12 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// A Lambertian surface.
+    /// Builds a Lambertian surface.
     pub fn diffuse(reflectance: [f64; 3]) -> Self {
         Self { reflectance, specular: None }
     }
 
-    /// Diffuse and specular reflectance together, per channel.
+    /// Returns diffuse and specular reflectance together, per channel.
     pub fn albedo(&self) -> [f64; 3] {
         let specular = self.specular.map_or([0.0; 3], |specular| specular.reflectance);
         std::array::from_fn(|channel| self.reflectance[channel] + specular[channel])
@@ -27,8 +27,8 @@ impl Surface {
 /// Reflection about the mirror direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specular {
-    /// Directional-hemispherical, the same at every angle.
+    /// Directional-hemispherical reflectance, the same at every angle.
     pub reflectance: [f64; 3],
-    /// 0: an ideal mirror; from [`LEAST_ROUGHNESS`](super::glossy::LEAST_ROUGHNESS) to 1: a lobe of alpha = roughness^2.
+    /// Roughness: 0 is an ideal mirror; from [`LEAST_ROUGHNESS`](super::glossy::LEAST_ROUGHNESS) to 1, a lobe of alpha = roughness^2.
     pub roughness: f64,
 }

@@ -9,19 +9,19 @@ pub struct View {
     pub name: String,
     /// Place of the eye in m, inside the room or outside.
     pub eye: DVec3,
-    /// Width and height of the image.
+    /// Width and height of the image in pixels.
     pub size_px: [usize; 2],
     /// Unit vector along the optical axis.
     forward: DVec3,
-    /// Half the image's width and height at distance 1.
+    /// Vector along half the image's width at distance 1; `up` is that along half its height.
     right: DVec3,
     up: DVec3,
-    /// Middle of the image in `right` and `up` from the axis: zero, but for [`View::window`].
+    /// Middle of the image in units of `right` and `up` from the axis: zero, except for a [`View::window`].
     middle: [f64; 2],
 }
 
 impl View {
-    /// `vertical_fov` in radians, 0 < fov < pi; `None` when the axis is zero or parallel to `up`.
+    /// Builds a view; `vertical_fov` in radians, 0 < fov < pi. `None` when the axis is zero or parallel to `up`.
     pub fn new(
         name: String,
         eye: DVec3,
@@ -41,8 +41,8 @@ impl View {
         Some(Self { name, eye, size_px, forward, right, up, middle: [0.0; 2] })
     }
 
-    /// The part of this view from pixel `first` (column and row, from the upper left) on, `size_px` wide and high: its pixels are
-    /// those of the whole.
+    /// Returns the part of this view that begins at pixel `first` (column and row, from the upper left) and is `size_px` wide and high:
+    /// its pixels are those of the whole view.
     pub fn window(&self, first: [usize; 2], size_px: [usize; 2]) -> Self {
         let share = |axis: usize| size_px[axis] as f64 / self.size_px[axis] as f64;
         let middle = |axis: usize| (2 * first[axis] + size_px[axis]) as f64 / self.size_px[axis] as f64 - 1.0;
@@ -56,7 +56,7 @@ impl View {
         }
     }
 
-    /// Unit direction through image position (`x`, `y`) in pixels, from the upper left corner.
+    /// Returns the unit direction through image position (`x`, `y`) in pixels, from the upper left corner.
     #[inline]
     pub fn ray_direction(&self, x: f64, y: f64) -> DVec3 {
         let across = 2.0 * x / self.size_px[0] as f64 - 1.0 + self.middle[0];
@@ -64,7 +64,7 @@ impl View {
         (self.forward + self.right * across + self.up * upward).normalize()
     }
 
-    /// The pixel in which a point is seen, and the solid angle in sr of a pixel there; `None` outside the image.
+    /// Finds the pixel in which a point is seen, and the solid angle in sr of a pixel there; `None` outside the image.
     pub fn pixel_of(&self, point: DVec3) -> Option<(usize, f64)> {
         let direction = (point - self.eye).try_normalize()?;
         let [x, y] = self.image_point(point)?;
@@ -75,8 +75,8 @@ impl View {
         Some((y as usize * self.size_px[0] + x as usize, self.pixel_sr(direction)))
     }
 
-    /// Image position in pixels, from the upper left corner, at which a point is seen, also outside the image; `None` behind the
-    /// eye.
+    /// Returns the image position in pixels, from the upper left corner, at which a point is seen, also outside the image; `None` behind
+    /// the eye.
     pub fn image_point(&self, point: DVec3) -> Option<[f64; 2]> {
         let direction = (point - self.eye).try_normalize()?;
         let cosine = direction.dot(self.forward);
@@ -90,7 +90,7 @@ impl View {
         Some([x, y])
     }
 
-    /// Solid angle in sr of a pixel around a unit direction of the image.
+    /// Returns the solid angle in sr of a pixel around a unit direction of the image.
     pub fn pixel_sr(&self, direction: DVec3) -> f64 {
         // a square of the plane at distance 1 appears smaller by the cube of the cosine
         let [width, height] = self.size_px.map(|size| size as f64);

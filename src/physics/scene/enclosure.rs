@@ -8,11 +8,10 @@ use crate::geometry::covered::Edge;
 use crate::geometry::planar::Polygon;
 use crate::optics::Surface;
 
-/// Share of the extent within which points coincide, and corners of a face lie in its plane.
+/// Fraction of the room's scale within which points coincide, and corners of a face lie in its plane.
 const COINCIDING: f64 = 1e-9;
 
-/// The faces that close a room. A box is one constructor of it, [`Enclosure::cuboid`]; whatever needs a box asks
-/// [`Enclosure::as_box`].
+/// The faces that close a room. [`Enclosure::cuboid`] builds a box; code that needs a box calls [`Enclosure::as_box`].
 #[derive(Clone, Debug)]
 pub struct Enclosure {
     faces: Vec<EnclosureFace>,
@@ -28,18 +27,18 @@ pub struct EnclosureFace {
     pub name: String,
     /// Kind of the face.
     pub kind: FaceKind,
-    /// Its outline with holes, counter-clockwise seen from inside the room, in m.
+    /// Outline with holes, counter-clockwise seen from inside the room, in m.
     pub polygon: Polygon,
-    /// Optics; `None` is open: light leaves, a camera may look in.
+    /// Optics; `None` where the face is open: light leaves, and a camera may look in.
     pub surface: Option<Surface>,
 }
 
-/// The kinds of faces.
+/// Kinds of faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FaceKind {
     /// The face below.
     Floor,
-    /// A face around.
+    /// A face at the side.
     Wall,
     /// A face overhead.
     Ceiling,
@@ -77,29 +76,29 @@ pub struct BoxShape {
     pub surfaces: [Option<Surface>; 6],
 }
 
-/// Why faces do not enclose a room.
+/// Reason why faces do not enclose a room.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EnclosureError {
-    /// A face of no area.
+    /// A face without area.
     #[error("the face {face:?} has no area")]
     Flat {
         /// Name of the face.
         face: String,
     },
-    /// A corner beside the plane of its face.
+    /// A corner that does not lie in the plane of its face.
     #[error("a corner of the face {face:?} is {distance_m:.3e} m from its plane")]
     NotPlanar {
         /// Name of the face.
         face: String,
-        /// Largest distance of a corner.
+        /// Largest distance of a corner from the plane in m.
         distance_m: f64,
     },
-    /// Edges that only one face has.
+    /// Edges that belong to only one face.
     #[error("the faces leave the room open at the edge from {from} to {to}, and at {others} more")]
     Open {
         /// Start of one of the edges, in m.
         from: DVec3,
-        /// Its end.
+        /// End of that edge, in m.
         to: DVec3,
         /// Number of further edges.
         others: usize,
@@ -109,13 +108,13 @@ pub enum EnclosureError {
     LowCeiling {
         /// A corner of the outline in m.
         corner: DVec2,
-        /// The ceiling's height there.
+        /// Height of the ceiling there in m.
         height_m: f64,
     },
 }
 
 impl Enclosure {
-    /// A box from (0, 0, 0) to `size` in m, each > 0; `surfaces` as of [`Face`]. Its faces have the numbers of [`Face`].
+    /// Builds a box from (0, 0, 0) to `size` in m, each > 0; `surfaces` are indexed by [`Face`], and faces have the numbers of [`Face`].
     pub fn cuboid(size: DVec3, surfaces: [Option<Surface>; 6]) -> Self {
         let face = |face: Face| {
             let (axis, is_far) = (face as usize / 2, face as usize % 2 == 1);
@@ -140,11 +139,11 @@ impl Enclosure {
         Self { faces: Face::ALL.map(face).into(), low: DVec3::ZERO, high: size, is_box: true }
     }
 
-    /// Faces that close a room, each counter-clockwise seen from inside.
+    /// Builds an enclosure of faces that close a room, each counter-clockwise seen from inside.
     ///
     /// # Errors
     ///
-    /// Faces of no area, that are not planar, or that leave an edge open.
+    /// Faces without area, faces that are not planar, or faces that leave an edge open.
     pub fn new(faces: Vec<EnclosureFace>) -> Result<Self, EnclosureError> {
         let corners = || faces.iter().flat_map(|face| face.polygon.corners());
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
@@ -165,7 +164,7 @@ impl Enclosure {
         Ok(enclosure)
     }
 
-    /// Checks that every edge has one that runs the other way.
+    /// Checks that every edge of a face has a counterpart that runs the other way.
     fn closes(&self, hair: f64) -> Result<(), EnclosureError> {
         let place = |p: DVec3| (p / (64.0 * hair)).round().to_array().map(|coordinate| coordinate as i64);
         let mut ends: HashMap<[[i64; 3]; 2], i32> = HashMap::new();
@@ -189,54 +188,54 @@ impl Enclosure {
         }
     }
 
-    /// Its faces, by their numbers.
+    /// Returns the faces, by their numbers.
     pub fn faces(&self) -> &[EnclosureFace] {
         &self.faces
     }
 
-    /// Surfaces of the faces that are not open.
+    /// Lists the surfaces of the faces that are not open.
     pub fn surfaces(&self) -> impl Iterator<Item = &Surface> {
         self.faces.iter().filter_map(|face| face.surface.as_ref())
     }
 
-    /// Lowest and highest corner of its bounds in m.
+    /// Returns the lowest and highest corner of the bounds in m.
     pub fn bounds(&self) -> [DVec3; 2] {
         [self.low, self.high]
     }
 
-    /// Extent of its bounds along x, y and z in m.
+    /// Returns the extent of the bounds along x, y and z in m.
     pub fn extent(&self) -> DVec3 {
         self.high - self.low
     }
 
-    /// A length in m to which rounding errors of its coordinates are related: the diagonal of its bounds, or the distance from the
+    /// Returns the length in m to which rounding errors of coordinates are related: the diagonal of the bounds, or the distance from the
     /// origin where that is longer.
     pub fn scale_m(&self) -> f64 {
         self.extent().length().max(self.low.abs().max(self.high.abs()).length())
     }
 
-    /// The box that it is; `None` for other shapes.
+    /// Returns the box if the room is one; `None` for other shapes.
     pub fn as_box(&self) -> Option<BoxShape> {
         let surfaces = || std::array::from_fn(|face| self.faces[face].surface);
         self.is_box.then(|| BoxShape { size: self.high, surfaces: surfaces() })
     }
 
-    /// Gives a face, by its number, another surface.
+    /// Replaces the surface of a face, given by its number.
     pub fn paint(&mut self, face: usize, surface: Option<Surface>) {
         self.faces[face].surface = surface;
     }
 
-    /// Gives all faces these surfaces, in the order of their numbers.
+    /// Replaces the surfaces of all faces, in the order of their numbers.
     pub fn paint_all(&mut self, surfaces: impl IntoIterator<Item = Option<Surface>>) {
         self.faces.iter_mut().zip(surfaces).for_each(|(face, surface)| face.surface = surface);
     }
 
-    /// Height in m of the plane of a face at a place of the plan; infinite or not a number for walls.
+    /// Returns the height in m of the plane of a face at a place of the plan; infinite or not a number for walls.
     pub fn height_at(&self, face: usize, place: DVec2) -> f64 {
         self.faces[face].polygon.height_at(place)
     }
 
-    /// The face overhead at a place of the plan; `None` outside.
+    /// Finds the face overhead at a place of the plan; `None` outside.
     pub fn ceiling_above(&self, place: DVec2) -> Option<usize> {
         let is_above = |face: &EnclosureFace| {
             face.kind == FaceKind::Ceiling && face.polygon.contains(place.extend(face.polygon.height_at(place)))
@@ -244,7 +243,7 @@ impl Enclosure {
         self.faces.iter().position(is_above)
     }
 
-    /// Directed edges of the room's section by a level plane, with the inside on the left.
+    /// Returns the directed edges of the room's section by a level plane, with the inside on the left.
     pub fn section(&self, height_m: f64) -> Vec<Edge> {
         self.faces.iter().flat_map(|face| face.polygon.level_cut(height_m)).collect()
     }

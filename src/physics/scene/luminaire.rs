@@ -1,10 +1,10 @@
-//! Electric light.
+//! Electric luminaires.
 
 use glam::DVec3;
 
 /// A thin black rectangle that emits Lambertian light on the side of `edge_u` x `edge_v`; the other side is dark.
 ///
-/// It occludes and absorbs what meets it from either side.
+/// The rectangle occludes, and absorbs light that meets it from either side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Luminaire {
     /// Corner from which both edges start, in m.

@@ -8,6 +8,6 @@ use crate::optics::Surface;
 pub struct MeshObject {
     /// Triangles in metres in the room frame, inside the room.
     pub mesh: TriangleMesh,
-    /// One per material of the mesh, in the mesh's order.
+    /// Surfaces, one per material of the mesh, in the mesh's order.
     pub surfaces: Vec<Surface>,
 }

@@ -1,4 +1,4 @@
-//! The scene: what a job document describes, validated, in SI units, f64 and the room frame.
+//! The scene: the content of a job document, validated, in SI units, f64 and the room frame.
 //!
 //! Room frame: x = east, y = north and z = up of a room with rotation 0; the floor of a box spans (0, 0, 0)..(size.x, size.y, 0).
 //! A rotated room keeps its frame; the sun and sky are turned instead.
@@ -26,7 +26,7 @@ pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 /// Everything that a job simulates.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// `None` without a sky: electric light alone.
+    /// Sky and sun; `None` with electric light alone.
     pub daylight: Option<Daylight>,
     /// The room, with everything that stands or hangs in it.
     pub room: Room,
@@ -36,7 +36,7 @@ pub struct Scene {
     pub grids: Vec<Grid>,
     /// Luminance images, in the document's order.
     pub views: Vec<View>,
-    /// Three where a coefficient of the document is given per channel, else one.
+    /// Number of channels: three where a coefficient of the document is given per channel, else one.
     pub channels: Channels,
 }
 
@@ -50,7 +50,7 @@ pub enum Channels {
 }
 
 impl Channels {
-    /// Number of channels, 1 or 3.
+    /// Returns the number of channels, 1 or 3.
     pub fn count(self) -> usize {
         match self {
             Self::Photopic => 1,
@@ -71,7 +71,7 @@ pub struct Daylight {
 }
 
 impl Daylight {
-    /// Unobstructed horizontal illuminance in lux: sky and sun.
+    /// Returns the unobstructed horizontal illuminance in lux from the sky and from the sun.
     pub fn horizontal_illuminance_lux(&self) -> (f64, f64) {
         (
             self.sky.as_ref().map_or(0.0, Sky::horizontal_illuminance_lux),

@@ -6,7 +6,7 @@ use super::enclosure::{Enclosure, EnclosureError, EnclosureFace, FaceKind};
 use crate::geometry::planar::Polygon;
 use crate::optics::Surface;
 
-/// Share of a height within which two planes of a ceiling meet.
+/// Fraction of a height within which two planes of a ceiling meet.
 const COINCIDING: f64 = 1e-9;
 
 /// A plane of a ceiling over a plan: `height_m` at the origin of the plan, and the rise in m per m along x and y.
@@ -14,7 +14,7 @@ const COINCIDING: f64 = 1e-9;
 pub struct CeilingPlane {
     /// Height at (0, 0) in m.
     pub height_m: f64,
-    /// Rise per m; zero where the ceiling is flat.
+    /// Rise in m per m along x and y; zero where the ceiling is flat.
     pub rise: DVec2,
 }
 
@@ -30,9 +30,9 @@ pub struct KindSurfaces {
 }
 
 impl Enclosure {
-    /// A room above a plan: `rings` are the outline and the holes of the floor in m, simple polygons of either sense that do not meet;
-    /// the ceiling is the lowest of its planes (one is flat or sloped, two make a gable). Faces: the floor, walls `wall_K` by
-    /// the edges of the rings in their order, then a ceiling for each plane that is lowest anywhere.
+    /// Builds a room above a plan: `rings` are the outline and the holes of the floor in m, simple polygons of either sense that do not
+    /// meet; the ceiling is the lowest of its planes (one is flat or sloped, two make a gable). Faces: the floor, walls `wall_K` by the
+    /// edges of the rings in their order, then a ceiling for each plane that is lowest anywhere.
     ///
     /// # Errors
     ///
@@ -99,17 +99,17 @@ impl Enclosure {
 }
 
 impl CeilingPlane {
-    /// A flat ceiling.
+    /// Builds a flat ceiling.
     pub fn flat(height_m: f64) -> Self {
         Self { height_m, rise: DVec2::ZERO }
     }
 
-    /// Height in m at a place of the plan.
+    /// Returns the height in m at a place of the plan.
     pub fn at(&self, place: DVec2) -> f64 {
         self.height_m + self.rise.dot(place)
     }
 
-    /// The part of a ring where this plane is not above another one.
+    /// Returns the part of a ring where this plane is not above another one.
     fn lower_part(&self, ring: &[DVec2], other: Self) -> Vec<DVec2> {
         let below = |p: DVec2| other.at(p) - self.at(p);
         let mut part = Vec::new();
@@ -125,7 +125,7 @@ impl CeilingPlane {
         part
     }
 
-    /// Shares of the way between two places at which two of some planes cross.
+    /// Finds the fractions of the segment between two places at which any two of some planes cross.
     fn crossings(planes: &[Self], from: DVec2, to: DVec2) -> Vec<f64> {
         let pairs = planes.iter().enumerate().flat_map(|(number, a)| planes[number + 1..].iter().map(move |b| (a, b)));
         let share = |(a, b): (&Self, &Self)| {
@@ -135,7 +135,7 @@ impl CeilingPlane {
         pairs.filter_map(share).collect()
     }
 
-    /// True if two of some planes have this height at a place.
+    /// True if at least two of some planes have this height at a place.
     fn meet(planes: &[Self], place: DVec2, height: f64) -> bool {
         planes.iter().filter(|plane| plane.at(place) <= height * (1.0 + COINCIDING)).count() > 1
     }
@@ -145,7 +145,7 @@ fn edges(ring: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> {
     (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]])
 }
 
-/// A ring counter-clockwise around its inside, or clockwise.
+/// Returns a ring that runs counter-clockwise around its inside, or clockwise.
 fn directed(ring: &[DVec2], counter_clockwise: bool) -> Vec<DVec2> {
     let ring = ring.to_vec();
     let doubled: f64 = edges(&ring).map(|[a, b]| a.perp_dot(b)).sum();
@@ -169,7 +169,7 @@ mod tests {
         enclosure.faces().iter().filter(|face| face.kind == kind).map(|face| face.polygon.area_m2()).sum()
     }
 
-    /// Volume by the cones of the faces over the origin: their normals point inward.
+    /// Computes the volume by the cones of the faces over the origin: their normals point inward.
     fn volume(enclosure: &Enclosure) -> f64 {
         let cone = |face: &EnclosureFace| face.polygon.height(DVec3::ZERO) * face.polygon.area_m2() / 3.0;
         enclosure.faces().iter().map(cone).sum()
@@ -214,7 +214,8 @@ mod tests {
         assert_eq!(["wall_0", "wall_1", "wall_3", "wall_5"].map(corners), [4, 5, 5, 5]);
     }
 
-    /// Faces that leave a gap, one that is not planar, and a ceiling that comes down to the floor are refused with their places.
+    /// Enclosures with a gap, with a face that is not planar, or with a ceiling that comes down to the floor are refused, and the place
+    /// is named.
     #[test]
     fn what_encloses_nothing() {
         let outline = ring(&[[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [0.0, 2.0]]);

@@ -1,4 +1,4 @@
-//! The room and what stands and hangs in it.
+//! The room, with the objects and luminaires in it.
 
 use glam::DVec3;
 
@@ -8,13 +8,13 @@ use crate::optics::Surface;
 /// A room.
 #[derive(Clone, Debug)]
 pub struct Room {
-    /// The faces around it.
+    /// Faces around the room.
     pub enclosure: Enclosure,
     /// Boxes, in the document's order.
     pub boxes: Vec<BoxObject>,
     /// Objects of triangles, in the document's order.
     pub meshes: Vec<MeshObject>,
-    /// Electric light, in the document's order.
+    /// Electric luminaires, in the document's order.
     pub luminaires: Vec<Luminaire>,
 }
 

@@ -1,10 +1,10 @@
-//! Illuminance grids: level sensors that look up, and sensors at any places that look anywhere.
+//! Illuminance grids: level sensors that look up, and sensors at any places that face any direction.
 
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-/// A sensor: illuminance falls on a plane at its position.
+/// A sensor of the illuminance on a plane at its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensor {
     /// Place in the room in m.
@@ -18,28 +18,28 @@ pub struct Sensor {
 pub struct Grid {
     /// Name in the document, unique among the grids of a job; files of results carry it.
     pub name: String,
-    /// Height of the sensors above the floor; of sensors at any places that of the first.
+    /// Height of the sensors above the floor in m; for sensors at any places, that of the first.
     pub height_m: f64,
     /// Number of cells along x and y.
     pub cells: [usize; 2],
-    /// Centres of the columns, ascending, from the room's west wall.
+    /// Centres of the columns, ascending, in m from the room's west wall.
     pub x_m: Vec<f64>,
-    /// Centres of the rows, ascending, from the room's south wall.
+    /// Centres of the rows, ascending, in m from the room's south wall.
     pub y_m: Vec<f64>,
     /// Size of a cell along x and y in metres.
     pub cell_size_m: [f64; 2],
-    /// Distance of neighbouring columns and rows in cells: 1, but for [`Grid::thinned`].
+    /// Distance of neighbouring columns and rows in cells: 1, except after [`Grid::thinned`].
     pub every: [usize; 2],
-    /// Whether sensors are points or whole cells.
+    /// Meaning of values: illuminance at points, or means over cells.
     pub estimate: EstimateKind,
-    /// Whether results tell the light by source and by tube, too.
+    /// True if results report the light by source and by tube, too.
     pub components: bool,
-    /// Whether results tell what each patch of the openings gives to each sensor per lumen, too.
+    /// True if results report the light from each patch of the openings at each sensor per lumen, too.
     pub responses: bool,
     /// Sensors at any places, in the order of their numbers; `None` for level ones that look up, in columns and rows.
     pub placed: Option<Arc<[Sensor]>>,
-    /// Share of each sensor that no solid takes, row by row: of a cell's area, 0..1; of a point 1, or 0 inside a solid. `None` where no
-    /// solid takes anything.
+    /// Fraction of each sensor that no solid takes, row by row: of a cell's area, 0..1; for a point 1, or 0 inside a solid. `None` where
+    /// no solid takes anything.
     pub free: Option<Arc<[f64]>>,
 }
 
@@ -53,7 +53,7 @@ pub enum EstimateKind {
 }
 
 impl Grid {
-    /// `cells` (each >= 1) over a floor of `room_size_m`, `margin_m` away from the walls.
+    /// Builds a grid of `cells` (each >= 1) over a floor of `room_size_m`, `margin_m` away from the walls.
     pub fn new(
         name: String,
         height_m: f64,
@@ -71,7 +71,7 @@ impl Grid {
         Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components, responses, placed, free }
     }
 
-    /// Sensors (one at least) at any places, which look anywhere: one row of points.
+    /// Builds a grid of sensors (at least one) at any places that face any direction: one row of points.
     pub fn points(name: String, sensors: Vec<Sensor>) -> Self {
         let first = sensors[0].position;
         let grid = Self::new(name, first.z, [sensors.len(), 1], 0.0, [1.0; 2], EstimateKind::Point);
@@ -83,7 +83,7 @@ impl Grid {
         }
     }
 
-    /// Every few columns and rows of this grid, about `most` sensors at most, each with its own cell: a sample of its values.
+    /// Returns a sample of this grid: every few columns and rows, about `most` sensors at most, each with its own cell.
     ///
     /// ```
     /// use skyduct_physics::scene::{EstimateKind, Grid};
@@ -119,7 +119,7 @@ impl Grid {
         Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, placed, free, ..*self }
     }
 
-    /// One level sensor of this grid as a grid of its own.
+    /// Returns one level sensor of this grid as a grid of its own.
     pub fn alone(&self, sensor: usize) -> Self {
         let (column, row) = (sensor % self.cells[0], sensor / self.cells[0]);
         let free = self.free.as_ref().map(|free| [free[sensor]].into());
@@ -127,7 +127,7 @@ impl Grid {
         Self { name: self.name.clone(), cells: [1, 1], x_m, y_m, free, placed: None, ..*self }
     }
 
-    /// Number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).
+    /// Returns the number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).
     pub fn len(&self) -> usize {
         self.cells[0] * self.cells[1]
     }
@@ -137,7 +137,7 @@ impl Grid {
         self.len() == 0
     }
 
-    /// Sensor `index`; of a cell, its centre.
+    /// Returns sensor `index`; that of a cell is at its centre.
     #[inline]
     pub fn sensor(&self, index: usize) -> Sensor {
         match &self.placed {
@@ -146,7 +146,7 @@ impl Grid {
         }
     }
 
-    /// Position of sensor `index`; of a cell, its centre.
+    /// Returns the position of sensor `index`; that of a cell is its centre.
     #[inline]
     pub fn centre(&self, index: usize) -> DVec3 {
         if let Some(placed) = &self.placed {
@@ -155,18 +155,18 @@ impl Grid {
         DVec3::new(self.x_m[index % self.cells[0]], self.y_m[index / self.cells[0]], self.height_m)
     }
 
-    /// True if a sensor lies inside a solid: it has no value. Of a cell, all of it does.
+    /// True if a sensor lies inside a solid and has no value; a cell, if all of it does.
     #[inline]
     pub fn is_inside(&self, index: usize) -> bool {
         self.free.as_ref().is_some_and(|free| free[index] == 0.0)
     }
 
-    /// Number of sensors that have a value: all but those inside solids.
+    /// Returns the number of sensors that have a value: all but those inside solids.
     pub fn valued(&self) -> usize {
         (0..self.len()).filter(|sensor| !self.is_inside(*sensor)).count()
     }
 
-    /// The sensor whose cell holds a point of the plane; `None` beside the grid, and of sensors that are no cells.
+    /// Finds the sensor whose cell holds a point of the plane; `None` beside the grid, and for sensors that have no cells.
     #[inline]
     pub fn cell_at(&self, point: DVec2) -> Option<usize> {
         if self.placed.is_some() {
@@ -185,7 +185,7 @@ impl Grid {
         Some(j * self.cells[0] + i)
     }
 
-    /// Area of one cell in m2.
+    /// Returns the area of one cell in m2.
     #[inline]
     pub fn cell_area_m2(&self) -> f64 {
         self.cell_size_m[0] * self.cell_size_m[1]
@@ -196,7 +196,7 @@ impl Grid {
 mod tests {
     use super::*;
 
-    /// A point lies in a cell of some columns and rows if it lies in the same cell of all.
+    /// A point lies in a cell of a thinned grid exactly if it lies in that cell of the whole grid.
     #[test]
     fn the_cells_of_a_thinned_grid_are_those_of_the_whole() {
         let grid = Grid::new("g".into(), 0.8, [7, 5], 0.25, [4.0, 3.0], EstimateKind::CellAverage);

@@ -1,4 +1,4 @@
-//! Tubular daylight devices as a scene holds them.
+//! Tubular daylight devices as a scene describes them.
 
 use std::sync::Arc;
 
@@ -20,16 +20,16 @@ pub struct Tube {
     pub centre: DVec2,
     /// Radius of the opening, metres.
     pub opening_radius: f64,
-    /// What stands above the opening.
+    /// Guide and collector above the opening.
     pub shape: TubeShape,
     /// The closure in the opening.
     pub diffuser: Diffuser,
 }
 
-/// The guide and its collector.
+/// Shape of the guide, and its collector.
 #[derive(Clone, Debug)]
 pub enum TubeShape {
-    /// Mirror cylinders, whose ways have a closed form.
+    /// Mirror cylinders, in which paths have a closed form.
     Cylinders(StraightOrBent),
     /// Triangles, or the cylinder that was recognised in them.
     Mesh(MeshTube),
@@ -46,10 +46,10 @@ pub struct StraightOrBent {
     pub collector: Collector,
 }
 
-/// A segment's length runs along the axis between mitre centres.
+/// A straight segment; its length runs along the axis between mitre centres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Length along the axis, > 0.
+    /// Length along the axis in m, > 0.
     pub length_m: f64,
     /// Lean of the axis from the vertical, radians, 0 <= tilt < pi.
     pub tilt: f64,
@@ -62,10 +62,10 @@ pub struct Segment {
 pub struct MeshTube {
     /// The triangles as they were uploaded, scaled to metres, before `rotation`.
     pub mesh: Arc<TriangleMesh>,
-    /// One per material of the mesh, in the mesh's order; the optics of diffusers are the tube's `diffuser`.
+    /// Parts of the tube, one per material of the mesh, in the mesh's order; the optics of diffusers are the tube's `diffuser`.
     pub parts: Vec<Part>,
-    /// Clockwise seen from above, radians.
+    /// Rotation, clockwise seen from above, in radians.
     pub rotation: f64,
-    /// A cylinder that is computed in the mesh's place, or why its facets are traced.
+    /// Cylinder or bend that is computed in the mesh's place, or the reason why its facets are traced.
     pub section: Section,
 }

@@ -39,7 +39,7 @@ impl CieType {
     /// Type 16: L/Lz = (1 + 2 cos Z) / 3 at the zenith angle Z, three times as bright at the zenith as at the horizon.
     pub const TRADITIONAL_OVERCAST: Self = Self(16);
 
-    /// `None` unless `number` is 1..=16.
+    /// Returns the type of a number; `None` unless `number` is 1..=16.
     pub const fn new(number: u8) -> Option<Self> {
         match number {
             1..=16 => Some(Self(number)),
@@ -47,22 +47,22 @@ impl CieType {
         }
     }
 
-    /// All sixteen types, in order.
+    /// Lists all sixteen types, in order.
     pub fn all() -> impl Iterator<Item = Self> {
         (1..=16).map(Self)
     }
 
-    /// Number of the type in the standard, 1..=15, or 16 for the traditional overcast sky.
+    /// Returns the number of the type in the standard, 1..=15, or 16 for the traditional overcast sky.
     pub fn number(self) -> u8 {
         self.0
     }
 
-    /// The parameters a, b, c, d, e; `None` for the traditional overcast sky.
+    /// Returns the parameters a, b, c, d, e; `None` for the traditional overcast sky.
     pub fn parameters(self) -> Option<[f64; 5]> {
         PARAMETERS.get(usize::from(self.0) - 1).map(|(parameters, _)| *parameters)
     }
 
-    /// The standard's description of the sky, in short English words without a full stop.
+    /// Returns the standard's description of the sky, in short English words without a full stop.
     pub fn description(self) -> &'static str {
         PARAMETERS
             .get(usize::from(self.0) - 1)
@@ -93,8 +93,8 @@ pub struct SkyDistribution {
     horizontal_ratio: Remembered,
 }
 
-/// A number that is computed when it is first asked for, by one of all clones. It follows from what it stands beside, which alone
-/// is shown.
+/// A number that is computed on first use and shared by all clones. It follows from the fields beside it, so that `Debug` shows only
+/// these.
 #[derive(Clone, Default)]
 struct Remembered(Arc<OnceLock<f64>>);
 
@@ -104,7 +104,7 @@ impl std::fmt::Debug for Remembered {
     }
 }
 
-/// f(chi) = 1 + c (exp(d chi) - exp(d pi/2)) + e cos^2 chi, chi in radians.
+/// Indicatrix f(chi) = 1 + c (exp(d chi) - exp(d pi/2)) + e cos^2 chi, chi in radians.
 #[derive(Clone, Copy, Debug)]
 struct Indicatrix {
     c: f64,
@@ -127,14 +127,14 @@ impl Indicatrix {
     }
 }
 
-/// Gradation phi = 1 + a exp(b / cos Z), with phi = 1 at the horizon and below.
+/// Computes the gradation phi = 1 + a exp(b / cos Z), with phi = 1 at the horizon and below.
 #[inline]
 fn gradation(a: f64, b: f64, cos_zenith: f64) -> f64 {
     if cos_zenith <= 0.0 || a == 0.0 { 1.0 } else { 1.0 + a * libm::exp(b / cos_zenith) }
 }
 
 impl SkyDistribution {
-    /// `sun`: unit vector toward the sun, z up; only its angle to the viewed direction counts.
+    /// Builds the distribution of a sky type; `sun`: unit vector toward the sun, z up. Only its angle to the viewed direction counts.
     pub fn new(sky_type: impl Into<SkyType>, sun: DVec3) -> Self {
         let sky_type = sky_type.into();
         let Some([a, b, c, d, e]) = sky_type.parameters() else {
@@ -148,7 +148,7 @@ impl SkyDistribution {
         Self { sky_type, sun, a, b, indicatrix, per_zenith, horizontal_ratio: Remembered::default() }
     }
 
-    /// The set of parameters that the distribution was built from.
+    /// Returns the set of parameters that the distribution was built from.
     pub fn sky_type(&self) -> SkyType {
         self.sky_type
     }
@@ -158,12 +158,12 @@ impl SkyDistribution {
         self.indicatrix.c == 0.0 && self.indicatrix.e == 0.0
     }
 
-    /// Unit vector toward the sun.
+    /// Returns the unit vector toward the sun.
     pub fn sun(&self) -> DVec3 {
         self.sun
     }
 
-    /// L/Lz toward the unit vector `direction`; zero below the horizon.
+    /// Computes L/Lz toward the unit vector `direction`; zero below the horizon.
     ///
     /// Type 12 with the sun 60 degrees high in the north, seen 45 degrees high in the south, as the library colour-science prints
     /// it:
@@ -190,8 +190,8 @@ impl SkyDistribution {
         self.indicatrix.at(chi, cos_chi) * gradation(self.a, self.b, direction.z) * self.per_zenith
     }
 
-    /// The part of L/Lz that depends on the height alone: `z`, the cosine of the zenith angle, 0..=1. With
-    /// [`Self::of_distance`] it makes up [`Self::relative_luminance`].
+    /// Computes the factor of L/Lz that depends on the height alone; `z`: cosine of the zenith angle, 0..=1. Its product with
+    /// [`Self::of_distance`] is [`Self::relative_luminance`].
     pub fn of_height(&self, z: f64) -> f64 {
         match self.sky_type {
             SkyType::Cie(CieType::TRADITIONAL_OVERCAST) => (1.0 + 2.0 * z) / 3.0,
@@ -199,19 +199,19 @@ impl SkyDistribution {
         }
     }
 
-    /// The part of L/Lz that depends on the distance from the sun alone: `chord`, the length of the difference of the two unit
+    /// Computes the factor of L/Lz that depends on the distance from the sun alone; `chord`: length of the difference of the two unit
     /// vectors, 0..=2.
     pub fn of_distance(&self, chord: f64) -> f64 {
         let chi = 2.0 * libm::asin(0.5 * chord);
         self.indicatrix.at(chi, 1.0 - 0.5 * chord * chord)
     }
 
-    /// I = D/Lz, the horizontal illuminance per zenith luminance, in sr; relative error below 1e-11.
+    /// Computes I = D/Lz, the horizontal illuminance per zenith luminance, in sr; relative error below 1e-11.
     ///
-    /// Integrated in polar coordinates around the sun, where the cusp of f(chi) is at the origin. The rings chi =
-    /// constant touch the horizon at chi = gamma and pi - gamma (gamma: solar altitude); a substitution flat at both
-    /// ends of each interval removes the root singularities there. Where the luminance depends on the zenith angle alone,
-    /// along the zenith angle: then the same bits under any sun.
+    /// Integrated in polar coordinates around the sun, where the cusp of f(chi) is at the origin. The rings chi = constant touch the
+    /// horizon at chi = gamma and pi - gamma (gamma: solar altitude); a substitution flat at both ends of each interval removes the root
+    /// singularities there. Where the luminance depends on the zenith angle alone, the integral runs along that angle, and has the same
+    /// bits under any sun.
     ///
     /// A uniform sky has pi, the traditional overcast one 7 pi / 9:
     ///
@@ -265,7 +265,7 @@ impl SkyDistribution {
     }
 }
 
-/// Gauss-Legendre after the substitution x = u^3 (10 - 15 u + 6 u^2), whose first two derivatives vanish at both ends.
+/// Gauss-Legendre rule after the substitution x = u^3 (10 - 15 u + 6 u^2), whose first two derivatives vanish at both ends.
 struct Flattened {
     nodes: Vec<(f64, f64)>,
 }

@@ -7,9 +7,9 @@
 /// A sky condition of the IES.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IesSky {
-    /// 2.98 times as bright at the zenith as at the horizon, the same at all azimuths, without a beam.
+    /// Sky 2.98 times as bright at the zenith as at the horizon, alike at all azimuths, without a beam.
     Overcast,
-    /// Bright around the sun, with a weak beam (extinction 0.80).
+    /// Sky that is bright around the sun, with a weak beam (extinction 0.80).
     PartlyCloudy,
     /// The CIE clear sky of low turbidity (type 12), with a strong beam (extinction 0.21).
     Clear,
@@ -22,7 +22,7 @@ impl IesSky {
     /// The three conditions, from overcast to clear.
     pub const ALL: [Self; 3] = [Self::Overcast, Self::PartlyCloudy, Self::Clear];
 
-    /// The name in documents and results.
+    /// Returns the name in documents and results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Overcast => "ies_overcast",
@@ -31,7 +31,7 @@ impl IesSky {
         }
     }
 
-    /// Gradation a, b and indicatrix c, d, e.
+    /// Returns gradation a, b and indicatrix c, d, e.
     ///
     /// Overcast: 0.864 exp(-0.52 / cos Z) / exp(-0.52) + 0.136 (1 - exp(-0.52 / cos Z)) / (1 - exp(-0.52)), divided by its
     /// value at the horizon. Partly cloudy: (0.526 + 5 exp(-1.5 chi)) (1 - exp(-0.80 / cos Z)), where 0.526 is
@@ -49,7 +49,7 @@ impl IesSky {
         }
     }
 
-    /// Unobstructed horizontal illuminance of the sky alone in lux, A + B sin^C(altitude); altitude in radians, zero at
+    /// Computes the unobstructed horizontal illuminance of the sky alone in lux, A + B sin^C(altitude); altitude in radians, zero at
     /// and below the horizon.
     ///
     /// ```
@@ -71,7 +71,7 @@ impl IesSky {
         }
     }
 
-    /// Extinction of the beam per unit of optical air mass; `None` for the overcast sky, which has no beam.
+    /// Returns the extinction of the beam per unit of optical air mass; `None` for the overcast sky, which has no beam.
     pub fn extinction(self) -> Option<f64> {
         match self {
             Self::Overcast => None,
@@ -80,7 +80,7 @@ impl IesSky {
         }
     }
 
-    /// Normal illuminance of the beam in lux, 127.5 klx exp(-c / sin(altitude)); altitude in radians, zero at and below
+    /// Computes the normal illuminance of the beam in lux, 127.5 klx exp(-c / sin(altitude)); altitude in radians, zero at and below
     /// the horizon and for the overcast sky.
     ///
     /// ```

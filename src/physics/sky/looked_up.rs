@@ -1,14 +1,14 @@
-//! The luminance of a sky from tables, for many directions of which none needs to be exact.
+//! Luminance of a sky interpolated in tables, for many directions of which none needs to be exact.
 
 use glam::DVec3;
 
 use super::{Sky, SkyDistribution};
 
-/// Intervals of equal length of the distance from the sun, and of the height, between whose ends the luminance is taken as linear: it is
-/// within 2e-3.
+/// Number of equal intervals of the distance from the sun, and of the height, in which the luminance is interpolated linearly, with a
+/// relative error below 2e-3.
 const INTERVALS: usize = 256;
 
-/// The part of a luminance that depends on the distance from the sun.
+/// Factor of a luminance that depends on the distance from the sun.
 #[derive(Clone, Debug)]
 pub(super) struct OfDistance([f64; INTERVALS + 1]);
 
@@ -17,14 +17,14 @@ impl OfDistance {
         Self(std::array::from_fn(|k| distribution.of_distance(2.0 * k as f64 / INTERVALS as f64)))
     }
 
-    /// `chord`: length of the difference of the unit vectors toward the sun and the sky, 0..=2.
+    /// Interpolates the factor; `chord`: length of the difference of the unit vectors toward the sun and the sky, 0..=2.
     #[inline]
     pub(super) fn at(&self, chord: f64) -> f64 {
         between(&self.0, 0.5 * chord)
     }
 }
 
-/// The luminance of a sky in all directions, within 2e-3 of it.
+/// Tables of the luminance of a sky in all directions, with a relative error below 2e-3.
 ///
 /// ```
 /// use skyduct_physics::sky::{CieType, Sky, SkyDistribution, direction};
@@ -38,13 +38,13 @@ impl OfDistance {
 #[derive(Clone, Debug)]
 pub struct LookedUp {
     of_distance: OfDistance,
-    /// The part that depends on the height, in cd/m2.
+    /// Factor that depends on the height, in cd/m2.
     of_height: [f64; INTERVALS + 1],
     sun: DVec3,
 }
 
 impl LookedUp {
-    /// Tables of a sky.
+    /// Computes the tables of a sky.
     pub fn new(sky: &Sky) -> Self {
         let Sky { distribution, zenith_luminance_cd_m2 } = sky;
         let at = |k: usize| zenith_luminance_cd_m2 * distribution.of_height(k as f64 / INTERVALS as f64);
@@ -52,7 +52,7 @@ impl LookedUp {
         Self { of_distance, of_height: std::array::from_fn(at), sun: distribution.sun() }
     }
 
-    /// Luminance in cd/m2 toward a unit vector; zero below the horizon.
+    /// Interpolates the luminance in cd/m2 toward a unit vector; zero below the horizon.
     pub fn luminance(&self, direction: DVec3) -> f64 {
         if direction.z < 0.0 {
             return 0.0;
@@ -61,7 +61,7 @@ impl LookedUp {
     }
 }
 
-/// The value at a place 0..=1 along a table, linear between its entries.
+/// Interpolates a table linearly at a place 0..=1 along it.
 #[inline]
 fn between(table: &[f64; INTERVALS + 1], place: f64) -> f64 {
     let place = place * INTERVALS as f64;
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use crate::sky::{CieType, direction};
 
-    /// Of every sky, all over the dome and next to the sun.
+    /// Luminances from tables agree with those of every sky within 2e-3, all over the dome and next to the sun.
     #[test]
     fn luminances_that_are_looked_up_are_near() {
         for cie_type in CieType::all() {

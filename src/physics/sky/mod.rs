@@ -15,12 +15,12 @@ pub use cie::{CieType, SkyDistribution};
 pub use ies::IesSky;
 pub use sun::Sun;
 
-/// Which distribution a sky has.
+/// Type of a sky's luminance distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyType {
     /// A type of the CIE general sky, or the traditional overcast sky.
     Cie(CieType),
-    /// A named set of parameters of the same general formula.
+    /// A sky condition of the IES: a named set of parameters of the same general formula.
     Ies(IesSky),
 }
 
@@ -37,7 +37,7 @@ impl From<IesSky> for SkyType {
 }
 
 impl SkyType {
-    /// The parameters a, b, c, d, e; `None` for the traditional overcast sky.
+    /// Returns the parameters a, b, c, d, e; `None` for the traditional overcast sky.
     pub fn parameters(self) -> Option<[f64; 5]> {
         match self {
             Self::Cie(cie_type) => cie_type.parameters(),
@@ -74,19 +74,19 @@ pub struct Sky {
 }
 
 impl Sky {
-    /// Luminance in cd/m2 seen toward the unit vector `direction` (z up); zero below the horizon.
+    /// Computes the luminance in cd/m2 seen toward the unit vector `direction` (z up); zero below the horizon.
     #[inline]
     pub fn luminance(&self, direction: DVec3) -> f64 {
         self.zenith_luminance_cd_m2 * self.distribution.relative_luminance(direction)
     }
 
-    /// Unobstructed horizontal illuminance in lux.
+    /// Computes the unobstructed horizontal illuminance in lux.
     pub fn horizontal_illuminance_lux(&self) -> f64 {
         self.zenith_luminance_cd_m2 * self.distribution.horizontal_ratio()
     }
 }
 
-/// Unit vector toward `altitude` above the horizon and `azimuth` clockwise from +y (both radians), z up.
+/// Returns the unit vector toward `altitude` above the horizon and `azimuth` clockwise from +y (both radians), z up.
 ///
 /// ```
 /// let east = skyduct_physics::sky::direction(0.0, 90f64.to_radians());

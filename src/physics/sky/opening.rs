@@ -1,4 +1,4 @@
-//! Light of a sky through a horizontal opening, as the roof openings of CIE 171 have it.
+//! Light of a sky through a horizontal opening, such as the roof openings of CIE 171.
 
 use std::num::NonZeroUsize;
 
@@ -7,21 +7,21 @@ use glam::{DVec2, DVec3};
 
 use super::Sky;
 
-/// Even divisions of each side of the opening, of the finer of two rules.
+/// Number of even divisions of each side of the opening, in the finer of two rules.
 const DIVISIONS: usize = 16;
 
-/// Halvings toward the image of the sun, where the luminance has a cusp.
+/// Number of halvings toward the image of the sun, where the luminance has a cusp.
 const HALVINGS: usize = 14;
 
 /// Degree of the Gauss-Legendre rule in each panel.
 const DEGREE: usize = 8;
 
-/// Illuminance in lux from the sky alone at `point`, on a surface with the unit `normal`, through a rectangle of no
+/// Computes the illuminance in lux from the sky alone at `point`, on a surface with the unit `normal`, through a rectangle of no
 /// thickness; and an estimate of its numerical error.
 ///
-/// `corner`: the rectangle's corner of least x and y, above the point; `size` along x and y, all in metres. The integral
-/// of L cos(theta) cos(theta') / d^2 over the rectangle by a Gauss rule on panels that shrink toward the point where the
-/// rectangle shows the sun; the error is the difference to the rule of half as many panels.
+/// `corner`: the rectangle's corner of least x and y, above the point; `size` along x and y, all in metres. The integral of L cos(theta)
+/// cos(theta') / d^2 over the rectangle is taken by a Gauss rule on panels that shrink toward the point where the rectangle shows the
+/// sun; the error is the difference from the rule of half as many panels.
 ///
 /// Under a uniform sky a 1 m x 1 m opening 3 m above a point gives it Lambert's configuration factor, 3.41068 % of the
 /// illuminance outdoors:
@@ -64,7 +64,7 @@ pub fn illuminance_through_rectangle(sky: &Sky, corner: DVec3, size: DVec2, poin
     (fine, (fine - coarse).abs())
 }
 
-/// Intervals (start, length) that cover `low`..`low + size`: even ones, cut again at distances from `focus` that halve.
+/// Divides `low`..`low + size` into intervals (start, length): even ones, cut again at distances from `focus` that halve.
 fn panels(low: f64, size: f64, focus: f64, fineness: usize) -> Vec<(f64, f64)> {
     let high = low + size;
     let focus = focus.clamp(low, high);

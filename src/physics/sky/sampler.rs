@@ -1,6 +1,6 @@
 //! Importance sampling of directions toward a sky.
 //!
-//! How a photon of a sky at infinity gets its flux: docs/physics/sky_and_sun.md#sampling-the-sky.
+//! Flux of a photon from a sky at infinity: docs/physics/sky_and_sun.md#sampling-the-sky.
 
 use std::f64::consts::TAU;
 
@@ -11,11 +11,11 @@ use super::looked_up::OfDistance;
 use super::tabulated::TabulatedSky;
 use crate::sampling::{CONES_SHARE, NestedCones};
 
-/// Bands of equal height z and sectors of equal azimuth: cells of equal solid angle.
+/// Number of bands of equal height z; with `SECTORS` sectors of equal azimuth they form cells of equal solid angle.
 const BANDS: usize = 64;
 const SECTORS: usize = 128;
 
-/// Share of the mean that every cell gets on top, so that no direction with light has a vanishing density.
+/// Fraction of the mean that is added to every cell, so that no direction with light has a vanishing density.
 const FLOOR: f64 = 0.02;
 
 /// Half-angle in radians below which cones about the zenith lie within the uppermost band.
@@ -23,12 +23,12 @@ const WITHIN_A_BAND: f64 = 0.17;
 
 /// A piecewise constant density over the upper hemisphere, proportional to luminance times a weight.
 ///
-/// Cells have equal solid angle. The density is exact: it is that of the sampled direction's own cell, and integrates to
-/// one; the luminance is evaluated by the caller at the sampled direction, not taken from the cell. Where light counts in a
-/// cone about the zenith that is far narrower than a cell, most directions are drawn from there.
+/// Cells have equal solid angle. The density is exact: it is that of the sampled direction's own cell, and integrates to one; the
+/// luminance is evaluated by the caller at the sampled direction, not taken from the cell. Where only light in a cone about the zenith
+/// counts that is far narrower than a cell, most directions are drawn from the cone.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
-    /// Cones about the zenith that get directions of their own.
+    /// Cones about the zenith from which most directions are drawn; `None` if the cells are fine enough.
     cones: Option<NestedCones>,
     bands: Cumulative,
     /// Cumulative distribution over the sectors of each band.
@@ -37,31 +37,31 @@ pub struct SkySampler {
     middles: [(f64, f64); SECTORS],
 }
 
-/// A cumulative distribution over equal intervals, with a table that starts the search next to its end.
+/// A cumulative distribution over equal intervals, with a lookup table that starts the search near its end.
 #[derive(Clone, Debug)]
 struct Cumulative {
-    /// Starts with 0, ends with exactly 1.
+    /// Values from 0 to exactly 1.
     values: Vec<f64>,
-    /// The interval that holds k / LOOKUP.
+    /// Number of the interval that holds k / LOOKUP.
     first: [u16; LOOKUP],
 }
 
-/// Entries of the search table.
+/// Number of entries of the lookup table.
 const LOOKUP: usize = 128;
 
-/// The luminance of a sky at points of the cells of samplers: what tubes under the same sky share.
+/// Luminances of a sky at points of the samplers' cells, shared by all tubes under that sky.
 #[derive(Clone, Debug)]
 pub struct SkyTable {
-    /// Two rows a band, of two points a sector, in cd/m2.
+    /// Luminances in cd/m2: two rows of points per band, and two points per sector in a row.
     luminances: Vec<f64>,
-    /// Sine and cosine of the azimuth of the points of a row.
+    /// Sine and cosine of the azimuth of each point of a row.
     azimuths: Vec<(f64, f64)>,
-    /// The luminance in any direction.
+    /// Luminance of the sky in any direction.
     sky: TabulatedSky,
 }
 
 impl SkyTable {
-    /// The luminance of a sky at some ten thousand points.
+    /// Tabulates the luminance of a sky at 2 x 2 points of every cell.
     pub fn new(sky: &Sky) -> Self {
         let (of_distance, sun) = (OfDistance::new(&sky.distribution), sky.distribution.sun());
         let azimuth = |place: usize| libm::sincos(TAU * (place as f64 + 0.5) / (2 * SECTORS) as f64);
@@ -78,13 +78,13 @@ impl SkyTable {
         table
     }
 
-    /// The sky that the table is of, for the luminance of each direction that is sampled.
+    /// Returns the sky of the table, for the luminance of each direction that is sampled.
     #[inline]
     pub fn sky(&self) -> &TabulatedSky {
         &self.sky
     }
 
-    /// Unit vector toward a point.
+    /// Returns the unit vector toward a point, given by the numbers of its row and of its azimuth.
     fn turned(&self, place: usize, turn: usize) -> DVec3 {
         let z = height(place);
         let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
@@ -93,30 +93,30 @@ impl SkyTable {
     }
 }
 
-/// Height z of a row of points.
+/// Returns the height z of a row of points.
 fn height(place: usize) -> f64 {
     (place as f64 + 0.5) / (2 * BANDS) as f64
 }
 
 impl SkySampler {
-    /// `weight`: how much light from the unit vector toward the sky is worth (>= 0, finite), e.g. the projected area times
-    /// the transmission of what it enters. `None` when sky times weight vanishes everywhere.
+    /// Builds a sampler of the sky's luminance times `weight`, the relative value of light from the unit vector toward the sky (>= 0,
+    /// finite), e.g. the projected area times the transmission of what it enters. `None` when the product vanishes everywhere.
     pub fn new(sky: &Sky, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
         Self::of_table(&SkyTable::new(sky), weight)
     }
 
-    /// [`SkySampler::new`] by luminances that were looked up before.
+    /// Builds a sampler as [`SkySampler::new`] does, from luminances that were tabulated before.
     pub fn of_table(table: &SkyTable, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
         Self::weighted(table, |_, toward| weight(toward))
     }
 
-    /// [`SkySampler::of_table`] for a weight that is the same at all azimuths; it is asked for azimuth 0.
+    /// Builds a sampler as [`SkySampler::of_table`] does, for a weight that is the same at all azimuths; it is evaluated at azimuth 0.
     pub fn of_table_and_heights(table: &SkyTable, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
         let heights: Vec<f64> = (0..2 * BANDS).map(|place| weight(toward(height(place), 0.0))).collect();
         Self::weighted(table, |place, _| heights[place])
     }
 
-    /// `weight` by the number of a height and the unit vector.
+    /// Builds a sampler; `weight` takes the number of a row of points and the unit vector.
     fn weighted(table: &SkyTable, weight: impl Fn(usize, DVec3) -> f64) -> Option<Self> {
         let mut cells = vec![0.0; BANDS * SECTORS];
         for (place, row) in table.luminances.chunks(2 * SECTORS).enumerate() {
@@ -136,13 +136,13 @@ impl SkySampler {
         Some(Self { cones: None, bands: Cumulative::new(&bands), sectors, middles })
     }
 
-    /// The sampler with directions of their own for a cone of this half-angle (radians, > 0) about the zenith, and for wider ones
-    /// up to the width of the cells there; `None`: as it is.
+    /// Adds a cone of this half-angle (radians, > 0) about the zenith, and wider ones up to the width of the cells there, from which most
+    /// directions are drawn; `None` leaves the sampler without cones.
     pub fn with_cone(self, half_angle: Option<f64>) -> Self {
         Self { cones: half_angle.map(|half_angle| NestedCones::new(half_angle, WITHIN_A_BAND)), ..self }
     }
 
-    /// A unit vector toward the sky and its density per sr; continuous in `point` within cells and along them.
+    /// Samples a unit vector toward the sky, and returns its density per sr; continuous in the point `[u, v]` within cells and along them.
     #[inline]
     pub fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
         let Some(cones) = &self.cones else { return self.sample_cells([u, v]) };
@@ -171,7 +171,7 @@ impl SkySampler {
         (DVec3::new(radius * sin, radius * cos, z), density(band_share, sector_share))
     }
 
-    /// Density per sr at a unit vector toward the sky; zero below the horizon.
+    /// Returns the density per sr at a unit vector toward the sky; zero below the horizon.
     pub fn density(&self, direction: DVec3) -> f64 {
         let of_cells = self.density_of_cells(direction);
         self.cones.as_ref().map_or(of_cells, |cones| shared(direction, cones, of_cells))
@@ -188,12 +188,12 @@ impl SkySampler {
     }
 }
 
-/// Density per sr where cones and cells share the directions.
+/// Returns the density per sr of the mixture of cones and cells.
 fn shared(toward: DVec3, cones: &NestedCones, of_cells: f64) -> f64 {
     CONES_SHARE * cones.density(toward) + (1.0 - CONES_SHARE) * of_cells
 }
 
-/// Unit vector at height `z` and azimuth `turn` of a full turn, clockwise from +y.
+/// Returns the unit vector at height `z` and azimuth `turn` of a full turn, clockwise from +y.
 #[inline]
 fn toward(z: f64, turn: f64) -> DVec3 {
     let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
@@ -207,7 +207,7 @@ fn density(band_share: f64, sector_share: f64) -> f64 {
 }
 
 impl Cumulative {
-    /// `weights`: positive, at most 65 535 of them.
+    /// Builds the distribution of `weights`: positive, at most 65 535 of them.
     fn new(weights: &[f64]) -> Self {
         let total: f64 = weights.iter().sum();
         let mut sum = 0.0;
@@ -231,7 +231,7 @@ impl Cumulative {
         self.values[index + 1] - self.values[index]
     }
 
-    /// The interval that holds `u` in 0..1, the position of `u` within it in 0..=1, and the interval's probability.
+    /// Finds the interval that holds `u` in 0..1, the position of `u` within it in 0..=1, and the interval's probability.
     #[inline]
     fn invert(&self, u: f64) -> (usize, f64, f64) {
         let count = self.values.len() - 1;
@@ -295,8 +295,8 @@ mod tests {
         }
     }
 
-    /// With a cone the density still integrates to one over the hemisphere (the mean of its inverse is 2 pi), the stated density
-    /// is that of the direction, and the cone has the directions that it should: 4 standard errors.
+    /// With a cone the density still integrates to one over the hemisphere (the mean of its inverse is 2 pi), the stated density is that
+    /// of the direction, and the cone gets its fraction of the directions: 4 standard errors.
     #[test]
     fn a_narrow_cone_has_directions_of_its_own() {
         for half_angle in [1e-5, 1e-3, 0.1] {
@@ -321,7 +321,7 @@ mod tests {
         }
     }
 
-    /// What directions are chosen by is the luminance, but for two thousandths of it.
+    /// The tabulated luminance by which directions are chosen agrees with the sky's within 2e-3.
     #[test]
     fn the_table_has_the_luminance() {
         for number in 1..=16 {

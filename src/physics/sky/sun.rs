@@ -21,7 +21,7 @@ pub struct Sun {
 }
 
 impl Sun {
-    /// Solid angle of the disc in sr: 4 pi sin^2(half-angle / 2), free of the cancellation of 1 - cos.
+    /// Returns the solid angle of the disc in sr: 4 pi sin^2(half-angle / 2), free of the cancellation of 1 - cos.
     ///
     /// ```
     /// assert!((skyduct_physics::sky::Sun::solid_angle_sr() - 6.79996e-5).abs() < 1e-10);
@@ -31,7 +31,7 @@ impl Sun {
         4.0 * PI * s * s
     }
 
-    /// Luminance of the disc in cd/m2: the normal illuminance over the disc's projected solid angle pi sin^2.
+    /// Computes the luminance of the disc in cd/m2: the normal illuminance over the disc's projected solid angle pi sin^2.
     ///
     /// The extraterrestrial sun of 133.8 klx has 1.97e9 cd/m2:
     ///
@@ -54,7 +54,7 @@ impl Sun {
         (direction - self.direction).length_squared() <= chord * chord
     }
 
-    /// Horizontal illuminance in lux of a sun at this altitude; zero at or below the horizon.
+    /// Computes the horizontal illuminance in lux; zero for a sun at or below the horizon.
     pub fn horizontal_illuminance_lux(&self) -> f64 {
         self.normal_illuminance_lux * self.direction.z.max(0.0)
     }
@@ -73,7 +73,7 @@ pub struct UtcInstant {
     pub hour: u32,
     /// Minute, 0..=59.
     pub minute: u32,
-    /// Second, 0 <= second < 60: leap seconds are not known.
+    /// Second, 0 <= second < 60: leap seconds are not represented.
     pub second: f64,
 }
 
@@ -84,11 +84,11 @@ pub struct SunPosition {
     pub altitude: f64,
     /// Azimuth in radians, 0..=2 pi, clockwise from north.
     pub azimuth: f64,
-    /// Altitude without atmosphere.
+    /// Altitude without atmosphere in radians.
     pub airless_altitude: f64,
 }
 
-/// Why a position could not be computed: the date, latitude or elevation is out of the algorithm's range.
+/// Error of a solar position: the date, latitude or elevation is out of the algorithm's range.
 #[derive(Debug, thiserror::Error)]
 #[error("solar position: {0}")]
 pub struct SunPositionError(String);
@@ -99,7 +99,7 @@ impl From<solar_positioning::Error> for SunPositionError {
     }
 }
 
-/// Where and through what air the sun is seen.
+/// Place from which the sun is seen, and the state of the air there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
     /// Latitude in degrees, -90..=90, north positive.
@@ -115,17 +115,17 @@ pub struct Site {
 }
 
 impl Site {
-    /// A site in the standard atmosphere, 1013.25 mbar and 15 C.
+    /// Returns a site in the standard atmosphere, 1013.25 mbar and 15 C.
     pub fn standard(latitude_deg: f64, longitude_deg: f64, elevation_m: f64) -> Self {
         Self { latitude_deg, longitude_deg, elevation_m, pressure_mbar: 1013.25, temperature_c: 15.0 }
     }
 }
 
-/// Position of the sun by NREL's SPA (Reda and Andreas 2004) in the standard atmosphere.
+/// Computes the position of the sun by NREL's SPA (Reda and Andreas 2004) in the standard atmosphere.
 ///
-/// `latitude_deg` -90..=90, `longitude_deg` -180..=180 (east positive), `elevation_m` above sea level. Terrestrial minus
-/// universal time is estimated from the date, for years -500..=2999. An error for a year beyond these, a date that the
-/// calendar does not have, and a place out of range.
+/// `latitude_deg` -90..=90, `longitude_deg` -180..=180 (east positive), `elevation_m` above sea level. Terrestrial minus universal time
+/// is estimated from the date, for years -500..=2999. Fails for a year beyond these, a date that the calendar does not have, and a place
+/// out of range.
 pub fn position(
     instant: UtcInstant,
     latitude_deg: f64,
@@ -136,8 +136,8 @@ pub fn position(
     position_at(instant, delta_t_s, Site::standard(latitude_deg, longitude_deg, elevation_m))
 }
 
-/// Position of the sun by NREL's SPA (Reda and Andreas 2004) with a given `delta_t_s`, terrestrial minus universal time
-/// in seconds, for years -2000..=6000; the errors are those of [`position`].
+/// Computes the position of the sun by NREL's SPA (Reda and Andreas 2004) with a given `delta_t_s`, terrestrial minus universal time in
+/// seconds, for years -2000..=6000; the errors are those of [`position`].
 ///
 /// The example that Reda and Andreas (2004) print, zenith angle 50.11162 and azimuth 194.34024 degrees:
 ///
@@ -172,7 +172,7 @@ pub fn position_at(instant: UtcInstant, delta_t_s: f64, site: Site) -> Result<Su
     })
 }
 
-/// Relative optical air mass (Kasten and Young 1989) at an apparent solar altitude in radians, >= 0.
+/// Computes the relative optical air mass (Kasten and Young 1989) at an apparent solar altitude in radians, >= 0.
 ///
 /// Their table has 37.92 at the horizon and 0.9997 at the zenith:
 ///
@@ -186,12 +186,12 @@ pub fn air_mass(altitude: f64) -> f64 {
     1.0 / (libm::sin(altitude) + 0.50572 * libm::pow(altitude.to_degrees() + 6.07995, -1.6364))
 }
 
-/// Normal illuminance of the beam in lux: 133.8 klx exp(-a_v m Tv), a_v = 1 / (9.9 + 0.043 m) with the air mass m.
+/// Computes the normal illuminance of the beam in lux: 133.8 klx exp(-a_v m Tv), a_v = 1 / (9.9 + 0.043 m) with the air mass m.
 ///
 /// `altitude` in radians, the apparent one; zero for a sun at or below the horizon. Source: Kittler, Perez and Darula 1998
 /// (docs/physics/sky_and_sun.md#the-sun).
 ///
-/// Air without turbidity takes nothing; type 12 at its typical turbidity has 86.510 klx at 35 degrees:
+/// Air of turbidity 0 dims nothing; type 12 at its typical turbidity has 86.510 klx at 35 degrees:
 ///
 /// ```
 /// use skyduct_physics::sky::sun::beam_normal_illuminance_lux;

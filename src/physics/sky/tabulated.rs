@@ -1,9 +1,9 @@
-//! The luminance of a sky from tables that are next to exact, for light that is followed in many directions.
+//! Luminance of a sky from nearly exact tables, for light that is followed in many directions.
 //!
 //! A luminance is a product of a function of the height and one of the distance from the sun, each with an exponential. Between even
-//! steps either is nearly a cubic; toward the far side of the sky the distance is taken from the point opposite the sun, about which
-//! the function is smooth. What cubics are wrong by is judged by those through every second value, which are 16 times as far off; a
-//! sky of which one would be too far off is computed from its formula.
+//! steps either is nearly a cubic; toward the far side of the sky the distance is taken from the point opposite the sun, about which the
+//! function is smooth. The error of the cubics is estimated by cubics through every second value, which are 16 times as far off; a sky
+//! with too large an error in any of its tables is computed from its formula.
 
 use std::f64::consts::SQRT_2;
 
@@ -11,14 +11,15 @@ use glam::DVec3;
 
 use super::Sky;
 
-/// Steps of the height, and of the distance from the sun and from the point opposite, as the length of the difference of unit vectors.
+/// Number of steps of the height. `DISTANCES` is that of the distance from the sun and from the opposite point, measured as the length of
+/// the difference of unit vectors.
 const HEIGHTS: usize = 512;
 const DISTANCES: usize = 128;
 
 /// Largest relative error of a table: a thousandth of the error of the most accurate jobs.
 const LARGEST_ERROR: f64 = 1e-6;
 
-/// A sky with its tables.
+/// A sky with tables of its luminance.
 ///
 /// ```
 /// use skyduct_physics::sky::tabulated::TabulatedSky;
@@ -38,9 +39,9 @@ pub struct TabulatedSky {
 #[derive(Clone, Debug)]
 struct Tables {
     sun: DVec3,
-    /// In cd/m2, over the height z.
+    /// Factor in cd/m2, over the height z.
     of_height: Table,
-    /// Over the distance from the sun, and from the point opposite.
+    /// Factors over the distance from the sun, and from the opposite point.
     of_distance: [Table; 2],
 }
 
@@ -62,21 +63,21 @@ impl TabulatedSky {
         Self { sky, tables }
     }
 
-    /// Luminance in cd/m2 toward a unit vector, zero below the horizon; within 2e-6 of it.
+    /// Returns the luminance in cd/m2 toward a unit vector, zero below the horizon, with a relative error below 2e-6.
     #[inline]
     pub fn luminance(&self, direction: DVec3) -> f64 {
         let Some(Tables { sun, of_height, of_distance }) = &self.tables else { return self.sky.luminance(direction) };
         if direction.z < 0.0 {
             return 0.0;
         }
-        // a branch would often be guessed wrong
+        // a branch would often be mispredicted
         let is_far = usize::from(sun.dot(direction) < 0.0);
         let from = *sun * [1.0, -1.0][is_far];
         of_height.at(direction.z) * of_distance[is_far].at((direction - from).length())
     }
 }
 
-/// A function at even steps from 0 on, and cubics through four of its values between.
+/// A function tabulated at even steps from 0 on, and interpolated by cubics through four of its values.
 #[derive(Clone, Debug)]
 struct Table {
     values: Vec<f64>,
@@ -99,14 +100,14 @@ impl Table {
         }
     }
 
-    /// The largest relative error, from that of cubics through every second value at those between.
+    /// Estimates the largest relative error, from that of cubics through every second value at the values between.
     fn error(&self) -> f64 {
         let mut largest: f64 = 0.0;
         for number in (1..self.values.len() - 1).step_by(2) {
             let first = number.saturating_sub(3).min(self.values.len() - 7);
             let through = [0, 2, 4, 6].map(|after| self.values[first + after]);
             let found = cubic(through, 0.5 * (number - first) as f64);
-            // one that is no number is larger than any
+            // not a number counts as an infinite error
             largest = largest.max((found / self.values[number] - 1.0).abs() / 16.0);
             if found.is_nan() {
                 return f64::INFINITY;
@@ -116,7 +117,7 @@ impl Table {
     }
 }
 
-/// The cubic through values at 0, 1, 2 and 3.
+/// Evaluates the cubic through values at 0, 1, 2 and 3.
 #[inline]
 fn cubic([a, b, c, d]: [f64; 4], place: f64) -> f64 {
     let [from_0, from_1, from_2, from_3] = [place, place - 1.0, place - 2.0, place - 3.0];
@@ -129,7 +130,8 @@ mod tests {
     use super::*;
     use crate::sky::{CieType, SkyDistribution, direction};
 
-    /// Of every sky of the CIE, all over the dome, next to the sun and at the horizon; all by tables.
+    /// Luminances from tables are within 2e-6 of every sky of the CIE, all over the dome, next to the sun and at the horizon, and no sky
+    /// falls back to its formula.
     #[test]
     fn luminances_are_within_what_is_said() {
         for cie_type in CieType::all() {

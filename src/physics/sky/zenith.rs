@@ -1,5 +1,5 @@
-//! Absolute zenith luminance of the CIE general skies (Kittler, Perez and Darula 1998; Darula and Kittler 2002); how the
-//! table was checked, and what holds above 75 degrees: docs/physics/sky_and_sun.md#absolute-level.
+//! Absolute zenith luminance of the CIE general skies (Kittler, Perez and Darula 1998; Darula and Kittler 2002). Checks of the table, and
+//! the level above 75 degrees: docs/physics/sky_and_sun.md#absolute-level.
 
 use super::SkyType;
 use super::cie::{CieType, SkyDistribution};
@@ -8,8 +8,8 @@ use crate::sky::direction;
 /// Extraterrestrial normal illuminance in lux, the value contained in the coefficients B and E.
 pub const EXTRATERRESTRIAL_LUX: f64 = 133_800.0;
 
-/// Solar altitude in degrees above which the published fits diverge (by 1/cos^D): from there on the horizontal illuminance
-/// follows the sine of the altitude.
+/// Solar altitude in degrees above which the published fits diverge (by 1/cos^D): above it the horizontal illuminance follows the sine of
+/// the altitude.
 const LAST_FITTED_ALTITUDE_DEG: f64 = 75.0;
 
 struct Row {
@@ -47,15 +47,14 @@ const ROWS: [Row; 15] = [
     row([0.418, 1.950, 28.08, 4.13, 0.79, 13.00, 0.30, 4.0]),
 ];
 
-/// How the absolute level of a sky was found; part of every result.
+/// Formula by which the absolute level of a sky was found; part of every result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ZenithFormula {
     /// The zenith luminance was given.
     GivenZenithLuminance,
     /// The diffuse horizontal illuminance was given.
     GivenHorizontalIlluminance,
-    /// Lz = (Dv/Ev) Ev / I, with the given ratio and Ev = 133.8 klx sin g: the sky's horizontal illuminance is the ratio's
-    /// exactly.
+    /// Lz = (Dv/Ev) Ev / I, with the given ratio and Ev = 133.8 klx sin g: the sky's horizontal illuminance over Ev is exactly this ratio.
     GivenDiffuseRatio {
         /// Diffuse over extraterrestrial horizontal illuminance, > 0.
         dv_ev: f64,
@@ -68,21 +67,21 @@ pub enum ZenithFormula {
     },
     /// Lz = A sin g + 0.7 (Tv + 1) sin^C g / cos^D g + 0.04 Tv, A = A1 Tv + A2, types 7 to 15, Tv <= 12.
     Turbidity {
-        /// Tv, without unit: 1 is air that nothing but its molecules dims.
+        /// Luminous turbidity Tv, without unit: 1 is air that only its molecules dim.
         luminous_turbidity: f64,
     },
     /// Lz = D / I with the diffuse horizontal illuminance D of an IES sky.
     IesHorizontalIlluminance,
 }
 
-/// The type's typical luminous turbidity; the traditional overcast sky has that of type 1.
+/// Returns the type's typical luminous turbidity; the traditional overcast sky has that of type 1.
 pub fn typical_turbidity(cie_type: CieType) -> f64 {
     table(cie_type).typical_turbidity
 }
 
-/// The formula used when the document gives no level: the typical Dv/Ev for types 1 to 6 and 16, the
-/// turbidity form for 7 to 15, the diffuse illuminance of the IES for its skies. The first two are not equivalent: at their
-/// typical values they differ by a factor of 1.7 for type 12 at 35 degrees.
+/// Returns the formula used when the document gives no level: the typical Dv/Ev for types 1 to 6 and 16, the turbidity form for 7 to 15,
+/// the diffuse illuminance of the IES for its skies. The first two are not equivalent: at their typical values they differ by a factor of
+/// 1.7 for type 12 at 35 degrees.
 pub fn default_formula(sky_type: impl Into<SkyType>, luminous_turbidity: Option<f64>) -> ZenithFormula {
     let SkyType::Cie(cie_type) = sky_type.into() else { return ZenithFormula::IesHorizontalIlluminance };
     if cie_type.is_sunless() {
@@ -93,14 +92,14 @@ pub fn default_formula(sky_type: impl Into<SkyType>, luminous_turbidity: Option<
     }
 }
 
-/// Zenith luminance in cd/m2 by a ratio, `Turbidity` or `IesHorizontalIlluminance` at a solar altitude in radians
-/// (0 < altitude <= pi/2).
+/// Computes the zenith luminance in cd/m2 by a ratio, `Turbidity` or `IesHorizontalIlluminance` at a solar altitude in radians (0 <
+/// altitude <= pi/2).
 ///
 /// Above 75 degrees the published fits diverge: there the horizontal illuminance continues as
 /// D(75 deg) sin g / sin 75 deg and Lz = D / I, which is continuous and finite. Zero for a sun at or below the horizon, for a
-/// given luminance or illuminance, which is the level itself, and for a formula that is not of the sky's kind.
+/// given luminance or illuminance, which is the level itself, and for a formula that does not apply to the sky's type.
 ///
-/// Under the uniform sky D = pi Lz is the given share of the 133.8 klx sin g from outside the atmosphere:
+/// Under the uniform sky D = pi Lz is the given fraction of the 133.8 klx sin g from outside the atmosphere:
 ///
 /// ```
 /// use skyduct_physics::sky::zenith::{EXTRATERRESTRIAL_LUX, ZenithFormula, zenith_luminance_cd_m2};

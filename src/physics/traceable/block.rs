@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-/// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
+/// Fraction of a segment, at its end, within which a box counts as touched, not as in between: a sensor on a table sees the room.
 pub const ON_TARGET: f64 = 1e-9;
 
 /// An upright block, turned about the vertical. All lengths are in m.
@@ -14,12 +14,12 @@ pub struct Block {
     pub along: DVec2,
     pub low: f64,
     pub high: f64,
-    /// The box that it is.
+    /// Number of the box that this block is; `None` if it bounds something else.
     pub of_box: Option<usize>,
 }
 
 impl Block {
-    /// True if it is no more than the bounds of an obstacle.
+    /// True if the block is only the bounds of an obstacle, not the obstacle itself.
     pub fn is_bound(&self) -> bool {
         self.of_box.is_none()
     }

@@ -1,4 +1,4 @@
-//! Bounds of boxes along the axes, [`WIDTH`] at once: a filter that tells which of many boxes a ray may meet.
+//! Axis-aligned bounds of boxes, tested [`WIDTH`] at a time: a filter that finds which of many boxes a ray may meet.
 
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -6,20 +6,21 @@ use smallvec::SmallVec;
 use crate::geometry::lanes::{Lanes, Query, answer};
 use crate::geometry::tree_ray::{Bounds, BoxRay, NO_BOXES, WIDTH};
 
-/// Share of the room's scale by which bounds grow: more than the rounding of coordinates and distances to f32 (each below 2^-23 of it).
+/// Fraction of the room's scale by which bounds grow: more than the rounding of coordinates and distances to f32 (each below 2^-23 of
+/// it).
 const PADDING: f64 = 1e-6;
 
-/// Number of boxes that a ray meets, mostly.
+/// Number of boxes that most rays meet at most.
 const FEW: usize = 8;
 
-/// Bounds of boxes in f32, each box by its number.
+/// Axis-aligned bounds of boxes in f32, in groups of [`WIDTH`], in the order of the boxes' numbers.
 #[derive(Clone, Debug, Default)]
 pub struct BoxBounds {
     groups: Vec<Bounds>,
 }
 
 impl BoxBounds {
-    /// `spans`: lowest and highest corner of each box, in m, within a room of a scale in m ([`crate::scene::Enclosure::scale_m`]).
+    /// Takes `spans`, the lowest and highest corner of each box in m, in a room of `scale` in m ([`crate::scene::Enclosure::scale_m`]).
     pub fn new(spans: &[[DVec3; 2]], scale: f64) -> Self {
         let padding = PADDING * scale;
         let group = |spans: &[[DVec3; 2]]| {
@@ -35,8 +36,8 @@ impl BoxBounds {
         Self { groups: spans.chunks(WIDTH).map(group).collect() }
     }
 
-    /// Numbers, in ascending order, of all boxes that `origin + t direction` meets at a t in 0..=`reach`, and of some that it
-    /// passes within a hair's breadth. `origin` is in the room.
+    /// Finds the numbers, in ascending order, of all boxes that `origin + t direction` meets at a t in 0..=`reach`, and of some that it
+    /// narrowly misses. `origin` is in the room.
     #[inline]
     pub fn met(&self, origin: DVec3, direction: DVec3, reach: f64) -> SmallVec<[usize; FEW]> {
         // a little longer, so that rounding culls no box at the end
@@ -45,7 +46,7 @@ impl BoxBounds {
     }
 }
 
-/// Asks which boxes a ray meets.
+/// Query for the boxes that a ray meets.
 struct Met<'a> {
     bounds: &'a BoxBounds,
     ray: BoxRay,

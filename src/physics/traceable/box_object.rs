@@ -16,7 +16,7 @@ pub struct TraceableBox {
 }
 
 impl TraceableBox {
-    /// The box of a scene.
+    /// Compiles a box of the scene.
     pub fn new(object: &BoxObject) -> Self {
         Self {
             base: object.base,
@@ -27,7 +27,7 @@ impl TraceableBox {
         }
     }
 
-    /// First point at which `origin + t direction` enters the box: t >= 0, the face, and its outward normal.
+    /// Finds the first point at which `origin + t direction` enters the box: t >= 0, the number of the face, and its outward normal.
     #[inline]
     pub fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, usize, DVec3)> {
         let to_local = |v: DVec3| (self.turn * v.truncate()).extend(v.z);
@@ -59,21 +59,21 @@ impl TraceableBox {
         Some((enter, 2 * axis + usize::from(toward_high), normal))
     }
 
-    /// The four corners of its outline seen from above, counter-clockwise.
+    /// Returns the four corners of the outline seen from above, counter-clockwise.
     pub fn outline(&self) -> [DVec2; 4] {
         let back = self.turn.transpose();
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
             .map(|(x, y)| self.base.truncate() + back * DVec2::new(x * self.half.x, y * self.half.y))
     }
 
-    /// True if a point is inside, or on the lower side: a box covers what it stands on.
+    /// True if a point is inside the box or on its underside: a box covers what it stands on.
     pub fn contains(&self, point: DVec3) -> bool {
         let local = self.turn * (point - self.base).truncate();
         let (low, high) = self.span();
         local.abs().cmplt(self.half).all() && point.z >= low && point.z < high
     }
 
-    /// Distance in metres of a point outside to a side or the underside; infinite at and above the height of the top.
+    /// Returns the distance in m of a point outside the box to a side or the underside; infinite at and above the height of the top.
     pub fn distance_beside(&self, point: DVec3) -> f64 {
         let (low, high) = self.span();
         if point.z >= high {
@@ -83,12 +83,12 @@ impl TraceableBox {
         across.extend(low - point.z).max(DVec3::ZERO).length()
     }
 
-    /// Lower and upper height in metres.
+    /// Returns the lower and upper height in m.
     pub fn span(&self) -> (f64, f64) {
         (self.base.z, self.base.z + self.height)
     }
 
-    /// Lowest and highest corner of the block along the room's axes around it, in m.
+    /// Returns the lowest and highest corner, in m, of the block along the room's axes around the box.
     pub(super) fn bounds(&self) -> [DVec3; 2] {
         let outline = self.outline();
         let (low, high) = self.span();
@@ -98,14 +98,15 @@ impl TraceableBox {
         [corner(DVec2::min, low), corner(DVec2::max, high)]
     }
 
-    /// Unit normal of a face, away from the box.
+    /// Returns the unit normal of a face, pointing away from the box.
     pub fn normal(&self, face: usize) -> DVec3 {
         let along = if face % 2 == 1 { 1.0 } else { -1.0 };
         let own = DVec3::AXES[face / 2] * along;
         (self.turn.transpose() * own.truncate()).extend(own.z)
     }
 
-    /// A corner, two edges that span the face, in the room frame; `face` is numbered as [`Face`](crate::scene::Face) is.
+    /// Returns a corner of a face and the two edges that span it, in the room frame; `face` is numbered as [`Face`](crate::scene::Face)
+    /// is.
     pub fn face(&self, face: usize) -> [DVec3; 3] {
         let back = self.turn.transpose();
         let world = |v: DVec3| (back * v.truncate()).extend(v.z);

@@ -5,21 +5,21 @@ use glam::DVec3;
 use crate::geometry::planar::Polygon;
 use crate::scene::{Enclosure, Face};
 
-/// Share of the room's extent within which points lie on a face.
+/// Fraction of the room's scale within which points lie on a face.
 const HAIR: f64 = 1e-9;
 
-/// The faces of a room, made ready for rays.
+/// Faces of a room, compiled for the intersection with rays.
 #[derive(Clone, Debug)]
 pub struct TraceableEnclosure {
     shape: Shape,
-    /// Its faces, in the order of their numbers.
+    /// Faces in the order of their numbers.
     pub polygons: Vec<Polygon>,
     low: DVec3,
     high: DVec3,
     /// Distance in m within which points lie on a face.
     hair: f64,
     scale: f64,
-    /// Faces behind whose planes parts of the room lie: they can stand between two points of it.
+    /// Numbers of the faces behind whose planes parts of the room lie: they can stand between two points of it.
     hiding: Vec<usize>,
 }
 
@@ -27,21 +27,21 @@ pub struct TraceableEnclosure {
 enum Shape {
     /// A box from the origin to this corner.
     Box(DVec3),
-    /// Any faces.
+    /// Any other set of faces.
     Faces,
 }
 
 /// The face that a ray meets.
 #[derive(Clone, Copy, Debug)]
 pub struct FaceAhead {
-    /// Distance along the ray in units of its direction.
+    /// Distance along the ray in lengths of its direction.
     pub distance: f64,
     /// Number of the face.
     pub face: usize,
 }
 
 impl TraceableEnclosure {
-    /// The faces of an enclosure.
+    /// Compiles the faces of an enclosure.
     pub fn new(enclosure: &Enclosure) -> Self {
         let polygons: Vec<Polygon> = enclosure.faces().iter().map(|face| face.polygon.clone()).collect();
         let [low, high] = enclosure.bounds();
@@ -54,7 +54,7 @@ impl TraceableEnclosure {
         Self { shape, polygons, low, high, hair, scale, hiding }
     }
 
-    /// The face that a ray from inside meets. Where rounding lets it pass between two faces, the nearer of them.
+    /// Finds the face that a ray from inside meets. Where rounding lets it pass between two faces, the one that it passes closer to.
     #[inline]
     pub fn ahead(&self, origin: DVec3, direction: DVec3) -> FaceAhead {
         match self.shape {
@@ -88,7 +88,7 @@ impl TraceableEnclosure {
         closest.map_or(FaceAhead { distance: 0.0, face: 0 }, |(_, ahead)| ahead)
     }
 
-    /// The point of a face that a ray meets, on its plane, so that the next ray starts there.
+    /// Returns the point of a face that a ray meets, exactly on the face's plane, so that the next ray starts there.
     #[inline]
     pub fn point_on(&self, ahead: FaceAhead, origin: DVec3, direction: DVec3) -> DVec3 {
         let mut position = origin + direction * ahead.distance;
@@ -99,7 +99,7 @@ impl TraceableEnclosure {
         self.clamp(position)
     }
 
-    /// Unit normal of a face, into the room.
+    /// Returns the unit normal of a face, pointing into the room.
     #[inline]
     pub fn normal(&self, face: usize) -> DVec3 {
         self.polygons[face].normal()
@@ -108,7 +108,7 @@ impl TraceableEnclosure {
     /// True if no face stands between two points of the room.
     #[inline]
     pub fn is_clear(&self, a: DVec3, b: DVec3) -> bool {
-        // a straight way out of the room goes through the front of a face, so that its end is behind it
+        // a segment that leaves the room crosses a face from its front, so that its end is behind that face
         self.hiding.iter().all(|face| {
             let polygon = &self.polygons[*face];
             let (from, to) = (polygon.height(a), polygon.height(b));
@@ -117,7 +117,7 @@ impl TraceableEnclosure {
         })
     }
 
-    /// Faces that can stand between two points of the room.
+    /// Lists the faces that can stand between two points of the room.
     pub fn hiding(&self) -> impl Iterator<Item = &Polygon> {
         self.hiding.iter().map(|face| &self.polygons[*face])
     }
@@ -147,7 +147,7 @@ impl TraceableEnclosure {
         Some((face, self.point_on(FaceAhead { distance, face }, origin, direction)))
     }
 
-    /// The faces that a ray crosses, from either side, with the distance.
+    /// Finds the faces that a ray crosses, from either side, each with its distance.
     fn crossings(&self, origin: DVec3, direction: DVec3) -> impl Iterator<Item = (f64, usize)> {
         self.polygons.iter().enumerate().filter_map(move |(face, polygon)| {
             let distance = -polygon.height(origin) / polygon.normal().dot(direction);
@@ -156,13 +156,13 @@ impl TraceableEnclosure {
         })
     }
 
-    /// The point of the room's bounds that is nearest to a point.
+    /// Returns the point of the room's bounds that is nearest to a point.
     #[inline]
     pub fn clamp(&self, point: DVec3) -> DVec3 {
         point.clamp(self.low, self.high)
     }
 
-    /// Extent of the box that it is, from the origin along x, y and z in m; `None` for other shapes.
+    /// Returns the extent along x, y and z in m, from the origin, of a room that is a box; `None` for other shapes.
     pub fn as_box(&self) -> Option<DVec3> {
         match self.shape {
             Shape::Box(size) => Some(size),
@@ -170,36 +170,36 @@ impl TraceableEnclosure {
         }
     }
 
-    /// Shortest edge of the bounds in m, a measure of how near is near in the room.
+    /// Returns the shortest edge of the bounds in m, a length scale of the room.
     pub fn shortest_edge_m(&self) -> f64 {
         self.extent().min_element()
     }
 
-    /// Extent of the bounds along x, y and z in m.
+    /// Returns the extent of the bounds along x, y and z in m.
     pub fn extent(&self) -> DVec3 {
         self.high - self.low
     }
 
-    /// Lowest and highest corner of the bounds in m.
+    /// Returns the lowest and highest corner of the bounds in m.
     pub fn bounds(&self) -> [DVec3; 2] {
         [self.low, self.high]
     }
 
-    /// Length in m to which rounding is related, [`Enclosure::scale_m`].
+    /// Returns the length in m to which rounding errors are related, [`Enclosure::scale_m`].
     pub fn scale_m(&self) -> f64 {
         self.scale
     }
 
-    /// True if a point lies in the plane of a face, within `near` m.
+    /// True if all points lie in the plane of one face, within `near` m.
     pub fn is_in_plane_of_a_face(&self, points: &[DVec3], near: f64) -> bool {
         self.polygons.iter().any(|polygon| points.iter().all(|point| polygon.height(*point).abs() <= near))
     }
 }
 
-/// A direction that is none of any room that people draw.
+/// Direction that is unlikely to be parallel to an edge or a face of any room.
 const SKEW: DVec3 = DVec3::new(0.312_906_4, 0.518_273_1, 0.795_914_2);
 
-/// The face of a box from the origin to `size`.
+/// Finds the face that a ray from inside meets in a box from the origin to `size`.
 #[inline]
 fn ahead_in_box(size: DVec3, origin: DVec3, direction: DVec3) -> FaceAhead {
     let (mut distance, mut axis) = (f64::INFINITY, Face::Floor as usize / 2);
@@ -232,8 +232,8 @@ mod tests {
         TraceableEnclosure::new(&Enclosure::prism(&[outline, core], &[slope], surfaces).unwrap())
     }
 
-    /// Rays end on the nearest face that they cross, whose front they see; what lies before it is in sight, other parts of
-    /// the room are not; and rays that start on faces, edges and corners do not leave the room.
+    /// Rays end on the nearest face that they cross, on its front; points before it are visible, other parts of the room are not; and
+    /// rays that start on faces, edges and corners do not leave the room.
     #[test]
     fn rays_end_on_the_nearest_face() {
         let room = room();
@@ -247,7 +247,7 @@ mod tests {
             let (origin, other) = (point(), point());
             let direction = (other - origin).normalize();
             if !room.contains(origin) {
-                // what enters the room leaves the outside by the back of a face
+                // a ray from outside enters the room through the back of a face
                 if let Some((face, entry)) = room.entry(origin, direction) {
                     assert!(room.normal(face).dot(direction) > 0.0 && room.contains(entry));
                 }

@@ -10,27 +10,27 @@ use crate::geometry::triangle::distance_above;
 use crate::optics::Spectrum;
 use crate::scene::Luminaire;
 
-/// A luminaire and what is derived from it.
+/// A luminaire and the quantities derived from it.
 #[derive(Clone, Copy, Debug)]
 pub struct TraceableLuminaire {
     corner: DVec3,
     edge_u: DVec3,
     edge_v: DVec3,
-    /// Unit vector of the side that emits.
+    /// Unit normal of the side that emits.
     pub normal: DVec3,
-    /// Area of the rectangle.
+    /// Area of the rectangle in m2.
     pub area_m2: f64,
     /// Luminance in cd/m2, linear Rec.709; zero when switched off.
     pub luminance: [f64; 3],
     /// Number of its surface.
     pub surface: SurfaceId,
-    /// Gradients of the coordinates along the edges, each 0..1 on the rectangle.
+    /// Gradient of the coordinate along `edge_u`, 0..1 on the rectangle; `to_v` is that along `edge_v`.
     to_u: DVec3,
     to_v: DVec3,
 }
 
 impl TraceableLuminaire {
-    /// `luminaire` has edges that are not parallel; `surface` is its number.
+    /// Compiles a luminaire, whose edges must not be parallel; `surface` is its surface number.
     pub fn new(luminaire: &Luminaire, surface: SurfaceId) -> Self {
         let Luminaire { corner, edge_u, edge_v, luminance } = *luminaire;
         let across = edge_u.cross(edge_v);
@@ -41,18 +41,18 @@ impl TraceableLuminaire {
         Self { corner, edge_u, edge_v, normal, area_m2, luminance, surface, to_u, to_v }
     }
 
-    /// True if it sends out light in any channel.
+    /// True if the luminaire emits light in any channel.
     pub fn emits(&self) -> bool {
         self.luminance.iter().any(|luminance| *luminance > 0.0)
     }
 
-    /// The point at coordinates 0..1 along the edges.
+    /// Returns the point at coordinates 0..1 along the edges.
     #[inline]
     pub fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         self.corner + self.edge_u * u + self.edge_v * v
     }
 
-    /// A point near the rectangle, exactly on its plane where that is normal to an axis: a grid may lie in it.
+    /// Moves a point near the rectangle exactly onto its plane where that is normal to an axis: a grid may lie in it.
     pub fn onto_plane(&self, mut point: DVec3) -> DVec3 {
         for axis in (0..3).filter(|axis| self.normal[*axis].abs() == 1.0) {
             point[axis] = self.corner[axis];
@@ -60,13 +60,13 @@ impl TraceableLuminaire {
         point
     }
 
-    /// Corners, counter-clockwise seen from the side that emits.
+    /// Returns the corners, counter-clockwise seen from the side that emits.
     pub fn corners(&self) -> [DVec3; 4] {
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|point| self.point(point))
     }
 
-    /// Distance in metres of a point on the side that emits to the nearest part that rises above the point; infinite on the
-    /// dark side, and where no part does.
+    /// Returns the distance in m of a point on the side that emits to the nearest part of the rectangle that is higher than the point;
+    /// infinite on the dark side, and where no part is higher.
     pub fn distance_beside(&self, point: DVec3) -> f64 {
         self.distance_of_part_above(point, point.z)
     }
@@ -86,13 +86,13 @@ impl TraceableLuminaire {
         halves.iter().filter_map(|half| distance_above(half, point, height)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Longer edge in m.
+    /// Returns the longer edge in m.
     pub fn longer_edge_m(&self) -> f64 {
         let [a, b, _, d] = self.corners();
         (b - a).length().max((d - a).length())
     }
 
-    /// The distance, in lengths of `direction`, at which a ray crosses the rectangle's plane inside its outline.
+    /// Finds the distance, in lengths of `direction`, at which a ray crosses the rectangle's plane inside its outline.
     #[inline]
     pub fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let approach = direction.dot(self.normal);
@@ -105,13 +105,13 @@ impl TraceableLuminaire {
         (place.cmpge(DVec2::ZERO).all() && place.cmple(DVec2::ONE).all()).then_some(distance)
     }
 
-    /// Luminance in cd/m2 seen along `direction`, which meets the rectangle: zero on the dark side.
+    /// Returns the luminance in cd/m2 seen along `direction`, which meets the rectangle: zero on the dark side.
     #[inline]
     pub fn seen<const C: usize>(&self, direction: DVec3) -> Spectrum<C> {
         if direction.dot(self.normal) < 0.0 { Spectrum::from_rgb(self.luminance) } else { Spectrum::ZERO }
     }
 
-    /// Irradiance in lux at a point of a surface with unit `normal` when nothing stands between: Lambert's closed form.
+    /// Computes the unoccluded irradiance in lux at a point of a surface with unit `normal`: Lambert's closed form.
     #[inline]
     pub fn irradiance<const C: usize>(&self, position: DVec3, normal: DVec3) -> Spectrum<C> {
         if (position - self.corner).dot(self.normal) <= 0.0 {
@@ -122,8 +122,8 @@ impl TraceableLuminaire {
         Spectrum::from_rgb(self.luminance) * per_luminance
     }
 
-    /// Irradiance in lux if the whole rectangle were at its point `source`, L cos(theta) cos(theta') A / d^2: its mean
-    /// over even points is the irradiance where nothing stands between.
+    /// Computes the irradiance in lux as if the whole rectangle were at its point `source`, L cos(theta) cos(theta') A / d^2: the mean
+    /// over evenly distributed points is the irradiance without occlusion.
     #[inline]
     pub fn connection<const C: usize>(&self, source: DVec3, position: DVec3, normal: DVec3) -> Spectrum<C> {
         let way = source - position;
@@ -136,13 +136,14 @@ impl TraceableLuminaire {
         Spectrum::from_rgb(self.luminance) * geometry
     }
 
-    /// Flux that leaves, in lm: pi A L.
+    /// Computes the emitted flux in lm: pi A L.
     pub fn flux<const C: usize>(&self) -> Spectrum<C> {
         Spectrum::from_rgb(self.luminance) * (PI * self.area_m2)
     }
 }
 
-/// A unit vector along an axis without the rounding of its length, so that planes that coincide give equal distances.
+/// Returns a unit vector along an axis without the rounding of its length, so that planes that coincide give equal distances; other
+/// vectors stay.
 fn axis_or(unit: DVec3) -> DVec3 {
     let axis = (0..3).find(|axis| (0..3).all(|other| other == *axis || unit[other] == 0.0));
     axis.map_or(unit, |axis| DVec3::AXES[axis] * unit[axis].signum())

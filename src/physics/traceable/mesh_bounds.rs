@@ -1,30 +1,30 @@
-//! Blocks around the parts of a mesh: tighter together than one around all of it, so that fewer rays ask the mesh itself.
+//! Blocks around the parts of a mesh: together smaller than one around the whole, so that fewer rays are tested against the mesh itself.
 
 use glam::DVec3;
 
 use crate::geometry::TriangleMesh;
 
-/// Most blocks around one mesh: the legs, the seat and the back of a chair have one each.
+/// Largest number of blocks around one mesh: the legs, the seat and the back of a chair have one each.
 const MOST: usize = 8;
 
-/// Planes at which a part is tried to be divided, along each axis.
+/// Number of planes along each axis at which a division of a part is tried.
 const PLANES: usize = 15;
 
-/// Parts are taken where they have at most this share of the volume of one block around all of it: each costs time, too.
+/// Largest fraction of the volume of one block around the mesh that blocks around its parts may have together: each costs time, too.
 const WORTHWHILE: f64 = 0.5;
 
-/// Lowest and highest corner of a block along the axes.
+/// Lowest and highest corner of an axis-aligned block, in m.
 type Bounds = [DVec3; 2];
 
 const EMPTY: Bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
-/// Some triangles and the block around them.
+/// Some triangles of a mesh, and the block around them.
 struct Part {
     triangles: Vec<u32>,
     bounds: Bounds,
 }
 
-/// Lowest and highest corners of at most [`MOST`] blocks along the axes that hold all triangles of a mesh.
+/// Finds at most [`MOST`] axis-aligned blocks that hold all triangles of a mesh: the lowest and highest corner of each.
 pub fn blocks_around(mesh: &TriangleMesh) -> Vec<Bounds> {
     let whole = Part::new(mesh, (0..mesh.triangles.len() as u32).collect());
     if whole.triangles.is_empty() {
@@ -49,7 +49,7 @@ impl Part {
         Self { triangles, bounds }
     }
 
-    /// Both sides of the plane that leaves least volume; `None` where all planes have everything on one side.
+    /// Divides the part at the plane that leaves the least volume; `None` where every plane has all triangles on one side.
     fn divided(&self, mesh: &TriangleMesh) -> Option<[Self; 2]> {
         let [low, high] = self.bounds;
         // number of the last plane that a triangle's middle is before
@@ -90,7 +90,7 @@ fn joined([low, high]: &Bounds, [other_low, other_high]: &Bounds) -> Bounds {
     [low.min(*other_low), high.max(*other_high)]
 }
 
-/// Volume of a block in m3.
+/// Returns the volume of a block in m3.
 fn volume([low, high]: &Bounds) -> f64 {
     (*high - *low).element_product()
 }

@@ -10,11 +10,11 @@ use crate::geometry::facets::{Facets, pieces};
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
-/// Share of the room's diagonal by which light starts before a triangle: far more than the rounding of a hit, so that no
-/// ray meets the facet that it leaves, and far less than any gap.
+/// Fraction of the room's scale by which light starts before a triangle: far more than the rounding of a hit, so that no ray meets the
+/// facet that it leaves, and far less than any gap.
 const CLEARANCE: f64 = 1e-11;
 
-/// Corners within this share of the room's diagonal of a facet's plane belong to it.
+/// Fraction of the room's scale: corners within this distance of a facet's plane belong to the facet.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// All mesh objects of a room.
@@ -25,11 +25,11 @@ pub struct TraceableMeshes {
     pub positions: Vec<DVec3>,
     /// Numbers of the corners of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Number of the piece that each triangle belongs to: triangles joined by corners.
+    /// Number of the piece that each triangle belongs to; a piece consists of triangles joined by corners.
     pub pieces: Vec<u32>,
-    /// Plane pieces of all meshes, numbered through.
+    /// Facets of all meshes, numbered consecutively.
     pub facets: Facets,
-    /// Distance in metres by which light ends before a triangle.
+    /// Distance in m by which light ends before a triangle.
     pub clearance: f64,
 }
 
@@ -38,7 +38,7 @@ pub struct TraceableMeshes {
 pub struct MeshHit {
     /// Distance from the ray's origin in m, > 0.
     pub distance: f64,
-    /// A hair's breadth before the triangle.
+    /// Point just before the triangle, in m.
     pub position: DVec3,
     /// Unit normal on the ray's side.
     pub normal: DVec3,
@@ -49,7 +49,8 @@ pub struct MeshHit {
 }
 
 impl TraceableMeshes {
-    /// All objects of a room of a scale in m, and the surfaces of front and back of each facet; `None` without objects.
+    /// Compiles all mesh objects of a room of `scale` in m, and returns them with the surfaces of front and back of each facet; `None`
+    /// without objects.
     pub fn new(objects: &[MeshObject], scale: f64) -> Option<(Self, Vec<[Surface; 2]>)> {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
         let (mut sides, mut surfaces) = (Vec::new(), Vec::new());
@@ -82,13 +83,13 @@ impl TraceableMeshes {
         Some((meshes, of_facets))
     }
 
-    /// A point inside a facet.
+    /// Returns a point inside a facet.
     pub fn point_of(&self, facet: usize) -> DVec3 {
         let corners = self.triangles[self.facets.largest[facet] as usize];
         corners.iter().map(|corner| self.positions[*corner as usize]).sum::<DVec3>() / 3.0
     }
 
-    /// The nearest triangle along the unit vector `direction`.
+    /// Finds the nearest triangle along the unit vector `direction`.
     #[inline]
     pub fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<MeshHit> {
         let hit = self.bvh.nearest(origin, direction, None)?;
@@ -104,22 +105,22 @@ impl TraceableMeshes {
         Some(MeshHit { distance: hit.distance, position, normal, facet, side })
     }
 
-    /// True if a triangle is met before the share `until` of the way from `a` to `b`.
+    /// True if a triangle is met before the fraction `until` of the segment from `a` to `b`.
     #[inline]
     pub fn blocks(&self, a: DVec3, b: DVec3, until: f64) -> bool {
         let length = (b - a).length();
         length > 0.0 && self.bvh.any_within(a, (b - a) / length, until * length)
     }
 
-    /// Distance in metres of a point to the nearest part of the meshes that rises above the point by more than `level`, where
-    /// that distance is below `reach`.
+    /// Returns the distance in m of a point to the nearest part of the meshes that rises above the point by more than `level` m; `None`
+    /// where that distance is not below `reach`.
     pub fn distance_beside(&self, point: DVec3, level: f64, reach: f64) -> Option<f64> {
         self.bvh.distance_above(point, point.z + level, reach)
     }
 }
 
-/// A number for each kind of triangle, of which facets are made: those of two materials on their sides are of one kind only if they
-/// face the same way.
+/// Numbers the kinds of triangles from which facets are made: triangles with different materials on their two sides are of one kind only
+/// if they face the same way.
 fn kinds(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[[u32; 2]]) -> Vec<u32> {
     let mut known: HashMap<([u32; 2], u32), u32> = HashMap::new();
     let first = sides.iter().flatten().max().map_or(0, |last| last + 1);

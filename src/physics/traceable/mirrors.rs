@@ -1,7 +1,7 @@
-//! Plane mirrors of a room, and the chains of them by which light may come: what is seen by a chain is an image.
+//! Plane mirrors of a room, and the chains of reflections in them by which light may arrive: a source seen by a chain is an image.
 //!
-//! A chain names the mirrors that a way meets, from the place that is lit toward the source. A source at its end is seen from that place
-//! where its image lies, and the image of the place lies as far from the source: the way is unfolded to a straight line.
+//! A chain lists the mirrors that a path meets, from the lit place toward the source. From that place, the source is seen where its image
+//! lies, and the image of the place lies as far from the source: the path is unfolded into a straight line.
 
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
@@ -11,21 +11,21 @@ use super::enclosure::TraceableEnclosure;
 use super::surface_id::{Numbering, Side, SurfaceId};
 use crate::optics::{Spectrum, SurfaceOptics};
 
-/// Chains that reflect less in all are left out, and at most so many are kept, the brightest.
+/// Smallest reflectance of a chain that is kept; at most `MOST_CHAINS` are, shorter ones first, of one length the brightest.
 const LEAST_REFLECTANCE: f64 = 0.002;
 const MOST_CHAINS: usize = 64;
 
-/// Reflectance of a chain from which on leaving it out is worth a warning.
+/// Smallest reflectance of a chain whose omission is worth a warning.
 const BRIGHT: f64 = 0.1;
 
-/// The plane mirrors of a room, and chains of them.
+/// Plane mirrors of a room, and the chains of them that are kept.
 #[derive(Clone, Debug, Default)]
 pub struct Mirrors {
     planes: Vec<Plane>,
     chains: Vec<Chain>,
-    /// True if mirrors show light by other chains too.
+    /// True if mirrors reflect light by chains that are not kept, too.
     shows_more: bool,
-    /// True if what is left out may be bright: by facets of meshes, or by chains beyond the most.
+    /// True if chains that are not kept may be bright: those of mesh facets, or those beyond `MOST_CHAINS`.
     leaves_out: bool,
 }
 
@@ -33,22 +33,22 @@ pub struct Mirrors {
 #[derive(Clone, Debug)]
 struct Plane {
     surface: SurfaceId,
-    /// A point of it, in m, and the unit normal of the side that reflects.
+    /// A point of the mirror, in m; `normal` is the unit normal of the side that reflects.
     point: DVec3,
     normal: DVec3,
     corners: Vec<DVec3>,
-    /// Linear Rec.709.
+    /// Reflectance, linear Rec.709.
     reflectance: [f64; 3],
 }
 
-/// Mirrors that a way meets one after the other.
+/// Mirrors that a path meets one after the other.
 #[derive(Clone, Debug)]
 struct Chain {
-    /// Numbers of the mirrors, that next to the lit place first.
+    /// Numbers of the mirrors, the one nearest to the lit place along the path first.
     planes: SmallVec<[usize; 4]>,
-    /// The chain without the last of them.
+    /// Number of the chain without the last mirror; `None` for a chain of one mirror.
     before: Option<usize>,
-    /// Linear Rec.709.
+    /// Product of the reflectances, linear Rec.709.
     reflectance: [f64; 3],
 }
 
@@ -74,7 +74,7 @@ impl Plane {
         direction - self.normal * (2.0 * direction.dot(self.normal))
     }
 
-    /// True if a part of each lies before the other.
+    /// True if a part of each mirror lies before the other.
     fn faces(&self, other: &Self) -> bool {
         let before = |plane: &Self, other: &Self| other.corners.iter().any(|corner| plane.height(*corner) > 0.0);
         before(self, other) && before(other, self)
@@ -82,7 +82,7 @@ impl Plane {
 }
 
 impl Mirrors {
-    /// Finds the plane mirrors of a room and its boxes and their chains; `surfaces`: optics by number.
+    /// Finds the plane mirrors of a room and its boxes, and their chains; `surfaces` are the optics by surface number.
     pub fn new(
         enclosure: &TraceableEnclosure,
         boxes: &[TraceableBox],
@@ -112,7 +112,7 @@ impl Mirrors {
         mirrors
     }
 
-    /// Adds all chains that reflect enough, shorter ones first.
+    /// Adds all chains of enough reflectance, shorter ones first.
     fn find_chains(&mut self) {
         let alone = |number: usize| Chain {
             planes: smallvec![number],
@@ -134,7 +134,7 @@ impl Mirrors {
         }
     }
 
-    /// The chains of one mirror more.
+    /// Returns the chains that extend a chain by one mirror.
     fn longer(&self, number: usize) -> Vec<Chain> {
         let chain = &self.chains[number];
         let Some(last) = chain.planes.last().map(|last| &self.planes[*last]) else { return Vec::new() };
@@ -148,35 +148,37 @@ impl Mirrors {
         next.map(longer).collect()
     }
 
-    /// Connections by a chain where the brightest one has so many, at least one: in proportion to what it reflects.
+    /// Returns the number of connections by a chain, at least 1, in proportion to its reflectance; the brightest chain has
+    /// `of_brightest`.
     pub fn connections(&self, chain: usize, of_brightest: f64) -> f64 {
         let brightest = self.chains.iter().map(Chain::brightest).fold(0.0, f64::max);
         (of_brightest * self.chains[chain].brightest() / brightest).round().max(1.0)
     }
 
-    /// True if no mirror shows anything by a chain that is kept.
+    /// True if no chain is kept.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.chains.is_empty()
     }
 
-    /// True if mirrors show light by chains that are not kept, however faint.
+    /// True if mirrors reflect light by chains that are not kept, however faint.
     pub fn shows_more(&self) -> bool {
         self.shows_more
     }
 
-    /// True if mirrors may show bright light by chains that are not kept.
+    /// True if mirrors may reflect bright light by chains that are not kept.
     pub fn leaves_out(&self) -> bool {
         self.leaves_out
     }
 
-    /// The chain that a way along `chain`, or along none, goes on to at a surface; `None` where that is not kept.
+    /// Returns the chain that a path along `chain`, or along none, becomes by a reflection at a surface; `None` where that chain is not
+    /// kept.
     pub fn next(&self, chain: Option<usize>, surface: SurfaceId) -> Option<usize> {
         let last = |chain: &Chain| chain.planes.last().is_some_and(|last| self.planes[*last].surface == surface);
         self.chains.iter().position(|other| other.before == chain && last(other))
     }
 
-    /// The chains of which the first mirror shows something at a place, with what they reflect.
+    /// Lists the chains whose first mirror faces a place, each with the largest channel of its reflectance.
     pub fn before(&self, position: DVec3) -> impl Iterator<Item = (usize, f64)> {
         let shows = move |chain: &Chain| self.planes[chain.planes[0]].height(position) > 0.0;
         self.chains
@@ -186,7 +188,8 @@ impl Mirrors {
             .map(|(number, chain)| (number, chain.brightest()))
     }
 
-    /// One of the chains before a place by a number in 0..1, and the probability by which it was chosen.
+    /// Chooses a chain among those whose first mirror faces a place, by a random number in 0..1 and in proportion to reflectance; returns
+    /// it with the probability of the choice.
     pub fn choose(&self, position: DVec3, number: f64) -> Option<(usize, f64)> {
         let all: f64 = self.before(position).map(|(_, weight)| weight).sum();
         let (mut before, mut last) = (0.0, None);
@@ -200,29 +203,30 @@ impl Mirrors {
         last
     }
 
-    /// Probability by which a chain is chosen at a place.
+    /// Returns the probability by which [`Mirrors::choose`] chooses a chain at a place.
     pub fn probability(&self, chain: usize, position: DVec3) -> f64 {
         self.chains[chain].brightest() / self.before(position).map(|(_, weight)| weight).sum::<f64>()
     }
 
-    /// Number of chains that are kept.
+    /// Returns the number of chains that are kept.
     pub fn count(&self) -> usize {
         self.chains.len()
     }
 
-    /// Image of a source at the end of a chain; `None` where it is not behind the first mirror.
+    /// Returns the image of a source in a chain of mirrors; `None` where it is not behind the first mirror.
     pub fn shown(&self, chain: usize, source: DVec3) -> Option<DVec3> {
         let planes = &self.chains[chain].planes;
         let shown = planes.iter().rev().fold(source, |point, number| self.planes[*number].image(point));
         (self.planes[planes[0]].height(shown) < 0.0).then_some(shown)
     }
 
-    /// Reflectance of all mirrors of a chain together.
+    /// Returns the reflectance of all mirrors of a chain together.
     pub fn reflectance<const C: usize>(&self, chain: usize) -> Spectrum<C> {
         Spectrum::from_rgb(self.chains[chain].reflectance)
     }
 
-    /// The surfaces of the mirrors of a chain, each with a way along `direction` turned by it; `None` from one that it comes to from behind.
+    /// Follows a ray along a chain: returns the surface of each mirror with the direction reflected there; `None` where the ray comes
+    /// from behind.
     pub fn turns(&self, chain: usize, mut direction: DVec3) -> impl Iterator<Item = (SurfaceId, Option<DVec3>)> {
         self.chains[chain].planes.iter().map(move |number| {
             let plane = &self.planes[*number];
@@ -232,7 +236,7 @@ impl Mirrors {
         })
     }
 
-    /// The image of a place and of its normal at the end of a chain.
+    /// Returns the images of a place and of its normal in a chain of mirrors.
     pub fn image(&self, chain: usize, (position, normal): (DVec3, DVec3)) -> (DVec3, DVec3) {
         let turn = |(position, normal): (DVec3, DVec3), number: &usize| {
             let plane = &self.planes[*number];

@@ -1,5 +1,5 @@
-//! What stands or hangs in a room, each thing in an upright block around it: to tell where nothing can stand in between, and
-//! which points of a plane are in the shadow.
+//! Upright blocks around everything that stands or hangs in a room: they show where nothing can occlude, and which points of a plane are
+//! in shadow.
 
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
@@ -13,16 +13,16 @@ use super::mesh_bounds::blocks_around;
 use super::tube::TraceableTube;
 use crate::scene::MeshObject;
 
-/// The blocks around boxes, meshes and hanging luminaires.
+/// Upright blocks around boxes, meshes, hanging luminaires and openings, and faces that can occlude.
 #[derive(Clone, Debug, Default)]
 pub struct Obstacles {
     blocks: Vec<Block>,
-    /// Where they are in the way to openings of up to a radius in m; `None` where there is no opening.
+    /// Bounds of the blocks, widened for lines to openings of up to a radius in m, and that radius; `None` where there is no opening.
     toward_openings: Option<(BoxBounds, f64)>,
 }
 
 impl Obstacles {
-    /// Bounding volumes of all boxes, meshes and luminaires, of faces that can stand in between, and of openings that hang.
+    /// Builds the blocks around all boxes, meshes and luminaires, around faces that can stand in between, and around openings that hang.
     pub fn new(
         boxes: &[TraceableBox],
         meshes: &[MeshObject],
@@ -50,7 +50,7 @@ impl Obstacles {
         Self { blocks, toward_openings }.toward_openings(tubes, enclosure)
     }
 
-    /// The same obstacles, made ready for questions about the openings of the room's tubes.
+    /// Adds the widened bounds that speed up queries about the openings of the room's tubes.
     fn toward_openings(self, tubes: &[TraceableTube], enclosure: &TraceableEnclosure) -> Self {
         let widest = tubes.iter().map(|tube| tube.opening_radius).reduce(f64::max);
         let [floor, _] = enclosure.bounds().map(|corner| corner.z);
@@ -62,8 +62,8 @@ impl Obstacles {
         Self { toward_openings, ..self }
     }
 
-    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
-    /// a level disc of `radius` around `centre` above it; box `but_for` is left out.
+    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of a level disc of
+    /// `radius` around `centre` above it; box `but_for` is left out.
     pub fn leave_clear(&self, position: DVec3, reach: f64, but_for: Option<usize>, centre: DVec3, radius: f64) -> bool {
         let leaves_clear = |block: &Block| {
             let left_out = but_for.is_some() && block.of_box == but_for;
@@ -85,7 +85,7 @@ pub struct Between {
     from: DVec2,
     /// Shadows of boxes on the disc's plane.
     shadows: SmallVec<[Shadow; 4]>,
-    /// True if something else may, of which the bounds are known alone.
+    /// True if something else may occlude, of which only the bounds are stored.
     pub is_more: bool,
 }
 
@@ -100,26 +100,26 @@ impl Between {
 
 /// The shadow of a block on a horizontal plane, by light from one point below or above it.
 ///
-/// On the way to any point of the plane the light is at the block's heights over the same share of the way. That part of it is
-/// a segment, seen from above, and is met by the block unless one of three axes separates them (Ericson 2005, section 5.3.3,
-/// without the vertical one).
+/// On the segments from the light to all points of the plane, the block's heights span the same range of fractions. That part of a
+/// segment, seen from above, is met by the block unless one of three axes separates them (Ericson 2005, section 5.3.3, without the
+/// vertical one).
 #[derive(Clone, Copy, Debug)]
 pub struct Shadow {
-    /// Where the light comes from, in the frame of the block.
+    /// Position of the light in the frame of the block.
     start: DVec2,
     half: DVec2,
     along: DVec2,
-    /// Middle of the share of the way, and half of its length.
+    /// Middle of the range of fractions at which a segment passes the block's heights; `reach` is half of its length.
     middle: f64,
     reach: f64,
-    /// Bounds of the shadow: distances in m to the north of where the light comes from.
+    /// Bounds of the shadow: distances in m to the north of the light.
     pub north: [f64; 2],
-    /// The block is no more than the bounds of what throws the shadow.
+    /// True if the block is only the bounds of the object that casts the shadow.
     pub is_bound: bool,
 }
 
 impl Shadow {
-    /// True if it hides the light from the point of the plane at this distance to the east and north, in m.
+    /// True if the block hides the light from the point of the plane at this distance from the light to the east and north, in m.
     #[inline(always)]
     pub fn hides(&self, dx: f64, dy: f64) -> bool {
         let (u, v) = (self.along.x * dx + self.along.y * dy, self.along.x * dy - self.along.y * dx);
@@ -155,7 +155,8 @@ impl Obstacles {
         between
     }
 
-    /// The shadows that light from `position` throws on a plane below it; box `but_for`, which it comes from, throws none.
+    /// Finds the shadows that light from `position` casts on the horizontal plane at `height`; box `but_for`, from which the light comes,
+    /// casts none.
     pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
         let others = self.blocks.iter().filter(move |block| but_for.is_none() || block.of_box != but_for);
         others.filter_map(move |block| block.shadow(position, height))
@@ -166,7 +167,7 @@ impl Block {
     fn shadow(&self, position: DVec3, height: f64) -> Option<Shadow> {
         let depth = position.z - height;
         let is_bound = self.is_bound();
-        // what a bound is drawn around may be flat
+        // the object inside a bound may be flat
         let hair = if is_bound { ON_TARGET * (depth.abs() + self.half.length()) } else { 0.0 };
         let share = |z: f64| ((position.z - z) / depth).clamp(0.0, 1.0 - ON_TARGET);
         let (of_top, of_base) = (share(self.high + hair), share(self.low - hair));
@@ -176,7 +177,7 @@ impl Block {
         }
         let away = position.truncate() - self.centre;
         let half = self.half + hair;
-        // the shadow of a point is the farther away the nearer the light passes it
+        // the shadow of a point is the farther away the nearer to the light the ray passes it
         let wide =
             (self.along.y.abs() * half.x + self.along.x.abs() * half.y) * (1.0 + ON_TARGET) + ON_TARGET * depth.abs();
         let (south, north) = (-away.y - wide, -away.y + wide);
@@ -194,23 +195,23 @@ impl Block {
         })
     }
 
-    /// Lowest and highest corner of the block along the axes around it.
+    /// Returns the lowest and highest corner of the axis-aligned block around this one.
     fn bounds(&self) -> [DVec3; 2] {
         let (along, half) = (self.along.abs(), self.half);
         let wide = DVec2::new(along.x * half.x + along.y * half.y, along.y * half.x + along.x * half.y);
         [(self.centre - wide).extend(self.low), (self.centre + wide).extend(self.high)]
     }
 
-    /// Bounds of what a line from a point above the `floor` to the centre of a disc of `radius` at the height `opening` or above it
-    /// meets where something that leads to another point of the disc meets the block.
+    /// Returns bounds of the block that are widened for a disc of `radius` at the height `opening` or above it: where any line from a
+    /// point above the `floor` to the disc meets the block, the line from that point to the disc's centre meets these bounds.
     fn widened(&self, radius: f64, [floor, opening]: [f64; 2]) -> [DVec3; 2] {
         let [low, high] = self.bounds();
-        // the lower it is looked at, the narrower is what leads to the disc
+        // the lower the block, the less lines to the disc have spread
         let by = DVec2::splat(radius * ((high.z - floor) / (opening - floor)).clamp(0.0, 1.0)).extend(0.0);
         [low - by, high + by]
     }
 
-    /// Smallest block along the axes around some points; `None` without points.
+    /// Returns the smallest axis-aligned block around some points; `None` without points.
     fn around(points: &[DVec3]) -> Option<Self> {
         let low = points.iter().copied().reduce(DVec3::min)?;
         let high = points.iter().copied().reduce(DVec3::max)?;
@@ -218,7 +219,8 @@ impl Block {
         Some(Self { centre, half, along: DVec2::X, low: low.z, high: high.z, of_box: None })
     }
 
-    /// Seen from above, what joins point and disc at the block's heights lies within some distance of a line.
+    /// True if no line between points within `reach` of `position` and a level disc meets the block: seen from above, all such lines at
+    /// the block's heights lie within some distance of one line.
     fn leaves_clear(&self, position: DVec3, reach: f64, centre: DVec3, radius: f64) -> bool {
         let depth = centre.z - position.z;
         if self.high <= position.z || self.low >= centre.z || depth <= 0.0 {
@@ -233,7 +235,7 @@ impl Block {
             DVec2::new(away.dot(self.along), self.along.perp_dot(away))
         };
         let (start, end) = (at(from), at(to));
-        // shares of the line within the widened block
+        // fractions of the line within the widened block
         let (mut enter, mut leave) = (0f64, 1f64);
         for axis in 0..2 {
             let (a, step) = (start[axis], end[axis] - start[axis]);
@@ -260,7 +262,7 @@ mod tests {
         TraceableEnclosure::new(&crate::scene::Enclosure::cuboid(size, [None; 6]))
     }
 
-    /// Points of a plane below or above are in the shadow where a ray from them meets the box.
+    /// A point of a plane below or above the light is in shadow exactly where a ray from it to the light meets the box.
     #[test]
     fn shadows_are_those_of_rays() {
         let mut random = PathRandom::new(Key::new(4));
@@ -292,8 +294,8 @@ mod tests {
         assert!(hidden.iter().all(|hidden| *hidden > 50), "{hidden:?}");
     }
 
-    /// From a point to which a disc is called clear every ray reaches it. The filter calls clear what is clear, and all that is so
-    /// called without it.
+    /// Every ray from a point reaches a disc that is called clear from there. The filter by bounds calls clear at least all discs that
+    /// are called clear without it.
     #[test]
     fn clear_discs_are_seen_whole() {
         let size = DVec3::new(3.0, 3.0, 2.5);
@@ -334,7 +336,7 @@ mod tests {
         assert!(counts.iter().all(|count| *count > 50), "{counts:?}");
     }
 
-    /// Wherever a way is called clear, no line from the point to the disc meets the block; and much is called clear.
+    /// A disc is called clear only where no line from the points to the disc meets the block; and much is called clear.
     #[test]
     fn what_is_called_clear_is_clear() {
         let mut random = PathRandom::new(Key::new(3));

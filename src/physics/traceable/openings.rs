@@ -1,14 +1,14 @@
-//! Which of many openings a vertex is connected to: one, by what each would send there if nothing stood between.
+//! Choice of the one opening, of many, that a vertex is connected to, by an estimate of the unoccluded light from each.
 
 use glam::DVec3;
 
 use super::tube::TraceableTube;
 
-/// Groups of openings, at most, and openings in each of several, at the least.
+/// Largest number of groups into which openings are divided; if there are several, each but the last has at least `LEAST_GROUP` openings.
 const MOST_GROUPS: usize = 64;
 const LEAST_GROUP: usize = 8;
 
-/// The openings of a room, and what each sends down.
+/// Openings of a room, with the power that each sends down.
 #[derive(Clone, Debug)]
 pub struct Openings(Vec<Opening>);
 
@@ -16,24 +16,25 @@ pub struct Openings(Vec<Opening>);
 struct Opening {
     centre: DVec3,
     radius: f64,
-    /// In any unit that is the same for all.
+    /// Power in any unit that is the same for all openings.
     power: f64,
 }
 
 impl Openings {
-    /// Openings of these powers, in the order of the tubes.
+    /// Collects the openings of `tubes`, with `powers` in the order of the tubes.
     pub fn new(tubes: &[TraceableTube], powers: impl IntoIterator<Item = f64>) -> Self {
         let opening =
             |(tube, power): (&TraceableTube, f64)| Opening { centre: tube.origin, radius: tube.opening_radius, power };
         Self(tubes.iter().zip(powers).map(opening).collect())
     }
 
-    /// Openings that send as much as they are large.
+    /// Collects the openings of `tubes`, with powers in proportion to their areas.
     pub fn by_area(tubes: &[TraceableTube]) -> Self {
         Self::new(tubes, tubes.iter().map(TraceableTube::opening_area_m2))
     }
 
-    /// One of the openings by a number in 0..1, and the probability by which it was chosen; `None` where no opening can send light.
+    /// Chooses an opening by a random number in 0..1, and returns its index and the probability of the choice; `None` where no opening
+    /// can send light.
     #[inline]
     pub fn choose(&self, position: DVec3, normal: DVec3, number: f64) -> Option<(usize, f64)> {
         let weight = |opening: &Opening| opening.weight(position, normal);
@@ -69,14 +70,15 @@ impl Openings {
 }
 
 impl Opening {
-    /// About what it sends to a surface, and more than 0 wherever it sends anything.
+    /// Estimates the unoccluded illuminance from the opening at a surface, up to a constant factor; greater than 0 wherever there is any.
     #[inline]
     fn weight(&self, position: DVec3, normal: DVec3) -> f64 {
         self.power * opening_weight(self.centre, self.radius, position, normal)
     }
 }
 
-/// About what an opening sends to a surface per power, in 1/m2, and more than 0 wherever it sends anything.
+/// Estimates the unoccluded illuminance from an opening at a surface per power, in 1/m2 and up to a constant factor; greater than 0
+/// wherever there is any.
 #[inline]
 pub fn opening_weight(centre: DVec3, radius: f64, position: DVec3, normal: DVec3) -> f64 {
     let way = centre - position;

@@ -1,4 +1,4 @@
-//! Where a ray through the room ends.
+//! Intersection of rays with the room and everything in it.
 
 use glam::DVec3;
 
@@ -8,28 +8,28 @@ use super::mesh_objects::MeshHit;
 use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
 
-/// Place where a ray in the room ends.
+/// Point at which a ray in the room ends.
 #[derive(Clone, Copy, Debug)]
 pub struct RoomHit {
     /// Point that the ray meets, in m.
     pub position: DVec3,
     /// Unit normal on the ray's side.
     pub normal: DVec3,
-    /// What the ray meets there.
+    /// Surface or opening that the ray meets there.
     pub place: Place,
 }
 
-/// What a ray through the room meets.
+/// Surface or opening that a ray through the room meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A face of the room, an object or a luminaire.
     Surface(SurfaceId),
-    /// The opening of a tube.
+    /// The opening of the tube of this number.
     Opening(usize),
 }
 
 impl TraceableScene {
-    /// The first thing that a ray from inside the room meets; `from`: the surface it leaves, if any.
+    /// Finds the first thing that a ray from inside the room meets; `from`: the surface it leaves, if any.
     #[inline]
     pub fn intersect(&self, origin: DVec3, direction: DVec3, from: Option<SurfaceId>) -> RoomHit {
         let ahead = self.enclosure.ahead(origin, direction);
@@ -42,7 +42,7 @@ impl TraceableScene {
         self.on_face(ahead, origin, direction)
     }
 
-    /// Returns the end of a ray that comes to a face: on it, or in an opening.
+    /// Returns the hit of a ray on a face of the room: on the face itself, or in an opening.
     #[inline]
     fn on_face(&self, ahead: FaceAhead, origin: DVec3, direction: DVec3) -> RoomHit {
         let position = self.enclosure.point_on(ahead, origin, direction);
@@ -55,7 +55,7 @@ impl TraceableScene {
         RoomHit { position, normal: self.enclosure.normal(ahead.face), place }
     }
 
-    /// The nearest object, of which the box on the way is known.
+    /// Finds the nearest object that a ray meets before the distance `within`; `on_box` is the hit on the nearest box, if any.
     fn nearest_object(
         &self,
         origin: DVec3,
@@ -66,7 +66,7 @@ impl TraceableScene {
     ) -> Option<RoomHit> {
         let mut hit = on_box;
         let mut within = hit.map_or(within, |hit| (hit.position - origin).dot(direction));
-        // what coincides with a wall lies on it
+        // a triangle that coincides with a wall lies on it and is met
         let on_mesh = self.meshes.as_ref().and_then(|meshes| meshes.intersect(origin, direction));
         if let Some(on_mesh) = on_mesh.filter(|hit| hit.distance <= within + self.coinciding()) {
             within = on_mesh.distance;
@@ -83,7 +83,7 @@ impl TraceableScene {
         if self.openings_hang { self.hanging_opening(origin, direction, within).or(hit) } else { hit }
     }
 
-    /// The nearest opening that hangs into the room: from below it is met as an opening, from above as a black disc.
+    /// Finds the nearest opening that hangs into the room: from below it is met as an opening, from above as a black disc.
     fn hanging_opening(&self, origin: DVec3, direction: DVec3, within: f64) -> Option<RoomHit> {
         let near = self.coinciding();
         let met = self.tubes.iter().enumerate().filter(|(_, tube)| tube.hangs).filter_map(|(number, tube)| {
@@ -99,8 +99,8 @@ impl TraceableScene {
         })
     }
 
-    /// The nearest luminaire; one that coincides with what is hit at distance `within` lies on it. Of two that lie back to
-    /// back, the one that faces the ray.
+    /// Finds the nearest luminaire that a ray meets. One that coincides with the surface hit at the distance `within` lies on it and is
+    /// met; of two that lie back to back, the one that faces the ray is met.
     fn nearest_luminaire(
         &self,
         origin: DVec3,
@@ -153,7 +153,7 @@ impl TraceableScene {
         nearest
     }
 
-    /// Where a ray meets a box that it enters at distance `t`, through `face`, of an outward normal.
+    /// Returns the hit of a ray on a box that it enters at distance `t` through `face`, whose outward normal is given.
     #[inline]
     pub(super) fn on_box(
         &self,

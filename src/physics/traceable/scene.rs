@@ -19,7 +19,7 @@ use crate::scene::{BoxObject, MeshObject, Room, Scene};
 use crate::sky::sampler::SkyTable;
 use crate::sky::{Sky, Sun};
 
-/// Share of the room's diagonal within which surfaces coincide: a luminaire so near to a surface lies on it and hides it.
+/// Fraction of the room's scale within which surfaces coincide: a luminaire so near to a surface lies on it and hides it.
 const COINCIDING: f64 = 1e-9;
 
 /// A scene compiled for tracing.
@@ -27,21 +27,21 @@ const COINCIDING: f64 = 1e-9;
 pub struct TraceableScene {
     /// The sky, if its light is followed.
     pub sky: Option<Sky>,
-    /// Its luminances at points, once somebody has asked for them.
+    /// Table of the sky's luminances at points, computed on first use.
     pub(super) sky_table: Arc<OnceLock<Arc<SkyTable>>>,
     /// The sun, if its beam is followed.
     pub sun: Option<Sun>,
     /// The faces of the room.
     pub enclosure: TraceableEnclosure,
-    /// Optics of the surfaces by number; `None` is open.
+    /// Optics of the surfaces by number; `None` where the room is open.
     pub(super) surfaces: Vec<Option<SurfaceOptics>>,
-    /// Where the numbers of boxes, facets and luminaires begin.
+    /// Layout of surface numbers: where those of boxes, facets and luminaires begin.
     pub numbering: Numbering,
     /// Boxes in their own frames, in the scene's order.
     pub boxes: Vec<TraceableBox>,
-    /// What rays are compared with before boxes.
+    /// Bounding volumes against which rays are tested before the boxes themselves.
     pub(super) box_bounds: BoxBounds,
-    /// Triangles of all objects together; `None` without any.
+    /// Triangles of all mesh objects together; `None` without any.
     pub meshes: Option<Arc<TraceableMeshes>>,
     /// Luminaires, in the scene's order.
     pub luminaires: Vec<TraceableLuminaire>,
@@ -51,43 +51,43 @@ pub struct TraceableScene {
     pub(super) openings_hang: bool,
     /// Numbers of the faces that have openings.
     pub(super) faces_with_openings: Vec<usize>,
-    /// The openings of the tubes, as vertices are connected to them.
+    /// Openings of the tubes, weighted by area, of which one is chosen for a connection.
     pub openings: Openings,
-    /// Plane mirrors, where light that they reflect is followed.
+    /// Plane mirrors and their chains; empty where interreflection is not followed.
     pub mirrors: Mirrors,
-    /// True if reflected light is followed.
+    /// True if interreflection is followed.
     pub interreflection: bool,
-    /// True if light that goes up into a guide is followed for its return.
+    /// True if light that enters a guide from the room is followed for its return.
     pub guide_return: bool,
-    /// True if anything but its faces is in the room.
+    /// True if the room holds anything but its faces: objects, luminaires, or openings that hang.
     pub(super) furnished: bool,
     /// True if anything can stand between two points of the room, its own faces among them; luminaires on its faces cannot.
     pub obstructed: bool,
     /// True if anything can stand between a luminaire and a point before it.
     pub luminaires_obstructed: bool,
-    /// Bounding volumes of everything that can stand in the way of light from an opening.
+    /// Bounding volumes of everything that can occlude an opening.
     pub(super) obstacles: Obstacles,
 }
 
-/// What of a scene's light is followed.
+/// Parts of light transport that are followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Follow {
-    /// Light that surfaces of the room reflect.
+    /// Light that surfaces of the room reflect (interreflection).
     pub interreflection: bool,
-    /// Light that goes up into a guide, for its return.
+    /// Light that enters a guide from the room, for its return.
     pub guide_return: bool,
-    /// What boxes and meshes do to light; else they are left out.
+    /// Light that boxes and meshes occlude and reflect; if false, they are left out of the scene.
     pub objects: bool,
 }
 
 impl TraceableScene {
-    /// The luminances of the sky at points, if its light is followed.
+    /// Returns the table of the sky's luminances, computed on first use; `None` if the sky's light is not followed.
     pub fn sky_table(&self) -> Option<Arc<SkyTable>> {
         let sky = self.sky.as_ref()?;
         Some(self.sky_table.get_or_init(|| Arc::new(SkyTable::new(sky))).clone())
     }
 
-    /// Builds guides and numbers surfaces; fails where a meshed tube has no guide.
+    /// Compiles a scene: builds guides and numbers surfaces. Fails where a mesh tube forms no guide.
     pub fn new(scene: &Scene, follow: Follow) -> Result<Self, TubeError> {
         let Follow { interreflection, guide_return, objects } = follow;
         let Room { enclosure, luminaires, .. } = &scene.room;
@@ -177,29 +177,29 @@ impl TraceableScene {
         })
     }
 
-    /// Optics of a surface; `None` where the room is open.
+    /// Returns the optics of a surface; `None` where the room is open.
     #[inline]
     pub fn optics(&self, surface: SurfaceId) -> Option<&SurfaceOptics> {
         self.surfaces[surface.index()].as_ref()
     }
 
-    /// Number of all surfaces, open ones among them.
+    /// Returns the number of all surfaces, open ones included.
     pub fn surfaces_count(&self) -> usize {
         self.surfaces.len()
     }
 
-    /// Optics of all surfaces that are not open.
+    /// Lists the optics of all surfaces that are not open.
     pub fn all_optics(&self) -> impl Iterator<Item = &SurfaceOptics> {
         self.surfaces.iter().flatten()
     }
 
-    /// The luminaire with this surface number.
+    /// Returns the luminaire with this surface number.
     #[inline]
     pub fn luminaire(&self, surface: SurfaceId) -> Option<&TraceableLuminaire> {
         self.luminaires.get(self.numbering.luminaire_of(surface)?)
     }
 
-    /// The sources that give light.
+    /// Lists the sources that give light.
     pub fn sources(&self) -> impl Iterator<Item = Source> {
         Source::ALL.into_iter().filter(|source| match source {
             Source::Sky => self.sky.is_some(),
@@ -208,7 +208,8 @@ impl TraceableScene {
         })
     }
 
-    /// The same scene where `source` alone gives light, and daylight comes in by the collector of `tube` alone, or by all.
+    /// Returns a copy of the scene in which `source` alone gives light, and daylight enters by the collector of `tube` alone, or by all
+    /// for `None`.
     pub fn lit_by(&self, source: Source, tube: Option<usize>) -> Self {
         let mut scene = self.clone();
         scene.sky = scene.sky.filter(|_| source == Source::Sky);
@@ -222,23 +223,23 @@ impl TraceableScene {
         scene
     }
 
-    /// The same scene without light that surfaces of the room reflect.
+    /// Returns a copy of the scene without interreflection.
     pub fn without_interreflection(&self) -> Self {
         Self { interreflection: false, mirrors: Mirrors::default(), ..self.clone() }
     }
 
-    /// True if no light can come into the room: no tube lets any pass, and nothing in the room shines.
+    /// True if no light can come into the room: no tube lets any pass, and no luminaire emits.
     pub fn is_dark(&self) -> bool {
         self.tubes.iter().all(|tube| tube.diffuser.is_opaque())
             && !self.luminaires.iter().any(TraceableLuminaire::emits)
     }
 
-    /// Surfaces that reflect beside their diffuse part, where that is not left out.
+    /// Lists the surfaces that reflect specularly; none after [`Self::without_specular`].
     pub fn specular_surfaces(&self) -> impl Iterator<Item = &SurfaceOptics> {
         self.all_optics().filter(|surface| surface.is_specular())
     }
 
-    /// Leaves specular reflection out: surfaces absorb its share.
+    /// Leaves specular reflection out: surfaces absorb the specular part.
     pub fn without_specular(mut self) -> Self {
         for surface in &mut self.surfaces {
             *surface = surface.take().map(SurfaceOptics::without_specular);
@@ -247,7 +248,7 @@ impl TraceableScene {
         self
     }
 
-    /// True if the room is convex and has no objects and no luminaires, and its faces are diffuse and light that they reflect is followed.
+    /// True if the room is convex, without objects and luminaires, its faces are diffuse, and interreflection is followed.
     pub fn is_plain(&self) -> bool {
         !self.furnished
             && self.enclosure.is_convex()
@@ -255,13 +256,13 @@ impl TraceableScene {
             && self.specular_surfaces().next().is_none()
     }
 
-    /// Height in metres above a plane within which a flight that ends there has reached it: light ends a hair's breadth
-    /// before a mesh, and a grid may lie on it.
+    /// Returns the height in m above a plane within which a segment that ends there has reached it: hits on a mesh lie slightly before
+    /// it, and a grid may lie on the mesh.
     pub fn contact(&self) -> f64 {
         self.meshes.as_ref().map_or(0.0, |meshes| 2.0 * meshes.clearance)
     }
 
-    /// Distance in metres within which surfaces coincide.
+    /// Returns the distance in m within which surfaces coincide.
     pub fn coinciding(&self) -> f64 {
         COINCIDING * self.enclosure.scale_m()
     }

@@ -1,4 +1,4 @@
-//! What stands between two points of the room.
+//! Visibility between two points of the room, and between a point and a disc.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -9,7 +9,7 @@ use super::obstacles::{Between, Shadow};
 use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
 
-/// Corners of a regular octagon of unit radius, and the radius of one around a unit circle, with some to spare.
+/// Corners of a regular octagon of unit radius. Scaled by `OCTAGON_BESIDE_CIRCLE`, it encloses the unit circle with some to spare.
 const OCTAGON: [[f64; 2]; 8] = [
     [1.0, 0.0],
     [FRAC_1_SQRT_2, FRAC_1_SQRT_2],
@@ -42,9 +42,8 @@ impl TraceableScene {
             && !self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET))
     }
 
-    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
-    /// a level disc of `radius` around `centre` above it; `from` is the surface of `position`, whose horizon hides
-    /// nothing.
+    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of a level disc of
+    /// `radius` around `centre` above it. `from` is the surface on which `position` lies; its own box is left out where `reach` is 0.
     pub fn leaves_clear(
         &self,
         position: DVec3,
@@ -66,9 +65,9 @@ impl TraceableScene {
         self.obstacles.between(position, centre, radius)
     }
 
-    /// True if one box certainly stands between each point of the hull of some `points` and each point of a level disc of `radius` around
-    /// `centre`. A box is convex, and so is what it hides from a point, and the set of points from which it hides one: the corners of the
-    /// hull and of an octagon around the disc tell of all.
+    /// True if one box certainly stands between each point of the convex hull of `points` and each point of a level disc of `radius`
+    /// around `centre`. A box is convex, and so are the region that it hides from a point and the set of points from which it hides one:
+    /// testing the corners of the hull and of an octagon around the disc suffices.
     pub fn hides(&self, points: &[DVec3], centre: DVec3, radius: f64) -> bool {
         let Some(first) = points.first() else { return false };
         let corners: [DVec3; OCTAGON.len()] =
@@ -81,7 +80,7 @@ impl TraceableScene {
         })
     }
 
-    /// The shadows that light from `position` throws on the horizontal plane at `height`; box `but_for` throws none.
+    /// Finds the shadows that light from `position` casts on the horizontal plane at `height`; box `but_for` casts none.
     pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
         self.obstacles.shadows(position, height, but_for)
     }
@@ -93,7 +92,7 @@ impl TraceableScene {
             || (self.enclosure.as_box().is_none() && !self.enclosure.contains(point))
     }
 
-    /// True if a way goes through an opening that hangs into the room, not ending there.
+    /// True if a segment passes through an opening that hangs into the room, other than by ending in it.
     fn opening_between(&self, a: DVec3, b: DVec3) -> bool {
         let way = b - a;
         self.tubes.iter().filter(|tube| tube.hangs).any(|tube| {
@@ -122,8 +121,8 @@ mod tests {
     use crate::scene::{BoxObject, Channels, Enclosure, Room, Scene};
     use crate::traceable::Follow;
 
-    /// From no point of a cell from which a disc is called hidden does a ray reach it, and between a point and the disc a box's shadows hide
-    /// the points that rays do not reach.
+    /// No ray reaches a disc from any point of a cell from which `hides` reports it hidden, and the shadows of `between` hide exactly the
+    /// points of the disc that rays do not reach.
     #[test]
     fn hidden_discs_are_reached_by_no_ray() {
         let surface = Surface::diffuse([0.5; 3]);

@@ -1,4 +1,4 @@
-//! Solids in a room, which can cover parts of its surfaces and of grids: boxes, and the pieces that its meshes consist of.
+//! Solids in a room, which can cover parts of its surfaces and of grids: boxes, and the pieces of its meshes.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +13,9 @@ use crate::geometry::planar::Polygon;
 use crate::geometry::section::section;
 use crate::geometry::welded::places;
 
-/// Something whose inside no light reaches.
+/// A body whose inside no light reaches.
 pub struct Solid {
-    /// The box or piece that it is.
+    /// Box or piece of a mesh that the solid is.
     pub of: Owner,
     /// Lowest corner of its bounds in m.
     pub low: DVec3,
@@ -23,7 +23,7 @@ pub struct Solid {
     pub high: DVec3,
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    /// False if light may get inside through an open end: it has no inside then, whatever its sections look like.
+    /// False if light may get inside through an open end: the solid has no inside then, whatever its sections look like.
     closed: bool,
 }
 
@@ -39,40 +39,40 @@ pub enum Owner {
 /// A plane with a frame, seen from one side.
 #[derive(Clone, Copy, Debug)]
 pub struct Sheet {
-    /// A point of it.
+    /// A point of the plane, in m.
     pub origin: DVec3,
-    /// One of two unit vectors in the plane, across each other.
+    /// First of two perpendicular unit vectors in the plane.
     pub u: DVec3,
-    /// The other one.
+    /// Second of the two unit vectors.
     pub v: DVec3,
-    /// Unit vector across it, to the side that is seen.
+    /// Unit normal on the side that is seen.
     pub seen: DVec3,
-    /// Lower bound of the part of the plane that counts.
+    /// Lowest corner of the bounds of the part of the plane that counts, in m.
     pub low: DVec3,
-    /// The upper one.
+    /// Highest corner of these bounds, in m.
     pub high: DVec3,
     /// Distance in metres before the plane at which solids are cut.
     pub hair: f64,
 }
 
 impl Sheet {
-    /// Coordinates along u and v.
+    /// Returns the coordinates of a point along `u` and `v` in m.
     pub fn flat(&self, p: DVec3) -> DVec2 {
         DVec2::new((p - self.origin).dot(self.u), (p - self.origin).dot(self.v))
     }
 }
 
-/// What solids cover of a plane.
+/// Parts of a plane that solids cover.
 #[derive(Default)]
 pub struct Sections {
     /// Outlines, one per solid or nest of pieces, in the frame of the sheet.
     pub covers: Vec<Vec<Edge>>,
-    /// True if the plane cuts a mesh there that is not closed: it covers nothing.
+    /// True if the plane cuts a mesh that is not closed, which covers nothing.
     pub open: bool,
 }
 
 impl Solid {
-    /// All boxes and pieces of meshes.
+    /// Lists all boxes and pieces of meshes of a scene.
     pub fn all(scene: &TraceableScene) -> Vec<Self> {
         let boxes = scene.boxes.iter().enumerate().map(|(number, object)| Self::of_box(number, object));
         let mut solids: Vec<Self> = boxes.collect();
@@ -87,8 +87,8 @@ impl Solid {
         solids
     }
 
-    /// The pieces of one mesh in a room of these faces, by themselves: corners are joined by their places. Points within `near` m are one
-    /// where it is asked what a face of the room closes.
+    /// Lists the pieces of one mesh by itself, in a room of these `faces`; corners at the same place are joined. Points within `near` m
+    /// of a face of the room lie on it: the face closes a piece that stands on it.
     pub fn of_mesh(mesh: &TriangleMesh, faces: &[Polygon], near: f64) -> Vec<Self> {
         let places = places(&mesh.positions);
         let triangles: Vec<[u32; 3]> =
@@ -149,17 +149,17 @@ impl Solid {
         Self { of, low, high, positions, triangles, closed: true }
     }
 
-    /// True if light cannot get inside: it is closed, by itself or by a face of the room.
+    /// True if light cannot get inside: the solid is closed, by itself or by a face of the room.
     pub fn is_closed(&self) -> bool {
         self.closed
     }
 
-    /// Triangles that a section goes through.
+    /// Returns the number of triangles that a section has to test.
     pub fn work(&self) -> usize {
         self.triangles.len()
     }
 
-    /// False where bounds show that nothing of the solid is in a sheet.
+    /// False where bounds show that a sheet does not cut the solid.
     pub fn may_cut(&self, sheet: &Sheet) -> bool {
         let near = self.low.cmple(sheet.high + sheet.hair) & self.high.cmpge(sheet.low - sheet.hair);
         if !near.all() {
@@ -171,7 +171,8 @@ impl Solid {
     }
 }
 
-/// True if every edge of some triangles has one on either side, or lies in a face of the room, which closes what stands on it.
+/// True if every edge of some triangles belongs to an even number of them, or lies in a face of the room, which closes a solid that
+/// stands on it.
 fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]], faces: &[Polygon], hair: f64) -> bool {
     let mut uses: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     for [a, b, c] in triangles {
@@ -186,7 +187,7 @@ fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]], faces: &[Polygon], hai
     uses.iter().all(|(edge, count)| count.is_multiple_of(2) || on_face(edge))
 }
 
-/// What some solids cover of a sheet. A piece within another one, whose outlines do not cross, is its cavity.
+/// Finds the parts of a sheet that solids cover. A piece inside another one, whose outlines do not cross, is its cavity.
 pub fn sections<'a>(solids: impl Iterator<Item = &'a Solid>, sheet: &Sheet) -> Sections {
     let mut found = Sections::default();
     let mut cut: Vec<(&Solid, Vec<Edge>)> = Vec::new();

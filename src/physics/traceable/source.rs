@@ -7,7 +7,7 @@ pub enum Source {
     Sky,
     /// The sun's disc.
     Sun,
-    /// Everything in the room that shines by itself.
+    /// The luminaires of the room.
     Luminaires,
 }
 
@@ -15,7 +15,7 @@ impl Source {
     /// All kinds of sources.
     pub const ALL: [Self; 3] = [Self::Sky, Self::Sun, Self::Luminaires];
 
-    /// True if the light comes into the room by way of tubes.
+    /// True if the light enters the room through tubes.
     pub fn is_daylight(self) -> bool {
         self != Self::Luminaires
     }

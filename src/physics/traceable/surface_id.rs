@@ -1,4 +1,4 @@
-//! Numbers of surfaces, and whose they are.
+//! Numbers of surfaces, and the objects that they belong to.
 
 use std::num::NonZeroU32;
 
@@ -6,16 +6,16 @@ use crate::scene::Face;
 
 /// Number of a surface of a compiled scene.
 ///
-/// The faces of the room come first, then six faces of each box, then front and back of each facet of a mesh, then the luminaires,
-/// and at last what openings show that hang into the room, seen from above. [`Numbering`] says where each kind begins.
+/// The faces of the room come first, then six faces of each box, then front and back of each facet of a mesh, then the luminaires, and
+/// last one black surface, the upper side of all openings that hang into the room. [`Numbering`] gives the first number of each kind.
 // one more than the number, so that an `Option` of it takes no more room
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SurfaceId(NonZeroU32);
 
-/// Faces of a box.
+/// Number of faces of a box.
 const FACES: usize = Face::ALL.len();
 
-/// Sides of a facet.
+/// Number of sides of a facet.
 const SIDES: usize = 2;
 
 /// The side of a facet of a mesh.
@@ -33,26 +33,26 @@ impl SurfaceId {
         Self(NonZeroU32::MIN.saturating_add(index as u32))
     }
 
-    /// Number of a face of a room in box form.
+    /// Returns the number of a face of a room in box form.
     #[inline]
     pub const fn of_face(face: Face) -> Self {
         Self::new(face as usize)
     }
 
-    /// The surface at a position in lists of all surfaces.
+    /// Returns the surface at an index into lists of all surfaces.
     #[inline]
     pub const fn numbered(index: usize) -> Self {
         Self::new(index)
     }
 
-    /// Position of the surface in lists of all surfaces.
+    /// Returns the index of the surface into lists of all surfaces.
     #[inline]
     pub const fn index(self) -> usize {
         self.0.get() as usize - 1
     }
 }
 
-/// How the surfaces of one scene are numbered, by the numbers of its faces, boxes, facets and luminaires.
+/// Layout of the surface numbers of one scene, given by its numbers of faces, boxes, facets and luminaires.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbering {
     /// Number of faces of the room.
@@ -66,52 +66,52 @@ pub struct Numbering {
 }
 
 impl Numbering {
-    /// Number of the face `face` (0..6, as [`Face`] counts) of box `object`.
+    /// Returns the number of face `face` (0..6, counted as by [`Face`]) of box `object`.
     #[inline]
     pub fn box_face(self, object: usize, face: usize) -> SurfaceId {
         SurfaceId::new(self.faces + FACES * object + face)
     }
 
-    /// Number of one side of a facet.
+    /// Returns the number of one side of a facet.
     #[inline]
     pub fn facet_side(self, facet: usize, side: Side) -> SurfaceId {
         SurfaceId::new(self.first_facet() + SIDES * facet + side as usize)
     }
 
-    /// Number of the surface of a luminaire.
+    /// Returns the number of the surface of a luminaire.
     #[inline]
     pub fn luminaire(self, luminaire: usize) -> SurfaceId {
         SurfaceId::new(self.first_luminaire() + luminaire)
     }
 
-    /// The box that has this surface.
+    /// Finds the box that has this surface.
     #[inline]
     pub fn box_of(self, surface: SurfaceId) -> Option<usize> {
         let object = surface.index().checked_sub(self.faces)? / FACES;
         (object < self.boxes).then_some(object)
     }
 
-    /// The facet that has this surface.
+    /// Finds the facet that has this surface.
     #[inline]
     pub fn facet_of(self, surface: SurfaceId) -> Option<usize> {
         let facet = surface.index().checked_sub(self.first_facet())? / SIDES;
         (facet < self.facets).then_some(facet)
     }
 
-    /// The luminaire that has this surface.
+    /// Finds the luminaire that has this surface.
     #[inline]
     pub fn luminaire_of(self, surface: SurfaceId) -> Option<usize> {
         let luminaire = surface.index().checked_sub(self.first_luminaire())?;
         (luminaire < self.luminaires).then_some(luminaire)
     }
 
-    /// Number of the surface that openings show from above which hang into the room.
+    /// Returns the number of the black surface that is the upper side of all openings that hang into the room.
     #[inline]
     pub fn above_openings(self) -> SurfaceId {
         self.luminaire(self.luminaires)
     }
 
-    /// Number of all surfaces.
+    /// Returns the number of all surfaces.
     pub fn count(self) -> usize {
         self.above_openings().index() + 1
     }

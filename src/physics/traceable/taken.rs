@@ -1,10 +1,10 @@
-//! What solids take of grids, and what lies outside of the room: points inside boxes and closed meshes, where there is no floor, and
+//! Parts of grids that solids take or that lie outside the room: points inside boxes and closed meshes or where there is no floor, and
 //! parts of cells.
 //!
-//! A box is solid, and so is a piece of a mesh object that is closed, by itself or by faces of the room that it stands on; a piece
-//! within a larger one of the same object is its cavity. A piece that holds an opening or a luminaire is no solid: a room that is drawn
-//! as a mesh, or the shade of a lamp. Points on the sides or the top of a solid are outside; those on the underside, which look up into
-//! it, are inside.
+//! A box is solid, and so is a piece of a mesh object that is closed, by itself or by faces of the room that it stands on; a piece within
+//! a larger one of the same object is its cavity. A piece that holds an opening or a luminaire is no solid: it is a room drawn as a mesh,
+//! or the shade of a lamp. Points on the sides or the top of a solid are outside; those on the underside, which look up into it, are
+//! inside.
 
 use glam::{DVec2, DVec3};
 
@@ -13,16 +13,16 @@ use super::solids::{Sheet, Solid, sections};
 use crate::geometry::covered::{Edge, bounds, contains, covered, enclosed_area, polygon, rectangle};
 use crate::scene::{EstimateKind, Grid, Scene, Sensor};
 
-/// Share of the room's diagonal within which points lie on surfaces.
+/// Fraction of the room's scale within which points lie on surfaces.
 const TOLERANCE: f64 = 1e-9;
 
-/// Shares of a cell below which it counts as all inside, or as all free.
+/// Smallest free fraction of a cell: below it the cell counts as all inside a solid, above 1 minus it as all free.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// Points of the rim at which it is asked whether an opening lies in a piece.
+/// Number of points on an opening's rim at which it is tested whether the opening lies in a piece.
 const RIM: u32 = 16;
 
-/// What stands in a room.
+/// An object that stands in a room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RoomObject {
     /// Number of a box in the scene.
@@ -31,27 +31,27 @@ pub enum RoomObject {
     Mesh(usize),
 }
 
-/// What solids take of a grid.
+/// Parts of a grid that solids take.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Taken {
-    /// As of [`Grid::free`]; empty where nothing is taken.
+    /// Free fraction of each sensor, as in [`Grid::free`]; empty where nothing is taken.
     pub free: Vec<f64>,
-    /// The objects that take any of it, boxes first.
+    /// Objects that take any part of the grid, boxes first.
     pub by: Vec<RoomObject>,
 }
 
 impl Taken {
-    /// Number of sensors inside solids: of cells, those that lie in them as a whole.
+    /// Returns the number of sensors inside solids; a cell counts where it lies inside as a whole.
     pub fn inside(&self) -> usize {
         self.free.iter().filter(|free| **free == 0.0).count()
     }
 
-    /// Number of cells of which solids take a part.
+    /// Returns the number of cells that solids take in part.
     pub fn partly(&self) -> usize {
         self.free.iter().filter(|free| **free > 0.0 && **free < 1.0).count()
     }
 
-    /// What the objects of a scene take of a grid, and its faces.
+    /// Finds the parts of a grid that objects of a scene take or that lie outside its faces.
     pub fn of(scene: &Scene, grid: &Grid) -> Self {
         if let Some(placed) = &grid.placed {
             return Self::of_placed(scene, placed);
@@ -77,7 +77,7 @@ impl Taken {
         if by.is_empty() && !outside { Self::default() } else { Self { free, by } }
     }
 
-    /// Returns what the objects of a scene take of sensors at any places, each of which has a level plane of its own.
+    /// Finds those of sensors at any places that objects of a scene take; each sensor has a level plane of its own.
     fn of_placed(scene: &Scene, placed: &[Sensor]) -> Self {
         let of_sensor = |sensor: &Sensor| Self::of(scene, &single_point(scene, sensor.position));
         let of_each: Vec<Self> = placed.iter().map(of_sensor).collect();
@@ -89,19 +89,19 @@ impl Taken {
     }
 }
 
-/// The objects of a scene that a point of its room lies inside, boxes first.
+/// Lists the objects of a scene inside which a point of its room lies, boxes first.
 pub fn solids_around(scene: &Scene, point: DVec3) -> Vec<RoomObject> {
     Taken::of(scene, &single_point(scene, point)).by
 }
 
-/// A grid of one sensor.
+/// Returns a grid of one point sensor.
 fn single_point(scene: &Scene, point: DVec3) -> Grid {
     let size = scene.room.enclosure.extent().truncate().to_array();
     let plane = Grid::new(String::new(), point.z, [1; 2], 0.0, size, EstimateKind::Point);
     Grid { x_m: vec![point.x], y_m: vec![point.y], ..plane }
 }
 
-/// Takes what lies outside of a room that is no box; true if that is anything.
+/// Takes from a grid the parts that lie outside of a room that is no box; true if there are any.
 fn take_outside(scene: &Scene, grid: &Grid, tolerance: f64, free: &mut [f64]) -> bool {
     let enclosure = &scene.room.enclosure;
     if enclosure.as_box().is_some() {
@@ -126,13 +126,13 @@ fn take_outside(scene: &Scene, grid: &Grid, tolerance: f64, free: &mut [f64]) ->
     free.iter().any(|free| *free < 1.0)
 }
 
-/// The outline of a solid in the plane of a grid.
+/// Outline of a solid in the plane of a grid.
 struct Cover {
     of: RoomObject,
     edges: Vec<Edge>,
     low: DVec2,
     high: DVec2,
-    /// The box whose outline it is.
+    /// Box whose outline this is; `None` for a mesh.
     solid: Option<TraceableBox>,
 }
 
@@ -161,13 +161,13 @@ impl Cover {
         covers
     }
 
-    /// True if its bounds meet those of a part of the plane.
+    /// True if the bounds of the outline meet the rectangle from `low` to `high`.
     fn is_near(&self, low: DVec2, high: DVec2) -> bool {
         self.low.cmple(high).all() && self.high.cmpge(low).all()
     }
 }
 
-/// The whole plane of the room at a height, seen from above.
+/// Returns the whole horizontal plane of the room at a height, seen from above.
 fn horizontal(scene: &Scene, height: f64, hair: f64) -> Sheet {
     let [low, high] = scene.room.enclosure.bounds();
     Sheet {
@@ -181,7 +181,7 @@ fn horizontal(scene: &Scene, height: f64, hair: f64) -> Sheet {
     }
 }
 
-/// True if an opening lies in a solid, or the middle of a luminaire: light is inside.
+/// True if an opening, or the middle of a luminaire, lies in a solid: there is light inside.
 fn holds_a_source(scene: &Scene, solid: &Solid, tolerance: f64) -> bool {
     let holds = |height: f64, points: &[DVec2]| {
         // the section is a hair above
@@ -206,7 +206,7 @@ fn holds_a_source(scene: &Scene, solid: &Solid, tolerance: f64) -> bool {
     scene.tubes.iter().any(of_tube) || scene.room.luminaires.iter().any(of_luminaire)
 }
 
-/// Takes the points of a row that lie inside solids.
+/// Takes the points of a row that lie inside solids: their free fraction becomes 0.
 fn take_points(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: &mut [f64], by: &mut Vec<RoomObject>) {
     let y = grid.y_m[row];
     for cover in covers.iter().filter(|cover| cover.low.y <= y && cover.high.y >= y) {
@@ -220,7 +220,7 @@ fn take_points(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: 
         };
         for (x, free) in grid.x_m.iter().zip(&mut *free).filter(|(x, _)| near(**x)) {
             let is_inside = match &cover.solid {
-                // as methods ask
+                // as the integrators test it
                 Some(solid) => solid.contains(DVec3::new(*x, y, grid.height_m)),
                 None => lines.iter().all(|line| within(*x, line)),
             };
@@ -233,7 +233,7 @@ fn take_points(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: 
     }
 }
 
-/// Places in ascending order where the line at `y` crosses edges.
+/// Finds the x, in ascending order, at which the line at `y` crosses edges.
 fn crossings(edges: &[Edge], y: f64) -> Vec<f64> {
     let crossing = |[a, b]: &Edge| ((a.y > y) != (b.y > y)).then(|| a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
     let mut found: Vec<f64> = edges.iter().filter_map(crossing).collect();
@@ -241,7 +241,7 @@ fn crossings(edges: &[Edge], y: f64) -> Vec<f64> {
     found
 }
 
-/// Takes from the cells of a row what lies inside solids.
+/// Subtracts from the free fractions of a row of cells the parts that lie inside solids.
 fn take_cells(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: &mut [f64], by: &mut Vec<RoomObject>) {
     let half = 0.5 * DVec2::from(grid.cell_size_m);
     let margin = DVec2::splat(8.0 * tolerance);
@@ -249,7 +249,7 @@ fn take_cells(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: &
         let [a, b] = **edge;
         a.max(b).cmpge(low).all() && a.min(b).cmple(high).all()
     };
-    // whether a point of the row is inside is told by the edges that the row meets
+    // the edges that the row meets suffice to decide whether a point of the row is inside
     let (low, high) = (grid.y_m[row] - half.y - margin.y, grid.y_m[row] + half.y + margin.y);
     let (low, high) = (DVec2::new(f64::NEG_INFINITY, low), DVec2::new(f64::INFINITY, high));
     let covers: Vec<(&Cover, Vec<Edge>)> = covers

@@ -18,15 +18,16 @@ pub struct TraceableTube {
     pub face: usize,
     /// True if the opening hangs below that face.
     pub hangs: bool,
-    /// Centre of the opening.
+    /// Centre of the opening, in m.
     pub origin: DVec3,
     /// Radius of the opening in m.
     pub opening_radius: f64,
-    /// Way from the opening to the collector, in the tube's own frame.
+    /// Guide between the opening and the collector, in the tube's own frame.
     pub guide: Guide,
-    /// Shape that a mesh was found to have; `None` for tubes that are no meshes.
+    /// Shape recognised in a mesh; `None` for tubes that are no meshes.
     pub section: Option<Section>,
-    /// Cones about the axis from which next to all light comes that passes the guide; `None` for guides that pass more.
+    /// Cones about the axis from which nearly all light comes that passes the guide; `None` for guides that pass light from more
+    /// directions.
     pub cones: Option<NestedCones>,
     /// The closure in the opening.
     pub diffuser: Diffuser,
@@ -35,7 +36,7 @@ pub struct TraceableTube {
 }
 
 impl TraceableTube {
-    /// Area of the opening in m2.
+    /// Returns the area of the opening in m2.
     #[inline]
     pub fn opening_area_m2(&self) -> f64 {
         PI * self.opening_radius * self.opening_radius
@@ -80,7 +81,7 @@ impl TraceableTube {
         })
     }
 
-    /// Distance in m of a point to the nearest point of the opening.
+    /// Returns the distance in m of a point to the nearest point of the opening.
     #[inline]
     pub fn distance_to_opening(&self, point: DVec3) -> f64 {
         let away = point - self.origin;
@@ -93,14 +94,14 @@ impl TraceableTube {
         (point - self.origin).truncate().length_squared() < self.opening_radius * self.opening_radius
     }
 
-    /// The closure at a point of the opening.
+    /// Returns the closure at a point of the opening.
     #[inline]
     pub fn closure_at(&self, position: DVec3) -> Closure<'_> {
         self.diffuser.at((position - self.origin).truncate().length())
     }
 }
 
-/// The guide of cylinders of `radius` in metres.
+/// Builds the guide of cylinders of `radius` in m.
 pub fn cylinder_guide(tube: &StraightOrBent, radius: f64) -> Guide {
     let pipe = pipe(tube, radius);
     if let Collector::DielectricDome { refractive_index, thickness_m, absorption_per_m } = tube.collector {
@@ -140,6 +141,6 @@ fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideErro
 pub struct TubeError {
     /// Number of the tube in the scene.
     pub tube: usize,
-    /// Why its mesh is no guide.
+    /// Reason why its mesh forms no guide.
     pub error: MeshGuideError,
 }

@@ -1,4 +1,4 @@
-//! Ways that light takes by plane mirrors.
+//! Paths that light takes by plane mirrors.
 
 use glam::DVec3;
 
@@ -7,22 +7,23 @@ use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
 use crate::optics::Spectrum;
 
-/// A way from a place to a source by way of mirrors.
+/// A path from a place to a source by a chain of mirrors.
 #[derive(Clone, Copy, Debug)]
 pub struct WayByMirrors<const C: usize> {
-    /// Unit vector from the place.
+    /// Unit vector along the first segment, from the place.
     pub toward: DVec3,
-    /// Way from the image of the place to the source, in m: its length is that of the whole way, its direction that in which it ends.
+    /// Vector from the image of the place to the source, in m: its length is that of the whole path, its direction that of the last
+    /// segment.
     pub unfolded: DVec3,
-    /// What the mirrors reflect.
+    /// Product of the reflectances of the mirrors.
     pub reflectance: Spectrum<C>,
-    /// Number of its straight parts.
+    /// Number of straight segments.
     pub rays: u64,
 }
 
 impl TraceableScene {
-    /// The way from a place to a source by a chain of mirrors; `None` where these do not show it, or something stands between. The
-    /// surfaces that both lie on do not count.
+    /// Finds the path from a place to a source by a chain of mirrors; `None` where the mirrors do not show the source, or something
+    /// stands between. The surfaces that place and source lie on do not occlude.
     pub fn way_by_mirrors<const C: usize>(
         &self,
         chain: usize,
@@ -76,8 +77,8 @@ mod tests {
         TraceableScene::new(&scene, follow).unwrap()
     }
 
-    /// By hand: two mirrors that do not face each other have two chains each way; two that do, of 0.5, chains of up to eight mirrors, and what
-    /// is left out is no brighter than 1/512.
+    /// By hand: one mirror has one chain; two of reflectance 0.5 that face each other have two chains of each length up to eight mirrors,
+    /// and chains that are left out reflect no more than 1/512; three of 0.9 have more chains than the 64 that are kept.
     #[test]
     fn chains_end_where_they_are_faint() {
         let chains = |mirrors: &[(Face, f64)]| room(mirrors, Vec::new()).mirrors;
@@ -90,8 +91,8 @@ mod tests {
         assert_eq!((bright.count(), bright.leaves_out()), (64, true));
     }
 
-    /// By hand: from (1, 1, 1) a source at (1.5, 1, 2) is seen in the mirror at y = 3 along (0.5, 4, 1), as long as nothing stands there; by
-    /// way of both mirrors 2 + 3 + 1 m off along y; and the chains that a way goes on to have these numbers.
+    /// By hand: from (1, 1, 1) a source at (1.5, 1, 2) is seen in the mirror at y = 3 along (0.5, 4, 1), unless a box stands there; by
+    /// both mirrors it appears 2 + 3 + 1 m away along y; and a path that is reflected again continues along the longer chain.
     #[test]
     fn ways_are_unfolded() {
         let mirrors = [(Face::North, 0.5), (Face::South, 0.8)];
@@ -118,7 +119,7 @@ mod tests {
         assert!(scene.mirrors.before(behind).all(|(chain, _)| chain != by_north));
     }
 
-    /// The probabilities of all chains before a place add up to 1, and chains are chosen as often.
+    /// The probabilities of all chains before a place add up to 1, and chains are chosen at these frequencies.
     #[test]
     fn chains_are_chosen_by_what_they_reflect() {
         let mirrors = room(&[(Face::North, 0.5), (Face::South, 0.8)], Vec::new()).mirrors;

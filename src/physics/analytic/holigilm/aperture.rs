@@ -1,4 +1,4 @@
-//! Light that reaches a sensor unscattered through one opening, followed backward into sky and sun.
+//! Light that reaches a sensor unscattered through one opening, traced backward to sky and sun.
 
 use std::f64::consts::PI;
 
@@ -16,15 +16,15 @@ use crate::sky::{Sky, Sun};
 pub(super) struct Aperture<'a> {
     pub tube: &'a Tube,
     pub sensor: DVec3,
-    /// Inner and outer radius of the clear zone.
+    /// Inner and outer radius of the clear zone, in m.
     pub zone: (f64, f64),
 }
 
 impl Aperture<'_> {
-    /// Sky light in lux from `count` points of one replicate.
+    /// Computes the sky light in lux from `count` points of one replicate.
     ///
-    /// Points of the zone are uniform; the mean of luminance times transmission, weighted by the geometry factor, is
-    /// multiplied by the factor's exact integral: where nothing is lost and the sky is uniform, the result is exact.
+    /// Points of the zone are uniform; the mean of luminance times transmission, weighted by the geometry factor, is multiplied by the
+    /// exact integral of that factor: where nothing is lost and the sky is uniform, the result is exact.
     pub fn sky(&self, sky: &Sky, stream: Key, count: u64) -> f64 {
         let (inner, outer) = self.zone;
         let depth = self.tube.origin.z - self.sensor.z;
@@ -49,7 +49,8 @@ impl Aperture<'_> {
         PI * factor * sum / weights
     }
 
-    /// Sunlight in lux through a straight tube, on so many nodes of the disc with `steps` directions each; and the rays taken.
+    /// Computes the sunlight in lux through a straight tube, on `nodes` nodes of the disc with `steps` directions each; also returns the
+    /// number of rays.
     pub fn sun(&self, guide: &StraightGuide, sun: &Sun, nodes: usize, steps: usize) -> (f64, u64) {
         let below = self.sensor - self.tube.origin;
         let point = PointBelow { guide, zone: self.zone, depth: -below.z, foot: below.truncate() };
@@ -58,11 +59,11 @@ impl Aperture<'_> {
     }
 }
 
-/// Illuminance in lux at a point of the opening's upper side, from the sky through the guide: `count` points of one
+/// Computes the illuminance in lux at a point of the opening's upper side, from the sky through the guide: `count` points of one
 /// replicate.
 ///
-/// `point` is measured in m from the centre of the opening. E = integral of L R^n cos(theta), L the luminance of the sky
-/// where the ray that goes up leaves the guide after n mirrors of reflectance R; `stream` has its random numbers.
+/// `point` is measured in m from the centre of the opening. E = integral of L R^n cos(theta), L the luminance of the sky in the direction
+/// in which the ray traced upward leaves the guide after n reflections of reflectance R; `stream` keys its random numbers.
 pub fn illuminance_above(guide: &Guide, sky: &Sky, point: DVec2, stream: Key, count: u64) -> f64 {
     let mut random = PathRandom::new(stream);
     let cones = guide.cones();
@@ -76,8 +77,8 @@ pub fn illuminance_above(guide: &Guide, sky: &Sky, point: DVec2, stream: Key, co
     PI * sum / count as f64
 }
 
-/// Direction up by a point of the unit square, and its weight against cosine-distributed ones: these, or most of them from the
-/// cones of a guide that has any.
+/// Samples an upward direction by a point of the unit square, and returns its weight against a cosine distribution: from that
+/// distribution, or, for a guide with cones, mostly from the cones.
 pub(super) fn upward([u, v]: [f64; 2], cones: Option<&NestedCones>) -> (DVec3, f64) {
     let Some(cones) = cones else { return (warp::cosine_hemisphere([u, v]), 1.0) };
     let direction = if u < CONES_SHARE {
@@ -89,8 +90,8 @@ pub(super) fn upward([u, v]: [f64; 2], cones: Option<&NestedCones>) -> (DVec3, f
     (direction, by_cosine / ((1.0 - CONES_SHARE) * by_cosine + CONES_SHARE * cones.density(direction)))
 }
 
-/// Luminance in cd/m2 that arrives at a point of the opening's upper side from a direction, times the direction's weight; zero
-/// from where the guide sends the ray back.
+/// Computes the luminance in cd/m2 that arrives at a point of the opening's upper side from a direction, times the direction's weight;
+/// zero where the guide sends the ray back.
 pub(super) fn luminance_from(
     guide: &Guide,
     sky: &Sky,

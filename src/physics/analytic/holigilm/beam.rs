@@ -1,4 +1,4 @@
-//! Light of sky and sun followed down through one tube to its opening and, where the closure is clear, into the room.
+//! Light of sky and sun traced down through one tube to its opening and, where the closure is clear, into the room.
 
 use std::sync::atomic::AtomicBool;
 
@@ -17,24 +17,24 @@ use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
 
-/// Source of the light that is followed.
+/// Source of the light that is traced.
 #[derive(Clone, Copy)]
 pub enum Source<'a> {
     Sky(&'a Sky, &'a SkySampler),
     Sun(&'a Sun),
 }
 
-/// What the light of one tube passes.
+/// Room and tube through which light is traced.
 #[derive(Clone, Copy)]
 pub struct Way<'a> {
     pub room: &'a Installation,
     pub mesh: &'a Mesh,
     pub tube: &'a Tube,
-    /// Raised when the light is not wanted any more.
+    /// Raised when the light is not needed any more.
     pub cancel: &'a AtomicBool,
 }
 
-/// Rays that are followed without a look at [`Way::cancel`]: a few milliseconds.
+/// Number of rays that are traced between two looks at [`Way::cancel`]: a few milliseconds.
 pub const RAYS_AT_ONCE: u64 = 1 << 12;
 
 /// Light of one source through one tube, in lm, by the places where it ends.
@@ -44,27 +44,27 @@ pub struct Beam {
     pub collector: f64,
     pub guide: f64,
     pub guide_top: f64,
-    /// Onto the cells of the Lambertian zone, from above.
+    /// Flux onto the cells of the Lambertian zone, from above.
     pub cells: Vec<f64>,
-    /// Onto the clear zone, from above.
+    /// Flux onto the clear zone, from above.
     pub clear: f64,
-    /// Flux through the clear zone onto each patch of the room, but for light that has landed in cells.
+    /// Flux through the clear zone onto each patch of the room, without the light that `landed` has.
     pub patches: Vec<f64>,
-    /// Sunlight through the clear zone onto the cells of the patches, where its reflection counts.
+    /// Sunlight through the clear zone onto the cells of the patches, if its first reflection is computed.
     pub landed: Option<Landed>,
     /// Illuminance through the clear zone onto the cells of each grid of averages, in lux.
     pub grids: Vec<Vec<f64>>,
 }
 
 impl Source<'_> {
-    /// True if its light through clear zones is counted where it lands, for its reflection.
+    /// True if the source's light through clear zones is counted in the cells where it lands, for its first reflection.
     fn lands_in_cells(&self, room: &Installation) -> bool {
         matches!(self, Self::Sun(_)) && room.interreflection
     }
 }
 
 impl Beam {
-    /// Onto the whole opening from above.
+    /// Returns the flux onto the whole opening from above.
     pub fn at_diffuser(&self) -> f64 {
         self.lambertian() + self.clear
     }
@@ -73,7 +73,7 @@ impl Beam {
         self.cells.iter().sum()
     }
 
-    /// Multiplies what passes the guide by `factor`, and gives or takes the rest from its mirrors.
+    /// Multiplies the flux that passes the guide by `factor`, and counts the difference as absorbed by the guide.
     pub fn scale(&mut self, factor: f64) {
         self.guide += (1.0 - factor) * self.at_diffuser();
         self.clear *= factor;
@@ -83,7 +83,7 @@ impl Beam {
     }
 }
 
-/// A table of directions for the sky's light into a tube.
+/// Builds the sampler of directions for the sky's light into a tube.
 pub fn sky_sampler(sky: &Sky, tube: &Tube) -> Option<SkySampler> {
     let sampler = SkySampler::new(sky, |toward| {
         let likely = match &tube.guide {
@@ -99,7 +99,7 @@ pub fn sky_sampler(sky: &Sky, tube: &Tube) -> Option<SkySampler> {
     sampler.map(|sampler| sampler.with_cone(tube.guide.narrow_cone()))
 }
 
-/// Follows `count` rays of one replicate; fewer when cancelled.
+/// Traces `count` rays of one replicate; fewer when cancelled.
 pub fn follow(way: &Way, source: Source, stream: Key, count: u64) -> Beam {
     let Way { room, mesh, tube, cancel } = *way;
     let cells = lambertian_cells(tube);
@@ -167,7 +167,7 @@ pub fn follow(way: &Way, source: Source, stream: Key, count: u64) -> Beam {
     beam
 }
 
-/// The cells of a diffuser's Lambertian zone, if it has one.
+/// Returns the cells of a diffuser's Lambertian zone, if it has one.
 pub fn lambertian_cells(tube: &Tube) -> Option<Cells> {
     if !tube.diffuser.scatters(tube.radius) {
         return None;
@@ -180,7 +180,7 @@ pub fn lambertian_cells(tube: &Tube) -> Option<Cells> {
     Some(Cells { inner, outer })
 }
 
-/// Books light that enters the room at `start` on the cells that it crosses and the patch where it arrives.
+/// Adds light that enters the room at `start` to the cells of grids that it crosses, and to the patch where it arrives.
 fn land(room: &Installation, mesh: &Mesh, start: DVec3, direction: DVec3, flux: f64, beam: &mut Beam) {
     let (mut distance, mut face) = (f64::INFINITY, 4);
     for axis in 0..3 {

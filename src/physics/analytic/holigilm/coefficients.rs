@@ -1,14 +1,14 @@
-//! Shares of the light that mirrors and diffusers pass and send back, in the one photopic channel.
+//! Fractions of the light that mirrors and diffusers transmit and reflect, in the one photopic channel.
 
 use crate::guide::StraightGuide;
 use crate::optics::Diffuser;
 
-/// Reflectance of a guide; mirrors whose reflectance depends on the angle are refused.
+/// Returns the reflectance of a guide; mirrors whose reflectance depends on the angle are refused.
 pub fn reflectance(guide: &StraightGuide) -> f64 {
     guide.reflectance.reflectance(|| 1.0)[0]
 }
 
-/// Transmittance of a diffuser's clear zone.
+/// Returns the transmittance of a diffuser's clear zone.
 pub fn clear_transmittance(diffuser: &Diffuser) -> f64 {
     match *diffuser {
         Diffuser::Clear { transmittance } => transmittance[0],
@@ -17,7 +17,7 @@ pub fn clear_transmittance(diffuser: &Diffuser) -> f64 {
     }
 }
 
-/// Transmittance and reflectance of a diffuser's Lambertian zone.
+/// Returns the transmittance and reflectance of a diffuser's Lambertian zone.
 pub fn lambertian_coefficients(diffuser: &Diffuser) -> (f64, f64) {
     match *diffuser {
         Diffuser::Lambertian { transmittance, reflectance } => (transmittance[0], reflectance[0]),

@@ -1,13 +1,13 @@
-//! The first reflection of sunbeams from clear zones, sent on from where they land.
+//! First reflection of sunbeams from clear zones, computed from the places where they land.
 //!
-//! A beam lights spots that are smaller than the patches of a radiosity solution, or cut by their borders. Spread over
-//! patches, its light would come from wrong places, by errors that do not fall with the square of a patch's size. So it is
-//! counted in small cells, four of which make a node of a tree, four of these the next, up to the patch. For a receiver far
-//! from a node four points stand for it, which have its flux, its centroid and its second moments; a receiver near it takes
-//! the nodes within, at last the cells, as evenly lit squares in closed form. A cell average takes the closed form from a
-//! point to its rectangle. Later reflections are left to radiosity, which starts from what the first gives to the patches.
+//! A beam lights spots that are smaller than the patches of a radiosity solution, or cut by their borders. Spread over patches, its light
+//! would come from wrong places, by errors that do not fall with the square of a patch's size. So it is counted in small cells: four
+//! cells make a node of a tree, four of these the next larger node, up to the patch. For a receiver far from a node, four points
+//! represent it, with its flux, its centroid and its second moments; for a receiver near it, its children are used, and finally the
+//! cells, as evenly lit squares in closed form. A cell average takes the closed form from a point to its rectangle. Later reflections are
+//! left to radiosity, which starts from the light of the first reflection on the patches.
 //!
-//! Where in its cell light lands is not known: the change that cells of twice the size would make tells the error.
+//! The place in a cell where light lands is not recorded: the change that cells of twice the size would make estimates the error.
 //! Formulas: docs/physics/rooms.md#diffuse-interreflection.
 
 use std::f64::consts::{FRAC_1_PI, SQRT_2};
@@ -23,13 +23,13 @@ use crate::analytic::is_raised;
 use crate::analytic::patches::{Element, Mesh, Patch};
 use crate::scene::{EstimateKind, Face, Grid};
 
-/// Distance in diagonals of a node from which on four points stand for it.
+/// Distance, in diagonals of a node, beyond which four points represent the node.
 const FAR: f64 = 5.0;
 
-/// Randomisations, as the length of an array.
+/// Number of randomisations, as the length of an array.
 const COUNT: usize = REPLICATES as usize;
 
-/// Beams where they land, ready to be reflected.
+/// Landed sunbeams, prepared for their first reflection.
 #[derive(Debug)]
 pub struct FirstReflection {
     trees: Vec<Tree>,
@@ -39,7 +39,7 @@ pub struct FirstReflection {
 #[derive(Debug)]
 struct Tree {
     patch: Patch,
-    /// Nodes, of which the children of one stand together before it; the last is the whole patch.
+    /// Nodes; the children of a node are consecutive and stand before it, and the last node is the whole patch.
     nodes: Vec<Node>,
     /// Cells, the children of the smallest nodes.
     cells: Vec<Cell>,
@@ -50,7 +50,7 @@ struct Tree {
 struct Cell {
     /// Reflected flux in lm by randomisation.
     flux: [f64; COUNT],
-    /// Quarter of the parent that this is: 2 in the upper half of the first axis, plus 1 in that of the second.
+    /// Number of the quarter of the parent that this is: 2 in the upper half of the first axis, plus 1 in that of the second.
     quarter: u8,
 }
 
@@ -69,7 +69,7 @@ struct Node {
 struct Moments {
     flux: f64,
     first: DVec2,
-    /// Second moments along the first axis, across, and along the second axis.
+    /// Second moments: along the first axis, mixed, and along the second axis.
     second: [f64; 3],
 }
 
@@ -78,26 +78,26 @@ struct Moments {
 pub struct Reflected {
     /// Illuminance by randomisation.
     pub replicas: [f64; COUNT],
-    /// Mean over the randomisations if cells of twice the size were the smallest.
+    /// Mean over the randomisations, with cells of twice the size as the smallest.
     coarse: f64,
 }
 
 /// Receiver of reflected light.
 #[derive(Clone, Copy, Debug)]
 pub enum Receiver {
-    /// A point that looks into a direction.
+    /// A point that faces a direction.
     Point(Element),
     /// A rectangle, over which the light is averaged: a cell that looks up as if it were on the floor, or a patch of a face.
     Area(Patch),
 }
 
 impl Reflected {
-    /// Mean over the randomisations.
+    /// Computes the mean over the randomisations.
     pub fn lux(&self) -> f64 {
         self.replicas.iter().sum::<f64>() / REPLICATES as f64
     }
 
-    /// Change of the mean, were the cells twice as large.
+    /// Estimates the error: the change of the mean if the cells were twice as large.
     pub fn error(&self) -> f64 {
         (self.lux() - self.coarse).abs()
     }
@@ -112,7 +112,7 @@ impl Reflected {
 }
 
 impl FirstReflection {
-    /// `landed`: light by randomisation on `mesh`; `reflectance`: of each face, `None` where it is open.
+    /// Builds the trees of all patches; `landed`: light by randomisation on `mesh`; `reflectance`: of each face, `None` where it is open.
     pub fn new(landed: &[Landed], mesh: &Mesh, reflectance: [Option<f64>; 6]) -> Self {
         let tree = |index: usize| {
             let patch = mesh.patches[index];
@@ -130,7 +130,7 @@ impl FirstReflection {
         Self { trees: (0..mesh.patches.len()).into_par_iter().filter_map(tree).collect() }
     }
 
-    /// Illuminance of a receiver.
+    /// Computes the illuminance of a receiver.
     pub fn at(&self, receiver: &Receiver) -> Reflected {
         let mut sum = Reflected::default();
         for tree in self.trees.iter().filter(|tree| receiver.may_see(&tree.patch)) {
@@ -141,7 +141,7 @@ impl FirstReflection {
         sum
     }
 
-    /// Illuminance of every patch; meaningless when cancelled.
+    /// Computes the illuminance of every patch; meaningless when cancelled.
     pub fn on_patches(&self, mesh: &Mesh, cancel: &AtomicBool) -> Vec<Reflected> {
         let at = |patch: &Patch| match is_raised(cancel) {
             true => Reflected::default(),
@@ -152,7 +152,7 @@ impl FirstReflection {
 }
 
 impl Tree {
-    /// Makes the node of a square from the flux of its cells, its children first; `None` where nothing lands.
+    /// Builds the node of a square from the flux of its cells, its children first; `None` where nothing lands.
     fn grow(
         &mut self,
         depth: u32,
@@ -190,7 +190,7 @@ impl Tree {
         Some((Node { sum, points, children }, moments))
     }
 
-    /// Adds the light of a node that fills `whole` to what a receiver gets.
+    /// Adds the light of a node that fills `whole` to the illuminance of a receiver.
     fn add(&self, node: &Node, whole: Patch, depth: u32, receiver: &Receiver, sum: &mut Reflected) {
         if receiver.is_far_from(&whole) {
             let [u, v] = axes(&whole);
@@ -223,7 +223,7 @@ impl Cell {
     }
 }
 
-/// One of the squares into which `root` is divided by `depth` halvings of its edges.
+/// Returns one of the squares into which `root` is divided by `depth` halvings of its edges.
 fn square(root: Patch, depth: u32, index: [usize; 2]) -> Patch {
     let parts = f64::from(1u32 << depth);
     let extent = root.high - root.low;
@@ -235,7 +235,7 @@ fn square(root: Patch, depth: u32, index: [usize; 2]) -> Patch {
     Patch { low, high, ..root }
 }
 
-/// Numbers of a quarter of a square after one more halving.
+/// Returns the numbers of a quarter of a square after one more halving.
 fn part([i, j]: [usize; 2], quarter: u8) -> [usize; 2] {
     let quarter = usize::from(quarter);
     [2 * i + quarter / 2, 2 * j + quarter % 2]
@@ -259,7 +259,7 @@ impl Moments {
         self.second.iter_mut().zip(other.second).for_each(|(sum, moment)| *sum += moment);
     }
 
-    /// Four points of equal flux with these moments; `None` without flux.
+    /// Returns four points of equal flux with these moments; `None` without flux.
     fn points(&self) -> Option<[DVec2; 4]> {
         let Self { flux, first, second } = *self;
         if flux <= 0.0 {
@@ -278,7 +278,7 @@ impl Moments {
 }
 
 impl Receiver {
-    /// The sensor of a grid.
+    /// Returns the receiver for the sensor of a grid at `centre`.
     pub fn sensor(grid: &Grid, centre: DVec3) -> Self {
         match grid.estimate {
             EstimateKind::Point => Self::Point(Element::looking_up(centre)),
@@ -289,7 +289,7 @@ impl Receiver {
         }
     }
 
-    /// False if nothing of a patch is before the receiver.
+    /// False if no part of a patch lies before the receiver.
     fn may_see(&self, patch: &Patch) -> bool {
         match self {
             Self::Point(element) => element.is_before(patch.low) || element.is_before(patch.high),
@@ -297,7 +297,7 @@ impl Receiver {
         }
     }
 
-    /// True if a square is so far away that four points stand for it.
+    /// True if a square is so far away that four points represent it.
     fn is_far_from(&self, square: &Patch) -> bool {
         let (low, high) = match self {
             Self::Point(element) => (element.position, element.position),
@@ -307,7 +307,7 @@ impl Receiver {
         gap.length_squared() > FAR * FAR * (square.high - square.low).length_squared()
     }
 
-    /// Illuminance in lux for 1 lm that leaves a point of a face diffusely.
+    /// Computes the illuminance in lux for 1 lm that leaves a point of a face diffusely.
     fn of_point(&self, position: DVec3, face: &Patch) -> f64 {
         match self {
             Self::Point(element) => {
@@ -321,7 +321,7 @@ impl Receiver {
         }
     }
 
-    /// Illuminance in lux for 1 lm that leaves a square evenly and diffusely.
+    /// Computes the illuminance in lux for 1 lm that leaves a square evenly and diffusely.
     fn of_even(&self, square: &Patch) -> f64 {
         match self {
             Self::Point(element) => square.factor_from(*element) / square.area(),
@@ -353,7 +353,7 @@ impl Receiver {
     }
 }
 
-/// True if a point is on the side to which an area looks.
+/// True if a point is on the side that an area faces.
 fn before(area: &Patch, position: DVec3) -> bool {
     (position - area.low).dot(area.normal()) > 0.0
 }
@@ -363,7 +363,7 @@ mod tests {
     use super::*;
     use crate::scene::Face;
 
-    /// One lumen on each of `places` in all randomisations, in a room of 2 x 3 x 2.5 m.
+    /// Counts one lumen on each of `places` in all randomisations, in a room of 2 x 3 x 2.5 m.
     fn landed(mesh: &Mesh, places: &[(Face, DVec3)]) -> Vec<Landed> {
         let mut landed = Landed::nowhere(mesh);
         places.iter().for_each(|(face, position)| landed.add(mesh, *face as usize, *position, 1.0));
@@ -374,7 +374,7 @@ mod tests {
         Mesh::new(DVec3::new(2.0, 3.0, 2.5), [4, 6, 5])
     }
 
-    /// A spot in the middle of a cell 2 m away is a point with I cos / d^2, of which nothing is uncertain.
+    /// A spot in the middle of a cell 2 m away gives the light of a point source, I cos / d^2, with an estimated error of zero.
     #[test]
     fn a_far_spot_is_a_point() {
         let (mesh, spot) = (mesh(), DVec3::new(0.0, 1.1015625, 1.8046875));
@@ -389,8 +389,8 @@ mod tests {
         assert_eq!(beams.at(&Receiver::Point(Element::looking_up(sensor.with_z(2.0)))).lux(), 0.0);
     }
 
-    /// A patch that is lit evenly gives what its form factor says, to points at any distance and to areas, whose means are
-    /// those of their points; the error that is told is as small.
+    /// An evenly lit patch gives the light that its form factor predicts, to points at any distance and to areas, whose means are those
+    /// of their points; the estimated error is as small.
     #[test]
     fn an_even_patch_is_a_rectangle() {
         let mesh = mesh();

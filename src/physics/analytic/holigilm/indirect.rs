@@ -1,4 +1,4 @@
-//! The room's interreflection, and where its light ends.
+//! Interreflection of the room, and the places where its light ends.
 
 use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
@@ -15,19 +15,19 @@ use crate::analytic::{Balance, Installation, Tube};
 use crate::geometry::disc::disc_polygon_area;
 use crate::scene::{EstimateKind, Face, Grid};
 
-/// The interreflected light at one level.
+/// Interreflected light at one level of accuracy.
 pub struct Indirect<'a> {
     room: &'a Interreflection,
     exitances: Exitances,
     /// Exitances on the coarse mesh, by randomisation; empty when the randomisations do not differ.
     coarse: Vec<Vec<f64>>,
     closure: f64,
-    /// First reflection of sunbeams, and what it gives to the patches; none where no clear zone lets sunlight in.
+    /// First reflection of sunbeams, and its illuminance of the patches; `None` where no clear zone lets sunlight in.
     beams: Option<(FirstReflection, Vec<Reflected>)>,
 }
 
 impl<'a> Indirect<'a> {
-    /// Starts from the light on the patches, and for sunbeams from their first reflection.
+    /// Solves the interreflection of the direct light on the patches, and of sunbeams from their first reflection on.
     ///
     /// `None` when cancelled.
     pub fn new(
@@ -62,12 +62,12 @@ impl<'a> Indirect<'a> {
         Some(Self { room, exitances, coarse, closure: direct.closure, beams })
     }
 
-    /// First reflection of sunbeams at a point or averaged over a cell.
+    /// Computes the first reflection of sunbeams at a point or averaged over a cell.
     pub fn first(&self, grid: &Grid, sensor: usize) -> Option<Reflected> {
         self.beams.as_ref().map(|(beams, _)| beams.at(&Receiver::sensor(grid, centre(grid, sensor))))
     }
 
-    /// Illuminance at a point or averaged over a cell but for [`Self::first`], and its error, in lux.
+    /// Computes the illuminance at a point or averaged over a cell without [`Self::first`], and its error, in lux.
     pub fn at(&self, grid: &Grid, sensor: usize) -> (f64, f64) {
         let centre = centre(grid, sensor);
         let (middle, mut error) = self.room.illuminance(&self.exitances, centre);
@@ -82,7 +82,7 @@ impl<'a> Indirect<'a> {
         (mean, error + (coarse(3) - coarse(2)).abs())
     }
 
-    /// Interreflected illuminance of the patches in lux.
+    /// Computes the interreflected illuminance of the patches in lux.
     fn on_patches(&self) -> Vec<f64> {
         let mut lux = self.room.patch_illuminance(&self.exitances);
         if let Some((_, beams)) = &self.beams {
@@ -91,14 +91,14 @@ impl<'a> Indirect<'a> {
         lux
     }
 
-    /// Illuminance in each randomisation but for [`Self::first`], on the coarse mesh; nothing when they do not differ.
+    /// Computes the illuminance in each randomisation without [`Self::first`], on the coarse mesh; empty when they do not differ.
     pub fn spread(&self, grid: &Grid, sensor: usize) -> impl Iterator<Item = f64> {
         let centre = centre(grid, sensor);
         self.coarse.iter().map(move |exitance| self.room.coarse_illuminance(exitance, centre))
     }
 }
 
-/// The room with the openings in its ceiling; `None` when cancelled.
+/// Prepares the interreflection of the room with the openings in its ceiling; `None` when cancelled.
 pub fn room(installation: &Installation, lights: &[TubeLight], cancel: &AtomicBool) -> Option<Interreflection> {
     let underside = |(tube, light): (&Tube, &TubeLight)| underside(tube, light.returned);
     let openings: Vec<f64> = installation.tubes.iter().zip(lights).map(underside).collect();
@@ -110,7 +110,7 @@ pub fn room(installation: &Installation, lights: &[TubeLight], cancel: &AtomicBo
     Interreflection::new(installation.size, reflectance, cancel)
 }
 
-/// Reflectance of an opening seen from the room, its zones weighted by their areas.
+/// Computes the reflectance of an opening seen from the room, its zones weighted by their areas.
 fn underside(tube: &Tube, returned: f64) -> f64 {
     let clear = tube.diffuser.specular_zone(tube.radius).map_or(0.0, |(inner, outer)| outer * outer - inner * inner);
     let (transmittance, reflectance) = lambertian_coefficients(&tube.diffuser);
@@ -119,7 +119,7 @@ fn underside(tube: &Tube, returned: f64) -> f64 {
     lambertian * (1.0 - clear / (tube.radius * tube.radius))
 }
 
-/// Share of a patch that a tube's opening covers.
+/// Computes the fraction of a patch that a tube's opening covers.
 fn share(patch: &Patch, tube: &Tube) -> f64 {
     if patch.face != Face::Ceiling as usize {
         return 0.0;
@@ -130,7 +130,7 @@ fn share(patch: &Patch, tube: &Tube) -> f64 {
     (disc_polygon_area(tube.origin.truncate(), tube.radius, &corners) / patch.area()).clamp(0.0, 1.0)
 }
 
-/// Books the light that ends in the room; `direct`: averages over the patches.
+/// Adds the light that ends in the room to the energy balance; `direct`: averages over the patches.
 pub fn book(
     installation: &Installation,
     mesh: &Mesh,
@@ -159,7 +159,7 @@ pub fn book(
     }
 }
 
-/// Shares of the light on an opening from below that its closure absorbs, and that goes up into the guide.
+/// Computes the fractions of the light on an opening from below that its closure absorbs, and that enter the guide.
 fn upward(tube: &Tube) -> (f64, f64) {
     let clear = tube.diffuser.specular_zone(tube.radius).map_or(0.0, |(inner, outer)| outer * outer - inner * inner)
         / (tube.radius * tube.radius);

@@ -1,19 +1,19 @@
-//! Places where sunlight lands that passes clear zones unscattered.
+//! Cells of the faces where sunlight lands that passes clear zones unscattered.
 
 use glam::DVec3;
 
 use crate::analytic::patches::{Mesh, Patch};
 
-/// Times that the edges of a patch are halved to get the cells in which landing light is counted.
+/// Number of times that the edges of a patch are halved to get the cells in which landing light is counted.
 pub const HALVINGS: u32 = 5;
 
-/// Cells along an edge of a patch.
+/// Number of cells along an edge of a patch.
 const EDGE: usize = 1 << HALVINGS;
 
 /// Flux in lm that lands in each cell of a room's faces.
 #[derive(Clone, Debug)]
 pub struct Landed {
-    /// Cells by patch, the patch's second axis running fastest; `None` where nothing lands.
+    /// Flux of the cells by patch, the patch's second axis running fastest; `None` where nothing lands.
     patches: Vec<Option<Box<[f64]>>>,
 }
 
@@ -46,7 +46,7 @@ impl Landed {
         self.patches.iter_mut().flatten().flatten().for_each(|flux| *flux *= factor);
     }
 
-    /// Flux in lm on each patch.
+    /// Computes the flux in lm on each patch.
     pub fn by_patch(&self) -> impl Iterator<Item = f64> {
         self.patches.iter().map(|cells| cells.as_ref().map_or(0.0, |cells| cells.iter().sum()))
     }
@@ -56,18 +56,18 @@ impl Landed {
         self.patches[patch].is_some()
     }
 
-    /// Flux in lm that lands in one cell: numbers of cells along the patch's first and second axis.
+    /// Returns the flux in lm that lands in one cell, given by its numbers along the patch's first and second axis.
     pub fn flux(&self, patch: usize, [i, j]: [usize; 2]) -> f64 {
         self.patches[patch].as_ref().map_or(0.0, |cells| cells[i * EDGE + j])
     }
 }
 
-/// The two axes along which a patch extends, in the order of its cells.
+/// Returns the two axes along which a patch extends, in the order of its cells.
 pub fn axes(patch: &Patch) -> [usize; 2] {
     [(patch.axis() + 1) % 3, (patch.axis() + 2) % 3]
 }
 
-/// Number of the cell of a patch that holds a point.
+/// Returns the number of the cell of a patch that holds a point.
 fn cell(patch: &Patch, position: DVec3) -> usize {
     let index = |k: usize| {
         let share = (position[k] - patch.low[k]) / (patch.high[k] - patch.low[k]);

@@ -1,4 +1,4 @@
-//! The light that comes out of the tubes, in independent randomisations.
+//! Light that comes out of the tubes, in independent randomisations.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -22,20 +22,20 @@ use crate::sky::Sky;
 use crate::sky::sampler::SkySampler;
 use crate::statistics::Moments;
 
-/// Points of the rule for [`TubeLight::returned`].
+/// Number of points of the rule for [`TubeLight::returned`].
 const RETURN_RAYS: u64 = 1 << 14;
 
-/// Nodes over the solar disc for its flux through a straight tube.
+/// Number of nodes over the solar disc for its flux through a straight tube.
 const SUN_FLUX_NODES: usize = 256;
 
 /// Properties of one tube that do not depend on the level of accuracy.
 #[derive(Debug)]
 pub struct TubeLight {
     sampler: Option<SkySampler>,
-    /// Sky's flux through a straight tube; `None` for other tubes.
+    /// Flux of the sky through a straight tube; `None` for other tubes.
     sky: Option<Through>,
     sun: Option<Through>,
-    /// Share of uniform diffuse light, sent up into the guide, that comes back down; 0 where it is not to be followed.
+    /// Fraction of uniform diffuse light, sent up into the guide, that comes back down; 0 where guide return is not followed.
     pub returned: f64,
 }
 
@@ -46,13 +46,13 @@ struct Through {
     at_diffuser: f64,
 }
 
-/// One randomisation of one tube's light.
+/// Light of one tube in one randomisation.
 pub struct Replica {
     /// Exitance of the Lambertian zone.
     pub profile: Option<Profile>,
-    /// Flux through the clear zone onto the room's patches in lm, but for what has landed in cells.
+    /// Flux through the clear zone onto the room's patches in lm, without the light that is counted in cells.
     patches: Vec<f64>,
-    /// Sunlight through the clear zone, where it lands; goes to [`Light::landed`].
+    /// Sunlight through the clear zone, in the cells where it lands; moved to [`Light::landed`].
     landed: Option<Landed>,
     /// Illuminance through the clear zone onto the cells of each grid of averages, in lux.
     pub grids: Vec<Vec<f64>>,
@@ -62,13 +62,13 @@ pub struct Replica {
     rays: u64,
 }
 
-/// The light of all tubes at one level.
+/// Light of all tubes at one level of accuracy.
 pub struct Light {
     /// Replicas by tube, then by randomisation.
     pub replicas: Vec<Vec<Replica>>,
-    /// Mean over the randomisations, by tube.
+    /// Means over the randomisations, by tube.
     pub profiles: Vec<Option<Profile>>,
-    /// Sunlight through the clear zones of all tubes by randomisation, where it lands; empty where there is none.
+    /// Sunlight through the clear zones of all tubes by randomisation, in the cells where it lands; empty where there is none.
     pub landed: Vec<Landed>,
 }
 
@@ -80,12 +80,12 @@ pub struct PatchLight {
     pub beams: Vec<f64>,
     /// True if the randomisations differ by more than the profile of a diffuser.
     pub varies: bool,
-    /// Share of the Lambertian zones' flux that the rule over the patches misses.
+    /// Fraction of the Lambertian zones' flux that the rule over the patches misses.
     pub closure: f64,
 }
 
 impl PatchLight {
-    /// Mean over the randomisations of all light.
+    /// Computes the mean over the randomisations of all light.
     pub fn mean(&self) -> Vec<f64> {
         let mut lux = mean(&self.replicas);
         lux.iter_mut().zip(&self.beams).for_each(|(lux, beams)| *lux += beams);
@@ -93,7 +93,7 @@ impl PatchLight {
     }
 }
 
-/// Mean over the randomisations by patch.
+/// Computes the mean over the randomisations by patch.
 pub fn mean(replicas: &[Vec<f64>]) -> Vec<f64> {
     let sum = |patch: usize| replicas.iter().map(|values| values[patch]).sum::<f64>();
     (0..replicas[0].len()).map(|patch| sum(patch) / REPLICATES as f64).collect()
@@ -133,7 +133,7 @@ impl TubeLight {
     }
 }
 
-/// Share of uniform diffuse light, sent up from the opening, that comes back down.
+/// Estimates the fraction of uniform diffuse light, sent up from the opening, that comes back down.
 fn returned(tube: &Tube) -> f64 {
     if !tube.guide.returns_light() {
         return 0.0;
@@ -150,7 +150,7 @@ fn returned(tube: &Tube) -> f64 {
     back.sum::<f64>() / RETURN_RAYS as f64
 }
 
-/// Luminances that arrive on the upper side of the cells from the sky, added up over `count` rays: the profile's shape.
+/// Sums up the luminances that arrive from the sky on the upper side of each cell, over `count` rays: the shape of the profile.
 fn sky_shape(way: &Way, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec<f64> {
     let mut shape = vec![0.0; RINGS * SECTORS];
     let mut random = PathRandom::new(stream);
@@ -168,7 +168,7 @@ fn sky_shape(way: &Way, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec
     shape
 }
 
-/// Adds what lands of one more tube; nothing where its light does not land in cells.
+/// Adds the landed light of one more tube; nothing where light is not counted in cells.
 fn merge(sums: &mut Vec<Landed>, of_tube: Vec<Landed>) {
     if sums.is_empty() {
         *sums = of_tube;
@@ -196,7 +196,7 @@ impl Light {
         };
         let mut replicas: Vec<Vec<Replica>> = Vec::with_capacity(tubes);
         let mut landed = Vec::new();
-        // a few tubes at once: what lands of each fills many cells until all are summed up
+        // a few tubes at a time: the landed light of each fills many cells until it is summed up
         let at_once = rayon::current_num_threads().div_ceil(REPLICATES as usize);
         for first in (0..tubes).step_by(at_once) {
             let few = (first..tubes.min(first + at_once)).into_par_iter();
@@ -231,7 +231,7 @@ impl Light {
         self.replicas.iter().map(tube).collect()
     }
 
-    /// Light that ended before it entered the room, by its place.
+    /// Sums up the light that ended before it entered the room, by the places where it ended.
     pub fn balance(&self) -> Balance {
         let mut sum = Balance::default();
         for replica in self.replicas.iter().flatten() {
@@ -246,7 +246,7 @@ impl Light {
         sum
     }
 
-    /// Direct illuminance averaged over the patches; meaningless when cancelled.
+    /// Computes the direct illuminance averaged over the patches; meaningless when cancelled.
     pub fn on_patches(&self, tubes: &[Tube], mesh: &Mesh, cancel: &AtomicBool) -> PatchLight {
         let rule = gauss(3);
         let (mut missed, mut total) = (0.0, 0.0);
@@ -320,7 +320,7 @@ impl Replica {
         if let Some((sky, sampler)) = room.sky.as_ref().zip(light.sampler.as_ref()) {
             let clear = tube.diffuser.specular_zone(tube.radius).is_some();
             let on_lambertian = match light.sky {
-                // nothing but the profile is unknown
+                // the flux has a closed form: only the profile is estimated
                 Some(through) if !clear => {
                     replica.add_through(tube, through);
                     through.at_diffuser
@@ -364,7 +364,7 @@ impl Replica {
         self.balance.guide += emitted - collector - at_diffuser;
     }
 
-    /// Adds a beam, scaled to the flux that is known to pass the guide; returns what arrives at the Lambertian zone.
+    /// Adds a beam, scaled to the exact flux through the guide where there is one; returns the flux that arrives at the Lambertian zone.
     fn add(&mut self, tube: &Tube, mut beam: Beam, known: Option<Through>, count: u64) -> f64 {
         if let Some(through) = known {
             let arrived = beam.at_diffuser();
@@ -390,8 +390,8 @@ impl Replica {
         beam.lambertian()
     }
 
-    /// Light on the upper side of a Lambertian zone, in lm per cell, leaves below; what it sends up and the guide sends
-    /// back arrives again.
+    /// Adds the light on the upper side of a Lambertian zone, in lm per cell: the transmitted part leaves below, and of the reflected
+    /// part the guide returns a fraction, which arrives again.
     fn scatter(&mut self, tube: &Tube, cells: Cells, mut flux: Vec<f64>, returned: f64) {
         let (transmittance, reflectance) = lambertian_coefficients(&tube.diffuser);
         let again = 1.0 / (1.0 - reflectance * returned);
@@ -405,7 +405,7 @@ impl Replica {
     }
 }
 
-/// A radius within the clear zone; within the opening where there is none.
+/// Returns a radius within the clear zone; within the opening where there is none.
 fn zone_radius(tube: &Tube) -> f64 {
     tube.diffuser.specular_zone(tube.radius).map_or(0.0, |(inner, outer)| 0.5 * (inner + outer))
 }

@@ -6,11 +6,11 @@
 //! * Lambertian zones: the profile of illuminance on their upper side in rings and sectors, by rays followed backward into
 //!   the sky and forward from the sun; then rings in closed form at every sensor.
 //! * Clear zones: an integral over the opening, followed backward from every sensor into sky and sun; cell averages and
-//!   what falls on the room's faces by rays followed forward.
+//!   the light on the room's faces by rays followed forward.
 //! * The room's interreflection by radiosity.
 //!
-//! Every rule runs in independent randomisations of one low-discrepancy sequence, whose spread is the estimate of its
-//! error; rules without points run at two resolutions. Rays are added until the asked accuracy is reached or a cap.
+//! Every rule runs in independent randomisations of one low-discrepancy sequence, whose spread is the estimate of its error; rules
+//! without points run at two resolutions. Rays are added until the requested accuracy or a cap is reached.
 
 pub mod aperture;
 mod beam;
@@ -45,22 +45,22 @@ use crate::sampling::{Key, Stream};
 use crate::scene::{EstimateKind, Grid};
 use crate::statistics::Moments;
 
-/// Ratio of the errors that more rays do not reduce to those that they do, from which on no level follows.
+/// Ratio of the errors that more rays do not reduce to those that they do, above which no further level is computed.
 const FIXED_SHARE: f64 = 3.0;
 
-/// Values below this share of a grid's mean are judged as if they were as large: as when a job stops.
+/// Fraction of a grid's mean below which values are judged as if they were as large, as in the stopping rule of jobs.
 const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
-/// Ratio of Student's quantile of 95 % for the spread of [`REPLICATES`] to the normal one, by which users of a solver's errors
-/// make intervals.
+/// Ratio of Student's quantile of 95 % for the spread of [`REPLICATES`] to the normal one, by which intervals are made from a solver's
+/// errors.
 const WIDENING: f64 = 2.3646 / 1.9600;
 
-/// The method on one installation.
+/// Solver by the method for one installation.
 #[derive(Debug)]
 pub struct Holigilm {
     room: Installation,
     lights: Vec<TubeLight>,
-    /// Relative standard error asked for.
+    /// Relative standard error that is requested.
     target: f64,
     seed: Key,
 }
@@ -82,7 +82,7 @@ struct Level {
 }
 
 impl Holigilm {
-    /// `target`: relative standard error asked for; `seed` chooses the randomisations.
+    /// Prepares the solver; `target`: relative standard error that is requested; `seed` chooses the randomisations.
     ///
     /// Tubes are straight or bent. A bent tube with a clear zone gets no sunlight at points, and its clear zone returns
     /// none of the light that goes up from the room.
@@ -91,10 +91,10 @@ impl Holigilm {
         Self { room, lights, target, seed: Key::new(seed) }
     }
 
-    /// Computes level after level, until one is as accurate as asked, none would be better, or `cancel` is raised.
+    /// Computes level after level, until one is as accurate as requested, none would be better, or `cancel` is raised.
     ///
-    /// `after_level` hears of every level that is done. When `cancel` is raised within a level, the one before it is the
-    /// result; `None` when there is none.
+    /// `after_level` is called with the solution of every level that is done. When `cancel` is raised within a level, the one before it
+    /// is the result; `None` when there is none.
     pub fn refine(&self, cancel: &AtomicBool, after_level: &mut dyn FnMut(&Solution)) -> Option<Solution> {
         let reflects = self.room.reflectance.iter().flatten().any(|reflectance| *reflectance > 0.0);
         let room = match self.room.interreflection && reflects {
@@ -149,7 +149,7 @@ impl Holigilm {
             rays += values.iter().map(|value| value.rays).sum::<u64>();
             grids.push(values);
         }
-        // parts that were cut short are in the values
+        // sensors that were cut short are among the values
         if is_raised(cancel) {
             return None;
         }
@@ -164,7 +164,7 @@ impl Holigilm {
         Some(Level { solution, noise, fixed })
     }
 
-    /// Light at one sensor of a grid; meaningless when cancelled.
+    /// Computes the light at one sensor of a grid; meaningless when cancelled.
     fn sensor(
         &self,
         level: u32,
@@ -243,7 +243,7 @@ impl Solver for Holigilm {
     }
 }
 
-/// Root mean square of a part of the error over max(value, 0.01 mean).
+/// Computes the root mean square of a part of the error over max(value, 0.01 mean).
 fn relative_error(values: &[Value], part: fn(&Value) -> f64) -> f64 {
     let mean = values.iter().map(|value| value.lux).sum::<f64>() / values.len() as f64;
     let square = |value: &Value| {
@@ -253,8 +253,8 @@ fn relative_error(values: &[Value], part: fn(&Value) -> f64) -> f64 {
     (values.iter().map(square).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Light of a Lambertian zone at a point, or averaged over a cell by Gauss' rule; `fewer` points per edge than usual.
-/// Meaningless when cancelled.
+/// Computes the illuminance from a Lambertian zone at a point, or averaged over a cell by Gauss' rule; `fewer` points per edge than
+/// usual. Meaningless when cancelled.
 fn lambertian(tube: &Tube, profile: &Profile, grid: &Grid, sensor: usize, fewer: usize, cancel: &AtomicBool) -> f64 {
     let centre = centre(grid, sensor);
     let depth = tube.origin.z - centre.z;

@@ -1,4 +1,4 @@
-//! The exitance of a diffuser's Lambertian zone in rings and sectors, and the illuminance that it gives.
+//! Exitance of a diffuser's Lambertian zone in rings and sectors, and the illuminance from it.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,11 +7,11 @@ use glam::{DVec2, DVec3};
 use crate::geometry::disc::disc_irradiance;
 use crate::geometry::turn::unit_vector;
 
-/// Rings of equal area and sectors of equal angle that a profile has.
+/// Number of rings of equal area in a profile; `SECTORS` is that of sectors of equal angle.
 pub const RINGS: usize = 16;
 pub const SECTORS: usize = 16;
 
-/// Points per edge at most into which a cell is divided where a receiver is near.
+/// Largest number of points per edge into which a cell is divided where a receiver is near.
 const MOST_SPLIT: f64 = 8.0;
 
 /// Exitance in lm/m2 between two circles around the centre of the opening.
@@ -21,7 +21,7 @@ pub struct Profile {
     outer: f64,
     rings: usize,
     sectors: usize,
-    /// Ring by ring from the inside; sectors counter-clockwise from +x.
+    /// Values ring by ring from the inside; sectors counter-clockwise from +x.
     exitance: Vec<f64>,
 }
 
@@ -33,7 +33,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Number of the cell that holds a point, measured from the centre.
+    /// Returns the number of the cell that holds a point, measured from the centre.
     pub fn at(&self, point: DVec2) -> usize {
         let (from, to) = (self.inner * self.inner, self.outer * self.outer);
         let share = ((point.length_squared() - from) / (to - from)).clamp(0.0, 1.0);
@@ -42,12 +42,12 @@ impl Cells {
         index(share, RINGS) * SECTORS + index(turn, SECTORS)
     }
 
-    /// Area of the zone in m2.
+    /// Computes the area of the zone in m2.
     pub fn area(&self) -> f64 {
         PI * (self.outer - self.inner) * (self.outer + self.inner)
     }
 
-    /// `flux`: that leaves each cell, in lm.
+    /// Builds the profile of the exitance from the `flux` that leaves each cell, in lm.
     pub fn profile(&self, flux: &[f64]) -> Profile {
         let cell = self.area() / (RINGS * SECTORS) as f64;
         let exitance = flux.iter().map(|flux| flux / cell).collect();
@@ -56,7 +56,7 @@ impl Cells {
 }
 
 impl Profile {
-    /// The mean of profiles of one zone; `None` without any.
+    /// Computes the mean of profiles of one zone; `None` without any.
     pub fn mean<'a>(profiles: impl Iterator<Item = &'a Self>) -> Option<Self> {
         let mut count = 0.0;
         let sum = profiles.cloned().reduce(|mut sum, profile| {
@@ -80,10 +80,10 @@ impl Profile {
         Self { rings, sectors, exitance, ..self.clone() }
     }
 
-    /// Illuminance in lux of an element with unit `normal` at `offset` from the axis and `depth` > 0 below the opening;
-    /// the element's horizon must not cut the zone.
+    /// Computes the illuminance in lux of an element with unit `normal` at `offset` from the axis and `depth` > 0 below the opening; the
+    /// element's horizon must not cut the zone.
     ///
-    /// The mean of each ring acts as a difference of discs in closed form; what the sectors differ from it, as points.
+    /// The mean of each ring acts as a difference of discs in closed form; the deviations of its sectors from the mean act as points.
     pub fn illuminance(&self, offset: DVec2, depth: f64, normal: DVec3) -> f64 {
         let distance = offset.length();
         let inward = if distance > 0.0 { -offset / distance } else { DVec2::ZERO };
@@ -118,13 +118,13 @@ impl Profile {
         sum
     }
 
-    /// Flux that leaves the zone, in lm.
+    /// Computes the flux that leaves the zone, in lm.
     pub fn flux(&self) -> f64 {
         let area = PI * (self.outer - self.inner) * (self.outer + self.inner);
         self.exitance.iter().sum::<f64>() * area / self.exitance.len() as f64
     }
 
-    /// Radius at which `ring` rings of equal area end.
+    /// Returns the radius at which `ring` rings of equal area end.
     fn radius(&self, ring: f64) -> f64 {
         let (from, to) = (self.inner * self.inner, self.outer * self.outer);
         (from + (to - from) * ring / self.rings as f64).sqrt()

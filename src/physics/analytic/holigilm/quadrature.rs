@@ -8,18 +8,18 @@ use glam::DVec3;
 use crate::analytic::patches::Patch;
 use crate::scene::Grid;
 
-/// Position of a sensor, or of the centre of its cell.
+/// Returns the position of a sensor, or of the centre of its cell.
 pub fn centre(grid: &Grid, sensor: usize) -> DVec3 {
     DVec3::new(grid.x_m[sensor % grid.cells[0]], grid.y_m[sensor / grid.cells[0]], grid.height_m)
 }
 
-/// Gauss-Legendre nodes in -0.5..0.5 and weights that add up to one.
+/// Returns Gauss-Legendre nodes in -0.5..0.5 and weights that add up to one.
 pub fn gauss(points: usize) -> Vec<(f64, f64)> {
     let rule = GaussLegendre::new(NonZeroUsize::new(points).unwrap_or(NonZeroUsize::MIN));
     rule.as_node_weight_pairs().iter().map(|(node, weight)| (0.5 * node, 0.5 * weight)).collect()
 }
 
-/// Mean over the cell around `centre` by a product of two rules.
+/// Computes the mean over the cell around `centre` by a product of two rules.
 pub fn cell_mean(grid: &Grid, centre: DVec3, rule: &[(f64, f64)], at: impl Fn(DVec3) -> f64) -> f64 {
     let mut sum = 0.0;
     for (x, weight_x) in rule {
@@ -31,7 +31,7 @@ pub fn cell_mean(grid: &Grid, centre: DVec3, rule: &[(f64, f64)], at: impl Fn(DV
     sum
 }
 
-/// Mean over a patch of what `at` gives for a point and the patch's normal.
+/// Computes the mean over a patch of the values that `at` returns for a point and the patch's normal.
 pub fn patch_mean(patch: &Patch, rule: &[(f64, f64)], at: impl Fn(DVec3, DVec3) -> f64) -> f64 {
     let (u, v) = ((patch.axis() + 1) % 3, (patch.axis() + 2) % 3);
     let extent = patch.high - patch.low;
