@@ -1,11 +1,12 @@
-//! Grids as CSV.
+//! Grids of illuminance as CSV text.
 
 use std::fmt::Write;
 
-/// One line per sensor: `x_m,y_m,z_m,illuminance_lux,standard_error_lux`, in the shortest digits that read back exactly.
+/// Returns a grid as CSV, one line per sensor: `x_m,y_m,z_m,illuminance_lux,standard_error_lux`, in the shortest digits that read back
+/// exactly.
 ///
-/// Sensor `j * x_m.len() + i` is at (`x_m[i]`, `y_m[j]`, `z_m`); a standard error that is not finite (fewer than two
-/// passes) is left empty, and so is an illuminance that is none (inside a solid).
+/// Sensor `j * x_m.len() + i` is at (`x_m[i]`, `y_m[j]`, `z_m`); a standard error that is not finite (fewer than two passes) is left empty,
+/// and so is an illuminance that is not finite (sensor inside a solid).
 pub fn grid(x_m: &[f64], y_m: &[f64], z_m: f64, illuminance_lux: &[f64], standard_error_lux: &[f64]) -> String {
     let mut text = "x_m,y_m,z_m,illuminance_lux,standard_error_lux\n".to_owned();
     let places = y_m.iter().flat_map(|y| x_m.iter().map(move |x| (x, y)));

@@ -1,4 +1,4 @@
-//! OpenEXR files (the only user of exr).
+//! Reading and writing of OpenEXR files; no other module uses the `exr` crate.
 
 use std::io::Cursor;
 
@@ -11,14 +11,14 @@ use super::seen::SeenView;
 use super::{Image, OutputError};
 use crate::VERSION;
 
-/// What a file has of every pixel beside its colour.
+/// Layers of a view's file besides its colour channels.
 #[derive(Clone, Copy, Debug)]
 pub struct Layers<'a> {
     /// Standard error of the luminance in cd/m2.
     pub standard_error: &'a [f64],
-    /// Number of passes behind each pixel.
+    /// Number of passes that each pixel averages.
     pub samples: f64,
-    /// True where the middle of a pixel sees a source of light, an opening, or out of the room.
+    /// True for pixels whose middle sees a light source, an opening, or out of the room.
     pub sources: &'a [bool],
 }
 
@@ -32,18 +32,18 @@ pub struct Decoded {
 }
 
 impl Decoded {
-    /// The image, as it was written.
+    /// Returns the image as it was written.
     pub fn image(&self) -> Image<'_> {
         Image { size_px: self.size_px, channels: self.channels, values: &self.values }
     }
 
-    /// Its luminances, and where it sees sources.
+    /// Returns the luminances of the image and its mask of pixels that see sources.
     pub fn seen(&self) -> SeenView {
         SeenView { size_px: self.size_px, luminances: self.image().luminances(), sources: self.sources.clone() }
     }
 }
 
-/// Reads a file that [`encode`] wrote; one of before the layer `source` has no sources.
+/// Reads a file that [`encode`] wrote; the mask of sources is empty for older files without the layer `source`.
 pub fn decode(bytes: &[u8]) -> Result<Decoded, OutputError> {
     let failed = |error: exr::error::Error| OutputError::Exr(error.to_string());
     let read = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
@@ -66,12 +66,11 @@ pub fn decode(bytes: &[u8]) -> Result<Decoded, OutputError> {
     Ok(decoded)
 }
 
-/// An image as an EXR file of 32-bit floats, top row first.
+/// Encodes an image as an EXR file of 32-bit floats, top row first.
 ///
-/// Channels: `Y` in cd/m2, or linear Rec.709 `R`, `G`, `B` (their Y in cd/m2); `standard_error` of Y in cd/m2; `samples`,
-/// the number of passes behind each pixel; `source`, 1 where the middle of a pixel sees a source of light, an opening, or out of
-/// the room, and else 0. Numbers are written as they are, infinite and not-a-number included.
-/// `comments` goes into the header.
+/// Channels: `Y` in cd/m2, or linear Rec.709 `R`, `G`, `B` (their Y in cd/m2); `standard_error` of Y in cd/m2; `samples`, the number of
+/// passes that each pixel averages; `source`, 1 for pixels whose middle sees a light source, an opening, or out of the room, else 0.
+/// Numbers are written as they are, infinite and not-a-number included. `comments` goes into the header.
 pub fn encode(image: Image, layers: Layers, comments: &str) -> Result<Vec<u8>, OutputError> {
     image.check()?;
     let [width, height] = image.size_px;

@@ -1,4 +1,4 @@
-//! Pictures and tables of results: plain numbers in, bytes out.
+//! Encoders of results as pictures and tables: plain numbers in, bytes out.
 //!
 //! Images are top row first, channels interleaved: 1 (luminance in cd/m2) or 3 (linear Rec.709, each so that Y is in
 //! cd/m2). Grids are row by row from the south, west to east.
@@ -14,22 +14,22 @@ pub use raster::Raster;
 
 use crate::optics::spectrum::REC709_LUMINANCE;
 
-/// Reason why a picture could not be written: its size or the encoder, never its numbers.
+/// Reason why a picture could not be read or written: its size or the codec, never its values.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutputError {
-    /// The EXR encoder failed, with its own words.
+    /// Error of the EXR codec, in the codec's words.
     #[error("EXR: {0}")]
     Exr(String),
-    /// The PNG encoder failed, with its own words.
+    /// Error of the PNG codec, in the codec's words.
     #[error("PNG: {0}")]
     Png(String),
-    /// The plot could not be drawn, with the words of the library.
+    /// Error of the plotting library, in the library's words.
     #[error("plot: {0}")]
     Plot(String),
-    /// The numbers are not as many as the pixels ask for, or there are no pixels.
+    /// Number of values that does not match width, height and channels, or an image without pixels.
     #[error("{values} values do not fill {width} x {height} pixels of {channels} channels")]
     Size {
-        /// Numbers that were given.
+        /// Number of values given.
         values: usize,
         /// Pixels in a row.
         width: usize,
@@ -40,14 +40,14 @@ pub enum OutputError {
     },
 }
 
-/// An image to be written.
+/// An image of 64-bit floats, as passed to the encoders.
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
-    /// Width and height, each > 0.
+    /// Width and height in pixels, each > 0.
     pub size_px: [usize; 2],
     /// Number of channels, 1 or 3.
     pub channels: usize,
-    /// Top row first, channels interleaved.
+    /// Pixel values in cd/m2, top row first, channels interleaved.
     pub values: &'a [f64],
 }
 
@@ -62,7 +62,7 @@ impl Image<'_> {
         Ok(())
     }
 
-    /// Luminance Y of every pixel.
+    /// Returns the luminance Y of every pixel in cd/m2, top row first.
     pub fn luminances(&self) -> Vec<f64> {
         match self.channels {
             3 => {
@@ -74,7 +74,7 @@ impl Image<'_> {
     }
 }
 
-/// The value below which lies `share` (0..1) of `values`; `None` without finite values.
+/// Returns the quantile of the finite `values` at the fraction `share` (0..1); `None` without finite values.
 pub fn percentile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     let index = (share * values.len().checked_sub(1)? as f64).round() as usize;

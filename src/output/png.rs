@@ -5,16 +5,16 @@ use super::{Image, OutputError, Raster, percentile};
 /// Value on the display of the log-average luminance (Reinhard et al. 2002, "key").
 const KEY: f64 = 0.18;
 
-/// The least exposed luminance that is shown white.
+/// Lower bound of the exposed luminance that is shown white.
 const LEAST_WHITE: f64 = 0.5;
 
-/// The exposed luminance that is shown white where the exposure is given: 44 times that of middle grey.
+/// Exposed luminance that is shown white where the exposure is given: 44 times that of middle grey.
 const FIXED_WHITE: f64 = 8.0;
 
-/// Pixels darker than this share of the brightest do not count in the log-average: a black frame would set the exposure.
+/// Fraction of the brightest luminance below which pixels are left out of the log-average, so that a black frame does not set the exposure.
 const DARKEST_COUNTED: f64 = 1e-4;
 
-/// An sRGB picture as a PNG file.
+/// Encodes an sRGB picture as a PNG file.
 pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
     let failed = |error: png::EncodingError| OutputError::Png(error.to_string());
     let side = |side: usize| u32::try_from(side).map_err(|error| OutputError::Png(error.to_string()));
@@ -31,7 +31,7 @@ pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
     Ok(bytes)
 }
 
-/// The picture in a file that [`encode`] wrote.
+/// Reads the picture from a file that [`encode`] wrote.
 pub fn decode(bytes: &[u8]) -> Result<Raster, OutputError> {
     let failed = |error: png::DecodingError| OutputError::Png(error.to_string());
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(failed)?;
@@ -46,25 +46,25 @@ pub fn decode(bytes: &[u8]) -> Result<Raster, OutputError> {
     Ok(Raster { width, height, pixels })
 }
 
-/// A luminance image as an eye adapted to it would see it, in sRGB.
+/// Renders a luminance image in sRGB as an eye adapted to it would see it.
 pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
     ToneMapping::of(image)?.apply(image)
 }
 
-/// The global operator of Reinhard et al. 2002 (equation 4), adapted to one image.
+/// Global tone mapping operator of Reinhard et al. 2002 (equation 4), adapted to one image.
 ///
-/// The log-average luminance is exposed to 18 % and the brightest half percent of the lit pixels goes to white; the ratios
-/// of the channels stay. Black stays black, infinite is white, and what is not a number is magenta.
+/// The log-average luminance is exposed to 18 %, and the brightest half percent of the pixels above zero goes to white; the ratios of the
+/// channels are kept. Black stays black, infinite values are white, and not-a-number is magenta.
 #[derive(Clone, Copy, Debug)]
 pub struct ToneMapping {
-    /// Factor per cd/m2.
+    /// Exposure: factor per cd/m2.
     exposure: f64,
     /// Exposed luminance that is shown white.
     white: f64,
 }
 
 impl ToneMapping {
-    /// Adapts to an image. An error if its numbers do not fill its pixels.
+    /// Adapts the operator to an image; fails if the number of values does not match its size.
     pub fn of(image: Image) -> Result<Self, OutputError> {
         image.check()?;
         let luminances = image.luminances();
@@ -78,18 +78,18 @@ impl ToneMapping {
         Ok(Self { exposure, white: (exposure * brightest).max(LEAST_WHITE) })
     }
 
-    /// Adapted to a luminance in cd/m2, above zero, which is shown as middle grey: images are exposed alike by it. White is
-    /// what is 44 times as bright.
+    /// Returns the operator adapted to a given luminance in cd/m2 (> 0), which is shown as middle grey, so that several images get the same
+    /// exposure. White is 44 times as bright.
     pub fn adapted_to(adaptation_cd_m2: f64) -> Self {
         Self { exposure: KEY / adaptation_cd_m2, white: FIXED_WHITE }
     }
 
-    /// Luminance in cd/m2 that is shown as middle grey.
+    /// Returns the luminance in cd/m2 that is shown as middle grey.
     pub fn adaptation_cd_m2(&self) -> f64 {
         KEY / self.exposure
     }
 
-    /// Renders this or another image as the eye sees it that adapted to the first one.
+    /// Renders an image, the one adapted to or another, as seen by an eye with this adaptation.
     pub fn apply(&self, image: Image) -> Result<Raster, OutputError> {
         image.check()?;
         let Self { exposure, white } = self;
@@ -117,7 +117,7 @@ impl ToneMapping {
     }
 }
 
-/// Linear light as an sRGB byte (IEC 61966-2-1); clipped to 0..1.
+/// Encodes linear light as an sRGB byte (IEC 61966-2-1), clipped to 0..1.
 pub fn srgb_byte(linear: f64) -> u8 {
     let linear = linear.clamp(0.0, 1.0);
     let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 };

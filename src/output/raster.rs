@@ -1,23 +1,23 @@
-//! A picture in sRGB that can be drawn on.
+//! Raster of sRGB pixels that can be drawn on.
 
-/// 8-bit sRGB, top row first.
+/// A picture of 8-bit sRGB pixels, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raster {
-    /// Pixels in a row.
+    /// Number of pixels in a row.
     pub width: usize,
     /// Number of rows.
     pub height: usize,
-    /// Red, green, blue of every pixel.
+    /// Red, green and blue byte of every pixel, interleaved.
     pub pixels: Vec<u8>,
 }
 
 impl Raster {
-    /// A picture of one colour.
+    /// Returns a picture filled with one colour.
     pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
         Self { width, height, pixels: colour.repeat(width * height) }
     }
 
-    /// Ignored outside of the picture.
+    /// Sets the colour of a pixel; positions outside of the picture are ignored.
     pub fn set(&mut self, x: usize, y: usize, colour: [u8; 3]) {
         if x < self.width && y < self.height {
             let at = 3 * (y * self.width + x);
@@ -25,13 +25,13 @@ impl Raster {
         }
     }
 
-    /// Colour of a pixel of the picture, `x` from the left and `y` from the top.
+    /// Returns the colour of a pixel inside the picture, `x` from the left and `y` from the top.
     pub fn get(&self, x: usize, y: usize) -> [u8; 3] {
         let at = 3 * (y * self.width + x);
         [self.pixels[at], self.pixels[at + 1], self.pixels[at + 2]]
     }
 
-    /// Fills the columns `x` and rows `y`, as far as they are in the picture.
+    /// Fills the columns `x` and rows `y` with a colour, clipped to the picture.
     pub fn fill(&mut self, x: std::ops::Range<usize>, y: std::ops::Range<usize>, colour: [u8; 3]) {
         let (left, right) = (x.start.min(self.width), x.end.min(self.width));
         for row in y.start..y.end.min(self.height) {
@@ -42,7 +42,7 @@ impl Raster {
         }
     }
 
-    /// Draws another picture with its upper left corner at (`x`, `y`), as far as it is in this one.
+    /// Draws another picture with its upper left corner at (`x`, `y`), clipped to this one.
     pub fn draw(&mut self, x: usize, y: usize, picture: &Self) {
         let length = 3 * picture.width.min(self.width.saturating_sub(x));
         for row in 0..picture.height.min(self.height.saturating_sub(y)) {
@@ -51,7 +51,7 @@ impl Raster {
         }
     }
 
-    /// Every pixel as a square of `times` x `times`.
+    /// Returns the picture with every pixel enlarged to a square of `times` x `times` pixels.
     pub fn enlarged(&self, times: usize) -> Self {
         let mut large = Self { width: self.width * times, height: self.height * times, pixels: Vec::new() };
         large.pixels.reserve_exact(3 * large.width * large.height);
@@ -69,7 +69,7 @@ impl Raster {
 mod tests {
     use super::*;
 
-    /// Against pixel by pixel, also where pictures reach over the edge.
+    /// Compares row-wise copying with setting pixel by pixel, also where pictures reach over the edge.
     #[test]
     fn rows_are_copied_as_pixels_would_be() {
         let mut small = Raster::filled(3, 2, [0; 3]);

@@ -1,22 +1,22 @@
-//! Luminances of a view, and which of its pixels see a source of light.
+//! Luminances of a view with a mask of the pixels that see a light source.
 
-/// Share of the pixels off sources that a scale holds, unless its end is given.
+/// Fraction of the pixels away from sources that a luminance scale covers, unless its end is given.
 const HELD: f64 = 0.99;
 
-/// Luminances of a view, as its EXR file has them.
+/// Luminances of a view and its mask of sources, as stored in its EXR file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeenView {
-    /// Width and height.
+    /// Width and height in pixels.
     pub size_px: [usize; 2],
     /// Luminance of each pixel in cd/m2, top row first.
     pub luminances: Vec<f64>,
-    /// True where the middle of a pixel sees a source of light, an opening, or out of the room; empty: not known.
+    /// True for pixels whose middle sees a light source, an opening, or out of the room; empty if not recorded.
     pub sources: Vec<bool>,
 }
 
 impl SeenView {
-    /// Luminance that holds 99 % of the pixels which see no source, and no neighbour of which does; of all pixels where that is
-    /// not known, or there are none.
+    /// Returns the 99th percentile in cd/m2 of the luminance of pixels that neither see a source nor touch a pixel that does; of all finite
+    /// pixels where sources are not recorded or no such pixel exists.
     pub fn room_luminance_cd_m2(&self) -> f64 {
         let [width, height] = self.size_px;
         let off_sources = |pixel: usize| {

@@ -1,33 +1,35 @@
-//! Smoothing of pictures: pixels that differ by no more than their errors are averaged.
+//! Denoising of pictures: pixels that differ by no more than their standard errors are averaged.
 //!
-//! Non-local means by the pixels' own errors (Rousselle, Knaus and Zwicker 2012, section 4.1): the squares around two pixels are compared,
-//! and the less they differ in their errors the more the one counts in the other. What is smoothed is for the eye alone: the numbers of a view are not.
+//! Non-local means by the pixels' own errors (Rousselle, Knaus and Zwicker 2012, section 4.1): the patches around two pixels are compared,
+//! and the less they differ, relative to their errors, the larger the weight of one pixel in the average of the other. Smoothed values are
+//! for display only; the reported values of a view are never smoothed.
 
 use rayon::prelude::*;
 
 use super::Image;
 
-/// Pixels to each side that may count in one, and those that are compared around both.
+/// Half widths in pixels of the search window around a pixel (`REACH`) and of the patches that are compared (`AROUND`).
 const REACH: usize = 5;
 const AROUND: usize = 2;
 const PADDING: usize = REACH + AROUND;
 
-/// Tolerance of differences, in their standard errors.
+/// Tolerated difference of two pixels, in standard errors.
 const TOLERANCE: f32 = 0.6;
 
-/// Squared difference, beyond that of their errors, from which on a pixel does not count in another.
+/// Patch distance from which on a pixel has weight zero: the mean squared difference, less its expected value from noise, over the
+/// tolerated squared difference.
 const DIFFERENT: f32 = 4.0;
 
-/// Share of the mean luminance by which two pixels are alike whatever their errors.
+/// Difference that is tolerated even between pixels without error, as a fraction of the mean luminance.
 const ALIKE: f32 = 1e-4;
 
-/// Rows that are smoothed together.
+/// Number of rows that one task smooths.
 const STRIP: usize = 16;
 
-/// Returns the values of an image with the noise smoothed that its standard errors in cd/m2, one of each pixel, tell of; the same values
-/// where an error or a value is not finite, as after a single pass.
+/// Returns the values of an image denoised by its standard errors in cd/m2, one per pixel; returns them unchanged where an error or a value
+/// is not finite, as after a single pass.
 ///
-/// Pixels between edges of half a black and half a grey image, all within their errors:
+/// An image, half black and half noisy grey, keeps its edge, and the grey becomes even:
 ///
 /// ```
 /// use skyduct::output::{Image, smooth::smoothed};
@@ -57,7 +59,7 @@ pub fn smoothed(image: Image, standard_error: &[f64]) -> Vec<f64> {
     strips.concat()
 }
 
-/// Values of all pixels, and of `PADDING` more to each side, which are those of the edge.
+/// Returns the values of all pixels in an image extended by `PADDING` pixels on each side, which repeat those of the edge.
 fn padded([width, height]: [usize; 2], of: impl Fn(usize) -> f32) -> Vec<f32> {
     let inside = |at: usize, side: usize| at.saturating_sub(PADDING).min(side - 1);
     let row = |y: usize| (0..width + 2 * PADDING).map(move |x| inside(y, height) * width + inside(x, width));
@@ -66,13 +68,13 @@ fn padded([width, height]: [usize; 2], of: impl Fn(usize) -> f32) -> Vec<f32> {
 
 struct Shared<'a> {
     image: Image<'a>,
-    /// Luminance over its mean, and the variance of that, padded.
+    /// Luminance over its mean (`y`) and the variance of that (`variance`), both padded.
     y: Vec<f32>,
     variance: Vec<f32>,
 }
 
 impl Shared<'_> {
-    /// Smooths the rows from one on that belong to a strip.
+    /// Smooths the rows of the strip that begins at row `first`.
     fn strip(&self, first: usize, width: usize, height: usize) -> Vec<f64> {
         let Image { channels, values, .. } = self.image;
         let rows = STRIP.min(height - first);
@@ -91,7 +93,7 @@ impl Shared<'_> {
                     let rows = &apart[(row + other) * wide..(row + other + 1) * wide];
                     of_columns.iter_mut().zip(rows).for_each(|(sum, value)| *sum += value);
                 }
-                // those that have a pixel there
+                // columns whose neighbour at this offset is inside the image
                 let columns = REACH.saturating_sub(dx)..width.min(width + REACH - dx);
                 for x in columns {
                     let square: f32 = of_columns[x..=x + 2 * AROUND].iter().sum();
@@ -106,11 +108,12 @@ impl Shared<'_> {
                 }
             }
         }
-        // each counts in itself
+        // the weight of each pixel in its own average is 1, so that no sum of weights is zero
         sums.iter().enumerate().map(|(at, sum)| sum / weights[at / channels]).collect()
     }
 
-    /// Squared differences, less those of their errors, of the pixels of a row and those beside them, in their errors.
+    /// Computes the normalised squared differences, less the part expected from noise, between the pixels of a row and those at the offset
+    /// (`dy`, `dx`).
     fn differences(&self, row: usize, (dy, dx): (usize, usize), apart: &mut [f32]) {
         let wide = self.image.size_px[0] + 2 * PADDING;
         let (own, other) = ((row + REACH) * wide + REACH, (row + dy) * wide + dx);

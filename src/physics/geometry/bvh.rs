@@ -1,6 +1,6 @@
-//! Nearest hits and distances among triangles.
+//! Bounding volume hierarchy over triangles: nearest hits, occlusion and distances.
 //!
-//! A tree in f32 ([`WideTree`]) is the filter; every hit is decided in f64 by the watertight test of [`ShearedRay`].
+//! A tree in f32 ([`WideTree`]) is a conservative filter; every hit is decided in f64 by the watertight test of [`ShearedRay`].
 
 use glam::{DVec3, Vec3A};
 
@@ -9,34 +9,33 @@ use super::tree_ray::{BoxRay, TriangleRay};
 use super::triangle::{ShearedRay, distance_above, reflected, unit_normal};
 use super::wide_tree::{Aabb, NONE, WideTree};
 
-/// Boxes grow by this share of the scene's diagonal on every side: more than the rounding of coordinates, ray origins (within
-/// a diagonal of the middle, see [`TriangleBvh::skipped`]), directions and slab distances to f32 (each below 2^-23 of the
-/// diagonal).
+/// Padding of the boxes on every side, as a fraction of the scene's diagonal: more than the rounding of coordinates, ray origins (within a
+/// diagonal of the middle, see [`TriangleBvh::skipped`]), directions and slab distances to f32 (each below 2^-23 of the diagonal).
 const PADDING: f64 = 1e-6;
 
-/// A set of triangles that answers nearest-hit queries.
+/// A set of triangles that answers nearest-hit, occlusion and distance queries.
 #[derive(Clone)]
 pub struct TriangleBvh {
     tree: WideTree,
-    /// Corners, which triangles share, and those of each: half of what triangles with corners of their own take, which decides how fast
-    /// rays are in large meshes.
+    /// Corners, shared between triangles: half the memory of triangles with corners of their own, and memory decides the speed of rays in
+    /// large meshes.
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     centre: DVec3,
-    /// f32 coordinates are (p - centre) * scale, so that the scene has a diagonal of one.
+    /// Scale to the tree's f32 coordinates, (p - centre) * scale, in which the scene has a diagonal of one.
     scale: f64,
-    /// Its inverse, in m: a ray would wait for the division.
+    /// Diagonal of the scene in m, the inverse of `scale`; stored because a ray would have to wait for the division.
     diagonal: f64,
 }
 
-/// The nearest triangle along a ray.
+/// Nearest triangle along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
-    /// Number of the triangle in the list that the set was built from.
+    /// Index of the triangle in the list that the set was built from.
     pub triangle: u32,
     /// Distance from the ray's origin in m, > 0.
     pub distance: f64,
-    /// Numbers of its corners.
+    /// Indices of the triangle's corners.
     corners: [u32; 3],
 }
 
@@ -47,13 +46,13 @@ impl std::fmt::Debug for TriangleBvh {
 }
 
 impl TriangleBvh {
-    /// `triangles`: finite corners, at least one triangle.
+    /// Builds the set from `triangles` given by finite corners, at least one.
     pub fn new(triangles: &[[DVec3; 3]]) -> Self {
         let corners = (0..triangles.len() as u32).map(|number| [0, 1, 2].map(|corner| 3 * number + corner));
         Self::of_mesh(triangles.iter().flatten().copied().collect(), corners.collect())
     }
 
-    /// `positions`: finite; `triangles`: at least one, of numbers of positions.
+    /// Builds the set from a mesh: `positions` are finite; `triangles` are indices into them, at least one triangle.
     pub fn of_mesh(positions: Vec<DVec3>, mut triangles: Vec<[u32; 3]>) -> Self {
         let corners = || triangles.iter().flatten().map(|corner| positions[*corner as usize]);
         let low = corners().fold(DVec3::INFINITY, |low, p| low.min(p));
@@ -86,24 +85,24 @@ impl TriangleBvh {
         Self { tree, positions: ordered, triangles, centre, scale, diagonal: scale.recip() }
     }
 
-    /// Number of triangles.
+    /// Returns the number of triangles.
     pub fn len(&self) -> usize {
         self.triangles.len()
     }
 
-    /// True without triangles, which never is.
+    /// True if the set has no triangles, which cannot occur.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
     }
 
-    /// Unit normal of a triangle that was hit, by its winding: from its corners, which are at hand then.
+    /// Returns the unit normal, by winding, of a triangle that was hit, from the corners kept in the hit.
     #[inline(always)]
     pub fn normal(&self, hit: &TriangleHit) -> DVec3 {
         unit_normal(self.corners(hit.corners))
     }
 
-    /// Number of rays of a path that begins at `origin` along the unit vector `direction` and is reflected by every triangle that is a
-    /// mirror: it ends where it meets another, or nothing, and after `most` rays.
+    /// Counts the ray segments of a path that starts at `origin` along the unit vector `direction` and is reflected by every triangle
+    /// marked in `is_mirror`; the path ends at any other triangle, where nothing is hit, or after `most` segments.
     pub fn mirrored(&self, origin: DVec3, direction: DVec3, is_mirror: &[bool], most: u32) -> u32 {
         answer(Mirrored { set: self, origin, direction, is_mirror, most })
     }
@@ -113,13 +112,13 @@ impl TriangleBvh {
         [&self.positions[a as usize], &self.positions[b as usize], &self.positions[c as usize]]
     }
 
-    /// The nearest triangle at a positive distance along the unit vector `direction`, `skip` left out (the planar triangle
-    /// that the ray has just left); among equals the one with the lowest number.
+    /// Finds the nearest triangle at a positive distance along the unit vector `direction`, ignoring `skip` (the planar triangle that the
+    /// ray has just left); among equal distances the triangle with the lowest index.
     pub fn nearest(&self, origin: DVec3, direction: DVec3, skip: Option<u32>) -> Option<TriangleHit> {
         answer(Nearest { set: self, origin, direction, skip })
     }
 
-    /// [`Self::nearest`], by one way of lanes.
+    /// Finds the nearest triangle as [`Self::nearest`] does, with one instruction set.
     #[inline(always)]
     fn nearest_by<L: Lanes>(
         &self,
@@ -163,27 +162,27 @@ impl TriangleBvh {
         answer(AnyWithin { set: self, origin, direction, reach })
     }
 
-    /// Shows the numbers of all triangles that may touch the block along the axes from `low` to `high`, and of some beside it.
+    /// Calls `show` with the indices of all triangles that may touch the axis-aligned box from `low` to `high`, and of some beside it.
     pub fn around(&self, low: DVec3, high: DVec3, show: impl FnMut(u32)) {
         let padding = Vec3A::splat(PADDING as f32);
         self.tree.around(&Aabb::new(self.to_f32(low) - padding, self.to_f32(high) + padding), show);
     }
 
-    /// A point in the coordinates of the tree.
+    /// Converts a point to the f32 coordinates of the tree.
     #[inline(always)]
     fn to_f32(&self, point: DVec3) -> Vec3A {
         ((point - self.centre) * self.scale).as_vec3a()
     }
 
-    /// Distance in metres along a ray up to which nothing can be hit: the ray enters the tree one diagonal before the middle,
+    /// Returns the distance in metres along a ray up to which nothing can be hit: the ray enters the tree one diagonal before the middle,
     /// since f32 would move an origin that is many diagonals away by more than boxes are padded.
     #[inline(always)]
     fn skipped(&self, origin: DVec3, direction: DVec3) -> f64 {
         ((self.centre - origin).dot(direction) - self.diagonal).max(0.0)
     }
 
-    /// Distance in metres from a point to the nearest point of the triangles that lies higher than `height` (z), where that is
-    /// below `reach`; `None` where it is not.
+    /// Returns the distance in metres from a point to the nearest point of the triangles above `height` (z), if it is below `reach`; else
+    /// `None`.
     pub fn distance_above(&self, point: DVec3, height: f64, reach: f64) -> Option<f64> {
         // a little wider, so that rounding cannot cull a triangle at the end
         let padding = Vec3A::splat(2.0 * PADDING as f32);
@@ -199,7 +198,7 @@ impl TriangleBvh {
     }
 }
 
-/// Asks for the nearest triangle along a ray.
+/// Query for the nearest triangle along a ray.
 struct Nearest<'a> {
     set: &'a TriangleBvh,
     origin: DVec3,
@@ -216,7 +215,7 @@ impl Query for Nearest<'_> {
     }
 }
 
-/// Asks for the number of rays of a path by mirrors.
+/// Query for the number of ray segments of a path along mirrors.
 struct Mirrored<'a> {
     set: &'a TriangleBvh,
     origin: DVec3,
@@ -247,7 +246,7 @@ impl Query for Mirrored<'_> {
     }
 }
 
-/// Asks whether there is any triangle along a ray.
+/// Query for occlusion: any triangle along a ray within a distance.
 struct AnyWithin<'a> {
     set: &'a TriangleBvh,
     origin: DVec3,
@@ -292,7 +291,7 @@ mod tests {
     use super::*;
     use crate::sampling::{Key, PathRandom, warp};
 
-    /// A closed box of 12 triangles around `centre`.
+    /// Returns a closed box of 12 triangles around `centre`.
     fn closed_box(centre: DVec3, half: f64) -> Vec<[DVec3; 3]> {
         let mut triangles = Vec::new();
         for axis in 0..3 {
@@ -311,7 +310,7 @@ mod tests {
         triangles
     }
 
-    /// Rays at corners and edge points of a closed box never leak, at the origin and far from it.
+    /// Checks that rays at corners and edge points of a closed box never leak, near the origin and far from it.
     #[test]
     fn watertight_at_corners_and_edges() {
         for centre in [DVec3::ZERO, DVec3::new(1000.0, 2000.0, 50.0)] {
@@ -367,7 +366,7 @@ mod tests {
         }
     }
 
-    /// Distances from 1e-9 m on count, and the triangle just left can be skipped.
+    /// Checks that distances from 1e-9 m on count, and that the triangle just left can be skipped.
     #[test]
     fn near_hits_and_skips() {
         let bvh = TriangleBvh::new(&closed_box(DVec3::ZERO, 1.0));

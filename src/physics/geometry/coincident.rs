@@ -1,4 +1,4 @@
-//! Triangles that lie on each other: polygons that a file writes twice, or that overlap in one plane.
+//! Coincident triangles: polygons that a file writes twice, or that overlap in one plane.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -8,42 +8,44 @@ use rayon::prelude::*;
 use super::bvh::TriangleBvh;
 use super::convex::{area_vector, is_wide, perimeter};
 
-/// Share of a mesh's diagonal within which places are one: the last digits that files have.
+/// Distance within which positions are taken as equal, as a fraction of the mesh's diagonal: the last digits that files have.
 const ROUNDING: f64 = 5e-6;
 
-/// Distance in m within which places are one at most, whatever the size of a mesh: less than the thickness of a sheet of paper.
+/// Upper bound in m of the distance within which positions are taken as equal, whatever the size of a mesh: less than the thickness of a
+/// sheet of paper.
 const THINNEST_M: f64 = 2e-5;
 
-/// Pairs of triangles of a mesh that are kept, and neighbours that are compared, at most: some seconds, some hundred megabytes.
+/// Upper bounds of the overlapping pairs kept for a mesh (`MOST_PAIRS`) and of the candidates compared (`MOST_COMPARED`): some seconds,
+/// some hundred megabytes.
 const MOST_PAIRS: usize = 6_000_000;
 const MOST_COMPARED: u64 = 2_000_000_000;
 
-/// Two triangles of which a part is at the same place.
+/// Two triangles that overlap in part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
-    /// Their numbers, the lesser first.
+    /// Indices of both triangles, the lesser first.
     pub triangles: [u32; 2],
     /// Area of the common part in m2.
     pub area_m2: f64,
-    /// True if their corners go round in opposite senses.
+    /// True if the triangles are wound in opposite senses.
     pub turned: bool,
 }
 
-/// More triangles lie on each other than can be told apart.
+/// Error of a mesh with more overlapping or narrow triangles than can be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("too many of its polygons lie on each other, or are too long and narrow, to be told apart")]
 pub struct TooMany;
 
-/// Distance in m within which places of a mesh are one; 0 without triangles.
+/// Returns the distance in m within which positions of a mesh are taken as equal; 0 without triangles.
 pub fn rounding(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
     let corners = || triangles.iter().flatten().map(|corner| positions[*corner as usize]);
     let [Some(low), Some(high)] = [corners().reduce(DVec3::min), corners().reduce(DVec3::max)] else { return 0.0 };
     (ROUNDING * (high - low).length()).min(THINNEST_M)
 }
 
-/// All pairs of triangles that have a part in common, within `near` m; sorted by their numbers.
+/// Finds all pairs of triangles that overlap within `near` m, sorted by their indices.
 ///
-/// Parts that are narrower are none: neighbours share an edge, but no part.
+/// Overlaps narrower than `near` are ignored: neighbours share an edge, but do not overlap.
 pub fn overlaps(positions: &[DVec3], triangles: &[[u32; 3]], near: f64) -> Result<Vec<Overlap>, TooMany> {
     if triangles.len() < 2 {
         return Ok(Vec::new());
@@ -56,7 +58,7 @@ pub fn overlaps(positions: &[DVec3], triangles: &[[u32; 3]], near: f64) -> Resul
         })
         .collect();
     let set = TriangleBvh::of_mesh(positions.to_vec(), triangles.to_vec());
-    // what was done by all: others stop as well once it is too much
+    // totals over all tasks: the others stop as well once it is too much
     let (compared, kept) = (AtomicU64::new(0), AtomicUsize::new(0));
     let of_triangle = |number: u32| {
         let [low, high] = bounds[number as usize];
@@ -84,11 +86,11 @@ pub fn overlaps(positions: &[DVec3], triangles: &[[u32; 3]], near: f64) -> Resul
     Ok(pairs?.concat())
 }
 
-/// Area of the common part of two triangles, and whether one is wound the other way; `None` without a common part.
+/// Returns the area in m2 of the overlap of two triangles, and whether their windings are opposite; `None` without an overlap.
 fn common(one: &[DVec3; 3], other: &[DVec3; 3], near: f64) -> Option<(f64, bool)> {
     let twice = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a);
     let across = [twice(one), twice(other)];
-    // the plane of the larger one is known better
+    // the plane of the larger triangle is more exact
     let (base, laid, across) = if across[0].length_squared() >= across[1].length_squared() {
         (one, other, across)
     } else {
@@ -113,14 +115,14 @@ fn common(one: &[DVec3; 3], other: &[DVec3; 3], near: f64) -> Option<(f64, bool)
     if !is_wide(&part, 2.0 * near) {
         return None;
     }
-    // height of the plane of the other above that of the first, where both are
+    // height of the other triangle's plane above the first's, within the overlap
     let above = |p: &DVec3| across[1].dot(laid[0] - *p) / facing;
     let is_level = part.iter().all(|p| above(p).abs() <= near);
     is_level.then(|| (area_vector(&part).length(), facing < 0.0))
 }
 
-/// True if an edge of a triangle, counter-clockwise about the unit vector `normal`, has all corners of another beyond it, but for less
-/// than `near` m.
+/// True if an edge of a triangle, counter-clockwise about the unit vector `normal`, has all corners of the other triangle beyond it, or
+/// within `near` m of it.
 fn are_apart(triangle: &[DVec3; 3], other: &[DVec3; 3], normal: DVec3, near: f64) -> bool {
     (0..3).any(|k| {
         let along = triangle[(k + 1) % 3] - triangle[k];
@@ -130,7 +132,7 @@ fn are_apart(triangle: &[DVec3; 3], other: &[DVec3; 3], normal: DVec3, near: f64
     })
 }
 
-/// Area in m2 that a triangle may seem larger or smaller by rounding of `near` m.
+/// Returns the area in m2 by which rounding of `near` m may change a triangle.
 pub fn slack_m2(corners: &[DVec3; 3], near: f64) -> f64 {
     4.0 * near * perimeter(corners)
 }
@@ -148,7 +150,8 @@ mod tests {
         found
     }
 
-    /// The same, turned, in part, within rounding; beside, above, across, and at a small angle: nothing in common.
+    /// Checks pairs that are equal, turned, overlapping in part or equal within rounding, and pairs side by side, one above the other,
+    /// crossing or at a small angle, which have nothing in common.
     #[test]
     fn common_parts() {
         let unit = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -171,7 +174,7 @@ mod tests {
         }
     }
 
-    /// Two nets of squares of other diagonals: every triangle has a part in common with two of the other net.
+    /// Checks two grids of squares with different diagonals: every triangle overlaps two of the other grid.
     #[test]
     fn nets_of_other_diagonals() {
         let (side, net) = (20_u32, |turned: bool, first: u32| {

@@ -1,12 +1,12 @@
-//! How a binary tree of boxes becomes one of [`WIDTH`] to a node, whose leaves have up to as many triangles: so that a ray is expected
-//! to look at the fewest of both.
+//! Conversion of a binary tree of boxes into one with [`WIDTH`] children per node and up to as many triangles per leaf, such that the
+//! expected number of nodes and leaves that a ray visits is least.
 //!
-//! A ray meets a box as often as its surface is large. The least expected cost of each subtree, as one child of a node or as
-//! several, follows from those of its halves (Ylitie, Karras and Laine 2017).
+//! The probability that a ray meets a box is proportional to its surface. The least expected cost of each subtree, as one child of a node
+//! or as several, follows from those of its halves (Ylitie, Karras and Laine 2017).
 
 use super::tree_ray::WIDTH;
 
-/// Cost of a leaf in those of a node: specular chains in a bent pipe of 30 000 triangles are equally fast from 0.1 to 2.
+/// Cost of a leaf relative to a node: specular chains in a bent pipe of 30 000 triangles are equally fast from 0.1 to 2.
 const LEAF_COST: f32 = 0.6;
 
 /// A node of a binary tree.
@@ -14,13 +14,13 @@ const LEAF_COST: f32 = 0.6;
 pub struct BinaryNode {
     /// Half the surface of its box, in any unit.
     pub half_area: f32,
-    /// Number of the first of its two halves, which the other follows; of a leaf, place of its first triangle.
+    /// Index of the first of its two children, which the other follows; for a leaf, position of its first triangle.
     pub first: u32,
-    /// Triangles of a leaf, at most [`WIDTH`]; 0 where it is none.
+    /// Number of triangles of a leaf, at most [`WIDTH`]; 0 for an inner node.
     pub triangles: u32,
 }
 
-/// What becomes of each node of a binary tree.
+/// Optimal conversion of each node of a binary tree.
 pub struct Collapse {
     tree: Vec<BinaryNode>,
     nodes: Vec<Collapsed>,
@@ -28,13 +28,14 @@ pub struct Collapse {
 
 #[derive(Clone, Copy)]
 struct Collapsed {
-    /// Least cost as at most 1, 2 ... `most` children of a node.
+    /// Least cost as at most 1, 2 ... `most` children of a wide node.
     costs: [f32; WIDTH - 1],
-    /// Number of those of 2, 3 ... `WIDTH` children that are of its first half; 0 where fewer children cost no more.
+    /// Number of children that come from the first half when the node is split into 2, 3 ... `WIDTH` children; 0 if fewer children cost no
+    /// more.
     firsts: [u8; WIDTH - 1],
-    /// Children that it can be at most.
+    /// Largest number of children that the subtree can be split into.
     most: u8,
-    /// Triangles of a leaf; 0 where it is none.
+    /// Number of triangles if the subtree becomes a leaf; else 0.
     leaf: u8,
 }
 
@@ -43,11 +44,11 @@ impl Collapsed {
 }
 
 impl Collapse {
-    /// `tree`: the root first.
+    /// Computes the conversion of a `tree`, the root first.
     pub fn new(tree: Vec<BinaryNode>) -> Self {
         let nodes = vec![Collapsed::NONE; tree.len()];
         let mut collapse = Self { tree, nodes };
-        // halves stand after what they are halves of
+        // children stand after their parents
         let mut order = vec![0];
         let mut next = 0;
         while let Some(index) = order.get(next).copied() {
@@ -65,7 +66,7 @@ impl Collapse {
         (node.triangles == 0).then_some([node.first as usize, node.first as usize + 1])
     }
 
-    /// A node whose halves are known.
+    /// Computes the conversion of a node whose halves have been converted.
     fn judged(&self, index: usize) -> Collapsed {
         let BinaryNode { half_area: area, triangles, .. } = self.tree[index];
         let Some([left, right]) = self.halves(index).map(|halves| halves.map(|half| self.nodes[half])) else {
@@ -73,7 +74,7 @@ impl Collapse {
             leaf.costs[0] = LEAF_COST * area;
             return leaf;
         };
-        // as several children, so many of them of the first half
+        // as several children: the best number of them from the first half
         let most = usize::from(left.most + right.most).min(WIDTH);
         let mut firsts = [0; WIDTH - 1];
         let mut parted = [f32::INFINITY; WIDTH - 1];
@@ -109,7 +110,7 @@ impl Collapse {
         self.nodes[index].leaf > 0
     }
 
-    /// The nodes of the binary tree that become the children of one.
+    /// Returns the nodes of the binary tree that become the children of a wide node.
     pub fn children(&self, index: usize) -> Vec<usize> {
         if self.is_leaf(index) {
             return vec![index];
@@ -132,7 +133,7 @@ impl Collapse {
         children
     }
 
-    /// Places of the triangles of a node.
+    /// Returns the positions of all triangles below a node.
     pub fn triangles(&self, index: usize) -> impl Iterator<Item = u32> {
         let mut left = vec![index];
         let mut leaves = Vec::with_capacity(WIDTH);

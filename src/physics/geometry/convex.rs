@@ -1,9 +1,9 @@
-//! Convex plane polygons in space, cut by planes.
+//! Convex planar polygons in space, and their cuts by planes.
 
 use glam::DVec3;
 
-/// The parts of a convex polygon in front of a plane and behind it (`normal`, a unit vector, points to the front), each in the order of
-/// the corners; empty where nothing is there.
+/// Splits a convex polygon by the plane through `on` with the unit vector `normal` into the parts in front and behind, each in the order of
+/// the corners; a part is empty if nothing lies on that side.
 pub(super) fn split(polygon: &[DVec3], on: DVec3, normal: DVec3) -> [Vec<DVec3>; 2] {
     let height = |p: DVec3| normal.dot(p - on);
     let mut parts = [Vec::with_capacity(polygon.len() + 1), Vec::with_capacity(polygon.len() + 1)];
@@ -24,8 +24,8 @@ pub(super) fn split(polygon: &[DVec3], on: DVec3, normal: DVec3) -> [Vec<DVec3>;
     parts
 }
 
-/// The part of a convex polygon within the prism over a convex `cutter`, whose corners go counter-clockwise about the unit vector
-/// `normal`, and what is left of it, in convex pieces. What is narrower than `near` (m) is no piece.
+/// Cuts a convex polygon by the prism over a convex `cutter`, whose corners go counter-clockwise about the unit vector `normal`: returns
+/// the part inside, and the rest in convex pieces; `None` without a part inside. Pieces narrower than `near` (m) are dropped.
 pub(super) fn cut(
     polygon: &[DVec3],
     cutter: &[DVec3],
@@ -48,18 +48,18 @@ pub(super) fn cut(
     Some((inside, outside))
 }
 
-/// Area of a plane polygon times its unit normal, by the order of its corners.
+/// Returns the area of a planar polygon times its unit normal, by the order of its corners.
 pub(super) fn area_vector(polygon: &[DVec3]) -> DVec3 {
     let Some(first) = polygon.first() else { return DVec3::ZERO };
     0.5 * polygon.windows(2).map(|pair| (pair[0] - *first).cross(pair[1] - *first)).sum::<DVec3>()
 }
 
-/// Length of the outline.
+/// Returns the length of a polygon's outline.
 pub(super) fn perimeter(polygon: &[DVec3]) -> f64 {
     (0..polygon.len()).map(|k| polygon[k].distance(polygon[(k + 1) % polygon.len()])).sum()
 }
 
-/// True if a convex polygon is wider than about `near`.
+/// True if a convex polygon is wider than about `near` (m).
 pub(super) fn is_wide(polygon: &[DVec3], near: f64) -> bool {
     polygon.len() > 2 && area_vector(polygon).length() > 0.5 * near * perimeter(polygon)
 }
@@ -72,7 +72,8 @@ mod tests {
         [(x, y), (x + side, y), (x + side, y + side), (x, y + side)].map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec()
     }
 
-    /// The part inside and the parts left make up the whole; a cutter beside leaves it alone, one that covers it nothing.
+    /// Checks that the part inside and the rest make up the whole; a cutter beside the polygon cuts nothing, and one that covers it leaves
+    /// nothing.
     #[test]
     fn pieces_make_up_the_whole() {
         let area = |polygon: &Vec<DVec3>| area_vector(polygon).z;

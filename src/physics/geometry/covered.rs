@@ -1,15 +1,16 @@
-//! The part of a plane figure that other figures of the plane cover.
+//! Union of planar figures, clipped to another figure.
 
 use glam::DVec2;
 
-/// An edge of a figure, in the figure's plane. What is inside a set of edges is where a half line crosses an odd number.
+/// An edge of a figure, in the figure's plane. The inside of a set of edges is defined by the even-odd rule: points from which a half line
+/// crosses an odd number of edges.
 pub type Edge = [DVec2; 2];
 
-/// The part of a figure that the union of `covers` covers: the edges around it, counter-clockwise.
+/// Computes the part of a figure that the union of `covers` covers, as its edges, counter-clockwise.
 ///
-/// Figures are closed outlines with holes; directions of their edges do not count, and covers may overlap each other and
-/// reach out of the `outline`. Edges nearer to each other than `tolerance` (in the unit of the edges) are one, and what is
-/// narrower than a few of it is lost.
+/// Figures are closed outlines with holes; directions of their edges do not count, and covers may overlap each other and reach out of the
+/// `outline`. Edges nearer to each other than `tolerance` (in the unit of the edges) are merged, and parts narrower than a few tolerances
+/// are lost.
 ///
 /// A square of which another one covers a corner:
 ///
@@ -52,17 +53,17 @@ pub fn covered(outline: &[Edge], covers: &[Vec<Edge>], tolerance: f64) -> Vec<Ed
     kept
 }
 
-/// Area that directed edges enclose, positive where they run counter-clockwise.
+/// Returns the area that directed edges enclose, positive for counter-clockwise edges.
 pub fn enclosed_area(edges: &[Edge]) -> f64 {
     edges.iter().map(|[a, b]| 0.5 * a.perp_dot(*b)).sum()
 }
 
-/// The edges of an upright rectangle, counter-clockwise.
+/// Returns the edges of an axis-aligned rectangle, counter-clockwise.
 pub fn rectangle(low: DVec2, high: DVec2) -> Vec<Edge> {
     polygon(&[low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)])
 }
 
-/// The edges of a polygon in the order of its corners.
+/// Returns the edges of a polygon in the order of its corners.
 pub fn polygon(corners: &[DVec2]) -> Vec<Edge> {
     (0..corners.len()).map(|k| [corners[k], corners[(k + 1) % corners.len()]]).collect()
 }
@@ -81,13 +82,13 @@ pub fn cross(figure: &[Edge], other: &[Edge]) -> bool {
     figure.iter().any(|edge| other.iter().any(|with| crossing(*edge, *with).is_some()))
 }
 
-/// Lowest and highest corner of an upright rectangle around edges.
+/// Returns the lowest and highest corner of the bounding rectangle of edges.
 pub fn bounds<'a>(edges: impl Iterator<Item = &'a Edge>) -> (DVec2, DVec2) {
     let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     edges.fold(start, |(low, high), [a, b]| (low.min(*a).min(*b), high.max(*a).max(*b)))
 }
 
-/// An edge cut where others cross it, end on it or lie on it; nothing shorter than `tolerance`.
+/// Cuts an edge at the points in which others cross it, end on it or lie on it; pieces shorter than `tolerance` are dropped.
 fn pieces([a, b]: Edge, others: &[Edge], tolerance: f64) -> Vec<Edge> {
     let along = b - a;
     let length = along.length();
@@ -112,7 +113,7 @@ fn pieces([a, b]: Edge, others: &[Edge], tolerance: f64) -> Vec<Edge> {
     cuts.windows(2).filter_map(pair).collect()
 }
 
-/// Share of the way from `a` to `b` at which the edge from `c` to `d` crosses it.
+/// Returns the position along the edge from `a` (0) to `b` (1) at which the edge from `c` to `d` crosses it, if it does.
 fn crossing([a, b]: Edge, [c, d]: Edge) -> Option<f64> {
     let (along, across) = (b - a, d - c);
     let (from, to) = (along.perp_dot(c - a), along.perp_dot(d - a));
@@ -134,7 +135,7 @@ mod tests {
         rectangle(DVec2::new(x, y), DVec2::new(x + side, y + side))
     }
 
-    /// Inside, overhanging, flush with one edge and with all, beyond, and touching from outside.
+    /// Checks a cover inside, overhanging, flush with one edge and with all, beyond, and touching from outside.
     #[test]
     fn one_cover() {
         let outline = square(0.0, 0.0, 1.0);
@@ -156,7 +157,7 @@ mod tests {
         }
     }
 
-    /// What several cover counts once: overlapping, side by side with a common edge, the same twice, one in the other.
+    /// Checks that several covers count once: overlapping, side by side with a common edge, repeated, and one within the other.
     #[test]
     fn several_covers() {
         let outline = square(0.0, 0.0, 1.0);
@@ -173,7 +174,8 @@ mod tests {
         }
     }
 
-    /// A frame covers what is not in its hole, and a frame is covered where it is not hole.
+    /// Checks covers and outlines with holes: a frame covers everything except its hole, and a framed outline is covered everywhere except
+    /// in its hole.
     #[test]
     fn holes() {
         let frame: Vec<Edge> = square(0.0, 0.0, 1.0).into_iter().chain(square(0.25, 0.25, 0.5)).collect();
@@ -181,7 +183,7 @@ mod tests {
         assert!((area(&frame, &[square(0.0, 0.0, 0.5)]) - 0.1875).abs() < 1e-8);
     }
 
-    /// A half plane through the middle of a square covers half of it at any angle.
+    /// Checks that a half plane through the middle of a square covers half of it at any angle.
     #[test]
     fn any_angle() {
         let outline = square(-1.0, -1.0, 2.0);

@@ -6,26 +6,25 @@ use glam::{DVec2, DVec3};
 
 use super::turn::unit_vector;
 
-/// Position and direction of a ray after its way through a cylinder, with the number of reflections.
+/// Position and direction of a ray after its passage through a cylinder, with the number of reflections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
-    /// Where the ray is after its way, in m, inside or on the cylinder.
+    /// Position at the end of the passage in m, inside or on the cylinder.
     pub position: DVec3,
-    /// Unit direction after the last reflection; its z is that of the direction at the start.
+    /// Unit direction after the last reflection; its z is that of the initial direction.
     pub direction: DVec3,
-    /// Mirror reflections on the way; up to 2^53 exactly.
+    /// Number of mirror reflections during the passage; exact up to 2^53.
     pub bounces: f64,
 }
 
-/// Half a chord in radii below which a ray follows the wall.
+/// Half chord in radii below which a ray is taken to follow the wall.
 pub(crate) const LEAST_HALF_CHORD: f64 = 1e-9;
 
 /// Follows a ray over `axial` metres along z inside a mirror cylinder of `radius` around the z axis.
 ///
-/// `position` lies inside (or on) the cylinder, `direction` is a unit vector with z != 0 whose sign says which way the
-/// `axial` >= 0 metres run. O(1) for any number of bounces: the impact parameter b is conserved, all chords are equal,
-/// and each reflection turns the ray by the same angle. Derived in
-/// docs/physics/tubes.md#a-skew-ray-in-a-straight-cylinder.
+/// `position` lies inside (or on) the cylinder; `direction` is a unit vector with z != 0, whose sign gives the sense of the `axial` >= 0
+/// metres. O(1) for any number of bounces: the impact parameter b is conserved, all chords are equal, and each reflection turns the ray by
+/// the same angle. Derived in docs/physics/tubes.md#a-skew-ray-in-a-straight-cylinder.
 ///
 /// In the grazing limit |b| -> radius the bounces go to infinity while their turn stays finite; below h < 1e-9 radius the
 /// ray follows the wall and `bounces` is infinite.
@@ -45,7 +44,7 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
     let p0 = position.truncate();
     let transverse = direction.truncate();
     let end_z = position.z + axial.copysign(direction.z);
-    // everything along the way in units of its projection on the cross-section over the speed in it
+    // all lengths along the path in units of its projection on the cross-section over the speed in it
     let speed_squared = transverse.length_squared();
     let speed = speed_squared.sqrt();
     let path = axial * speed_squared / direction.z.abs();
@@ -81,10 +80,10 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
     Passage { position: end.extend(end_z), direction, bounces }
 }
 
-/// Bounces up to which a turn is found by repeated squaring, whose rounding error grows with their number.
+/// Largest number of bounces for which the rotation is computed by repeated squaring, whose rounding error grows with their number.
 pub(crate) const MOST_SQUARED: f64 = 256.0;
 
-/// The rotation by 2 `bounces` times the angle of the vector `half_turn`, whose length is given, as a unit vector.
+/// Returns, as a unit vector, the rotation by 2 `bounces` times the angle of the vector `half_turn` of the given length.
 #[inline]
 fn turns(half_turn: DVec2, length: f64, bounces: f64) -> DVec2 {
     if bounces > MOST_SQUARED {
@@ -108,9 +107,9 @@ fn turns(half_turn: DVec2, length: f64, bounces: f64) -> DVec2 {
     result * (1.5 - 0.5 * result.length_squared())
 }
 
-/// Cosine of the angle between a ray inside a cylinder and the wall's normal: the same at every bounce.
+/// Returns the cosine of the angle between a ray inside a cylinder and the wall's normal, which is equal at every bounce.
 ///
-/// s h / r with the transverse speed s = sin(theta), theta from the axis, and half the chord h.
+/// The cosine is s h / r with the transverse speed s = sin(theta), theta from the axis, half the chord h and the radius r.
 ///
 /// ```
 /// use glam::DVec3;
@@ -126,7 +125,7 @@ pub fn cosine_of_incidence(radius: f64, position: DVec3, direction: DVec3) -> f6
     (d.length_squared() - impact * impact).max(0.0).sqrt()
 }
 
-/// Distance along a unit `direction` from inside the cylinder to its wall; infinite for an axial ray.
+/// Returns the distance along a unit `direction` from inside the cylinder to its wall; infinite for an axial ray.
 ///
 /// ```
 /// use glam::DVec3;
@@ -171,7 +170,7 @@ mod tests {
         }
     }
 
-    /// Equal bounce counts, positions to 1e-12 m (times the path's growth of rounding errors).
+    /// Compares the closed form with stepping: equal bounce counts, positions to 1e-12 m (times the path's growth of rounding errors).
     #[test]
     fn closed_form_equals_stepping() {
         let mut random = PathRandom::new(Key::new(1));

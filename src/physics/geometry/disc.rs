@@ -1,4 +1,4 @@
-//! Discs in closed form: irradiance of a Lambertian disc, areas of a disc cut by polygons and discs.
+//! Discs in closed form: irradiance by a Lambertian disc, areas of a disc cut by polygons and discs.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ pub struct DiscIrradiance {
     pub toward_axis: f64,
 }
 
-/// Irradiance vector of a uniform Lambertian disc of unit exitance, in lx per lm/m2.
+/// Computes the irradiance vector of a uniform Lambertian disc of unit exitance, in lx per lm/m2.
 ///
 /// `radius`, `depth` (> 0, below the disc) and `offset` in metres. The form with D(A + D) avoids the cancellation of the
 /// textbook formula; exact while the receiver's horizon does not cut the disc. Derived in
@@ -39,10 +39,10 @@ pub fn disc_irradiance(radius: f64, depth: f64, offset: f64) -> DiscIrradiance {
     DiscIrradiance { vertical, toward_axis }
 }
 
-/// Illuminance in lx of a uniform Lambertian disc of unit exitance on a receiver whose normal has the components
-/// `[upward, toward_axis]`, beyond the sphere around the disc: `depth`^2 + `offset`^2 >= `radius`^2.
+/// Computes the illuminance in lx by a uniform Lambertian disc of unit exitance on a receiver whose normal has the components `[upward,
+/// toward_axis]`, outside the sphere around the disc: `depth`^2 + `offset`^2 >= `radius`^2.
 ///
-/// [`disc_irradiance`] with one division, where the receiver's horizon does not cut the disc.
+/// Equals [`disc_irradiance`] for a receiver whose horizon does not cut the disc, with one division.
 ///
 /// On the axis of a disc the form factor is r^2 / (r^2 + h^2):
 ///
@@ -59,7 +59,7 @@ pub fn far_disc_illuminance(radius: f64, depth: f64, offset: f64, [upward, towar
     2.0 * depth * r2 * (upward * depth * s + toward_axis * offset * a) / (d * a * s)
 }
 
-/// Area of a disc of `radius` around `centre` inside a convex or concave simple polygon (counter-clockwise: positive).
+/// Computes the area of a disc of `radius` around `centre` inside a convex or concave simple polygon (counter-clockwise: positive).
 ///
 /// A corner of a square cuts a quarter out of a disc around it:
 ///
@@ -76,7 +76,8 @@ pub fn disc_polygon_area(centre: DVec2, radius: f64, polygon: &[DVec2]) -> f64 {
     (0..polygon.len()).map(|k| disc_edge_area(radius, corner(k), corner(k + 1))).sum()
 }
 
-/// Signed area of a disc around the origin inside the triangle (origin, `a`, `b`): what one directed edge of an outline adds.
+/// Computes the signed area of a disc around the origin inside the triangle (origin, `a`, `b`): the contribution of one directed edge of an
+/// outline.
 ///
 /// An edge far beyond the disc cuts a sector, one that the disc reaches beyond a triangle:
 ///
@@ -114,7 +115,7 @@ pub fn disc_edge_area(radius: f64, a: DVec2, b: DVec2) -> f64 {
     before + triangle(start, end) + after
 }
 
-/// Area common to two discs of radii `r1` and `r2` whose centres are `distance` apart.
+/// Computes the area common to two discs of radii `r1` and `r2` whose centres are `distance` apart.
 ///
 /// Two unit discs of which each passes through the other's centre share 2 pi / 3 - sqrt(3) / 2:
 ///
@@ -145,7 +146,7 @@ mod tests {
         [DVec2::new(-half, -half), DVec2::new(half, -half), DVec2::new(half, half), DVec2::new(-half, half)]
     }
 
-    /// The share of a disc inside a straight edge at x radii from its centre is 1 - (acos x - x sqrt(1-x^2))/pi.
+    /// Checks that the fraction of a disc inside a straight edge at x radii from its centre is 1 - (acos x - x sqrt(1-x^2))/pi.
     #[test]
     fn clipped_areas() {
         let unit = |centre: DVec2| disc_polygon_area(centre, 1.0, &square(10.0)) / PI;
@@ -177,7 +178,7 @@ mod tests {
         }
     }
 
-    /// A source of one millimetre in a hall of 100 m, and a sensor that touches the source.
+    /// Checks a source of one millimetre in a hall of 100 m, and a sensor that touches the source.
     #[test]
     fn hard_discs() {
         let r = 0.0005;

@@ -1,11 +1,11 @@
-//! Text of files: UTF-8, or UTF-16, which some programs write.
+//! Decoding of text files in UTF-8 or UTF-16.
 
 use std::borrow::Cow;
 
-/// Bytes of a text in UTF-8, without a byte order mark; the reason, to be read after "it" or "the file", why they are no text.
+/// Returns the bytes of a text as UTF-8 without a byte order mark; or the reason why they are no text, worded to follow "it" or "the file".
 ///
-/// UTF-16 is known by its mark or by the zeros between the letters that a document begins with. What is not valid in UTF-16 becomes
-/// U+FFFD; what is not in UTF-8 stays as it is.
+/// UTF-16 is recognised by its byte order mark or by zeros between the first characters. Invalid UTF-16 becomes U+FFFD; invalid UTF-8 is
+/// left as it is.
 pub fn utf8(bytes: &[u8]) -> Result<Cow<'_, [u8]>, &'static str> {
     match bytes {
         [0xef, 0xbb, 0xbf, rest @ ..] => Ok(Cow::Borrowed(rest)),

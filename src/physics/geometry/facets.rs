@@ -1,4 +1,4 @@
-//! Plane pieces of triangle meshes.
+//! Grouping of mesh triangles into planar facets.
 
 use std::collections::VecDeque;
 
@@ -7,28 +7,29 @@ use glam::{DVec2, DVec3};
 use super::disc::disc_edge_area;
 use crate::sampling::warp;
 
-/// Normals within this angle (radians) are one plane's: areas are then off by less than 1e-6.
+/// Largest angle in radians between normals of one plane: areas are then off by less than 1e-6.
 const SAME_DIRECTION: f64 = 1e-3;
 
-/// Triangles in groups: adjacent, in one plane, of one kind.
+/// Facets of a mesh: groups of adjacent triangles in one plane, of one kind.
 #[derive(Clone, Debug, Default)]
 pub struct Facets {
-    /// Number of the facet that holds each triangle.
+    /// Index of the facet of each triangle.
     pub of_triangle: Vec<u32>,
     /// Unit normal of each facet, by the winding of its largest triangle.
     pub normals: Vec<DVec3>,
     /// Area of each facet in m2, projected on its plane.
     pub areas_m2: Vec<f64>,
-    /// The largest triangle of each facet.
+    /// Index of the largest triangle of each facet.
     pub largest: Vec<u32>,
     /// Edges around each facet, counter-clockwise about its normal.
     edges: Vec<[DVec3; 2]>,
-    /// First edge of each facet, and the end.
+    /// Index of the first edge of each facet, and one past the last.
     starts: Vec<usize>,
 }
 
 impl Facets {
-    /// Groups triangles of equal `kinds`; corners within `tolerance` (m) of the plane of a group's largest triangle are in it.
+    /// Groups adjacent triangles of equal `kinds`; a triangle joins if its corners lie within `tolerance` (m) of the plane of the group's
+    /// largest triangle.
     pub fn new(positions: &[DVec3], triangles: &[[u32; 3]], kinds: &[u32], tolerance: f64) -> Self {
         let corners = |triangle: u32| triangles[triangle as usize].map(|corner| positions[corner as usize]);
         let twice_area = |triangle: u32| {
@@ -86,22 +87,22 @@ impl Facets {
         facets
     }
 
-    /// Number of facets.
+    /// Returns the number of facets.
     pub fn len(&self) -> usize {
         self.normals.len()
     }
 
-    /// True if there is no facet: the mesh had no triangle.
+    /// True if there is no facet, because the mesh had no triangle.
     pub fn is_empty(&self) -> bool {
         self.normals.is_empty()
     }
 
-    /// Edges around a facet, counter-clockwise about its normal.
+    /// Returns the edges around a facet, counter-clockwise about its normal.
     pub fn edges(&self, facet: usize) -> &[[DVec3; 2]] {
         &self.edges[self.starts[facet]..self.starts[facet + 1]]
     }
 
-    /// Area in m2 of a facet within `radius` of a point of its plane.
+    /// Computes the area in m2 of the part of a facet within `radius` of a point of its plane.
     pub fn area_within(&self, facet: usize, centre: DVec3, radius: f64) -> f64 {
         let normal = self.normals[facet];
         let (u, v) = (warp::around(normal, DVec3::X), warp::around(normal, DVec3::Y));
@@ -110,8 +111,8 @@ impl Facets {
     }
 }
 
-/// Number of the piece that each triangle belongs to: triangles that share corners, directly or by others. Pieces are numbered
-/// in the order of their first triangles.
+/// Returns the index of the connected piece of each triangle; triangles are connected if they share corners, directly or through others.
+/// Pieces are numbered in the order of their first triangles.
 ///
 /// ```
 /// use skyduct_physics::geometry::facets::pieces;
@@ -155,7 +156,7 @@ fn unordered([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Directed sides that are left when opposite ones have cancelled: the outline of a group of triangles.
+/// Returns the directed sides that remain when opposite ones have cancelled: the outline of a group of triangles.
 fn outline(sides: impl Iterator<Item = [u32; 2]>) -> Vec<[u32; 2]> {
     let mut signed: Vec<([u32; 2], i32)> =
         sides.map(|side| (unordered(side), if side[0] < side[1] { 1 } else { -1 })).collect();
@@ -175,7 +176,7 @@ mod tests {
 
     use super::*;
 
-    /// A unit cube of 12 triangles, half of them wound the wrong way.
+    /// Returns a unit cube of 12 triangles, half of them wound the wrong way.
     fn cube() -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let positions =
             (0..8).map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
@@ -198,7 +199,7 @@ mod tests {
         assert_eq!(Facets::new(&positions, &triangles, &kinds, 1e-9).len(), 7);
     }
 
-    /// A disc in the middle, across an edge, at a corner, and one that holds the whole facet.
+    /// Checks a disc in the middle, across an edge, at a corner, and one that covers the whole facet.
     #[test]
     fn clipped_discs() {
         let (positions, triangles) = cube();
@@ -211,7 +212,7 @@ mod tests {
         assert!((area(0.3, 0.4, 9.0) - 1.0).abs() < 1e-13);
     }
 
-    /// An L of two materials' worth of triangles in one plane, and a ring around a hole.
+    /// Checks that a hole in a ring of triangles in one plane does not count as area.
     #[test]
     fn holes_stay_open() {
         let ring = |half: f64| {

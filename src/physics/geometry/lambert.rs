@@ -1,12 +1,12 @@
-//! Irradiance of uniform Lambertian polygons in closed form.
+//! Irradiance by uniform Lambertian polygons in closed form.
 
 use glam::DVec3;
 
-/// A quadrilateral cut by one plane.
+/// Largest number of corners of a quadrilateral cut by one plane.
 const MOST_CORNERS: usize = 5;
 
-/// Irradiance in lux at `point`, on a surface with unit `normal`, of a uniform Lambertian quadrilateral of 1 cd/m2 that is
-/// plane, convex and wound clockwise seen from the point.
+/// Computes the irradiance in lux at `point`, on a surface with unit `normal`, by a uniform Lambertian quadrilateral of 1 cd/m2 that is
+/// planar, convex and wound clockwise seen from the point.
 ///
 /// E = 1/2 sum over edges of Gamma_i n . (r_i x r_i+1) / |r_i x r_i+1| with Gamma_i the angle of the edge (Lambert 1760;
 /// Baum, Rushmeier and Winget 1989, eq. 10), after cutting at the horizon of the receiver. Exact; a quadrilateral
@@ -65,13 +65,14 @@ mod tests {
 
     use super::*;
 
-    /// A horizontal square above the origin, clockwise seen from below.
+    /// Returns a horizontal square above the origin, clockwise seen from below.
     fn square(half: f64, height: f64) -> [DVec3; 4] {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x * half, y * half, height))
     }
 
-    /// Under the corner of an a x b rectangle at height c, with x = a/c and y = b/c, the configuration factor is
-    /// [x/sqrt(1+x^2) atan(y/sqrt(1+x^2)) + y/sqrt(1+y^2) atan(x/sqrt(1+y^2))] / (2 pi) (Howell, C-11); four make the axis.
+    /// Compares with a rectangle's configuration factor: under the corner of an a x b rectangle at height c, with x = a/c and y = b/c, it
+    /// is [x/sqrt(1+x^2) atan(y/sqrt(1+x^2)) + y/sqrt(1+y^2) atan(x/sqrt(1+y^2))] / (2 pi) (Howell, C-11); four such rectangles give the
+    /// value on the axis.
     #[test]
     fn agrees_with_the_configuration_factor_of_a_rectangle() {
         let corner_factor = |x: f64, y: f64| {
@@ -85,7 +86,7 @@ mod tests {
         }
     }
 
-    /// A receiver that stands upright under the middle of an infinite ceiling sees half of it: E = pi/2.
+    /// Checks that a receiver that stands upright under the middle of an infinite ceiling sees half of it: E = pi/2.
     #[test]
     fn the_horizon_cuts() {
         let side = quadrilateral_irradiance(&square(1e7, 1.0), DVec3::ZERO, DVec3::X);
@@ -95,7 +96,7 @@ mod tests {
         assert!(behind < 0.0);
     }
 
-    /// A point that touches the source sees a half space of it: E = pi; on its plane but beside it, zero.
+    /// Checks that a point that touches the source sees a half space of it: E = pi; and a point on its plane but beside it, nothing.
     #[test]
     fn touching_points() {
         let touching = quadrilateral_irradiance(&square(1.0, 1e-9), DVec3::new(0.2, 0.3, 0.0), DVec3::Z);

@@ -1,27 +1,27 @@
-//! Sixteen boxes or sixteen triangles at once: by vector instructions where the processor has AVX-512, or AVX2 and FMA, else one
-//! by one.
+//! SIMD tests of sixteen boxes or sixteen triangles: with vector instructions if the processor has AVX-512, or AVX2 and FMA, else one by
+//! one.
 //!
-//! Both are filters in f32, which let through what a ray meets and a little more: their last bits may differ from one way to the
-//! other, and what is let through is decided in f64.
+//! Both tests are conservative filters in f32, which pass everything a ray hits and a little more: their last bits may differ between
+//! instruction sets, and the candidates are decided in f64.
 
 use pulp::{Scalar, Simd};
 
 use super::tree_ray::{Bounds, BoxRay, Corners, Numbers, TriangleRay, WIDTH};
 
-/// Largest error of a coordinate of a triangle seen along a ray, in the coordinates of boxes: corners are within one of the ray's
-/// origin in each, or two where it lies outside; rounding of both, of the direction (2^-24 each) and of what is computed from them stays
-/// below 1e-6.
+/// Largest error of a triangle's coordinate projected along a ray, in the coordinates of boxes: corners are within one of the ray's origin
+/// along each axis, or two if it lies outside; rounding of both, of the direction (2^-24 each) and of values computed from them stays below
+/// 1e-6.
 const BLUR: f32 = 2e-6;
 
-/// A question whose answer needs many boxes or triangles.
+/// A computation that tests many boxes or triangles and is compiled for each instruction set.
 pub trait Query: Sized {
     type Answer;
 
-    /// The answer, by one way: [`answer`] compiles it for each.
+    /// Computes the answer with one instruction set; [`answer`] compiles it for each.
     fn answer<L: Lanes>(self, lanes: L) -> Self::Answer;
 }
 
-/// The answer to a query by the best way that the processor knows.
+/// Computes the answer to a query with the best instruction set that the processor supports.
 #[inline]
 pub fn answer<Q: Query>(query: Q) -> Q::Answer {
     #[cfg(target_arch = "x86_64")]
@@ -36,7 +36,7 @@ pub fn answer<Q: Query>(query: Q) -> Q::Answer {
     query.answer(Scalar)
 }
 
-/// A query for one way.
+/// A query with the instruction set that it is compiled for.
 struct Compiled<Q, L> {
     query: Q,
     lanes: L,
@@ -51,13 +51,13 @@ impl<Q: Query, L: Lanes> pulp::NullaryFnOnce for Compiled<Q, L> {
     }
 }
 
-/// A way of doing several things at once.
-// what takes part is inlined: a closure, or a method that takes one, would be compiled without the vector instructions
+/// An instruction set that handles several numbers at a time.
+// all methods are inlined: a closure, or a method that takes one, would be compiled without the vector instructions
 pub trait Lanes: Simd {
-    /// A bit for each lane.
+    /// Returns a bit mask with one bit per lane.
     fn bits(self, mask: Self::m32s) -> u32;
 
-    /// The same ray in every lane.
+    /// Copies a ray for box tests to every lane.
     #[inline(always)]
     fn for_boxes(self, ray: &BoxRay) -> BoxRay<Self::f32s> {
         let [x, y, z] = ray.inverse;
@@ -70,7 +70,7 @@ pub trait Lanes: Simd {
         }
     }
 
-    /// The same ray in every lane.
+    /// Copies a ray for triangle tests to every lane.
     #[inline(always)]
     fn for_triangles(self, ray: &TriangleRay) -> TriangleRay<Self::f32s> {
         let [x, y, z] = ray.origin;
@@ -81,7 +81,7 @@ pub trait Lanes: Simd {
         }
     }
 
-    /// Distances at which a ray enters boxes, and a bit for each that it meets before `reach`.
+    /// Computes the distances at which a ray enters boxes, and a bit mask of those that it hits before `reach`.
     #[inline(always)]
     fn enter(self, bounds: &Bounds, ray: &BoxRay<Self::f32s>, reach: f32) -> ([f32; WIDTH], u32) {
         let (mut entries, mut met) = ([0.0; WIDTH], 0);
@@ -102,7 +102,7 @@ pub trait Lanes: Simd {
         (entries, met)
     }
 
-    /// A bit for each triangle that the line of a ray meets, or passes so closely that rounding may hide that it does.
+    /// Returns a bit mask of the triangles that the line of a ray hits, or passes so closely that rounding may hide the hit.
     #[inline(always)]
     fn touch(self, corners: &Corners, ray: &TriangleRay<Self::f32s>) -> u32 {
         let mut touched = 0;
@@ -127,7 +127,7 @@ pub trait Lanes: Simd {
         touched
     }
 
-    /// A bit for each number that is another.
+    /// Returns a bit mask of the lanes whose number differs from `number`.
     #[inline(always)]
     fn others(self, numbers: &Numbers, number: u32) -> u32 {
         let number = self.splat_u32s(number);
@@ -139,13 +139,13 @@ pub trait Lanes: Simd {
     }
 }
 
-/// Distances at which a ray crosses some bounds of one row, along `axis`.
+/// Computes the distances at which a ray crosses one row of bounds, along `axis`.
 #[inline(always)]
 fn crossing<L: Lanes>(lanes: L, row: &[f32; WIDTH], ray: &BoxRay<L::f32s>, axis: usize, group: usize) -> L::f32s {
     lanes.mul_add_e_f32s(L::as_simd_f32s(row).0[group], ray.inverse[axis], ray.start[axis])
 }
 
-/// One corner of some triangles across a ray.
+/// Projects one corner of each triangle along a ray.
 #[inline(always)]
 fn across<L: Lanes>(lanes: L, corner: &[[f32; WIDTH]; 3], ray: &TriangleRay<L::f32s>, group: usize) -> [L::f32s; 2] {
     let [x, y, z] = ray.axes;
@@ -155,13 +155,13 @@ fn across<L: Lanes>(lanes: L, corner: &[[f32; WIDTH]; 3], ray: &TriangleRay<L::f
     [lanes.mul_add_e_f32s(ray.shear[0], z, x), lanes.mul_add_e_f32s(ray.shear[1], z, y)]
 }
 
-/// Twice the areas of the triangles between a ray and the sides from one corner to another.
+/// Computes twice the signed areas of the triangles between the ray and the sides from one corner to another.
 #[inline(always)]
 fn side<L: Lanes>(lanes: L, from: [L::f32s; 2], to: [L::f32s; 2]) -> L::f32s {
     lanes.mul_add_e_f32s(from[0], to[1], lanes.neg_f32s(lanes.mul_f32s(from[1], to[0])))
 }
 
-/// No less than the distances of corners from a ray.
+/// Returns an upper bound of the distances of corners from a ray.
 #[inline(always)]
 fn size<L: Lanes>(lanes: L, corner: [L::f32s; 2]) -> L::f32s {
     lanes.add_f32s(lanes.abs_f32s(corner[0]), lanes.abs_f32s(corner[1]))
@@ -198,7 +198,7 @@ mod tests {
     use crate::geometry::triangle::ShearedRay;
     use crate::sampling::{Key, PathRandom};
 
-    /// Kernels that the compiler makes vectors of are compiled for them, too: the feature x86-v3 of pulp.
+    /// Checks that loops which the compiler vectorises itself are compiled for vectors, too: the feature x86-v3 of pulp.
     #[cfg(target_arch = "x86_64")]
     #[test]
     fn plain_loops_are_compiled_for_vectors() {
@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(scalar, pulp::x86::V3::try_new().is_none());
     }
 
-    /// What is asked of one ray, boxes and triangles.
+    /// Query that tests one ray against boxes and triangles.
     #[derive(Clone, Copy)]
     struct Both<'a>(&'a Bounds, &'a Corners, BoxRay, TriangleRay);
 
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// Which of some numbers are others than one.
+    /// Query for the lanes whose number differs from a given one.
     #[derive(Clone, Copy)]
     struct Others<'a>(&'a Numbers, u32);
 
@@ -231,7 +231,7 @@ mod tests {
         }
     }
 
-    /// The answers to a query by every way that the processor knows, by plain arithmetic first.
+    /// Returns the answers to a query by every instruction set that the processor supports, scalar arithmetic first.
     fn answers<Q: Query + Copy>(query: Q) -> Vec<Q::Answer> {
         let mut answers = vec![query.answer(Scalar)];
         #[cfg(target_arch = "x86_64")]
@@ -254,8 +254,8 @@ mod tests {
         }
     }
 
-    /// Vectors and plain arithmetic meet the same boxes, and let every triangle through that a ray meets by f64, also along axes, by
-    /// edges and corners, and of triangles that are narrow; few others, and none that is missing.
+    /// Checks that vector and scalar arithmetic hit the same boxes, and that every triangle which a ray hits in f64 passes the filter, also
+    /// along axes, at edges and corners, and for narrow triangles; few others pass, and no hit is missing.
     #[test]
     fn filters_let_through_what_is_met() {
         let mut random = PathRandom::new(Key::new(21));
@@ -311,7 +311,7 @@ mod tests {
             }
         }
         assert!(boxes_met > 1000 && triangles_met > 1000, "{boxes_met} {triangles_met}");
-        // of triangles no larger than some ten times the blur, neighbours of the ray, too
+        // also triangles no larger than some ten times the blur, near the ray
         assert!(let_through.iter().all(|sum| *sum < 2 * triangles_met), "{let_through:?} {triangles_met}");
     }
 }

@@ -1,9 +1,9 @@
-//! OBJ files.
+//! Reader of OBJ files.
 //!
-//! A file is read once, statement by statement ([`statements`](super::statements)), so that an error names its line, the reader can
-//! be stopped at any line, and a file costs little more memory than its mesh. Only what counts here is read: positions, faces of
-//! positions and material switches. Known parsers keep every face with all its indices before the first can be looked at, which takes ten times
-//! the memory and time of a file that is made to be costly, and their errors have no lines.
+//! A file is read once, statement by statement ([`statements`](super::statements)), so that an error names its line, the reader can be
+//! stopped at any line, and a file costs little more memory than its mesh. Only positions, faces of positions and material switches are
+//! read. Existing parsers store every face with all its indices before the first can be examined, which takes ten times the memory and time
+//! for a file that is made to be costly, and their errors have no lines.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,19 +19,19 @@ use super::triangle_mesh::Assembly;
 /// Limits to the time and memory that one file may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ObjLimits {
-    /// Length of the file.
+    /// Length of the file in bytes.
     pub bytes: usize,
-    /// Length of the longest line, or of the lines of one statement together.
+    /// Length in bytes of the longest line, or of the lines of one statement together.
     pub line_bytes: usize,
-    /// Number of `v` lines, also of those that no face uses.
+    /// Number of `v` lines, including those that no face uses.
     pub vertices: usize,
     /// Number of triangles that faces are split into.
     pub triangles: usize,
-    /// Number of different material names.
+    /// Number of distinct material names.
     pub materials: usize,
-    /// Length of the longest material name.
+    /// Length in bytes of the longest material name.
     pub name_bytes: usize,
-    /// Looks at corners while concave faces are triangulated ([`polygon::Effort`]): about a second.
+    /// Number of corner tests while concave faces are triangulated ([`polygon::Effort`]): about a second.
     pub looks: u64,
 }
 
@@ -49,29 +49,29 @@ impl Default for ObjLimits {
     }
 }
 
-/// Fault of a file, with the number of its line (from 1).
+/// Error in a file, with the number of its line (from 1).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {detail}")]
 pub struct ObjError {
-    /// Number of the line, from 1: the first one of a statement, the last one for faults of the whole file.
+    /// Number of the line, from 1: the first one of a statement, the last one for errors of the whole file.
     pub line: usize,
-    /// What is wrong with it, in words for the author of the file.
+    /// Description of the error, worded for the author of the file.
     pub detail: String,
 }
 
-/// Lines between two looks whether the reader shall stop.
+/// Number of lines between two checks of the cancel flag.
 const LINES_BETWEEN_LOOKS: usize = 1024;
 
 /// Reads an OBJ file in UTF-8 or UTF-16, with or without a byte order mark; names may be in any encoding.
 ///
-/// Polygons are triangulated; triangles without area, and repetitions of a triangle, are dropped; equal positions are
-/// one. Material names come from `usemtl`; faces before the first one, and after one without a name, have the name "". Material
-/// libraries, groups, normals, texture coordinates, lines and points are ignored. Never touches another file.
+/// Polygons are triangulated; triangles without area, and repetitions of a triangle, are dropped; equal positions are merged. Material
+/// names come from `usemtl`; faces before the first one, and after one without a name, have the name "". Material libraries, groups,
+/// normals, texture coordinates, lines and points are ignored. Never touches another file.
 pub fn parse_obj(bytes: &[u8], limits: ObjLimits) -> Result<TriangleMesh, ObjError> {
     parse_obj_until(bytes, limits, &AtomicBool::new(false))
 }
 
-/// The same, unless `cancel` becomes true: then the error names the line that was reached.
+/// Reads an OBJ file as [`parse_obj`] does, and fails if `cancel` becomes true: the error then names the line that was reached.
 pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> Result<TriangleMesh, ObjError> {
     if bytes.len() > limits.bytes {
         let line = utf8(&bytes[..limits.bytes]).map_or(1, |text| lines(&text).count());
@@ -102,15 +102,15 @@ const STOPPED: &str = "reading was stopped at this line: it took too long, or no
 struct Reader<'a> {
     limits: ObjLimits,
     effort: Effort<'a>,
-    /// Corners of the face that is read now, and the numbers of their vertices.
+    /// Corners of the current face, and the numbers of their vertices.
     corners: Vec<DVec3>,
     numbers: Vec<usize>,
     triangles: usize,
-    /// The material names so far, and their numbers in the mesh; none before the first face that has one.
+    /// Material names so far, with their numbers in the mesh; `None` until a face uses the material.
     names: HashMap<String, Option<u32>>,
-    /// Material that the last `usemtl` named.
+    /// Name in the last `usemtl`.
     name: String,
-    /// Number of `name` in the mesh.
+    /// Number of the material `name` in the mesh, once a face uses it.
     material: Option<u32>,
     faces: bool,
     assembly: Assembly,
@@ -179,7 +179,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// `v x y z`, with a weight or a colour.
+    /// Reads a statement `v x y z`, optionally with a weight or a colour.
     fn vertex(&mut self, rest: &str) -> Result<(), String> {
         if self.assembly.vertices() == self.limits.vertices {
             return Err(format!("more than {} vertices", self.limits.vertices));
@@ -210,7 +210,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// `f` with corners `position/texture/normal`, each counted from 1, or backward from -1.
+    /// Reads a statement `f` with corners `position/texture/normal`, each counted from 1, or backward from -1.
     fn face(&mut self, rest: &str) -> Result<(), String> {
         self.corners.clear();
         self.numbers.clear();
@@ -260,7 +260,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The first index of `position/texture/normal`; the others are indices, too, or nothing.
+/// Reads the first index of a corner `position/texture/normal`; the others must be indices or empty.
 fn corner_position(corner: &str) -> Result<i64, String> {
     // most corners are one number
     if let Ok(position @ (..=-1 | 1..)) = corner.parse() {
@@ -372,7 +372,7 @@ mod tests {
         }
     }
 
-    /// The square as other programs write it.
+    /// Returns the square in the notation of other programs.
     fn square(parts: [&str; 4]) -> String {
         let [comment, name, wrapped, end] = parts;
         let text = format!("{comment}\n{SQUARE}usemtl {name}\nf 1 2 {wrapped} 3 4 # last\n");
@@ -394,7 +394,7 @@ mod tests {
         // each line with an end of its own
         let mixed = square(["#", "a", "\\\n", "\n"]).replacen('\n', "\r", 2).replacen("1 0\n", "1 0\r\n", 2);
         assert_eq!(parse(&mixed).as_ref(), Ok(&plain), "{mixed:?}");
-        // a name goes on, too
+        // names may continue on the next line, too
         assert_eq!(parse(&square(["#", "a \\\n  b", "", "\n"])).unwrap().materials, ["a b"]);
     }
 
@@ -421,7 +421,7 @@ mod tests {
         assert!(error.detail.contains("gzip"), "{error}");
     }
 
-    /// Reads as many groups as a file has bytes for, and switches back to faces without a material.
+    /// Reads the largest number of groups that a file has bytes for, and switches back to faces without a material.
     #[test]
     fn switches_without_a_name_and_many_groups() {
         let groups: String = (0..30_000).map(|k| format!("o {k}\ng {k}\nusemtl {}\n", k % 2)).collect();

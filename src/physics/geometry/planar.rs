@@ -1,17 +1,17 @@
-//! Polygons with holes in planes of space.
+//! Planar polygons with holes in space.
 
 use glam::{DVec2, DVec3};
 
 use super::covered::{Edge, contains};
 
-/// A planar polygon with holes. Its normal is the side from which its outline runs counter-clockwise, and its holes clockwise.
+/// A planar polygon with holes. Its outline runs counter-clockwise about its normal, and its holes clockwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     rings: Vec<Vec<DVec3>>,
     normal: DVec3,
     /// Distance of the plane from the origin along the normal, in m.
     offset: f64,
-    /// The axis that is left out where points are looked at in two coordinates: the normal's longest.
+    /// Axis that is dropped for tests in two coordinates: the longest component of the normal.
     without: usize,
     edges: Vec<Edge>,
     low: DVec3,
@@ -19,13 +19,13 @@ pub struct Polygon {
 }
 
 impl Polygon {
-    /// A polygon of rings (the outline, then holes) in m; `None` where it has no area.
+    /// Creates a polygon from rings (the outline, then holes) in m; `None` if its area is zero.
     pub fn new(rings: Vec<Vec<DVec3>>) -> Option<Self> {
         let normal = area_vector(&rings).try_normalize()?;
         Some(Self::with_normal(rings, normal))
     }
 
-    /// The same where the unit normal is known, so that planes along axes have it to the bit.
+    /// Creates a polygon from rings in m with a given unit normal, so that planes along axes have it to the bit.
     pub fn with_normal(rings: Vec<Vec<DVec3>>, normal: DVec3) -> Self {
         // no negative zeros: the frame around a normal depends on their sign
         let normal = normal + DVec3::ZERO;
@@ -43,39 +43,39 @@ impl Polygon {
         Self { rings, normal, offset, without, edges, low, high }
     }
 
-    /// Unit normal.
+    /// Returns the unit normal.
     #[inline]
     pub fn normal(&self) -> DVec3 {
         self.normal
     }
 
-    /// Lowest and highest corner of its bounds in m.
+    /// Returns the lowest and highest corner of the bounding box in m.
     pub fn bounds(&self) -> [DVec3; 2] {
         [self.low, self.high]
     }
 
-    /// Corners of the outline and the holes.
+    /// Returns the corners of the outline and the holes.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> {
         self.rings.iter().flatten().copied()
     }
 
-    /// Sides of the outline and the holes, directed.
+    /// Returns the directed sides of the outline and the holes.
     pub fn sides(&self) -> impl Iterator<Item = [DVec3; 2]> {
         self.rings.iter().flat_map(|ring| ring_sides(ring))
     }
 
-    /// Area in m2.
+    /// Returns the area in m2, holes excluded.
     pub fn area_m2(&self) -> f64 {
         area_vector(&self.rings).dot(self.normal)
     }
 
-    /// Height in m of a point above the plane, on the normal's side.
+    /// Returns the height in m of a point above the plane, along the normal.
     #[inline]
     pub fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 
-    /// Height in m of the plane at a place seen from above.
+    /// Returns the height in m of the plane at a place seen from above.
     pub fn height_at(&self, place: DVec2) -> f64 {
         (self.offset - self.normal.truncate().dot(place)) / self.normal.z
     }
@@ -86,7 +86,7 @@ impl Polygon {
         contains(&self.edges, flat(point, self.without))
     }
 
-    /// The point of the plane below a point.
+    /// Projects a point onto the plane.
     #[inline]
     pub fn onto(&self, point: DVec3) -> DVec3 {
         let mut foot = point - self.normal * self.height(point);
@@ -96,7 +96,7 @@ impl Polygon {
         foot
     }
 
-    /// Distance in m of a point from the nearest point of the polygon.
+    /// Returns the distance in m of a point from the nearest point of the polygon.
     pub fn distance(&self, point: DVec3) -> f64 {
         if self.contains(self.onto(point)) {
             return self.height(point).abs();
@@ -109,7 +109,7 @@ impl Polygon {
         self.sides().map(to_side).fold(f64::INFINITY, f64::min)
     }
 
-    /// A rectangle around it in its plane: a corner, and two edges whose cross product is along the normal.
+    /// Returns a rectangle around the polygon in its plane: a corner, and two edges whose cross product is along the normal.
     pub fn rectangle(&self) -> [DVec3; 3] {
         let longest = self.sides().map(|[a, b]| b - a).fold(DVec3::ZERO, |longest, side| {
             if side.length_squared() > longest.length_squared() { side } else { longest }
@@ -124,7 +124,7 @@ impl Polygon {
         [u * left + v * low + self.normal * self.offset, u * (right - left), v * (high - low)]
     }
 
-    /// Its cut by a level plane, seen from above, with the normal on the left; nothing of a level polygon.
+    /// Cuts the polygon by a level plane and returns the edges seen from above, with the normal on their left; empty for a level polygon.
     pub fn level_cut(&self, height: f64) -> Vec<Edge> {
         let crossing = |[a, b]: [DVec3; 2]| {
             ((a.z > height) != (b.z > height)).then(|| a.lerp(b, (height - a.z) / (b.z - a.z)).truncate())
@@ -136,7 +136,7 @@ impl Polygon {
     }
 }
 
-/// Sum of the areas of rings, each along its normal.
+/// Returns the sum of the areas of rings, each times its normal.
 fn area_vector(rings: &[Vec<DVec3>]) -> DVec3 {
     let of_ring = |ring: &Vec<DVec3>| -> DVec3 {
         let Some(first) = ring.first() else { return DVec3::ZERO };
@@ -162,7 +162,7 @@ fn flat(point: DVec3, without: usize) -> DVec2 {
 mod tests {
     use super::*;
 
-    /// A sloped square with a hole: area, distances, the rectangle around it, a level cut that the hole divides.
+    /// Checks a sloped square with a hole: area, distances, the rectangle around it, a level cut that the hole divides.
     #[test]
     fn a_square_with_a_hole() {
         let at = |x: f64, y: f64| DVec3::new(x, y, 1.0 + 0.75 * y);

@@ -1,4 +1,4 @@
-//! Triangulation of plane polygons.
+//! Triangulation of planar polygons.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,9 +7,9 @@ use glam::DVec3;
 
 /// Budget of work for the concave polygons of one file.
 pub struct Effort<'a> {
-    /// Looks at a corner, whether it lies in an ear; a polygon of n corners takes up to about 3 n^2 of them.
+    /// Number of tests left of a corner against an ear; a polygon of n corners takes up to about 3 n^2.
     pub looks: u64,
-    /// Flag that ends the work, looked at once per ear.
+    /// Flag that ends the work, checked once per ear.
     pub cancel: &'a AtomicBool,
 }
 
@@ -24,7 +24,7 @@ pub enum Untriangulated {
 
 /// Splits a polygon into triangles of indices into `corners` (at least 3): a fan when it is convex, ears otherwise.
 ///
-/// The winding is kept; a polygon without area, or one that crosses itself, gives a fan of what is left.
+/// The winding is kept. A polygon without area, and the part of a self-crossing one in which no ear is found, is split as a fan.
 pub fn triangulate(corners: &[DVec3], effort: &mut Effort<'_>) -> Result<Vec<[usize; 3]>, Untriangulated> {
     let normal = newell_normal(corners);
     let count = corners.len();
@@ -40,24 +40,24 @@ fn is_convex(corners: &[DVec3], normal: DVec3) -> bool {
     (0..count).all(|k| turn(at(k), at(k + 1), at(k + 2), normal) >= 0.0)
 }
 
-/// Positive when a, b, c turn in the sense of the polygon around `normal`.
+/// Returns a positive number if a, b, c turn in the sense of the polygon around `normal`.
 fn turn(a: DVec3, b: DVec3, c: DVec3, normal: DVec3) -> f64 {
     (b - a).cross(c - b).dot(normal)
 }
 
-/// The corners that are left of a polygon while ears are cut off: always the first ear, counted from corner 0.
+/// The remaining corners of a polygon while ears are cut off, always the first ear, counted from corner 0.
 ///
-/// An ear is named by its first corner a; with the next two, b and c, it is cut off at b. A triangle abc that was refused
-/// because a corner lies in it stays refused while that corner and the triangle are there, and what was found outside it
-/// stays outside. So each of the at most 3 n triangles looks at each corner once: n^2 in all, where looking again at every
-/// triangle after every cut takes n^3. Only triangles in `open` may be ears.
+/// An ear is named by its first corner a; with the next two, b and c, it is cut off at b. A triangle abc that was refused because a corner
+/// lies in it stays refused while that corner and the triangle exist, and corners found outside it stay outside. So each of the at most 3 n
+/// triangles tests each corner once: n^2 in all, while testing again every triangle after every cut takes n^3. Only triangles in `open` may
+/// be ears.
 struct Ring<'a> {
     corners: &'a [DVec3],
     normal: DVec3,
     next: Vec<usize>,
     previous: Vec<usize>,
     left: Vec<bool>,
-    /// Corner at which the search for a blocking corner goes on, per first corner.
+    /// Corner at which the search for a blocking corner continues, per first corner.
     looked_up_to: Vec<usize>,
     /// First corners of the triangles that were refused because of this corner, per corner.
     refused_by: Vec<Vec<usize>>,
@@ -123,7 +123,7 @@ impl<'a> Ring<'a> {
         Ok(blocking.is_none())
     }
 
-    /// Takes the corner `tip` after `first` off.
+    /// Removes the corner `tip` after `first`.
     fn cut(&mut self, first: usize, tip: usize) {
         let after = self.next[tip];
         self.next[first] = after;
@@ -139,7 +139,7 @@ impl<'a> Ring<'a> {
     }
 }
 
-/// Normal of a polygon with twice its area as its length (Newell).
+/// Returns the normal of a polygon with a length of twice its area (Newell).
 fn newell_normal(corners: &[DVec3]) -> DVec3 {
     let origin = corners[0];
     let pairs = corners.windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin));
@@ -170,14 +170,14 @@ mod tests {
         triangles.iter().map(of_one).sum()
     }
 
-    /// A ribbon of `count` corners that goes up and down `count / 2 - 1` times.
+    /// Returns a ribbon of `count` corners that goes up and down `count / 2 - 1` times.
     fn zigzag(count: usize) -> Vec<DVec3> {
         let line: Vec<_> = (0..count / 2).map(|k| flat(k as f64 * 0.01, (k % 2) as f64)).collect();
         let back = line.iter().rev().map(|corner| *corner - flat(0.0, 0.02));
         line.iter().copied().chain(back).collect()
     }
 
-    /// The first ear after every cut, with a new look at everything: what [`Ring`] must do, only slower.
+    /// Triangulates by the definition of [`Ring`], slowly: searches the first ear after every cut, testing everything again.
     fn ears_by_definition(corners: &[DVec3]) -> Vec<[usize; 3]> {
         let normal = newell_normal(corners);
         let mut ring: Vec<usize> = (0..corners.len()).collect();

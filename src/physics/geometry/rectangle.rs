@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-/// Form factor to a parallel rectangle at `distance` (> 0) that faces the element; `u` and `v` are its extents in metres,
+/// Computes the form factor to a parallel rectangle at `distance` (> 0) that faces the element; `u` and `v` are its extents in metres,
 /// measured from the foot of the element.
 ///
 /// Sum over the corners of 1/(2 pi) [X/sqrt(1+X^2) atan(Y/sqrt(1+X^2)) + Y/sqrt(1+Y^2) atan(X/sqrt(1+Y^2))] (Howell,
@@ -23,11 +23,11 @@ pub fn parallel_factor(distance: f64, u: [f64; 2], v: [f64; 2]) -> f64 {
     (corner(u[1], v[1]) - corner(u[0], v[1]) - corner(u[1], v[0]) + corner(u[0], v[0])) / TAU
 }
 
-/// Form factor to a rectangle in a plane that contains the direction of the element's normal, `distance` (> 0) away.
+/// Computes the form factor to a rectangle in a plane that contains the direction of the element's normal, `distance` (> 0) away.
 ///
-/// `across`: its extent at right angles to the normal, `along`: its extent along the normal, both measured from the
-/// element in metres; what lies below the element's horizon (`along` < 0) does not count. Each corner gives
-/// 1/(2 pi) d/sqrt(d^2+v^2) atan(u/sqrt(d^2+v^2)) (Howell, B-4).
+/// The extents of the rectangle are `across`, at right angles to the normal, and `along`, along the normal, both measured from the element
+/// in metres; the part below the element's horizon (`along` < 0) does not count. Each corner gives 1/(2 pi) d/sqrt(d^2+v^2)
+/// atan(u/sqrt(d^2+v^2)) (Howell, B-4).
 ///
 /// A very large wall fills half of the hemisphere:
 ///
@@ -51,7 +51,7 @@ pub fn perpendicular_factor(distance: f64, across: [f64; 2], along: [f64; 2]) ->
 mod tests {
     use super::*;
 
-    /// An element in the middle of a box's floor sees its ceiling and walls, and nothing else.
+    /// Checks that an element in the middle of a box's floor sees its ceiling and walls, and nothing else.
     #[test]
     fn a_box_closes() {
         let (x, y, z) = ([-0.3, 1.7], [-0.9, 0.4], 1.3);
@@ -66,7 +66,7 @@ mod tests {
         );
     }
 
-    /// A 1 m x 1 m panel of 10 000 lm, 3 m above (the geometry of case 5.3 of CIE 171:2006), to the digits of
+    /// Checks a 1 m x 1 m panel of 10 000 lm, 3 m above (the geometry of case 5.3 of CIE 171:2006), to the digits of
     /// docs/physics/rooms.md#lambertian-rectangles-and-polygons.
     #[test]
     fn area_source() {

@@ -1,4 +1,4 @@
-//! Polygons that a mesh has twice or more: front and back, or turned alike, triangulated by any diagonal.
+//! Removal of repeated polygons from a mesh: copies of equal or opposite winding, triangulated by any diagonal.
 
 use std::collections::HashMap;
 
@@ -10,19 +10,19 @@ use super::facets::pieces;
 use super::sheets::{self, Meeting, Sheets, Untold};
 use super::welded;
 
-/// A mesh with every polygon once.
+/// A mesh in which every polygon occurs once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Once {
-    /// With what either side is made of; `None` where that is the mesh itself.
+    /// Mesh without repeats, with the material of each side; `None` if the given mesh has none to remove.
     pub mesh: Option<TriangleMesh>,
-    /// True if parts of it lay on others; some may still.
+    /// True if triangles of the given mesh overlapped; some may still.
     pub lies_on_itself: bool,
 }
 
-/// The mesh with every polygon once.
+/// Returns the mesh with every polygon once.
 ///
-/// Triangles on each other are repeats where all of their plane is covered equally often. Faces of bodies that touch are none: bodies
-/// end there. What covers others in part stays. `is_same` says whether two materials are one.
+/// Overlapping triangles are repeats if all of their connected group is covered equally often. Faces of two bodies that touch are no
+/// repeats: a body ends there on either side. Triangles that cover others only in part stay. `is_same` is true if two materials are equal.
 pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) -> Result<Once, Untold> {
     let near = rounding(&mesh.positions, &mesh.triangles);
     let found = overlaps(&mesh.positions, &mesh.triangles, near)?;
@@ -33,7 +33,7 @@ pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) 
     let layers = Layers::new(&positions, &mesh.triangles, &found, near);
     let mut kept = vec![true; mesh.triangles.len()];
     let mut sides: Vec<[u32; 2]> = mesh.triangle_materials.iter().map(|material| [*material; 2]).collect();
-    // whose sides are of several materials, which have to be cut
+    // triangles with several materials on one side, which have to be cut
     let mut mixed = vec![false; mesh.triangles.len()];
     for members in layers.components() {
         let Some(times) = layers.times(&members) else { continue };
@@ -70,16 +70,16 @@ pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) 
     Ok(Once { mesh: Some(once), lies_on_itself: true })
 }
 
-/// Triangles and how often what they cover is covered.
+/// Overlapping triangles, with the number of times that their area is covered.
 struct Layers<'a> {
     positions: &'a [DVec3],
     triangles: &'a [[u32; 3]],
     near: f64,
-    /// Triangles that have a part in common with each.
+    /// Overlaps of each triangle: index of the other one, area of the overlap in m2, and whether their windings are opposite.
     partners: HashMap<u32, Vec<(u32, f64, bool)>>,
-    /// Number of the component that each belongs to, by triangle: those joined by common parts, directly or by others.
+    /// Component of each triangle: a group of triangles that overlap, directly or through others.
     component: HashMap<u32, u32>,
-    /// Components that are faces of two bodies that touch.
+    /// True for components that are faces of two bodies that touch.
     contacts: Vec<bool>,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Layers<'a> {
         layers
     }
 
-    /// Members of each component, in the order of their numbers.
+    /// Returns the members of each component, in the order of their indices.
     fn components(&self) -> Vec<Vec<u32>> {
         let mut members = vec![Vec::new(); self.contacts.len()];
         self.component.iter().for_each(|(number, component)| members[*component as usize].push(*number));
@@ -115,18 +115,20 @@ impl<'a> Layers<'a> {
         self.triangles[number as usize].map(|corner| self.positions[corner as usize])
     }
 
-    /// Area of a triangle in m2, and what it may be wrong by.
+    /// Returns the area of a triangle in m2, and its uncertainty by rounding.
     fn area(&self, number: u32) -> (f64, f64) {
         let [a, b, c] = self.corners(number);
         (0.5 * (b - a).cross(c - a).length(), slack_m2(&[a, b, c], self.near))
     }
 
-    /// Area of a triangle that others cover, each as often as it does.
+    /// Returns the area in m2 of a triangle's overlaps with the triangles that `counts` selects; an area covered by several counts several
+    /// times.
     fn covered(&self, number: u32, counts: impl Fn(u32) -> bool) -> f64 {
         self.partners[&number].iter().filter(|(other, ..)| counts(*other)).map(|(_, area, _)| area).sum()
     }
 
-    /// Returns the times that all of a component is covered at least; `None` for once.
+    /// Returns the least number of times that any triangle of a component is covered, itself included; `None` if it is once, or if the
+    /// component is a contact of two bodies.
     fn times(&self, members: &[u32]) -> Option<f64> {
         if self.contacts[self.component[&members[0]] as usize] {
             return None;
@@ -138,7 +140,7 @@ impl<'a> Layers<'a> {
         members.iter().map(times).reduce(f64::min).filter(|times| *times > 1.0)
     }
 
-    /// Drops all triangles but one of `times` that are at the same place.
+    /// Keeps one of every `times` triangles that cover the same area, and drops the others.
     fn drop_repeats(&self, members: &[u32], times: f64, kept: &mut [bool]) {
         members.iter().for_each(|member| kept[*member as usize] = false);
         for member in members {
@@ -150,8 +152,8 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// Returns the materials of the backs of the triangles that are kept, where these are not those of their fronts; `None` where one
-    /// has several materials.
+    /// Returns the back materials of the kept triangles whose backs differ from their fronts; `None` if the back of a triangle has several
+    /// materials.
     fn told(
         &self,
         members: &[u32],
@@ -163,7 +165,7 @@ impl<'a> Layers<'a> {
         let mut backs = Vec::new();
         for member in members.iter().filter(|member| kept[**member as usize]) {
             let (area, slack) = self.area(*member);
-            // several bodies meet there
+            // several bodies meet here
             if (area + self.covered(*member, |_| true)) / times > area + slack {
                 continue;
             }
@@ -186,7 +188,8 @@ impl<'a> Layers<'a> {
         Ok(Some(backs))
     }
 
-    /// Finds the components along all of whose border two other triangles meet, or none but of other components: bodies on either side.
+    /// Finds the components that separate two touching bodies: at every edge of their border two other triangles meet, or only triangles of
+    /// other components.
     fn find_contacts(&mut self) {
         let (mut by_two, mut otherwise) = (vec![false; self.contacts.len()], vec![false; self.contacts.len()]);
         let places = welded::places(self.positions);
@@ -218,7 +221,7 @@ impl<'a> Layers<'a> {
     }
 }
 
-/// Positions of which those within `near` m of an earlier one are that one.
+/// Returns the positions, each one within `near` m of an earlier one replaced by it.
 pub fn rounded(positions: &[DVec3], near: f64) -> Vec<DVec3> {
     if near <= 0.0 {
         return positions.to_vec();

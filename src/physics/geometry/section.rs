@@ -1,4 +1,4 @@
-//! Where a plane cuts closed triangle meshes.
+//! Cuts of closed triangle meshes by a plane.
 
 use std::collections::BTreeMap;
 
@@ -6,21 +6,21 @@ use glam::DVec3;
 
 use crate::sampling::warp;
 
-/// Where a plane cuts a mesh.
+/// Cut of a mesh by a plane.
 #[derive(Clone, Debug, Default)]
 pub struct Section {
     /// Outlines of the part of the plane that is inside closed surfaces: counter-clockwise about the plane's normal around
     /// solid parts, clockwise around hollow ones.
     pub rings: Vec<Vec<DVec3>>,
-    /// True if the plane cuts a surface that is not closed there: it has no inside.
+    /// True if the plane cuts a surface that is not closed in the plane, and so has no inside.
     pub open: bool,
 }
 
-/// Outlines of the part of the plane normal . p = `height` that lies inside closed surfaces: rings counter-clockwise about
-/// the unit vector `normal` around solid parts, clockwise around hollow ones.
+/// Computes the outlines of the part of the plane normal . p = `height` that lies inside closed surfaces: rings counter-clockwise about the
+/// unit vector `normal` around solid parts, clockwise around hollow ones.
 ///
-/// The winding of the triangles does not count; surfaces that are not closed where the plane cuts them have no inside.
-/// Closed surfaces that cross each other are taken as if they did not. A corner in the plane counts as below it.
+/// The winding of the triangles does not count; surfaces that are not closed where the plane cuts them have no inside. Intersections of
+/// closed surfaces are ignored. A corner in the plane counts as below it.
 pub fn section(positions: &[DVec3], triangles: &[[u32; 3]], normal: DVec3, height: f64) -> Section {
     let above: Vec<bool> = positions.iter().map(|p| normal.dot(*p) > height).collect();
     // every cut triangle joins two cut edges
@@ -62,7 +62,7 @@ pub fn section(positions: &[DVec3], triangles: &[[u32; 3]], normal: DVec3, heigh
     Section { rings: orient(rings, normal), open }
 }
 
-/// Turns rings so that those inside an even number of others run counter-clockwise.
+/// Orients rings such that those inside an even number of others run counter-clockwise.
 fn orient(mut rings: Vec<Vec<DVec3>>, normal: DVec3) -> Vec<Vec<DVec3>> {
     let depths: Vec<usize> = (0..rings.len())
         .map(|k| (0..rings.len()).filter(|other| *other != k && contains(&rings[*other], rings[k][0], normal)).count())
@@ -91,7 +91,7 @@ pub fn contains(ring: &[DVec3], point: DVec3, normal: DVec3) -> bool {
 mod tests {
     use super::*;
 
-    /// A box around the z axis from 0 to `top` as 12 triangles, wound any way.
+    /// Returns a box around the z axis from 0 to `top` as 12 triangles of mixed winding.
     fn prism(half: f64, top: f64, first: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let corner = |k: u32| if k == 0 || k == 3 { -half } else { half };
         let at = |k: u32, z: f64| DVec3::new(corner(k), if k < 2 { -half } else { half }, z);

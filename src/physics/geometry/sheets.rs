@@ -1,4 +1,4 @@
-//! Triangles of which no two lie on each other, made of some that do: each part of a plane is one sheet, with what either side is made of.
+//! Conversion of overlapping triangles into sheets that do not overlap, each with a material for either side.
 
 use std::collections::HashMap;
 
@@ -7,44 +7,44 @@ use glam::DVec3;
 use super::coincident::{Overlap, TooMany};
 use super::convex::{area_vector, cut, perimeter};
 
-/// Cuts of one polygon by another, at most: some seconds.
+/// Largest number of cuts of one polygon by another: some seconds.
 const MOST_CUTS: usize = 20_000_000;
 
 /// Triangles with a material for each side.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheets {
-    /// Corners by number.
+    /// Corner positions.
     pub positions: Vec<DVec3>,
-    /// Numbers of the corners of each triangle.
+    /// Indices of the corners of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Materials of the front of each, about which its corners go counter-clockwise, and of its back.
+    /// Materials of the front of each triangle, about which its corners go counter-clockwise, and of its back.
     pub sides: Vec<[u32; 2]>,
-    /// Number of the triangle that each was, or was a part of.
+    /// Index of the original triangle that each is, or is a part of.
     pub sources: Vec<u32>,
 }
 
-/// Relation of two triangles that have a part in common, there.
+/// Relation of two triangles where they overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meeting {
     /// Two surfaces that touch: both stay.
     Apart,
-    /// The one that comes first hides the other.
+    /// Two surfaces of which the first hides the second.
     Hidden,
-    /// One sheet, of which each tells what the side that it faces is made of.
+    /// One sheet: each triangle gives the material of the side that it faces.
     OneSheet,
 }
 
-/// Reason why triangles are not told apart.
+/// Reason why the materials of overlapping triangles cannot be determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Untold {
-    /// Two triangles face one side at a place, and are of two materials.
+    /// Two triangles that face the same side at a point with different materials.
     Contradiction {
-        /// Their numbers.
+        /// Indices of both triangles.
         triangles: [u32; 2],
-        /// A place where both are, in m.
+        /// A point where they overlap, in m.
         at: DVec3,
     },
-    /// See there.
+    /// Too many overlaps or cuts.
     TooMany(TooMany),
 }
 
@@ -54,14 +54,14 @@ impl From<TooMany> for Untold {
     }
 }
 
-/// A part of a plane.
+/// A convex part of a triangle.
 struct Cell {
-    /// Corners in the order of its triangle.
+    /// Corners in the order of the triangle's.
     polygon: Vec<DVec3>,
     source: u32,
     is_whole: bool,
     sides: [u32; 2],
-    /// Claims of others to its back.
+    /// Materials that other triangles give to parts of the back.
     claims: Vec<Claim>,
 }
 
@@ -71,10 +71,12 @@ struct Claim {
     by: u32,
 }
 
-/// One sheet for each place of `given`, whose triangles have `overlaps`; places within `near` (m) are one.
+/// Splits the triangles of `given`, of which some have `overlaps`, into sheets that do not overlap; positions within `near` (m) are taken
+/// as equal.
 ///
-/// Triangles come in the order of `rank`, then of their numbers, and keep what those before them leave. `meeting` says what a
-/// triangle and one before it are to each other, `is_same` whether two materials are one.
+/// Triangles are handled in the order of `rank`, then of their indices, and keep the area that earlier ones leave. `meeting` gives the
+/// relation of an earlier triangle and a later one (the third argument is true for opposite windings); `is_same` is true if two materials
+/// are equal.
 pub fn apart(
     given: Sheets,
     overlaps: &[Overlap],
@@ -129,7 +131,7 @@ pub fn apart(
 }
 
 impl Cell {
-    /// Takes what a triangle of two `sides` tells of a part of it.
+    /// Adds the materials that a triangle with two `sides` gives to the part `common`; fails if they contradict the cell's own.
     fn meet(
         &mut self,
         common: Vec<DVec3>,
@@ -139,7 +141,7 @@ impl Cell {
         is_same: &impl Fn(u32, u32) -> bool,
     ) -> Result<(), Untold> {
         let is_double = |[front, back]: [u32; 2]| !is_same(front, back);
-        // of the other triangle's sides: that which faces the front, and the back, if it is told
+        // materials of the other triangle toward the cell's front and back, as far as it gives them
         let [toward_front, toward_back] = match (turned, is_double(sides)) {
             (false, false) => [Some(sides[0]), None],
             (false, true) => [Some(sides[0]), Some(sides[1])],
@@ -171,7 +173,7 @@ struct Work {
     cuts: usize,
 }
 
-/// The part of a polygon that another has in common with it, and what is left.
+/// Common part of two polygons, and the rest of the first in pieces; `None` without a common part.
 type Cut = Option<(Vec<DVec3>, Vec<Vec<DVec3>>)>;
 
 impl Work {
@@ -183,7 +185,7 @@ impl Work {
         Ok(within(polygon, &self.cells[cell].polygon, self.near))
     }
 
-    /// The cells, each of one material on its back.
+    /// Splits the cells so that each has one material on its back.
     fn sided(mut self, is_same: &impl Fn(u32, u32) -> bool) -> Result<Vec<Cell>, Untold> {
         let mut done = Vec::with_capacity(self.cells.len());
         for mut cell in std::mem::take(&mut self.cells) {
@@ -237,7 +239,7 @@ fn within(polygon: &[DVec3], cutter: &[DVec3], near: f64) -> Cut {
     cut(polygon, cutter, area_vector(cutter).try_normalize()?, near)
 }
 
-/// The triangles of `given` that are `replaced` by cells, and all others, in the order of their sources.
+/// Assembles the triangles: those of `given` that are `replaced` come from the cells, the others are kept, in the order of their sources.
 fn put_together(given: Sheets, cells: Vec<Cell>, replaced: impl Fn(u32) -> bool) -> Sheets {
     let name = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
     let mut numbers: HashMap<[u64; 3], u32> =
@@ -282,7 +284,7 @@ mod tests {
 
     const NEAR: f64 = 1e-6;
 
-    /// Rectangles from a corner to the opposite one at height 0, each seen from above or below, of a material.
+    /// Returns rectangles at height 0, each given by two opposite corners, true if seen from above, and a material.
     fn sheets(rectangles: &[([f64; 2], [f64; 2], bool, u32)]) -> Sheets {
         let mut sheets = Sheets::default();
         for ([x, y], [to_x, to_y], up, kind) in rectangles {
@@ -302,7 +304,7 @@ mod tests {
         apart(given, &found, NEAR, |_| 0, |_, _, _| Meeting::OneSheet, |a, b| a == b)
     }
 
-    /// Area by material of the upper and of the lower side.
+    /// Returns the area for each pair of materials of the upper and the lower side.
     fn areas(sheets: &Sheets) -> Vec<([u32; 2], f64)> {
         let mut areas: Vec<([u32; 2], f64)> = Vec::new();
         for (triangle, sides) in sheets.triangles.iter().zip(&sheets.sides) {
@@ -326,7 +328,8 @@ mod tests {
         assert_eq!(overlaps(&found.positions, &found.triangles, NEAR), Ok(vec![]));
     }
 
-    /// Once, twice, turned, of other extent and of other materials on its sides: each place is there once.
+    /// Checks that every point is covered by one sheet: for rectangles given once, twice, turned, of different extent and with different
+    /// materials on their sides.
     #[test]
     fn every_place_is_one_sheet() {
         let (unit, half) = ([1.0, 1.0], [1.0, 0.5]);
@@ -337,12 +340,12 @@ mod tests {
         assert_areas(&[([0.0; 2], unit, false, 1), all], &[([0, 1], 1.0)]);
         assert_areas(&[all, ([0.0; 2], half, false, 1)], &[([0, 0], 0.5), ([0, 1], 0.5)]);
         assert_areas(&[all, ([0.5, 0.5], [1.5, 1.5], true, 0)], &[([0, 0], 1.75)]);
-        // one below that reaches further: what is beyond is of its own material on both sides
+        // a larger rectangle below: the part beyond has its own material on both sides
         assert_areas(&[all, ([0.5, 0.5], [1.5, 1.5], false, 1)], &[([0, 0], 0.75), ([0, 1], 0.25), ([1, 1], 0.75)]);
         assert_areas(&[([0.0; 2], half, false, 1), ([0.0, 0.5], unit, false, 2), all], &[([0, 1], 0.5), ([0, 2], 0.5)]);
     }
 
-    /// Two materials on one side at one place contradict each other, on its front as on its back.
+    /// Checks that two materials on one side at one point contradict each other, on the front as on the back.
     #[test]
     fn two_materials_of_one_side_are_a_contradiction() {
         let at = |up: bool, kind: u32| ([0.25, 0.25], [0.75, 0.75], up, kind);

@@ -1,29 +1,29 @@
-//! Statements of an OBJ file: a line, or lines that end with a backslash and the one after them.
+//! Statements of an OBJ file: single lines, or lines joined by a backslash at their ends.
 
 use std::borrow::Cow;
 
-/// A statement.
+/// One statement of an OBJ file.
 pub(super) struct Statement<'a> {
-    /// Number of its first line, from 1.
+    /// Number of the first line of the statement, from 1.
     pub line: usize,
-    /// Length of its lines in the file together.
+    /// Total length of its lines in the file, in bytes.
     pub bytes: usize,
-    /// Its lines as one, each line end a space.
+    /// Text of the statement, its line ends replaced by spaces.
     text: Cow<'a, str>,
 }
 
-/// Statements with names, which may have any character: of all others, what follows `#` is a comment.
+/// Keywords of statements with names, which may contain any character; in all others `#` begins a comment.
 const NAMING: [&str; 4] = ["usemtl", "g", "o", "mtllib"];
 
 impl Statement<'_> {
-    /// The first word, and what follows it.
+    /// Returns the first word, and the rest of the statement without comment.
     pub fn keyword(&self) -> (&str, &str) {
         let (keyword, rest) = split(&self.text);
         (keyword, without_comment(keyword, rest))
     }
 }
 
-/// The statements of a text that is UTF-8, for the most part; other bytes become U+FFFD.
+/// Iterator over the statements of a text that is mostly UTF-8; invalid bytes become U+FFFD.
 pub(super) struct Statements<'a> {
     lines: Lines<'a>,
     lines_read: usize,
@@ -31,12 +31,12 @@ pub(super) struct Statements<'a> {
 }
 
 impl<'a> Statements<'a> {
-    /// `most_bytes`: length of a statement beyond which no more lines are added to it.
+    /// Creates the iterator; `most_bytes` is the length of a statement beyond which no more lines are joined to it.
     pub fn of(text: &'a [u8], most_bytes: usize) -> Self {
         Self { lines: lines(text), lines_read: 0, most_bytes }
     }
 
-    /// Number of lines of the statements so far.
+    /// Returns the number of lines read so far.
     pub fn lines_read(&self) -> usize {
         self.lines_read
     }
@@ -85,7 +85,7 @@ fn continued<'a>(keyword: &str, line: &'a str) -> Option<&'a str> {
     without_comment(keyword, line).trim_end().strip_suffix('\\')
 }
 
-/// The first word of a line, and what follows it.
+/// Splits a line into its first word and the rest.
 fn split(line: &str) -> (&str, &str) {
     let line = line.trim();
     line.split_once(char::is_whitespace).unwrap_or((line, ""))
@@ -96,12 +96,12 @@ fn without_comment<'a>(keyword: &str, text: &'a str) -> &'a str {
     comment.map_or(text, |comment| &text[..comment])
 }
 
-/// The lines of a text; they end with a line feed, a carriage return, or both.
+/// Returns the lines of a text; they end with a line feed, a carriage return, or both.
 pub(super) fn lines(text: &[u8]) -> Lines<'_> {
     Lines(Some(text))
 }
 
-/// Lines that are left of a text; `None` after the last one.
+/// Iterator over the remaining lines of a text; `None` inside after the last one.
 pub(super) struct Lines<'a>(Option<&'a [u8]>);
 
 impl<'a> Iterator for Lines<'a> {

@@ -8,13 +8,13 @@ use glam::DVec3;
 pub struct ShearedRay {
     /// Axis permutation, the dominant axis of the direction last.
     axes: [usize; 3],
-    /// The origin's coordinates along these axes.
+    /// Coordinates of the origin along these axes.
     origin: [f64; 3],
     shear: [f64; 3],
 }
 
 impl ShearedRay {
-    /// `direction` need not be normalised, but not zero; distances are in its length.
+    /// Prepares a ray; `direction` need not be normalised, but not zero; distances are in units of its length.
     #[inline(always)]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
         let direction = direction.to_array();
@@ -30,19 +30,19 @@ impl ShearedRay {
         }
     }
 
-    /// The axes, that of the direction's largest component last.
+    /// Returns the axis permutation, the axis of the direction's largest component last.
     #[inline(always)]
     pub fn axes(&self) -> [usize; 3] {
         self.axes
     }
 
-    /// What is subtracted from coordinates along the first two axes for each metre along the last.
+    /// Returns the shear: the amounts subtracted from coordinates along the first two axes for each metre along the last.
     #[inline(always)]
     pub fn shear(&self) -> [f64; 2] {
         [self.shear[0], self.shear[1]]
     }
 
-    /// Distance to the triangle, from either side, when it is positive.
+    /// Computes the distance to the triangle, hit from either side, if it is positive.
     ///
     /// Edges and corners belong to every triangle that shares them, so that no ray slips through between neighbours.
     // always: the traversal is compiled for vectors, and what it calls is not
@@ -63,7 +63,7 @@ impl ShearedRay {
         (distance > 0.0).then_some(distance)
     }
 
-    /// A corner by the axes of the ray: sheared across it, and along the last one.
+    /// Transforms a corner to the axes of the ray: two coordinates sheared across it, and one along the last axis.
     #[inline(always)]
     fn across(&self, corner: &DVec3) -> [f64; 3] {
         let [x, y, z] = self.axes;
@@ -73,16 +73,16 @@ impl ShearedRay {
     }
 }
 
-/// The two axes after each.
+/// Pairs of axes that follow each axis cyclically.
 const AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
 
-/// Unit normal of a triangle by its winding; +z without an area.
+/// Returns the unit normal of a triangle by its winding; +z for a triangle without area.
 #[inline(always)]
 pub fn unit_normal([a, b, c]: [&DVec3; 3]) -> DVec3 {
     (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z)
 }
 
-/// A direction reflected by a triangle; the same by one without an area.
+/// Reflects a direction by a triangle; returns it unchanged for a triangle without area.
 // the normal is not made a unit vector: the next ray waits for this, and a square root would double what it takes
 #[inline(always)]
 pub fn reflected(direction: DVec3, [a, b, c]: [&DVec3; 3]) -> DVec3 {
@@ -91,8 +91,8 @@ pub fn reflected(direction: DVec3, [a, b, c]: [&DVec3; 3]) -> DVec3 {
     if squared > 0.0 { direction - normal * (2.0 * direction.dot(normal) / squared) } else { direction }
 }
 
-/// Distance in metres from a point to the nearest point of the part of a triangle that lies higher than `height` (z); `None`
-/// where no part does. A triangle may be as narrow as a line or a point.
+/// Computes the distance in metres from a point to the nearest point of a triangle's part above `height` (z); `None` if no part is above. A
+/// triangle may be as narrow as a line or a point.
 ///
 /// ```
 /// use glam::DVec3;
@@ -120,7 +120,7 @@ pub fn distance_above(corners: &[DVec3; 3], point: DVec3, height: f64) -> Option
     triangles.reduce(f64::min)
 }
 
-/// Distance in metres from a point to a triangle.
+/// Computes the distance in metres from a point to a triangle.
 fn distance(corners: &[DVec3; 3], point: DVec3) -> f64 {
     let [a, b, c] = *corners;
     let across = (b - a).cross(c - a);
@@ -132,7 +132,7 @@ fn distance(corners: &[DVec3; 3], point: DVec3) -> f64 {
     sides.map(|(from, to)| distance_to_line(from, to, point)).into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Distance in metres from a point to what is between `from` and `to`.
+/// Computes the distance in metres from a point to the line segment between `from` and `to`.
 fn distance_to_line(from: DVec3, to: DVec3, point: DVec3) -> f64 {
     let along = to - from;
     let squared = along.length_squared();
@@ -145,8 +145,8 @@ mod tests {
     use super::*;
     use crate::sampling::{Key, PathRandom};
 
-    /// The distance to the part above a height against a fine lattice of points of the triangle, which is never nearer, and
-    /// farther by half a step at most.
+    /// Compares the distance to the part above a height with a fine lattice of points of the triangle, which is never nearer, and farther
+    /// by half a step at most.
     #[test]
     fn distances_are_those_of_the_nearest_point() {
         let mut random = PathRandom::new(Key::new(11));

@@ -1,4 +1,4 @@
-//! Triangle meshes, and how they are put together.
+//! Triangle meshes and their assembly.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,7 +7,7 @@ use glam::DVec3;
 /// Triangles with material names; coordinates in metres after [`TriangleMesh::scaled`], in file units before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
-    /// Corners of the triangles; [`super::obj::parse_obj`] makes equal ones one.
+    /// Corner positions; [`super::obj::parse_obj`] merges equal ones.
     pub positions: Vec<DVec3>,
     /// Corner indices into `positions`.
     pub triangles: Vec<[u32; 3]>,
@@ -18,27 +18,27 @@ pub struct TriangleMesh {
     pub back_materials: Vec<u32>,
     /// Material names in order of first use; faces without one have the name "".
     pub materials: Vec<String>,
-    /// Triangles of the file that are not among these.
+    /// Numbers of triangles of the file that the mesh does not have.
     pub dropped: Dropped,
 }
 
-/// Numbers of triangles that a mesh was given and has not kept.
+/// Numbers of triangles dropped from a mesh, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
-    /// Their corners lie on one line, or on one point.
+    /// Triangles whose corners lie on one line or point.
     pub without_area: usize,
-    /// Others stand there already.
+    /// Triangles that repeat another one.
     pub repeated: usize,
 }
 
 impl TriangleMesh {
-    /// The mesh with every coordinate multiplied by `factor`, e.g. metres per file unit.
+    /// Returns the mesh with every coordinate multiplied by `factor`, e.g. metres per file unit.
     pub fn scaled(&self, factor: f64) -> Self {
         let positions = self.positions.iter().map(|position| *position * factor).collect();
         Self { positions, ..self.clone() }
     }
 
-    /// Shows all numbers of the mesh as bytes, in blocks: what its content is known by.
+    /// Passes all numbers of the mesh to `show` as bytes, in blocks, to hash its content.
     // no generic function, which would be compiled where it is called, for size
     pub fn numbers_as_bytes(&self, show: &mut dyn FnMut(&[u8])) {
         let Self { positions, triangles, triangle_materials, back_materials, materials: _, dropped: _ } = self;
@@ -68,13 +68,13 @@ impl TriangleMesh {
         back_materials.iter().for_each(|material| show(&material.to_le_bytes()));
     }
 
-    /// Materials of the front and of the back of a triangle.
+    /// Returns the materials of the front and the back of a triangle.
     pub fn sides(&self, triangle: usize) -> [u32; 2] {
         let front = self.triangle_materials[triangle];
         [front, self.back_materials.get(triangle).copied().unwrap_or(front)]
     }
 
-    /// Gives each triangle the materials of its front and of its back.
+    /// Sets the materials of the front and the back of each triangle.
     pub fn set_sides(&mut self, sides: impl Iterator<Item = [u32; 2]>) {
         (self.triangle_materials, self.back_materials) = sides.map(|[front, back]| (front, back)).unzip();
         if self.back_materials == self.triangle_materials {
@@ -82,7 +82,7 @@ impl TriangleMesh {
         }
     }
 
-    /// Lowest and highest corner of the bounding box of all triangles; `None` without triangles.
+    /// Returns the lowest and highest corner of the bounding box of all triangles; `None` without triangles.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let mut corners = self.triangles.iter().flatten().filter_map(|index| self.positions.get(*index as usize));
         let first = *corners.next()?;
@@ -90,32 +90,32 @@ impl TriangleMesh {
     }
 }
 
-/// Positions, or triangles, in a block of bytes.
+/// Number of positions, or triangles, in a block of bytes.
 const BLOCK: usize = 4096;
 
-/// A mesh while its vertices and triangles come in.
+/// A mesh under construction from vertices and triangles.
 #[derive(Default)]
 pub(super) struct Assembly {
     mesh: TriangleMesh,
-    /// Every vertex that came in, and its index among the positions of the mesh, once a triangle has it.
+    /// Every vertex given so far, and its index among the positions of the mesh once a triangle uses it.
     vertices: Vec<(DVec3, Option<u32>)>,
     index_of: HashMap<[u64; 3], u32>,
-    /// The material and the corners of every triangle, these in ascending order, 32 bits each.
+    /// Keys of the triangles so far: material and corners in ascending order, 32 bits each.
     seen: HashSet<u128>,
 }
 
 impl Assembly {
-    /// The mesh of what came in.
+    /// Returns the finished mesh.
     pub fn finish(self) -> TriangleMesh {
         self.mesh
     }
 
-    /// True before the first triangle with an area.
+    /// True if no triangle with an area was added yet.
     pub fn is_empty(&self) -> bool {
         self.mesh.triangles.is_empty()
     }
 
-    /// Number of a material.
+    /// Returns the index of a material, which is added if it is new.
     pub fn material(&mut self, name: &str) -> u32 {
         let materials = &mut self.mesh.materials;
         let index = materials.iter().position(|known| known == name).unwrap_or_else(|| {
@@ -125,22 +125,22 @@ impl Assembly {
         index as u32
     }
 
-    /// Takes one vertex more.
+    /// Adds a vertex.
     pub fn push_vertex(&mut self, position: DVec3) {
         self.vertices.push((position, None));
     }
 
-    /// Number of vertices that came in.
+    /// Returns the number of vertices added so far.
     pub fn vertices(&self) -> usize {
         self.vertices.len()
     }
 
-    /// Position of a vertex.
+    /// Returns the position of a vertex, if it exists.
     pub fn vertex(&self, vertex: usize) -> Option<DVec3> {
         self.vertices.get(vertex).map(|(position, _)| *position)
     }
 
-    /// Takes a triangle of vertices that came in. The first of several equal triangles of one material wins, whatever their winding.
+    /// Adds a triangle of existing vertices, unless it has no area or repeats one of the same material, whatever their windings.
     pub fn push(&mut self, vertices: [usize; 3], material: u32) {
         let [a, b, c] = vertices.map(|vertex| self.vertices[vertex].0);
         let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
@@ -161,7 +161,7 @@ impl Assembly {
         }
     }
 
-    /// The index of a vertex among the positions of the mesh, where equal ones are one.
+    /// Returns the index of a vertex among the positions of the mesh, where equal positions are merged.
     fn index(&mut self, vertex: usize) -> u32 {
         let (position, known) = self.vertices[vertex];
         if let Some(index) = known {

@@ -1,8 +1,8 @@
-//! Turns in the plane, with the same bits on every machine (glam's own take the system's sine and cosine).
+//! Rotations in the plane, with the same bits on every machine (glam's own take the system's sine and cosine).
 
 use glam::{DMat2, DVec2};
 
-/// The unit vector at `angle` radians from +x toward +y.
+/// Returns the unit vector at `angle` radians from +x toward +y.
 ///
 /// ```
 /// let vector = skyduct_physics::geometry::turn::unit_vector(60f64.to_radians());
@@ -14,13 +14,13 @@ pub fn unit_vector(angle: f64) -> DVec2 {
     DVec2::new(cos, sin)
 }
 
-/// The matrix that turns +x by `angle` radians toward +y.
+/// Returns the matrix that turns +x by `angle` radians toward +y.
 pub fn rotation(angle: f64) -> DMat2 {
     let x_axis = unit_vector(angle);
     DMat2::from_cols(x_axis, x_axis.perp())
 }
 
-/// Angle in radians from `a` to `b`, -pi..=pi, positive from +x toward +y; 0 where one of them is zero.
+/// Returns the angle in radians from `a` to `b`, -pi..=pi, positive from +x toward +y; 0 if one of them is zero.
 ///
 /// ```
 /// use glam::DVec2;

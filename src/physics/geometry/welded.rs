@@ -1,10 +1,10 @@
-//! Corners of triangles by their places, and the sides that meet along an edge.
+//! Merging of equal corners of triangles, and the sides that meet at an edge.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
-/// A number for each position, the same for equal ones, from 0 in the order in which they first appear.
+/// Returns a number for each position, the same for equal positions, from 0 in the order in which they first appear.
 ///
 /// ```
 /// use glam::DVec3;
@@ -22,21 +22,21 @@ pub fn places(positions: &[DVec3]) -> Vec<u32> {
     positions.iter().map(&mut place).collect()
 }
 
-/// A side of a triangle.
+/// One side of a triangle, with places as given by [`places`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Side {
-    /// Places of its ends, the lesser first: those of its edge.
+    /// Places of the ends, the lesser first, which identify the edge.
     pub edge: [u32; 2],
     /// Number of the triangle.
     pub triangle: u32,
-    /// Its number in the triangle: from corner `side` to the next.
+    /// Number of the side in the triangle: from corner `side` to the next.
     pub side: u8,
-    /// True if the triangle runs along it from the lesser place to the greater.
+    /// True if the triangle's winding runs along the side from the lesser place to the greater.
     pub forward: bool,
 }
 
-/// The sides of some triangles, of which each is given by its number and the places of its corners: all that share an edge stand
-/// together (`chunk_by` the edge).
+/// Returns the sides of triangles, each given by its number and the places of its corners, sorted such that all sides at an edge are
+/// adjacent (`chunk_by` the edge).
 pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])> + Clone) -> Vec<Side> {
     let of_triangle = |(triangle, corners): (u32, [u32; 3])| {
         [0_u8, 1, 2].map(|side| {
@@ -44,7 +44,7 @@ pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])> + Clone) -> Vec<Si
             Side { edge: [a.min(b), a.max(b)], triangle, side, forward: a < b }
         })
     };
-    // by the lesser place, at which few sides begin, then by the rest of what they are
+    // counting sort by the lesser place, at which few sides begin, then by the rest of the key
     let lesser = |[a, b, c]: [u32; 3]| [a.min(b), b.min(c), c.min(a)].map(|place| place as usize);
     let mut ends = Vec::new();
     for place in triangles.clone().flat_map(|(_, corners)| lesser(corners)) {
@@ -74,7 +74,7 @@ pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])> + Clone) -> Vec<Si
 mod tests {
     use super::*;
 
-    /// Two triangles of one winding run along their common edge in opposite senses.
+    /// Checks that two triangles of one winding run along their common edge in opposite senses.
     #[test]
     fn sides_of_an_edge_stand_together() {
         let sides = sides([(7, [0, 1, 2]), (9, [2, 1, 3])].into_iter());
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!(super::sides(std::iter::empty()), []);
     }
 
-    /// Sides are in the order of their edges, then of triangles, however these come and whatever their places are.
+    /// Checks that sides are sorted by their edges, then by triangles, whatever the order of the triangles and the places.
     #[test]
     fn sides_are_in_order() {
         let corner = |number: u32, which: u32| (number * 7919 + which * 104_729) % 61;

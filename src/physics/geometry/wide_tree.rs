@@ -1,8 +1,8 @@
-//! A tree of boxes, [`WIDTH`] to a node, over triangles, as many to a leaf: a binary tree of obvhs, whose only user this is, made wide
-//! by [`super::collapse`] and followed as by Wald, Benthin and Boulos 2008.
+//! Bounding volume hierarchy with up to [`WIDTH`] children per node and triangles per leaf: a binary tree of the crate obvhs, which only
+//! this module uses, made wide by [`super::collapse`] and traversed as by Wald, Benthin and Boulos 2008.
 //!
-//! Boxes and triangles are in f32, a filter that is taken by the node and by the leaf at once: what it lets through is decided
-//! elsewhere, in f64.
+//! Boxes and triangles are in f32 and tested a whole node or leaf at a time, as a conservative filter: candidates are decided elsewhere, in
+//! f64.
 
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
@@ -13,15 +13,15 @@ use super::collapse::{BinaryNode, Collapse};
 use super::lanes::Lanes;
 use super::tree_ray::{Bounds, BoxRay, Corners, NO_BOXES, Numbers, TriangleRay, WIDTH};
 
-/// Nodes that wait while a ray is followed; deeper trees take memory for more.
+/// Capacity in nodes of the fixed traversal stack; deeper trees allocate a larger one.
 const WAITING: usize = 96;
 
-/// Boxes over triangles.
+/// Tree of boxes over triangles.
 #[derive(Clone, Debug)]
 pub struct WideTree {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
-    /// Children that wait at most while a ray is followed.
+    /// Largest number of children that can wait during a traversal.
     most_waiting: usize,
 }
 
@@ -32,22 +32,22 @@ struct Node {
     children: [Child; WIDTH],
 }
 
-/// Place of a node, or of a leaf.
+/// Reference to a child: index of a node, or of a leaf with the bit [`Child::LEAF`] set.
 #[derive(Clone, Copy, Debug)]
 struct Child(u32);
 
-/// Up to [`WIDTH`] triangles.
+/// A leaf with up to [`WIDTH`] triangles.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Leaf {
     coordinates: Corners,
-    /// Numbers of the triangles; [`NONE`] where there is none.
+    /// Indices of the triangles; [`NONE`] in empty lanes.
     numbers: Numbers,
-    /// Numbers of their corners.
+    /// Indices of the triangles' corners.
     corners: [[u32; 3]; WIDTH],
 }
 
-/// The number of no triangle.
+/// Index that stands for no triangle.
 pub const NONE: u32 = u32::MAX;
 
 impl Child {
@@ -74,10 +74,10 @@ impl Leaf {
 }
 
 impl WideTree {
-    /// `boxes`: of the triangles; `triangles`: numbers of their corners, at least one, at most 2^31; `positions`: by number, in the
-    /// coordinates of the boxes.
+    /// Builds a tree from the bounding `boxes` of triangles; `triangles` are the indices of their corners, at least one triangle, at most
+    /// 2^31; `positions` are in the coordinates of the boxes.
     pub fn new(boxes: &[Aabb], triangles: &[[u32; 3]], positions: &[Vec3A]) -> Self {
-        // one triangle a leaf: which of them become one is decided with the nodes
+        // one triangle per leaf: leaves are merged together with the nodes
         let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
         let tree = build_bvh2(boxes, params, &mut Default::default());
         let binary = tree.nodes.iter().map(|node| BinaryNode {
@@ -89,7 +89,7 @@ impl WideTree {
         // room for leaves that are half full on average: what is not used costs nothing
         let leaves = Vec::with_capacity(2 * triangles.len() / WIDTH + 1);
         let mut wide = Self { nodes: Vec::new(), leaves, most_waiting: 1 };
-        // a list of what is left to do: a tree may be deeper than the stack of a thread
+        // a work list instead of recursion: a tree may be deeper than the stack of a thread
         let mut left = vec![(0, None::<(usize, usize)>, 1)];
         while let Some((binary, parent, waiting)) = left.pop() {
             let place = wide.nodes.len();
@@ -119,7 +119,7 @@ impl WideTree {
         wide
     }
 
-    /// Gives `change` the corners of all triangles, leaf by leaf.
+    /// Passes the indices of the corners of all triangles to `change`, leaf by leaf.
     pub fn for_each_corner(&mut self, mut change: impl FnMut(&mut u32)) {
         for leaf in &mut self.leaves {
             let used = leaf.corners.iter_mut().zip(leaf.numbers).filter(|(_, number)| *number != NONE);
@@ -127,8 +127,8 @@ impl WideTree {
         }
     }
 
-    /// Shows every triangle but `skip` that a ray may meet before a distance, mostly those in nearer boxes first, with the numbers of
-    /// its corners: `reach` at first, then what `meet` returns.
+    /// Calls `meet` for every triangle except `skip` that a ray may hit before the distance `reach`, mostly those in nearer boxes first,
+    /// with the indices of its corners; `meet` returns the new `reach`.
     #[inline(always)]
     pub fn follow<L: Lanes>(
         &self,
@@ -162,7 +162,7 @@ impl WideTree {
                 let node = &self.nodes[child.0 as usize];
                 let (entries, mut met) = lanes.enter(&node.bounds, &ray, reach);
                 if met != 0 {
-                    // the nearest is next, the others wait; which it is decides no branch, which would be guessed wrong half of the time
+                    // the nearest is next, the others wait; the selection has no branch, which would be mispredicted half of the time
                     let first = met.trailing_zeros() as usize;
                     met &= met - 1;
                     let mut next = (node.children[first], entries[first]);
@@ -193,7 +193,7 @@ impl WideTree {
         }
     }
 
-    /// Shows the number of every triangle of every leaf whose box touches `around`.
+    /// Calls `meet` with the index of every triangle of every leaf whose box touches `around`.
     pub fn around(&self, around: &Aabb, mut meet: impl FnMut(u32)) {
         let mut waiting = vec![Child(0)];
         while let Some(child) = waiting.pop() {
@@ -223,8 +223,8 @@ mod tests {
     use super::*;
     use crate::geometry::triangle::ShearedRay;
 
-    /// Every triangle is in one leaf, every leaf and every node but the first is the child of one, and nodes are full where there is
-    /// enough to fill them.
+    /// Checks that every triangle is in one leaf, that every leaf and every node but the first is the child of one node, and that nodes are
+    /// full if there is enough to fill them.
     #[test]
     fn every_triangle_is_in_one_leaf() {
         for count in [1, 2, 7, 9, 300, 2000] {
@@ -251,8 +251,8 @@ mod tests {
         }
     }
 
-    /// A line through triangles within triangles meets each once, but one that is skipped, in trees that are no deeper than room is
-    /// kept for and in deeper ones.
+    /// Checks that a line through nested triangles meets each one once, except the skipped one, in trees within the fixed stack depth and
+    /// in deeper ones.
     #[test]
     fn every_triangle_on_a_line_is_shown() {
         for (count, is_deep) in [(5, false), (40, false), (3000, true)] {

@@ -1,4 +1,4 @@
-//! Parallel beams of many altitudes and azimuths through one guide.
+//! Transmission curves of one guide for parallel beams of many altitudes and azimuths.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use super::throughput::{Aim, Effort, Rays, Throughput, Transmission, follow, unt
 use crate::sampling::Key;
 use crate::sky::direction;
 
-/// Beams of 1 lx of one altitude.
+/// Results of beams of 1 lx of one altitude.
 #[derive(Clone, Debug)]
 pub struct BeamsOfAltitude {
     /// The beam from the first azimuth.
@@ -19,32 +19,32 @@ pub struct BeamsOfAltitude {
     pub all: Transmission,
 }
 
-/// Beams of 1 lx that a curve is made of: from some azimuths, evenly from the first one on.
+/// Beams of 1 lx that a transmission curve is computed from, at evenly spaced azimuths.
 #[derive(Clone, Copy, Debug)]
 pub struct Beams<'a> {
-    /// The guide that they go through.
+    /// Guide that the beams go through.
     pub guide: &'a Guide,
-    /// Azimuth of the first one in rad.
+    /// First azimuth in rad.
     pub azimuth: f64,
     /// Number of azimuths, at least 1.
     pub azimuths: u32,
-    /// Key of their rays: those of one altitude depend on its number alone.
+    /// Key of the random numbers: the rays of an altitude depend on its index only.
     pub key: Key,
-    /// Rays of each replicate of the azimuths beside the first one, and the largest error: the root mean square over altitudes, of
+    /// Number of rays per replicate for the azimuths beside the first one, and the largest error: the root mean square over altitudes, of
     /// the first azimuth and of all together.
     pub effort: Effort,
 }
 
-/// Rays of the beam from the first azimuth, which has a figure of its own, over the fewest of all others.
+/// Factor on the fewest rays for the beam from the first azimuth, whose result is reported by itself.
 const RAYS_OF_FIRST: u64 = 2;
 
 /// Squared deviations of replicates over the square of their mean below which they are equal but for rounding.
 const NO_SPREAD: f64 = 1e-24;
 
 impl Beams<'_> {
-    /// The curve over `altitudes` (rad, ascending, in even steps): the numbers of the altitudes that it has points at, with their beams.
-    /// All of them where beams have a closed form; else the first one and, from the last one down, every second, and others
-    /// where a straight line between these might be farther from the curve than its points are.
+    /// Computes the curve over `altitudes` (rad, ascending, in even steps): indices of the altitudes at which it has points, with their
+    /// beams. All altitudes are computed if beams have a closed form; else the first one and, from the last one down, every second, and
+    /// others where a straight line between these might be farther from the curve than the standard error of its points.
     pub fn curve(&self, altitudes: &[f64]) -> Vec<(usize, BeamsOfAltitude)> {
         let every = || (0..altitudes.len()).collect::<Vec<_>>();
         let coarse: Vec<usize> = match altitudes.first() {
@@ -66,7 +66,7 @@ impl Beams<'_> {
         points
     }
 
-    /// The beams of those of `altitudes` (rad) that have these numbers: [`beam`](super::performance::beam) of each.
+    /// Computes the beams of the `altitudes` (rad) with the given indices, as [`beam`](super::performance::beam) does.
     pub fn over(&self, altitudes: &[f64], numbers: &[usize]) -> Vec<BeamsOfAltitude> {
         let Self { guide, key, effort, .. } = *self;
         let at: Vec<(usize, f64)> =
@@ -95,7 +95,7 @@ impl Beams<'_> {
             mean_square(&mut first.iter().map(Rays::standard_error))
         });
         let first: Vec<Throughput> = first.iter().map(Rays::throughputs).map(|[beam]| beam).collect();
-        // of rays that may miss the collector some more, so that of few all do
+        // if some rays may miss the collector, more of them, so that not all of a few miss
         let all_enter = first.iter().all(|beam| beam.entering().m2 <= NO_SPREAD * beam.entering().mean.powi(2));
         let least = if all_enter { effort.least } else { 2 * effort.least };
         let mut others = rays(1);
@@ -119,14 +119,14 @@ impl Beams<'_> {
         first.into_iter().zip(all).map(|(first, all)| BeamsOfAltitude { first, all }).collect()
     }
 
-    /// Unit vector toward the light of an altitude in rad from the azimuth with the number `turn`.
+    /// Returns the unit vector toward the light for an altitude in rad and the azimuth with the index `turn`.
     fn toward(&self, altitude: f64, turn: u32) -> DVec3 {
         direction(altitude, self.azimuth + TAU * f64::from(turn) / f64::from(self.azimuths))
     }
 }
 
-/// How far a straight line between two points of a curve may be from it halfway, of each two neighbours: an eighth of the bend over their
-/// distance, the larger of those at both, and of the first azimuth and of all.
+/// Estimates, for each pair of neighbouring points of a curve, how far the straight line between them may be from the curve halfway: an
+/// eighth of the second derivative times the squared distance; the larger value of both points, and of the first azimuth and of all.
 fn sagittas(points: &[(usize, BeamsOfAltitude)]) -> Vec<f64> {
     let place = |point: usize| points[point].0 as f64;
     let values = points.iter().map(|(_, beams)| [beams.first.transmission().value, beams.all.value]);
@@ -155,12 +155,12 @@ mod tests {
     use crate::guide::transmittance::beam_transmission;
     use crate::optics::Mirror;
 
-    /// The altitudes of a report's curve, in rad.
+    /// Returns the altitudes of a report's curve in rad.
     fn altitudes() -> Vec<f64> {
         (1..=18).map(|step| f64::from(5 * step).to_radians()).collect()
     }
 
-    /// The exact series through the pipe of 1 m of that reflectance.
+    /// Returns the transmission of a pipe of 1 m of that reflectance by the exact series.
     fn exact(altitude: f64, reflectance: f64) -> f64 {
         beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), reflectance)
     }
@@ -170,8 +170,8 @@ mod tests {
         Beams { guide, azimuth: 0.3, azimuths: 8, key: Key::new(seed), effort }
     }
 
-    /// As few rays as an error allows: each altitude is within 4 told errors of the exact series, all together as far off as the errors
-    /// say (chi-squared of 18 terms, false alarm rate 1e-4), and the errors are what was asked for.
+    /// Checks that each altitude is within 4 estimated errors of the exact series, that all altitudes together deviate as much as their
+    /// errors say (chi-squared of 18 terms, false alarm rate 1e-4), and that the errors are as requested, with as few rays as these allow.
     #[test]
     fn beams_by_few_rays_are_within_their_errors() {
         let (altitudes, numbers) = (altitudes(), (0..18).collect::<Vec<_>>());
@@ -193,8 +193,8 @@ mod tests {
         }
     }
 
-    /// Told errors hold what they say, by few rays that are followed until they tell so: two of them hold the exact series in 95 % of cases
-    /// where they are known well, 91 % by eight replicates; of 720 cases each, 88 % are 3 standard errors less.
+    /// Checks the coverage of estimated errors when rays are added until the error is small enough: 2 standard errors include the exact
+    /// series in 95 % of cases if the errors are exact, in 91 % with eight replicates; of 720 cases each, 88 % are 3 standard errors less.
     #[test]
     fn two_told_errors_hold_the_exact_series() {
         let (altitudes, numbers) = (altitudes(), (0..18).collect::<Vec<_>>());
@@ -212,8 +212,8 @@ mod tests {
         assert!(held.iter().all(|share| *share > 0.88), "{held:?}");
     }
 
-    /// Beams from all azimuths together against rays of each azimuth's own, within 4 combined errors, into an end that is tilted, which
-    /// lets most in from one side and nothing from the other.
+    /// Compares beams from all azimuths together with rays for each azimuth alone, within 4 combined errors, at a tilted end, which lets
+    /// most in from one side and nothing from the other.
     #[test]
     fn all_azimuths_together_agree_with_each_alone() {
         let (sin, cos) = 40f64.to_radians().sin_cos();
@@ -237,9 +237,9 @@ mod tests {
         }
     }
 
-    /// A straight line between two points of a curve is no farther from it than the errors of points, and 4 standard errors of the bend
-    /// that chose the points, sqrt(6) / 8 of theirs: with few points for large errors, all for small ones, and in between where the
-    /// curve bends.
+    /// Checks that a straight line between two points of a curve is no farther from it than the errors of points, and 4 standard errors of
+    /// the estimated bend, sqrt(6) / 8 of theirs: with few points for large errors, all for small ones, and in between where the curve
+    /// bends.
     #[test]
     fn straight_lines_between_points_are_within_the_errors() {
         let altitudes = altitudes();
@@ -264,7 +264,7 @@ mod tests {
         assert!(beams(&guide, 3, 0.05, 16).curve(&[]).is_empty());
     }
 
-    /// The rays of an altitude do not depend on what other altitudes are asked for.
+    /// Checks that the rays of an altitude do not depend on the other altitudes requested.
     #[test]
     fn an_altitude_has_the_same_bits_among_others() {
         let guide = straight_by_rays(1.0, 0.9);

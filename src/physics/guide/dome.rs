@@ -13,7 +13,7 @@ use crate::optics::Spectrum;
 use crate::optics::fresnel::{fresnel, refract};
 use crate::sampling::{PathRandom, warp};
 
-/// Meetings with faces of one path after which it is ended.
+/// Largest number of ray segments of one path; longer paths are ended.
 const MAX_STEPS: u32 = 100_000;
 
 /// A shell between two concentric hemispheres that stands on the plane z = 0 of its own frame, in air.
@@ -24,7 +24,7 @@ const MAX_STEPS: u32 = 100_000;
 /// a path (Bouguer), and with it the reflectances of both faces and the chord between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dome {
-    /// Radii of the faces in metres.
+    /// Radius of the inner face in metres.
     pub inner: f64,
     /// Radius of the outer face in metres, above that of the inner one.
     pub outer: f64,
@@ -46,7 +46,7 @@ pub struct DomedGuide {
     to_local: DMat3,
 }
 
-/// The guide that a dome stands on.
+/// Guide that a dome stands on.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pipe {
     /// One vertical cylinder.
@@ -55,19 +55,19 @@ pub enum Pipe {
     Bent(BentGuide),
 }
 
-/// Ways in which light leaves a dome.
+/// Place where light leaves a dome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Exit {
-    /// Down through the plane z = 0, within the inner face.
+    /// Aperture in the plane z = 0, within the inner face, passed downward.
     Aperture,
-    /// Out through the outer face.
+    /// Outer face, passed outward.
     Outside,
-    /// Absorbed in the rim.
+    /// Rim, where the light is absorbed.
     Absorbed,
     Cut,
 }
 
-/// A way through a dome and the share of the light that is left.
+/// Passage of a ray through a dome, with the throughput.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     exit: Exit,
@@ -77,27 +77,27 @@ struct Crossing {
     rays: u32,
 }
 
-/// A ray in a dome with what stays the same along its path.
+/// A ray in a dome with the quantities that are constant along its path.
 struct Ray {
     position: DVec3,
     direction: DVec3,
-    /// Shares of the light, polarised s and p.
+    /// Throughputs of the s and p polarised light.
     shares: [f64; 2],
-    /// Reflectances of the faces for s and p.
+    /// Reflectances of the outer (`at_outer`) and the inner face for s and p.
     at_outer: [f64; 2],
     at_inner: [f64; 2],
-    /// Length of the way between the faces, and what absorption leaves over it.
+    /// Length in m of the chord between the faces, and the transmittance along it (`passes`).
     chord: f64,
     passes: f64,
     rays: u32,
 }
 
 impl Dome {
-    /// Light from outside at a point of the outer face.
+    /// Follows light from outside that meets a point of the outer face.
     ///
-    /// The light that the outer face turns away, at once or from within, leaves for good and is taken off the weight. Only
-    /// at the inner face is there a choice, to pass it or to go once more round the shell; the latter has the
-    /// probability r^2, so that nearly every photon keeps the pane's share (1 - r) / (1 + r).
+    /// Light that the outer face reflects, from outside or within, leaves for good and is taken off the weight. Only at the inner face is a
+    /// branch chosen, to pass or to go once more round the shell; the latter has the probability r^2, so that nearly every photon keeps the
+    /// pane's transmittance (1 - r) / (1 + r).
     fn enter(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Crossing {
         let impact = position.cross(direction).length();
         if impact >= self.inner {
@@ -127,7 +127,7 @@ impl Dome {
         ray.ends(Exit::Cut)
     }
 
-    /// Light that comes up through the plane z = 0, unpolarised.
+    /// Follows unpolarised light that comes up through the plane z = 0.
     fn leave(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Crossing {
         let impact = position.cross(direction).length().min(self.inner);
         self.inside(self.ray(position, direction, impact), random)
@@ -160,7 +160,7 @@ impl Dome {
         ray.ends(Exit::Cut)
     }
 
-    /// Follows a ray outward from the inner face until it has left the shell; `None`: inward again.
+    /// Follows a ray outward from the inner face until it has left the shell; `None` if it is inside again.
     fn in_shell(&self, ray: &mut Ray, random: &mut PathRandom) -> Option<Crossing> {
         while ray.rays < MAX_STEPS {
             if !ray.cross(self.outer) {
@@ -197,23 +197,23 @@ impl Dome {
 }
 
 impl Ray {
-    /// Mean of a factor over the polarisations.
+    /// Returns the mean of a factor over both polarisations, weighted by their throughputs.
     fn mean(&self, factor: impl Fn(&Self, usize) -> f64) -> f64 {
         let [s, p] = self.shares;
         if s + p > 0.0 { (s * factor(self, 0) + p * factor(self, 1)) / (s + p) } else { 0.0 }
     }
 
-    /// Takes a branch of the given `probability` on which the light is multiplied by a factor.
+    /// Takes a branch of the given `probability` in which the light is multiplied by a factor.
     fn pass(&mut self, factor: impl Fn(&Self, usize) -> f64, probability: f64) {
         self.shares = std::array::from_fn(|k| self.shares[k] * factor(self, k) / probability);
     }
 
-    /// True with the given probability.
+    /// Draws a boolean that is true with the given probability.
     fn chooses(&self, probability: f64, random: &mut PathRandom) -> bool {
         probability > 0.0 && random.uniform() < probability
     }
 
-    /// Chooses between reflection and transmission at a face; the sum of the shares stays.
+    /// Chooses between reflection and transmission at a face in proportion to the light; the total throughput is unchanged.
     fn reflects(&mut self, reflectance: impl Fn(&Self, usize) -> f64, random: &mut PathRandom) -> bool {
         let probability = self.mean(&reflectance);
         let reflects = self.chooses(probability, random);
@@ -225,7 +225,7 @@ impl Ray {
         reflects
     }
 
-    /// Goes through the shell to the face of the given radius; false when the rim is in the way.
+    /// Moves the ray through the shell to the face of the given radius; false if it meets the rim.
     fn cross(&mut self, radius: f64) -> bool {
         self.rays += 1;
         let end = self.position + self.direction * self.chord;
@@ -237,7 +237,7 @@ impl Ray {
         true
     }
 
-    /// Mirrors the direction at the face that the ray is on.
+    /// Reflects the direction at the face that the ray is on.
     fn reflect(&mut self) {
         let normal = self.position.normalize();
         self.direction = (self.direction - normal * (2.0 * self.direction.dot(normal))).normalize();
@@ -251,13 +251,14 @@ impl Ray {
 
 /// Position and direction of light in the aperture between dome and pipe.
 enum Place {
-    /// Light on its way down into the pipe, or up into the dome.
+    /// Light on its way down into the pipe.
     Falls(DVec3, DVec3),
     Rises(DVec3, DVec3),
 }
 
 impl DomedGuide {
-    /// `pipe` with a clear collector; the dome's inner radius is the pipe's, `thickness` in metres.
+    /// Puts a dome on a `pipe` with a clear collector; the dome's inner radius is the pipe's, `thickness` is in metres and `absorption` in
+    /// 1/m.
     pub fn new(pipe: Pipe, index: f64, thickness: f64, absorption: f64) -> Self {
         let (radius, centre, to_local) = match &pipe {
             Pipe::Straight(guide) => (guide.radius, DVec3::Z * guide.length, DMat3::IDENTITY),
@@ -269,12 +270,12 @@ impl DomedGuide {
         Self { pipe, dome: Dome { inner: radius, outer: radius + thickness, index, absorption }, centre, to_local }
     }
 
-    /// Uniform over the dome's silhouette: half a disc and, toward the base, half an ellipse.
+    /// Samples an entry point uniformly over the dome's silhouette: half a disc and, toward the base, half an ellipse.
     #[inline]
     pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
         let d = self.to_local * direction;
         let radius = self.dome.outer;
-        // cosine between the axis and the way toward the light; negative: light from behind
+        // cosine between the axis and the direction toward the light; negative: light from behind
         let cosine = -d.z;
         let height = 0.5 * (1.0 + cosine);
         if height <= 0.0 {
@@ -334,7 +335,7 @@ impl DomedGuide {
         transit
     }
 
-    /// Goes on from the aperture to the end.
+    /// Follows light from the aperture to the end of its path.
     fn follow<const C: usize>(&self, transit: &mut Transit<C>, from: Place, random: &mut PathRandom) {
         let mut place = from;
         loop {

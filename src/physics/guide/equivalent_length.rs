@@ -1,8 +1,8 @@
-//! Bends told as extra length: the straight tube that passes as much light as another one.
+//! Equivalent length of bent tubes: the length of the straight tube that passes as much light.
 
-/// Length of the straight tube that passes as much light as `target`, in metres, to 1e-4 of it; `transmission_of` the
-/// transmission of a straight tube of a length, which falls with it, and `about` a length to begin at with its transmission. `None` when
-/// not even a tube of 100 times that loses as much, or next to no length loses more.
+/// Finds the length in metres, to 1e-4 of it, of the straight tube whose transmission is `target`; `transmission_of` gives the transmission
+/// of a straight tube of a length, which falls with it; the second argument is a length to begin at, with its transmission. `None` if even
+/// a tube of 100 times that length loses less, or one of next to no length loses more.
 ///
 /// ```
 /// let halved_every_metre = |length: f64| 0.5f64.powf(length);
@@ -17,7 +17,7 @@ pub fn equivalent_length_m(
     // the logarithm falls nearly evenly with the length, so that false position takes few steps
     let logarithm = |transmission: f64| libm::log((transmission / target).max(LEAST_RATIO));
     let excess = |length: f64| logarithm(transmission_of(length));
-    // an end where more passes, and one where less does
+    // an end with a higher transmission, and one with a lower
     let (mut short, mut long) = ((about_m, logarithm(of_about)), (about_m, f64::NAN));
     if short.1 > 0.0 {
         loop {
@@ -46,7 +46,7 @@ pub fn equivalent_length_m(
     for _ in 0..MOST_STEPS {
         let length = between(short, long);
         let found = (length, excess(length));
-        // as far from the root as the slope between the ends says
+        // distance from the root by the slope between the ends
         let left = found.1.abs() * (long.0 - short.0) / (short.1 - long.1);
         let moves_short = found.1 > 0.0;
         let weight = if moved_before == Some(moves_short) { 0.5 } else { 1.0 };
@@ -63,17 +63,17 @@ pub fn equivalent_length_m(
     Some(between(short, long))
 }
 
-/// Distance from the equivalent length, over it, after which one more interpolation is exact enough.
+/// Distance from the equivalent length, relative to it, at which one more interpolation is exact enough.
 const CLOSE: f64 = 2e-5;
 
-/// Least transmission over the one that is looked for: no light at all has no logarithm.
+/// Lower bound of the ratio of a transmission to the target: zero has no logarithm.
 const LEAST_RATIO: f64 = 1e-12;
 
-/// Lengths of equivalent straight tubes, over those to begin at.
+/// Bounds of equivalent lengths, relative to the length to begin at.
 const LONGEST: f64 = 100.0;
 const SHORTEST: f64 = 1e-9;
 
-/// Steps after which an equivalent length is exact to the last digit.
+/// Number of steps after which an equivalent length is exact to the last digit.
 const MOST_STEPS: usize = 64;
 
 #[cfg(test)]
@@ -87,7 +87,7 @@ mod tests {
     use crate::optics::Mirror;
     use crate::sampling::Key;
 
-    /// A tube loses what a straight tube of the same length loses when it does not bend, and more when it does.
+    /// Checks that a tube loses as much as a straight tube of the same length if it does not bend, and more if it does.
     #[test]
     fn bends_count_as_extra_length() {
         let uniform = cie_sky(5);
@@ -110,7 +110,7 @@ mod tests {
         assert_eq!(equivalent_length_m(0.5, (1.0, 0.0), |_| 0.0), None);
     }
 
-    /// Laws that a pipe may follow, at lengths far off the one to begin at: 1e-4 of the length, by few looks.
+    /// Checks laws that a pipe may follow, from starting lengths far off: an error of 1e-4 of the length, with few evaluations.
     #[test]
     fn few_looks_find_the_length() {
         let laws: [fn(f64) -> f64; 3] =

@@ -1,11 +1,11 @@
-//! Tubes whose walls have two materials: light meets that of the inner side.
+//! Tubes whose walls have different materials on both sides: light meets the inner one.
 
 use super::inner_side;
 use super::mesh::Part;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::{TriangleMesh, welded};
 
-/// The mesh of a tube whose triangles have one material each: that of their inner sides, where sides differ.
+/// Returns the mesh of a tube with one material per triangle: that of its inner side, if the sides differ.
 pub fn of_inner_materials(mut mesh: TriangleMesh, parts: &[Part]) -> TriangleMesh {
     if mesh.back_materials.is_empty() {
         return mesh;

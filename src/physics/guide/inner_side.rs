@@ -1,19 +1,19 @@
-//! Which side of a mesh pipe's triangles is the inner one, however they are wound.
+//! Search for the inner sides of a mesh pipe's triangles, however they are wound.
 
 use glam::DVec3;
 
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::welded::Side;
 
-/// Rays from the opening that look for pieces of the pipe, and reflections that each of them may have.
+/// Number of rays from the opening that search for parts of the pipe (`RAYS`), and largest number of reflections of each.
 const RAYS: u32 = 64;
 const REFLECTIONS: u32 = 64;
 
-/// Signs by triangle: 1 where the normal points into the pipe, -1 where it points out of it, 0 for triangles that are no
-/// mirrors, and for pieces of which no light from the opening tells.
+/// Returns a sign for each triangle: 1 if the normal points into the pipe, -1 if it points out of it, 0 for triangles that are no mirrors,
+/// and for parts that no ray from the opening reaches.
 ///
-/// Light that is reflected up the pipe from the centre of the opening (the origin) meets inner sides only; what it tells of
-/// one triangle holds for its neighbours. `sides`: of the mirrors among the triangles of `bvh`.
+/// Light that is reflected up the pipe from the centre of the opening (the origin) meets inner sides only, and neighbours of a triangle
+/// have consistent inner sides. `sides` are those of the mirrors among the triangles of `bvh`.
 pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &TriangleBvh) -> Vec<i8> {
     let mut neighbours = vec![[None; 3]; bvh.len()];
     for edge in sides.chunk_by(|a, b| a.edge == b.edge) {
@@ -54,15 +54,15 @@ pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &Tr
     signs
 }
 
-/// A triangle beyond an edge that two triangles share.
+/// Triangle on the other side of an edge that exactly two triangles share.
 #[derive(Clone, Copy, Debug)]
 struct Neighbour {
     triangle: u32,
-    /// True if it is wound the other way.
+    /// True if its winding is opposite to the triangle's.
     turned: bool,
 }
 
-/// Gives a triangle its sign, and all that are joined to it by edges of two triangles each.
+/// Sets the sign of a triangle, and of all triangles connected to it through edges that two triangles share.
 fn spread(first: usize, sign: i8, neighbours: &[[Option<Neighbour>; 3]], signs: &mut [i8]) {
     signs[first] = sign;
     let mut waiting = vec![first];

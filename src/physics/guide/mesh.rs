@@ -1,4 +1,4 @@
-//! Tubes given as triangle meshes.
+//! Tubes described by triangle meshes.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -16,70 +16,70 @@ use crate::optics::{Mirror, Spectrum};
 use crate::sampling::roulette::faint_survival;
 use crate::sampling::{PathRandom, warp};
 
-/// Ray segments that one path may have.
+/// Largest number of ray segments of one path.
 const MAX_RAYS: u32 = 100_000;
 
-/// Distance from a mirror at which its reflected rays start, in sizes of the mesh: far more than the rounding of a hit.
+/// Distance from a mirror at which its reflected rays start, relative to the size of the mesh: far more than the rounding of a hit.
 const CLEARANCE: f64 = 1e-10;
 
 /// Role of a triangle of the mesh; coefficients are linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Part {
-    /// Thin: direction unchanged. Of covers within covers each takes its share.
+    /// A thin cover that leaves directions unchanged. Nested covers attenuate one after the other.
     Collector {
-        /// Share that passes, from either side, 0..=1.
+        /// Transmittance from either side, 0..=1.
         transmittance: [f64; 3],
-        /// Share that is reflected, from either side; both together are at most 1.
+        /// Reflectance from either side; at most 1 together with the transmittance.
         reflectance: [f64; 3],
     },
-    /// Specular mirror inside, opaque outside.
+    /// A wall that is a specular mirror inside and opaque outside.
     Pipe {
         /// Reflectance of the inner side, per bounce.
         reflectance: Mirror,
     },
-    /// The opening's plane z = 0, where every ray ends anyway: not traced.
+    /// A diffuser in the opening's plane z = 0, where every ray ends anyway: not traced.
     Diffuser,
 }
 
-/// A mesh that cannot be a tube.
+/// Reason why a mesh cannot be a tube.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshGuideError {
-    /// Diffusers alone, or nothing at all: there is no mirror and no cover to be traced.
+    /// No triangles that rays could meet: the mesh has neither a pipe nor a collector.
     #[error("the mesh has no triangles with the role pipe or collector")]
     Empty,
-    /// The pipe has no collector, and its upper end no single loop of edges that a cap could close.
+    /// No single loop of edges at the upper end that a cap could close, for a pipe without a collector.
     #[error("without a collector the pipe's upper end must be a closed loop of edges, which was not found")]
     NoUpperEnd,
 }
 
-/// Triangles of collector and pipe above the opening.
+/// A guide whose collector and pipe are triangles above the opening.
 #[derive(Clone, Debug)]
 pub struct MeshGuide {
     bvh: Arc<TriangleBvh>,
     facets: Arc<[Facet]>,
-    /// What facets are, by their numbers.
+    /// Parts that facets refer to by index.
     parts: Arc<[Part]>,
     opening_radius: f64,
-    /// Sphere around the collector, and the distance from its centre beyond which the whole mesh lies.
+    /// Bounding sphere of the collector; `far` is a distance from its centre within which the whole mesh lies.
     collector_centre: DVec3,
     collector_radius: f64,
     far: f64,
-    /// The end of the pipe by which all light comes in; `None` where that is not certain.
+    /// Flat end of the pipe through which all light enters; `None` if this is not certain.
     mouth: Option<Arc<Mouth>>,
 }
 
-/// What light has to know of a triangle that it meets, beside its corners.
+/// Optical properties of a triangle.
 #[derive(Clone, Copy, Debug)]
 struct Facet {
-    /// Number of its part.
+    /// Index of its part.
     part: u32,
-    /// Whether its normal points into the pipe: 1, -1, or 0 where this is not known.
+    /// Orientation of its normal: 1 into the pipe, -1 out of it, 0 if unknown.
     inward: i8,
     is_mirror: bool,
 }
 
 impl MeshGuide {
-    /// `mesh` in metres in the tube's frame; `parts`: one per material; `opening_radius` in metres.
+    /// Creates a guide from a `mesh` in metres in the tube's frame; `parts` has one entry per material; `opening_radius` is in metres.
     ///
     /// Without a collector the upper end of the pipe is closed by a clear cap, the fan of its boundary edges.
     pub fn new(mesh: &TriangleMesh, parts: &[Part], opening_radius: f64) -> Result<Self, MeshGuideError> {
@@ -143,7 +143,7 @@ impl MeshGuide {
         })
     }
 
-    /// Number of triangles that rays are tested against, the cap of an open upper end included.
+    /// Returns the number of triangles that rays are tested against, including the cap of an open upper end.
     pub fn triangle_count(&self) -> usize {
         self.facets.len()
     }
@@ -196,7 +196,7 @@ impl MeshGuide {
         };
         let from_below = inside;
         let mut left = None;
-        // light that has passed a collector from within is outside, unless it meets the inner side of the pipe
+        // light that has crossed a collector from within is outside, unless it meets the inner side of the pipe
         let mut beyond = false;
         loop {
             transit.rays += 1;
@@ -226,7 +226,7 @@ impl MeshGuide {
                 return transit;
             }
             let Some(hit) = hit else {
-                // else light that passed by the mesh
+                // otherwise the light passed by the mesh
                 if beyond {
                     transit.end = End::Top;
                 } else if inside {
@@ -272,7 +272,7 @@ impl MeshGuide {
                 }
                 Part::Diffuser => {}
             }
-            // what leaves needs few rays more
+            // paths that leave are followed to their end: they need few more rays
             let survival = if beyond { 1.0 } else { faint_survival(transit.weight().max(), 1.0) };
             if survival < 1.0 {
                 if survival == 0.0 || random.uniform() >= survival {
@@ -288,7 +288,7 @@ impl MeshGuide {
         }
     }
 
-    /// Turns a ray at a mirror that it has met after `distance` m.
+    /// Reflects a ray at a mirror that it has hit after `distance` m.
     fn reflect<const C: usize>(&self, transit: &mut Transit<C>, normal: DVec3, distance: f64) {
         // back off a little: at an edge the reflected ray may point through the neighbour, which must lie ahead of it
         transit.position -= transit.direction * (CLEARANCE * self.far).min(0.5 * distance);
@@ -298,7 +298,7 @@ impl MeshGuide {
     }
 }
 
-/// A fan that closes the highest loop of boundary edges; `None` when the boundary is not made of simple loops.
+/// Returns a fan that closes the highest loop of boundary edges; `None` if the boundary is not made of simple loops.
 fn upper_cap(triangles: &[[DVec3; 3]]) -> Option<Vec<[DVec3; 3]>> {
     let name = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
     let mut uses: HashMap<_, (u32, DVec3, DVec3)> = HashMap::new();

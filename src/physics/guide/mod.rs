@@ -1,7 +1,7 @@
-//! Guides: how light passes a tube, downward and upward.
+//! Light transport through guides, downward and upward.
 //!
-//! Coordinates are local to a tube: the origin is the centre of the opening in the ceiling plane, z points up. Weights are
-//! deterministic: a ray that meets N mirrors keeps the share R^N; only at covers that reflect is one branch chosen.
+//! Coordinates are local to a tube: the origin is the centre of the opening in the ceiling plane, z points up. Weights are deterministic: a
+//! ray with N reflections keeps the fraction R^N; only at covers that reflect is one branch chosen.
 
 pub mod beams;
 pub mod bent;
@@ -37,29 +37,29 @@ pub use transit::{End, Entry, RayCount, Transit};
 use self::dome::Pipe;
 use crate::sampling::{NestedCones, PathRandom};
 
-/// One tube's guide and collector.
+/// Guide and collector of one tube.
 #[derive(Clone, Debug)]
 pub enum Guide {
     /// One vertical cylinder, in closed form.
     Straight(StraightGuide),
     /// Cylinders with mitred elbows, in closed form between the elbows.
     Bent(BentGuide),
-    /// Boxed: other guides need not be as large.
+    /// A straight or bent guide under a dielectric dome; boxed, so that other guides need not be as large.
     Domed(Box<DomedGuide>),
-    /// Triangles, met one by one.
+    /// Triangles that rays are tested against.
     Mesh(MeshGuide),
 }
 
-/// Half-angle in radians below which light that a guide passes is drawn from a cone of its own: samplers of a sky have cells
-/// of some 10 degrees about the zenith, and of the rays that leave a closure upward, as the cosine says, fewer than 1 in 10
-/// have a way through the guide.
+/// Half-angle in radians below which directions of light that passes a guide are sampled in a cone of their own: samplers of a sky have
+/// cells of some 10 degrees about the zenith, and fewer than 1 in 10 of the cosine-distributed rays that leave a closure upward would pass
+/// the guide.
 const NARROW: f64 = 0.32;
 
-/// Half-angle in radians up to which cones about the axis of a guide are set apart.
+/// Half-angle in radians of the widest of the nested cones about the axis of a guide in which rays up are sampled.
 const WIDEST_CONE: f64 = 0.5;
 
 impl Guide {
-    /// Facets that rays are tested against; none where the way through is in closed form.
+    /// Returns the number of triangles that rays are tested against; 0 for guides in closed form.
     pub fn triangle_count(&self) -> usize {
         match self {
             Self::Straight(_) | Self::Bent(_) | Self::Domed(_) => 0,
@@ -67,7 +67,7 @@ impl Guide {
         }
     }
 
-    /// True if light passes both guides alike, as far as that is told by a few numbers: meshes are not compared.
+    /// True if both guides are known to pass light alike; meshes are not compared, so false for them.
     pub fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Straight(a), Self::Straight(b)) => a == b,
@@ -77,8 +77,8 @@ impl Guide {
         }
     }
 
-    /// A point for light that travels along the unit vector `direction`, from a point of the unit square; `None` when
-    /// such light cannot enter.
+    /// Samples an entry point for light that travels along the unit vector `direction`, from a point of the unit square; `None` if such
+    /// light cannot enter.
     #[inline]
     pub fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
         match self {
@@ -89,18 +89,19 @@ impl Guide {
         }
     }
 
-    /// Area perpendicular to light along `direction` on which [`Guide::entry`] puts its points, in m2.
+    /// Returns the area in m2, perpendicular to light along `direction`, over which [`Guide::entry`] distributes its points.
     pub fn projected_area_m2(&self, direction: DVec3) -> f64 {
         self.entry([0.5, 0.5], direction).map_or(0.0, |entry| entry.projected_area_m2)
     }
 
-    /// Half-angle in radians of the cone about the zenith from which next to all light comes that passes the guide, where that
+    /// Returns the half-angle in radians of the cone about the zenith from which nearly all light comes that passes the guide, if that cone
     /// is narrow.
     pub fn narrow_cone(&self) -> Option<f64> {
         self.cone().filter(|half_angle| *half_angle < NARROW)
     }
 
-    /// That cone and wider ones about it, for rays up; `None` for guides that pass more.
+    /// Returns the nested cones, from that of [`Guide::narrow_cone`] outward, in which rays up are sampled; `None` for guides without a
+    /// narrow cone.
     pub fn cones(&self) -> Option<NestedCones> {
         self.narrow_cone().map(|half_angle| NestedCones::new(half_angle, WIDEST_CONE))
     }
@@ -116,7 +117,7 @@ impl Guide {
         }
     }
 
-    /// Follows light from an entry point down.
+    /// Follows light downward from an entry point.
     #[inline]
     pub fn down<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
         match self {
@@ -127,8 +128,8 @@ impl Guide {
         }
     }
 
-    /// The ways of light from entry points, each `(position, unit direction)`, down; the same as [`Guide::down`] has of each, in less
-    /// time. `None` for guides that gain nothing by it.
+    /// Follows light downward from entry points, each `(position, unit direction)`, with the results of [`Guide::down`] in less time;
+    /// `None` for guides that gain nothing by it.
     pub fn down_together<const C: usize>(&self, rays: &[(DVec3, DVec3)]) -> Option<Vec<Transit<C>>> {
         match self {
             Self::Bent(guide) => Some(guide.down_together(rays)),
@@ -136,7 +137,7 @@ impl Guide {
         }
     }
 
-    /// Follows light from a point of the opening (z = 0, within the opening) up.
+    /// Follows light upward from a point of the opening (z = 0, within the opening).
     #[inline]
     pub fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
         match self {

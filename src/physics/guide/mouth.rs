@@ -1,8 +1,7 @@
-//! The mouth of a mesh pipe: its flat upper end, by which all light comes in.
+//! Mouth of a mesh pipe: its flat upper end, through which all light enters.
 //!
-//! A ray that is aimed at the mouth enters the pipe, where of those that are aimed at the collector around it most do not. That is
-//! the same light where no other way leads in: the pipe has no holes, it lies on one side of the mouth's plane, and no collector
-//! reflects.
+//! A ray aimed at the mouth enters the pipe, while most of those aimed at the collector around it do not. Both give the same light if there
+//! is no other entrance: the pipe has no holes, it lies on one side of the mouth's plane, and no collector reflects.
 
 use std::collections::HashMap;
 
@@ -10,23 +9,24 @@ use glam::DVec3;
 
 use crate::geometry::welded::Side;
 
-/// Share of the mesh's size by which the rim may leave its plane, and the pipe stand out of it: digits of files.
+/// Tolerance by which the rim may leave its plane, and the pipe stand out of it, relative to the size of the mesh: digits of files.
 const FLAT: f64 = 1e-6;
 
-/// The flat upper end of a pipe: a fan of triangles around its middle.
+/// Flat upper end of a pipe: a fan of triangles around its centre.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mouth {
     centre: DVec3,
-    /// Corners of the rim, one after the other.
+    /// Corners of the rim in order.
     rim: Vec<DVec3>,
-    /// Unit normal out of the pipe.
+    /// Unit normal, pointing out of the pipe.
     normal: DVec3,
-    /// Areas in m2 of the triangles up to each corner, that which ends there included.
+    /// Cumulative areas in m2 of the fan's triangles.
     areas: Vec<f64>,
 }
 
 impl Mouth {
-    /// The mouth of a pipe, if it has one, from the sides of its triangles; `at`: positions by place; `size`: that of the mesh in m.
+    /// Finds the mouth of a pipe, if it has one, from the sides of its triangles; `at` has the positions by place, and `size` is that of
+    /// the mesh in m.
     pub fn of(sides: &[Side], at: &[DVec3], size: f64) -> Option<Self> {
         let [one, other] = &boundary_loops(sides)?[..] else { return None };
         let position = |place: &u32| at[*place as usize];
@@ -42,7 +42,7 @@ impl Mouth {
         (is_level && is_flat && is_end).then_some(mouth)
     }
 
-    /// The fan over a rim, its normal upward out of a pipe that begins below; `None` where triangles of it fall on each other.
+    /// Creates the fan over a rim, its normal away from the opening; `None` if its triangles overlap.
     fn fan(mut rim: Vec<DVec3>) -> Option<Self> {
         let centre = rim.iter().copied().sum::<DVec3>() / rim.len() as f64;
         let doubled = |rim: &[DVec3], k: usize| (rim[k] - centre).cross(rim[(k + 1) % rim.len()] - centre);
@@ -66,17 +66,17 @@ impl Mouth {
         Some(Self { centre, rim, normal, areas })
     }
 
-    /// Area in m2.
+    /// Returns the area in m2.
     pub fn area_m2(&self) -> f64 {
         self.areas.last().copied().unwrap_or_default()
     }
 
-    /// Cosine of the angle between light along `direction` and the way into the pipe.
+    /// Returns the cosine of the angle between light along `direction` and the inward normal.
     pub fn cosine(&self, direction: DVec3) -> f64 {
         -direction.dot(self.normal)
     }
 
-    /// A point of the mouth; even numbers in 0..1 give even points.
+    /// Samples a point of the mouth, uniform in area, from numbers in 0..1.
     pub fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let wanted = u * self.area_m2();
         let k = self.areas.partition_point(|area| *area <= wanted).min(self.rim.len() - 1);
@@ -87,7 +87,8 @@ impl Mouth {
     }
 }
 
-/// The borders of the surface of some sides as loops of places; `None` where it has edges of more than two triangles, or borders that cross.
+/// Returns the borders of a surface, given by its sides, as loops of places; `None` if it has edges of more than two triangles, or borders
+/// that cross.
 fn boundary_loops(sides: &[Side]) -> Option<Vec<Vec<u32>>> {
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut starts = Vec::new();
@@ -108,7 +109,7 @@ fn boundary_loops(sides: &[Side]) -> Option<Vec<Vec<u32>>> {
     }
     let mut loops = Vec::new();
     for start in starts {
-        // one that was gone round is taken out
+        // starts of loops that were followed already have been removed
         let Some(mut ways) = next.remove(&start) else { continue };
         let mut border = vec![start];
         let mut current = ways.pop()?;
@@ -127,7 +128,7 @@ mod tests {
     use super::*;
     use crate::geometry::welded;
 
-    /// The mouth of triangles with places.
+    /// Finds the mouth of triangles given with their places.
     fn mouth(pipe: &[([DVec3; 3], [u32; 3])], size: f64) -> Option<Mouth> {
         let mut at = vec![DVec3::ZERO; 1000];
         for (corners, places) in pipe {
@@ -137,7 +138,7 @@ mod tests {
         Mouth::of(&welded::sides(places), &at, size)
     }
 
-    /// A prism of `sides` around the axis up to the plane z = 1 + `slope` x, in triangles with places.
+    /// Returns a prism of `sides` around the axis up to the plane z = 1 + `slope` x, as triangles with places.
     fn pipe(sides: usize, slope: f64) -> Vec<([DVec3; 3], [u32; 3])> {
         let corner = |k: usize, upper: bool| {
             let (sin, cos) = (std::f64::consts::TAU * (k % sides) as f64 / sides as f64).sin_cos();
@@ -153,7 +154,7 @@ mod tests {
             .collect()
     }
 
-    /// The area of the mouth of a leaning end is that of the polygon over the cosine; points of it are even.
+    /// Checks that the area of the mouth of a tilted end is that of the polygon over the cosine, and that its points are uniform.
     #[test]
     fn a_pipe_has_its_upper_end_as_mouth() {
         for slope in [0.0, 0.5] {
@@ -171,12 +172,12 @@ mod tests {
                     mean += point / f64::from(steps * steps);
                 }
             }
-            // the middle of a lattice that is even in area: second order in its step
+            // the centre of a lattice that is uniform in area: second order in its step
             assert!(mean.distance(DVec3::Z) < 1e-3, "{mean}");
         }
     }
 
-    /// A hole, a rim that is not flat, a pipe that stands out above its rim or begins above the opening: none.
+    /// Checks that pipes with a hole, with a rim that is not flat, with parts above the rim, or that begin above the opening have no mouth.
     #[test]
     fn other_pipes_have_none() {
         let whole = pipe(24, 0.0);

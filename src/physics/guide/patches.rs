@@ -1,4 +1,4 @@
-//! A sky as 145 parallel beams: what some who trace light pipes take for it, to be compared with the sky itself.
+//! Approximation of a sky by 145 parallel beams, as in some light pipe simulations, for comparison with the continuous sky.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -10,21 +10,21 @@ use super::throughput::{Aim, Effort, Throughput, replicated};
 use crate::sampling::Key;
 use crate::sky::{Sky, direction};
 
-/// A patch of the sky that is taken as one beam.
+/// A sky patch that is replaced by one beam.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyPatch {
-    /// Unit vector toward its middle.
+    /// Unit vector toward the centre of the patch.
     pub toward: DVec3,
     /// Solid angle of the patch in sr.
     pub solid_angle_sr: f64,
-    /// Height (z) of its lower and of its upper edge on the unit sphere.
+    /// Heights (z) of its lower and upper edge on the unit sphere.
     heights: [f64; 2],
-    /// Azimuth of its middle and its width in azimuth, in rad.
+    /// Azimuth of its centre and its width in azimuth, in rad.
     azimuths: [f64; 2],
 }
 
 impl SkyPatch {
-    /// A unit vector toward a point of the patch; even numbers in 0..1, the first along the azimuth, give even points.
+    /// Samples a unit vector toward a point of the patch, uniform in solid angle, from numbers in 0..1, the first along the azimuth.
     pub(super) fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let [lower, upper] = self.heights;
         let z = lower + (upper - lower) * v;
@@ -34,7 +34,7 @@ impl SkyPatch {
     }
 }
 
-/// The 145 patches of Tregenza (1987): seven bands of 12 degrees and the zenith.
+/// Returns the 145 sky patches of Tregenza (1987): seven bands of 12 degrees and the zenith.
 ///
 /// ```
 /// use skyduct_physics::guide::patches::tregenza_patches;
@@ -69,11 +69,12 @@ pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
         .chain(std::iter::once(zenith))
 }
 
-/// The light of a sky that is made of parallel beams, one from the middle of each of the 145 patches of Tregenza (1987),
-/// as Dutton and Shao traced light pipes. Where rays are followed, each is of a patch that is drawn as its light meets the guide.
+/// Computes the light through a guide from a sky made of parallel beams, one from the centre of each of the 145 patches of Tregenza (1987),
+/// as Dutton and Shao traced light pipes. Where rays are traced, the patch of each is drawn with a probability in proportion to its light
+/// on the guide.
 ///
-/// Against [`sky`](super::performance::sky) it shows what the division into patches costs: near the sun the luminance of a patch's middle is not
-/// that of the patch.
+/// Comparing with [`sky`](super::performance::sky) shows the error of the division into patches: near the sun the luminance at a patch's
+/// centre is not the mean of the patch.
 pub fn patch_sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) -> Throughput {
     let luminous = |patch: SkyPatch| (patch.toward, sky.luminance(patch.toward) * patch.solid_angle_sr);
     if closed(guide).is_some() {
@@ -130,7 +131,7 @@ mod tests {
         assert!(((bands * half_band.cos() + cap) / PI - 1.0).abs() < 1e-12);
     }
 
-    /// Patches differ from the sky by their middles only: little under a uniform sky.
+    /// Checks that patches differ from a uniform sky by their centres only, which is little.
     #[test]
     fn patches_of_a_uniform_sky_pass_what_it_passes() {
         let guide = straight(1.0, 0.98);
@@ -141,7 +142,7 @@ mod tests {
         assert!((direct.value - patches.value).abs() < 5e-3, "{direct:?} {patches:?}");
     }
 
-    /// Patches by few rays against the closed form of each beam.
+    /// Compares patches with few rays with the closed form of each beam.
     #[test]
     fn patches_by_few_rays_are_within_their_error() {
         let light = cie_sky(12);

@@ -1,7 +1,7 @@
-//! How much light a tube passes: ray-traced transmission of any guide with its collector.
+//! Transmission of any guide with its collector, by ray tracing or in closed form.
 //!
-//! Every figure comes from independent randomised Sobol replicates, so that it has a standard error, or from a closed form.
-//! Luminances of RGB coefficients are weighted to Y.
+//! Every result comes from independent randomised Sobol replicates, so that it has a standard error, or from a closed form. Results of RGB
+//! coefficients are weighted to luminance Y.
 
 use glam::DVec3;
 
@@ -15,9 +15,9 @@ use crate::sampling::Key;
 use crate::sky::sampler::SkySampler;
 use crate::sky::{CieType, Sky, SkyDistribution};
 
-/// Parallel light of 1 lx (normal to itself) from the unit vector `toward`: in closed form, with a standard error of 0, through a
-/// straight guide under a thin collector whose mirror reflects alike at all angles; else of [`traced_beam`], whose arguments
-/// it takes.
+/// Computes the throughput of parallel light of 1 lx (normal to itself) from the unit vector `toward`: in closed form, with a standard
+/// error of 0, through a straight guide under a thin collector whose mirror reflects alike at all angles; else by [`traced_beam`], whose
+/// arguments it takes.
 ///
 /// ```
 /// use skyduct_physics::guide::performance::beam;
@@ -36,8 +36,8 @@ pub fn beam(guide: &Guide, toward: DVec3, key: Key, effort: impl Into<Effort>) -
     closed_beam(guide, toward).unwrap_or_else(|| traced_beam(guide, toward, key, effort))
 }
 
-/// A straight guide under a thin collector whose mirror reflects alike at all angles, which has closed forms: its aspect ratio and
-/// the reflectance and transmittance of its channels.
+/// Returns the aspect ratio, and the reflectance and transmittance of the channels, of a guide that has closed forms: a straight one under
+/// a thin collector whose mirror reflects alike at all angles; else `None`.
 pub(super) fn closed(guide: &Guide) -> Option<(f64, [f64; 3], [f64; 3])> {
     match guide {
         Guide::Straight(StraightGuide {
@@ -50,7 +50,7 @@ pub(super) fn closed(guide: &Guide) -> Option<(f64, [f64; 3], [f64; 3])> {
     }
 }
 
-/// [`beam`] where it has a closed form, which is the same at all azimuths.
+/// Computes [`beam`] in closed form, which does not depend on the azimuth; `None` if there is none.
 pub(super) fn closed_beam(guide: &Guide, toward: DVec3) -> Option<Throughput> {
     let (aspect, reflectance, collector_transmittance) = closed(guide)?;
     let tangent = toward.truncate().length() / toward.z;
@@ -63,21 +63,21 @@ pub(super) fn closed_beam(guide: &Guide, toward: DVec3) -> Option<Throughput> {
     Some(Throughput::exact(entering, entering * share.luminance()))
 }
 
-/// Parallel light of 1 lx (normal to itself) from the unit vector `toward`, by rays.
+/// Traces the throughput of parallel light of 1 lx (normal to itself) from the unit vector `toward` with rays.
 pub fn traced_beam(guide: &Guide, toward: DVec3, key: Key, effort: impl Into<Effort>) -> Throughput {
     let [found] = replicated(guide, key, effort.into(), |[u, v, ..]| Aim { point: [u, v], toward, weights: [1.0] });
     found
 }
 
-/// A function of each channel's value, computed once for equal ones.
+/// Evaluates a function for each channel, once for equal values.
 fn by_channel([red, green, blue]: [f64; 3], of: impl Fn(f64) -> f64) -> [f64; 3] {
     let of_red = of(red);
     let other = |value: f64| if value == red { of_red } else { of(value) };
     [of_red, other(green), other(blue)]
 }
 
-/// The light of a sky: in closed form, with a standard error of 0, where [`beam`] has one; else of [`traced_sky`], whose arguments it
-/// takes.
+/// Computes the throughput of the light of a sky: in closed form, with a standard error of 0, where [`beam`] has one; else by
+/// [`traced_sky`], whose arguments it takes.
 pub fn sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) -> Throughput {
     let Some((aspect, reflectance, collector_transmittance)) = closed(guide) else {
         return traced_sky(guide, sky, key, effort);
@@ -89,7 +89,7 @@ pub fn sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) -> Thr
     Throughput::exact(area * moments.horizontal_illuminance_lux(), area * arriving.luminance())
 }
 
-/// The light of a sky, integrated directly: directions by importance. Empty without light that could enter.
+/// Traces the throughput of the light of a sky by importance sampling of directions; zero if no light can enter.
 pub fn traced_sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) -> Throughput {
     let Some(sampler) = SkySampler::new(sky, |toward| guide.projected_area_m2(-toward)) else {
         return Throughput::nothing();
@@ -102,11 +102,11 @@ pub fn traced_sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>)
     found
 }
 
-/// Transmission of collector and guide under a uniform sky: in closed form, with a standard error of 0, through a straight
-/// guide under a thin collector whose mirror reflects alike at all angles; else of [`sky`], whose arguments it takes.
+/// Computes the transmission of collector and guide under a uniform sky: in closed form, with a standard error of 0, through a straight
+/// guide under a thin collector whose mirror reflects alike at all angles; else by [`traced_sky`].
 ///
-/// Of a black pipe as long as 100 of its diameters the sky sees the lower end alone, by the form factor 1 / (4 100^2) to first
-/// order, which no ray out of ten thousand finds:
+/// Through a black pipe 100 diameters long, light from the sky reaches the lower end only directly, by the form factor 1 / (4 100^2) to
+/// first order, which no ray out of ten thousand finds:
 ///
 /// ```
 /// use skyduct_physics::guide::performance::uniform_sky;
@@ -129,7 +129,8 @@ pub fn uniform_sky(guide: &Guide, key: Key, effort: impl Into<Effort>) -> Transm
     Transmission { value: passed.luminance(), standard_error: 0.0 }
 }
 
-/// The value of [`uniform_sky`], whose arguments it takes, but for 1e-5 of it where there is a closed form: for searches, which want many.
+/// Computes the value of [`uniform_sky`], whose arguments it takes, with a relative error of 1e-5 where there is a closed form: for
+/// searches, which need many evaluations.
 pub fn nearly_uniform_sky(guide: &Guide, key: Key, effort: impl Into<Effort>) -> f64 {
     let Some((aspect, reflectance, collector_transmittance)) = closed(guide) else {
         return uniform_sky(guide, key, effort).value;
@@ -147,7 +148,7 @@ mod tests {
     use crate::guide::transmittance::sky_exitance;
     use crate::sky::direction;
 
-    /// Traced beams against the exact series, within 4 standard errors.
+    /// Compares traced beams with the exact series, within 4 standard errors.
     #[test]
     fn beams_agree_with_the_exact_series() {
         for (altitude_deg, reflectance) in [(15.0f64, 0.98), (35.0, 0.95), (60.0, 0.98), (85.0, 0.9)] {
@@ -162,7 +163,7 @@ mod tests {
         }
     }
 
-    /// The direct integral against the quadrature of the exact series.
+    /// Compares the direct integral with the quadrature of the exact series.
     #[test]
     fn skies_agree_with_quadrature() {
         let guide = straight(1.0, 0.98);
@@ -177,9 +178,9 @@ mod tests {
         }
     }
 
-    /// Very long pipes under a uniform sky, where next to all light is lost: rays near the axis alone count, for which
-    /// cos(theta) is 1, so that T = (3/4) / a^2 integral 2 x g(x) dx with the aspect ratio a and g(x) = R^N (1 - (1-R)(x-N)),
-    /// N = floor(x), but for 1 / a^2 of it (the integral of Swift and Smith, exchanged with that over the sky).
+    /// Checks very long pipes under a uniform sky, where nearly all light is lost: only rays near the axis count, for which cos(theta) is
+    /// 1, so that T = (3/4) / a^2 integral 2 x g(x) dx with the aspect ratio a and g(x) = R^N (1 - (1-R)(x-N)), N = floor(x), up to a
+    /// relative error of 1 / a^2 (the integral of Swift and Smith, exchanged with that over the sky).
     #[test]
     fn uniform_skies_through_long_and_dull_pipes() {
         for (aspect, reflectance) in [(100.0, 0.0), (1000.0, 0.0), (10_000.0, 0.5), (10_000.0, 0.9)] {
@@ -197,7 +198,7 @@ mod tests {
         }
     }
 
-    /// The closed form with colours of mirror and collector against traced rays, within 4 standard errors.
+    /// Compares the closed form for coloured mirrors and collectors with traced rays, within 4 standard errors.
     #[test]
     fn uniform_skies_in_colours_agree_with_traced_rays() {
         let reflectance = Mirror::Constant([0.98, 0.95, 0.9]);
@@ -213,7 +214,7 @@ mod tests {
         assert!(traced.standard_error < 2e-3);
     }
 
-    /// Closed forms of skies through coloured pipes against rays, flux by flux, within 4 standard errors.
+    /// Compares closed forms of skies through coloured pipes with rays, flux by flux, within 4 standard errors.
     #[test]
     fn skies_in_closed_form_agree_with_rays() {
         let reflectance = Mirror::Constant([0.98, 0.95, 0.9]);

@@ -1,4 +1,4 @@
-//! Meshes that are cylinders: replaced by the closed form, or told what their facets do.
+//! Recognition of meshes that are cylinders: they are replaced by the closed form, or the effect of their facets is described.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,68 +11,68 @@ use crate::geometry::turn::angle_between;
 use crate::geometry::welded;
 use crate::optics::Mirror;
 
-/// Largest distance of a vertex from the cylinder that it should lie on, in radii.
+/// Largest distance of a vertex from the ideal cylinder, in radii.
 const TOLERANCE: f64 = 1e-4;
 
-/// An edge that turns by more belongs to a pipe that is meant to have sides: 16 of them.
+/// Largest angle in radians by which an edge may turn about the axis; a pipe with fewer than 16 sides is taken as meant to have them.
 const MOST_TURN: f64 = TAU / 16.0 * (1.0 + 1e-9);
 
-/// Result of the search for a cylinder in a mesh.
+/// Result of the search for cylinders in a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Section {
-    /// A cylinder that takes the mesh's place.
+    /// A cylinder that replaces the mesh.
     Cylinder(RecognisedCylinder),
-    /// Cylinders with elbows that take the mesh's place.
+    /// Cylinders with elbows that replace the mesh.
     Bend(RecognisedBend),
     /// A mesh that is traced facet by facet.
     Facets {
-        /// Sides of the pipe's lower end, when its vertices lie on one circle around the axis.
+        /// Number of sides of the pipe's lower end, if its vertices lie on one circle around the axis.
         sides: Option<usize>,
         /// Reason why the mesh is not replaced by a cylinder.
         reason: &'static str,
     },
 }
 
-/// A straight vertical circular cylinder from z = 0 to z = `length`, open or under a thin cover that reflects nothing.
+/// A straight vertical circular cylinder from z = 0 to z = `length`, open or under a thin cover that does not reflect.
 ///
-/// Its radius is that of the mesh's vertices: modellers put the vertices of a round pipe on the circle, so that the pipe
-/// that is meant is the one around the facets.
+/// Its radius is that of the mesh's vertices: modellers put the vertices of a round pipe on the circle, so that the intended pipe is the
+/// one around the facets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecognisedCylinder {
-    /// Radius in m: that of the circle around the vertices.
+    /// Radius in m of the circle through the vertices.
     pub radius: f64,
     /// Length in m, from the opening to the upper end.
     pub length: f64,
     /// Number of sides of the mesh's lower end.
     pub sides: usize,
-    /// Largest distance of a vertex from where the cylinder has it, in metres.
+    /// Largest distance of a vertex from the ideal cylinder, in metres.
     pub deviation: f64,
     /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
-    /// Share that the cover passes, linear Rec.709; 1 where the upper end is open.
+    /// Transmittance of the cover, linear Rec.709; 1 for an open upper end.
     pub collector_transmittance: [f64; 3],
 }
 
-/// Equal cylinders that meet in mitred elbows, open or under a thin cover that reflects nothing; their radius is that of the
-/// mesh's vertices.
+/// Equal cylinders that meet in mitred elbows, open or under a thin cover that does not reflect; their radius is that of the mesh's
+/// vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecognisedBend {
-    /// Radius in m: that of the circles around the vertices.
+    /// Radius in m of the circles through the vertices.
     pub radius: f64,
-    /// Length in m along the axis and unit axis of each segment, from the opening upward, in the mesh's frame.
+    /// Segments from the opening upward: length in m along the axis and unit axis, in the mesh's frame.
     pub segments: Vec<(f64, DVec3)>,
     /// Number of sides of the mesh's rings.
     pub sides: usize,
-    /// Largest distance of a vertex from where the cylinders have it, in metres.
+    /// Largest distance of a vertex from the ideal cylinders, in metres.
     pub deviation: f64,
     /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
-    /// Share that the cover passes, linear Rec.709; 1 where the upper end is open.
+    /// Transmittance of the cover, linear Rec.709; 1 for an open upper end.
     pub collector_transmittance: [f64; 3],
 }
 
-/// Area of a regular polygon of `sides` >= 3 sides with its vertices on a circle, over the circle's area:
-/// (n / 2 pi) sin(2 pi / n).
+/// Computes the area of a regular polygon of `sides` >= 3 sides with its vertices on a circle, over the circle's area: (n / 2 pi) sin(2 pi
+/// / n).
 ///
 /// ```
 /// // a square in the unit circle has an area of 2
@@ -83,7 +83,8 @@ pub fn area_factor(sides: usize) -> f64 {
     n / TAU * libm::sin(TAU / n)
 }
 
-/// Mean number of reflections in a prism of that base, over those in the cylinder around it: as circumference over area.
+/// Computes the mean number of reflections in a prism over a regular polygon of `sides` sides, relative to the cylinder around it: the
+/// ratio of circumference to area.
 ///
 /// ```
 /// assert!((skyduct_physics::guide::recognise::bounce_factor(4) - 2f64.sqrt()).abs() < 1e-15);
@@ -92,7 +93,8 @@ pub fn bounce_factor(sides: usize) -> f64 {
     1.0 / libm::cos(PI / sides as f64)
 }
 
-/// Judges a mesh in metres in the tube's frame; `parts`: one per material; `radius` of the opening in metres.
+/// Recognises cylinders in a mesh in metres in the tube's frame; `parts` has one entry per material; `radius` is that of the opening in
+/// metres.
 pub fn recognise(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section {
     let pipe = Surface::new(mesh, parts, |part| matches!(part, Part::Pipe { .. }));
     let sides = sides(&pipe, radius * TOLERANCE);
@@ -119,12 +121,12 @@ fn bent(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Result<RecognisedBe
     Ok(RecognisedBend { radius, segments, sides, deviation, reflectance, collector_transmittance })
 }
 
-/// True if a triangle of the mesh has this material.
+/// True if any triangle of the mesh has this material.
 fn is_used(mesh: &TriangleMesh, material: usize) -> bool {
     mesh.triangle_materials.iter().any(|used| *used as usize == material)
 }
 
-/// The reflectance of all of the pipe.
+/// Returns the reflectance of the pipe; fails if there are several.
 fn reflectance(mesh: &TriangleMesh, parts: &[Part]) -> Result<Mirror, &'static str> {
     let mut reflectances = parts.iter().enumerate().filter_map(|(material, part)| match part {
         Part::Pipe { reflectance } if is_used(mesh, material) => Some(reflectance),
@@ -137,7 +139,7 @@ fn reflectance(mesh: &TriangleMesh, parts: &[Part]) -> Result<Mirror, &'static s
     }
 }
 
-/// Describes a mesh that keeps its facets because the document asks for it; arguments as of [`recognise`].
+/// Describes a mesh that keeps its facets because the document requests it; takes the arguments of [`recognise`].
 pub fn keep_facets(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section {
     let pipe = Surface::new(mesh, parts, |part| matches!(part, Part::Pipe { .. }));
     Section::Facets { sides: sides(&pipe, radius * TOLERANCE), reason: "asked for in the document" }
@@ -146,7 +148,7 @@ pub fn keep_facets(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section 
 /// Edges of one part of a mesh, with the number of triangles at each.
 struct Surface {
     vertices: Vec<DVec3>,
-    /// Numbers of two vertices each.
+    /// Edges by their two vertex indices, with the number of triangles at each.
     edges: Vec<([u32; 2], u32)>,
 }
 
@@ -177,12 +179,12 @@ impl Surface {
         Self { edges, vertices }
     }
 
-    /// The ends of each edge.
+    /// Returns the ends of each edge.
     fn edges(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
         self.edges.iter().map(|(ends, _)| self.ends(*ends))
     }
 
-    /// The ends of each edge of one triangle alone.
+    /// Returns the ends of each edge at the border, which has one triangle.
     fn boundary(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
         self.edges.iter().filter(|(_, uses)| *uses == 1).map(|(ends, _)| self.ends(*ends))
     }
@@ -191,12 +193,12 @@ impl Surface {
         ends.map(|end| self.vertices[end as usize]).into()
     }
 
-    /// True if every edge has two triangles, or one at the surface's border.
+    /// True if every edge has at most two triangles.
     fn is_manifold(&self) -> bool {
         self.edges.iter().all(|(_, uses)| *uses <= 2)
     }
 
-    /// Sum of the angles around the axis of the boundary edges at height `z`, and their number.
+    /// Returns the sum of the angles about the axis of the border edges at height `z`, and their number.
     fn turn_at(&self, z: f64, tolerance: f64) -> (f64, usize) {
         let at = |p: DVec3| (p.z - z).abs() <= tolerance;
         let edges = self.boundary().filter(|(a, b)| at(*a) && at(*b));
@@ -208,7 +210,7 @@ fn turn_between(a: DVec3, b: DVec3) -> f64 {
     angle_between(a.truncate(), b.truncate()).abs()
 }
 
-/// Sides of the border at z = 0, when its vertices are at one distance from the axis and it goes round once.
+/// Returns the number of sides of the border at z = 0, if its vertices are at one distance from the axis and it goes round once.
 fn sides(pipe: &Surface, tolerance: f64) -> Option<usize> {
     let radii = || pipe.boundary().filter(|(a, b)| a.z.abs() <= tolerance && b.z.abs() <= tolerance);
     let first = radii().next()?.0.truncate().length();
@@ -253,7 +255,8 @@ fn cylinder(
     Ok(RecognisedCylinder { radius, length, sides, deviation, reflectance, collector_transmittance })
 }
 
-/// Transmittance of a cover that every ray into the pipe crosses once: none, flat, or a hemisphere.
+/// Returns the transmittance of a cover that every ray into the pipe crosses once: no cover (1), a flat one, or a hemisphere; fails for
+/// others.
 fn cover(
     mesh: &TriangleMesh,
     parts: &[Part],
@@ -295,7 +298,7 @@ fn cover(
 mod tests {
     use super::*;
 
-    /// Against the values of docs/physics/tubes.md#meshes-and-facets with more digits, to the digits given.
+    /// Compares with the values of docs/physics/tubes.md#meshes-and-facets, to the digits given there.
     #[test]
     fn facet_factors_of_the_table() {
         let table = [(16, 0.9745, 1.0196), (24, 0.98862, 1.00863), (48, 0.99715, 1.00215), (64, 0.99839, 1.00121)];

@@ -1,4 +1,4 @@
-//! Meshes that are round pipes with elbows: rings of vertices, one above the other, around axes that are straight by pieces.
+//! Recognition of meshes that are round pipes with elbows: rings of vertices, one above the other, around a piecewise straight axis.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -11,13 +11,13 @@ use crate::geometry::turn::angle_between;
 use crate::geometry::welded;
 use crate::sampling::warp;
 
-/// Why a pipe is no straight cylinder, and has no elbows either.
+/// Reason reported for a pipe that is no straight cylinder and has no elbows either.
 pub(super) const NOT_STRAIGHT: &str = "its pipe is not a straight vertical cylinder of the opening's diameter";
 
-/// Tangent of half a bend beyond which a mitre's ellipse grows without bound: 175 degrees.
+/// Largest tangent of half a bend's angle, beyond which the mitre's ellipse grows without bound: 175 degrees.
 const STEEPEST_HALF: f64 = 22.9;
 
-/// Segments from which on a guide is no longer thought to be made of elbows.
+/// Largest number of segments of a guide that is taken as made of elbows.
 const MOST_SEGMENTS: usize = 64;
 
 /// Equal cylinders that meet in mitred elbows, the first of them vertical.
@@ -25,16 +25,16 @@ const MOST_SEGMENTS: usize = 64;
 pub(super) struct Bend {
     /// Length in m along the axis and unit axis of each segment, from the opening upward; at least two.
     pub segments: Vec<(f64, DVec3)>,
-    /// Centre of the upper end.
+    /// Centre of the upper end in m.
     pub end: DVec3,
-    /// Vertices of every ring.
+    /// Number of vertices of every ring.
     pub sides: usize,
-    /// Largest distance of a vertex from where the cylinders have it, in m.
+    /// Largest distance of a vertex from the ideal cylinders, in m.
     pub deviation: f64,
 }
 
-/// The bend that the pipe of a mesh is: vertices within `tolerance` m of cylinders of `radius` m, edges that turn by no more than
-/// `most_turn`. Else why not.
+/// Recognises the pipe of a mesh as a bend: vertices within `tolerance` m of cylinders of `radius` m, edges that turn by no more than
+/// `most_turn` radians about the axis. Else returns the reason.
 pub(super) fn bend(
     mesh: &TriangleMesh,
     parts: &[Part],
@@ -99,7 +99,7 @@ pub(super) fn bend(
     Ok(Bend { segments, end: last, sides: rings[0].len(), deviation })
 }
 
-/// The mesh in a frame in which the last segment of a bend is the upper end of a vertical pipe of `length` m.
+/// Returns the mesh in a frame in which the last segment of a bend is the upper end of a vertical pipe of `length` m.
 pub(super) fn upright(mesh: &TriangleMesh, bend: &Bend, length: f64) -> TriangleMesh {
     let axis = bend.segments.last().map_or(DVec3::Z, |(_, axis)| *axis);
     let to_local = DMat3::from_cols(warp::around(axis, DVec3::X), warp::around(axis, DVec3::Y), axis).transpose();
@@ -107,7 +107,7 @@ pub(super) fn upright(mesh: &TriangleMesh, bend: &Bend, length: f64) -> Triangle
     TriangleMesh { positions: positions.collect(), ..mesh.clone() }
 }
 
-/// Numbers of the rings at which the axis turns, and of both ends.
+/// Returns the indices of the rings at which the axis turns, and of both ends.
 fn nodes(centres: &[DVec3], tolerance: f64) -> Vec<usize> {
     let mut nodes = vec![0];
     let mut from = 0;
@@ -127,7 +127,8 @@ fn nodes(centres: &[DVec3], tolerance: f64) -> Vec<usize> {
     nodes
 }
 
-/// True if every segment is long enough that the ellipses of its mitres do not cross: they reach r tan(b / 2) along the axis.
+/// True if every segment is long enough that the ellipses of its mitres do not cross; the ellipse of a bend by b reaches r tan(b / 2) along
+/// the axis.
 fn has_room(segments: &[(f64, DVec3)], radius: f64) -> bool {
     let half_tangent = |a: DVec3, b: DVec3| a.cross(b).length() / (1.0 + a.dot(b)).max(0.0);
     let bends: Vec<f64> = segments.windows(2).map(|pair| half_tangent(pair[0].1, pair[1].1)).collect();
@@ -138,11 +139,11 @@ fn has_room(segments: &[(f64, DVec3)], radius: f64) -> bool {
         })
 }
 
-/// The pipe of a mesh by places.
+/// The pipe of a mesh as a graph of places (merged positions).
 struct Pipe {
     positions: HashMap<u32, DVec3>,
     neighbours: HashMap<u32, Vec<u32>>,
-    /// Edges of one triangle alone.
+    /// Neighbours along edges at the border, which have one triangle.
     border: HashMap<u32, Vec<u32>>,
     is_manifold: bool,
 }
@@ -176,7 +177,8 @@ impl Pipe {
         pipe
     }
 
-    /// The vertices ring by ring, from the border in the opening's plane upward: every ring is what the one below touches.
+    /// Returns the vertices ring by ring, from the border in the opening's plane upward; each ring consists of the neighbours of the ring
+    /// below.
     fn rings(&self, tolerance: f64) -> Result<Vec<Vec<u32>>, &'static str> {
         let mut first: Vec<u32> = self.border.keys().copied().collect();
         first.retain(|place| self.positions[place].z.abs() <= tolerance);
@@ -211,12 +213,12 @@ impl Pipe {
         Ok(rings)
     }
 
-    /// Mean of a ring's vertices, which are even around it.
+    /// Returns the mean of a ring's vertices, which are evenly spaced around it.
     fn centre(&self, ring: &[u32]) -> DVec3 {
         ring.iter().map(|place| self.positions[place]).sum::<DVec3>() / ring.len() as f64
     }
 
-    /// Sum of the angles around an axis of the edges of a ring, which is in order, and the largest of them.
+    /// Returns the sum of the angles about an axis of the edges of a ring, which is sorted by place, and the largest of them.
     fn turn(&self, ring: &[u32], centre: DVec3, axis: DVec3) -> (f64, f64) {
         let to_local = DMat3::from_cols(warp::around(axis, DVec3::X), warp::around(axis, DVec3::Y), axis).transpose();
         let flat = |place: &u32| (to_local * (self.positions[place] - centre)).truncate();
@@ -237,7 +239,7 @@ impl Pipe {
 mod tests {
     use super::*;
 
-    /// A mitre of 90 degrees reaches one radius along the axis; nothing bends back on itself.
+    /// Checks that a mitre of 90 degrees reaches one radius along the axis, and that an axis cannot bend back on itself.
     #[test]
     fn mitres_need_room() {
         let room = |length: f64, axis: DVec3| has_room(&[(0.5, DVec3::Z), (length, axis), (0.5, DVec3::Z)], 0.1);

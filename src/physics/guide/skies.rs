@@ -1,4 +1,4 @@
-//! Two skies through a guide by the same rays: the job's own and a uniform one.
+//! Throughput of two skies traced with the same rays: the job's sky and a uniform one.
 
 use std::f64::consts::TAU;
 
@@ -11,12 +11,12 @@ use super::throughput::{Aim, Effort, Throughput, Transmission, replicated};
 use crate::sampling::Key;
 use crate::sky::{CieType, Sky, SkyDistribution};
 
-/// Rays that are spread evenly over the sky, over those by what is met of either sky: the middles of patches do not always tell what the
-/// rest of them are worth.
+/// Ratio of rays spread evenly over the sky to rays distributed by the light of either sky on the guide: the centres of patches do not
+/// always represent the rest of them.
 const EVENLY: f64 = 0.05;
 
-/// Transmission under a uniform sky, and the light of a sky: in closed form where [`beam`](super::performance::beam) has one, else of
-/// [`traced_skies`], whose arguments it takes.
+/// Computes the transmission under a uniform sky, and the throughput of a sky: in closed form where [`beam`](super::performance::beam) has
+/// one, else by [`traced_skies`], whose arguments it takes.
 pub fn skies(
     guide: &Guide,
     of_job: Option<&Sky>,
@@ -30,8 +30,9 @@ pub fn skies(
     (uniform.transmission(), of_job)
 }
 
-/// The light of a uniform sky of 1 cd/m2 and of a sky, by the same rays in directions that suit both, until the transmission of
-/// both is as exact as asked; where next to all light that a guide passes comes from a narrow cone, by rays of their own. `keys` are theirs.
+/// Traces the light of a uniform sky of 1 cd/m2 and of a sky, with the same rays in directions that suit both, until both transmissions
+/// have the standard error of `effort`. Guides that pass light nearly only from a narrow cone get separate rays for each sky. `keys` are
+/// those of the uniform sky, or of shared rays, and of the other sky.
 pub fn traced_skies(
     guide: &Guide,
     sky: Option<&Sky>,
@@ -53,10 +54,11 @@ pub fn traced_skies(
     (of_uniform, sky.map(|_| of_sky))
 }
 
-/// Directions toward the sky, as often from each of its patches as light of either sky comes from there that meets a guide, and evenly
-/// within: far fewer numbers than a [`SkySampler`](crate::sky::sampler::SkySampler) looks up, for some hundred rays.
+/// Sampler of directions toward the sky: each patch with a probability in proportion to the light of either sky from it that falls on a
+/// guide, evenly within a patch. It needs far fewer luminances than a [`SkySampler`](crate::sky::sampler::SkySampler), which matters for
+/// some hundred rays.
 struct Directions {
-    /// Patches, and the probability that a direction is of that one or one before.
+    /// Patches, each with the cumulative probability up to and including it.
     patches: Vec<(SkyPatch, f64)>,
 }
 
@@ -75,7 +77,7 @@ impl Directions {
             })
             .collect();
         let mut up_to = 0.0;
-        // skies without light have no share
+        // skies without light get no probability
         let share = |light: f64, all: f64| if all > 0.0 { light / all } else { 0.0 };
         let shares = patches.into_iter().zip(met).map(|(patch, [uniform, sky])| {
             up_to += EVENLY * patch.solid_angle_sr / TAU + share(uniform, of_uniform) + share(sky, of_sky);
@@ -86,7 +88,7 @@ impl Directions {
         Self { patches }
     }
 
-    /// A unit vector and its density per sr.
+    /// Samples a unit vector, and returns it with its density per sr.
     fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
         let number = self.patches.partition_point(|(_, up_to)| *up_to <= u).min(self.patches.len() - 1);
         let (patch, up_to) = self.patches[number];
@@ -104,7 +106,7 @@ mod tests {
     use crate::guide::{BentGuide, DomedGuide};
     use crate::optics::Mirror;
 
-    /// The same rays for both skies against rays of each sky's own, within 4 combined errors; the larger error is what was asked for.
+    /// Compares shared rays for both skies with separate rays for each, within 4 combined errors; the larger error is as requested.
     #[test]
     fn skies_that_share_rays_agree_with_skies_alone() {
         let (sin, cos) = 40f64.to_radians().sin_cos();
@@ -129,8 +131,8 @@ mod tests {
             }
         }
     }
-    /// Told errors hold what they say: two of them hold the closed form in 91 % of cases by eight replicates, of 240 cases in 84 % at 4
-    /// standard errors less.
+    /// Checks the coverage of estimated errors: 2 standard errors include the closed form in 91 % of cases with eight replicates; of 240
+    /// cases, 84 % are 4 standard errors less.
     #[test]
     fn two_told_errors_hold_the_closed_form() {
         let (traced, closed) = (straight_by_rays(1.0, 0.9), straight(1.0, 0.9));
@@ -151,7 +153,7 @@ mod tests {
         assert!(held > 0.84, "{held}");
     }
 
-    /// The density of directions is theirs: 1 over it has the mean of the hemisphere's solid angle, also where patches' middles see a
+    /// Checks the density of directions: the mean of its inverse is the solid angle of the hemisphere, also if patches' centres see a
     /// tilted mouth from behind.
     #[test]
     fn directions_have_their_density() {

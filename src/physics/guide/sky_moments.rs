@@ -1,4 +1,4 @@
-//! The light of any sky through straight tubes, by integrals over the zenith angle that are made once for a sky.
+//! Throughput of any sky through straight tubes, by integrals over the zenith angle that are computed once per sky.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::num::NonZeroUsize;
@@ -8,29 +8,29 @@ use gauss_quad::GaussLegendre;
 use super::transmittance::{ROUGH, through_straight};
 use crate::sky::{Sky, direction};
 
-/// Panels of zenith angles from the zenith to the horizon, the sun between two of them.
+/// Number of zenith angle panels from the zenith to the horizon, with the sun at the border of two.
 const PANELS: usize = 32;
 
-/// Nodes along half a circle of azimuths.
+/// Number of quadrature nodes along half a circle of azimuths.
 const AZIMUTHS: usize = 24;
 
-/// Degree of the polynomials that integrals within a panel are.
+/// Degree of the polynomials that represent the integrals within a panel.
 const DEGREE: usize = 6;
 
-/// How the light of a sky is spread over zenith angles.
+/// Distribution of the light of a sky over zenith angles.
 ///
-/// With the luminance integrated over the azimuths, R(Z), and t = tan Z these are the integrals up to Z of R sin Z cos Z dZ and
-/// R sin^2 Z dZ, from which follows what a tube passes that light meets every 1 / (b t) of its length
+/// With the luminance integrated over the azimuths, R(Z), and t = tan Z these are the integrals from the zenith to Z of R sin Z cos Z dZ
+/// and R sin^2 Z dZ. They give the light that passes a tube in which it meets the mirror every 1 / (b t) of the length
 /// (docs/physics/tubes.md#transmission-of-a-sky). Relative error below 1e-5.
 #[derive(Clone, Debug)]
 pub struct SkyMoments {
     panels: Vec<Panel>,
-    /// Panels between the zenith and the sun, and their width in radians; the others' width.
+    /// Number of panels between the zenith and the sun; `widths` are the widths in radians of these panels and of the others.
     above: usize,
     widths: [f64; 2],
 }
 
-/// The integrals within a panel, as polynomials of the share of its width.
+/// Integrals within a panel, as coefficients of polynomials in the position within it (0..1).
 #[derive(Clone, Debug)]
 struct Panel {
     level: [f64; DEGREE + 1],
@@ -38,7 +38,7 @@ struct Panel {
 }
 
 impl SkyMoments {
-    /// Looks a sky's luminance up in some thousand directions.
+    /// Computes the integrals of a sky from its luminance in some thousand directions.
     pub fn new(sky: &Sky) -> Self {
         let sun = sky.distribution.sun();
         let of_sun = libm::atan2(sun.truncate().length(), sun.z).clamp(0.0, FRAC_PI_2);
@@ -59,13 +59,13 @@ impl SkyMoments {
         Self { panels, above, widths }
     }
 
-    /// Horizontal illuminance in lux.
+    /// Returns the horizontal illuminance in lux.
     pub fn horizontal_illuminance_lux(&self) -> f64 {
         self.panels.last().map_or(0.0, |last| last.ends()[0])
     }
 
-    /// Luminous flux of the sky through a vertical straight tube, per area of its cross-section, in lm/m2: `aspect` its length over its
-    /// diameter (>= 0), `reflectance` per bounce in 0..=1.
+    /// Computes the luminous flux of the sky through a vertical straight tube, per area of its cross-section, in lm/m2; `aspect` is its
+    /// length over its diameter (>= 0), `reflectance` that per bounce in 0..=1.
     ///
     /// A uniform sky through an aspect ratio of 4 and a mirror of 98 % keeps 0.869927 of its light:
     ///
@@ -86,12 +86,12 @@ impl SkyMoments {
         through_straight(aspect, reflectance, &ROUGH, |tangent| self.moment(tangent))
     }
 
-    /// The integral up to a tangent x of the light per t = tan Z, times x - t.
+    /// Computes the integral over t = tan Z from 0 to `tangent` of the sky's light per t, times `tangent` - t.
     fn moment(&self, tangent: f64) -> f64 {
         let angle = libm::atan(tangent);
         let [above, below] = self.widths;
         let split = above * self.above as f64;
-        // a panel and the share of it; rounding may lead to the end of the last one
+        // panel, and position within it; rounding may lead to the end of the last one
         let (first, place) = if angle < split { (0, angle / above) } else { (self.above, (angle - split) / below) };
         let number = (first + place as usize).min(PANELS - 1);
         let [level, upright] = self.panels[number].at(place - (number - first) as f64);
@@ -100,9 +100,10 @@ impl SkyMoments {
 }
 
 impl Panel {
-    /// The panel of a width from a zenith angle on, and the integrals up to there.
+    /// Integrates over the panel of a `width` that begins at the zenith angle `from`; the integrals up to there are given, and `ring` is
+    /// the luminance integrated over the azimuths.
     fn new(from: f64, width: f64, [level, upright]: [f64; 2], ring: &impl Fn(f64) -> f64) -> Self {
-        // middles of Chebyshev's polynomial of the fourth degree
+        // zeros of Chebyshev's polynomial of the fourth degree
         let nodes: [f64; 4] = std::array::from_fn(|k| 0.5 - 0.5 * libm::cos(PI * (2 * k + 1) as f64 / 8.0));
         let at = nodes.map(|node| {
             let angle = from + width * node;
@@ -110,7 +111,7 @@ impl Panel {
             (ring(angle) * sin, sin, cos, angle)
         });
         let (mut panel_level, mut panel_upright) = ([0.0; DEGREE + 1], [0.0; DEGREE + 1]);
-        // about the zenith the integrands are Z and Z^2 times what a cubic curve goes along with
+        // near the zenith the integrands are Z and Z^2 times a function that a cubic polynomial approximates well
         let powers = if from == 0.0 { [1, 2] } else { [0, 0] };
         for (to, power, values) in [
             (&mut panel_level, powers[0], at.map(|(light, _, cos, _)| light * cos)),
@@ -128,7 +129,7 @@ impl Panel {
         Self { level: panel_level, upright: panel_upright }
     }
 
-    /// Both integrals up to a share of the panel.
+    /// Evaluates both integrals at a position (0..1) within the panel.
     fn at(&self, share: f64) -> [f64; 2] {
         [&self.level, &self.upright].map(|of| of.iter().rev().fold(0.0, |sum, coefficient| sum * share + coefficient))
     }
@@ -138,7 +139,7 @@ impl Panel {
     }
 }
 
-/// The coefficients of the cubic curve through four points, by powers, after Newton.
+/// Returns the coefficients, by powers, of the cubic polynomial through four points, by Newton's divided differences.
 fn cubic(nodes: [f64; 4], values: [f64; 4]) -> [f64; 4] {
     let mut divided = values;
     for order in 1..4 {
@@ -156,13 +157,13 @@ fn cubic(nodes: [f64; 4], values: [f64; 4]) -> [f64; 4] {
     powers
 }
 
-/// The luminance of a sky integrated over the azimuths at a zenith angle, in cd/m2 rad.
+/// Returns the function that integrates the luminance of a sky over the azimuths at a zenith angle, in cd/m2 rad.
 fn ring(sky: &Sky) -> impl Fn(f64) -> f64 {
     let uniform = sky.distribution.is_azimuthally_uniform();
     let sun = sky.distribution.sun();
     let of_sun = libm::atan2(sun.x, sun.y);
     let rule = GaussLegendre::new(NonZeroUsize::new(AZIMUTHS).unwrap_or(NonZeroUsize::MIN));
-    // around the sun's cusp: nodes crowd toward azimuth difference 0
+    // the luminance has a cusp at the sun: nodes crowd toward azimuth difference 0
     let node = |(node, weight): &(f64, f64)| {
         let u = 0.5 * (1.0 + node);
         (direction(0.0, of_sun + PI * u * u * u), 0.5 * weight * 6.0 * PI * u * u)
@@ -190,7 +191,7 @@ mod tests {
         Sky { distribution, zenith_luminance_cd_m2: 5000.0 }
     }
 
-    /// Against the quadrature over sky and kinks, which is good to 1e-9 here: every type, high and low suns.
+    /// Compares with the quadrature over sky and kinks, which is exact to 1e-9 here: every type, high and low suns.
     #[test]
     fn skies_agree_with_quadrature() {
         for number in 1..=16 {
@@ -207,7 +208,7 @@ mod tests {
         }
     }
 
-    /// A uniform sky through bright and dull, short and very long tubes, against its own closed form.
+    /// Compares a uniform sky through bright and dull, short and very long tubes with its own closed form.
     #[test]
     fn long_and_dull_tubes() {
         let sky = sky(5, 35.0);

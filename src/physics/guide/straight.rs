@@ -18,16 +18,16 @@ pub struct StraightGuide {
     pub length: f64,
     /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
-    /// Share that the collector passes at every angle, linear Rec.709, 0..=1.
+    /// Transmittance of the collector at every angle, linear Rec.709, 0..=1.
     pub collector_transmittance: [f64; 3],
 }
 
 impl StraightGuide {
-    /// Half-angle in radians of the cone about the axis from which next to all light comes that passes the guide; `None` for a
+    /// Returns the half-angle in radians of the cone about the axis from which nearly all light comes that passes the guide; `None` for a
     /// perfect mirror.
     ///
-    /// A black guide passes what lies within an angle of tangent D / L; of light at k times that, R^k is left: within a tangent
-    /// of (1 + 5 / ln(1/R)) D / L lies 98 % of the light of a uniform sky.
+    /// A black guide passes only light within an angle of tangent D / L; at k times that tangent the throughput is R^k: 98 % of the light
+    /// of a uniform sky lies within a tangent of (1 + 5 / ln(1/R)) D / L.
     pub fn cone(&self) -> Option<f64> {
         let decades = -libm::log(self.reflectance.brightest());
         (decades > 0.0).then(|| libm::atan((1.0 + 5.0 / decades) * 2.0 * self.radius / self.length))

@@ -1,8 +1,8 @@
-//! Sunlight at a point below a straight pipe, by the arcs of the opening that show the sun.
+//! Sunlight at a point below a straight pipe, by integration along arcs of the opening from which the sun is visible.
 //!
-//! A straight pipe keeps the zenith angle, so that light of one zenith angle comes to a point from an arc of the opening around the point's
-//! foot. Along the arc the azimuth outside changes smoothly between the places where the number of reflections changes; these are found by
-//! halving, and the part of every interval that shows the disc by linear interpolation. Light that is found by directions instead meets the
+//! A straight pipe keeps the zenith angle, so that light of one zenith angle reaches a point from an arc of the opening around the point's
+//! foot. Along the arc the azimuth outside is a smooth function except where the number of reflections changes; these places are found by
+//! bisection, and the part of every interval that sees the solar disc by linear interpolation. Sampling directions instead would hit the
 //! disc once in some hundred times: after n reflections the azimuth turns 2 n + 1 times as fast as at the arc.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -16,31 +16,32 @@ use crate::optics::Spectrum;
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
 
-/// Times that an interval between two places is halved where the number of reflections changes within, or the azimuth is not linear.
+/// Largest number of bisections of an interval in which the number of reflections changes or the azimuth is not linear.
 const MOST_HALVINGS: u32 = 9;
 
-/// Turn between two places, in radians, above which the interval is halved.
+/// Change of azimuth between two places, in radians, above which the interval is bisected.
 const LARGEST_TURN: f64 = 0.3;
 
-/// The same where a part of the interval shows the sun: how much of it is told by the slope.
+/// Change of azimuth, in radians, above which an interval that sees the sun in part is bisected, as the slope gives the visible part; four
+/// half widths of the disc if that is more, up to [`LARGEST_TURN`].
 const LARGEST_TURN_LIT: f64 = 0.04;
 
-/// Zenith angles over the solar disc.
+/// A quadrature node: one zenith angle on the solar disc.
 #[derive(Clone, Copy, Debug)]
 pub struct SunNode {
     /// Zenith angle in radians.
     pub zenith_angle: f64,
-    /// Step of the zenith angle, radians.
+    /// Integration step of the zenith angle in radians.
     pub step: f64,
-    /// Half of the azimuths that the disc covers at this zenith angle, radians.
+    /// Half width in azimuth of the disc at this zenith angle, in radians.
     pub half_azimuth: f64,
 }
 
-/// All zenith angles above the horizon, in radians.
+/// Zenith angles from zenith to horizon, in radians.
 pub const ABOVE_HORIZON: [f64; 2] = [0.0, FRAC_PI_2];
 
-/// Nodes of the sun's disc, as far as it lies within these zenith angles: `count` intervals that crowd toward the ends, each with a node at
-/// the share `shift` (0..1) of it.
+/// Returns the quadrature nodes of the part of the sun's disc within the zenith angles `low` to `high`: `count` intervals that crowd toward
+/// the ends, each with a node at the position `shift` (0..1).
 pub fn sun_nodes(sun: &Sun, (count, shift): (usize, f64), [low, high]: [f64; 2]) -> Vec<SunNode> {
     let centre = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
     let half_squared = libm::sin(0.5 * HALF_ANGLE).powi(2);
@@ -64,36 +65,36 @@ pub fn sun_nodes(sun: &Sun, (count, shift): (usize, f64), [low, high]: [f64; 2])
 /// A point below the clear zone of a straight pipe.
 #[derive(Clone, Copy, Debug)]
 pub struct PointBelow<'a> {
-    /// The pipe.
+    /// Pipe above the point.
     pub guide: &'a StraightGuide,
-    /// Inner and outer radius of the clear zone, m.
+    /// Inner and outer radius of the clear zone in m.
     pub zone: (f64, f64),
     /// Depth below the opening in m, > 0.
     pub depth: f64,
-    /// Its place seen from above, from the axis of the pipe, m.
+    /// Horizontal position relative to the axis of the pipe, in m.
     pub foot: DVec2,
 }
 
-/// Illuminance of a point by the sun, and the rays that found it.
+/// Illuminance of a point by the sun, and the number of rays computed for it.
 #[derive(Clone, Copy, Debug)]
 pub struct SunReceived<const C: usize> {
     /// Illuminance in lux.
     pub illuminance: Spectrum<C>,
-    /// Rays up the pipe.
+    /// Number of rays up the pipe.
     pub rays: u64,
 }
 
 impl PointBelow<'_> {
-    /// Zenith angles in radians of the light that comes from the clear zone to the point.
+    /// Returns the range of zenith angles in radians of light from the clear zone to the point.
     fn zenith_angles(&self) -> [f64; 2] {
         let distance = self.foot.length();
         [distance - self.zone.1, distance + self.zone.1].map(|reach| libm::atan2(reach.max(0.0), self.depth))
     }
 
-    /// Sunlight by so many nodes of the disc, at a share of their intervals, each with so many steps along its arc, the first of them at a
-    /// share (above 0, to 1) of a step.
-    /// `arrives` tells what counts of the light that comes through a place of the opening, from its centre, along a unit vector up
-    /// from the point: the cosine at the receiver, times what the closure passes; nothing where something hides it.
+    /// Computes the illuminance by the sun with a number of nodes on the disc, at a position in their intervals, and a number of steps
+    /// along the arc of each, the first one ending at a fraction (above 0, to 1) of a step. `arrives` returns the factor on light through a
+    /// place of the opening, given from its centre, along a unit vector up from the point: the cosine at the receiver times the
+    /// transmittance of the closure, and zero if the path is occluded.
     pub fn sunlight<const C: usize>(
         &self,
         sun: &Sun,
@@ -107,7 +108,7 @@ impl PointBelow<'_> {
         let (mut sum, mut rays) = (Spectrum::ZERO, 0);
         for node in sun_nodes(sun, nodes, self.zenith_angles()) {
             let reach = self.depth * libm::tan(node.zenith_angle);
-            // half the arc of this radius around the point's foot that lies within a circle around the axis
+            // half the angle of the arc of this radius around the point's foot that lies within a circle around the axis
             let half_arc = |radius: f64| {
                 if reach + distance <= radius {
                     PI
@@ -147,7 +148,7 @@ impl PointBelow<'_> {
     }
 }
 
-/// The points of the opening that a point sees at one zenith angle.
+/// Arc of the opening from which light of one zenith angle reaches a point.
 struct Arc<'a> {
     guide: &'a StraightGuide,
     reach: f64,
@@ -155,48 +156,48 @@ struct Arc<'a> {
     inward: DVec2,
     sin: f64,
     cos: f64,
-    /// From `inward`, radians.
+    /// Azimuth of the sun from `inward`, in radians.
     sun_azimuth: f64,
     half_azimuth: f64,
     rays: u64,
 }
 
-/// Origin outside of the light that a place of the arc sends to the point.
+/// Direction outside the pipe of the light that passes one place of the arc to the point.
 #[derive(Clone, Copy)]
 struct Outside {
     angle: f64,
-    /// Azimuth from the middle of the disc, -pi..pi.
+    /// Azimuth from the centre of the disc in radians, -pi..pi.
     azimuth: f64,
     bounces: f64,
     /// Sine of the angle between the ray and the radius where it meets the wall, seen along the axis.
     skew: f64,
-    /// Chords of the way after the first reflection; below 0 without any.
+    /// Number of chords after the first reflection; below 0 without any reflection.
     chords: f64,
 }
 
-/// The way between two places of an arc.
+/// Behaviour of the light along the arc between two places.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Course {
-    /// No place shows the disc.
+    /// No view of the disc from any place.
     Dark,
-    /// The number of reflections is the same.
+    /// Constant number of reflections.
     Smooth,
-    /// It may change.
+    /// Possible change of the number of reflections.
     Unknown,
 }
 
-/// A piece of the arc that shows the sun.
+/// A piece of the arc from which the sun is visible.
 #[derive(Clone, Copy)]
 struct Lit {
-    /// Its middle.
+    /// Angle of its middle along the arc, in radians.
     angle: f64,
-    /// In radians.
+    /// Length in radians.
     length: f64,
     bounces: f64,
 }
 
 impl Arc<'_> {
-    /// Gives `lit` the pieces between two angles that show the disc.
+    /// Passes the pieces between two angles that see the disc to `lit`.
     fn for_each_lit(&mut self, from: f64, to: f64, (steps, shift): (usize, f64), lit: &mut impl FnMut(&Self, Lit)) {
         let step = (to - from) / steps as f64;
         let mut before = self.outside(from);
@@ -210,14 +211,14 @@ impl Arc<'_> {
         }
     }
 
-    /// The place of the opening at an angle, and the direction from the point toward it.
+    /// Returns the place of the opening at an angle of the arc, and the direction from the point toward it.
     fn ray(&self, angle: f64) -> (DVec2, DVec3) {
         let along = unit_vector(angle).rotate(self.inward);
         (self.foot + along * self.reach, (along * self.sin).extend(self.cos))
     }
 
-    /// Follows the ray of a place up the pipe, as its projection along the axis goes: by equal chords, each reflection turning it by
-    /// pi + 2 asin(s).
+    /// Follows the ray from a place of the arc up the pipe in projection along the axis: by equal chords, each reflection turning it by pi
+    /// + 2 asin(s).
     fn outside(&mut self, angle: f64) -> Outside {
         self.rays += 1;
         let radius = self.guide.radius;
@@ -233,12 +234,12 @@ impl Arc<'_> {
         Outside { angle, azimuth: azimuth - TAU * (azimuth / TAU).round(), bounces, skew, chords }
     }
 
-    /// Tells whether the way between two places is certainly dark, or smooth.
+    /// Classifies the arc between two places as certainly dark, smooth, or unknown.
     ///
-    /// Seen along the axis, s = (d / R) sin(v - v_0), d the distance of the point from the axis; the chords after the first reflection are
-    /// g = (L tan(theta) - way to the wall) / (2 R c), c = cos(asin s), and the azimuth is v + n (pi - 2 asin s), n the whole number above g.
-    /// So between two places s changes by at most (d / R) dv, g by (d / R) (1 + s / c) / (2 c) + g s (d / R) / c^2 times dv, and where
-    /// n does not change the azimuth by 1 + 2 n (d / R) / c times dv, s the largest and c the least there.
+    /// In projection along the axis, s = (d / R) sin(v - v_0), d the distance of the point from the axis; the number of chords after the
+    /// first reflection is g = (L tan(theta) - distance to the wall) / (2 R c), c = cos(asin s), and the azimuth is v + n (pi - 2 asin s),
+    /// n the whole number above g. So between two places s changes by at most (d / R) dv, g by (d / R) (1 + s / c) / (2 c) + g s (d / R) /
+    /// c^2 times dv, and where n is constant the azimuth by 1 + 2 n (d / R) / c times dv, with the largest s and the least c in between.
     fn course(&self, a: Outside, b: Outside) -> Course {
         let length = b.angle - a.angle;
         let eccentricity = self.foot.length() / self.guide.radius;
@@ -308,7 +309,7 @@ mod tests {
     use crate::guide::transmittance::beam_transmission;
     use crate::sky::direction;
 
-    /// The flux on a level plane below a pipe is the flux that the pipe passes: over high and low suns and many reflections.
+    /// Checks that the flux on a level plane below a pipe is the flux that the pipe passes: over high and low suns and many reflections.
     #[test]
     fn the_plane_receives_what_the_pipe_passes() {
         for (altitude_deg, length) in [(75.0, 0.6), (50.0, 1.0), (35.0, 3.0)] {

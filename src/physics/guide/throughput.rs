@@ -1,4 +1,4 @@
-//! Light of one kind through a tube: estimated in independent replicates, by as many rays as it takes, or known in closed form.
+//! Throughput of light through a tube: estimated in independent replicates, with as many rays as the error requires, or exact.
 
 use glam::DVec3;
 
@@ -8,50 +8,50 @@ use crate::sampling::sobol::REPLICATE_LEN;
 use crate::sampling::{Key, PathRandom, Replicate, Stream};
 use crate::statistics::Moments;
 
-/// Independent replicates of each figure.
+/// Number of independent replicates of each result.
 pub const REPLICATES: u64 = 8;
 
-/// Share of the light that rays leave open which all agree, times their number: what happens to a share of 3 / N, N rays miss 5 times in
-/// 100, and that is 1.96 standard errors.
+/// Standard error assigned to N rays that all agree, times N: N rays miss an event of probability 3 / N in 5 of 100 cases, and that is 1.96
+/// standard errors.
 const OPEN: f64 = 1.53;
 
-/// More rays after a look at the error, over those before: at least, so that looks are few (the more, the likelier one finds an
-/// error that is small by chance), and at most, because an error of few rays is known roughly.
+/// Bounds of the growth factor of the number of rays between checks of the error: at least, so that checks are few (the more, the likelier
+/// one finds an error that is small by chance), and at most, because the error of few rays is itself uncertain.
 const MORE_RAYS: [f64; 2] = [1.25, 2.0];
 
-/// Rays that go down a guide together, about.
+/// Approximate number of rays that go down a guide as one batch.
 const AT_ONCE: usize = 64;
 
-/// Rays that are followed for a figure: in each of 8 replicates `least`, and then as many as the error lets expect, again and again until
-/// the standard error of the transmission is at most `standard_error`, or `most` are followed.
+/// Number of rays to trace: `least` in each of 8 replicates, then repeatedly as many more as the error suggests, until the standard error
+/// of the transmission is at most `standard_error`, or `most` are traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Standard error of the transmission that is enough, >= 0.
+    /// Sufficient standard error of the transmission, >= 0.
     pub standard_error: f64,
-    /// Fewest rays of a replicate, > 0.
+    /// Least number of rays per replicate, > 0.
     pub least: u64,
-    /// Most rays of a replicate.
+    /// Largest number of rays per replicate.
     pub most: u64,
 }
 
-/// That number of rays in each replicate.
+/// Effort of a fixed number of rays per replicate.
 impl From<u64> for Effort {
     fn from(rays: u64) -> Self {
         Self { standard_error: 0.0, least: rays, most: rays }
     }
 }
 
-/// A ratio of two estimated quantities.
+/// Ratio of the light that arrives at the diffuser to the light that reaches the collector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transmission {
-    /// 0..=1; zero when nothing arrives at the collector.
+    /// Transmission, 0..=1; zero if no light reaches the collector.
     pub value: f64,
-    /// Standard error of the ratio to first order, from the replicates.
+    /// Standard error of the ratio to first order, from the replicates and the number of rays.
     pub standard_error: f64,
 }
 
 impl Transmission {
-    /// Transmission of lights together that were followed by rays of their own, with the error of a ratio of means.
+    /// Computes the transmission of several lights together that were traced with separate rays, with the error of a ratio of means.
     pub(super) fn of_all(of: &[&Throughput]) -> Self {
         let sum = |part: fn(&Throughput) -> Moments| of.iter().map(|light| part(light).mean).sum::<f64>();
         let (entering, arriving) = (sum(Throughput::entering), sum(Throughput::arriving));
@@ -64,50 +64,50 @@ impl Transmission {
         together.of_rays(of.iter().filter_map(|light| light.rays).reduce(|a, b| a + b))
     }
 
-    /// With the share that a number of rays leaves open.
+    /// Raises the standard error to the least that a number of rays can establish.
     fn of_rays(self, rays: Option<u64>) -> Self {
         let open = rays.filter(|rays| *rays > 0).map_or(0.0, |rays| OPEN / rays as f64);
         Self { standard_error: self.standard_error.max(open), ..self }
     }
 }
 
-/// Light of one kind through a tube: what reaches the collector from outside and what arrives at the diffuser's top, per
-/// replicate. Of a beam of 1 lx these are effective areas in m2, of a sky fluxes in lm.
+/// Throughput of light through a tube: light that reaches the collector from outside and light that arrives at the diffuser's top, per
+/// replicate. These are effective areas in m2 for a beam of 1 lx, and fluxes in lm for a sky.
 #[derive(Clone, Debug)]
 pub struct Throughput {
     replicates: Vec<(f64, f64)>,
-    /// Rays in all; `None` of a closed form.
+    /// Total number of rays; `None` for a closed form.
     rays: Option<u64>,
 }
 
 impl Throughput {
-    /// Light that is known without rays.
+    /// Returns a throughput without error, from a closed form.
     pub(super) fn exact(entering: f64, arriving: f64) -> Self {
         Self { replicates: vec![(entering, arriving); REPLICATES as usize], rays: None }
     }
 
-    /// No light, yet.
+    /// Returns a throughput of zero, to which others can be added.
     pub(super) fn nothing() -> Self {
         Self::exact(0.0, 0.0)
     }
 
-    /// Light that reaches the collector.
+    /// Returns mean and spread of the light that reaches the collector.
     pub fn entering(&self) -> Moments {
         self.moments(|(entering, _)| entering)
     }
 
-    /// Light that arrives at the diffuser's top.
+    /// Returns mean and spread of the light that arrives at the diffuser's top.
     pub fn arriving(&self) -> Moments {
         self.moments(|(_, arriving)| arriving)
     }
 
-    /// Ratio of the light that arrives to the light that enters, with the error of a ratio of means. Rays that all agree may be few: N of
-    /// them leave a share of about 1.5 / N open.
+    /// Returns the ratio of the light that arrives to the light that enters, with the error of a ratio of means. The error of N rays that
+    /// all agree is about 1.5 / N.
     pub fn transmission(&self) -> Transmission {
         Transmission::of_all(&[self])
     }
 
-    /// What arrives beside the share `transmission` of what enters.
+    /// Returns the moments of the residuals: arriving light less `transmission` times entering light.
     fn residuals(&self, transmission: f64) -> Moments {
         self.moments(|(entering, arriving)| arriving - transmission * entering)
     }
@@ -118,7 +118,7 @@ impl Throughput {
         moments
     }
 
-    /// Weighted sum of replicates that were drawn with independent keys.
+    /// Adds another throughput times a factor; both must have independent keys.
     pub(super) fn add(&mut self, other: &Self, factor: f64) {
         for (sum, part) in self.replicates.iter_mut().zip(&other.replicates) {
             sum.0 += factor * part.0;
@@ -131,33 +131,33 @@ impl Throughput {
     }
 }
 
-/// A ray to a collector.
+/// A ray to be traced from a collector.
 pub(super) struct Aim<const N: usize> {
-    /// Point of the unit square for the place where it enters.
+    /// Point of the unit square that selects the entry point.
     pub point: [f64; 2],
-    /// Unit vector to where it comes from.
+    /// Unit vector toward its origin.
     pub toward: DVec3,
-    /// Illuminance in lx across the ray that it stands for, in each of the figures.
+    /// Illuminance in lx, normal to the ray, that it represents in each of the `N` results.
     pub weights: [f64; N],
 }
 
-/// Rays that are followed for `N` figures at once, more and more of them.
+/// State of rays that are traced for `N` results together, and can be continued.
 pub(super) struct Rays<const N: usize> {
     key: Key,
-    /// Of each replicate its choices, and the sums of what enters and arrives.
+    /// Random numbers of each replicate, and the sums of entering and arriving light.
     replicates: Vec<(PathRandom, [(f64, f64); N])>,
-    /// Rays of each replicate so far.
+    /// Number of rays per replicate so far.
     count: u64,
 }
 
 impl<const N: usize> Rays<N> {
-    /// None, yet, of 8 replicates.
+    /// Creates the state of 8 replicates without rays.
     pub(super) fn new(key: Key) -> Self {
         let choices = |number| PathRandom::new(key.child(number).stream(Stream::ThroughputChoices, 0));
         Self { key, replicates: (0..REPLICATES).map(|number| (choices(number), [(0.0, 0.0); N])).collect(), count: 0 }
     }
 
-    /// The means over the rays so far.
+    /// Returns the means over the rays so far.
     pub(super) fn throughputs(&self) -> [Throughput; N] {
         let count = self.count.max(1) as f64;
         let mean = |(entering, arriving): (f64, f64)| (entering / count, arriving / count);
@@ -167,14 +167,14 @@ impl<const N: usize> Rays<N> {
         })
     }
 
-    /// The largest standard error of their transmissions.
+    /// Returns the largest standard error of the transmissions.
     pub(super) fn standard_error(&self) -> f64 {
         self.throughputs().iter().map(|found| found.transmission().standard_error).fold(0.0, f64::max)
     }
 }
 
-/// Follows rays of several kinds, equally many so far, through a guide until each replicate of each has `count`: `aim` makes one of the
-/// number of its kind and a Sobol point.
+/// Traces rays of several kinds, which have equal counts so far, through a guide until each replicate of each has `count`; `aim` creates a
+/// ray from the index of its kind and a Sobol point.
 pub(super) fn follow<const N: usize>(
     guide: &Guide,
     kinds: &mut [Rays<N>],
@@ -183,7 +183,7 @@ pub(super) fn follow<const N: usize>(
 ) {
     debug_assert!(count <= REPLICATE_LEN, "{count} rays are more than one randomisation has");
     let mut done = kinds.first().map_or(count, |rays| rays.count);
-    // rays of all replicates side by side, some at a time
+    // rays of all replicates together, a batch at a time
     let at_once = (AT_ONCE / (kinds.len() * REPLICATES as usize).max(1)).max(1) as u64;
     let mut aimed = Vec::with_capacity(2 * AT_ONCE);
     while done < count {
@@ -220,7 +220,7 @@ pub(super) fn follow<const N: usize>(
     }
 }
 
-/// The numbers of rays of a replicate after which `effort` looks at the error: `look` follows as many and answers it.
+/// Calls `look` with increasing numbers of rays per replicate, as `effort` requires; `look` traces as many and returns the standard error.
 pub(super) fn until_exact(effort: Effort, mut look: impl FnMut(u64) -> f64) {
     let mut rays = effort.least.min(effort.most);
     loop {
@@ -234,7 +234,7 @@ pub(super) fn until_exact(effort: Effort, mut look: impl FnMut(u64) -> f64) {
     }
 }
 
-/// Means over rays of what `aim` makes of a Sobol point.
+/// Computes throughputs by tracing rays that `aim` creates from Sobol points.
 pub(super) fn replicated<const N: usize>(
     guide: &Guide,
     key: Key,
@@ -244,7 +244,7 @@ pub(super) fn replicated<const N: usize>(
     let mut rays = [Rays::new(key)];
     until_exact(effort, |count| {
         follow(guide, &mut rays, count, |_, point| aim(point));
-        // rays that are wanted in any case need no judgement
+        // the error need not be computed if the number of rays is fixed
         if effort.least < effort.most { rays[0].standard_error() } else { 0.0 }
     });
     rays[0].throughputs()

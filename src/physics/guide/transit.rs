@@ -1,4 +1,4 @@
-//! One ray's way through a guide: where it enters, where it ends, and the share of its light that is left.
+//! Passage of one ray through a guide: where it enters, where it ends, and its throughput.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign};
@@ -10,39 +10,39 @@ use crate::optics::Spectrum;
 /// Place where a ray through a guide ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// In the opening (the plane z = 0), on its way down.
+    /// Opening (the plane z = 0), reached on the way down.
     Opening,
-    /// Outside, through the collector.
+    /// Exterior, reached through the collector.
     Top,
-    /// Nowhere: absorbed, or outside without ever having passed the collector.
+    /// No place: absorbed, or outside without ever having passed the collector.
     Absorbed,
-    /// Outside, through a gap in the mesh.
+    /// Exterior, reached through a gap in the mesh.
     Lost,
-    /// The path was ended for its length.
+    /// No place: the path was truncated for its length.
     Cut,
 }
 
-/// A ray's way through a guide.
+/// Passage of a ray through a guide, with its throughput.
 #[derive(Clone, Copy, Debug)]
 pub struct Transit<const C: usize> {
-    /// Where the way ended.
+    /// Place of the end.
     pub end: End,
     /// Point of the end in the tube's frame, in m.
     pub position: DVec3,
-    /// Unit direction in which the ray goes on from there.
+    /// Unit direction of the ray at the end.
     pub direction: DVec3,
-    /// Share that passes the collector, of the light that reached it.
+    /// Transmittance of the collector for the light that reached it.
     pub collector: Spectrum<C>,
-    /// Share that the mirrors leave.
+    /// Product of the mirrors' reflectances along the path.
     pub mirrors: Spectrum<C>,
     /// True if the ray reached the collector from outside; light that passes by a mesh never does.
     pub entered: bool,
-    /// Ray segments computed; a closed form counts as one.
+    /// Number of ray segments computed; a closed form counts as one.
     pub rays: u32,
 }
 
 impl<const C: usize> Transit<C> {
-    /// Share of the light that arrives at the end.
+    /// Returns the throughput: the fraction of the light that arrives at the end.
     #[inline]
     pub fn weight(&self) -> Spectrum<C> {
         self.collector * self.mirrors
@@ -50,18 +50,18 @@ impl<const C: usize> Transit<C> {
 }
 
 impl<const C: usize> Transit<C> {
-    /// The ray segments of this way.
+    /// Returns the number of ray segments of this passage.
     pub fn ray_count(&self) -> RayCount {
         RayCount { followed: u64::from(self.rays), lost: u64::from(self.end == End::Lost) }
     }
 }
 
-/// Ray segments that were followed, and the rays that were lost on the way.
+/// Number of ray segments that were followed, and of rays that were lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCount {
     /// Number of ray segments; a closed form through a guide counts as one.
     pub followed: u64,
-    /// Rays that left a guide through a gap in its mesh ([`End::Lost`]).
+    /// Number of rays that left a guide through a gap in its mesh ([`End::Lost`]).
     pub lost: u64,
 }
 

@@ -7,15 +7,15 @@ use gauss_quad::GaussLegendre;
 
 use crate::sky::{Sky, direction};
 
-/// Transmission of parallel light that fills the upper end of a straight tube.
+/// Computes the transmission of parallel light that fills the upper end of a straight tube.
 ///
 /// `aspect` = length / diameter, `tan_theta` = tangent of the angle from the axis (both >= 0), `reflectance` per bounce
 /// in 0..=1. The integral of Swift and Smith (1995), T = (4/pi) int s^2/sqrt(1-s^2) R^N (1 - (1-R)(A/s - N)) ds with
 /// A = aspect tan(theta) and N = floor(A/s), summed exactly between its kinks
 /// (docs/physics/tubes.md#transmission-of-parallel-light); absolute error below 1e-14.
 ///
-/// A black wall passes (2/pi)(acos A - A sqrt(1 - A^2)) of the light; a mirror of 98 % and an aspect ratio of 4 passes 0.83912
-/// at 60 degrees from the axis:
+/// A black wall passes (2/pi)(acos A - A sqrt(1 - A^2)) of the light; a mirror of 98 % and an aspect ratio of 4 pass 0.83912 at 60 degrees
+/// from the axis:
 ///
 /// ```
 /// use skyduct_physics::guide::transmittance::beam_transmission;
@@ -48,7 +48,7 @@ pub fn beam_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
         let chords = chords_below - below;
         let roots = if upper == lower { 0.0 } else { -(upper - lower) * (upper + lower) / (root_upper + root_lower) };
         sum += power * ((1.0 + loss * n) * chords + loss * a * roots);
-        // what is left is below (4/pi) R^N P(lower), and P(s) < s^3
+        // the rest is below (4/pi) R^N P(lower), and P(s) < s^3
         if power * lower * lower * lower < 1e-17 * sum {
             break;
         }
@@ -63,12 +63,12 @@ pub fn beam_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
     (sum / FRAC_PI_4).clamp(0.0, 1.0)
 }
 
-/// Terms of the series that are added one by one. What is left then is nothing, or belongs to a wall that absorbs so little
-/// that the steps from one number of reflections to the next are as good as a curve.
+/// Number of terms of the series that are added one by one. The rest is negligible, or belongs to a wall that absorbs so little that the
+/// steps from one number of reflections to the next are as good as a curve.
 const MOST_TERMS: f64 = 4096.0;
 
-/// The integral over s from 0 to `upper`, with R^(A/s) (1 + (ln R)^2 / 12) for the broken line through its whole powers,
-/// which lies above it by that much in the mean; s = sin(phi).
+/// Computes the rest of the series: the integral over s from 0 to `upper` with R^(A/s) (1 + (ln R)^2 / 12) instead of the broken line
+/// through its whole powers, which lies above R^(A/s) by that factor on average; s = sin(phi).
 fn remainder(a: f64, reflectance: f64, upper: f64) -> f64 {
     let lambda = -libm::log(reflectance);
     let end = libm::asin(upper);
@@ -77,7 +77,7 @@ fn remainder(a: f64, reflectance: f64, upper: f64) -> f64 {
         let s = libm::sin(phi);
         s * s * libm::exp(-lambda * a / s)
     };
-    // in halves toward zero, where the curve leaves it ever so slowly
+    // in halves toward zero, where the curve rises extremely slowly
     let halves: f64 = (0..24).map(|k| rule.integrate(end * 0.5f64.powi(k + 1), end * 0.5f64.powi(k), curve)).sum();
     halves * (1.0 + lambda * lambda / 12.0)
 }
@@ -86,7 +86,7 @@ fn root(s: f64) -> f64 {
     ((1.0 - s) * (1.0 + s)).max(0.0).sqrt()
 }
 
-/// P(s) = (asin s - s sqrt(1 - s^2)) / 2, the integral of s^2 / sqrt(1 - s^2); by its series where the difference cancels.
+/// Evaluates P(s) = (asin s - s sqrt(1 - s^2)) / 2, the integral of s^2 / sqrt(1 - s^2); by its series where the difference cancels.
 fn primitive(s: f64, root: f64) -> f64 {
     if s < 0.02 {
         let s2 = s * s;
@@ -95,8 +95,8 @@ fn primitive(s: f64, root: f64) -> f64 {
     0.5 * (libm::asin(s) - s * root)
 }
 
-/// Approximate transmission of parallel light by the mean number of reflections, R^(4 A / pi) with A = `aspect` `tan_theta`
-/// (Zastrow and Wittwer 1986): never above [`beam_transmission`], whose arguments it takes.
+/// Approximates the transmission of parallel light by the mean number of reflections, R^(4 A / pi) with A = `aspect` `tan_theta` (Zastrow
+/// and Wittwer 1986): never above [`beam_transmission`], whose arguments it takes.
 ///
 /// ```
 /// use skyduct_physics::guide::transmittance::{beam_transmission, zastrow_wittwer_transmission};
@@ -109,23 +109,24 @@ pub fn zastrow_wittwer_transmission(aspect: f64, tan_theta: f64, reflectance: f6
     libm::pow(reflectance, aspect * tan_theta / FRAC_PI_4)
 }
 
-/// Share of parallel light that a straight tube is likely to pass, at least a thousandth: only the choice of samples depends on it.
+/// Estimates the fraction of parallel light that a straight tube passes, at least a thousandth, for importance sampling only.
 ///
-/// Arguments as of [`beam_transmission`]; the larger one of [`zastrow_wittwer_transmission`], which knows of mirrors, and what passes
-/// without a reflection, which is all that a dark wall leaves. Tables of directions are far coarser than the kinks of the exact series.
+/// Takes the arguments of [`beam_transmission`]. The estimate is the larger of [`zastrow_wittwer_transmission`], for bright mirrors, and
+/// the transmission without a reflection, which is all that a dark wall leaves. Tables of directions are far coarser than the kinks of the
+/// exact series.
 pub fn likely_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
     let by_mirror = zastrow_wittwer_transmission(aspect, tan_theta, reflectance);
     by_mirror.max(beam_transmission(aspect, tan_theta, 0.0)).max(1e-3)
 }
 
-/// Transmission of a straight tube for the light of a uniform sky.
+/// Computes the transmission of a straight tube for the light of a uniform sky.
 ///
 /// `aspect` = length / diameter (>= 0), `reflectance` per bounce in 0..=1. The order of the integrals of [`beam_transmission`] and
 /// over the sky is exchanged: the light that meets the mirror every b = aspect / s diameters of depth has a transmission that is
 /// a smooth series in b (docs/physics/tubes.md#transmission-of-a-sky). Relative error below 1e-9.
 ///
-/// An aspect ratio of 4 and a mirror of 98 % keep 0.869927 of the light; of a black pipe as long as 100 diameters the sky sees
-/// the lower end alone, by the form factor 1 / (4 100^2) to first order:
+/// An aspect ratio of 4 and a mirror of 98 % keep 0.869927 of the light; a black pipe 100 diameters long passes only direct light from the
+/// sky to its lower end, by the form factor 1 / (4 100^2) to first order:
 ///
 /// ```
 /// use skyduct_physics::guide::transmittance::uniform_sky_transmission;
@@ -140,7 +141,7 @@ pub fn uniform_sky_transmission(aspect: f64, reflectance: f64) -> f64 {
     through_straight(aspect, reflectance, &FINE, left_of_atan).clamp(0.0, 1.0)
 }
 
-/// [`uniform_sky_transmission`] with a relative error below 1e-5, in a third of the time.
+/// Computes [`uniform_sky_transmission`] with a relative error below 1e-5, in a third of the time.
 pub(super) fn nearly_uniform_sky_transmission(aspect: f64, reflectance: f64) -> f64 {
     if aspect == 0.0 || reflectance == 1.0 {
         return 1.0;
@@ -148,17 +149,17 @@ pub(super) fn nearly_uniform_sky_transmission(aspect: f64, reflectance: f64) -> 
     through_straight(aspect, reflectance, &ROUGH, left_of_atan).clamp(0.0, 1.0)
 }
 
-/// Nodes of each part of the integral over chords, and of each part of what is left of a series.
+/// Numbers of quadrature nodes of each part of the integral over chords, and of each part of a series' rest.
 pub(super) struct Nodes {
     chords: &'static [usize],
     rest: usize,
 }
 
-/// For relative errors below 1e-9, and below 1e-5.
+/// Numbers of nodes for relative errors below 1e-9 (`FINE`) and below 1e-5 (`ROUGH`).
 const FINE: Nodes = Nodes { chords: &[12, 12, 10, 8, 8, 6, 6, 4, 4, 4, 4], rest: 8 };
 pub(super) const ROUGH: Nodes = Nodes { chords: &[8, 6, 5, 4, 4, 3], rest: 6 };
 
-/// x - atan x, by its series where the difference cancels: the moment of a uniform sky of 1 lx.
+/// Evaluates x - atan x, by its series where the difference cancels: the moment of a uniform sky of 1 lx.
 fn left_of_atan(x: f64) -> f64 {
     if x >= 0.1 {
         return x - libm::atan(x);
@@ -168,8 +169,8 @@ fn left_of_atan(x: f64) -> f64 {
     x * x2 * (1.0 / 3.0 - x2 * (1.0 / 5.0 - x2 * series))
 }
 
-/// Light of a sky that a straight tube passes, per area of its cross-section: `aspect` > 0, `reflectance` below 1; `moment` the integral
-/// from 0 to x of the light of the sky per tangent t of the zenith angle, times x - t.
+/// Computes the light of a sky that a straight tube passes, per area of its cross-section; `aspect` > 0, `reflectance` below 1; `moment` is
+/// the integral from 0 to x of the light of the sky per tangent t of the zenith angle, times x - t.
 pub(super) fn through_straight(aspect: f64, reflectance: f64, nodes: &Nodes, moment: impl Fn(f64) -> f64) -> f64 {
     let rule = |nodes: usize| GaussLegendre::new(NonZeroUsize::new(nodes).unwrap_or(NonZeroUsize::MIN));
     let chords = EvenChords::new(reflectance, &rule(nodes.rest));
@@ -185,7 +186,7 @@ pub(super) fn through_straight(aspect: f64, reflectance: f64, nodes: &Nodes, mom
     nodes.chords.iter().enumerate().map(half).sum::<f64>() / FRAC_PI_4
 }
 
-/// Terms of the series of [`EvenChords`] that are added one by one.
+/// Number of terms of the series of [`EvenChords`] that are added one by one.
 const SINGLE_TERMS: usize = 32;
 
 /// Coefficients of Gregory's formula: a sum from n on is the integral, half of the first term, and these times the forward
@@ -193,15 +194,15 @@ const SINGLE_TERMS: usize = 32;
 const GREGORY: [f64; 7] =
     [1.0 / 12.0, 1.0 / 24.0, 19.0 / 720.0, 3.0 / 160.0, 863.0 / 60_480.0, 275.0 / 24_192.0, 33_953.0 / 3_628_800.0];
 
-/// Sums over the mirrors that light meets in a guide, evenly along it: (1 - R)^2 times the sum over n from 1 of R^(n-1) f(n), for smooth
+/// Quadrature of sums over reflections at even distances along a guide: (1 - R)^2 times the sum over n from 1 of R^(n-1) f(n), for smooth
 /// functions f.
 struct EvenChords {
-    /// Numbers n, whole ones and others, at which the function counts, and by how much.
+    /// Numbers n, whole and fractional, at which the function is evaluated, with their weights.
     terms: Vec<(f64, f64)>,
 }
 
 impl EvenChords {
-    /// `reflectance` R below 1; `rule` integrates what is left of the series after its first terms.
+    /// Computes the terms for a `reflectance` R below 1; `rule` integrates the rest of the series after its first terms.
     fn new(reflectance: f64, rule: &GaussLegendre) -> Self {
         let mut terms = Vec::with_capacity(128);
         let loss = 1.0 - reflectance;
@@ -224,7 +225,7 @@ impl EvenChords {
                 }));
                 from *= 2.0;
             }
-            // by the function's values, differences of which Gregory's formula adds up
+            // weights of the function's values, whose differences Gregory's formula adds up
             let mut of_values = [0.0; GREGORY.len() + 1];
             of_values[0] = 0.5;
             for (k, coefficient) in GREGORY.iter().enumerate() {
@@ -244,24 +245,24 @@ impl EvenChords {
         Self { terms }
     }
 
-    /// Light of a sky that passes a guide whose mirror it meets every 1 / tan(Z) of `b` times at the angle Z from its axis: the sum
-    /// for f(n) = b M(n / b) with the `moment` M, which is x - atan x for a uniform sky of 1 lx.
+    /// Computes the light of a sky that passes a guide in which light at the angle Z from the axis meets the mirror `b` tan(Z) times at
+    /// even distances: the sum for f(n) = b M(n / b) with the `moment` M, which is x - atan x for a uniform sky of 1 lx.
     fn passed(&self, b: f64, moment: &impl Fn(f64) -> f64) -> f64 {
         let per_chord = 1.0 / b;
         b * self.terms.iter().map(|(n, weight)| weight * moment(n * per_chord)).sum::<f64>()
     }
 }
 
-/// Kinks of T(Z) at which the quadrature over a sky is split; light beyond the last has met as many mirrors.
+/// Number of kinks of T(Z) at which the quadrature over a sky is split; light beyond the last has as many reflections.
 const KINKS: u32 = 160;
 
-/// Kinks of T(Z) up to which each part of the quadrature has the most nodes.
+/// Number of kinks of T(Z) up to which each part of the quadrature has the most nodes.
 const BRIGHT_KINKS: f64 = 8.0;
 
-/// Nodes of a part of the quadrature, by its width in radians: the first that is wider.
+/// Numbers of quadrature nodes by the width of a part in radians: the first entry whose width is larger applies.
 const NODES: [(f64, usize); 4] = [(1e-3, 6), (1e-2, 8), (0.03, 16), (f64::INFINITY, 20)];
 
-/// Luminous flux of a sky through a vertical straight tube, per area of its cross-section, in lm/m2.
+/// Computes the luminous flux of a sky through a vertical straight tube, per area of its cross-section, in lm/m2.
 ///
 /// E = integral of L cos Z T(Z) over the sky, with T of [`beam_transmission`] for the tube's `aspect` (length over diameter)
 /// and `reflectance`; divided by the horizontal illuminance it is the diffuse transmission.
@@ -286,7 +287,7 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     let rule = |degree| GaussLegendre::new(NonZeroUsize::new(degree).unwrap_or(NonZeroUsize::MIN));
     let around = rule(48);
     let along = NODES.map(|(width, nodes)| (width, rule(nodes)));
-    // around the sun's cusp: nodes crowd toward azimuth difference 0
+    // the luminance has a cusp at the sun: nodes crowd toward azimuth difference 0
     let ring = |zenith_angle: f64| {
         if sky.distribution.is_azimuthally_uniform() {
             return 2.0 * PI * sky.luminance(direction(FRAC_PI_2 - zenith_angle, sun_azimuth));
@@ -301,7 +302,7 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
         let (sin, cos) = libm::sincos(zenith_angle);
         ring(zenith_angle) * beam_transmission(aspect, sin / cos, reflectance) * sin * cos
     };
-    // what a dull pipe passes at all is in the first parts, however narrow they are
+    // the little that a dull pipe passes is in the first parts, however narrow they are
     let bright = libm::atan(BRIGHT_KINKS / aspect);
     // T has kinks where A is a whole number; the sky has one at the sun
     let mut edges: Vec<f64> = (0..=KINKS).map(|k| libm::atan(f64::from(k) / aspect)).collect();
@@ -326,7 +327,7 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The exchanged integral against the quadrature over the sky, which is good to 1e-9 here.
+    /// Compares the exchanged integral with the quadrature over the sky, which is exact to 1e-9 here.
     #[test]
     fn a_uniform_sky_by_chords() {
         let distribution = crate::sky::SkyDistribution::new(crate::sky::CieType::UNIFORM, glam::DVec3::Z);
@@ -340,7 +341,7 @@ mod tests {
         }
     }
 
-    /// Fewer nodes against many, of bright and dull, short and very long tubes.
+    /// Compares few nodes with many, for bright and dull, short and very long tubes.
     #[test]
     fn few_nodes_are_nearly_as_good() {
         for aspect in [0.05, 0.5, 3.94, 11.0, 100.0, 10_000.0] {
@@ -354,7 +355,7 @@ mod tests {
         }
     }
 
-    /// Black pipes: the form factor of two discs, 1 + h - sqrt(h^2 + 2 h) with h = 2 aspect^2, without its cancellation.
+    /// Compares black pipes with the form factor of two discs, 1 + h - sqrt(h^2 + 2 h) with h = 2 aspect^2, without its cancellation.
     #[test]
     fn black_pipes_show_their_ends() {
         for aspect in [0.05, 0.5, 3.0, 40.0, 500.0] {
@@ -369,8 +370,8 @@ mod tests {
         degrees.to_radians().tan()
     }
 
-    /// Perfect mirrors, no tube, grazing light, black walls (T = (2/pi)(acos A - A sqrt(1 - A^2)) below A = 1), and tubes so
-    /// long that next to nothing is left.
+    /// Checks perfect mirrors, tubes of no length, grazing light, black walls (T = (2/pi)(acos A - A sqrt(1 - A^2)) below A = 1), and tubes
+    /// so long that almost nothing is left.
     #[test]
     fn limits() {
         assert_eq!(beam_transmission(100.0, tangent(89.0), 1.0), 1.0);
@@ -384,7 +385,7 @@ mod tests {
         assert!((tiny / 7.934e-52 - 1.0).abs() < 1e-3, "{tiny}");
     }
 
-    /// Walls that absorb next to nothing: the remainder of the series against all of its terms.
+    /// Compares the remainder of the series with all of its terms, for walls that absorb almost nothing.
     #[test]
     fn remainder_of_the_series() {
         for (a, reflectance) in [(0.5f64, 0.9999f64), (17.6, 0.999), (3000.0, 0.9999), (40.0, 0.99999)] {
@@ -405,7 +406,7 @@ mod tests {
         }
     }
 
-    /// R^(4A/pi) <= T <= R^floor(A); monotone in A and R.
+    /// Checks R^(4A/pi) <= T <= R^floor(A), and that T is monotone in A and R.
     #[test]
     fn bounds_and_monotony() {
         for reflectance in [0.5, 0.9, 0.98, 0.9999] {

@@ -12,45 +12,44 @@ use crate::geometry::cylinder::{cosine_of_incidence, distance_to_wall, traverse}
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::warp;
 
-/// Steps in which one ray may meet walls and mitre planes one by one; the jumps between elbows count as one each.
+/// Largest number of steps of one path that stops at walls and mitre planes one by one; the jumps between elbows count as one each.
 const MAX_STEPS: u32 = 100_000;
 
-/// Share of the light below which a path is no longer followed: less than the rounding error of any sum.
+/// Throughput below which a path is no longer followed: less than the rounding error of any sum.
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Cylinders of one radius, from the opening upward.
+/// A bent guide: cylinders of one radius, from the opening upward.
 ///
-/// Two successive cylinders meet on the ellipse in the plane that bisects their axes. A ray jumps over the bounces between
-/// the elbows in closed form, and steps from wall to wall only where a mitre plane may be crossed
-/// (docs/physics/tubes.md#mitred-elbows).
+/// Two successive cylinders meet on the ellipse in the plane that bisects their axes. A ray jumps over the bounces between the elbows in
+/// closed form, and steps from wall to wall only where a mitre plane may be crossed (docs/physics/tubes.md#mitred-elbows).
 #[derive(Clone, Debug, PartialEq)]
 pub struct BentGuide {
     /// Radius of all cylinders in m.
     pub radius: f64,
     /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
-    /// Share that the collector passes at every angle, linear Rec.709, 0..=1.
+    /// Transmittance of the collector at every angle, linear Rec.709, 0..=1.
     pub collector_transmittance: [f64; 3],
     segments: Vec<Cylinder>,
 }
 
-/// What a ray inside a segment meets next.
+/// Surface that a ray inside a segment meets next.
 enum Next {
     Wall,
     LowerEnd,
     UpperEnd,
 }
 
-/// A point of a ray's course through a tube.
+/// A point of a ray's path through a tube.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoursePoint {
-    /// Where it is, in the frame of the tube.
+    /// Position in the frame of the tube, in m.
     pub position: DVec3,
-    /// Walls that were met up to it, its own included.
+    /// Number of reflections up to this point, its own included.
     pub bounces: u32,
 }
 
-/// One segment: its own frame has z along the axis and the origin in the centre of its lower end.
+/// One segment; its local frame has z along the axis and the origin in the centre of its lower end.
 #[derive(Clone, Debug, PartialEq)]
 struct Cylinder {
     origin: DVec3,
@@ -59,13 +58,13 @@ struct Cylinder {
     /// Unit normals of the end planes in the local frame, both with z > 0.
     lower_normal: DVec3,
     upper_normal: DVec3,
-    /// Heights between which no ray meets an end plane.
+    /// Heights in m between which (`free_from` to `free_to`) no ray meets an end plane.
     free_from: f64,
     free_to: f64,
 }
 
 impl Cylinder {
-    /// What a ray from a point inside meets next, and how far it is.
+    /// Returns the surface that a ray from a point inside meets next, and the distance to it in m.
     #[inline]
     fn next(&self, radius: f64, p: DVec3, d: DVec3) -> (Next, f64) {
         let wall = distance_to_wall(radius, p, d);
@@ -96,7 +95,7 @@ impl Cylinder {
     }
 }
 
-/// The ray after a wall in its way, and the cosine of its angle from the wall's normal.
+/// Reflects a ray at the point `p` of the wall; returns its direction and the cosine of its angle from the wall's normal.
 #[inline]
 fn reflect(radius: f64, p: DVec3, d: DVec3) -> (DVec3, f64) {
     let normal = p.truncate() * (1.0 / radius);
@@ -105,8 +104,8 @@ fn reflect(radius: f64, p: DVec3, d: DVec3) -> (DVec3, f64) {
 }
 
 impl BentGuide {
-    /// `segments`: length in metres and unit axis of each, from the opening upward; the first axis is vertical, no two
-    /// successive axes are opposite, and every segment is long enough that its mitre ellipses do not meet.
+    /// Creates a guide from the `segments`, length in metres and unit axis of each, from the opening upward; the first axis is vertical, no
+    /// two successive axes are opposite, and every segment is long enough that its mitre ellipses do not meet.
     pub fn new(radius: f64, segments: &[(f64, DVec3)], reflectance: Mirror, collector_transmittance: [f64; 3]) -> Self {
         let mut origin = DVec3::ZERO;
         let mut cylinders = Vec::with_capacity(segments.len());
@@ -134,7 +133,7 @@ impl BentGuide {
         Self { radius, reflectance, collector_transmittance, segments: cylinders }
     }
 
-    /// Centre of the upper end, and the turn into a frame with z along the last axis.
+    /// Returns the centre of the upper end, and the rotation into a frame with z along the last axis.
     pub(super) fn upper_end(&self) -> (DVec3, DMat3) {
         let centre = |top: &Cylinder| top.origin + top.to_local.transpose() * (DVec3::Z * top.length);
         self.segments.last().map_or((DVec3::ZERO, DMat3::IDENTITY), |top| (centre(top), top.to_local))
@@ -161,8 +160,8 @@ impl BentGuide {
         self.follow(position, direction, 0)
     }
 
-    /// The way of a ray from inside the upper end: where it starts, every wall and every plane between segments that it
-    /// meets, and where it leaves; at most `most` points.
+    /// Traces the path of a ray from inside the upper end: its start, every reflection and every crossing of a plane between segments, and
+    /// its exit; at most `most` points.
     pub fn course(&self, position: DVec3, direction: DVec3, most: usize) -> Vec<CoursePoint> {
         let mut course = vec![CoursePoint { position, bounces: 0 }];
         let Some(mut index) = self.segments.len().checked_sub(1) else { return course };
@@ -191,13 +190,13 @@ impl BentGuide {
         course
     }
 
-    /// Share that so many crossings of the collector leave.
+    /// Returns the transmittance of a number of crossings of the collector.
     #[inline]
     fn collected<const C: usize>(&self, crossings: i32) -> Spectrum<C> {
         Spectrum::from_rgb(self.collector_transmittance).map(|t| t.powi(crossings))
     }
 
-    /// Bounces beyond which nothing is left; infinite for a perfect mirror.
+    /// Returns the number of bounces beyond which the throughput is negligible; infinite for a perfect mirror.
     fn most_bounces(&self) -> f64 {
         let brightest = self.reflectance.brightest();
         if brightest < 1.0 { libm::log(NEGLIGIBLE) / libm::log(brightest) } else { f64::INFINITY }
@@ -209,7 +208,7 @@ impl BentGuide {
         let mut p = cylinder.to_local * (position - cylinder.origin);
         let mut d = cylinder.to_local * direction;
         let mut bounces = 0.0;
-        // what is left, where the reflectance differs from bounce to bounce
+        // throughput so far, where the reflectance differs from bounce to bounce
         let mut left = Spectrum::<C>::ONE;
         let by_angle = matches!(self.reflectance, Mirror::ByAngle(_));
         let most_bounces = self.most_bounces();
@@ -284,7 +283,7 @@ mod tests {
         BentGuide::new(0.127, &axes, [reflectance; 3].into(), [1.0; 3])
     }
 
-    /// A bend of nothing is the straight tube: same bounces, same rays.
+    /// Checks that a bend of zero equals the straight tube: same bounces, same rays.
     #[test]
     fn no_bend_equals_straight() {
         let bent = elbow(0.0, 0.98);
@@ -305,7 +304,7 @@ mod tests {
         }
     }
 
-    /// The course ends where the closed form does, after as many walls.
+    /// Checks that the path by steps ends where the closed form does, after as many reflections.
     #[test]
     fn a_course_ends_where_the_closed_form_does() {
         let guide = elbow(40.0, 0.9);
@@ -328,8 +327,8 @@ mod tests {
         assert_eq!(guide.course(DVec3::Z, -DVec3::Z, 2).len(), 2);
     }
 
-    /// Forward and back-reflected isotropic transmission against tests/reference/elbow_transmission.csv; both errors enter
-    /// the tolerance of 4 standard errors.
+    /// Compares forward and back-reflected isotropic transmission with tests/reference/elbow_transmission.csv; both errors enter the
+    /// tolerance of 4 standard errors.
     #[test]
     fn elbows_transmit_and_send_back() {
         let table = [
@@ -361,7 +360,7 @@ mod tests {
         }
     }
 
-    /// Isotropic light passes an elbow of unequal arms as well from either end.
+    /// Checks reciprocity: isotropic light passes an elbow of unequal arms as well from either end.
     #[test]
     fn elbows_are_reciprocal() {
         let (sin, cos) = 60f64.to_radians().sin_cos();

@@ -1,7 +1,7 @@
-//! Rays through a bent tube side by side: as many at once as a vector of the processor has numbers, all in the same segment.
+//! SIMD packets of rays through a bent tube: as many rays as a vector of the processor has numbers, all in the same segment.
 //!
-//! Rays that run along the axis, graze the wall or bounce very often are followed one by one instead. Every ray has the bits
-//! that [`BentGuide::down`] gives it: the same operations in the same order.
+//! Rays that run along the axis, graze the wall or bounce very often are followed one by one instead. Every ray has the bits that
+//! [`BentGuide::down`] gives it: the same operations in the same order.
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
@@ -12,17 +12,17 @@ use crate::geometry::cylinder::{LEAST_HALF_CHORD, MOST_SQUARED};
 use crate::geometry::numbers::{Numbers, Truths};
 use crate::optics::Mirror;
 
-/// Numbers of the widest vector of any processor.
+/// Number of f64 lanes of the widest vector of any processor.
 const WIDEST: usize = 8;
 
-/// Walls on either side of the closed form that the rays of a vector meet together.
+/// Largest number of reflections that a packet has by steps before the closed form, and after it.
 const MOST_WALLS: usize = 64;
 
-/// How often rays are taken through all segments, down and up in turn; those that still turn back then are followed one by one.
+/// Number of sweeps of rays through all segments, down and up in turn; rays that still turn back then are followed one by one.
 const MOST_SWEEPS: usize = 16;
 
 impl BentGuide {
-    /// The ways of light from entry points, each `(position, unit direction)`, down, as [`BentGuide::down`] has them.
+    /// Follows light from entry points, each `(position, unit direction)`, down, with the results of [`BentGuide::down`].
     pub(in super::super) fn down_together<const C: usize>(&self, rays: &[(DVec3, DVec3)]) -> Vec<Transit<C>> {
         let alone = |(position, direction): &(DVec3, DVec3)| self.down(*position, *direction);
         if matches!(self.reflectance, Mirror::ByAngle(_)) {
@@ -55,23 +55,23 @@ impl BentGuide {
     }
 }
 
-/// Where a ray is.
+/// Place of a ray between sweeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum At {
-    /// About to enter the segment with this number, or inside of it.
+    /// Segment that the ray is in or about to enter, by its index.
     Segment(usize),
     Opening,
     Top,
-    /// Anywhere: it has to be followed by itself.
+    /// Any place: the ray has to be followed by itself.
     Alone,
 }
 
-/// A ray in the frame of the tube, between two segments.
+/// State of a ray in the frame of the tube, between two segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Way {
     position: [f64; 3],
     direction: [f64; 3],
-    /// Walls that it met, and rays that were computed for it.
+    /// Number of reflections (`bounces`), and of ray segments computed by steps (`rays`).
     bounces: f64,
     rays: f64,
     at: At,
@@ -90,7 +90,7 @@ struct Sweeps<'a> {
     ways: &'a mut [Way],
 }
 
-// what takes part is inlined, and no closure is handed on: it would be compiled without the vector instructions
+// functions are inlined, and no closure is passed on: they would be compiled without the vector instructions
 
 impl WithSimd for Sweeps<'_> {
     type Output = ();
@@ -121,12 +121,12 @@ impl WithSimd for Sweeps<'_> {
     }
 }
 
-/// Takes the rays `group` of `ways`, one at least and no more than a vector has, through the segment they are in.
+/// Takes the rays `group` of `ways`, at least one and no more than a vector has lanes, through the segment they are in.
 #[inline(always)]
 fn pass<S: Simd>(simd: S, segments: &[Cylinder], index: usize, radius: f64, ways: &mut [Way], group: &[usize]) {
     let mut columns = [[0.0; WIDEST]; 8];
     for lane in 0..S::F64_LANES {
-        // what is left of a vector goes the way of its first ray
+        // unused lanes repeat the first ray
         let way = &ways[*group.get(lane).unwrap_or(&group[0])];
         for axis in 0..3 {
             columns[axis][lane] = way.position[axis];
@@ -184,27 +184,28 @@ fn pass<S: Simd>(simd: S, segments: &[Cylinder], index: usize, radius: f64, ways
     }
 }
 
-/// Rays in one segment, in its frame.
+/// A packet of rays in one segment, in its frame.
 struct Rays<S: Simd> {
     position: Vector<S>,
     direction: Vector<S>,
     bounces: Numbers<S>,
     rays: Numbers<S>,
-    /// True of those that go on, and of those that came to an end of the segment; of none where one has to be followed by itself.
+    /// Lanes still being followed (`going`), and lanes that reached an end of the segment; a lane in none of the masks has to be followed
+    /// by itself.
     going: Truths<S>,
     at_lower: Truths<S>,
     at_upper: Truths<S>,
 }
 
 impl<S: Simd> Rays<S> {
-    /// From where they are to the ends of the segment.
+    /// Follows the packet from its positions to the ends of the segment.
     #[inline(always)]
     fn pass(&mut self, simd: S, cylinder: &Cylinder, radius: f64) {
         let zero = Numbers::all(simd, 0.0);
         let (free_from, free_to) = (Numbers::all(simd, cylinder.free_from), Numbers::all(simd, cylinder.free_to));
         let (down, up) = (self.direction[2].is_below(zero), zero.is_below(self.direction[2]));
         self.going = down.or(up);
-        // walls near the end by which they came
+        // reflections near the end by which the rays came
         for _ in 0..MOST_WALLS {
             let z = self.position[2];
             let near = down.and(free_to.is_below(z)).or(up.and(z.is_below(free_from)));
@@ -234,7 +235,7 @@ impl<S: Simd> Rays<S> {
         }
     }
 
-    /// Takes `these` on to the wall, or to an end of the segment.
+    /// Moves the lanes `these` to the wall, where they are reflected, or to an end of the segment.
     #[inline(always)]
     fn meet(&mut self, simd: S, cylinder: &Cylinder, radius: f64, these: Truths<S>) {
         let (zero, one) = (Numbers::all(simd, 0.0), Numbers::all(simd, 1.0));
@@ -279,7 +280,7 @@ impl<S: Simd> Rays<S> {
         self.going = self.going.but_not(ended);
     }
 
-    /// Takes `these` over `axial` > 0 metres along the axis, as [`crate::geometry::cylinder::traverse`] does.
+    /// Moves the lanes `these` over `axial` > 0 metres along the axis, as [`crate::geometry::cylinder::traverse`] does.
     #[inline(always)]
     fn traverse(&mut self, simd: S, radius: f64, axial: Numbers<S>, these: Truths<S>) {
         let (zero, one, two) = (Numbers::all(simd, 0.0), Numbers::all(simd, 1.0), Numbers::all(simd, 2.0));
@@ -295,7 +296,7 @@ impl<S: Simd> Rays<S> {
         let from_middle = p[0] * d[0] + p[1] * d[1];
         let chords = (from_middle + half_chord + path) / (two * half_chord);
         let bounces = chords.floor().larger(zero);
-        // rays along the axis, rays along the wall, and more bounces than are turned one by one
+        // excluded: rays along the axis, rays along the wall, and more bounces than repeated squaring takes
         let usual = zero.is_below(path).but_not(half_chord.is_below(Numbers::all(simd, LEAST_HALF_CHORD) * reach));
         let usual = usual.but_not(Numbers::all(simd, MOST_SQUARED).is_below(bounces));
         self.going = self.going.but_not(these.but_not(usual));
@@ -366,8 +367,8 @@ mod tests {
         BentGuide::new(0.127, axes, [reflectance; 3].into(), [0.92; 3])
     }
 
-    /// Rays have the bits that each has alone: through bends of several angles, of long and of short segments, mirrors that leave
-    /// little, light from everywhere, along the axis and along the wall; most go together.
+    /// Checks that each ray has the same bits in a packet as alone: through bends of several angles, long and short segments, mirrors that
+    /// leave little, light from everywhere, along the axis and along the wall; most rays stay in packets.
     #[test]
     fn rays_have_the_bits_of_each_alone() {
         let tilted = |angle: f64, azimuth: f64| {
@@ -409,7 +410,7 @@ mod tests {
         }
     }
 
-    /// Without vectors the bits are the same.
+    /// Checks that the bits are the same without vector instructions.
     #[test]
     fn rays_have_the_same_bits_on_all_processors() {
         let guide = guide(&[(0.5, DVec3::Z), (0.7, DVec3::new(0.6, 0.0, 0.8))], 0.95);
