@@ -21,27 +21,27 @@ use crate::job::store::{Artifact, Lease};
 
 #[derive(Debug, thiserror::Error)]
 pub enum ArtifactError {
-    /// There is no file with this key.
+    /// No file has this key.
     #[error("{0} is not there")]
     NotFound(String),
     #[error("{key} is damaged: its hash is not {hash}")]
     Damaged { key: String, hash: String },
-    /// The disk has no room; the text is for the log, too.
+    /// Full disk; the text is for the log, too.
     #[error("the artifact store is full: {0}")]
     Full(String),
-    /// For the log: the text may have paths of this machine.
+    /// Other failure, for the log: the text may have paths of this machine.
     #[error("the artifact store failed: {0}")]
     Failed(String),
 }
 
-/// Write-once files. What a key holds never changes, so that a reader never sees half a file or a mix of two.
+/// Store of write-once files. The content of a key never changes, so that a reader never sees half a file or a mix of two.
 #[derive(Clone)]
 pub struct Artifacts {
     store: Arc<LocalFileSystem>,
     root: PathBuf,
-    /// Large files whose content was found to be what was stored, as they were then.
+    /// Large files whose content was verified, with their size and time of change then.
     checked: Arc<Mutex<HashMap<String, Seen>>>,
-    /// Those of [`FOLDERS`] whose place in the top folder is on the disk for certain.
+    /// Folders of [`FOLDERS`] whose entry in the top folder is certainly on the disk.
     top_folders: Arc<Mutex<HashSet<String>>>,
 }
 
@@ -59,21 +59,21 @@ pub struct Orphan {
     pub written: SystemTime,
 }
 
-/// Folders of the files that rows point to; beside them the folder holds its own notes.
+/// Folders of the files that rows point to; notes of the store lie beside them.
 const FOLDERS: [&str; 2] = ["jobs", "meshes"];
 
-/// Size up to which a file is hashed each time it is served. A larger one is hashed once, and again when its size or
-/// time of change is another: a flip of a bit that leaves both as they were is found in the smaller files only.
+/// Size in bytes up to which a file is hashed each time it is served. A larger one is hashed once, and again when its size or time of
+/// change differs: a flipped bit that leaves both as they were is found in the smaller files only.
 const ALWAYS_CHECKED_BYTES: u64 = 1 << 20;
 
-/// Large files that are remembered as checked; then all are forgotten.
+/// Number of large files that are remembered as verified; then all are forgotten.
 const MOST_REMEMBERED: usize = 10_000;
 
-/// Characters of the content hash in keys.
+/// Number of characters of the content hash in keys.
 const HASH_IN_KEY: usize = 16;
 
 impl Artifacts {
-    /// Files below `directory`, which is created when it is not there, for this user only.
+    /// Opens the files below `directory`, which is created when it is not there, for this user only.
     pub fn on_disk(directory: &FilePath) -> Result<Self, ArtifactError> {
         let unusable =
             |error: &dyn std::fmt::Display| ArtifactError::Failed(format!("{}: {error}", directory.display()));
@@ -87,8 +87,8 @@ impl Artifacts {
         Ok(Self { store: Arc::new(store), root, checked: Arc::default(), top_folders: Arc::default() })
     }
 
-    /// Stores a file of a claimed chunk; its key says whose attempt it is from. It survives the end of the process, and after
-    /// [`Self::make_durable`] that of the power.
+    /// Stores a file of a claimed chunk; its key has the job, the chunk and the attempt. The file survives the end of the process, and
+    /// after [`Self::make_durable`] a power failure.
     pub async fn put_of_chunk(
         &self,
         lease: &Lease,
@@ -103,7 +103,7 @@ impl Artifacts {
         match self.put_if_absent(&key, bytes.clone()).await {
             Ok(true) => {}
             Ok(false) => {
-                // of an attempt that the store has forgotten since the power failed: its file may be cut short
+                // left by an attempt that the store forgot in a power failure: the file may be cut short
                 if self.read_checked(&key, &hash).await.is_err() {
                     self.delete(&key).await?;
                     self.put_if_absent(&key, bytes).await?;
@@ -114,7 +114,7 @@ impl Artifacts {
         Ok(Artifact { name: name.to_owned(), key, hash, size, media_type: media_type.to_owned(), content: None })
     }
 
-    /// Stores a file that is not there yet, durably. A key names its content: when it is there already, it is the same file.
+    /// Stores a file durably, unless it is there already: a key names its content, so that it is the same file then.
     pub async fn put(&self, key: &str, bytes: Bytes) -> Result<(), ArtifactError> {
         self.put_if_absent(key, bytes).await?;
         self.make_durable(&[key]).await
@@ -129,8 +129,8 @@ impl Artifacts {
         }
     }
 
-    /// Waits until these files are on the disk, with the folders that lead to them: all at the same time, which costs the disk
-    /// little more than one. The top folder changes only when one of [`FOLDERS`] comes into it, and is waited for once.
+    /// Waits until these files and the folders that lead to them are on the disk: all at the same time, which costs the disk little more
+    /// than one. The top folder changes only when one of [`FOLDERS`] is created in it, and is waited for once.
     pub async fn make_durable(&self, keys: &[impl AsRef<str>]) -> Result<(), ArtifactError> {
         let mut paths = BTreeSet::new();
         let mut top_folders = HashSet::new();
@@ -159,7 +159,7 @@ impl Artifacts {
         Ok(())
     }
 
-    /// The file, or `range` of it, piece by piece.
+    /// Returns the file, or `range` of its bytes, piece by piece.
     pub async fn stream(
         &self,
         artifact: &Artifact,
@@ -182,8 +182,7 @@ impl Artifacts {
         self.store.get(&path(key)?).await.map_err(failed)?.bytes().await.map_err(failed)
     }
 
-    /// True if the file is what was stored. A small one is read anew each time, a large one when it may have changed
-    /// since.
+    /// Checks that the file is as it was stored. A small one is read anew each time, a large one when it may have changed since.
     pub async fn check(&self, artifact: &Artifact) -> Result<(), ArtifactError> {
         if let Some(content) = &artifact.content {
             return check_hash(content, &artifact.name, &artifact.hash);
@@ -217,7 +216,7 @@ impl Artifacts {
         Ok(())
     }
 
-    /// The whole file of a job, after a look whether its content is what was stored.
+    /// Reads a whole file of a job, and checks that its content is as it was stored.
     pub async fn read_artifact(&self, artifact: &Artifact) -> Result<Bytes, ArtifactError> {
         match &artifact.content {
             Some(content) => check_hash(content, &artifact.name, &artifact.hash).map(|()| content.clone()),
@@ -225,7 +224,7 @@ impl Artifacts {
         }
     }
 
-    /// The whole file at a key, after a look whether its content is what was stored.
+    /// Reads the whole file at a key, and checks that its content is as it was stored.
     pub async fn read_checked(&self, key: &str, hash: &str) -> Result<Bytes, ArtifactError> {
         let bytes = self.read(key).await?;
         check_hash(&bytes, key, hash)?;
@@ -253,7 +252,7 @@ impl Artifacts {
         self.store.list(Some(&path(folder)?)).try_collect().await.map_err(|error| failed(folder, error))
     }
 
-    /// Files that are not in `keep`.
+    /// Finds the files that are not in `keep`.
     pub async fn orphans(&self, keep: &HashSet<String>) -> Result<Vec<Orphan>, ArtifactError> {
         let mut orphans = Vec::new();
         for folder in FOLDERS {
@@ -267,7 +266,7 @@ impl Artifacts {
         Ok(orphans)
     }
 
-    /// Looks for any of these files, and for any file at all.
+    /// Checks whether any of these files is there, and whether any file is there at all.
     pub async fn presence(&self, keys: &HashSet<String>) -> Result<Presence, ArtifactError> {
         let mut presence = Presence::default();
         for folder in FOLDERS {
@@ -283,7 +282,7 @@ impl Artifacts {
         Ok(presence)
     }
 
-    /// A note of the folder about itself, one line.
+    /// Reads a one-line note of the folder about itself; `None` if there is none.
     pub async fn note(&self, name: &str) -> Result<Option<String>, ArtifactError> {
         match self.read(name).await {
             Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).trim().to_owned())),
@@ -296,25 +295,25 @@ impl Artifacts {
         self.put(name, format!("{text}\n").into()).await
     }
 
-    /// Proves that files can be written, by one.
+    /// Proves that files can be written, by writing and deleting one.
     pub async fn ready(&self) -> Result<(), ArtifactError> {
         let name = format!("ready-{}", Uuid::new_v4());
         self.put_if_absent(&name, Bytes::from_static(b"ready\n")).await?;
         self.delete(&name).await
     }
 
-    /// Bytes that this process can still write to the file system of the files.
+    /// Returns the number of bytes that this process can still write to the file system of the files.
     pub fn free_bytes(&self) -> Result<u64, ArtifactError> {
         let system = rustix::fs::statvfs(&self.root).map_err(|error| ArtifactError::Failed(error.to_string()))?;
         Ok(system.f_bavail.saturating_mul(system.f_frsize))
     }
 }
 
-/// Result of a look for a set of files.
+/// Result of a search for a set of files.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Presence {
     pub any: bool,
-    /// True if at least one of those that were asked for is there.
+    /// True if at least one of the requested files is there.
     pub known: bool,
 }
 
@@ -336,7 +335,7 @@ fn failed(key: &str, error: object_store::Error) -> ArtifactError {
     }
 }
 
-/// A failure told by `text`, full where the disk is, or the quota of its owner, or where files may not be as long.
+/// Makes an error with `text`: [`ArtifactError::Full`] where the disk or the quota of its user is full, or where files may not be as long.
 fn failure(error: &(dyn Error + 'static), text: String) -> ArtifactError {
     let causes = std::iter::successors(Some(error), |error| (**error).source());
     let kinds = causes.filter_map(|cause| cause.downcast_ref::<io::Error>()).map(io::Error::kind);
@@ -390,7 +389,7 @@ mod tests {
         assert!(matches!(artifacts.read(&artifact.key).await, Err(ArtifactError::NotFound(_))));
     }
 
-    /// What the store keeps itself is served as a file is, and damage to it is seen.
+    /// Content that the store keeps itself is served like a file, and damage to it is detected.
     #[tokio::test]
     async fn content_beside_its_name_is_a_file_like_others() {
         let directory = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Files of the artifacts in a second folder. They never change, so that a second name for each is a copy.
+//! Backup of the artifacts' files in a second folder. They never change, so that a hard link to each is a copy.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -10,16 +10,16 @@ use super::private_folder::create_private_folder;
 /// Result of copying files.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Copied {
-    /// Files that have a second name on the same disk.
+    /// Number of files that were hard-linked on the same disk.
     pub linked: u64,
-    /// Files that were copied, since the folders are on different disks or theirs knows no second names.
+    /// Number of files that were copied, since the folders are on different disks or the file system has no hard links.
     pub copied: u64,
-    /// Keys of files that are not there.
+    /// Keys of files that are missing.
     pub missing: Vec<String>,
 }
 
-/// Gives each of the files at `keys` below `from` a second name below `to`, or copies it where that cannot be, and waits until all of
-/// them survive the end of the power.
+/// Links each of the files at `keys` below `from` to the same place below `to`, or copies it where no hard link is possible, and waits
+/// until all of them are durable.
 pub fn copy_files(from: &Path, to: &Path, keys: impl IntoIterator<Item = String>) -> io::Result<Copied> {
     let mut copied = Copied::default();
     let mut folders = BTreeSet::from([to.to_owned()]);
@@ -37,7 +37,7 @@ pub fn copy_files(from: &Path, to: &Path, keys: impl IntoIterator<Item = String>
                 copied.missing.push(key);
                 continue;
             }
-            // another disk, a disk without second names, a file of another user
+            // another disk, a disk without hard links, a file of another user
             Err(_) => match fs::copy(&source, &target) {
                 Ok(_) => copied.copied += 1,
                 Err(error) if error.kind() == ErrorKind::NotFound => {

@@ -1,9 +1,9 @@
-//! What was computed lately, kept for who asks for the same again.
+//! Cache of recently computed values, for repeated requests.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Values by all that they follow from, a bounded number of them for the whole process: whether one was kept changes no bit.
+/// Values by all that they depend on, a bounded number of them for the whole process; results do not depend on which are kept.
 ///
 /// ```
 /// use skyduct::job::cache::Cache;
@@ -14,22 +14,22 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// ```
 pub struct Cache<K, T> {
     most: usize,
-    /// The one that was asked for last is last.
+    /// Values by key, the most recently requested one last.
     values: Mutex<VecDeque<(K, Slot<T>)>>,
 }
 
-/// Computed by the first who asks; all others wait for it.
+/// Value that the first thread to request it computes, while all others wait for it.
 type Slot<T> = Arc<OnceLock<T>>;
 
 impl<K: PartialEq, T: Clone> Cache<K, T> {
-    /// Keeps a number of values: those that were asked for last.
+    /// Creates a cache of at most `most` values: those that were requested last.
     pub const fn new(most: usize) -> Self {
         Self { most, values: Mutex::new(VecDeque::new()) }
     }
 
-    /// The value that follows from a key.
+    /// Returns the value of a key; `compute` computes it where it is not kept.
     pub fn get(&self, key: K, compute: impl FnOnce() -> T) -> T {
-        // nobody waits for the others while one is computed
+        // the lock is free while a value is computed: requests of other keys need not wait
         self.slot(key).get_or_init(compute).clone()
     }
 
@@ -50,7 +50,7 @@ impl<K: PartialEq, T: Clone> Cache<K, T> {
 mod tests {
     use super::*;
 
-    /// What was asked for last stays, and is not computed again.
+    /// The most recently requested value stays, and is not computed again.
     #[test]
     fn the_values_that_were_asked_for_last_are_kept() {
         let kept = Cache::new(3);

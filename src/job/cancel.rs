@@ -1,16 +1,16 @@
-//! Work on another thread that ends before it is done: nobody waits for it any more, or it must not go on.
+//! Cancellation of work on another thread: its result is no longer wanted, or it must not continue.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::thread::{Thread, park_timeout, scope};
 use std::time::{Duration, Instant};
 
-/// Tells work on another thread to stop, once this is dropped: held by the request that waits for it.
+/// Guard that tells work on another thread to stop when it is dropped: held by the request that waits for the result.
 #[derive(Default)]
 pub struct CancelOnDrop(Arc<AtomicBool>);
 
 impl CancelOnDrop {
-    /// The flag that the work looks at.
+    /// Returns the flag that the work polls.
     pub fn flag(&self) -> Arc<AtomicBool> {
         self.0.clone()
     }
@@ -22,37 +22,37 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// Why a render ends within a pass. Of two reasons the later variant counts.
+/// Reason why a render ends within a pass. If two are raised, the later variant counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum StopReason {
-    /// Its seconds are used up; passes that were done count.
+    /// The seconds of the job are used up; passes that were done count.
     OutOfTime = 1,
-    /// Somebody asked for it; passes that were done count.
+    /// A user cancelled the job; passes that were done count.
     Cancelled = 2,
-    /// Nothing that was computed counts.
+    /// The work was abandoned; nothing that was computed counts.
     Abandoned = 3,
 }
 
-/// A token that who asks a render to end shares with who renders.
+/// Stop signal that the caller who may end a render shares with the code that renders.
 #[derive(Clone, Default)]
 pub struct Stop(Arc<Signal>);
 
 #[derive(Default)]
 struct Signal {
     raised: AtomicBool,
-    /// Written before `raised`; 0 is no reason.
+    /// Reason, written before `raised`; 0 for none.
     reason: AtomicU8,
 }
 
 impl Stop {
-    /// Ends the running pass; what it has computed is dropped.
+    /// Ends the running pass, whose results are dropped.
     pub fn raise(&self, reason: StopReason) {
         self.0.reason.fetch_max(reason as u8, Ordering::Relaxed);
         self.0.raised.store(true, Ordering::Release);
     }
 
-    /// Why the render shall end; `None` while it may go on.
+    /// Returns the reason why the render must end; `None` while it may continue.
     pub fn reason(&self) -> Option<StopReason> {
         if !self.0.raised.load(Ordering::Acquire) {
             return None;
@@ -64,15 +64,15 @@ impl Stop {
         })
     }
 
-    /// The flag that a running pass looks at.
+    /// Returns the flag that a running pass polls.
     pub fn flag(&self) -> &AtomicBool {
         &self.0.raised
     }
 
-    /// Does `work`, and raises [`StopReason::OutOfTime`] once it has taken `seconds`: for who has no timer of his own.
+    /// Does `work`, and raises [`StopReason::OutOfTime`] once it has taken `seconds`: for callers without a timer of their own.
     pub fn within<T>(&self, seconds: f64, work: impl FnOnce() -> T) -> T {
         let ended = AtomicBool::new(false);
-        // one that is past the end of the clock never comes
+        // a deadline beyond the end of the clock never comes
         let Some(deadline) = deadline(seconds) else { return work() };
         scope(|scope| {
             let timer = scope.spawn(|| {
@@ -92,12 +92,12 @@ impl Stop {
     }
 }
 
-/// The time that is `seconds` from now; `None` when no clock reaches it.
+/// Returns the time that is `seconds` from now; `None` when it is beyond the end of the clock.
 pub fn deadline(seconds: f64) -> Option<Instant> {
     Instant::now().checked_add(Duration::try_from_secs_f64(seconds.max(0.0)).ok()?)
 }
 
-/// Tells the timer of [`Stop::within`] that the work is done.
+/// Guard that tells the timer of [`Stop::within`] that the work is done.
 struct EndsTimer<'a> {
     ended: &'a AtomicBool,
     timer: &'a Thread,

@@ -1,14 +1,14 @@
-//! Estimates as bytes, bit-exact.
+//! Checkpoints: estimates as bytes, bit-exact.
 
 use crate::estimate::Estimate;
 
-/// First bytes of a checkpoint; the last one counts its layouts.
+/// First bytes of a checkpoint; the last of them is the number of its layout.
 const MAGIC: [u8; 8] = *b"skyduct\x07";
 
-/// Bytes before the values: magic, passes, photons, rays, lost rays, number of values, hash of all that.
+/// Length in bytes of the hash at the end, over all before it: magic, passes, photons, rays, lost rays, number of values, and the values.
 const HASH_LEN: usize = 32;
 
-/// The estimate as little-endian words behind a header, and the BLAKE3 hash of both.
+/// Encodes an estimate as little-endian words behind a header, with the BLAKE3 hash of both at the end.
 pub fn encode(estimate: &Estimate) -> Vec<u8> {
     let mut values = Vec::new();
     estimate.clone().for_each_value(&mut |value| values.push(*value));
@@ -25,7 +25,7 @@ pub fn encode(estimate: &Estimate) -> Vec<u8> {
     bytes
 }
 
-/// The estimate of `bytes` in the shape of `empty`; an error says in one sentence what is wrong with them.
+/// Decodes an estimate with the shape of `empty`; an error says in one sentence what is wrong with the bytes.
 pub fn decode(empty: Estimate, bytes: &[u8]) -> Result<Estimate, String> {
     let split = bytes.len().checked_sub(HASH_LEN).ok_or("the checkpoint is cut short")?;
     let (content, hash) = bytes.split_at(split);

@@ -1,4 +1,4 @@
-//! Identity of a computation, which makes two jobs one: equal documents, all defaults filled in, and the same program.
+//! Identity of a computation, the same for jobs with equal documents, all defaults filled in, and the same program.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 
 use serde_json::Value;
 
-/// Hash of this program. Results do not depend on the machine, but other programs may compute others.
+/// Hash of this program; `None` where it cannot be read. Results do not depend on the machine, but other programs may compute other
+/// results.
 static PROGRAM: LazyLock<Option<blake3::Hash>> = LazyLock::new(|| {
     let hash = || -> io::Result<blake3::Hash> {
         let mut hasher = blake3::Hasher::new();
@@ -18,8 +19,8 @@ static PROGRAM: LazyLock<Option<blake3::Hash>> = LazyLock::new(|| {
     hash().inspect_err(|error| tracing::warn!(%error, "the program cannot be read: every job is rendered")).ok()
 });
 
-/// Name of what this program computes for a document as understood; `None` where the program cannot be read, so that nothing is known
-/// to be equal.
+/// Returns the identity of this program's computation for a document with its defaults filled in; `None` where the program cannot be read,
+/// so that no job counts as equal.
 pub fn computation(document: &Value) -> Option<String> {
     let program = (*PROGRAM)?;
     let mut hashing = BufWriter::new(blake3::Hasher::new());
@@ -28,7 +29,7 @@ pub fn computation(document: &Value) -> Option<String> {
     Some(hasher.ok()?.finalize().to_hex().to_string())
 }
 
-/// Hash of a document: equal for those that differ only in white space and in the order of fields.
+/// Hashes a document: the hash is equal for documents that differ only in white space and in the order of fields.
 pub fn canonical_hash(value: &Value) -> io::Result<String> {
     // many pieces are a byte or two
     let mut hashing = BufWriter::new(blake3::Hasher::new());
@@ -88,7 +89,7 @@ mod tests {
         hashes.sort();
         hashes.dedup();
         assert_eq!(hashes.len(), different.len() + 1);
-        // keys of before are compared with it
+        // hashes that earlier versions stored are compared with it
         assert_eq!(hash(same[0]), blake3::hash(b"object 2\n1\na1\n1\nbarray 3\n1\n2.5\n\"x\"\n").to_hex().to_string());
     }
 

@@ -1,21 +1,21 @@
-//! Which passes of a job are told and kept: all of the first, then ever fewer, as errors fall ever slower; and the accuracies whose times
-//! they tell.
+//! Choice of the passes of a job that are reported and kept (all of the first, then ever fewer, as errors fall ever slower), and of the
+//! accuracies whose times are reported.
 
-/// Pass up to which each one is kept.
+/// Number of passes up to which each one is kept.
 const EVERY_PASS: u64 = 64;
 
-/// Kept passes while the number of passes doubles, after [`EVERY_PASS`].
+/// Number of passes that are kept while their number doubles, after [`EVERY_PASS`].
 const PER_DOUBLING: f64 = 8.0;
 
-/// Relative errors whose times are told while a job runs and after it.
+/// Relative errors to which the times are reported while a job runs and after it.
 pub const ACCURACIES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];
 
-/// After these passes a progress image of every view is kept.
+/// Numbers of passes after which a progress image of every view is kept.
 pub const PREVIEW_PASSES: [u64; 6] = [1, 4, 16, 64, 256, 1024];
 
-/// True if pass number `passes` (the first is 1) has a row in the convergence table and an event: passes 1 to 64, then those
-/// nearest to powers of 2^(1/8), about 9 % apart. A job of a million passes has 176 of them; `passes` of each says how many
-/// were done, and the last pass of a job is kept, too.
+/// True if pass number `passes` (the first is 1) has a row in the convergence table and an event: passes 1 to 64, then those nearest to
+/// powers of 2^(1/8), about 9 % apart. A job of a million passes has 176 of them; `passes` of a row is the number of passes done, and the
+/// last pass of a job is kept, too.
 pub fn is_kept(passes: u64) -> bool {
     if passes <= EVERY_PASS {
         return true;

@@ -1,4 +1,4 @@
-//! What the passes of a job tell about its errors, as JSON, CSV and a figure: how they fall, and what an accuracy costs.
+//! Convergence of a job as JSON, CSV and a figure: how its errors fall with time, and how long an accuracy takes.
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -17,63 +17,62 @@ use crate::figure::{self, Drawing, FigureFormat, Heading};
 use crate::statistics::interval::two_sided_student_quantile;
 use crate::statistics::power_law::{ErrorPoint, PowerLaw};
 
-/// Factor beyond the seconds of a job up to which the course of its errors is drawn.
+/// Factor beyond the seconds of a job up to which its errors are extrapolated in the figure.
 const FORETOLD: f64 = 8.0;
 
-/// How the errors of a job's outputs fall with time.
+/// Errors of a job's grids or views as they fall with time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ErrorHistory {
     /// Relative error at which the job is to end.
     pub asked_relative_error: f64,
-    /// The law that the errors follow; null with fewer than four passes that told one.
+    /// Power law of the errors; null with fewer than four passes that reported one.
     pub fit: Option<ErrorFit>,
-    /// Seconds to relative errors of 5, 2, 1, 0.5 and 0.1 percent. Those to come are what the last pass foretold: by an exponent of
-    /// about -1/2 while passes are few, by that of `fit` when they are many.
+    /// Render seconds to relative errors of 5, 2, 1, 0.5 and 0.1 percent. Those to come are extrapolated from the last pass: with an
+    /// exponent of about -1/2 while passes are few, with that of `fit` when they are many.
     pub times: Vec<TimeToAccuracy>,
-    /// What was foretold of the method of the plan before the job ran, as if it were to compute these outputs alone: times to relative
-    /// errors of 10, 5, 2, 1, 0.5 and 0.1 percent, and last to the one asked for. Empty where nobody asked for it.
+    /// Times that were predicted for the planned method before the job ran, as if it were to compute these outputs alone: to relative
+    /// errors of 10, 5, 2, 1, 0.5 and 0.1 percent, and last to the requested one. Empty where no prediction was requested.
     #[serde(default)]
     pub foretold: Vec<PredictedTime>,
 }
 
-/// The law `error ~ seconds^exponent`, fitted with regard to what successive errors have in common.
+/// Power law `error ~ seconds^exponent`, fitted with regard to the correlation of successive errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ErrorFit {
-    /// Exponent of the relative standard error: -1/2 of independent passes.
+    /// Exponent of the relative standard error: -1/2 for independent passes.
     pub exponent: f64,
     /// Standard error of the exponent.
     pub standard_error: f64,
     /// Degrees of freedom of the standard error, for Student's quantiles.
     pub degrees_of_freedom: usize,
-    /// Student's quantile of these degrees: so many standard errors on either side are the interval of 95 %.
+    /// Student's quantile for these degrees of freedom: the 95 % interval of the exponent reaches this many standard errors to either side.
     pub coverage_factor: f64,
 }
 
-/// When a relative error is reached.
+/// Time at which a relative error is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TimeToAccuracy {
-    /// The relative error, at the asked confidence.
+    /// Relative error at the requested confidence.
     pub relative_error: f64,
-    /// How the time is known.
+    /// Origin of the time: measured, extrapolated, or unknown.
     pub known: TimeKnown,
-    /// Render seconds of the whole job; null where nobody knows.
+    /// Render seconds of the whole job; null where unknown.
     pub seconds: Option<f64>,
-    /// Lower end of the interval that has the time with a confidence of 95 %, as far as the errors go on as they did; null
-    /// unless extrapolated.
+    /// Lower end of the 95 % interval of the time, provided that the errors fall on as they did; null unless extrapolated.
     pub from_seconds: Option<f64>,
-    /// Upper end of the interval; null unless extrapolated.
+    /// Upper end of the 95 % interval of the time; null unless extrapolated.
     pub to_seconds: Option<f64>,
 }
 
-/// How the time to an accuracy is known.
+/// Origin of the time to an accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TimeKnown {
-    /// A pass had this error, or less.
+    /// Measured: all passes from this time on had this error, or less.
     Met,
-    /// The errors so far foretell it: at most ten times what errors that fall by the square root of the time would take.
+    /// Extrapolated from the errors so far: at most ten times the time that errors would take which fall with the square root of time.
     Extrapolated,
-    /// No pass had it, and none foretells it.
+    /// Unknown: no pass had this error, and it cannot be extrapolated.
     Unknown,
 }
 
@@ -100,12 +99,12 @@ impl Outputs {
     }
 }
 
-/// How the errors of the grids fall; `None` of a job without any, or where no pass has told an error.
+/// Returns how the errors of the grids fall; `None` without grids, or where no pass has reported an error.
 pub fn grids_history(subject: &Subject, passes: &[PassReport]) -> Option<ErrorHistory> {
     history(subject, Outputs::Grids, passes).map(|(history, _)| history)
 }
 
-/// How the errors of the views fall; `None` of a job without any, or where no pass has told an error.
+/// Returns how the errors of the views fall; `None` without views, or where no pass has reported an error.
 pub fn views_history(subject: &Subject, passes: &[PassReport]) -> Option<ErrorHistory> {
     history(subject, Outputs::Views, passes).map(|(history, _)| history)
 }
@@ -117,7 +116,7 @@ fn history(subject: &Subject, outputs: Outputs, passes: &[PassReport]) -> Option
         Outputs::Views => stop.view_relative_error,
     };
     let last = computed(outputs, passes).last()?.passes;
-    // told errors are half widths of intervals, whose quantile falls with the passes, too
+    // reported errors are half widths of intervals, whose quantile falls with the passes, too
     let points = computed(outputs, passes).map(|pass| {
         let quantile = two_sided_student_quantile(stop.confidence, pass.passes as f64 - 1.0);
         let error = outputs.error(pass).unwrap_or_default() / quantile;
@@ -137,8 +136,8 @@ fn history(subject: &Subject, outputs: Outputs, passes: &[PassReport]) -> Option
     Some((ErrorHistory { asked_relative_error, fit, times, foretold }, forecaster))
 }
 
-/// The passes that told an error of these outputs and computed them: a further pass leaves it as it is to the last bit only where it is
-/// not one of them, because they were as accurate as asked.
+/// Selects the passes that computed these outputs and reported their error: where a further pass leaves the error as it is to the last bit,
+/// it did not compute them, because they were as accurate as requested.
 fn computed(outputs: Outputs, passes: &[PassReport]) -> impl Iterator<Item = &PassReport> {
     let mut last = None;
     passes.iter().filter(move |pass| {
@@ -149,7 +148,8 @@ fn computed(outputs: Outputs, passes: &[PassReport]) -> impl Iterator<Item = &Pa
     })
 }
 
-/// The first pass from which on every one has the accuracy tells when it was met: a lucky one before it does not.
+/// Returns the time to an accuracy: that of the first pass from which on every one has it (a lucky one before does not count), or else an
+/// extrapolated one.
 fn time_to(accuracy: f64, outputs: Outputs, passes: &[PassReport], forecaster: &Forecaster) -> TimeToAccuracy {
     let told = passes.iter().filter_map(|pass| Some((pass.seconds, outputs.error(pass)?)));
     let mut met = None;
@@ -180,7 +180,7 @@ fn time_to(accuracy: f64, outputs: Outputs, passes: &[PassReport], forecaster: &
     }
 }
 
-/// Names of the files that have a job's convergence: a table in two formats, and a figure.
+/// Returns the names of a job's convergence files: a table in two formats, and a figure.
 pub fn convergence_names(figures: impl Iterator<Item = FigureFormat>) -> impl Iterator<Item = String> {
     let tables = [CSV, JSON].into_iter().map(str::to_owned);
     tables.chain(figures.map(figure_name))
@@ -193,7 +193,7 @@ fn figure_name(format: FigureFormat) -> String {
     format!("convergence.{}", format.suffix())
 }
 
-/// The files of [`convergence_names`], each with its name.
+/// Makes the files of [`convergence_names`], each with its name.
 pub fn convergence_files(
     subject: &Subject,
     passes: &[PassReport],
@@ -213,7 +213,7 @@ pub fn convergence_files(
     tables.into_iter().map(|(name, text)| Ok((name.to_owned(), text.into_bytes()))).chain(figures).collect()
 }
 
-/// Every pass of a job as CSV, one line each; an error that is not known yet is left empty.
+/// Writes the passes of a job as CSV, one line each; an error that is not known yet is left empty.
 pub fn convergence_csv(passes: &[PassReport]) -> String {
     let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux,cpu_seconds\n".to_owned();
     let field = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
@@ -225,7 +225,7 @@ pub fn convergence_csv(passes: &[PassReport]) -> String {
     text
 }
 
-/// The relative errors of a job against its seconds, as a figure.
+/// Draws the relative errors of a job against its render seconds.
 pub fn convergence_figure(subject: &Subject, passes: &[PassReport]) -> Drawing {
     let series = [Outputs::Grids, Outputs::Views].into_iter().filter_map(|outputs| {
         let (history, forecaster) = history(subject, outputs, passes)?;
@@ -285,7 +285,7 @@ mod tests {
         PassReport { passes, seconds, relative_error, ..PassReport::default() }
     }
 
-    /// Standard errors that fall by the square root, as half widths of intervals.
+    /// Returns a pass whose standard error falls with the square root of the passes, as the half width of an interval.
     fn halving(passes: u64) -> PassReport {
         let n = passes as f64;
         pass(passes, Some(0.05 / n.sqrt() * two_sided_student_quantile(0.95, n - 1.0)))
@@ -314,8 +314,8 @@ mod tests {
         assert!((tenth.seconds.unwrap() / half.seconds.unwrap() / 25.0 - 1.0).abs() < 0.03);
     }
 
-    /// Errors of 2 to 15 passes of 30 seeds, each made by a few sensors that share their noise: slopes of their own would foretell
-    /// anything. What is told lies within a factor of ten of the square root, and is what the event of the last pass foretells.
+    /// Errors of 2 to 15 passes of 30 seeds, each made by a few sensors that share their noise: their fitted slopes would predict anything.
+    /// The reported times lie within a factor of ten of the square root, and are those that the event of the last pass has.
     #[test]
     fn few_passes_foretell_by_the_square_root_whatever_the_seed() {
         let mut state = 7u64;
@@ -366,7 +366,7 @@ mod tests {
         assert_eq!((history.times[0].known, history.times[0].seconds), (TimeKnown::Met, Some(0.5)));
     }
 
-    /// Grids that are accurate enough after 20 passes and not computed any further have the law of these passes.
+    /// Grids that are accurate enough after 20 passes, and not computed any further, keep the power law of these passes.
     #[test]
     fn passes_of_other_outputs_leave_the_law_as_it_is() {
         let until = |last: u64| -> Vec<PassReport> {

@@ -15,16 +15,16 @@ use crate::scene::Scene;
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
-/// Number of the check among the seeds of a job; parts of the light count from 1.
+/// Number of the cross-check among the seeds of a job; parts of the light count from 1.
 const CHECK: u64 = 0;
 
 /// The integrators of a plan.
 pub(super) enum Engine {
     /// Nothing is lit: every value is exactly zero.
     Dark,
-    /// One computation gives everything.
+    /// One computation gives all results.
     Solver(Box<dyn Solver>),
-    /// One method computes grids and views in the same passes.
+    /// One method that computes grids and views in the same passes.
     Shared(Box<dyn Integrator>),
     Separate {
         grids: Option<Box<dyn Integrator>>,
@@ -32,18 +32,18 @@ pub(super) enum Engine {
     },
 }
 
-/// What was added to an estimate.
+/// Outcome of adding a pass to an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Added {
     /// One whole pass.
     Pass,
-    /// What a solver had found when it was cancelled: it counts as a pass, and none follows.
+    /// Partial solution of a solver that was cancelled: it counts as a pass, and none follows.
     CutShort,
     /// Nothing: the pass was cancelled.
     Nothing,
 }
 
-/// The seed of a part of a job, far from that of the job and of other jobs: the numbers of methods follow from a hash of it.
+/// Derives the seed of a part of a job, far from that of the job and of other jobs; methods hash it to random numbers.
 fn seed_of(seed: u64, number: u64) -> u64 {
     // the odd number next to 2^64 over the golden ratio
     seed.wrapping_add((number + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15))
@@ -105,7 +105,7 @@ impl Engine {
         Self::Separate { grids, views }
     }
 
-    /// Prepares an estimate of no passes.
+    /// Prepares an empty estimate for its first pass.
     pub(super) fn begin(&self, estimate: &mut Estimate) {
         match self {
             Self::Dark | Self::Solver(_) => {}
@@ -120,8 +120,8 @@ impl Engine {
         }
     }
 
-    /// Adds pass `number` of what is wanted to an estimate of the passes before it; a method that computes grids and views
-    /// together computes both.
+    /// Adds pass `number` of the wanted outputs to an estimate of the passes before it; a method that computes grids and views together
+    /// computes both.
     pub(super) fn add_pass(&self, number: u64, estimate: &mut Estimate, wanted: Wanted, cancel: &AtomicBool) -> Added {
         let run =
             |integrator: &dyn Integrator, estimate: &Estimate| integrator.pass_after(number, &estimate.carried, cancel);

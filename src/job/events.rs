@@ -1,4 +1,4 @@
-//! What the events of a job tell; a store keeps them as JSON, readers get them in order.
+//! Data of a job's events; a store keeps them as JSON, readers get them in order.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -12,21 +12,21 @@ use crate::document::result::{Known, PlanResult};
 
 /// Data of one kind of event.
 pub trait EventData: Serialize {
-    /// Name of the kind, as the stream of events has it.
+    /// Name of the kind in the stream of events.
     const NAME: &'static str;
 }
 
-/// The job waits.
+/// Event `queued`: the job waits.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = QueuedEvent)]
 pub struct Queued {
     /// Id of the job.
     pub job: Uuid,
-    /// Free text of the document.
+    /// Name of the job, free text from its document.
     pub name: Option<String>,
 }
 
-/// What is simulated and what is not, and what is known before the first pass.
+/// Event `planned`: what is simulated and what is not, and what is known before the first pass.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = PlannedEvent)]
 pub struct Planned {
@@ -34,87 +34,87 @@ pub struct Planned {
     pub plan: PlanResult,
     /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
-    /// What the summary of the results will have, too.
+    /// Fields that the summary of the results will have, too.
     #[serde(flatten)]
     pub known: Known,
 }
 
-/// [`Planned`] as a store keeps it: the plan is kept with the job.
+/// Data of [`Planned`] as a store keeps it: without the plan, which is kept with the job.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlannedBesidePlan<'a> {
     /// Notes on the document and on its methods.
     pub warnings: &'a [Warning],
-    /// What the summary of the results will have, too.
+    /// Fields that the summary of the results will have, too.
     #[serde(flatten)]
     pub known: &'a Known,
 }
 
-/// Rendering has begun; nothing is known yet.
+/// Event `started`: rendering has begun; there are no results yet.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = StartedEvent)]
 pub struct Started {}
 
-/// A pass is done. Passes 1 to 64 are told, then those nearest to powers of 2^(1/8), and the last one.
+/// Event `pass`: a pass is done. Passes 1 to 64 are reported, then those nearest to powers of 2^(1/8), and the last one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PassEvent)]
 pub struct Pass {
-    /// Everything up to this pass.
+    /// Totals up to this pass.
     #[serde(flatten)]
     pub report: PassReport,
-    /// What the passes so far foretell.
+    /// Forecast from the passes so far.
     #[serde(flatten)]
     pub forecast: Forecast,
 }
 
-/// There is a new progress image.
+/// Event `image`: there is a new progress image.
 #[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 pub struct Image {
     /// Name of the view.
     pub view: String,
-    /// Passes that the image shows.
+    /// Number of passes that the image shows.
     pub passes: u64,
 }
 
-/// Passes are rendered again, because what was stored of them is damaged or missing; they are not told twice.
+/// Event `restarted`: passes are rendered again, because their stored state is damaged or missing; they are not reported twice.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = RestartedEvent)]
 pub struct Restarted {
-    /// The first pass that is rendered again, from 1.
+    /// First pass that is rendered again, from 1.
     pub from_pass: u64,
-    /// What is damaged.
+    /// Description of the damage.
     pub reason: String,
 }
 
-/// The job has ended: all results are there.
+/// Event `succeeded`: the job has ended with all results.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = SucceededEvent)]
 pub struct Succeeded {
-    /// What ended the job.
+    /// Reason why the job ended.
     pub stopped_by: StoppedBy,
-    /// Everything up to the last pass.
+    /// Progress up to the last pass.
     pub progress: Progress,
 }
 
-/// The job was ended by a fault, which is not the document's.
+/// Event `failed`: the job was ended by a fault that is not its document's.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = FailedEvent)]
 pub struct Failed {
-    /// What happened.
+    /// Description of the failure.
     pub problem: JobProblem,
 }
 
-/// The job was stopped; what was computed before stays readable.
+/// Event `cancelled`: the job was stopped; what was computed before stays readable.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = CancelledEvent)]
 pub struct Cancelled {
-    /// What ended the job.
+    /// Reason why the job ended.
     pub stopped_by: StoppedBy,
-    /// Everything up to the last pass.
+    /// Progress up to the last pass.
     pub progress: Progress,
 }
 
 impl From<PassReport> for Pass {
-    /// A pass that foretells nothing.
+    /// Makes an event without a forecast.
     fn from(report: PassReport) -> Self {
         Self { report, forecast: Forecast::default() }
     }

@@ -1,16 +1,16 @@
-//! Locks that one process has at a time.
+//! File locks that one process holds at a time.
 
 use std::fs::{File, TryLockError};
 use std::io;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-/// A lock on a file, given back when this is dropped.
+/// Lock on a file, released when this is dropped.
 #[derive(Debug)]
 pub struct FileLock(File);
 
 impl FileLock {
-    /// Takes the lock on a file, which is made if there is none; `None` while another has it.
+    /// Takes the lock on a file, which is created if there is none; `None` while another process holds it.
     pub fn take(path: &Path) -> io::Result<Option<Self>> {
         let file = File::options().create(true).truncate(false).write(true).mode(0o600).open(path)?;
         match file.try_lock() {
@@ -34,8 +34,8 @@ impl Drop for FileLock {
 mod tests {
     use super::*;
 
-    /// One at a time, and free as soon as it is given back, though the file is open elsewhere, as in a child of this process that
-    /// has not begun yet.
+    /// The lock is exclusive, and free as soon as it is dropped, though the file is open elsewhere, as in a child of this process that has
+    /// not begun yet.
     #[test]
     fn a_lock_is_given_back_at_once() {
         let folder = tempfile::tempdir().unwrap();

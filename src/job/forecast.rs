@@ -1,9 +1,9 @@
-//! What the passes so far foretell: when each output is as accurate as asked, and what the job goes on for.
+//! Forecasts from the passes so far: when each output is as accurate as requested, and what the job waits for.
 //!
-//! Errors fall by the law of `statistics/power_law.rs`, here against the number of passes: seconds are those of the last half of
-//! the passes, since passes get faster when an output that is as accurate as asked is not computed any further. A few passes
-//! are extrapolated by an exponent of about -1/2, and more of them by their own. A forecast costs the same after any number of
-//! passes. Events, `convergence.json`, its figure and the page all tell these forecasts.
+//! Errors fall by the law of `statistics/power_law.rs`, here against the number of passes; seconds of a pass are those of the last half of
+//! the passes, since passes get faster when an output that is as accurate as requested is not computed any further. A few passes are
+//! extrapolated with an exponent of about -1/2, and more of them with their own. A forecast costs the same after any number of passes.
+//! Events, `convergence.json`, its figure and the web page all show these forecasts.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -16,47 +16,47 @@ use crate::figure::convergence::{Course, CoursePoint};
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile, two_sided_student_quantile};
 use crate::statistics::power_law::{ErrorPoint, ErrorSteps, Foretold, PowerLaw, WIDEST};
 
-/// What is foretold after a pass.
+/// Forecast after a pass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 pub struct Forecast {
-    /// Seconds of rendering until the job ends: by its accuracies, as far as errors and passes go on as they did, or by its limits.
-    /// Null while no error is known.
+    /// Render seconds until the job ends: by its accuracies, as far as errors and passes continue as before, or by its limits. Null while
+    /// no error is known.
     pub seconds_left: Option<f64>,
-    /// What the job goes on for; null after its last pass.
+    /// Condition that the job waits for; null after its last pass.
     pub waiting_for: Option<WaitingFor>,
-    /// What is foretold of the grids; null without any.
+    /// Forecast for the grids; null without any.
     pub grids: Option<OutputForecast>,
-    /// What is foretold of the views; null without any.
+    /// Forecast for the views; null without any.
     pub views: Option<OutputForecast>,
 }
 
-/// What is foretold of the errors of grids, or of views.
+/// Forecast of the errors of grids, or of views.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct OutputForecast {
-    /// Exponent of the law that the errors follow against the number of passes, -1/2 of independent ones; null with fewer than four
-    /// passes that told an error.
+    /// Exponent of the power law of the errors against the number of passes, -1/2 for independent ones; null with fewer than four passes
+    /// that reported an error.
     pub exponent: Option<f64>,
-    /// Seconds of rendering until the accuracy that was asked for is reached, with as many passes as an error takes to be trusted;
-    /// 0 where it is; null where nobody knows.
+    /// Render seconds until the requested accuracy is reached, with as many passes as an error takes to be trusted; 0 where it is reached;
+    /// null where unknown.
     pub seconds_left: Option<f64>,
     /// Times to relative errors of 5, 2, 1, 0.5 and 0.1 percent.
     pub seconds_to: Vec<SecondsTo>,
 }
 
-/// When a relative error is reached.
+/// Time at which a relative error is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SecondsTo {
-    /// The relative error, at the asked confidence.
+    /// Relative error at the requested confidence.
     pub relative_error: f64,
-    /// Render seconds of the whole job at which the errors have it; null where they have it now, or where nobody knows.
+    /// Render seconds of the whole job at which the errors reach it; null where they have reached it already, or where unknown.
     pub seconds: Option<f64>,
 }
 
 /// Confidence of intervals around exponents, times and courses.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Outputs whose errors are told together.
+/// Outputs whose errors are reported together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outputs {
     /// All grids of a job.
@@ -65,21 +65,21 @@ pub enum Outputs {
     Views,
 }
 
-/// Points of a course.
+/// Number of points of an extrapolated course of errors.
 const COURSE_POINTS: u32 = 40;
 
-/// What a job goes on for.
+/// Condition that a job waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WaitingFor {
-    /// No error is above its limit, but after so few passes it cannot be trusted: grids and views are judged from the 8th pass on,
-    /// those of few sensors or blocks later, a single one from the 32nd.
+    /// No error is above its limit, but after so few passes they cannot be trusted: grids and views are judged from the 8th pass on, those
+    /// of few sensors or blocks later, a single one from the 32nd.
     LeastPasses,
-    /// The grids are less accurate than asked, by a larger factor than the views.
+    /// The grids are less accurate than requested, by a larger factor than the views.
     RelativeError,
-    /// The views are less accurate than asked, by a larger factor than the grids.
+    /// The views are less accurate than requested, by a larger factor than the grids.
     ViewRelativeError,
-    /// All limits hold: the job ends when it looks at them next, if they still do. It looks after 8 passes and then whenever about
+    /// All limits hold: the job ends when they are checked next, if they still do. They are checked after 8 passes and then whenever about
     /// an eighth is added.
     NextJudgement,
 }
@@ -95,7 +95,7 @@ impl From<stopping::WaitingFor> for WaitingFor {
     }
 }
 
-/// The passes of a job so far, as far as forecasts need them.
+/// Passes of a job so far, as far as forecasts need them.
 #[derive(Clone, Debug)]
 pub struct Forecaster {
     stop: StopRule,
@@ -103,21 +103,21 @@ pub struct Forecaster {
     normal: f64,
     grids: Option<Output>,
     views: Option<Output>,
-    /// Passes and seconds: of the told passes, which are few.
+    /// Passes and seconds of the reported passes, which are few.
     told: Vec<(u64, f64)>,
-    /// Place in `told` of the pass from which on the same outputs are computed.
+    /// Index in `told` of the pass from which on the same outputs are computed.
     same_since: usize,
 }
 
-/// Grids, or views.
+/// State of the grids, or of the views.
 #[derive(Clone, Debug)]
 struct Output {
     asked: f64,
-    /// Passes below which their error is not trusted.
+    /// Number of passes below which their error is not trusted.
     least: u64,
-    /// The error that the last pass told.
+    /// Error that the last pass reported.
     error: Option<f64>,
-    /// They are as accurate as asked and not computed any further.
+    /// True if they are as accurate as requested and not computed any further.
     ended: bool,
     steps: ErrorSteps,
 }
@@ -129,8 +129,8 @@ impl Output {
 }
 
 impl Forecaster {
-    /// For a job that ends by a rule, before its first pass. `grids` and `views`: passes below which their error is not trusted,
-    /// `None` where the job has none.
+    /// Makes a forecaster for a job that ends by a rule, before its first pass. `grids` and `views`: numbers of passes below which their
+    /// errors are not trusted, `None` where the job has none.
     pub fn new(stop: StopRule, grids: Option<u64>, views: Option<u64>) -> Self {
         Self {
             normal: two_sided_normal_quantile(stop.confidence),
@@ -142,7 +142,7 @@ impl Forecaster {
         }
     }
 
-    /// Takes a pass that was told, without a forecast; one that does not come after those before is left out.
+    /// Takes a pass that was reported, without a forecast; one that does not come after those before is left out.
     pub fn take(&mut self, report: &PassReport) {
         if self.told.last().is_some_and(|(passes, _)| *passes >= report.passes) {
             return;
@@ -159,14 +159,15 @@ impl Forecaster {
             }
             (output.ended, output.error) = (ended, error);
             if let (Some(error), false) = (error, ended) {
-                // against passes, of which each is one unit of time
+                // against the number of passes: each pass is one unit of time
                 output.steps.push(ErrorPoint { passes, seconds: passes, error: error / t });
             }
         }
         self.told.push((report.passes, report.seconds));
     }
 
-    /// Takes a pass that was told, and says what it foretells. `waiting_for`: what the job goes on for, `None` after its last pass.
+    /// Takes a pass that was reported, and returns the forecast after it. `waiting_for`: the condition that the job waits for, `None` after
+    /// its last pass.
     pub fn after(&mut self, report: &PassReport, waiting_for: Option<stopping::WaitingFor>) -> Forecast {
         self.take(report);
         let pace = self.seconds_per_pass();
@@ -179,7 +180,7 @@ impl Forecaster {
         Forecast { seconds_left, waiting_for: waiting_for.map(WaitingFor::from), grids, views }
     }
 
-    /// Seconds of a pass: the mean of those since the half of all passes, or since an output was left out.
+    /// Returns the seconds of a pass: the mean of those since the half of all passes, or since an output was left out.
     fn seconds_per_pass(&self) -> f64 {
         let Some((passes, seconds)) = self.told.last() else { return 0.0 };
         let half = self.told.partition_point(|(earlier, _)| 2 * earlier <= *passes);
@@ -195,24 +196,24 @@ impl Forecaster {
         }
     }
 
-    /// Student's quantile after a number of passes: it depends on them, but little.
+    /// Returns Student's quantile after a number of passes, on which it depends, but little.
     fn quantile(&self, passes: f64) -> f64 {
         student_quantile_near(self.normal, passes.max(LEAST_PASSES as f64) - 1.0)
     }
 
-    /// Standard error that an output has once its relative error is `error`.
+    /// Returns the standard error that an output has once its relative error is `error`.
     fn standard_error(&self, error: f64, law: &PowerLaw) -> f64 {
         let again = |t: f64| self.quantile(law.time_of(error / t));
         error / again(again(again(self.normal)))
     }
 
-    /// Passes after which an output has a relative error.
+    /// Returns the number of passes after which an output has a relative error.
     fn passes_to(&self, error: f64, law: &PowerLaw) -> f64 {
         law.time_of(self.standard_error(error, law))
     }
 
-    /// When outputs are foretold to have a relative error, in render seconds of the whole job, with an interval of [`CONFIDENCE`];
-    /// `None` before a pass has told an error.
+    /// Predicts the time at which outputs have a relative error, in render seconds of the whole job, with an interval of [`CONFIDENCE`];
+    /// `None` before a pass has reported an error.
     pub fn time_to(&self, outputs: Outputs, error: f64) -> Option<Foretold> {
         let law = self.of(outputs)?.steps.foretelling()?;
         let Foretold { seconds, from, to } = law.seconds_to(self.standard_error(error, &law), CONFIDENCE);
@@ -220,8 +221,8 @@ impl Forecaster {
         Some(Foretold { seconds, from, to: to.min(WIDEST * seconds) }).filter(|foretold| foretold.to.is_finite())
     }
 
-    /// The error of outputs from half of the passes on, up to `beyond` times the seconds so far; `None` before a pass has told an
-    /// error, and where passes take no time.
+    /// Predicts the error of outputs from half of the passes on, up to `beyond` times the seconds so far; `None` before a pass has reported
+    /// an error, and where passes take no time.
     pub fn course(&self, outputs: Outputs, beyond: f64) -> Option<Course> {
         let law = self.of(outputs)?.steps.foretelling()?;
         let (pace, passes) = (self.seconds_per_pass(), law.last.passes);
@@ -239,7 +240,7 @@ impl Forecaster {
         Some(Course { exponent: law.exponent, half_interval, points: points.collect() })
     }
 
-    /// Render seconds of the whole job after a number of passes, at least those so far.
+    /// Returns the render seconds of the whole job after a number of passes, at least those so far.
     fn seconds_at(&self, passes: f64) -> f64 {
         let (told, seconds) = self.told.last().copied().unwrap_or_default();
         seconds + (passes - told as f64).max(0.0) * self.seconds_per_pass()
@@ -265,7 +266,7 @@ impl Forecaster {
         }
     }
 
-    /// Seconds until all outputs are as accurate as asked, and the job looks whether they are, or until its limits.
+    /// Returns the seconds until all outputs are as accurate as requested and the job checks whether they are, or until its limits.
     fn seconds_left(&self, report: &PassReport, pace: f64) -> Option<f64> {
         let passes = report.passes;
         let mut last = passes;
@@ -299,13 +300,14 @@ mod tests {
         }
     }
 
-    /// Half width of the interval after some passes, of a standard error of `one` after one pass that falls by the root.
+    /// Returns the half width of the interval after some passes, for a standard error of `one` after one pass that falls with the square
+    /// root of the passes.
     fn error_after(passes: u64, one: f64) -> f64 {
         let n = passes as f64;
         two_sided_student_quantile(0.95, n - 1.0) * one / n.sqrt()
     }
 
-    /// Seconds 0.1 a pass; `one` as of [`error_after`], of the grids and of the views.
+    /// Returns a pass at 0.1 s a pass; `one` as in [`error_after`], of the grids and of the views.
     fn pass(passes: u64, grids: Option<f64>, views: Option<f64>) -> PassReport {
         let error = |one: Option<f64>| one.filter(|_| passes > 1).map(|one| error_after(passes, one));
         PassReport {
@@ -317,7 +319,7 @@ mod tests {
         }
     }
 
-    /// The smallest number of passes whose error is within a limit.
+    /// Finds the smallest number of passes whose error is within a limit.
     fn passes_for(limit: f64, one: f64) -> u64 {
         (2..).find(|passes| error_after(*passes, one) <= limit).unwrap()
     }
@@ -351,7 +353,7 @@ mod tests {
         }
     }
 
-    /// The floor holds a job whose errors are small, and passes below it are what is left.
+    /// A job whose errors are small waits for the least number of passes, and the passes up to it are what is left.
     #[test]
     fn the_least_number_of_passes_is_waited_for() {
         let mut forecaster = Forecaster::new(stop(), Some(17), None);
@@ -380,7 +382,7 @@ mod tests {
         assert_eq!(forecaster.after(&pass(1, None, None), None).seconds_left, Some(0.0));
     }
 
-    /// Views of 0.1 s a pass end after 10 passes; grids of 0.01 s a pass go on, and are foretold at their own pace.
+    /// Views of 0.1 s a pass end after 10 passes; grids of 0.01 s a pass continue, and are predicted at their own pace.
     #[test]
     fn an_output_that_has_ended_is_left_out_of_the_pace() {
         let mut forecaster = Forecaster::new(stop(), Some(8), Some(8));

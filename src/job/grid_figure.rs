@@ -1,4 +1,4 @@
-//! The figures of a grid: its values over the plan of the room, as illuminance, as daylight factor, and less another job's.
+//! Figures of a grid: its values over the plan of the room, as illuminance, as daylight factor, or minus those of another job.
 
 use glam::DVec2;
 
@@ -13,7 +13,7 @@ use crate::figure::{Drawing, Heading};
 use crate::geometry::turn;
 use crate::output::OutputError;
 
-/// Which values of a grid a figure shows.
+/// Quantity of a grid that a figure shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Illuminance in lux.
@@ -22,14 +22,14 @@ pub enum Quantity {
     Ratio,
 }
 
-/// What a figure of a grid is asked for.
+/// Options of a figure of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridWishes {
-    /// The values.
+    /// Quantity that is shown.
     pub quantity: Quantity,
-    /// Value of the scale's end, above zero; `None`: the greatest of the grid.
+    /// Value at the upper end of the colour scale, above zero; `None` for the greatest value of the grid.
     pub scale_end: Option<f64>,
-    /// Whether cells have their numbers.
+    /// Visibility of the number in each cell.
     pub numbers: Numbers,
 }
 
@@ -39,12 +39,12 @@ impl Default for GridWishes {
     }
 }
 
-/// The figure of a grid of a job.
+/// Draws the figure of a grid of a job.
 pub fn grid_figure(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> Result<Drawing, OutputError> {
     plan_map(subject, grid, wishes).draw()
 }
 
-/// What the figure of a grid shows.
+/// Builds the figure of a grid: heading, plan of the room, values, colour scale and isolines.
 pub fn plan_map(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> PlanMap {
     let (values, unit, title) = match wishes.quantity {
         Quantity::Illuminance => (illuminances(grid), "lx", "Illuminance"),
@@ -70,7 +70,7 @@ pub fn plan_map(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> Pla
     PlanMap { heading, room, grid, scale, unit, levels, numbers }
 }
 
-/// The figure of a grid less the same grid of another job; an error where they have other cells.
+/// Draws a grid minus the same grid of another job; returns an error where their numbers of cells differ.
 pub fn difference_figure(
     subject: &Subject,
     grid: &GridResult,
@@ -114,7 +114,7 @@ fn ratios(grid: &GridResult) -> Vec<f64> {
     grid.illuminance_ratio_percent.iter().flatten().map(|ratio| ratio.unwrap_or(f64::NAN)).collect()
 }
 
-/// Least and greatest of the finite values.
+/// Returns the least and the greatest of the finite values; zeros where there are none.
 fn ends(values: &[f64]) -> [f64; 2] {
     let finite = values.iter().copied().filter(|value| value.is_finite());
     let [least, greatest] =
@@ -154,7 +154,7 @@ fn ratios_in_words(values: &[f64]) -> String {
     format!("mean {mean} % · median {median} · least {least} · greatest {greatest}")
 }
 
-/// The values at their place in the room.
+/// Places the values in the room, by the grid's margin in the document, or by the centres of the cells where the document is not known.
 fn placed(subject: &Subject, grid: &GridResult, values: Vec<f64>) -> GridValues {
     let document = subject.document.as_ref();
     let named =
@@ -172,7 +172,7 @@ fn placed(subject: &Subject, grid: &GridResult, values: Vec<f64>) -> GridValues 
     GridValues { cells: grid.cells, from_m, to_m, values }
 }
 
-/// Ends of cells with these centres.
+/// Returns the outer ends of a row of cells with these centres.
 fn along(centres: &[f64]) -> [f64; 2] {
     match centres {
         [] => [0.0, 1.0],
@@ -184,7 +184,7 @@ fn along(centres: &[f64]) -> [f64; 2] {
     }
 }
 
-/// The room of a job; as large as its grid where the document is not known.
+/// Returns the plan of a job's room; an empty one that ends with the grid where the document is not known.
 fn room(subject: &Subject, grid: &GridValues) -> RoomPlan {
     let Some(document) = &subject.document else {
         return RoomPlan { size_m: grid.to_m, rotation_deg: 0.0, tubes: Vec::new(), objects: Vec::new() };
@@ -203,7 +203,7 @@ fn room(subject: &Subject, grid: &GridValues) -> RoomPlan {
     }
 }
 
-/// Outline of a box from above; meshes have too many to be drawn.
+/// Returns the outline of a box from above; `None` for a mesh, which has too many outlines to be drawn.
 fn footprint(object: &ObjectDocument) -> Option<Vec<DVec2>> {
     let ObjectDocument::Box(object) = object else { return None };
     let ([width, depth, _], [x, y, _]) = (object.size_m, object.position_m);

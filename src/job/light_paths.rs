@@ -1,4 +1,4 @@
-//! Some of the light in a tube, as lines for a section: how it goes down from wall to wall, and what is left of it.
+//! Sample paths of light in a tube, as lines for a section: their course from wall to wall, and the fraction of the light that is left.
 
 use glam::{DVec2, DVec3};
 
@@ -11,10 +11,10 @@ use crate::optics::Spectrum;
 use crate::optics::scatter::{Scatter, SheetSide};
 use crate::sky::direction;
 
-/// Places in the mouth of a tube, in radii from its axis, at which lines begin.
+/// Starting points of lines in the mouth of a tube, in radii from its axis.
 const PLACES: [f64; 5] = [-0.8, -0.4, 0.0, 0.4, 0.8];
 
-/// The same for light of the sky, of which there are two directions.
+/// Starting points of lines of light from the sky, in radii from the axis; each has two directions.
 const PLACES_OF_SKY: [f64; 3] = [-0.6, 0.0, 0.6];
 
 /// Angles in radians from the axis of the directions in which scattered light is drawn.
@@ -23,13 +23,13 @@ const SCATTERED: [f64; 5] = [-1.05, -0.5, 0.0, 0.5, 1.05];
 /// Angle in radians from the tube's axis of the light of the sky that is drawn where no sun shines: 26 degrees.
 const FROM_AXIS: f64 = 0.45;
 
-/// Most points of one line: what still goes on then has met hundreds of walls.
+/// Largest number of points of a line: light that still continues then has met hundreds of walls.
 const MOST_POINTS: usize = 300;
 
-/// Share of the light below which a line ends.
+/// Fraction of the light below which a line ends.
 const LEAST_SHARE: f64 = 0.005;
 
-/// The room as light sees it in a section.
+/// Room as a section shows it.
 #[derive(Clone, Copy, Debug)]
 pub struct SideView {
     /// Horizontal unit vector of the section.
@@ -38,8 +38,8 @@ pub struct SideView {
     pub room: DVec2,
 }
 
-/// Lines of light through a tube into the room: of the sun, toward which `sun` points, or of the sky where there is none. None
-/// for domes that bend the light.
+/// Traces lines of light through a tube into the room: of the sun, toward which `sun` points, or of the sky where there is none. Returns no
+/// lines for domes that refract the light.
 pub fn light_paths(tube: &ParametricTube, side: &SideView, sun: Option<DVec3>) -> Vec<LightPath> {
     let collector = match &tube.collector {
         CollectorDocument::DielectricDome(_) => return Vec::new(),
@@ -80,13 +80,13 @@ pub fn light_paths(tube: &ParametricTube, side: &SideView, sun: Option<DVec3>) -
     paths
 }
 
-/// What lines of one tube have in common.
+/// Properties that the lines of one tube have in common.
 struct Lines<'a> {
     side: &'a SideView,
     tube: &'a ParametricTube,
-    /// Of the wall per bounce, at its brightest angle and colour.
+    /// Reflectance of the wall per bounce, at its brightest angle and colour.
     reflectance: f64,
-    /// Share that enters through the collector.
+    /// Fraction that enters through the collector.
     entering: f64,
 }
 
@@ -96,7 +96,7 @@ impl Lines<'_> {
         DVec2::new(centre + self.side.along.dot(position.truncate()), self.side.room.y + position.z)
     }
 
-    /// The line of a ray, as long as enough of it is left; and the share that the diffuser scatters.
+    /// Returns the line of a ray, as long as enough of its light is left, and the fraction that the diffuser scatters.
     fn path(&self, course: &[CoursePoint]) -> (LightPath, f64) {
         let share = |bounces: u32| self.entering * libm::pow(self.reflectance, f64::from(bounces));
         let point = |point: &CoursePoint| PathPoint { at: self.place(point.position), share: share(point.bounces) };
@@ -120,7 +120,7 @@ impl Lines<'_> {
         }
     }
 
-    /// The line goes on into the room as it came.
+    /// Continues a line straight into the room.
     fn onward(&self, mut path: LightPath, before: &CoursePoint, last: &CoursePoint, share: f64) -> LightPath {
         let (from, to) = (self.place(before.position), self.place(last.position));
         if let Some(end) = self.end_in_room(to, to - from) {
@@ -129,7 +129,7 @@ impl Lines<'_> {
         path
     }
 
-    /// Lines from the middle of the opening into the room, each with the share that the diffuser sends into the room.
+    /// Returns lines from the middle of the opening into the room, each with the fraction that the diffuser sends into the room.
     fn scattered(&self, share: f64) -> Vec<LightPath> {
         let from = self.place(DVec3::ZERO);
         let scattered = SCATTERED.iter().filter(|_| share >= LEAST_SHARE).filter_map(|angle| {
@@ -139,7 +139,7 @@ impl Lines<'_> {
         scattered.collect()
     }
 
-    /// Where a line from the ceiling meets the floor or a wall.
+    /// Finds the point where a line from the ceiling meets the floor or a wall; `None` where it does not go down.
     fn end_in_room(&self, from: DVec2, toward: DVec2) -> Option<DVec2> {
         let wall = if toward.x > 0.0 { self.side.room.x - from.x } else { -from.x };
         let to_floor = if toward.y < 0.0 { -from.y / toward.y } else { return None };
@@ -179,7 +179,7 @@ mod tests {
         assert!((scattered[1].at - DVec2::new(1.5, 0.0)).length() < 1e-12 && (scattered[1].share - 0.4).abs() < 1e-12);
     }
 
-    /// Walls take a tenth each; a clear closure lets light go on to the floor or a wall.
+    /// Walls take a tenth each; a clear closure lets light pass on to the floor or a wall.
     #[test]
     fn walls_take_their_share_and_clear_closures_let_light_on() {
         let clear = tube(json!({ "kind": "clear", "transmittance": 0.5 }), 30.0);

@@ -1,4 +1,4 @@
-//! What running jobs have computed so far, for readers in the same process, and what was prepared for those that wait.
+//! Estimates of running jobs for readers in the same process, and prepared jobs that wait for a worker.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,18 +10,18 @@ use uuid::Uuid;
 use crate::estimate::Estimate;
 use crate::job::prepare::Prepared;
 
-/// Prepared jobs that wait for the worker in memory: at most this many, of at most this many bytes together (estimated).
+/// Largest number of prepared jobs that wait for the worker in memory, and their largest size in bytes together (estimated).
 const MOST_WAITING: usize = 64;
 const MOST_WAITING_BYTES: usize = 64 << 20;
 
-/// The jobs that this process renders now, and those that it has prepared and will render.
+/// Jobs that this process renders now, and those that it has prepared and will render.
 #[derive(Default)]
 pub struct LiveJobs {
     jobs: Mutex<HashMap<Uuid, Arc<LiveJob>>>,
     prepared: Mutex<HashMap<Uuid, Arc<Prepared>>>,
 }
 
-/// A job that is rendered now. Copies of its estimate are made only when somebody waits for one: they can be large.
+/// Job that is rendered now. Copies of its estimate, which can be large, are made only when a reader waits for one.
 pub struct LiveJob {
     pub prepared: Arc<Prepared>,
     shown: Mutex<Shown>,
@@ -29,20 +29,20 @@ pub struct LiveJob {
 
 #[derive(Default)]
 struct Shown {
-    /// True once nothing comes any more.
+    /// True once no further estimate comes.
     ended: bool,
     waiting: Vec<oneshot::Sender<Arc<Estimate>>>,
-    /// Everything up to the last pass, if somebody waited for that one.
+    /// Estimate of all passes so far, if a reader waited for the last one.
     newest: Option<Newest>,
 }
 
 struct Newest {
     estimate: Arc<Estimate>,
-    /// Files that were made of the pass, by name.
+    /// Files that were made from the estimate, by name.
     files: HashMap<String, MadeFile>,
 }
 
-/// A file made for readers.
+/// File made for readers.
 #[derive(Clone)]
 pub struct MadeFile {
     pub media_type: &'static str,
@@ -56,7 +56,7 @@ impl LiveJobs {
         live
     }
 
-    /// Takes the job off the list, if it is not rendered elsewhere since; who waits for it here is told that nothing comes any more.
+    /// Takes the job off the list, unless it was started again since; readers that wait for it here get no estimate any more.
     pub fn end(&self, id: Uuid, live: &Arc<LiveJob>) {
         let mut jobs = lock(&self.jobs);
         if jobs.get(&id).is_some_and(|newest| Arc::ptr_eq(newest, live)) {
@@ -70,8 +70,8 @@ impl LiveJobs {
         lock(&self.jobs).get(&id).cloned()
     }
 
-    /// Keeps what was prepared for a job that is about to be queued, so that its worker need not prepare it again; nothing when there
-    /// is no room. It must be taken or forgotten: jobs begin in any order, so that nothing else tells that it is of no use.
+    /// Keeps the prepared form of a job that is about to be queued, so that its worker need not prepare it again; does nothing when there
+    /// is no room. The form must be taken or forgotten: jobs begin in any order, so that nothing else shows that it is not needed any more.
     pub fn hand_over(&self, id: Uuid, prepared: Arc<Prepared>) {
         let mut waiting = lock(&self.prepared);
         let bytes: usize = waiting.values().map(|prepared| prepared.bytes()).sum();
@@ -80,20 +80,20 @@ impl LiveJobs {
         }
     }
 
-    /// Takes what was prepared when the job was posted, if it is still there.
+    /// Takes the form that was prepared when the job was posted, if it is still there.
     pub fn take_prepared(&self, id: Uuid) -> Option<Arc<Prepared>> {
         lock(&self.prepared).remove(&id)
     }
 
-    /// Drops what was prepared for a job that will not begin: it was not queued, or was cancelled or deleted while it waited.
+    /// Drops the prepared form of a job that will not begin: it was not queued, or was cancelled or deleted while it waited.
     pub fn forget(&self, id: Uuid) {
         lock(&self.prepared).remove(&id);
     }
 }
 
 impl LiveJob {
-    /// The estimate after the last pass, or, when there is no copy of that, after the one that runs now; `None` when the job
-    /// ends before.
+    /// Returns the estimate after the last pass, or, when there is no copy of that, waits for the one after the pass that runs now; `None`
+    /// when the job ends before.
     pub async fn newest_estimate(&self) -> Option<Arc<Estimate>> {
         let receiver = {
             let mut shown = lock(&self.shown);
@@ -110,7 +110,7 @@ impl LiveJob {
         receiver.await.ok()
     }
 
-    /// Hands everything so far to everybody who waits for it; what was shown before is old.
+    /// Hands the estimate so far to all readers that wait for it, and drops the copy of the one before.
     pub fn publish(&self, so_far: &Estimate) {
         let waiting = {
             let mut shown = lock(&self.shown);
@@ -128,7 +128,7 @@ impl LiveJob {
         }
     }
 
-    /// The file that another reader had made of `estimate`.
+    /// Returns the file that another reader had made of `estimate`, if there is one.
     pub fn made(&self, estimate: &Estimate, name: &str) -> Option<MadeFile> {
         let shown = lock(&self.shown);
         let newest = shown.newest.as_ref().filter(|newest| newest.estimate.passes == estimate.passes)?;
@@ -144,7 +144,7 @@ impl LiveJob {
     }
 }
 
-/// The data behind these locks is never left half changed, so that a panic elsewhere does not matter.
+/// Locks a mutex, also after a panic of another thread: the data behind these locks is never left half changed.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

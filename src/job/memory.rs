@@ -1,4 +1,4 @@
-//! Whether a job fits into memory: judged before it is taken, for no later check could save the process.
+//! Memory check of a job, made before it is accepted, for no later check could save the process.
 
 use std::sync::OnceLock;
 
@@ -6,11 +6,11 @@ use super::prepare::Prepared;
 use crate::document::{DocumentErrors, FieldError};
 use crate::plan::MemoryEstimate;
 
-/// Share of the machine's memory that one job may take unless the configuration says otherwise: three quarters.
+/// Fraction of the machine's memory that one job may take unless the configuration says otherwise: three quarters.
 const SHARE: (u64, u64) = (3, 4);
 
-/// Bytes that one job may take where nothing is configured: three quarters of the machine's memory, or of what a container
-/// or a resource limit (`ulimit -v`, `ulimit -d`) leaves of it to this process.
+/// Returns the number of bytes that one job may take where nothing is configured: three quarters of the machine's memory, or of what a
+/// container or a resource limit (`ulimit -v`, `ulimit -d`) leaves of it to this process.
 pub fn default_limit_bytes() -> u64 {
     static LIMIT: OnceLock<u64> = OnceLock::new();
     *LIMIT.get_or_init(|| available_bytes() / SHARE.1 * SHARE.0)
@@ -28,7 +28,7 @@ fn available_bytes() -> u64 {
 }
 
 impl Prepared {
-    /// Memory that the job takes at its peak, beside the program itself.
+    /// Estimates the memory that the job takes at its peak, beside the program itself.
     pub fn memory(&self) -> MemoryEstimate {
         crate::plan::memory::estimate(&self.scene, &self.traceable, &self.plan)
     }

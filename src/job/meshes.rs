@@ -19,10 +19,10 @@ use crate::job::store::{Mesh, Store, StoreError};
 /// Hexadecimal digits of the content's hash in a mesh id.
 const ID_DIGITS: usize = 32;
 
-/// Longest time that an uploaded file is read.
+/// Longest time for which an uploaded file is read.
 const READ_TIME: Duration = Duration::from_secs(10);
 
-/// Memory for parsed meshes that are kept for the next job.
+/// Memory in bytes for parsed meshes that are kept for the next job.
 const KEPT_BYTES: usize = 128 << 20;
 
 #[derive(Debug, thiserror::Error)]
@@ -37,7 +37,7 @@ pub enum UploadError {
     Panicked,
 }
 
-/// The uploaded meshes of a service. Copies share the meshes that are kept in memory.
+/// Uploaded meshes of a service; clones share the meshes that are kept in memory.
 #[derive(Clone)]
 pub struct Meshes {
     store: Arc<dyn Store>,
@@ -52,8 +52,8 @@ impl Meshes {
 
     /// Checks and stores an OBJ file; the same content has the same id.
     ///
-    /// `permits` are held until the file is read, even when the caller has gone away by then; reading ends soon after that,
-    /// and after [`READ_TIME`].
+    /// `permits` are held until reading ends, even when the caller is dropped before; reading is cancelled when the caller is dropped, and
+    /// after [`READ_TIME`].
     pub async fn upload(&self, bytes: Bytes, permits: impl Send + 'static) -> Result<Mesh, UploadError> {
         let id = blake3::hash(&bytes).to_hex()[..ID_DIGITS].to_owned();
         if let Some(mesh) = self.store.mesh(&id).await? {
@@ -75,7 +75,7 @@ impl Meshes {
         Ok(mesh)
     }
 
-    /// The meshes for a document that is prepared outside the async runtime (never inside: it waits for the store).
+    /// Returns the meshes for a document that is prepared outside the async runtime (never inside: it blocks on the store).
     pub fn for_document(&self, runtime: Handle, cancel: Arc<AtomicBool>) -> UploadedMeshes {
         UploadedMeshes { meshes: self.clone(), runtime, cancel, loaded: Mutex::default() }
     }
@@ -108,7 +108,7 @@ pub struct UploadedMeshes {
 }
 
 impl UploadedMeshes {
-    /// The meshes that were asked for and found.
+    /// Returns the ids of the meshes that were requested and found.
     pub fn loaded(&self) -> Vec<String> {
         lock(&self.loaded).iter().cloned().collect()
     }
@@ -139,13 +139,13 @@ impl MeshSource for UploadedMeshes {
     }
 }
 
-/// The reason is ours and may name files: it goes to the log, not to the client.
+/// Logs why a mesh cannot be read, and returns a message for the client, without the reason, which may name files.
 fn unreadable(error: impl std::fmt::Display) -> String {
     tracing::error!(%error, "a mesh cannot be read");
     "the service cannot read this mesh now".to_owned()
 }
 
-/// The meshes that were used last, as many as fit.
+/// Cache of the most recently used meshes, as many as fit into a number of bytes.
 struct KeptMeshes {
     most_bytes: usize,
     /// Meshes, the most recently used one first.
@@ -189,7 +189,7 @@ fn mesh_bytes(mesh: &TriangleMesh) -> usize {
         + names
 }
 
-/// The data behind these locks is never left half changed, so that a panic elsewhere does not matter.
+/// Locks a mutex, also after a panic of another thread: the data behind these locks is never left half changed.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

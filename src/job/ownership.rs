@@ -1,8 +1,8 @@
-//! Whose files the artifacts are, and which of them nobody needs.
+//! Check that the artifacts belong to the database, and deletion of files that nothing points to.
 //!
-//! The database and the folder of the artifacts hold the same identity. A start with another database, or with a new one, is
-//! refused, so that nothing is rendered, served or swept for the wrong one. An older copy of the right database (a backup that
-//! was put back) has the right identity, but does not know the newest files: those are kept for ever.
+//! The database and the folder of the artifacts hold the same identity. A start with another database, or with a new one, is refused, so
+//! that nothing is rendered, served or deleted for the wrong one. An older copy of the right database (a restored backup) has the right
+//! identity, but no rows for the newest files: those are kept for ever.
 
 use std::collections::HashSet;
 use std::time::{Duration, SystemTime};
@@ -12,13 +12,14 @@ use uuid::Uuid;
 use crate::job::artifacts::{ArtifactError, Artifacts, Orphan};
 use crate::job::store::{Store, StoreError, StoreRecord};
 
-/// Name of the note in the folder of the artifacts.
+/// Name of the note with the identity, in the folder of the artifacts.
 pub const NOTE: &str = "identity";
 
-/// A file that nothing points to is swept at this age: it may belong to a commit that is on its way.
+/// Age at which a file that nothing points to is deleted; a younger one may belong to a commit in progress.
 const SWEEP_AGE: Duration = Duration::from_secs(24 * 3600);
 
-/// A process writes to its database at least this often while it writes files, clocks of file systems included.
+/// Longest time between two writes of a process to its database while it writes files, differences between the clocks of file systems
+/// included.
 const WRITES_APART: Duration = Duration::from_secs(600);
 
 #[derive(Debug, thiserror::Error)]
@@ -56,7 +57,7 @@ pub async fn check(store: &dyn Store, artifacts: &Artifacts, record: &StoreRecor
     let identity = match (&record.identity, note) {
         (Some(identity), Some(note)) if *identity == note => return Ok(()),
         (Some(identity), Some(note)) => return Err(OwnershipError::Differs { note, identity: identity.clone() }),
-        // a folder without files may be of a store that keeps all of its results in rows: two stores with one identity would sweep
+        // a folder without files may belong to a store that keeps all of its results in rows: two stores with one identity would delete
         // each other's files
         (None, Some(note)) => return Err(OwnershipError::Unknown { note }),
         (identity, None) => identity.clone(),
@@ -76,7 +77,7 @@ pub async fn check(store: &dyn Store, artifacts: &Artifacts, record: &StoreRecor
     Ok(artifacts.set_note(NOTE, &new).await?)
 }
 
-/// True if a folder of files is of a job in the store, though no row names the files.
+/// True if a folder of files belongs to a job in the store, though no row names the files.
 async fn knows_a_job(store: &dyn Store, artifacts: &Artifacts) -> Result<bool, OwnershipError> {
     let files = artifacts.orphans(&HashSet::new()).await?;
     let jobs: HashSet<Uuid> = files.iter().filter_map(|file| file.key.split('/').nth(1)?.parse().ok()).collect();
@@ -88,8 +89,8 @@ async fn knows_a_job(store: &dyn Store, artifacts: &Artifacts) -> Result<bool, O
     Ok(false)
 }
 
-/// Files to sweep: nothing points to them, and they are older than a day. `record` is what the store said of itself before
-/// anything was written to it.
+/// Returns the files to delete: nothing points to them, and they are older than a day. `record` is the store's record from before this
+/// process wrote to it.
 pub async fn files_to_sweep(
     store: &dyn Store,
     artifacts: &Artifacts,
@@ -118,7 +119,7 @@ fn from_milliseconds(milliseconds: i64) -> SystemTime {
     SystemTime::UNIX_EPOCH + Duration::from_millis(u64::try_from(milliseconds).unwrap_or(0))
 }
 
-/// Says which files go, and deletes them.
+/// Logs these files, and deletes them.
 pub async fn sweep(artifacts: &Artifacts, files: Vec<Orphan>) {
     if files.is_empty() {
         return;

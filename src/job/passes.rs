@@ -1,4 +1,4 @@
-//! Passes in order: one after the other, until a rule, the clock or somebody ends the job.
+//! Rendering of a job, pass after pass, until its stop rule, the clock or a user ends it.
 
 use super::cancel::{Stop, StopReason};
 use super::engine::Added;
@@ -11,20 +11,20 @@ use crate::estimate::stopping::{WaitingFor, Wanted, is_judged};
 
 /// A job rendered to its end, or up to a pass.
 pub struct Rendered {
-    /// Everything that the passes have added up to.
+    /// Estimate of all passes.
     pub estimate: Estimate,
     /// Time that all passes took to render.
     pub spent: Spent,
-    /// What ended the job.
+    /// Reason why the job ended.
     pub stopped_by: StoppedBy,
 }
 
-/// When passes end by themselves.
+/// Condition at which passes end without a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ends {
-    /// When all outputs are as accurate as asked; an output that is, is not computed any further.
+    /// End when all outputs are as accurate as requested; one that is, is not computed any further.
     WhenAccurate,
-    /// With the last pass that the document allows.
+    /// End with the last pass that the document allows.
     WithTheLast,
 }
 
@@ -46,21 +46,21 @@ pub enum RenderError {
     Output {
         /// Name of the result.
         file: String,
-        /// Words of the encoder.
+        /// Message of the encoder.
         reason: String,
     },
 }
 
-/// A job after a pass.
+/// State of a job after a pass.
 #[derive(Clone, Copy)]
 pub struct SoFar<'a> {
-    /// Everything up to the pass.
+    /// Estimate of all passes so far.
     pub estimate: &'a Estimate,
-    /// What the job goes on for; `None` after its last pass.
+    /// Condition that the job waits for; `None` after its last pass.
     pub waiting_for: Option<WaitingFor>,
 }
 
-/// Starts the threads of the usual pool and asks the system for its memory, in the background: that takes a moment, in which a job can
+/// Starts the threads of the global rayon pool and determines the memory limit, in the background: that takes a moment, in which a job can
 /// be read.
 pub fn warm_up() {
     let all = || {
@@ -72,9 +72,9 @@ pub fn warm_up() {
 }
 
 impl Prepared {
-    /// Renders the next pass on the current rayon pool and adds it to `estimate`, and its time to `spent`. `heard` is called after it.
-    /// Returns what ends the job with it, if anything does: its own rule, or `stop`, which the caller raises when the job's seconds are
-    /// over. A pass is whole or nothing: one that `stop` ends adds nothing.
+    /// Renders the next pass on the current rayon pool and adds it to `estimate`, and its time to `spent`; calls `heard` after it. Returns
+    /// the reason why the job ends with it, if it does: its own rule, or `stop`, which the caller raises when the job's seconds are over. A
+    /// pass counts whole or not at all: one that `stop` ends adds nothing.
     pub fn render_pass(
         &self,
         estimate: &mut Estimate,
@@ -82,14 +82,14 @@ impl Prepared {
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
     ) -> Result<Option<StoppedBy>, RenderError> {
-        // who raises it may be late on a busy machine
+        // the caller that raises it may be late on a busy machine
         if spent.seconds >= self.stop.max_seconds {
             stop.raise(StopReason::OutOfTime);
         }
         self.next_pass(estimate, spent, stop, heard, Ends::WhenAccurate)
     }
 
-    /// As [`Self::render_pass`], of a job that `ends` so by itself.
+    /// Renders the next pass as [`Self::render_pass`] does, of a job that ends by itself at the condition `ends`.
     fn next_pass(
         &self,
         estimate: &mut Estimate,
@@ -126,8 +126,8 @@ impl Prepared {
         Ok(ended)
     }
 
-    /// Outputs that the pass after these is to compute, whoever computed these: one that was accurate enough when it was judged is not
-    /// computed again.
+    /// Returns the outputs that the pass after those of `before` is to compute, from `before` alone, so that it does not matter which
+    /// process rendered them: an output that was accurate enough when it was judged is not computed again.
     fn wanted_after(&self, before: &Estimate) -> Wanted {
         let computed = Wanted {
             grids: before.passes_of_grids() == before.passes,
@@ -143,7 +143,8 @@ impl Prepared {
         })
     }
 
-    /// As [`Self::render`], on a thread of the usual pool: a pass then need not be handed over to it, which takes as long as small ones.
+    /// Renders a job as [`Self::render`] does, on a thread of the global pool: a pass then need not be handed over to the pool, which takes
+    /// as long as a small pass.
     pub fn render_on_pool(
         &self,
         stop: &Stop,
@@ -152,7 +153,7 @@ impl Prepared {
         rayon::scope(|_| self.render(stop, heard))
     }
 
-    /// Renders all `max_passes`, however accurate the job is and whatever the time: the same on every machine.
+    /// Renders all `max_passes`, whatever the accuracy and the time: the result is the same on every machine.
     pub fn render_all_passes(&self, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Estimate, RenderError> {
         let stop = Stop::default();
         let next = |estimate: &mut Estimate, spent: &mut Spent| {
@@ -161,7 +162,7 @@ impl Prepared {
         Ok(self.render_while(next)?.estimate)
     }
 
-    /// Adds pass after pass by `next` to no passes, until it tells what ends the job.
+    /// Adds pass after pass with `next` to an empty estimate, until it returns the reason why the job ends.
     fn render_while(
         &self,
         mut next: impl FnMut(&mut Estimate, &mut Spent) -> Result<Option<StoppedBy>, RenderError>,
@@ -204,7 +205,7 @@ mod tests {
         }
     }
 
-    /// A solver whose job ends within it, for a reason, when it has found 7 lx +- 1.
+    /// Solver whose job is ended within it, for a reason, when it has found 7 lx +- 1.
     struct EndsWithin(Stop, StopReason);
 
     impl Solver for EndsWithin {
@@ -216,8 +217,8 @@ mod tests {
         }
     }
 
-    /// What a solver has found when its job ends counts, and the job ends by the reason it was given; who has lost the job
-    /// hears of nothing.
+    /// A partial solution counts when its job ends, and the job ends for the reason that was given; a worker that has lost the job gets no
+    /// report.
     #[test]
     fn a_solver_that_is_cut_short_gives_what_it_has() {
         let ends = [

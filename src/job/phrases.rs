@@ -1,8 +1,8 @@
-//! JSON in words, as a report says it: names without underscores, and units behind their numbers.
+//! JSON values in words, as a report prints them: names without underscores, and units after their numbers.
 
 use serde_json::Value;
 
-/// Ends of field names that are units, longest first, and how they are written.
+/// Suffixes of field names that are units, each with its written form; a suffix stands before shorter ones with which it ends.
 const UNITS: [(&str, &str); 8] = [
     ("_cd_m2", " cd/m²"),
     ("_per_m", " per m"),
@@ -14,13 +14,13 @@ const UNITS: [(&str, &str); 8] = [
     ("_m", " m"),
 ];
 
-/// Fields of which zero says nothing: something is not turned.
+/// Names of angles that are left out when they are zero, since nothing is turned then.
 const QUIET_AT_ZERO: [&str; 3] = ["tilt_deg", "azimuth_deg", "rotation_deg"];
 
-/// Most entries of a list that are told.
+/// Largest number of list entries that are printed.
 const MOST: usize = 6;
 
-/// An object in words: its kind first, then its other fields; what is null is left out.
+/// Writes a JSON value in words: of an object its `kind` first, then its other fields; null fields are left out.
 ///
 /// A dome of transmittance 0.9 is "dome, transmittance 0.9".
 pub fn in_words(value: &Value) -> String {
@@ -47,7 +47,7 @@ pub fn in_words(value: &Value) -> String {
     }
 }
 
-/// A field in words: `diameter_m` of 0.3 is "diameter 0.3 m".
+/// Writes a field in words: `diameter_m` of 0.3 is "diameter 0.3 m".
 pub fn quantity(name: &str, value: &Value) -> String {
     if value.is_number() {
         for (end, unit) in UNITS {
@@ -71,7 +71,7 @@ fn words_of(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// At most five digits that count.
+/// Writes a number with at most five significant digits.
 fn number_in_words(value: f64) -> String {
     let rounded = format!("{value:.4e}").parse().unwrap_or(value);
     if rounded == 0.0 || rounded.abs() >= 1e-4 { rounded.to_string() } else { format!("{rounded:e}") }

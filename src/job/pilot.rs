@@ -1,9 +1,9 @@
-//! The pilot: the first passes of every method on some sensors and pixels, which tell what a job would take (`job/predictions.rs`).
+//! Pilot: the first passes of every method on some sensors and pixels, from which the time of a job is predicted (`job/predictions.rs`).
 //!
-//! Each thread runs one method at a time on itself alone, so that the processor seconds of a pass are measured without what small
-//! passes lose when they are divided; a job's passes are divided among all threads. The pilot is bounded by the clocks of its threads: methods share
-//! what time is left, that of the plan first. What does not fit is not known. Its keys are not those of the
-//! job, so that no sample of a job decides when it stops.
+//! Each thread runs one method at a time by itself, so that the processor seconds of a pass are measured without what small passes lose
+//! when they are divided; a job's passes are divided among all threads. The pilot is bounded by the clocks of its threads: methods divide
+//! the time that is left, that of the plan first. A method that does not fit stays unknown. The keys of the pilot's random numbers are not
+//! those of the job, so that no sample of a job decides when it stops.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,51 +27,51 @@ use crate::integrator::method::{self, Computation, Task, Trial};
 use crate::plan::choose::{MethodChoice, refuses};
 use crate::statistics::interval::two_sided_normal_quantile;
 
-/// Processor seconds of each thread in which all methods are tried. Together with the set-up that nobody can interrupt they are
-/// less than 0.2 s.
+/// Processor seconds of each thread in which all methods are tried. Together with set-up that cannot be interrupted they are less than 0.2
+/// s.
 const BUDGET: f64 = 0.15;
 
-/// Seconds on the wall after which the pilot ends in any case: other work of the machine makes it no longer than that.
+/// Wall-clock seconds after which the pilot ends in any case: other work of the machine makes it no longer than that.
 const MOST_SECONDS: f64 = 0.6;
 
-/// Times its share of the budget that a method may take where a pass has begun.
+/// Multiple of its part of the budget that a method may take where a pass has begun.
 const GRACE: f64 = 3.0;
 
-/// Most passes of the first size that is tried, and of every other.
+/// Largest number of passes of the first size that is tried, and of every other size.
 const MOST_PASSES: usize = 7;
 const MOST_PASSES_EACH: usize = 5;
 
-/// Passes on few places, which tell what a pass costs beside its places.
+/// Number of passes on few places, which show the cost of a pass apart from its places.
 const FEW_PLACES_PASSES: usize = 2;
 
-/// Places of these passes in those of the others.
+/// Factor by which these passes have fewer places than the others.
 const FEW_PLACES: usize = 4;
 
 /// Processor seconds of a pass below which it is not divided any further.
 const GRAIN: f64 = 5e-4;
 
-/// What each further thread does of a pass, in what the first does: some of it is not divided, and parts are not even. On two processors 0.36
-/// to 0.91 in the passes of light tracing and of responses of S1 and S3, whose processor seconds are 11 to 210 ms in all.
+/// Work of each further thread in a pass, as a fraction of that of the first: some of a pass is not divided, and parts are not even. On two
+/// processors 0.36 to 0.91 in the passes of light tracing and of responses of S1 and S3, whose processor seconds are 11 to 210 ms in all.
 const OF_FURTHER_THREADS: f64 = 0.75;
 
-/// Standard deviation of the logarithm of the cost of a pass, beside what the trial's passes say.
+/// Standard deviation of the logarithm of the cost of a pass, beside the spread of the trial's passes.
 const OF_COST: f64 = 0.15;
 
-/// Changes the seed of a job into that of its pilot.
+/// Bits that turn the seed of a job into that of its pilot, by exclusive or.
 const PILOT: u64 = 0x70_69_6c_6f_74;
 
-/// Reason where a method was not tried, or not long enough.
+/// Reason that is given where a method was not tried, or not long enough.
 const NO_TIME: &str = "its set-up and first passes take longer than the pilot has for it";
 
-/// Reason where the processors did other work instead.
+/// Reason that is given where the processors did other work instead.
 const BUSY: &str = "the machine is busy: its processors had no time for the trial";
 
-/// What each method would take to each accuracy; `cancel` ends the pilot early, which tells less then.
+/// Predicts the time that each method would take to each accuracy; `cancel` ends the pilot early, with fewer predictions.
 pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
     predict_within(prepared, cancel, Duration::from_secs_f64(MOST_SECONDS))
 }
 
-/// As [`predict`], within a time on the wall.
+/// Predicts as [`predict`] does, within a wall-clock time.
 fn predict_within(prepared: &Prepared, cancel: &AtomicBool, most: Duration) -> Predictions {
     let start = Instant::now();
     let threads = rayon::current_num_threads();
@@ -118,7 +118,7 @@ fn predict_within(prepared: &Prepared, cancel: &AtomicBool, most: Duration) -> P
     Predictions { pilot_seconds, threads, confidence: prepared.stop.confidence, grids, views }
 }
 
-/// The methods that can be told of, each with the settings that the plan has chosen if it takes it, and whether it does.
+/// Lists the methods to be predicted, each with the settings that the plan has chosen if it takes it, and whether it does.
 fn methods<'a>(prepared: &'a Prepared, planned: Option<&'a MethodChoice>) -> impl Iterator<Item = (&'a Method, bool)> {
     prepared.offered.iter().map(move |offered| {
         let planned = planned.map(|choice| &choice.method).filter(|planned| planned.name() == offered.name());
@@ -126,7 +126,7 @@ fn methods<'a>(prepared: &'a Prepared, planned: Option<&'a MethodChoice>) -> imp
     })
 }
 
-/// A method to be tried on an output.
+/// Method to be tried on an output.
 struct Tried<'a> {
     output: usize,
     row: usize,
@@ -151,7 +151,7 @@ impl<'a> Tried<'a> {
         Self { output, row, method, task, sample, is_planned }
     }
 
-    /// What tells of passes for a relative standard error `target`.
+    /// Returns the trial by which passes for a relative standard error `target` are predicted.
     fn trial(&self, target: f64) -> Trial {
         self.method.described().trial(&self.task, target)
     }
@@ -163,15 +163,15 @@ struct Run {
     size: f64,
     passes: Passes,
     setup_seconds: f64,
-    /// Processor seconds of a pass beside those for places, and for each place.
+    /// Processor seconds of a pass apart from its places, and of each place.
     of_pass: f64,
     of_place: f64,
-    /// Processor seconds of everything that was tried.
+    /// Processor seconds of everything that was tried for this size.
     spent: f64,
 }
 
-/// Whoever asks for less has what is told of more at the most: what is above that is chance of the pilot alone. `times` begin with the
-/// loosest accuracy.
+/// Lowers the time to an accuracy to that of the next tighter one where it is above that, which can only be chance of the pilot. `times`
+/// begin with the loosest accuracy.
 fn cheapen_the_looser(times: &mut [PredictedTime]) {
     for index in (1..times.len()).rev() {
         let (looser, tighter) = (&times[index - 1], &times[index]);
@@ -183,12 +183,12 @@ fn cheapen_the_looser(times: &mut [PredictedTime]) {
     }
 }
 
-/// What is said of a method.
+/// Predictions of a method.
 #[derive(Default)]
 struct Outcome {
     first_number: Option<f64>,
     times: Vec<PredictedTime>,
-    /// True if there was no time for more because of other work of the machine.
+    /// True if other work of the machine left no time for more.
     is_busy: bool,
 }
 
@@ -201,8 +201,8 @@ impl Outcome {
     }
 }
 
-/// Laws of the errors of a method's own passes, on the grids alone where there are any, or else on the views, from a number of
-/// passes of its trial; as [`predict`] finds them, but without a clock. `None` where it refuses, has no passes, or too few.
+/// Derives the laws of the errors of a method's own passes, on the grids alone where there are any, or else on the views, from a number of
+/// passes of its trial; as [`predict`] does, but without a clock. `None` where the method refuses, has no passes, or too few.
 pub fn laws(prepared: &Prepared, method: &str, passes: usize) -> Option<Vec<ErrorLaw>> {
     let task = Task::whole(&prepared.scene, &prepared.traceable);
     let of_plan = &prepared.plan.methods;
@@ -253,7 +253,7 @@ impl Pilot<'_> {
         scope(|scope| {
             for _ in 0..threads {
                 scope.spawn(|| {
-                    // without a pool nothing is known
+                    // without a pool no method is tried
                     if let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(1).build() {
                         pool.install(work);
                     }
@@ -263,13 +263,13 @@ impl Pilot<'_> {
         outcomes.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Processor seconds that the pilot has left for a thread whose clocks run from its start.
+    /// Returns the processor seconds that the pilot has left for a thread whose clocks run from its start.
     fn left(&self, clocks: &Clocks) -> f64 {
         let on_the_wall = self.end.saturating_duration_since(Instant::now()).as_secs_f64();
         (BUDGET - clocks.spent().cpu()).clamp(0.0, on_the_wall)
     }
 
-    /// The accuracies of a row, the loosest first.
+    /// Returns the accuracies of a row, the loosest first.
     fn accuracies(&self, output: usize) -> Vec<f64> {
         let mut all: Vec<f64> = PREDICTED_ACCURACIES.into_iter().chain([self.asked[output]]).collect();
         all.sort_by(|a, b| b.total_cmp(a));
@@ -291,7 +291,7 @@ impl Pilot<'_> {
             return Outcome::default();
         }
         let clock = Clock::new(&stop, self.cancel, share);
-        // a running pass is ended by a clock on the wall, which goes as much faster as it did so far
+        // a running pass is ended by wall-clock time: its limit allows for the part of the processor that other work has taken so far
         let spent = clocks.spent();
         let slowness = (spent.seconds / spent.cpu()).clamp(1.0, MOST_SECONDS / BUDGET);
         let slowness = if slowness.is_finite() { slowness } else { 1.0 };
@@ -309,18 +309,18 @@ impl Pilot<'_> {
         self.prepared.seed ^ PILOT
     }
 
-    /// Relative standard error for a relative error.
+    /// Converts a relative error at the job's confidence to a relative standard error.
     fn target(&self, relative_error: f64) -> f64 {
         relative_error / two_sided_normal_quantile(self.prepared.stop.confidence)
     }
 
-    /// Seconds of a job's work of so many processor seconds that its threads share.
+    /// Returns the wall-clock seconds of a job's work of this number of processor seconds, divided among its threads.
     fn shared(&self, seconds: f64) -> f64 {
         let threads = (seconds / GRAIN).clamp(1.0, self.threads as f64);
         seconds / (1.0 + OF_FURTHER_THREADS * (threads - 1.0))
     }
 
-    /// A method with passes: each accuracy is foretold from the tried passes that are nearest in size to its own.
+    /// Tries a method with passes: each accuracy is predicted from the tried passes that are nearest in size to its own.
     fn passes(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
         let runs = self.runs(tried, accuracies, clock);
         let mut outcome = Outcome::default();
@@ -335,8 +335,8 @@ impl Pilot<'_> {
         outcome
     }
 
-    /// Passes of all sizes that accuracies demand, as far as there is time: the smallest first, then those for the accuracy asked for, then
-    /// the others.
+    /// Runs passes of all sizes that accuracies demand, as far as there is time: the smallest first, then those for the requested accuracy,
+    /// then the others.
     fn runs(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
         let smallest_and_asked = accuracies.first().into_iter().chain([&self.asked[tried.output]]);
@@ -355,7 +355,7 @@ impl Pilot<'_> {
         runs
     }
 
-    /// Passes of the trial for an accuracy, `most` of them; `None` where there is no time for the least number.
+    /// Runs at most `most` passes of the trial for an accuracy; `None` where there is no time for the least number.
     fn run_of(&self, tried: &Tried<'_>, trial: &Trial, accuracy: f64, most: usize, clock: &Clock<'_>) -> Option<Run> {
         let Tried { task, sample, .. } = tried;
         let clocks = Clocks::start();
@@ -385,7 +385,7 @@ impl Pilot<'_> {
         (run.passes.found.len() >= LEAST_PASSES).then_some(run)
     }
 
-    /// What passes tell of those of which this is the trial.
+    /// Predicts the cost and the error laws of the method's own passes, of which `trial` has small versions, from the passes of `run`.
     fn measured(&self, tried: &Tried<'_>, run: &Run, trial: &Trial) -> Option<Measured> {
         let ratios = trial.passes.ratios(run.size);
         let of_places = run.of_place * tried.sample.all as f64 * ratios.work_of_place;
@@ -398,7 +398,7 @@ impl Pilot<'_> {
         })
     }
 
-    /// A method without passes: solved to one accuracy after the other, as long as there is time.
+    /// Tries a method without passes: it is solved to one accuracy after the other, as long as there is time.
     fn solver(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
         let mut outcome = Outcome::default();
         let mut solved: Option<(f64, Option<f64>)> = None;
@@ -451,7 +451,7 @@ mod tests {
         }
     }
 
-    /// Where the time on the wall is over before that of the processors, the machine is to blame, and not the methods.
+    /// When the wall-clock time is over before the processor time, the reason that is given is the machine, not the method.
     #[test]
     fn a_busy_machine_is_told_as_the_reason() {
         let prepared = prepare(include_bytes!("../../examples/cornell_box.json"), &NoMeshes).unwrap();

@@ -1,4 +1,4 @@
-//! The passes of a pilot's trial: how long they run, what they cost, and what they found.
+//! Passes of a pilot's trial: their time limit, cost and values.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,29 +9,29 @@ use crate::estimate::error_law::ErrorLaw;
 use crate::integrator::trial::Ratios;
 use crate::integrator::{Integrator, Pass};
 
-/// When a trial ends.
+/// Time limit of a trial.
 pub struct Clock<'a> {
-    /// Ends a running pass.
+    /// Signal that ends a running pass.
     pub stop: Stop,
-    /// Raised when nobody waits any more.
+    /// Flag that is raised when the predictions are no longer wanted.
     cancel: Option<&'a AtomicBool>,
-    /// Clocks of the threads, and the processor seconds after which no pass begins, but for the least number; `None`: as many as are
-    /// asked for.
+    /// Clocks of the threads, and the processor seconds after which no pass begins, except to reach the least number; `None` without a
+    /// limit.
     end: Option<(Clocks, f64)>,
 }
 
 impl<'a> Clock<'a> {
-    /// A clock of this thread, or its pool: after so many processor seconds no pass begins, but for the least number.
+    /// Starts a clock of this thread, or its pool: after this number of processor seconds no pass begins, except to reach the least number.
     pub fn new(stop: &Stop, cancel: &'a AtomicBool, seconds: f64) -> Self {
         Self { stop: stop.clone(), cancel: Some(cancel), end: Some((Clocks::start(), seconds)) }
     }
 
-    /// A clock that ends nothing.
+    /// Returns a clock without a time limit.
     pub fn unbounded() -> Self {
         Self { stop: Stop::default(), cancel: None, end: None }
     }
 
-    /// Processor seconds until no pass begins any more.
+    /// Returns the processor seconds until no pass begins any more.
     pub fn left(&self) -> f64 {
         match &self.end {
             _ if self.is_over() => 0.0,
@@ -40,7 +40,7 @@ impl<'a> Clock<'a> {
         }
     }
 
-    /// True once no pass begins any more, but for the least number.
+    /// True once no pass begins any more, except to reach the least number.
     pub fn is_over(&self) -> bool {
         self.stop.reason().is_some()
             || self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
@@ -48,19 +48,19 @@ impl<'a> Clock<'a> {
     }
 }
 
-/// The passes of a trial, and the processor seconds that each took.
+/// Passes of a trial, and the processor seconds of each.
 #[derive(Default)]
 pub struct Passes {
-    /// In their order.
+    /// Passes in their order.
     pub found: Vec<Pass>,
     seconds: Vec<f64>,
 }
 
-/// Passes without which no law is known: the third tells what the spread of two is worth.
+/// Fewest passes from which error laws are derived: the third shows how reliable the spread of two is.
 pub const LEAST_PASSES: usize = 3;
 
 impl Passes {
-    /// Adds `count` passes at most: the least number unless a running pass must end, and then as long as there is time.
+    /// Adds at most `count` passes: the least number unless a running pass must end, and more of them as long as there is time.
     pub fn run(&mut self, integrator: &dyn Integrator, count: usize, clock: &Clock<'_>) {
         let mut carried = match self.found.last() {
             Some(pass) => pass.carried.clone(),
@@ -80,14 +80,14 @@ impl Passes {
         }
     }
 
-    /// Processor seconds of a pass: the median but for the first one, which meets cold memory.
+    /// Returns the processor seconds of a pass: the median of all but the first one, which runs with cold caches.
     pub fn cost(&self) -> Option<f64> {
         let mut warm: Vec<f64> = self.seconds.iter().skip(usize::from(self.seconds.len() > 1)).copied().collect();
         warm.sort_by(f64::total_cmp);
         warm.get(warm.len() / 2).copied()
     }
 
-    /// Standard deviation of the logarithm of the cost, by the quartiles of the passes.
+    /// Estimates the standard deviation of the logarithm of the cost, from the quartiles of the passes.
     pub fn deviation(&self) -> f64 {
         let mut sorted = self.seconds.clone();
         sorted.sort_by(f64::total_cmp);
@@ -96,7 +96,8 @@ impl Passes {
         if spread.is_finite() { spread } else { 0.0 }
     }
 
-    /// The laws of all grids, or views, of passes that have these ratios to those found; `alpha` where gather radii shrink.
+    /// Derives the error laws of all grids, or views, for passes with these ratios to those that were run; `alpha` where gather radii
+    /// shrink. `None` with fewer than [`LEAST_PASSES`].
     pub fn laws(&self, sample: &Sample, ratios: &Ratios, alpha: Option<f64>) -> Option<Vec<ErrorLaw>> {
         let each = |places: Places| ErrorLaw::of(&places.found(), ratios, alpha);
         if self.found.len() < LEAST_PASSES {

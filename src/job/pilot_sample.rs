@@ -1,4 +1,4 @@
-//! Where a pilot looks: some sensors of each grid, and some windows of views.
+//! Sample of a job's outputs for a pilot: some sensors of each grid, and some windows of views.
 
 use crate::estimate::error_law::Found;
 use crate::estimate::film::BLOCK_PX;
@@ -8,24 +8,24 @@ use crate::integrator::Pass;
 use crate::integrator::method::Task;
 use crate::scene::{Channels, Grid, View};
 
-/// Windows of all views together; each is one block of pixels high.
+/// Number of windows of all views together; each is one block of pixels high.
 const WINDOWS: usize = 4;
 
-/// Golden ratio: its multiples spread windows over the width.
+/// Golden ratio, whose multiples spread windows over the width.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Grids and views for a trial, and which part of the job's outputs they are.
+/// Grids and views for a trial, as a sample of the job's outputs.
 pub struct Sample {
     grids: Vec<Grid>,
     windows: Vec<View>,
     /// Number of the view that each window shows.
     views: Vec<usize>,
-    /// Sensors of the job's grids, or pixels of its views.
+    /// Number of sensors of the job's grids, or of pixels of its views.
     pub all: usize,
     channels: Channels,
 }
 
-/// What passes found at the places of one grid, or of one view.
+/// Values of passes at the sampled places of one grid, or of one view.
 pub struct Places {
     values: Vec<Vec<f64>>,
     bias: Vec<Vec<f64>>,
@@ -34,14 +34,15 @@ pub struct Places {
 }
 
 impl Places {
-    /// As laws are found from it.
+    /// Returns the values in the form from which error laws are derived.
     pub fn found(&self) -> Found<'_> {
         Found { values: &self.values, bias: &self.bias, fixed: &self.fixed, share: self.share }
     }
 }
 
 impl Sample {
-    /// About `most` sensors, or pixels, of a task of grids or of views at most; at least one sensor of every grid, or block of pixels.
+    /// Selects about `most` sensors, or pixels, of a task of grids or of views at most; at least one sensor of every grid, or block of
+    /// pixels.
     pub fn new(task: &Task, most: usize) -> Self {
         let sensors: usize = task.grids.iter().map(Grid::len).sum();
         let pixels: usize = task.views.iter().map(pixels).sum();
@@ -53,7 +54,7 @@ impl Sample {
                 windows.push((number, view.clone()));
                 continue;
             }
-            // of few pixels there is one window, so that every view has its turn among several
+            // WINDOWS for all views together, but at least one for each view, and otherwise no more than `most` pixels hold
             let width = (most / WINDOWS / BLOCK_PX).div_ceil(BLOCK_PX) * BLOCK_PX;
             let of_view = (WINDOWS / task.views.len()).max(1).min((most / (width * BLOCK_PX)).max(1));
             windows.extend((0..of_view).map(|window| (number, window_of(view, width, window, of_view))));
@@ -62,17 +63,17 @@ impl Sample {
         Self { grids: grids.collect(), windows, views, all: sensors + pixels, channels: task.scene.channels }
     }
 
-    /// The task on the places of this sample alone.
+    /// Restricts a task to the places of this sample.
     pub fn task<'a>(&'a self, task: &Task<'a>) -> Task<'a> {
         Task { grids: &self.grids, views: &self.windows, ..*task }
     }
 
-    /// Number of sensors, or pixels.
+    /// Returns the number of sensors, or pixels, of the sample.
     pub fn places(&self) -> usize {
         self.grids.iter().map(Grid::len).sum::<usize>() + self.windows.iter().map(pixels).sum::<usize>()
     }
 
-    /// What passes found, for every grid, or for every view that a window shows.
+    /// Returns the values of passes, for every grid, or for every view that a window shows.
     pub fn values(&self, passes: &[Pass]) -> Vec<Places> {
         let share = self.places() as f64 / self.all as f64;
         let of_grid = |number: usize| {
@@ -123,7 +124,7 @@ impl Sample {
     }
 }
 
-/// About `most` sensors of a grid at most, or as few more as it takes for one that has a value.
+/// Selects about `most` sensors of a grid at most, or as few more as it takes to include one that has a value.
 fn some_of(grid: &Grid, most: usize) -> Grid {
     let mut most = most.max(1);
     loop {
@@ -135,7 +136,7 @@ fn some_of(grid: &Grid, most: usize) -> Grid {
     }
 }
 
-/// Window `number` of `count` of a view: at blocks of the whole, spread over height and width.
+/// Returns window `number` of `count` of a view: at blocks of the whole, spread over height and width.
 fn window_of(view: &View, width: usize, number: usize, count: usize) -> View {
     let size_px = [width.min(view.size_px[0]), BLOCK_PX.min(view.size_px[1])];
     let at = [(GOLDEN * (number + 1) as f64).fract(), (number as f64 + 0.5) / count as f64];

@@ -1,4 +1,5 @@
-//! What each method would take to each accuracy, before a job runs: the table, from what a pilot (`job/pilot.rs`) measured.
+//! Predictions of the time that each method would take to each accuracy, before a job runs, from the measurements of a pilot
+//! (`job/pilot.rs`).
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -8,15 +9,15 @@ use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::method::Refusal;
 use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
 
-/// Relative errors whose times are predicted.
+/// Relative errors to which times are predicted.
 pub const PREDICTED_ACCURACIES: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
 
-/// What each method would take to each accuracy by itself, without the passes that light in parts and cross-checks take more.
+/// Times that each method would take to each accuracy by itself, without the additional passes for light in parts and for cross-checks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Predictions {
-    /// Seconds on the wall that the pilot took.
+    /// Wall-clock seconds that the pilot took.
     pub pilot_seconds: f64,
-    /// Threads among which the work of a job is divided; predicted seconds are those of processors that do nothing else.
+    /// Number of threads among which the work of a job is divided; predicted seconds hold for processors that do nothing else.
     pub threads: usize,
     /// Confidence of the relative errors, and of the intervals of the seconds.
     pub confidence: f64,
@@ -26,35 +27,35 @@ pub struct Predictions {
     pub views: Option<OutputPredictions>,
 }
 
-/// What each method would take for the grids, or for the views.
+/// Predictions of each method for the grids, or for the views.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct OutputPredictions {
-    /// The relative error that the document asks for.
+    /// Relative error that the document requests.
     pub asked_relative_error: f64,
     /// Name of the method that would reach it first; null where no time is known.
     pub cheapest: Option<String>,
-    /// Every method, with the document's settings where it names it.
+    /// All methods, each with the document's settings where it names the method.
     pub methods: Vec<MethodPredictions>,
 }
 
-/// What a method would take.
+/// Predictions of one method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MethodPredictions {
-    /// Name of the method, as `method.kind` of a document has it.
+    /// Name of the method, as in `method.kind` of a document.
     pub method: String,
     /// True if it is the method of the plan.
     pub planned: bool,
-    /// Why it cannot compute this output; null where it can.
+    /// Reason why the method cannot compute this output; null where it can.
     pub refusal: Option<RefusalResult>,
-    /// Seconds to its first values, which have no error yet; null where they are not known.
+    /// Seconds to its first values, which have no error yet; null where unknown.
     pub seconds_to_first_number: Option<f64>,
-    /// Time to the relative error that the document asks for; null where the method refuses.
+    /// Time to the relative error that the document requests; null where the method refuses.
     pub asked: Option<PredictedTime>,
     /// Times to relative errors of 10, 5, 2, 1, 0.5 and 0.1 percent; empty where the method refuses.
     pub accuracies: Vec<PredictedTime>,
 }
 
-/// Why a method cannot compute an output.
+/// Reason why a method cannot compute an output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RefusalResult {
     /// Kind of the reason, for programs.
@@ -69,33 +70,33 @@ impl From<Refusal> for RefusalResult {
     }
 }
 
-/// The time that a method would take to an accuracy.
+/// Time that a method would take to an accuracy.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PredictedTime {
-    /// The relative error, at the asked confidence.
+    /// Relative error at the requested confidence.
     pub relative_error: f64,
-    /// Render seconds of a job that asks for it, whatever its limits are, its set-up and the least number of passes included; null
-    /// where they are not known, or where it is not reached.
+    /// Render seconds of a job that requests this error, whatever its limits are, with its set-up and the least number of passes; null
+    /// where unknown, or where the error is not reached.
     pub seconds: Option<f64>,
-    /// Lower end of the interval of the seconds; null as they are.
+    /// Lower end of the interval of the seconds; null where they are.
     pub seconds_from: Option<f64>,
-    /// Upper end of the interval of the seconds; null as they are, and where it cannot be said that the error is reached at all.
+    /// Upper end of the interval of the seconds; null where they are, and where it is not certain that the error is reached at all.
     pub seconds_to: Option<f64>,
-    /// Passes of the job; null for a method without, and where they are not known.
+    /// Number of passes of the job; null for a method without passes, and where unknown.
     pub passes: Option<u64>,
     /// True if no other method is known to reach this error sooner.
     pub cheapest: bool,
-    /// Why the seconds are null.
+    /// Reason why the seconds are null.
     pub reason: Option<String>,
 }
 
 impl PredictedTime {
-    /// A time of which nobody knows, for this reason.
+    /// Makes an unknown time, with the reason why.
     pub fn unknown(relative_error: f64, reason: impl Into<String>) -> Self {
         Self { relative_error, reason: Some(reason.into()), ..Self::default() }
     }
 
-    /// A time with its interval.
+    /// Makes a time with its interval.
     pub fn known(relative_error: f64, seconds: f64, from: f64, to: Option<f64>, passes: Option<u64>) -> Self {
         let (seconds, seconds_from) = (Some(seconds), Some(from));
         Self { relative_error, seconds, seconds_from, seconds_to: to, passes, ..Self::default() }
@@ -103,12 +104,12 @@ impl PredictedTime {
 }
 
 impl OutputPredictions {
-    /// Times of the method of the plan, in the order of [`PREDICTED_ACCURACIES`], and last the one that the document asks for.
+    /// Returns the times of the planned method, in the order of [`PREDICTED_ACCURACIES`], and last that to the requested error.
     pub fn of_plan(&self) -> impl Iterator<Item = &PredictedTime> {
         self.methods.iter().filter(|row| row.planned).flat_map(|row| row.accuracies.iter().chain(&row.asked))
     }
 
-    /// The table of some rows, the cheapest of each accuracy marked.
+    /// Makes the table of some methods, and marks the cheapest one to each accuracy.
     pub fn new(asked_relative_error: f64, mut methods: Vec<MethodPredictions>) -> Self {
         for index in 0..PREDICTED_ACCURACIES.len() {
             mark_cheapest(methods.iter_mut().filter_map(|row| row.accuracies.get_mut(index)).collect());
@@ -127,7 +128,7 @@ fn mark_cheapest(times: Vec<&mut PredictedTime>) {
     }
 }
 
-/// What a pilot measured of a method.
+/// Measurements of a method by a pilot.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Seconds until the first pass begins.
@@ -136,19 +137,19 @@ pub struct Measured {
     pub seconds_per_pass: f64,
     /// Standard deviation of the logarithm of `seconds_per_pass`.
     pub cost_deviation: f64,
-    /// Law of each grid, or of each view; the worst counts.
+    /// Error law of each grid, or of each view; the worst counts.
     pub laws: Vec<ErrorLaw>,
-    /// Passes that the laws were found from.
+    /// Number of passes from which the laws were derived.
     pub passes: usize,
 }
 
 impl Measured {
-    /// Seconds until the first pass has ended.
+    /// Returns the seconds until the first pass has ended.
     pub fn seconds_to_first_number(&self) -> f64 {
         self.setup_seconds + self.seconds_per_pass
     }
 
-    /// Time of a job that asks for a relative error.
+    /// Predicts the time of a job that requests a relative error.
     pub fn time_to(&self, relative_error: f64, judged: Judged) -> PredictedTime {
         let passes = |deviations: f64| -> Option<u64> {
             let each = self.laws.iter().map(|law| law.shifted(deviations).passes_to(relative_error, judged));

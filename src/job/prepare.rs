@@ -1,4 +1,4 @@
-//! From a document to a job that is ready to render.
+//! Preparation of a job: from a document to a scene and a plan that are ready to render.
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -22,45 +22,45 @@ use crate::plan::{self, EffectKind, Effects, Methods, Plan};
 use crate::scene::{Grid, Scene, TubeShape};
 use crate::traceable::TraceableScene;
 
-/// A job ready to render: immutable, shared by threads.
+/// Job that is ready to render: immutable, shared by threads.
 pub struct Prepared {
-    /// The document as understood, all defaults filled in.
+    /// Document with all defaults filled in.
     pub document: serde_json::Value,
-    /// What is simulated and by which methods, with reasons.
+    /// Effects that are simulated and methods, with reasons.
     pub plan: Plan,
     /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
     /// Rule that ends the job.
     pub stop: StopRule,
-    /// Free text that the document has as its name.
+    /// Name in the document, free text.
     pub name: Option<String>,
     pub(super) scene: Scene,
     pub(super) provenance: Provenance,
     pub(super) traceable: Arc<TraceableScene>,
     pub(super) engine: Engine,
-    /// Parts of the light that estimates have beside their grids; none where they have none.
+    /// Parts of the light that are estimated separately for each grid; empty where none are.
     pub(super) components: Vec<Component>,
-    /// Selects the random numbers.
+    /// Seed of the random numbers.
     pub(super) seed: u64,
-    /// What each method would take, where a pilot was asked.
+    /// Times that each method would take, where a pilot was requested.
     pub(super) predictions: Option<Predictions>,
-    /// What figures say of the job, once somebody has asked for it.
+    /// Description of the job for its figures, made on first use.
     pub(super) subject: OnceLock<Subject>,
-    /// What reports on each tube say beside the passes, once somebody has asked for it.
+    /// Performance of each tube by itself, for its reports, computed on first use.
     pub(super) performances: Vec<OnceLock<Arc<TubePerformance>>>,
-    /// Every method that documents may name, with the settings of this one.
+    /// Methods that documents may name, with the settings of this document.
     pub(super) offered: Vec<Method>,
 }
 
-/// Estimates of the memory that a prepared job holds, beside which are a tube's tables of the sky, a triangle in the scene
-/// and in the trees of rays, and a sensor's place.
+/// Estimated memory of a prepared job in bytes: a base, and for each tube (tables of the sky), triangle (in the scene and in the bounding
+/// volumes) and sensor (its place).
 const BYTES: usize = 64 << 10;
 const BYTES_PER_TUBE: usize = 1 << 19;
 const BYTES_PER_TRIANGLE: usize = 512;
 const BYTES_PER_SENSOR: usize = 64;
 
 impl Prepared {
-    /// Keeps what a pilot foretold of the job, for its results and for the figure of its convergence.
+    /// Keeps the predictions of a pilot, for the job's results and for the figure of its convergence.
     pub fn foretell(&mut self, predictions: Predictions) {
         self.subject = OnceLock::new();
         self.predictions = Some(predictions);
@@ -72,7 +72,7 @@ pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, Doc
     prepare_document(&JobDocument::parse(document)?, meshes)
 }
 
-/// Prepares a parsed document: builds and plans its scene, and refuses what the plan cannot do.
+/// Prepares a parsed document: builds and plans its scene, and refuses requests that the plan cannot meet.
 pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
     let still_wanted = || match meshes.is_cancelled() {
         true => Err(DocumentErrors::from(FieldError::new("", "nobody waits for this document any more"))),
@@ -155,17 +155,17 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
 }
 
 impl Prepared {
-    /// The passes that a job may still have after so many.
+    /// Returns the passes that a job may still have after this number of passes.
     pub fn passes_after(&self, passes: u64) -> Range<u64> {
         passes..if matches!(self.engine, Engine::Solver(_)) { 1 } else { self.stop.max_passes }
     }
 
-    /// The row of the convergence table after the last pass of `merged`.
+    /// Returns the row of the convergence table after the last pass of `merged`.
     pub(super) fn report(&self, merged: &Estimate, spent: Spent) -> PassReport {
         self.report_of(merged, self.accuracy(merged), spent)
     }
 
-    /// As [`Self::report`], of an estimate of this accuracy.
+    /// Returns the row of the convergence table as [`Self::report`] does, for an estimate of this accuracy.
     pub(super) fn report_of(&self, merged: &Estimate, accuracy: Accuracy, spent: Spent) -> PassReport {
         PassReport {
             passes: merged.passes,
@@ -179,32 +179,32 @@ impl Prepared {
         }
     }
 
-    /// What the job goes on for after the passes of `merged`, which have this accuracy; `None` after its last pass.
+    /// Returns the condition that the job waits for after the passes of `merged`, which have this accuracy; `None` after its last pass.
     pub(super) fn waiting_for(&self, merged: &Estimate, accuracy: Accuracy) -> Option<WaitingFor> {
         self.stop.waiting_for(merged, accuracy).filter(|_| !self.is_complete(merged.passes))
     }
 
-    /// What is to foretell the job's end, before its first pass.
+    /// Returns a forecaster of the job's end, to be used from the first pass on.
     pub fn forecaster(&self) -> Forecaster {
         Forecaster::new(self.stop, self.least_passes_of_grids(), self.least_passes_of_views())
     }
 
-    /// Passes below which the error of the grids is not trusted; `None` without any.
+    /// Returns the number of passes below which the error of the grids is not trusted; `None` without grids.
     pub(super) fn least_passes_of_grids(&self) -> Option<u64> {
         self.scene.grids.iter().map(|grid| least_passes(grid.valued())).max()
     }
 
-    /// Passes below which the error of the views is not trusted; `None` without any.
+    /// Returns the number of passes below which the error of the views is not trusted; `None` without views.
     pub(super) fn least_passes_of_views(&self) -> Option<u64> {
         self.scene.views.iter().map(|view| least_passes(block_count(view.size_px))).max()
     }
 
-    /// The methods of the plan: that of the grids, and that of the views where it is another one.
+    /// Returns the names of the plan's methods: that of the grids, and that of the views where it is another one.
     pub fn method_names(&self) -> String {
         self.plan.methods.names().join(", ")
     }
 
-    /// About how many bytes of memory it holds, rather too many than too few.
+    /// Estimates the memory that this job holds in bytes, rather too many than too few.
     pub fn bytes(&self) -> usize {
         let Scene { room, tubes, grids, .. } = &self.scene;
         let triangles: usize = room.meshes.iter().map(|object| object.mesh.triangles.len()).sum();
@@ -224,28 +224,28 @@ impl Prepared {
         !self.scene.views.is_empty()
     }
 
-    /// Illuminance grids, in the document's order.
+    /// Returns the illuminance grids, in the document's order.
     pub fn grids(&self) -> &[Grid] {
         &self.scene.grids
     }
 
-    /// An estimate of no passes.
+    /// Returns an estimate of no passes.
     pub fn empty_estimate(&self) -> Estimate {
         let mut estimate = Estimate::empty(&self.scene);
         self.engine.begin(&mut estimate);
         estimate
     }
 
-    /// True after the last pass that a job can have.
+    /// True after the last pass that the job can have.
     pub(super) fn is_complete(&self, passes: u64) -> bool {
         passes >= self.stop.max_passes || matches!(self.engine, Engine::Solver(_))
     }
 
-    /// Reason why the job is done after the passes of `merged`; `None` when it is not.
+    /// Returns the reason why the job is done after the passes of `merged`; `None` when it is not.
     pub fn stop_after(&self, merged: &Estimate) -> Option<StoppedBy> {
         let is_complete = self.is_complete(merged.passes);
         if matches!(self.engine, Engine::Solver(_)) {
-            // of a formula no error is known
+            // the error of a formula is not known
             let within = self.accuracy(merged).grids.is_none_or(|error| error <= self.stop.relative_error);
             Some(if within { StoppedBy::Exact } else { StoppedBy::MaxPasses })
         } else if self.is_dark() {
@@ -257,7 +257,8 @@ impl Prepared {
         }
     }
 
-    /// Reason why a job has no results that ended before its first pass did; `None` for a cancelled one.
+    /// Returns the reason why a job that ran out of time before its first pass ended has no results; `None` for all other jobs, cancelled
+    /// ones included.
     pub fn no_results(&self, stopped_by: StoppedBy, merged: &Estimate) -> Option<String> {
         (stopped_by == StoppedBy::MaxSeconds && merged.passes == 0).then(|| {
             format!(
@@ -268,12 +269,12 @@ impl Prepared {
         })
     }
 
-    /// True if every value is exactly zero.
+    /// True if nothing is lit, so that every value is exactly zero.
     pub(super) fn is_dark(&self) -> bool {
         matches!(self.engine, Engine::Dark)
     }
 
-    /// Relative errors of `merged` at the confidence of the job's rule.
+    /// Returns the relative errors of `merged` at the confidence of the job's stop rule.
     pub fn accuracy(&self, merged: &Estimate) -> Accuracy {
         self.stop.accuracy(merged)
     }

@@ -1,4 +1,4 @@
-//! Folders and files of the service: for its user only, and there after the end of the power.
+//! Private folders and files of the service: for its user only, and durable.
 
 use std::fs;
 use std::io;
@@ -7,19 +7,19 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::Mode;
 
-/// Makes files and folders of this process from now on for its user only, whoever creates them.
+/// Makes all files and folders that this process creates from now on private to its user, whichever library creates them.
 pub fn make_private_files() {
     rustix::process::umask(Mode::RWXG | Mode::RWXO);
 }
 
-/// Creates a folder that only this user can enter, and those that lead to it; one that is there stays as it is. Each is then in the
-/// folder above it for certain, whatever happens to the power.
+/// Creates a folder that only this user can enter, with its parents; an existing one stays as it is. Each folder is then durably in its
+/// parent: it survives a power failure.
 pub fn create_private_folder(folder: &Path) -> io::Result<()> {
     let changed = folders_with_news(folder);
     fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
     for folder in changed {
         match fs::File::open(&folder) {
-            // of somebody else, who made what is in it
+            // a folder of another user, who created what is in it
             Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {}
             opened => opened?.sync_all()?,
         }
@@ -27,8 +27,8 @@ pub fn create_private_folder(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Folders into which another one comes when `folder` is created. The one above it is always one of them: a process before this one
-/// may have ended before it was synced.
+/// Returns the folders that get a new entry when `folder` is created. Its parent is always one of them: an earlier process may have ended
+/// before it was synced.
 fn folders_with_news(folder: &Path) -> Vec<PathBuf> {
     let mut folders = Vec::new();
     for above in folder.ancestors().skip(1) {

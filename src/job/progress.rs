@@ -3,35 +3,35 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// Why a job ended: it is as accurate as asked (`relative_error`); its passes or its seconds are used up (`max_passes`,
-/// `max_seconds`); one computation gave everything, as accurately as asked, or by a formula of which no error is known
-/// (`exact`); many passes have brought no light at all to a grid, and everything else is as accurate as asked (`no_light`); somebody
-/// cancelled it (`cancelled`). A method without passes that has done all it can and is less accurate
-/// than asked ends by `max_passes`, and tells its error.
+/// Reason why a job ended: it is as accurate as requested (`relative_error`); its passes or its seconds are used up (`max_passes`,
+/// `max_seconds`); one computation gave everything, as accurately as requested, or by a formula whose error is not known (`exact`); many
+/// passes have brought no light at all to a grid, and everything else is as accurate as requested (`no_light`); a user cancelled it
+/// (`cancelled`). A method without passes that is less accurate than requested and cannot do better ends by `max_passes`, with its error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StoppedBy {
-    /// Every output is as accurate as asked.
+    /// Every output is as accurate as requested.
     RelativeError,
     /// The document allows no more passes, or a method without passes can do no more.
     MaxPasses,
     /// The document or the service allows no more seconds.
     MaxSeconds,
-    /// One computation gave everything, within the error asked for, or by a formula of which no error is known.
+    /// One computation gave everything, within the requested error, or by a formula whose error is not known.
     Exact,
-    /// Many passes have brought no light at all to a grid: none can come, or too rarely to be found. All else is as accurate as asked.
+    /// Many passes have brought no light at all to a grid: none can come, or too rarely to be found. Everything else is as accurate as
+    /// requested.
     NoLight,
-    /// Somebody cancelled it; passes that were done count.
+    /// A user cancelled the job; passes that were done count.
     Cancelled,
 }
 
 impl StoppedBy {
-    /// True if the outputs are as accurate as asked.
+    /// True if the outputs are as accurate as requested.
     pub fn is_as_asked(self) -> bool {
         matches!(self, Self::RelativeError | Self::Exact)
     }
 
-    /// The name in JSON.
+    /// Returns the name in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::RelativeError => "relative_error",
@@ -44,25 +44,26 @@ impl StoppedBy {
     }
 }
 
-/// One row of the convergence table.
+/// Row of the convergence table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PassReport {
     /// Passes done so far, this one included.
     pub passes: u64,
     /// Render seconds of the job so far, earlier chunks included.
     pub seconds: f64,
-    /// Photons that set out so far.
+    /// Photons emitted so far.
     pub photons: u64,
     /// Ray segments so far; a closed form through a guide counts as one.
     pub rays: u64,
-    /// Relative error of the grids at the asked confidence, as `stop.relative_error` asks for it; null before the second pass.
+    /// Relative error of the grids at the requested confidence, to be compared with `stop.relative_error`; null before the second pass.
     pub relative_error: Option<f64>,
-    /// Relative error of the views at the asked confidence; null before the second pass.
+    /// Relative error of the views at the requested confidence, to be compared with `stop.view_relative_error`; null before the second
+    /// pass.
     pub view_relative_error: Option<f64>,
-    /// Mean illuminance of the first grid.
+    /// Mean illuminance of the first grid in lux.
     pub mean_lux: Option<f64>,
-    /// Processor seconds of the threads that rendered the passes so far, earlier chunks included: those of the render pool, on which
-    /// one job renders at a time. Null where the system does not tell them, and of passes that an older version rendered.
+    /// Processor seconds of the threads that rendered the passes so far, earlier chunks included: those of the render pool, on which one
+    /// job renders at a time. Null where the system does not report them, and for passes that an older version rendered.
     #[serde(default)]
     pub cpu_seconds: Option<f64>,
 }
@@ -72,19 +73,19 @@ pub struct PassReport {
 pub struct Progress {
     /// Passes done.
     pub passes: u64,
-    /// Photons that set out.
+    /// Photons emitted.
     pub photons: u64,
     /// Ray segments; a closed form through a guide counts as one.
     pub rays: u64,
-    /// Render seconds up to now.
+    /// Render seconds so far.
     pub seconds: f64,
-    /// Relative error of the grids at the asked confidence; null before the second pass.
+    /// Relative error of the grids at the requested confidence; null before the second pass.
     pub relative_error: Option<f64>,
-    /// Relative error of the views at the asked confidence; null before the second pass.
+    /// Relative error of the views at the requested confidence; null before the second pass.
     pub view_relative_error: Option<f64>,
-    /// Finished chunks of passes: what a restart continues from.
+    /// Number of finished chunks of passes, after which a restart continues.
     pub chunks: u64,
-    /// Processor seconds of the threads that rendered; null where they are not known.
+    /// Processor seconds of the rendering threads; null where they are not known.
     #[serde(default)]
     pub cpu_seconds: Option<f64>,
 }

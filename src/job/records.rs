@@ -1,4 +1,4 @@
-//! What a store knows of jobs, their files and meshes: rows, and what becomes of requests to change them.
+//! Records of jobs, their files and meshes in a store, and the outcomes of requests to change them.
 
 use std::ops::Range;
 
@@ -16,15 +16,15 @@ use crate::document::result::{Known, PlanResult};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JobStatus {
-    /// No chunk of it was claimed yet.
+    /// No chunk of the job was claimed yet.
     Queued,
-    /// A worker has claimed a chunk of it; between two chunks it stays so.
+    /// A worker has claimed a chunk of the job; the state stays so between two chunks.
     Running,
-    /// Its rule ended it, and results are there.
+    /// The job was ended by its stop rule, and has results.
     Succeeded,
-    /// It ended by a failure, which its problem tells.
+    /// The job ended by a failure, which its problem describes.
     Failed,
-    /// Somebody ended it.
+    /// A user ended the job.
     Cancelled,
 }
 
@@ -32,7 +32,7 @@ impl JobStatus {
     /// All states, the final ones last.
     pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Succeeded, Self::Failed, Self::Cancelled];
 
-    /// The name in JSON and in the database.
+    /// Returns the name in JSON and in the database.
     pub fn name(self) -> &'static str {
         match self {
             Self::Queued => "queued",
@@ -43,48 +43,48 @@ impl JobStatus {
         }
     }
 
-    /// The state of a name; `None` for any other word.
+    /// Finds the state with this name; `None` for any other word.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|status| status.name() == name)
     }
 
-    /// A final status never changes again.
+    /// True if the state is final: it never changes again.
     pub fn is_final(self) -> bool {
         matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
     }
 }
 
-/// A job without its long fields. Times are milliseconds since 1970.
+/// Job without its long fields. Times are milliseconds since 1970.
 #[derive(Clone, Debug)]
 pub struct JobHead {
     /// Version 7, so that ids ascend with the time of creation.
     pub id: Uuid,
-    /// Free text of the document.
+    /// Name of the job, free text from its document.
     pub name: Option<String>,
     /// State of the job.
     pub status: JobStatus,
-    /// True once somebody asked to cancel it; the worker may not have heard yet.
+    /// True once a user has cancelled the job; its worker may not have noticed yet.
     pub cancel_requested: bool,
     /// Passes done, and their cost and accuracy.
     pub progress: Progress,
-    /// What ended the job; `None` before its end, and where its passes failed.
+    /// Reason why the job ended; `None` before its end, and where its passes failed.
     pub stopped_by: Option<StoppedBy>,
     /// Sequence number of the newest event.
     pub last_seq: i64,
-    /// When it was posted.
+    /// Time at which the job was posted.
     pub created_at: i64,
-    /// When its first chunk was claimed.
+    /// Time at which its first chunk was claimed.
     pub started_at: Option<i64>,
-    /// When it came to a final state.
+    /// Time at which it came to a final state.
     pub finished_at: Option<i64>,
 }
 
-/// A job with everything that one who asks for it is told.
+/// Job with everything that is returned to a request for it.
 #[derive(Clone, Debug)]
 pub struct Job {
     /// State, progress and times.
     pub head: JobHead,
-    /// The document as understood.
+    /// Document with all defaults filled in.
     pub document: Value,
     /// The plan, as JSON.
     pub plan: Value,
@@ -92,18 +92,18 @@ pub struct Job {
     pub warnings: Vec<Warning>,
     /// Hash of the canonical body.
     pub body_hash: String,
-    /// What is known of the results; of a job that ended with passes, all of them in short.
+    /// Results that are known so far; of a job that ended with passes, the summary of all of them.
     pub summary: Option<Value>,
-    /// What each method would take, as a pilot foretold; `None` where nobody asked.
+    /// Times that each method would take, as a pilot predicted; `None` where none was requested.
     pub predictions: Option<Predictions>,
-    /// Why it failed; `None` unless it did.
+    /// Reason why the job failed; `None` unless it did.
     pub problem: Option<JobProblem>,
 }
 
-/// State from which rendering a job goes on.
+/// State from which rendering of a job continues.
 #[derive(Clone, Debug)]
 pub struct JobSource {
-    /// The document as it was posted: what [`crate::job::prepare::prepare`] takes.
+    /// Document as it was posted, as [`crate::job::prepare::prepare`] takes it.
     pub submitted: String,
     /// Merged state of all ended chunks; `None` before the first one has ended.
     pub state: Option<StateFile>,
@@ -111,12 +111,12 @@ pub struct JobSource {
     pub merged_spent: Spent,
 }
 
-/// Why a job failed.
+/// Reason why a job failed.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 pub struct JobProblem {
-    /// Short words, the same for all failures of a kind.
+    /// Short title, the same for all failures of a kind.
     pub title: String,
-    /// What happened to this job.
+    /// Details of this job's failure.
     pub detail: String,
 }
 
@@ -129,36 +129,36 @@ pub struct StateFile {
     pub hash: String,
 }
 
-/// A job to be queued.
+/// Job to be queued.
 #[derive(Clone)]
 pub struct NewJob {
     /// Version 7, so that ids ascend with the time of creation.
     pub id: Uuid,
-    /// Free text of the document.
+    /// Name of the job, free text from its document.
     pub name: Option<String>,
-    /// The document as it was posted.
+    /// Document as it was posted.
     pub submitted: String,
-    /// The document as understood, defaults filled in.
+    /// Document with all defaults filled in.
     pub document: Value,
-    /// What is simulated and what is not, and why.
+    /// Plan: what is simulated and what is not, and why.
     pub plan: PlanResult,
-    /// What is known of the results before the first pass.
+    /// Results that are known before the first pass.
     pub known: Known,
-    /// What each method would take, where a pilot was asked.
+    /// Times that each method would take, where a pilot was requested.
     pub predictions: Option<Predictions>,
     /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
     /// Header `Idempotency-Key` of the request; a key names one body.
     pub idempotency_key: Option<String>,
-    /// Hash of the canonical body, which tells a repetition from a reuse of the key.
+    /// Hash of the canonical body, which distinguishes a repeated request from a reused key.
     pub body_hash: String,
-    /// Name of what it computes, equal where results are; `None` where no other job's results are its own.
+    /// Identity of the computation, equal for jobs with equal results; `None` where no other job's results can be used.
     pub computation: Option<String>,
     /// Uploaded meshes that the document names.
     pub meshes: Vec<String>,
     /// Passes of chunk 0.
     pub first_chunk: Range<u64>,
-    /// Who posted it: clients take turns, and the jobs of each that wait are limited.
+    /// Client that posted the job: clients take turns, and the number of waiting jobs of each is limited.
     pub client: String,
 }
 
@@ -171,34 +171,34 @@ pub struct MostWaiting {
     pub of_client: u64,
 }
 
-/// What became of a job that was to be queued.
+/// Outcome of queueing a job.
 pub enum Submission {
-    /// It waits.
+    /// The job waits.
     New(Job),
     /// The key was used before with the same body.
     Repeated(Job),
     /// The key was used before with another body.
     KeyReused,
-    /// As many jobs wait as may.
+    /// The largest allowed number of jobs waits already.
     QueueFull,
-    /// Refusal of a job whose client has as many waiting as it may.
+    /// The largest allowed number of the client's jobs waits already.
     ClientFull,
     /// A mesh of the document was deleted meanwhile.
     MeshGone(String),
 }
 
-/// Jobs that a list has.
+/// Selection of the jobs of a list.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct JobFilter {
     /// Only jobs in this state.
     pub status: Option<JobStatus>,
-    /// Only jobs older than this one.
+    /// Largest id, not included: only jobs older than this one are listed.
     pub before: Option<Uuid>,
     /// Largest number of jobs.
     pub limit: u32,
 }
 
-/// Ended jobs that are looked for; those of studies are never among them.
+/// Filter of ended jobs; those of studies never pass it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndedFilter {
     /// Only jobs that ended so; `None`: in any way.
@@ -218,7 +218,7 @@ pub struct Ended {
     pub at: i64,
 }
 
-/// Something that happened to a job; a job's events are never changed.
+/// Event of a job; events are never changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     /// Number within the job, from 1 without gaps.
@@ -229,7 +229,7 @@ pub struct Event {
     pub data: Value,
 }
 
-/// Names of the events that end a job's stream.
+/// True for the names of events that end a job's stream.
 pub fn is_final_event(name: &str) -> bool {
     JobStatus::from_name(name).is_some_and(JobStatus::is_final)
 }
@@ -237,7 +237,7 @@ pub fn is_final_event(name: &str) -> bool {
 /// A stored file of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Artifact {
-    /// E.g. `grids/workplane.json`.
+    /// Name, e.g. `grids/workplane.json`.
     pub name: String,
     /// Key of the file in the object store; empty where the row has the content.
     pub key: String,
@@ -245,14 +245,14 @@ pub struct Artifact {
     pub hash: String,
     /// Length in bytes.
     pub size: u64,
-    /// Type that the file is served as.
+    /// Media type with which the file is served.
     pub media_type: String,
-    /// The content, where the store keeps it beside the name; `None` where it is at the key.
+    /// Content, where the store keeps it beside the name; `None` where it is at the key.
     pub content: Option<Bytes>,
 }
 
 impl Artifact {
-    /// A file whose content the store keeps itself.
+    /// Makes a file whose content the store keeps itself.
     pub fn in_store(name: String, media_type: &str, content: Bytes) -> Self {
         let hash = blake3::hash(&content).to_hex().to_string();
         let (size, media_type) = (content.len() as u64, media_type.to_owned());
@@ -263,38 +263,38 @@ impl Artifact {
 /// An uploaded mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// Id of the content: equal files have equal ids.
+    /// Id made from the content: equal files have equal ids.
     pub id: String,
     /// Key of the file in the object store.
     pub key: String,
     /// Length of the file in bytes.
     pub size: u64,
-    /// Number of triangles, faces with more corners divided.
+    /// Number of triangles, after faces with more corners were divided.
     pub triangles: u64,
     /// Names of its materials, in the order of first use.
     pub materials: Vec<String>,
-    /// When it was uploaded first, in milliseconds since 1970.
+    /// Time of the first upload, in milliseconds since 1970.
     pub created_at: i64,
 }
 
-/// What became of a wish to cancel a job.
+/// Outcome of a request to cancel a job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CancelOutcome {
     /// There is no such job.
     NotFound,
-    /// Finished before: nothing to cancel.
+    /// The job had ended before: there is nothing to cancel.
     Finished(JobStatus),
-    /// It ends, or has ended by this.
+    /// The job ends soon, or this request has ended it.
     Accepted,
 }
 
-/// What became of a wish to delete a mesh.
+/// Outcome of a request to delete a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MeshDeletion {
     /// There is no such mesh.
     NotFound,
     /// A queued or running job uses it.
     InUse,
-    /// Gone from the store; its file is at this key.
+    /// The mesh is gone from the store; its file is at this key.
     Deleted(String),
 }

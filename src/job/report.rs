@@ -1,4 +1,4 @@
-//! A job on one sheet: what was asked, how it was computed and why, what came out, and how sure that is.
+//! Report on a job on one sheet: its inputs, its methods with their reasons, its results, and their errors.
 
 use serde_json::Value;
 
@@ -14,19 +14,19 @@ use crate::figure::ticks::{duration, short, significant, with_error};
 use crate::figure::{Heading, view_picture};
 use crate::output::OutputError;
 
-/// Name of the figure that has plan, section and picture side by side, among those of the place.
+/// Name of the figure that has plan, section and picture side by side, among those of the site.
 pub const OVERVIEW: &str = "overview";
 
 /// Confidence of the intervals of a report.
 const CONFIDENCE: f64 = 0.95;
 
-/// Most rows of a table: a hundred tubes are a list, not a report.
+/// Largest number of rows of a table: a hundred tubes are a list, not a report.
 const MOST_ROWS: usize = 8;
 
-/// The report on a job.
+/// Makes the report on a job.
 ///
-/// `job` is the job as it is answered (document, plan, warnings, `stopped_by`, and the results as far as they are known), `footer`
-/// what made the report.
+/// `job` is the job as the service returns it (document, plan, warnings, `stopped_by`, and the results as far as they are known), `footer`
+/// names the program that made the report.
 pub fn report(subject: &Subject, job: &Value, outputs: &FirstOutputs, footer: String) -> Result<Sheet, OutputError> {
     let mut figures = Vec::new();
     if let Some(grid) = &outputs.grid {
@@ -52,7 +52,7 @@ pub fn report(subject: &Subject, job: &Value, outputs: &FirstOutputs, footer: St
     })
 }
 
-/// Name and version of the program that makes reports.
+/// Returns the name and version of the program that makes reports.
 pub fn made_by() -> String {
     format!("skyduct {VERSION}")
 }
@@ -65,7 +65,7 @@ fn text(value: &Value) -> &str {
     value.as_str().unwrap_or("")
 }
 
-/// A value with the half of its interval.
+/// Writes a value with half the width of its interval.
 fn with_interval(value: &Value, standard_error: &Value, coverage_factor: &Value) -> String {
     let Some(value) = value.as_f64() else { return "–".to_owned() };
     let half = standard_error.as_f64().zip(coverage_factor.as_f64()).map(|(error, factor)| factor * error);
@@ -76,7 +76,7 @@ fn percent(share: &Value) -> String {
     share.as_f64().map_or_else(|| "–".to_owned(), |share| format!("{} %", significant(100.0 * share, 3)))
 }
 
-/// The first rows, and how many there are beside them.
+/// Makes a table of the first rows, with the number of the others.
 fn table(title: String, head: &[&str], rows: impl ExactSizeIterator<Item = Vec<String>>) -> SheetPart {
     let more = rows.len().saturating_sub(MOST_ROWS);
     let mut rows: Vec<_> = rows.take(MOST_ROWS).collect();
@@ -158,7 +158,7 @@ fn inputs(document: &Value) -> SheetPart {
     SheetPart::Facts { title: "Inputs".to_owned(), facts }
 }
 
-/// Tubes that differ by their places only are told once.
+/// Describes the tubes; those that differ by their places only are described once.
 fn kinds_of_tubes(tubes: &[Value]) -> Vec<(String, String)> {
     let mut kinds: Vec<(Value, Vec<usize>)> = Vec::new();
     for (index, tube) in tubes.iter().enumerate() {

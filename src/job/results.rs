@@ -1,4 +1,4 @@
-//! What a job gives: summaries as JSON, grids and views as files.
+//! Results of a job: summaries as JSON, grids and views as files.
 
 use serde_json::Value;
 
@@ -24,26 +24,26 @@ use crate::output::{Image, OutputError, Raster, csv, exr, png};
 use crate::plan::EffectKind;
 use crate::scene::{Daylight, TubeShape};
 
-/// Share of the rays that may leave tubes through gaps in their meshes without a warning: rounding loses fewer.
+/// Fraction of the rays that may leave tubes through gaps in their meshes without a warning: rounding loses fewer.
 const MOST_LOST: f64 = 1e-6;
 
-/// A file of the results, e.g. `grids/workplane.json`.
+/// File of the results, e.g. `grids/workplane.json`.
 pub struct ResultFile {
     pub name: String,
     pub media_type: &'static str,
     pub bytes: Vec<u8>,
 }
 
-/// What a report shows of a job's outputs.
+/// Outputs of a job that a report shows.
 #[derive(Clone, Debug, Default)]
 pub struct FirstOutputs {
-    /// The first grid.
+    /// First grid.
     pub grid: Option<GridResult>,
-    /// The first view: its name, and the picture as an eye sees it.
+    /// First view: its name, and its tone-mapped picture.
     pub view: Option<(String, Raster)>,
 }
 
-/// A file of the results: of which grid, view or tube, and how it is written.
+/// Kind of a file of the results: the grid, view or tube that it shows, and its format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     Grid(usize, GridFormat),
@@ -73,14 +73,14 @@ pub enum TubeFormat {
     Figure(FigureFormat),
 }
 
-/// Name of the file that shows a view after some of its passes.
+/// Returns the name of the file that shows a view after some of its passes.
 pub fn progress_image(view: &str, passes: u64) -> String {
     // a folder of its own: a view may be called `a.pass16`
     format!("progress/{view}.pass{passes}.png")
 }
 
-/// The files of a job's results, each with its name: of its grids and views, by their names, and of `tubes` tubes. What the
-/// service answers, `render` writes and `submit` fetches.
+/// Lists the files of a job's results, each with its name: of its grids and views, by their names, and of `tubes` tubes. The service serves
+/// these files, `render` writes them and `submit` fetches them.
 pub fn result_outputs<'a>(
     grids: impl IntoIterator<Item = &'a str>,
     views: impl IntoIterator<Item = &'a str>,
@@ -108,19 +108,20 @@ pub fn result_outputs<'a>(
 }
 
 impl Prepared {
-    /// `plan` of results and of `POST /v1/plan`.
+    /// Returns the field `plan` of results and of `POST /v1/plan`.
     pub fn plan_json(&self) -> Value {
         to_value(&PlanResult::from(&self.plan))
     }
 
-    /// What is known of the results when a job is planned, under the names that it has in the summary.
+    /// Returns the results that are known when a job is planned, under their names in the summary.
     pub fn known(&self) -> Known {
         let daylight = self.scene.daylight.as_ref();
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         Known::new(self.provenance.clone(), ExternalIlluminance { sky, sun })
     }
 
-    /// Summary for the job resource and `result.json` of a job that `stopped_by` ended; merged into the job's JSON object.
+    /// Makes the summary for the job resource and for `result.json` of a job that `stopped_by` ended; it is merged into the job's JSON
+    /// object.
     pub fn summary(&self, merged: &Estimate, spent: Spent, stopped_by: StoppedBy) -> JobResults {
         let daylight = self.scene.daylight.as_ref();
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
@@ -152,16 +153,16 @@ impl Prepared {
         }
     }
 
-    /// The errors of a job that was ended by `stopped_by`, and what ended its grids and its views.
+    /// Returns the errors of a job that was ended by `stopped_by`, and the reasons why its grids and its views ended.
     fn accuracy_result(&self, merged: &Estimate, stopped_by: StoppedBy) -> AccuracyResult {
-        // who has fewer passes than the job was as accurate as asked
+        // an output with fewer passes than the job was as accurate as requested before
         let of = |passes: u64| if passes < merged.passes { StoppedBy::RelativeError } else { stopped_by };
         let grids = (!merged.grids.is_empty()).then(|| of(merged.passes_of_grids()).name().to_owned());
         let views = (!merged.views.is_empty()).then(|| of(merged.passes_of_views()).name().to_owned());
         AccuracyResult::new(self.accuracy(merged), merged, self.stop.confidence, [grids, views])
     }
 
-    /// What the second method found of the grids, if there is one and it has found anything.
+    /// Compares the grids with those of the second method, if there is one and it has found anything.
     fn cross_check(&self, merged: &Estimate) -> Option<CrossCheckResult> {
         let check = self.plan.methods.check.as_ref()?;
         let discrepancy = Discrepancy::of(&merged.grids, |grid| grid.beside.last())?;
@@ -170,14 +171,14 @@ impl Prepared {
         Some(CrossCheckResult::new(check.method.name(), &check.reason, &discrepancy, error))
     }
 
-    /// What came up while an estimate was made.
+    /// Returns the warnings that came up while an estimate was made.
     pub fn render_warnings(&self, merged: &Estimate) -> Vec<Warning> {
         let disagree = self.cross_check(merged).filter(|check| !check.agrees);
         let disagree = disagree.map(|check| Warning { code: WarningCode::MethodsDisagree, detail: check.verdict });
         self.lost_rays(merged).into_iter().chain(disagree).chain(self.no_light(merged)).collect()
     }
 
-    /// The first grid that no light has reached in many passes, in a scene that has light.
+    /// Warns of the first grid that no light has reached in many passes, in a scene that has light.
     fn no_light(&self, merged: &Estimate) -> Option<Warning> {
         let grid = grid_without_light(merged).filter(|_| !self.is_dark())?;
         let (estimate, passes) = (&merged.grids[grid], merged.passes_of_grids());
@@ -193,7 +194,7 @@ impl Prepared {
         Some(Warning { code: WarningCode::NoLight, detail })
     }
 
-    /// Light that got lost on the way, if it is more than rounding loses.
+    /// Warns of rays that left tubes through gaps, if they are more than rounding loses.
     fn lost_rays(&self, merged: &Estimate) -> Option<Warning> {
         let Estimate { rays, lost_rays, ledger, .. } = merged;
         let passes = merged.passes_of_ledger();
@@ -211,13 +212,13 @@ impl Prepared {
         Some(Warning { code: WarningCode::LostRays, detail })
     }
 
-    /// [`Self::summary`] as a JSON object.
+    /// Returns [`Self::summary`] as a JSON object.
     pub fn summary_json(&self, merged: &Estimate, spent: Spent, stopped_by: StoppedBy) -> Value {
         to_value(&self.summary(merged, spent, stopped_by))
     }
 
-    /// True if the method that keeps the books (that of the grids, or else of the views) follows light from its sources
-    /// to its end.
+    /// True if the method that keeps the energy balance (that of the grids, or else of the views) follows light from its sources to its
+    /// end.
     fn knows_energy(&self) -> bool {
         let methods = &self.plan.methods;
         self.is_dark()
@@ -228,20 +229,20 @@ impl Prepared {
                 .is_none_or(|choice| choice.method.described().knows().energy)
     }
 
-    /// The names of all files of the results: grids as JSON, CSV and figures, views as EXR, PNG and figures in false colours, tubes
+    /// Lists the names of all files of the results: grids as JSON, CSV and figures, views as EXR, PNG and figures in false colours, tubes
     /// as JSON and figures.
     pub fn result_names(&self) -> Vec<String> {
         self.outputs().into_iter().map(|(name, _)| name).collect()
     }
 
-    /// All files of the results, in the order of [`Self::result_names`].
+    /// Makes all files of the results, in the order of [`Self::result_names`].
     pub fn result_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
         self.outputs().into_iter().map(|(name, output)| self.make(name, output, merged)).collect()
     }
 
-    /// The files that a job keeps when it has finished: those that cannot be made again. Tables and figures of its grids
-    /// are made from what is kept of them, by [`grid_csv_of`] and [`grid_figure`], and reports on its tubes from the document, by
-    /// [`Self::tube_file_of`], unless it uses uploaded meshes, which can be deleted.
+    /// Makes the files that a job keeps when it has finished: those that cannot be made again. Tables and figures of its grids are made
+    /// from the kept files, by [`grid_csv_of`] and [`grid_figure`], and reports on its tubes from the document, by [`Self::tube_file_of`],
+    /// unless it uses uploaded meshes, which can be deleted.
     pub fn kept_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
         let kept = |output: &Output| match output {
             Output::Grid(_, format) => *format == GridFormat::Json,
@@ -257,7 +258,7 @@ impl Prepared {
         !self.scene.room.meshes.is_empty() || tubes.any(|tube| matches!(tube.shape, TubeShape::Mesh(_)))
     }
 
-    /// The file of this name when it is the report on a tube; `tubes`: the fluxes from the job's summary.
+    /// Makes the file of this name if it is a report on a tube; `tubes`: the fluxes from the job's summary.
     pub fn tube_file_of(&self, name: &str, tubes: &[TubeResult]) -> Result<Option<ResultFile>, RenderError> {
         let found = self.outputs().into_iter().find_map(|(candidate, output)| match output {
             Output::Tube(tube, format) if candidate == name => Some((tube, format)),
@@ -269,13 +270,13 @@ impl Prepared {
         Ok(Some(ResultFile { name: name.to_owned(), media_type, bytes }))
     }
 
-    /// The one file of this name, made alone; `None` when the job has no such file.
+    /// Makes only the file of this name; `None` when the job has no such file.
     pub fn result_file(&self, name: &str, merged: &Estimate) -> Result<Option<ResultFile>, RenderError> {
         let found = self.outputs().into_iter().find(|(candidate, _)| candidate == name);
         found.map(|(name, output)| self.make(name, output, merged)).transpose()
     }
 
-    /// All files of the results with their names.
+    /// Lists all files of the results with their names.
     pub(super) fn outputs(&self) -> Vec<(String, Output)> {
         let grids = self.scene.grids.iter().map(|grid| grid.name.as_str());
         let views = self.scene.views.iter().map(|view| view.name.as_str());
@@ -325,7 +326,7 @@ impl Prepared {
         GridResult::new(grid, estimate, daylight, electric, &self.components, self.scene.tubes.len())
     }
 
-    /// The first grid and the first view, as a report shows them.
+    /// Returns the first grid and the first view, as a report shows them.
     pub fn first_outputs(&self, merged: &Estimate) -> Result<FirstOutputs, OutputError> {
         let view = match (self.scene.views.first(), merged.views.first()) {
             (Some(view), Some(film)) => Some((view.name.clone(), png::tone_mapped(image(film))?)),
@@ -334,7 +335,7 @@ impl Prepared {
         Ok(FirstOutputs { grid: merged.grids.first().map(|estimate| self.grid_result(0, estimate)), view })
     }
 
-    /// What figures say of the job.
+    /// Returns the description of the job that figures print.
     pub fn subject(&self) -> &Subject {
         self.subject.get_or_init(|| Subject::new(&self.document, &self.plan_json()).foretold(self.predictions.clone()))
     }
@@ -367,7 +368,7 @@ impl Prepared {
         Ok((media_type, picture.map_err(|error| failed(name, error))?))
     }
 
-    /// Tone-mapped progress images of all views: (view name, PNG bytes).
+    /// Makes tone-mapped progress images of all views: (view name, PNG bytes).
     pub fn preview_images(&self, merged: &Estimate) -> Vec<(String, Vec<u8>)> {
         let views = self.scene.views.iter().zip(&merged.views);
         views.filter_map(|(view, film)| Some((view.name.clone(), tone_mapped(film).ok()?))).collect()
@@ -379,7 +380,7 @@ impl Prepared {
     }
 }
 
-/// The table of a grid called `name`, from the JSON that is kept of it: the same bytes as at first.
+/// Makes the table of a grid called `name` from the JSON that is kept of it: the same bytes as at first.
 pub fn grid_csv_of(name: &str, json: &[u8]) -> Result<ResultFile, RenderError> {
     let result: GridResult = serde_json::from_slice(json).map_err(|error| failed(name, error))?;
     Ok(ResultFile { name: name.to_owned(), media_type: "text/csv", bytes: grid_csv(&result) })
@@ -397,7 +398,7 @@ fn image(film: &FilmEstimate) -> Image<'_> {
     Image { size_px: film.size_px, channels: film.channels, values: &film.mean }
 }
 
-/// A picture for the eye: its noise is smoothed.
+/// Makes a tone-mapped PNG of a view, with its noise smoothed.
 fn tone_mapped(film: &FilmEstimate) -> Result<Vec<u8>, OutputError> {
     let errors: Vec<f64> = (0..film.m2.len()).map(|pixel| film.standard_error_cd_m2(pixel)).collect();
     let values = smoothed(image(film), &errors);
@@ -408,7 +409,7 @@ pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {
     RenderError::Output { file: file.into(), reason: reason.to_string() }
 }
 
-/// Our own result types always serialise: their keys are strings and their numbers finite or null.
+/// Converts a result to JSON. The types of this program always serialise: their keys are strings and their numbers finite or null.
 fn to_value(result: &impl serde::Serialize) -> Value {
     serde_json::to_value(result).unwrap_or(Value::Null)
 }

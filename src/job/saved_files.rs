@@ -1,5 +1,4 @@
-//! The files that `render`, `submit` and `demo` save of a job: all numbers and pictures of views, and its figures in the formats
-//! that were asked for.
+//! Files that `render`, `submit` and `demo` save of a job: all numbers and pictures of views, and its figures in the requested formats.
 
 use std::str::FromStr;
 
@@ -16,7 +15,7 @@ use super::site_figure::{SiteFacts, SiteFigure, site_figure};
 use crate::estimate::Estimate;
 use crate::figure::{Drawing, FigureFormat};
 
-/// Name of the file that has the report on one sheet, which is saved with figures as PDF.
+/// Name of the file with the report on one sheet, which is saved with figures as PDF.
 pub const REPORT: &str = "report.pdf";
 
 /// Formats in which figures are saved, written as `svg,png,pdf`, or as `none`. SVG costs a tenth of the others.
@@ -31,12 +30,12 @@ pub const REPORT: &str = "report.pdf";
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SavedFigures {
-    /// In the order of [`FigureFormat::ALL`].
+    /// Formats, in the order of [`FigureFormat::ALL`].
     formats: Vec<FigureFormat>,
 }
 
 impl SavedFigures {
-    /// What commands save unless they are asked for others.
+    /// Formats that commands save by default.
     pub const USUAL: &str = "svg";
 }
 
@@ -54,12 +53,12 @@ impl FromStr for SavedFigures {
 }
 
 impl SavedFigures {
-    /// The formats, each once.
+    /// Returns the formats, each once.
     pub fn formats(&self) -> impl Iterator<Item = FigureFormat> {
         self.formats.iter().copied()
     }
 
-    /// True if a file of the results is saved: all but figures in other formats are.
+    /// True if a file of the results is saved: all but figures in formats that are not requested.
     pub fn has(&self, output: Output) -> bool {
         match output {
             Output::Grid(_, GridFormat::Figure(format))
@@ -77,7 +76,7 @@ impl SavedFigures {
     }
 }
 
-/// A rendered job as it is answered: its document, its plan and its results.
+/// Returns a rendered job as the service would: its document, its plan and its results.
 pub fn results(prepared: &Prepared, Rendered { estimate, spent, stopped_by }: &Rendered) -> Value {
     let status = if *stopped_by == StoppedBy::Cancelled { "cancelled" } else { "succeeded" };
     let mut results = json!({
@@ -98,20 +97,20 @@ pub fn results(prepared: &Prepared, Rendered { estimate, spent, stopped_by }: &R
     results
 }
 
-/// A job with results, as its files are made from it.
+/// Job with results, from which its files are made.
 #[derive(Clone, Copy)]
 pub struct Saved<'a> {
-    /// The job.
+    /// Prepared job.
     pub prepared: &'a Prepared,
-    /// All its passes.
+    /// Estimate of all its passes.
     pub estimate: &'a Estimate,
-    /// Those of its passes that are told.
+    /// Passes that are reported.
     pub passes: &'a [PassReport],
-    /// What [`results`] says of it.
+    /// Results as [`results`] returns them.
     pub results: &'a Value,
 }
 
-/// Files that are made from one drawing, or one alone.
+/// Files that are made from one drawing, or a single file.
 enum Part {
     Result(String, Output),
     Site(SiteFigure),
@@ -120,7 +119,7 @@ enum Part {
 }
 
 impl Saved<'_> {
-    /// Makes all files but `result.json`, beside each other on the current pool, and hands each with its name to `save`.
+    /// Makes all files but `result.json`, in parallel on the current pool, and hands each with its name to `save`.
     pub fn files<E>(&self, figures: &SavedFigures, save: impl Fn(&str, &[u8]) -> Result<(), E> + Sync) -> Result<(), E>
     where
         E: From<RenderError> + Send,
@@ -169,7 +168,7 @@ impl Saved<'_> {
     }
 }
 
-/// A figure of the job in each format.
+/// Writes a figure of the job in each format.
 fn drawn(name: &str, drawing: &Drawing, figures: &SavedFigures) -> Result<Vec<(String, Vec<u8>)>, RenderError> {
     let written = figures.formats().map(|format| {
         let name = format!("figures/{name}.{}", format.suffix());

@@ -1,4 +1,4 @@
-//! Documents of jobs that belong together: fields that are the same in them are kept once.
+//! Division of the documents of jobs that belong together: fields that are the same in them are kept once.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -7,12 +7,12 @@ use serde_json::{Map, Value};
 #[derive(Clone, Debug, Default)]
 pub struct SharedFields(Map<String, Value>);
 
-/// What a document has beside fields that it shares with others.
+/// Remainder of a document beside the fields that it shares with others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OwnFields {
     /// Names of the fields that it shares.
     shared: Vec<String>,
-    /// All others.
+    /// Other fields.
     own: Map<String, Value>,
 }
 
@@ -25,7 +25,7 @@ impl OwnFields {
 }
 
 impl SharedFields {
-    /// What a document has beside the shared fields; those that no document before had are shared from now on.
+    /// Divides a document into shared fields and its own; fields that no document before had are shared from now on.
     pub fn divide(&mut self, document: Map<String, Value>) -> OwnFields {
         let mut divided = OwnFields { shared: Vec::new(), own: Map::new() };
         for (name, value) in document {
@@ -38,13 +38,13 @@ impl SharedFields {
         divided
     }
 
-    /// The fields as JSON.
+    /// Returns the fields as JSON.
     pub fn into_value(self) -> Value {
         Value::Object(self.0)
     }
 }
 
-/// The document of which `own` (JSON of [`OwnFields`]) was divided; `shared` is the JSON of the shared fields.
+/// Rebuilds the document from which `own` (JSON of [`OwnFields`]) was divided; `shared` is the JSON of the shared fields.
 pub fn joined(shared: &str, own: &str) -> serde_json::Result<Value> {
     let mut shared: Map<String, Value> = serde_json::from_str(shared)?;
     let divided: OwnFields = serde_json::from_str(own)?;
@@ -59,7 +59,7 @@ mod tests {
 
     use super::*;
 
-    /// Whichever fields documents have, each comes back as it was, and what several have alike is there once.
+    /// Documents with any fields are rebuilt as they were, and a field that several have in common is kept once.
     #[test]
     fn documents_come_back_as_they_were() {
         let long = "a long text ".repeat(100);

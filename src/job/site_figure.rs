@@ -1,5 +1,4 @@
-//! The figures of a job's place: its sky with the sun's path of the day, sections through room, roof and tubes, and
-//! where the light of a tube goes.
+//! Figures of a job's site: its sky with the sun's path of the day, sections through room, roof and tubes, and the fluxes along a tube.
 
 use glam::{DVec2, DVec3};
 use serde::Deserialize;
@@ -22,27 +21,27 @@ use crate::geometry::turn;
 use crate::sky::looked_up::LookedUp;
 use crate::sky::{Sky, SkyDistribution, direction, sun};
 
-/// Minutes between the points of the sun's path.
+/// Step between the points of the sun's path, in minutes.
 const PATH_MINUTES: u32 = 10;
 
-/// Hours between those that are written beside the path.
+/// Step between the labels beside the sun's path, in hours.
 const LABELLED_HOURS: u32 = 3;
 
-/// A figure that a job has beside those of its grids and views.
+/// Figure of a job beside those of its grids and views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SiteFigure {
-    /// The sky as a dome.
+    /// Sky as a dome.
     Sky,
-    /// The section along x, seen from the south.
+    /// Section along x, seen from the south.
     SectionX,
-    /// The section along y, seen from the east.
+    /// Section along y, seen from the east.
     SectionY,
-    /// Where the light of a tube goes, by its number.
+    /// Fluxes and losses of a tube from its collector into the room, by the tube's number.
     Lumens(usize),
 }
 
 impl SiteFigure {
-    /// Name in paths and files.
+    /// Returns the name in paths and files.
     pub fn name(self) -> String {
         match self {
             Self::Sky => "sky".to_owned(),
@@ -52,7 +51,7 @@ impl SiteFigure {
         }
     }
 
-    /// The figure of a name.
+    /// Finds the figure with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         let figure = match name {
             "sky" => Some(Self::Sky),
@@ -64,7 +63,7 @@ impl SiteFigure {
         figure.filter(|figure| figure.name() == name)
     }
 
-    /// The figures that a job has: of its document as understood, and what is known of its results.
+    /// Lists the figures that a job has, from its document with defaults filled in and its results so far.
     pub fn of_job(document: &Value, results: &Value) -> Vec<Self> {
         let sky = document["sky"].is_object().then_some(Self::Sky);
         let tubes = results["tubes"].as_array().into_iter().flatten().enumerate();
@@ -75,14 +74,14 @@ impl SiteFigure {
     }
 }
 
-/// What is known of a job's results, as its figures need it.
+/// Results of a job that its figures need.
 pub struct SiteFacts {
     provenance: Option<Provenance>,
     tubes: Vec<TubeResult>,
 }
 
 impl SiteFacts {
-    /// From the results as they are answered; what is not there yet is not known.
+    /// Reads them from the results as the service returns them; those that are missing stay empty.
     pub fn of(results: &Value) -> Self {
         Self {
             provenance: Provenance::deserialize(&results["provenance"]).ok(),
@@ -91,7 +90,7 @@ impl SiteFacts {
     }
 }
 
-/// The figure of a job; `None` where what it shows is not known, or is not there.
+/// Draws the figure of a job; `None` where the data that it shows are missing.
 pub fn site_figure(figure: SiteFigure, subject: &Subject, facts: &SiteFacts) -> Option<Drawing> {
     let document: &JobDocument = subject.document.as_ref()?;
     let provenance = facts.provenance.as_ref();
@@ -103,7 +102,7 @@ pub fn site_figure(figure: SiteFigure, subject: &Subject, facts: &SiteFacts) -> 
     }
 }
 
-/// The section along the longer side of the room, which tells more, with the name of its axis alone above it.
+/// Draws the section along the longer side of the room, which shows more, with the name of its axis alone above it.
 pub fn longer_section(subject: &Subject, facts: &SiteFacts) -> Option<(SiteFigure, Drawing)> {
     let document: &JobDocument = subject.document.as_ref()?;
     let [width, depth, _] = document.room.size_m;
@@ -157,7 +156,7 @@ fn sky_figure(subject: &Subject, document: &JobDocument, provenance: &Provenance
     Some(sky_dome(&heading, luminance, Some(&sun), &path(document)))
 }
 
-/// Places of the sun over the day of the document, by its own clock; none without place and time.
+/// Computes the directions of the sun over the day of the document, by its own clock; none without place and time.
 fn path(document: &JobDocument) -> Vec<SunAt> {
     let (Some(location), Some(time)) = (&document.location, &document.time) else { return Vec::new() };
     let Some((date, rest)) = time.split_once(['T', 't', ' ']) else { return Vec::new() };
@@ -173,7 +172,7 @@ fn path(document: &JobDocument) -> Vec<SunAt> {
     (0..24 * 60).step_by(PATH_MINUTES as usize).filter_map(at).collect()
 }
 
-/// The section along a horizontal direction of the room, all tubes and objects drawn into its plane.
+/// Builds the section along a horizontal direction of the room, with all tubes and objects drawn into its plane.
 fn section(
     subject: &Subject,
     document: &JobDocument,
@@ -236,7 +235,7 @@ fn section(
     }
 }
 
-/// A tube of cylinders from the side.
+/// Returns the side view of a tube of cylinders.
 fn side_of(tube: &ParametricTube, along: DVec2, height: f64) -> SideTube {
     let mut axis = vec![DVec2::new(along.dot(DVec2::from(tube.centre_m)), height)];
     for segment in &tube.segments {

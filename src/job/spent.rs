@@ -1,4 +1,4 @@
-//! Time that passes take, on the wall and of the processors.
+//! Wall-clock and processor time of passes.
 
 use std::cell::OnceCell;
 use std::time::Instant;
@@ -6,30 +6,30 @@ use std::time::Instant;
 /// Time that passes took to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spent {
-    /// Seconds on the wall.
+    /// Wall-clock seconds.
     pub seconds: f64,
-    /// Processor seconds of the threads of the render pool, and of the one that calls it, while these passes were rendered; one
-    /// job renders at a time, so that nothing else counts. `None` where the system does not tell the time of another thread.
+    /// Processor seconds of the threads of the render pool, and of the one that calls it, while these passes were rendered; one job renders
+    /// at a time, so that nothing else counts. `None` where the system does not report the time of another thread.
     pub cpu_seconds: Option<f64>,
 }
 
 impl Spent {
-    /// The time of no passes.
+    /// Time of no passes.
     pub const NOTHING: Self = Self { seconds: 0.0, cpu_seconds: Some(0.0) };
 
-    /// Processor seconds, or those on the wall where the former are not known.
+    /// Returns the processor seconds, or the wall-clock seconds where the former are not known.
     pub fn cpu(self) -> f64 {
         self.cpu_seconds.unwrap_or(self.seconds)
     }
 
-    /// The time of these passes and of later ones.
+    /// Returns the time of these passes and of later ones together.
     pub fn and(self, later: Self) -> Self {
         let cpu_seconds = self.cpu_seconds.zip(later.cpu_seconds).map(|(before, later)| before + later);
         Self { seconds: self.seconds + later.seconds, cpu_seconds }
     }
 }
 
-/// Clocks that run from a moment on.
+/// Wall clock and processor clocks that are started together.
 pub struct Clocks {
     start: Instant,
     threads: Vec<ThreadClock>,
@@ -37,8 +37,8 @@ pub struct Clocks {
 }
 
 impl Clocks {
-    /// Clocks of the current rayon pool and of this thread. Every thread of the pool is woken once to tell which it is, and asked no
-    /// more by another thread of it; reading their clocks wakes none.
+    /// Starts the clocks of the current rayon pool and of this thread. A call from outside the pool, and the first call on each of its
+    /// threads, wakes every thread of the pool to get its clock; reading the clocks wakes none.
     pub fn start() -> Self {
         thread_local! {
             // a thread of a pool stays in it
@@ -58,7 +58,7 @@ impl Clocks {
         clocks
     }
 
-    /// Time since the start.
+    /// Returns the time since the start.
     pub fn spent(&self) -> Spent {
         let cpu_seconds = self.cpu_start.and_then(|start| Some((self.cpu_seconds()? - start).max(0.0)));
         Spent { seconds: self.start.elapsed().as_secs_f64(), cpu_seconds }
@@ -69,7 +69,7 @@ impl Clocks {
     }
 }
 
-/// The processor clock of one thread, which any thread of the process may read.
+/// Processor clock of one thread, which any thread of the process may read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct ThreadClock(i32);
 
@@ -111,7 +111,7 @@ mod tests {
         assert_eq!(one.and(Spent { cpu_seconds: None, ..one }).cpu_seconds, None);
     }
 
-    /// Sleep takes time on the wall alone; work on another thread of the pool counts.
+    /// Sleep takes wall-clock time only; work on another thread of the pool counts as processor time.
     #[cfg(target_os = "linux")]
     #[test]
     fn work_counts_on_whichever_thread_and_sleep_does_not() {

@@ -1,5 +1,5 @@
-//! What the queue, the results and the uploads are kept in: the trait that `db` implements, and how chunks are leased, told of
-//! and ended.
+//! Store of the queue, the results and the uploads: the trait that `db` implements, and the types by which chunks are leased, reported and
+//! ended.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -15,23 +15,23 @@ use crate::job::progress::{PassReport, Progress, StoppedBy};
 pub use crate::job::records::*;
 pub use crate::job::studies::*;
 
-/// Processes that may die in a row while they render one chunk without getting further; then its job fails.
+/// Number of processes that may die in a row while they render one chunk without getting further; then its job fails.
 pub const MAX_DEATHS: u64 = 3;
 
-/// Slices that a job may have in the short lane without an end of its chunk; then it waits for the main lane.
+/// Number of slices that a job may have in the short lane without an end of its chunk; then it waits for the main lane.
 pub const MOST_SLICES: u64 = 3;
 
-/// Which waiting chunk a claim takes. Without wishes: the first chunk of the oldest job that has not begun, else the chunk
-/// that has waited longest, so that jobs take turns.
+/// Preferences of a claim among the waiting chunks. Without any, it takes the first chunk of the oldest job that has not begun, else the
+/// chunk that has waited longest, so that jobs take turns.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn {
-    /// The job whose turn is not over: its chunk comes first.
+    /// Job whose turn is not over: its chunk comes first.
     pub stay_with: Option<Uuid>,
     /// True if a later chunk goes before first ones.
     pub later_first: bool,
     /// True if jobs with fewer slices go first, and those with [`MOST_SLICES`] are left alone.
     pub short: bool,
-    /// Chunks on which more processes have died in a row are left alone for now.
+    /// Number of processes that may have died in a row on a chunk; chunks with more deaths are left alone for now.
     pub most_deaths: u64,
 }
 
@@ -41,10 +41,10 @@ impl Default for Turn {
     }
 }
 
-/// What a start took back from the process before.
+/// Work that a start took back from the process before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TakenBack {
-    /// Chunks that were leased and are ready again.
+    /// Number of chunks that were leased and are ready again.
     pub ready: u64,
     /// Jobs that failed because [`MAX_DEATHS`] processes have died over them.
     pub failed: Vec<Uuid>,
@@ -53,17 +53,17 @@ pub struct TakenBack {
 /// Record that the store keeps of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StoreRecord {
-    /// Shared with the folder of the artifacts; `None` in a new store, and in one from before there were identities.
+    /// Identity shared with the folder of the artifacts; `None` in a new store, and in one from before there were identities.
     pub identity: Option<String>,
-    /// The process before this one ended by itself.
+    /// True if the process before this one ended by itself.
     pub ended_well: bool,
-    /// About when something was written last, in milliseconds since 1970; 0 in a new store.
+    /// Time of about the last write, in milliseconds since 1970; 0 in a new store.
     pub newest_write_ms: i64,
-    /// Files that were written before are never swept.
+    /// Time in milliseconds since 1970; files that were written before it are never deleted as orphans.
     pub sweep_from_ms: i64,
 }
 
-/// A claimed chunk of passes. `owner` and `attempt` fence it: once the lease is lost, nothing can be written with it.
+/// Claimed chunk of passes. `owner` and `attempt` fence it: once the lease is lost, nothing can be written with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lease {
     /// Job that the chunk belongs to.
@@ -76,11 +76,11 @@ pub struct Lease {
     pub attempt: i64,
     /// Number of times that this chunk has failed before.
     pub failures: u64,
-    /// Slices that the job has had in the short lane without an end of its chunk.
+    /// Number of slices that the job has had in the short lane without an end of its chunk.
     pub slices: u64,
     /// True if there were other chunks to be done when this one was claimed.
     pub others_wait: bool,
-    /// True if somebody had asked the job to stop by then.
+    /// True if a user had cancelled the job by then.
     pub cancel_requested: bool,
 }
 
@@ -91,20 +91,20 @@ pub enum Beat {
     Keep,
     /// The lease is extended, but the job shall end.
     Cancel,
-    /// Somebody else has the chunk, or it is gone: nothing more can be written.
+    /// Another worker has the chunk, or it is gone: nothing more can be written.
     Lost,
 }
 
 /// Reports of a running chunk, in order.
 #[derive(Clone, Debug)]
 pub enum Report {
-    /// A pass: its row of the convergence table and its event, if it is one that is told.
+    /// Pass with its row of the convergence table and its event, if it is one that is reported.
     Pass(Pass),
-    /// A kept progress image.
+    /// Progress image that is kept.
     Image {
         /// Name of the view.
         view: String,
-        /// Passes that the image has.
+        /// Number of passes that the image shows.
         passes: u64,
         /// File of the image.
         artifact: Artifact,
@@ -117,7 +117,7 @@ pub enum Completion {
     Continue {
         /// Merged state of all chunks up to this one.
         state: StateFile,
-        /// Progress of the job after it.
+        /// Progress of the job after the chunk.
         progress: Progress,
         /// Number of the next chunk.
         next_index: u64,
@@ -128,20 +128,20 @@ pub enum Completion {
     Finish(Finish),
 }
 
-/// The end of a job.
+/// End of a job.
 pub struct Finish {
-    /// How it ended.
+    /// Kind of the end, with its reason and progress.
     pub end: JobEnd,
-    /// `None` leaves what was known before.
+    /// Summary of the results; `None` leaves the one before.
     pub summary: Option<Value>,
     /// Files of the results.
     pub artifacts: Vec<Artifact>,
-    /// The last pass that counts: its row and event are there at the end, however few of the passes before are.
+    /// Last pass that counts: its row and event are there at the end, however few of the passes before are.
     pub last_pass: Option<Box<Pass>>,
 }
 
 impl Finish {
-    /// A job that failed for a reason of its own, without results.
+    /// Makes the end of a job that failed for a reason of its own, without results.
     pub fn failed(title: impl Into<String>, detail: impl Into<String>) -> Self {
         let problem = JobProblem { title: title.into(), detail: detail.into() };
         let end = JobEnd::Failed { problem, stopped_by: None, progress: None };
@@ -152,31 +152,31 @@ impl Finish {
 /// Ways in which a job ends.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JobEnd {
-    /// It has all results.
+    /// The job has all results.
     Succeeded {
-        /// The limit that it reached.
+        /// Limit that the job reached.
         stopped_by: StoppedBy,
-        /// Everything up to the last pass.
+        /// Progress up to the last pass.
         progress: Progress,
     },
-    /// Somebody stopped it.
+    /// A user stopped the job.
     Cancelled {
-        /// Everything up to the last pass.
+        /// Progress up to the last pass.
         progress: Progress,
     },
-    /// It has no results.
+    /// The job has no results.
     Failed {
-        /// Why.
+        /// Reason of the failure.
         problem: JobProblem,
-        /// The limit that it reached, where it did not fail before.
+        /// Limit that the job reached, where it did not fail before.
         stopped_by: Option<StoppedBy>,
-        /// `None` leaves the progress as it was.
+        /// Progress; `None` leaves it as it was.
         progress: Option<Progress>,
     },
 }
 
 impl JobEnd {
-    /// Status of the ended job.
+    /// Returns the status of the ended job.
     pub fn status(&self) -> JobStatus {
         match self {
             Self::Succeeded { .. } => JobStatus::Succeeded,
@@ -185,7 +185,7 @@ impl JobEnd {
         }
     }
 
-    /// What ended it; `None` where its passes failed.
+    /// Returns the reason why the job ended; `None` where its passes failed.
     pub fn stopped_by(&self) -> Option<StoppedBy> {
         match self {
             Self::Succeeded { stopped_by, .. } => Some(*stopped_by),
@@ -194,7 +194,7 @@ impl JobEnd {
         }
     }
 
-    /// Everything up to the last pass; `None` where that stays as it was.
+    /// Returns the progress up to the last pass; `None` where it stays as it was.
     pub fn progress(&self) -> Option<&Progress> {
         match self {
             Self::Succeeded { progress, .. } | Self::Cancelled { progress } => Some(progress),
@@ -202,7 +202,7 @@ impl JobEnd {
         }
     }
 
-    /// Why it failed, if it did.
+    /// Returns the reason why the job failed, if it did.
     pub fn problem(&self) -> Option<&JobProblem> {
         match self {
             Self::Failed { problem, .. } => Some(problem),
@@ -211,26 +211,26 @@ impl JobEnd {
     }
 }
 
-/// What became of the end of a chunk.
+/// Outcome of committing the end of a chunk.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Committed {
-    /// `obsolete` are the keys of state files that are no longer needed.
+    /// The end is written; `obsolete` are the keys of state files that are no longer needed.
     Yes {
         /// Keys of the files, whose rows are gone with the commit.
         obsolete: Vec<String>,
     },
-    /// Somebody else has the chunk: nothing was written.
+    /// Another worker has the chunk: nothing was written.
     LeaseLost,
 }
 
-/// Something changed in the store; a hint to read it again.
+/// Change in the store; a hint to read it again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// There is a chunk to claim.
     Queue,
     /// A job has new events.
     Job(Uuid),
-    /// A job may have ended: told before the events that say so.
+    /// A job may have ended: sent before the events that say so.
     Ended(Uuid),
     /// A job shall stop: cancelled or deleted.
     Stop(Uuid),
@@ -239,7 +239,7 @@ pub enum Change {
 /// Failure of the store, split by what a caller can do.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// It may work when it is tried again.
+    /// Trying again may work.
     #[error("the store cannot be reached or is busy: {0}")]
     Unavailable(String),
     /// Trying again will not help: a row cannot be read, or a query is refused.
@@ -247,22 +247,22 @@ pub enum StoreError {
     Failed(String),
 }
 
-/// Jobs, chunks, events, artifacts and meshes, durable. Every method is one transaction.
+/// Durable store of jobs, chunks, events, artifacts and meshes. Every method is one transaction.
 #[async_trait]
 pub trait Store: Send + Sync + 'static {
-    /// Hints of what changed, from now on.
+    /// Returns hints of all changes from now on.
     fn changes(&self) -> broadcast::Receiver<Change>;
 
-    /// Proves that the store can be written to, by a write; with it everything that was committed before survives the end of the power.
+    /// Proves that the store can be written to, by a write, which makes everything that was committed before durable.
     async fn ready(&self) -> Result<(), StoreError>;
 
-    /// What the store knows of itself.
+    /// Reads the record that the store keeps of itself.
     async fn record(&self) -> Result<StoreRecord, StoreError>;
     /// Gives the store its identity from now on.
     async fn set_identity(&self, identity: &str) -> Result<(), StoreError>;
-    /// Files that were written before `milliseconds` since 1970 are never swept.
+    /// Protects files that were written before `milliseconds` since 1970 from deletion as orphans.
     async fn set_sweep_from(&self, milliseconds: i64) -> Result<(), StoreError>;
-    /// A process serves this store, or has ended as it should.
+    /// Records that a process serves this store, or has ended as it should.
     async fn set_serving(&self, serving: bool) -> Result<(), StoreError>;
     /// Looks for damage in the whole store.
     async fn check(&self) -> Result<(), StoreError>;
@@ -270,83 +270,83 @@ pub trait Store: Send + Sync + 'static {
     /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `most` jobs may wait
     /// behind the one that is rendered.
     async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError>;
-    /// As [`Self::submit`], without a wait for the disk: the job survives the end of the process, and that of the power after the next
-    /// commit that does. Nobody may be told of it before: the end of the job is such a commit, and so is [`Self::ready`].
+    /// Queues a job as [`Self::submit`] does, without a wait for the disk: the job survives the end of the process, but a power failure
+    /// only after the next durable commit, such as the end of the job or [`Self::ready`]. Nobody may learn of the job before.
     async fn submit_untold(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError>;
-    /// The job that was posted with this key; `None` if there is none, or no more.
+    /// Finds the job that was posted with this key; `None` if there is none, or no more.
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
-    /// A job that has ended and whose results are those of this one, since their documents are equal; `None` if there is none.
+    /// Finds a job that has ended and whose results are those of this one, since their documents are equal; `None` if there is none.
     async fn ended_equal(&self, id: Uuid) -> Result<Option<Uuid>, StoreError>;
-    /// A job by its id; `None` if there is none.
+    /// Reads a job by its id; `None` if there is none.
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError>;
-    /// What rendering a job goes on from; `None` if there is no such job.
+    /// Reads the state from which rendering of a job continues; `None` if there is no such job.
     async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError>;
-    /// A job without its long fields; `None` if there is none.
+    /// Reads a job without its long fields; `None` if there is none.
     async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError>;
-    /// Jobs that pass the filter, newest first.
+    /// Lists the jobs that pass the filter, newest first.
     async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError>;
-    /// Number of jobs in a state.
+    /// Counts the jobs in a state.
     async fn count(&self, status: JobStatus) -> Result<u64, StoreError>;
-    /// Number of jobs that have not ended.
+    /// Counts the jobs that have not ended.
     async fn unfinished(&self) -> Result<u64, StoreError>;
-    /// Number of jobs of a client that have not ended.
+    /// Counts the jobs of a client that have not ended.
     async fn unfinished_of(&self, client: &str) -> Result<u64, StoreError>;
-    /// A job that was never claimed is cancelled at once, any other one by its worker.
+    /// Cancels a job: at once if it was never claimed, otherwise through its worker.
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError>;
     /// Deletes a job; true if there was one.
     async fn delete(&self, id: Uuid) -> Result<bool, StoreError>;
-    /// Events after sequence number `after`, in order.
+    /// Reads at most `limit` events after sequence number `after`, in order.
     async fn events(&self, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError>;
-    /// At most `limit` rows of the convergence table after pass `after`, in order.
+    /// Reads at most `limit` rows of the convergence table after pass `after`, in order.
     async fn convergence(&self, id: Uuid, after: u64, limit: u32) -> Result<Vec<PassReport>, StoreError>;
-    /// About `points` rows of it from the first to the last, evenly spread.
+    /// Reads about `points` rows of the convergence table from the first to the last, evenly spread.
     async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError>;
-    /// A file of a job by its name; `None` if the job has none of this name.
+    /// Finds a file of a job by its name; `None` if the job has none of this name.
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError>;
-    /// All files of a job.
+    /// Lists all files of a job.
     async fn artifacts(&self, id: Uuid) -> Result<Vec<Artifact>, StoreError>;
 
     /// Queues all jobs of a study behind the first chunks of other jobs, or none of them; at most `most` jobs may wait.
     async fn submit_study(&self, study: NewStudy, most: MostWaiting) -> Result<StudySubmission, StoreError>;
-    /// The study that was posted with this key; `None` if there is none, or no more.
+    /// Finds the study that was posted with this key; `None` if there is none, or no more.
     async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError>;
-    /// A study by its id; `None` if there is none.
+    /// Reads a study by its id; `None` if there is none.
     async fn study(&self, id: Uuid) -> Result<Option<StoredStudy>, StoreError>;
-    /// Ids of at most `limit` studies older than `before`, newest first.
+    /// Lists the ids of at most `limit` studies older than `before`, newest first.
     async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError>;
-    /// The jobs of a study that were not deleted, oldest first.
+    /// Lists the jobs of a study that were not deleted, oldest first.
     async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError>;
-    /// How far a study's jobs are, and in which order they started and ended.
+    /// Reads how far a study's jobs are, and in which order they started and ended.
     async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError>;
-    /// Cancels all jobs of a study that have not ended, as [`Self::cancel`] does; the number of those, 0 where all had ended.
+    /// Cancels all jobs of a study that have not ended, as [`Self::cancel`] does; returns their number, 0 where all had ended.
     async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError>;
-    /// Keeps what was found of jobs of a study.
+    /// Keeps the results that a study has extracted from its jobs.
     async fn keep_found(&self, study: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError>;
-    /// Deletes a study whose jobs are deleted, for they cannot be read without it; true if there was one.
+    /// Deletes a study whose jobs are deleted, for they cannot be read without it; returns true if there was one.
     async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError>;
 
-    /// Keeps the mesh that is there already when the content was uploaded before.
+    /// Adds a mesh; keeps and returns the one that is there already when the content was uploaded before.
     async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError>;
-    /// A mesh by its id; `None` if there is none.
+    /// Reads the record of a mesh by its id; `None` if there is none.
     async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError>;
-    /// Deletes a mesh that no job needs which has not ended.
+    /// Deletes a mesh, unless a job needs it that has not ended.
     async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError>;
 
-    /// A chunk that is ready, whose lease is over, or that this owner had before and did not end.
+    /// Claims a chunk that is ready, whose lease is over, or that this owner had before and did not end.
     async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError>;
-    /// Extends a lease by `extend` from now, and hears whether the job shall end.
+    /// Extends a lease by `extend` from now, and returns whether the job shall end.
     async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError>;
-    /// Convergence rows, progress and events of a running chunk; `false` when the lease is lost.
+    /// Writes convergence rows, progress and events of a running chunk; returns `false` when the lease is lost.
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError>;
-    /// The chunk is done: its last reports, progress, the next chunk or the job's end, and the event, in one transaction. It survives
-    /// the end of the process; who reads the job waits until it survives that of the power, too, as [`Self::make_safe`] does.
+    /// Ends a chunk: writes its last reports, progress, the next chunk or the job's end, and the event, in one transaction. This survives
+    /// the end of the process; readers of the job wait until it survives a power failure, too, as [`Self::make_safe`] does.
     async fn complete(
         &self,
         lease: &Lease,
         reports: &[Report],
         completion: &Completion,
     ) -> Result<Committed, StoreError>;
-    /// As [`Self::complete`], and as a claim of another chunk by the same owner for some time, in one transaction.
+    /// Ends a chunk as [`Self::complete`] does, and claims another one by the same owner for some time, in one transaction.
     async fn complete_and_claim(
         &self,
         lease: &Lease,
@@ -354,29 +354,28 @@ pub trait Store: Send + Sync + 'static {
         completion: &Completion,
         next: (Duration, Turn),
     ) -> Result<(Committed, Option<Lease>), StoreError>;
-    /// Returns once what was completed with this lease survives the end of the power: nothing that it made obsolete may be deleted
-    /// before.
+    /// Returns once everything that was completed with this lease is durable: nothing that it made obsolete may be deleted before.
     async fn make_safe(&self, lease: &Lease) -> Result<(), StoreError>;
-    /// The job's state is damaged: back to the state before it, or to the first pass, with the event `restarted`.
+    /// Goes back from a damaged state of the job to the state before it, or to the first pass, with the event `restarted`.
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError>;
     /// Gives the chunk back undone, without counting a failure.
     async fn release(&self, lease: &Lease) -> Result<(), StoreError>;
-    /// Gives the chunk back undone, with so many slices counted.
+    /// Gives the chunk back undone, with this number of slices counted.
     async fn put_aside(&self, lease: &Lease, slices: u64) -> Result<(), StoreError>;
     /// Gives the chunk back undone, with a failure counted.
     async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError>;
-    /// At a start, when no other process can have a lease: makes every leased chunk ready again. `died`: the process that
-    /// had them did not end by itself, which counts against chunks that got no further in it.
+    /// Makes every leased chunk ready again, at a start, when no other process can have a lease. `died`: the process that had them did not
+    /// end by itself, which counts against chunks that got no further in it.
     async fn take_back(&self, died: bool) -> Result<TakenBack, StoreError>;
 
-    /// Single jobs that have ended, those that ended first first.
+    /// Returns single jobs that have ended, the earliest end first.
     async fn ended_jobs(&self, filter: EndedFilter) -> Result<Vec<Ended>, StoreError>;
-    /// At most `limit` studies all of whose jobs have ended, before a time in milliseconds since 1970 if one is given; those that ended
-    /// first first.
+    /// Returns at most `limit` studies all of whose jobs have ended, before a time in milliseconds since 1970 if one is given, the earliest
+    /// end first.
     async fn ended_studies(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError>;
-    /// Bytes of the files of all jobs, wherever they are kept.
+    /// Returns the bytes of the files of all jobs, wherever they are kept.
     async fn stored_bytes(&self) -> Result<u64, StoreError>;
 
-    /// Keys of the object store that rows point to.
+    /// Returns the keys of the object store that rows point to.
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError>;
 }

@@ -1,4 +1,4 @@
-//! What a store knows of studies: which jobs belong together, and what each is for.
+//! Studies in a store: the jobs that belong together, and the part of each.
 
 use std::ops::Range;
 
@@ -10,46 +10,46 @@ use super::shared_fields::{OwnFields, SharedFields};
 use crate::document::Warning;
 use crate::document::result::Known;
 
-/// Jobs to be queued together.
+/// Study: jobs to be queued together.
 pub struct NewStudy {
-    /// Free text of the job's document.
+    /// Name in the job's document, free text.
     pub name: Option<String>,
-    /// The request as understood, defaults filled in, JSON.
+    /// Request with all defaults filled in, as JSON.
     pub request: String,
-    /// The methods that refuse the job, with their reasons.
+    /// Methods that refuse the job, with their reasons.
     pub refused: Value,
     /// Confidence of its errors and intervals.
     pub confidence: f64,
     /// Header `Idempotency-Key` of the request; a key names one body.
     pub idempotency_key: Option<String>,
-    /// Hash of the canonical body, which tells a repetition from a reuse of the key.
+    /// Hash of the canonical body, which distinguishes a repeated request from a reused key.
     pub body_hash: String,
-    /// Who posted it.
+    /// Client that posted the study.
     pub client: String,
     /// Uploaded meshes that the jobs name.
     pub meshes: Vec<String>,
-    /// What the documents of the jobs have in common as they are posted.
+    /// Fields that the documents of the jobs have in common as they are posted.
     pub submitted: SharedFields,
-    /// What they have in common as they are understood.
+    /// Fields that the documents of the jobs have in common with defaults filled in.
     pub document: SharedFields,
-    /// What the plans of the jobs have in common.
+    /// Fields that the plans of the jobs have in common.
     pub plan: SharedFields,
-    /// The jobs in their order.
+    /// Jobs in their order.
     pub jobs: Vec<NewStudyJob>,
 }
 
-/// A job to be queued with a study; the fields of its own are those of [`super::records::NewJob`] without what the study has.
+/// Job to be queued with a study; its own fields are those of [`super::records::NewJob`] without those of the study.
 #[derive(Clone)]
 pub struct NewStudyJob {
-    /// The part that it has in the study.
+    /// Part of the job in the study.
     pub part: Value,
-    /// Its document as it would be posted.
+    /// Document of the job as it would be posted.
     pub submitted: OwnFields,
-    /// Its document as understood, defaults filled in.
+    /// Document of the job with all defaults filled in.
     pub document: OwnFields,
-    /// What is simulated and what is not, and why.
+    /// Plan: what is simulated and what is not, and why.
     pub plan: OwnFields,
-    /// What is known of the results before the first pass.
+    /// Results that are known before the first pass.
     pub known: Known,
     /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
@@ -57,67 +57,67 @@ pub struct NewStudyJob {
     pub first_chunk: Range<u64>,
 }
 
-/// A study as it is stored.
+/// Study as it is stored.
 #[derive(Clone, Debug)]
 pub struct StoredStudy {
     /// Version 7, so that ids ascend with the time of creation.
     pub id: Uuid,
-    /// Free text of the job's document.
+    /// Name in the job's document, free text.
     pub name: Option<String>,
-    /// The request as understood, JSON.
+    /// Request with all defaults filled in, as JSON.
     pub request: String,
-    /// The methods that refuse the job, with their reasons.
+    /// Methods that refuse the job, with their reasons.
     pub refused: Value,
     /// Confidence of its errors and intervals.
     pub confidence: f64,
     /// Hash of the canonical body.
     pub body_hash: String,
-    /// When it was posted, in milliseconds since 1970.
+    /// Time at which the study was posted, in milliseconds since 1970.
     pub created_at: i64,
-    /// Its jobs in the order in which they were queued.
+    /// Jobs of the study in the order in which they were queued.
     pub jobs: Vec<StudyMember>,
 }
 
-/// A job of a study.
+/// Job of a study.
 #[derive(Clone, Debug)]
 pub struct StudyMember {
     /// Id of the job.
     pub job: Uuid,
-    /// The part that it has in the study.
+    /// Part of the job in the study.
     pub part: Value,
-    /// What its results are to the study; `None` before somebody has looked after its end.
+    /// Results that the study has extracted from the job; `None` before that was done after the job's end.
     pub found: Option<Value>,
 }
 
-/// What became of a study that was to be queued.
+/// Outcome of queueing a study.
 pub enum StudySubmission {
-    /// All of its jobs wait.
+    /// All jobs of the study wait.
     New(StoredStudy),
     /// The key was used before with the same body.
     Repeated(StoredStudy),
     /// The key was used before with another body.
     KeyReused,
-    /// There is no room for all of its jobs; none waits.
+    /// There is no room for all jobs of the study; none waits.
     QueueFull,
-    /// With all of its jobs, more of its client would wait than may; none waits.
+    /// With all jobs of the study, more jobs of its client would wait than allowed; none waits.
     ClientFull,
     /// A mesh of the job was deleted meanwhile.
     MeshGone(String),
 }
 
-/// How far the jobs of a study are, at one moment.
+/// Progress of the jobs of a study at one moment.
 pub struct StudyProgress {
-    /// Its jobs that were not deleted, oldest first.
+    /// Jobs of the study that were not deleted, oldest first.
     pub jobs: Vec<JobHead>,
-    /// What happened to them, in order.
+    /// Starts and ends of the jobs, in order.
     pub steps: Vec<StudyStep>,
 }
 
-/// A job of a study has started or ended.
+/// Start or end of a job of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StudyStep {
     /// Id of the job.
     pub job: Uuid,
-    /// The state in which it ended; `None` where it has started.
+    /// State in which the job ended; `None` where it has started.
     pub ended: Option<JobStatus>,
 }

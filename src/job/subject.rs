@@ -1,4 +1,4 @@
-//! What figures say of a job beside what they show: its name, place, time, sky and methods.
+//! Data of a job that figures print beside their values: its name, place, time, sky and methods.
 
 use jiff::Timestamp;
 use serde::Deserialize;
@@ -11,18 +11,18 @@ use crate::document::{JobDocument, ValidJob};
 use crate::figure::heading::SEPARATOR;
 use crate::sky::SkyType;
 
-/// A job as figures name it, from what is kept of every job.
+/// Job as figures describe it, from the data that are kept of every job.
 pub struct Subject {
-    /// The document; `None` of a job that an older program took and this one would refuse.
+    /// Document; `None` for a job that an older version accepted and this one would refuse.
     pub document: Option<ValidJob>,
-    /// What each method would take, where a pilot was asked before the job ran.
+    /// Times that each method would take, where a pilot was requested before the job ran.
     pub predictions: Option<Predictions>,
     grids: Option<String>,
     views: Option<String>,
 }
 
 impl Subject {
-    /// From a document as understood and its plan, as they are answered.
+    /// Reads a document with its defaults filled in and its plan, both as the service returns them.
     pub fn new(document: &Value, plan: &Value) -> Self {
         let methods = PlanResult::deserialize(plan).ok().map(|plan| plan.methods);
         let grids = methods.as_ref().and_then(|methods| Some(in_words(&methods.grids.as_ref()?.name)));
@@ -30,18 +30,18 @@ impl Subject {
         Self { document: JobDocument::from_value(document.clone()).ok(), predictions: None, grids, views }
     }
 
-    /// The same with what was foretold of the job.
+    /// Adds the times that were predicted for the job.
     #[must_use]
     pub fn foretold(self, predictions: Option<Predictions>) -> Self {
         Self { predictions, ..self }
     }
 
-    /// Name of the job, or that it has none.
+    /// Returns the name of the job, or "unnamed job".
     pub fn name(&self) -> &str {
         self.document.as_ref().and_then(|document| document.name.as_deref()).unwrap_or("unnamed job")
     }
 
-    /// Place, time and sky in one line.
+    /// Describes place, time and sky in one line.
     pub fn circumstances(&self) -> String {
         let Some(document) = &self.document else { return String::new() };
         let sky = document.sky.as_ref();
@@ -56,12 +56,12 @@ impl Subject {
         pieces.into_iter().flatten().collect::<Vec<_>>().join(SEPARATOR)
     }
 
-    /// Method of the grids, in words.
+    /// Returns the method of the grids, in words.
     pub fn grids_method(&self) -> Option<&str> {
         self.grids.as_deref()
     }
 
-    /// Method of the views, in words.
+    /// Returns the method of the views, in words.
     pub fn views_method(&self) -> Option<&str> {
         self.views.as_deref()
     }
@@ -78,7 +78,7 @@ fn place(location: &LocationDocument) -> String {
     format!("{}, {}", side(location.latitude_deg, "N", "S"), side(location.longitude_deg, "E", "W"))
 }
 
-/// Date, time and offset as written, without seconds where there are none.
+/// Formats date, time and offset as they are written, without seconds where these are zero.
 fn time(text: &str) -> String {
     // what is no time was refused when the document was read
     if text.parse::<Timestamp>().is_err() {
@@ -118,7 +118,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// A room with a tube, a grid and a place.
+    /// Returns the document of a room with a tube, a grid and a location.
     pub fn document() -> Value {
         json!({
             "name": "bath", "location": { "latitude_deg": 55.676, "longitude_deg": -12.568 },

@@ -1,4 +1,4 @@
-//! The figure of a tube: what collector and guide pass of the sun's light at every altitude.
+//! Figure of a tube: the transmission of its collector and guide for sunlight at every altitude.
 
 use super::subject::Subject;
 use crate::document::result::FluxResult;
@@ -9,7 +9,7 @@ use crate::figure::ticks::{Steps, fixed, significant, with_error};
 use crate::figure::{Drawing, Heading};
 use crate::plan::GuideKind;
 
-/// Transmission of beams against the sun's altitude; above it the tube's fluxes.
+/// Draws the transmission of beams against the sun's altitude, with the tube's fluxes above it.
 pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
     let heading = Heading {
         title: format!("Tube {}, {}", report.tube, subject.name()),
@@ -39,7 +39,7 @@ pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
     curves(&heading, &all, altitude, transmission)
 }
 
-/// What arrives, what leaves, and the share of it, in one line.
+/// Writes the fluxes that arrive and leave, and the efficiency, in one line.
 fn fluxes(report: &TubeReport) -> String {
     let lumens = |name: &str, flux: Option<FluxResult>| {
         let flux = flux?;

@@ -14,17 +14,17 @@ use crate::sky::{Sky, Sun};
 use crate::statistics::Moments;
 use crate::traceable::TubeError;
 
-/// Numbers of the sources among the keys of a request's seed.
+/// Numbers of sky and sun among the keys of a request's seed.
 const OF_SKY: u64 = 0;
 const OF_SUN: u64 = 1;
 
 /// Reason why there are no fluxes.
 #[derive(Debug, thiserror::Error)]
 pub enum TubeFluxError {
-    /// The request is not valid, or nobody waits for its answer any more.
+    /// The request is not valid, or its client no longer waits for the answer.
     #[error(transparent)]
     Request(#[from] DocumentErrors),
-    /// It would be done in the time that a request has, but not in what is left of it.
+    /// The request could be done in the time that a request has, but not in what is left of it.
     #[error("there is no time for it now")]
     NoTimeNow,
     /// A flux became infinite or no number: a fault of the program.
@@ -52,25 +52,26 @@ impl From<NoFlux> for TubeFluxError {
     }
 }
 
-/// Time that a request has.
+/// Time limit of a request.
 #[derive(Clone, Copy, Debug)]
 pub struct TimeThereIs {
-    /// End of what is left of it.
+    /// End of the time that is left.
     pub until: Instant,
-    /// All of it, where nobody else is served before.
+    /// Time that a request has if no other one is served before it.
     pub at_best: Duration,
 }
 
-/// Pairs after which the rest is judged by what they took, and standard errors of that estimate which a doubt is worth.
+/// Number of pairs after which the rest is judged by the time that they took, and number of standard errors by which that estimate is
+/// lowered to allow for doubt.
 const JUDGED_AFTER: usize = 8;
 const DOUBT: f64 = 3.0;
 
-/// Share of the time after which fewer pairs are judged by, without a doubt.
+/// Fraction of the time after which fewer pairs are judged by, without an allowance for doubt.
 const LATE: f64 = 0.25;
 
-/// The fluxes that were asked for. Sky and sun use the same random numbers at all times, so that curves are smooth.
+/// Computes the requested fluxes. Sky and sun use the same random numbers at all times, so that curves are smooth.
 ///
-/// With `time`, a request that cannot be done in it is refused as soon as that is sure, with how long it would take.
+/// With `time`, a request that cannot be done in it is refused as soon as that is certain, with the time that it would take.
 pub fn tube_flux(
     request: &ValidTubeFlux,
     meshes: &dyn MeshSource,
@@ -131,7 +132,7 @@ pub fn tube_flux(
     Ok(TubeFluxResult { patches: PatchesResult { centres_m, area_m2 }, fluxes })
 }
 
-/// All numbers below `count`, far apart from each other one after the other: by steps of about the golden section.
+/// Returns all numbers below `count`, in an order in which successive ones are far apart: by steps of about the golden section.
 fn spread(count: usize) -> impl Iterator<Item = usize> {
     let divisor = |mut a: usize, mut b: usize| {
         while b > 0 {
@@ -144,8 +145,8 @@ fn spread(count: usize) -> impl Iterator<Item = usize> {
     (0..count).map(move |number| number * step % count)
 }
 
-/// Refuses what cannot be done in its time, `now`, by the `seconds` that some of the `lit` pairs with light have taken: they stand
-/// for the others.
+/// Refuses a request that cannot be done in its time, as judged at `now` by the `seconds` that some of the `lit` pairs with light have
+/// taken: they stand for the others.
 fn check_time(
     time: &TimeThereIs,
     begun: Instant,

@@ -1,4 +1,4 @@
-//! What a tube does by itself, apart from the passes of a job: what reports on it say beside them.
+//! Performance of a tube by itself, apart from the passes of a job: the part of its report that does not depend on them.
 
 use std::fmt::{self, Write as _};
 use std::sync::Arc;
@@ -17,39 +17,41 @@ use crate::sampling::{Key, Stream};
 use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 use crate::traceable::{TraceableScene, cylinder_guide};
 
-/// Most rays of each replicate for a beam of the curve, and of each of 8 under a sky, in patches or not, or in the sun.
+/// Largest number of rays of each replicate for a beam of the curve, and of each of 8 replicates under a sky, in patches or not, or in the
+/// sun.
 const MOST_BEAM_RAYS: u64 = 128;
 const MOST_SKY_RAYS: u64 = 2048;
 
-/// Fewest rays of each replicate under a sky and in the sun, and under a sky in patches: so many that the light which they leave open is
-/// no more than what they may be wrong by, where that is largest.
+/// Fewest rays of each replicate under a sky and in the sun, and under a sky in patches: enough that the light which they leave
+/// undetermined is no more than the allowed error, where that is largest.
 const LEAST_SKY_RAYS: u64 = 13;
 const LEAST_PATCH_RAYS: u64 = 7;
 
-/// Rays of each replicate through the straight tubes beside a bent one, at the largest error.
+/// Number of rays of each replicate through the straight tubes that a bent one is compared with, at the largest error.
 const STRAIGHT_RAYS: f64 = 64.0;
 
 /// Fewest rays of each replicate for the beams of one altitude of the curve, from all azimuths beside the first.
 const LEAST_BEAM_RAYS: u64 = 1;
 
-/// Standard error of a report's transmissions under skies and in the sun, in that of the job, and the largest one: so that a report takes
-/// no more than a tenth of its job's time, through bends and meshes, too.
+/// Standard error of a report's transmissions under skies and in the sun as a multiple of that of the job, and its upper limit: so that a
+/// report takes no more than a tenth of its job's time, through bends and meshes, too.
 pub const ERROR_OF_REPORTS: f64 = 1.5;
 pub const LARGEST_ERROR: f64 = 0.015;
 
-/// Error of the points of the curve, in those of the other figures: each is one of many.
+/// Standard error of the points of the curve, as a multiple of that of the other figures: each is one of many.
 const ERROR_OF_CURVE: f64 = 4.0;
 
-/// Error of a sky in patches, in those of the other figures: it is told beside the sky itself for what patches are wrong by.
+/// Standard error of a sky in patches, as a multiple of that of the other figures: it is reported beside the sky itself to show the error
+/// of patches.
 const ERROR_OF_PATCHES: f64 = 2.0;
 
-/// Degrees between the altitudes of the curve, at least.
+/// Smallest step between the altitudes of the curve, in degrees.
 const ALTITUDE_STEP_DEG: u32 = 5;
 
-/// Azimuths over which the curve is averaged.
+/// Number of azimuths over which the curve is averaged.
 const AZIMUTHS: u32 = 8;
 
-/// Performances that the process keeps: of the last tubes and skies that were asked for.
+/// Number of performances that the process keeps: of the tubes and skies that were requested last.
 const KEPT: usize = 256;
 
 /// Figures of a tube that do not depend on the passes of a job.
@@ -66,7 +68,7 @@ pub struct TubePerformance {
 static PERFORMANCES: Cache<blake3::Hash, Arc<TubePerformance>> = Cache::new(KEPT);
 
 impl TubePerformance {
-    /// That of a tube of a scene, with standard errors of about this size: kept, or computed anew.
+    /// Returns the performance of a tube of a scene, with standard errors of about this size: a kept one, or one computed anew.
     pub fn of(traceable: &TraceableScene, tube: usize, description: &Tube, standard_error: f64) -> Arc<Self> {
         let Tube { shape, opening_radius, .. } = description;
         let content = content(shape, *opening_radius, traceable, standard_error);
@@ -74,8 +76,7 @@ impl TubePerformance {
     }
 }
 
-/// Hash of everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun, and the error that it
-/// may have.
+/// Hashes everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun, and the allowed error.
 fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, error: f64) -> blake3::Hash {
     struct Hashing(blake3::Hasher);
     impl fmt::Write for Hashing {
@@ -108,7 +109,7 @@ fn performance(
     standard_error: f64,
 ) -> TubePerformance {
     let guide = &traceable.tubes[tube].guide;
-    // the same numbers for every tube: equal tubes have equal reports, and what differs between two is not noise alone
+    // the same numbers for every tube: equal tubes have equal reports, and two reports do not differ by noise alone
     let key = Key::new(0);
     let effort = Effort { standard_error, least: LEAST_SKY_RAYS, most: MOST_SKY_RAYS };
     let keys = [Stream::ReportUniformSky, Stream::ReportSky].map(|stream| key.stream(stream, 0));
@@ -155,7 +156,7 @@ fn performance(
     }
 }
 
-/// The tube in one vertical piece.
+/// Returns the tube as one vertical piece.
 fn straightened(tube: &StraightOrBent, length_m: f64) -> StraightOrBent {
     StraightOrBent { segments: vec![Segment { length_m, tilt: 0.0, azimuth: 0.0 }], ..tube.clone() }
 }

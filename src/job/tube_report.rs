@@ -1,4 +1,4 @@
-//! The reports on a job's tubes: what its passes estimate, and what each tube does by itself.
+//! Reports on a job's tubes: fluxes that its passes estimate, and the performance of each tube by itself.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::guide::performance::REPLICATES;
 use crate::statistics::interval::two_sided_normal_quantile;
 
 impl Prepared {
-    /// The report on a tube as a file; `flux`: what the passes say of it.
+    /// Makes the report on a tube as a file; `flux`: the fluxes that the passes estimate.
     pub(super) fn tube_file(
         &self,
         name: &str,
@@ -34,7 +34,8 @@ impl Prepared {
         })
     }
 
-    /// Computes what reports on tubes and figures say beside the passes, so that their files need not: for a thread of its own.
+    /// Computes the parts of tube reports and figures that do not depend on the passes, so that writing the files need not: for a thread of
+    /// its own.
     pub fn look_ahead(&self) {
         self.subject();
         for tube in 0..self.scene.tubes.len() {
@@ -64,7 +65,7 @@ impl Prepared {
         }
     }
 
-    /// Standard error of transmissions by which a report costs little beside the job.
+    /// Returns the standard error of transmissions at which a report costs little beside the job.
     fn error_of_reports(&self) -> f64 {
         let asked = if self.grids().is_empty() { self.stop.view_relative_error } else { self.stop.relative_error };
         (ERROR_OF_REPORTS * asked / two_sided_normal_quantile(self.stop.confidence)).min(LARGEST_ERROR)

@@ -1,4 +1,4 @@
-//! The figures of a view: luminance in false colours on a scale of the room's surfaces, and pictures with their exposure.
+//! Figures of a view: luminance in false colours on a scale for the room's surfaces, and tone-mapped pictures with their exposure.
 
 use super::prepare::Prepared;
 use super::subject::Subject;
@@ -13,17 +13,17 @@ use crate::output::{Image, OutputError};
 use crate::scene::View;
 use crate::traceable::Place;
 
-/// Ratio of the ends of a logarithmic scale.
+/// Ratio of the upper to the lower end of a logarithmic scale.
 const DECADES: f64 = 1000.0;
 
-/// What a false-colour picture is asked for.
+/// Options of a false-colour picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewWishes {
-    /// Luminance of the scale's end in cd/m2, above zero; `None`: what holds 99 % of the pixels that see no source.
+    /// Luminance at the upper end of the scale in cd/m2, above zero; `None` for one that includes 99 % of the pixels that see no source.
     pub scale_end_cd_m2: Option<f64>,
-    /// How luminances are spread along the scale.
+    /// Spacing of luminances along the scale.
     pub spacing: Spacing,
-    /// The colours.
+    /// Colours of the scale.
     pub palette: Palette,
 }
 
@@ -34,7 +34,7 @@ impl Default for ViewWishes {
 }
 
 impl Prepared {
-    /// Which pixels of a view see a source of light, an opening, or out of the room, through their middles.
+    /// Finds the pixels of a view whose centres see a light source, an opening or the outside: one value per pixel, row by row.
     pub fn sources_seen(&self, view: &View) -> Vec<bool> {
         let [width, height] = view.size_px;
         let sees_source = |pixel: usize| {
@@ -53,7 +53,7 @@ impl Prepared {
     }
 }
 
-/// Luminance in false colours.
+/// Draws the luminance of a view in false colours.
 pub fn false_colour_figure(
     subject: &Subject,
     name: &str,
@@ -76,8 +76,8 @@ pub fn false_colour_figure(
     view_picture::false_colour(&heading, view.size_px, &view.luminances, &scale)
 }
 
-/// A picture as an eye sees it that is adapted to a luminance, which is printed below it. `image` is the view in one or
-/// three channels.
+/// Draws a picture as seen by an eye that is adapted to a luminance, which is printed below it. `image` is the view in one or three
+/// channels.
 pub fn captioned_figure(
     subject: &Subject,
     name: &str,
@@ -104,7 +104,7 @@ mod tests {
     use crate::job::prepare::prepare;
     use crate::job::subject::tests::{NoMeshes, document};
 
-    /// A grey room with a source 100 times as bright in its middle.
+    /// Returns a grey room with a source 100 times as bright in its middle.
     fn seen() -> SeenView {
         let lit = |pixel: usize| (8..12).contains(&(pixel % 20)) && (8..12).contains(&(pixel / 20));
         SeenView {

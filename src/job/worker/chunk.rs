@@ -1,4 +1,4 @@
-//! A chunk on the render pool: its passes, and what comes of them.
+//! Chunk on the render pool: its passes, and their outcome.
 
 use std::time::{Duration, Instant};
 
@@ -15,25 +15,25 @@ use crate::job::passes::{RenderError, SoFar};
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::results::ResultFile;
 
-/// Render time after which what a job's first passes have added up to is committed, and after which that of later ones is, and other jobs
-/// have their turn: what the end of a process costs. A commit takes some milliseconds.
+/// Render time after which the first passes of a job are committed, and after which later ones are, and other jobs have their turn: about
+/// this much work is lost when a process ends. A commit takes some milliseconds.
 const FIRST_CHUNK: Duration = Duration::from_millis(250);
 const CHUNK: Duration = Duration::from_secs(2);
 
-/// A chunk on the render pool: the next passes of a job, as many as fit its time.
+/// Chunk on the render pool: the next passes of a job, as many as fit its time.
 pub(super) struct ChunkRun {
     pub current: Current,
     pub stop: Stop,
     pub tell: mpsc::UnboundedSender<News>,
 }
 
-/// News of the pool while it renders.
+/// Reports of the pool while it renders.
 pub(super) enum News {
     Pass(Pass),
     Images { passes: u64, images: Vec<(String, Vec<u8>)> },
 }
 
-/// Ways in which a chunk ends.
+/// Outcomes of a chunk.
 pub(super) enum Ended {
     Continue {
         state: Bytes,
@@ -43,13 +43,13 @@ pub(super) enum Ended {
         stopped_by: StoppedBy,
         summary: Option<serde_json::Value>,
         files: Vec<ResultFile>,
-        /// `None` when no pass was done.
+        /// Last pass of the job; `None` when no pass was done.
         last_pass: Option<Box<Pass>>,
     },
 }
 
 impl ChunkRun {
-    /// The job after the chunk, and how the chunk ended: `None` when nothing of it counts.
+    /// Renders the chunk. Returns the job after it, and how the chunk ended: `None` when nothing of it counts.
     pub fn run(self) -> (Current, Result<Option<Ended>, RenderError>) {
         let Self { mut current, stop, tell } = self;
         let ended = render_chunk(&mut current, &stop, &tell);
@@ -83,7 +83,7 @@ fn render_chunk(
     }
 }
 
-/// Adds a pass to the job, and tells of it; returns what stops the job after it, if anything does.
+/// Adds a pass to the job and reports it; returns the reason why the job ends with it, if it does.
 fn one_pass(
     current: &mut Current,
     stop: &Stop,
@@ -92,7 +92,7 @@ fn one_pass(
     let Current { prepared, live, merged, spent, forecaster, .. } = current;
     let mut heard = |report: &PassReport, so_far: SoFar<'_>| {
         live.publish(so_far.estimate);
-        // nobody hears of the others
+        // other passes are not reported
         let forecast = match is_kept(report.passes) {
             true => forecaster.after(report, so_far.waiting_for),
             false => Forecast::default(),

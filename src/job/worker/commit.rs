@@ -1,4 +1,4 @@
-//! The end of a chunk: its files and its rows, which survive the end of the power.
+//! End of a chunk: its files and its rows are written durably.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,30 +17,30 @@ use crate::job::artifacts::{ArtifactError, Artifacts};
 use crate::job::progress::StoppedBy;
 use crate::job::store::*;
 
-/// A worker loses its chunk after this long without a heartbeat.
+/// Time without a heartbeat after which a worker loses its chunk.
 pub(super) const LEASE: Duration = Duration::from_secs(60);
 
-/// Pause after the store failed.
+/// Pause after a failure of the store.
 pub(super) const RETRY_PAUSE: Duration = Duration::from_secs(5);
-/// Files of one job that are written at the same time.
+/// Number of files of one job that are written at the same time.
 const FILES_AT_ONCE: usize = 8;
 
-/// Bytes of all files of a job up to which the store keeps them itself: a folder, a file and three waits for the disk cost as much as
-/// all else of a short job's end, and a longer row makes the database's log longer than the files would be.
+/// Size of all files of a job in bytes up to which the store keeps them in rows: a folder, a file and three waits for the disk cost as much
+/// as all else of a short job's end, and a longer row makes the database's log longer than the files would be.
 const MOST_BYTES_IN_STORE: usize = 64 << 10;
 
-/// Places where a chunk's end is written.
+/// Stores in which a chunk's end is written.
 #[derive(Clone)]
 pub(super) struct Commits {
     pub store: Arc<dyn Store>,
     pub artifacts: Artifacts,
-    /// Ends of jobs that wait for the disk while others are rendered.
+    /// Ends of jobs that wait for the disk while other jobs are rendered.
     pub ends: TaskTracker,
 }
 
 impl Commits {
-    /// Files first, all at once, then the row that points to them: the disk is waited for twice. With the end of a job another chunk is
-    /// claimed, if a `turn` is given.
+    /// Commits the end of a chunk: files first, all at once, then the row that points to them, so that the disk is waited for twice. When
+    /// the job ends and a `turn` is given, another chunk is claimed in the same transaction.
     pub async fn commit(
         &self,
         lease: &Lease,
@@ -77,7 +77,7 @@ impl Commits {
                 Completion::Finish(Finish { end, summary, artifacts, last_pass })
             }
         };
-        // what is tried again is the end of the chunk alone
+        // retries only end the chunk, without a claim
         let mut turn = turn.filter(|_| matches!(completion, Completion::Finish(_)));
         let end_chunk = || {
             let (turn, reports, completion) = (turn.take(), &reports.waiting, &completion);
@@ -119,7 +119,7 @@ impl Commits {
         Ok(claimed)
     }
 
-    /// Waits until what was completed is safe, and deletes what is not needed any more then.
+    /// Waits until the end of a chunk is durable, then deletes the files that are not needed any more.
     pub async fn settle(&self, lease: &Lease, committed: Committed) -> Result<(), StoreError> {
         retry(|| self.store.make_safe(lease)).await?;
         self.delete_obsolete(committed).await;
@@ -151,13 +151,13 @@ impl Commits {
     }
 }
 
-/// True if all files of a job are tables that take less than what a file of their own costs.
+/// True if all files of a job are tables that take less in the store than as files of their own.
 fn are_small(files: &[(String, &'static str, Bytes)]) -> bool {
     let bytes: usize = files.iter().map(|(.., bytes)| bytes.len()).sum();
     bytes <= MOST_BYTES_IN_STORE && files.iter().all(|(_, media_type, _)| *media_type == "application/json")
 }
 
-/// Some at a time.
+/// Stores files of a chunk, [`FILES_AT_ONCE`] at a time.
 async fn put_files(
     artifacts: Artifacts,
     lease: Lease,
@@ -171,7 +171,8 @@ async fn put_files(
     futures::stream::iter(puts).buffered(FILES_AT_ONCE).try_collect().await
 }
 
-/// Tries up to five times, with growing pauses: what fails is a busy or full disk, and a chunk is worth waiting for.
+/// Tries an action up to five times, with growing pauses: the usual cause of a failure is a busy or full disk, and a chunk is worth the
+/// wait.
 pub(super) async fn retry<T, E: std::fmt::Display, F: Future<Output = Result<T, E>>>(
     mut action: impl FnMut() -> F,
 ) -> Result<T, E> {

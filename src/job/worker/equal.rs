@@ -1,4 +1,4 @@
-//! A job that is one computation with an ended one takes its results, and is not rendered.
+//! Reuse of results: a job with the same computation as an ended one takes its results, and is not rendered.
 
 use serde::Deserialize;
 use uuid::Uuid;
@@ -11,8 +11,8 @@ use crate::job::results::progress_image;
 use crate::job::store::*;
 
 impl Commits {
-    /// Ends a job that was claimed first with what an equal job has computed, in files of its own: what becomes of the other one then is
-    /// nothing to it. False where there is none, or not all of it any more.
+    /// Ends a job at its first claim with the results of an equal job, copied to files of its own, so that it does not depend on the other
+    /// one any more. False where there is no equal job, or where not all of its results are left.
     pub async fn take_over(&self, lease: &Lease) -> Result<bool, Interrupted> {
         if lease.chunk > 0 || lease.cancel_requested {
             return Ok(false);
@@ -38,7 +38,7 @@ impl Commits {
         Ok(true)
     }
 
-    /// The end of the job as that of the equal one; `None` where that is gone, or its files are.
+    /// Reads the end of an equal job as that of this one; `None` where the equal job or one of its files is gone.
     async fn finished_as(&self, lease: &Lease, equal: Uuid) -> Result<Option<Finished>, Interrupted> {
         let Some(Job { head, summary: Some(mut summary), .. }) = self.store.job(equal).await? else { return Ok(None) };
         let events = self.store.events(equal, 0, u32::MAX).await?;
@@ -50,7 +50,7 @@ impl Commits {
                 return Ok(None);
             }
         };
-        // of those that took its results in turn, the one that was rendered
+        // where the equal job took its results over itself, the job that was rendered
         if let Some(fields) = summary.as_object_mut() {
             fields.entry("computed_by").or_insert_with(|| equal.to_string().into());
         }
@@ -72,7 +72,7 @@ impl Commits {
         Ok(Some(Finished { reports, finish: Finish { end, summary: Some(summary), artifacts, last_pass } }))
     }
 
-    /// Files of another job as those of this one, safe on the disk.
+    /// Copies the files of another job to durable files of this one.
     async fn copied(&self, lease: &Lease, files: Vec<Artifact>) -> Result<Vec<Artifact>, ArtifactError> {
         let mut copies = Vec::with_capacity(files.len());
         // one at a time: a picture may be large
@@ -91,7 +91,7 @@ impl Commits {
     }
 }
 
-/// The end of a job, with everything that was told of it before.
+/// End of a job, with all reports before it.
 struct Finished {
     reports: Vec<Report>,
     finish: Finish,

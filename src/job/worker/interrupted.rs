@@ -1,20 +1,20 @@
-//! What keeps a chunk from being committed.
+//! Reasons why a chunk is not committed.
 
 use crate::job::artifacts::ArtifactError;
 use crate::job::store::{JobProblem, StoreError};
 
 /// Reason why a chunk was not committed.
 pub(super) enum Interrupted {
-    /// Somebody else has it, or the job is gone.
+    /// Another worker has the chunk, or the job is gone.
     LeaseLost,
     Shutdown,
-    /// Other chunks go first; so many slices are counted.
+    /// Other chunks go first; this number of slices is counted.
     PutAside(u64),
     Store(StoreError),
     Artifact(ArtifactError),
-    /// The stored state of the job is of no use, for this reason.
+    /// Stored state of the job that is of no use, for this reason.
     Damaged(&'static str),
-    /// The job cannot be rendered, now or ever.
+    /// Job that cannot be rendered, now or ever.
     Hopeless(JobProblem),
     Panicked(String),
 }
@@ -31,7 +31,7 @@ impl From<ArtifactError> for Interrupted {
     }
 }
 
-/// A job that cannot be rendered, for this reason.
+/// Returns the reason for a job that can never be rendered, with the words of its problem.
 pub(super) fn hopeless(title: &str, detail: String) -> Interrupted {
     Interrupted::Hopeless(JobProblem { title: title.to_owned(), detail })
 }

@@ -1,4 +1,4 @@
-//! Jobs that were rendered lately, so that a job whose turn comes again need not be loaded.
+//! Cache of jobs that were rendered lately, so that a job whose turn comes again need not be loaded.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -16,30 +16,30 @@ const MOST_JOBS: usize = 4;
 /// Largest number of bytes of estimates that are kept, not counting the job that was rendered last.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// A job with everything that was computed before its next chunk.
+/// Job with everything that was computed before its next chunk.
 pub(super) struct Current {
     pub job: Uuid,
     pub prepared: Arc<Prepared>,
     pub live: Arc<LiveJob>,
-    /// Everything up to the last pass.
+    /// Estimate of all passes so far.
     pub merged: Estimate,
     /// Size of `merged` in bytes.
     pub bytes: u64,
-    /// Render time of `merged`.
+    /// Render time of the passes in `merged`.
     pub spent: Spent,
     pub next_chunk: u64,
-    /// What foretells the job's end; it has heard the passes that were told.
+    /// Forecaster of the job's end, which has taken the passes that were reported.
     pub forecaster: Forecaster,
 }
 
-/// The jobs that were rendered last, newest first.
+/// Jobs that were rendered last, newest first.
 #[derive(Default)]
 pub(super) struct KeptJobs {
     jobs: VecDeque<Current>,
 }
 
 impl KeptJobs {
-    /// Takes the job out; nothing when it is not there, or not where this chunk begins.
+    /// Takes the job out; `None` when it is not there, or when its next chunk is not this one.
     pub fn take(&mut self, job: Uuid, chunk: u64) -> Option<Current> {
         let place = self.jobs.iter().position(|kept| kept.job == job)?;
         self.jobs.remove(place).filter(|kept| kept.next_chunk == chunk)

@@ -1,10 +1,10 @@
-//! Two lanes: one renders all jobs, and a second one what waits while the first is in a pass that takes long.
+//! Two lanes: one renders all jobs, and a second one renders waiting jobs while the first is in a long pass.
 //!
-//! A pass is whole or nothing, and may take hours. The main lane renders every pass to its end, so that each job gets further. When its
-//! chunk takes longer than three quarters of a second, the short lane begins on the others. There a chunk has a slice of some seconds:
-//! one that needs more is put aside, and what it has computed of its pass is dropped, for a pass is a function of its number and can be
-//! rendered again. Its next slice there is longer, comes behind all jobs with fewer, and ends when another job is posted; after the last
-//! slice the job is the main lane's alone.
+//! A pass counts whole or not at all, and may take hours. The main lane renders every pass to its end, so that each job gets further. When
+//! its chunk takes longer than three quarters of a second, the short lane begins on the others. There a chunk has a slice of some seconds:
+//! one that needs more is put aside, and its unfinished pass is dropped, for a pass is a function of its number and can be rendered again.
+//! The job's next slice there is longer, comes behind all jobs with fewer slices, and ends when another job is posted; after the last slice
+//! only the main lane renders the job.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,29 +16,29 @@ use tokio_util::sync::CancellationToken;
 use crate::job::memory::default_limit_bytes;
 use crate::job::store::MOST_SLICES;
 
-/// Time that a chunk of the main lane takes before the short lane begins: who has posted a small job then waits less than a second.
+/// Time that a chunk of the main lane takes before the short lane begins: a small job then waits less than a second.
 const LONG: Duration = Duration::from_millis(750);
-/// First slice of a job in the short lane: a few times what a chunk is meant to take.
+/// First slice of a job in the short lane: a few times the intended time of a chunk.
 const SLICE: Duration = Duration::from_secs(8);
-/// Growth of slices: together they are hardly longer than the last one.
+/// Ratio of a slice to the one before it: together they are hardly longer than the last one.
 const GROWTH: u32 = 4;
-/// Share of the memory of a job that one in the short lane may take, beside that of the main lane.
+/// Fraction of the memory limit of a job that a job in the short lane may take, beside that of the main lane.
 const SHARE_OF_MEMORY: f64 = 0.125;
 
-/// The lane of a worker.
+/// Lane of a worker.
 pub(super) enum Lane {
     Main(Main),
     Short(Short),
 }
 
-/// The main lane tells what it does.
+/// Main lane, which announces when it renders.
 pub(super) struct Main {
-    /// Since when it has rendered its chunk; `None` where it has none.
+    /// Time at which it began to render its chunk; `None` where it has none.
     since: watch::Sender<Option<Instant>>,
     left: Arc<Notify>,
 }
 
-/// The short lane hears of it.
+/// Short lane, which follows the announcements of the main lane.
 pub(super) struct Short {
     since: watch::Receiver<Option<Instant>>,
     left: Arc<Notify>,
@@ -55,14 +55,15 @@ impl Lane {
         matches!(self, Self::Short(_))
     }
 
-    /// Says that a chunk is rendered from now on.
+    /// Announces that a chunk is rendered from now on.
     pub fn renders(&self) {
         if let Self::Main(main) = self {
             main.since.send_replace(Some(Instant::now()));
         }
     }
 
-    /// Says that it is no more. What the short lane leaves, or what has waited for the end of its job, is the main lane's, lest it sleeps.
+    /// Announces that no chunk is rendered any more. The short lane wakes the main lane then, which may sleep beside a chunk that was put
+    /// aside, or that waited for the end of its job.
     pub fn has_rendered(&self) {
         match self {
             Self::Main(main) => {
@@ -72,7 +73,7 @@ impl Lane {
         }
     }
 
-    /// Returns when there may be something to claim of which no hint of the store tells.
+    /// Returns when there may be a chunk to claim that no hint of the store announces.
     pub async fn stirs(&mut self) {
         match self {
             Self::Main(main) => main.left.notified().await,
@@ -112,12 +113,13 @@ impl Lane {
         }
     }
 
-    /// Time after which a chunk is put aside of a job that has had so many slices; `None` where it is rendered to its end.
+    /// Returns the time after which a chunk is put aside, of a job that has had this number of slices; `None` where it is rendered to its
+    /// end.
     pub fn slice(&self, slices: u64) -> Option<Duration> {
         self.is_short().then(|| SLICE * GROWTH.pow(slices.min(MOST_SLICES) as u32))
     }
 
-    /// Largest memory of a job in bytes.
+    /// Returns the largest memory of a job in this lane, in bytes.
     pub fn most_memory(&self) -> f64 {
         if self.is_short() { SHARE_OF_MEMORY * default_limit_bytes() as f64 } else { f64::INFINITY }
     }

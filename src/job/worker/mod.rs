@@ -1,14 +1,14 @@
-//! The worker: claims chunks, renders them on its own rayon pool, and commits what they add up to.
+//! The worker: claims chunks, renders them on its own rayon pool, and commits their results.
 //!
-//! The async side (leases, events, files) and the rendering side (a rayon pool) meet in [`running`]: the pool tells what it
-//! has done over a channel that never blocks it, the async side says by a token that it shall stop.
+//! The async side (leases, events, files) and the rendering side (a rayon pool) meet in [`running`]: the pool reports its passes over a
+//! channel that never blocks it, and the async side stops it by a shared signal.
 //!
-//! Jobs take [`turns`] of about 2 s: long enough that a small job is done in one, and that changing over costs little.
+//! Jobs take [`turns`] of about 2 s: long enough that a small job is done in one, and that switching between jobs costs little.
 //!
-//! A process that dies while it renders may have died of the job. The store counts the deaths in a row over one chunk in which
-//! no attempt got further than the attempts before it. Whoever kills the process every few moments must not ruin sound jobs by
-//! that, so after the first such death the chunk is taken only by a process that has proven steady ([`turns`]);
-//! meanwhile other jobs go on. After [`MAX_DEATHS`] the next start fails the job.
+//! A process that dies while it renders may have been killed by the job. The store counts the deaths in a row over one chunk in which no
+//! attempt got further than the attempts before it. Someone who kills the process every few moments must not make sound jobs fail, so after
+//! the first such death the chunk is taken only by a process that has run for a while ([`turns`]); meanwhile other jobs are rendered. After
+//! [`MAX_DEATHS`] the next start fails the job.
 
 mod chunk;
 mod commit;
@@ -49,21 +49,21 @@ use crate::job::prepare::{Prepared, prepare};
 use crate::job::spent::Spent;
 use crate::job::store::*;
 
-/// Hints wake an idle worker; this is for a lease that ran out, or a hint that was lost.
+/// Longest pause of an idle worker between two claims, for a lease that expired or a hint that was lost; otherwise hints wake it.
 const IDLE_POLL: Duration = Duration::from_secs(60);
-/// Rows of the convergence table that a forecast goes on from: more than there are.
+/// Largest number of rows of the convergence table from which a forecast continues: more than there are.
 const MOST_TOLD: u32 = 1000;
 /// A job fails once one of its chunks has panicked this many times.
 const MAX_FAILURES: u64 = 3;
 
-/// Renders the jobs of a store, one at a time, and beside one whose passes take long others that do not.
+/// Worker that renders the jobs of a store one at a time, and, beside one whose passes take long, others that are short.
 pub struct Worker {
     main: LaneWorker,
     short: LaneWorker,
 }
 
 impl Worker {
-    /// A worker with `RAYON_NUM_THREADS` threads, or as many as there are processors, and half as many more for the short lane.
+    /// Creates a worker with `RAYON_NUM_THREADS` threads, or as many as there are processors, and half as many more for the short lane.
     pub fn new(
         store: Arc<dyn Store>,
         artifacts: Artifacts,
@@ -94,13 +94,13 @@ impl Worker {
         Ok(Self { main: worker(main_lane, main_pool), short: worker(short_lane, short_pool) })
     }
 
-    /// Until shut down.
+    /// Runs until the service shuts down.
     pub async fn run(self) {
         futures::future::join(self.main.run(), self.short.run()).await;
     }
 }
 
-/// Renders the jobs of a lane, one at a time.
+/// Worker of one lane, which renders its jobs one at a time.
 struct LaneWorker {
     lane: Lane,
     store: Arc<dyn Store>,
@@ -112,11 +112,11 @@ struct LaneWorker {
     shutdown: CancellationToken,
     turns: Turns,
     kept: KeptJobs,
-    /// The job that readers see as running.
+    /// Job that readers see as running.
     shown: Option<(Uuid, Arc<LiveJob>)>,
 }
 
-/// A chunk that is to be rendered, and what is heard of since before it was claimed.
+/// Claimed chunk to be rendered, with the changes of the store since before the claim.
 struct Claimed {
     lease: Lease,
     /// Turn that the claim was made for.
@@ -125,16 +125,16 @@ struct Claimed {
     stops: broadcast::Receiver<Change>,
 }
 
-/// What work on a chunk has come to.
+/// Outcome of the work on a chunk.
 enum Worked {
-    /// Another chunk may have been claimed with the end of the job.
+    /// End of the job, with which another chunk may have been claimed.
     FinishedJob(Option<Claimed>),
-    /// The job goes on, or its chunk was given back.
+    /// Job with more chunks to render, or whose chunk was given back.
     MoreToDo,
 }
 
 impl LaneWorker {
-    /// Until shut down.
+    /// Runs until the service shuts down.
     async fn run(mut self) {
         tracing::info!(owner = self.owner, threads = self.pool.threads(), "worker started");
         let mut next = None;
@@ -173,9 +173,9 @@ impl LaneWorker {
         self.commits.ends.wait().await;
     }
 
-    /// The next chunk; `None` after a pause in which there was none.
+    /// Claims the next chunk; `None` after a pause in which there was none.
     async fn claim(&mut self) -> Option<Claimed> {
-        // both listen from before the claim: what comes after it is heard of
+        // both listen from before the claim, so that later changes are not missed
         let (mut changes, stops) = (self.store.changes(), self.store.changes());
         let turn = self.turns.next(Instant::now());
         match self.store.claim(&self.owner, LEASE, turn).await {
@@ -189,7 +189,7 @@ impl LaneWorker {
         None
     }
 
-    /// Readers see no job of this lane as running.
+    /// Removes the job of this lane from those that readers see as running.
     fn hide(&mut self) {
         if let Some((job, live)) = self.shown.take() {
             self.live.end(job, &live);
@@ -281,7 +281,7 @@ impl LaneWorker {
         Ok(())
     }
 
-    /// Deletes what was stored after the files of a deleted job were deleted with it.
+    /// Deletes files that were stored after their job had been deleted with its other files.
     async fn delete_files_of_deleted(&self, job: Uuid) -> Result<(), StoreError> {
         if self.store.job_head(job).await?.is_none()
             && let Err(error) = self.commits.artifacts.delete_job(job).await
@@ -291,7 +291,7 @@ impl LaneWorker {
         Ok(())
     }
 
-    /// Passes whose state is damaged are rendered again.
+    /// Goes back to the last sound state, after which passes are rendered again.
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<(), StoreError> {
         tracing::warn!(reason, "rendering again from the last sound state");
         self.commits.delete_obsolete(self.store.rewind(lease, reason).await?).await;
@@ -344,9 +344,9 @@ impl LaneWorker {
         Ok(Worked::MoreToDo)
     }
 
-    /// The job of a lease with everything that was computed before.
+    /// Loads the job of a lease with everything that was computed before.
     async fn load(&self, lease: &Lease) -> Result<Current, Interrupted> {
-        // of a new job that is prepared already the store knows nothing more
+        // the store has nothing more of a new job that is prepared already
         if lease.chunk == 0
             && let Some(prepared) = self.live.take_prepared(lease.job)
         {
@@ -384,14 +384,14 @@ impl LaneWorker {
             Interrupted::Damaged("the stored state is of another version")
         })?;
         let mut current = self.begin(lease, prepared, merged, bytes, source.merged_spent);
-        // of another process, too
+        // passes of earlier processes included
         let told = self.store.convergence_outline(lease.job, MOST_TOLD).await?;
         let merged = current.merged.passes;
         told.iter().filter(|pass| pass.passes <= merged).for_each(|pass| current.forecaster.take(pass));
         Ok(current)
     }
 
-    /// A job that was not rendered lately, with the estimate of its earlier chunks, its size and its time.
+    /// Begins with a job that was not rendered lately, from the estimate of its earlier chunks, its size in bytes and its time.
     fn begin(&self, lease: &Lease, prepared: Arc<Prepared>, merged: Estimate, bytes: u64, spent: Spent) -> Current {
         if lease.chunk == 0 {
             tracing::info!(name = prepared.name, method = prepared.method_names(), "job started");

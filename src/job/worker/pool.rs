@@ -1,19 +1,19 @@
-//! The threads that render.
+//! Threads that render.
 
 use tokio::sync::oneshot;
 
 use super::interrupted::Interrupted;
 
-/// A rayon pool for work that the async side waits for.
+/// Rayon pool for work that the async side waits for.
 pub(super) struct RenderPool(rayon::ThreadPool);
 
 impl RenderPool {
-    /// `RAYON_NUM_THREADS` threads, or as many as there are processors.
+    /// Creates a pool of `RAYON_NUM_THREADS` threads, or as many as there are processors.
     pub fn new() -> Result<Self, rayon::ThreadPoolBuildError> {
         rayon::ThreadPoolBuilder::new().thread_name(|index| format!("render-{index}")).build().map(Self)
     }
 
-    /// Half as many threads as this one, for what is rendered beside it.
+    /// Creates a pool with half as many threads as this one, for jobs that are rendered beside it.
     pub fn beside(&self) -> Result<Self, rayon::ThreadPoolBuildError> {
         let threads = (self.threads() / 2).max(1);
         rayon::ThreadPoolBuilder::new()
@@ -27,7 +27,7 @@ impl RenderPool {
         self.0.current_num_threads()
     }
 
-    /// Runs on the render pool; a panic there comes back as an error.
+    /// Runs work on the render pool; a panic there is returned as an error.
     pub async fn run<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Interrupted> {
         let (sender, receiver) = oneshot::channel();
         self.0.spawn(move || {

@@ -1,4 +1,4 @@
-//! What a running chunk tells, gathered for one transaction.
+//! Reports of a running chunk, gathered for one transaction.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use tokio::time::Instant;
 
 use crate::job::store::Report;
 
-/// Passes that a chunk tells within this time are reported together.
+/// Time within which the passes of a chunk are reported together.
 pub(super) const REPORT_DELAY: Duration = Duration::from_millis(100);
 
 /// Reports that wait to be written together.

@@ -1,4 +1,4 @@
-//! A chunk while the pool renders it: its lease is kept, and what the pool tells is passed on.
+//! Chunk that the pool renders: its lease is extended, and the reports of the pool are passed on.
 
 use std::time::Duration;
 
@@ -18,19 +18,19 @@ use crate::job::store::*;
 
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
-/// A leased chunk that is being rendered.
+/// Leased chunk that is being rendered.
 pub(super) struct RunningChunk<'a> {
     pub lease: &'a Lease,
     pub commits: &'a Commits,
     pub shutdown: &'a CancellationToken,
     pub stop: Stop,
     pub reports: Reports,
-    /// Time after which it is put aside; `None` where it is rendered to its end.
+    /// Time after which the chunk is put aside; `None` where it is rendered to its end.
     pub slice: Option<Duration>,
 }
 
 impl RunningChunk<'_> {
-    /// Renders the chunk on the pool. Answers the job after it, how it ended, and what it has told that is not written yet.
+    /// Renders the chunk on the pool. Returns the job after it, how it ended, and its reports that are not written yet.
     pub async fn render(
         mut self,
         pool: &RenderPool,
@@ -79,7 +79,7 @@ impl RunningChunk<'_> {
                     Err(broadcast::error::RecvError::Lagged(_)) => self.heartbeat().await,
                     _ => {}
                 },
-                // news wake nobody: most jobs end before the first look
+                // reports are only polled: most jobs end before the first look
                 _ = look.tick() => {
                     self.collect(&mut told).await;
                     if self.reports.are_due() {
@@ -117,7 +117,7 @@ impl RunningChunk<'_> {
         }
     }
 
-    /// Takes everything that the pool has told.
+    /// Takes all reports that the pool has sent.
     async fn collect(&mut self, told: &mut mpsc::UnboundedReceiver<News>) {
         while let Ok(news) = told.try_recv() {
             self.take(news).await;

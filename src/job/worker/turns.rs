@@ -1,4 +1,4 @@
-//! Whose turn it is: a job's turn is over after a while, and so is the time in which first chunks go before later ones.
+//! Turns of jobs: a job's turn is over after a while, and so is the time in which first chunks go before later ones.
 
 use std::time::Duration;
 
@@ -7,19 +7,20 @@ use uuid::Uuid;
 
 use crate::job::store::{Lease, MAX_DEATHS, Turn};
 
-/// Render time of a job after which it lets the next one go on, at the end of its chunk.
+/// Render time of a job after which it yields to the next one, at the end of its chunk.
 const TURN: Duration = Duration::from_secs(2);
-/// Time after which a turn is a later chunk's, however many first chunks wait: who posts job after job must not stop those that have begun.
+/// Time after which a later chunk gets a turn, however many first chunks wait: a client that posts job after job must not stop those that
+/// have begun.
 const LATER_AFTER: Duration = Duration::from_secs(8);
-/// Age of a process before it takes a chunk over which one process, or two in a row, have died.
+/// Age of a process from which on it takes a chunk over which one process, or two in a row, have died.
 const STEADY_AFTER: [Duration; MAX_DEATHS as usize - 1] = [Duration::from_secs(2), Duration::from_secs(10)];
 
-/// The turns of a worker.
+/// Turns of a worker.
 pub(super) struct Turns {
     started: Instant,
-    /// The job whose turn it is, and since when.
+    /// Job whose turn it is, and the start of its turn.
     job: Option<(Uuid, Instant)>,
-    /// Last time that a turn was offered to later chunks first.
+    /// Time at which a turn was last offered to later chunks first.
     later: Instant,
     /// True in the short lane.
     short: bool,
@@ -30,11 +31,11 @@ impl Turns {
         Self { started: now, job: None, later: now, short }
     }
 
-    /// Returns what the next claim shall take.
+    /// Returns the preferences of the next claim.
     pub fn next(&self, now: Instant) -> Turn {
         let stay_with = self.job.filter(|(_, since)| now - *since < TURN).map(|(job, _)| job);
         let age = now - self.started;
-        // what may end the process does so alone
+        // a chunk that may kill the process is not rendered beside another one
         let most_deaths = match self.short {
             true => 0,
             false => STEADY_AFTER.iter().filter(|after| age >= **after).count() as u64,
@@ -42,7 +43,7 @@ impl Turns {
         Turn { stay_with, later_first: now - self.later >= LATER_AFTER, short: self.short, most_deaths }
     }
 
-    /// A claim has taken a chunk.
+    /// Records that a claim has taken a chunk.
     pub fn taken(&mut self, turn: Turn, lease: &Lease, now: Instant) {
         if turn.stay_with == Some(lease.job) {
             return;
@@ -53,7 +54,7 @@ impl Turns {
         }
     }
 
-    /// Time until this process takes a chunk that it leaves alone for now; `None` where there is none such.
+    /// Returns the time until this process takes chunks that it leaves alone for now; `None` where it leaves none.
     pub fn until_steadier(&self, now: Instant) -> Option<Duration> {
         STEADY_AFTER.iter().find_map(|after| after.checked_sub(now - self.started))
     }
