@@ -1,4 +1,4 @@
-//! A copy of a database that may be in use: the service that writes to it goes on meanwhile.
+//! Copy of a database that may be in use: the service can write to the original meanwhile.
 
 use std::collections::HashSet;
 use std::os::unix::fs::PermissionsExt;
@@ -18,17 +18,17 @@ pub struct DatabaseCopy {
     original: SqliteConnection,
 }
 
-/// Rows of a copy whose files are missing.
+/// Numbers of a copy's rows and files that do not fit together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Missing {
-    /// Jobs and meshes that were deleted since the copy was made, and are gone from it, too.
+    /// Number of jobs and meshes that the original has deleted since the copy was made; they are removed from the copy, too.
     pub deleted: u64,
-    /// Files that the original misses, too: its results are damaged.
+    /// Number of missing files whose job or mesh the original still has: its results are damaged.
     pub damaged: u64,
 }
 
 impl DatabaseCopy {
-    /// Copies the database in `from` to the file `to`, which must not be there. What is committed while that goes on is not in it.
+    /// Copies the database in `from` to the file `to`, which must not exist. Commits that are made meanwhile are not in the copy.
     pub async fn make(from: &Path, to: &Path) -> Result<Self, StoreError> {
         let failed = |error: &dyn std::fmt::Display| StoreError::Failed(format!("{}: {error}", from.display()));
         let options = |file: &Path| {
@@ -37,26 +37,26 @@ impl DatabaseCopy {
         let mut original = options(from).connect().await.map_err(|error| failed(&error))?;
         let copied = sqlx::query("VACUUM INTO $1").bind(to.to_string_lossy()).execute(&mut original).await;
         copied.map_err(|error| failed(&error))?;
-        // the database and what SQLite makes beside it are their owner's alone
+        // only the owner may read the database and the files that SQLite makes beside it
         std::fs::set_permissions(to, std::fs::Permissions::from_mode(0o600)).map_err(|error| failed(&error))?;
         let copy = options(to).connect().await.map_err(store_error)?;
         Ok(Self { copy, original })
     }
 
-    /// Keys of the files that its rows point to.
+    /// Returns the keys of the files to which rows of the copy refer.
     pub async fn referenced_keys(&mut self) -> Result<HashSet<String>, StoreError> {
         jobs::referenced_keys(&mut self.copy).await
     }
 
-    /// Number of its jobs.
+    /// Counts the jobs in the copy.
     pub async fn jobs(&mut self) -> Result<u64, StoreError> {
         let count: i64 =
             sqlx::query_scalar("SELECT count(*) FROM jobs").fetch_one(&mut self.copy).await.map_err(store_error)?;
         Ok(count.unsigned_abs())
     }
 
-    /// Forgets jobs and meshes that have a file among the missing ones, where the original has forgotten them meanwhile. States of
-    /// running jobs may be missing: those jobs go on from an earlier one.
+    /// Removes jobs and meshes with a file among the missing ones (`keys`) from the copy, if the original has deleted them
+    /// meanwhile. Missing checkpoints of running jobs are ignored: those jobs continue from an earlier one.
     pub async fn without(&mut self, keys: &[String]) -> Result<Missing, StoreError> {
         let mut missing = Missing::default();
         for key in keys {
@@ -88,7 +88,7 @@ impl DatabaseCopy {
         Ok(missing)
     }
 
-    /// Gives the copy an identity of its own and closes it: a service that starts on it finds that the one before has ended well.
+    /// Gives the copy an identity of its own and closes it, marked as if the service before had ended well.
     pub async fn finish(mut self, identity: &str) -> Result<(), StoreError> {
         let identified = sqlx::query(concat!("UPDATE store SET identity = $1, serving = 0, written_at = ", now_ms!()))
             .bind(identity)

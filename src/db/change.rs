@@ -1,7 +1,6 @@
-//! A change of a job's row together with everything that is written with it: events, passes, files.
+//! Change of a job's row together with everything that is written with it: events, passes, files.
 //!
-//! Every statement is a journey to the database's thread and back, which costs more than most statements do: all of a change
-//! is one string of statements.
+//! A call to the database's thread costs more than most statements do, so that a change is sent as one string of statements.
 
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Encode, QueryBuilder, Sqlite, SqliteConnection, Type};
@@ -13,23 +12,23 @@ use crate::job::store::*;
 use super::rows::{signed, to_json};
 use super::sql::{now_ms, store_error, waits_for_none};
 
-/// Rows that one statement writes.
+/// Largest number of rows that one statement inserts.
 const ROWS_OF_A_STATEMENT: usize = 500;
 
-/// Lines in which chunks wait, in the order in which they are taken; chunks of cancelled jobs come before both.
+/// Lines of waiting chunks, in the order in which they are served; chunks of cancelled jobs (line 0) come before both.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Line {
-    /// First chunks.
+    /// First chunks of jobs that were posted alone.
     First = 1,
-    /// Later chunks, and jobs that nobody waits for alone.
+    /// Later chunks, and all chunks of the jobs of studies.
     Later = 2,
 }
 
-/// New values of columns of one job, its next events in order, and other rows of it.
+/// New values of columns of one job's row, the job's next events in order, and other rows that belong to it.
 pub(super) struct JobChange<'a> {
     job: &'a str,
     update: QueryBuilder<Sqlite>,
-    /// Names, and data as JSON text.
+    /// Names of events, with their data as JSON text.
     events: Vec<(&'static str, String)>,
     passes: Vec<&'a PassReport>,
     artifacts: Vec<&'a Artifact>,
@@ -42,8 +41,8 @@ impl<'a> JobChange<'a> {
         Self::after(job, QueryBuilder::new(""))
     }
 
-    /// A change that follows other statements in the same journey; their values are bound, too. Where they have made no row of the job,
-    /// nothing of it is written.
+    /// Begins a change that follows the statements of `update`, with their bound values, in the same call. If they have made no row
+    /// of the job, nothing of the change is written.
     pub fn after(job: &'a str, mut update: QueryBuilder<Sqlite>) -> Self {
         // begins with an assignment that changes nothing, so that every other one follows a comma
         update.push("UPDATE jobs SET id = id");
@@ -56,25 +55,25 @@ impl<'a> JobChange<'a> {
         Ok(self)
     }
 
-    /// A row of the convergence table; one that is there already is written anew.
+    /// Adds a row of the convergence table; it replaces a row of the same pass.
     pub fn pass(&mut self, pass: &'a PassReport) -> &mut Self {
         self.passes.push(pass);
         self
     }
 
-    /// The row of a file; one of the same name is replaced.
+    /// Adds the row of a file; it replaces a row of the same name.
     pub fn artifact(&mut self, artifact: &'a Artifact) -> &mut Self {
         self.artifacts.push(artifact);
         self
     }
 
-    /// A chunk that waits in a line: its index and passes.
+    /// Adds the job's next chunk, with its index and passes, to a line.
     pub fn chunk(&mut self, index: u64, passes: &'a std::ops::Range<u64>, line: Line) -> &mut Self {
         self.next_chunk = Some((index, passes, line));
         self
     }
 
-    /// Says how new this database is.
+    /// Records the present as the time of the newest write to the database.
     pub fn written_now(&mut self) -> &mut Self {
         self.written_now = true;
         self
@@ -94,7 +93,7 @@ impl<'a> JobChange<'a> {
         self
     }
 
-    /// Everything up to and including this pass.
+    /// Sets the job's progress to everything up to and including this pass.
     pub fn set_pass(&mut self, pass: &PassReport) -> &mut Self {
         self.set("passes", signed(pass.passes))
             .set("photons", signed(pass.photons))
@@ -116,13 +115,13 @@ impl<'a> JobChange<'a> {
             .set("cpu_seconds", progress.cpu_seconds)
     }
 
-    /// Writes everything. Rows of passes and files fail when the job is gone; the rest changes nothing then.
+    /// Writes the change. When the job is gone, rows of passes and files fail, and everything else changes nothing.
     pub async fn write(self, tx: &mut SqliteConnection) -> Result<(), StoreError> {
         self.statements().build().execute(tx).await.map_err(store_error)?;
         Ok(())
     }
 
-    /// As [`Self::write`]; answers the rows that the statements before return.
+    /// Writes the change as [`Self::write`] does, and returns the rows that the statements before it return.
     pub async fn write_and_fetch(self, tx: &mut SqliteConnection) -> Result<Vec<SqliteRow>, StoreError> {
         self.statements().build().fetch_all(tx).await.map_err(store_error)
     }
@@ -144,7 +143,7 @@ impl<'a> JobChange<'a> {
     }
 }
 
-/// Events that take the numbers before the job's `next_seq`.
+/// Adds statements that insert events; these take the numbers before the job's `next_seq`.
 fn push_events(sql: &mut QueryBuilder<Sqlite>, job: &str, events: &[(&'static str, String)]) {
     for (part, events_of_part) in events.chunks(ROWS_OF_A_STATEMENT).enumerate() {
         let first = (part * ROWS_OF_A_STATEMENT) as i64 - events.len() as i64;
@@ -207,9 +206,9 @@ fn push_artifacts(sql: &mut QueryBuilder<Sqlite>, job: &str, artifacts: &[&Artif
     }
 }
 
-/// Clients take turns in each line: a chunk comes behind the one that is next now (not one that is rendered for hours, or waits for
-/// another job: others would overtake who came before them as long), and behind the other chunks of its client. Of equal turns, who came
-/// first is first.
+/// Adds the statement that puts a chunk into a line, where clients take turns. The chunk comes behind the next chunk that is ready
+/// (one that is being rendered, or waits for an equal job, does not count: new chunks would overtake those that came before them
+/// for as long), and behind the other chunks of its client. Of equal turns, the first to come is served first.
 fn push_chunk(sql: &mut QueryBuilder<Sqlite>, job: &str, index: u64, passes: &std::ops::Range<u64>, line: Line) {
     let line = line as i64;
     sql.push("; INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn, client) SELECT id, ");

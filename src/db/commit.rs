@@ -1,6 +1,6 @@
-//! What a claimed chunk writes: reports while it runs, and its end.
+//! Writes of a claimed chunk: its reports while it runs, and its end.
 //!
-//! The first statement of each names the lease's owner and attempt: whoever lost the lease changes no row.
+//! The first statement of each write names the lease's owner and attempt, so that a worker that has lost the lease changes no row.
 
 use sqlx::{Row, SqliteConnection};
 
@@ -14,7 +14,7 @@ use super::change::{JobChange, Line};
 use super::rows::{self, name_of, signed, to_json};
 use super::sql::{now_ms, store_error};
 
-/// Rows and events of a running chunk; false when the lease is lost.
+/// Writes rows and events of a running chunk; returns false when the lease is lost.
 pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
     let last = last_pass(reports);
     let newest: Option<i64> = sqlx::query_scalar(
@@ -49,8 +49,8 @@ fn last_pass(reports: &[Report]) -> Option<&PassReport> {
     })
 }
 
-/// Adds the rows and events of reports to the change, and those of the last pass of a job that ends. `newest` is the newest
-/// pass that has a row: a pass that is rendered again after a restart is the same pass, whose event was sent.
+/// Adds the rows and events of reports to the change, and those of the last pass of a job that ends. `newest` is the newest pass
+/// that has a row: the event of a pass that is rendered again after a restart is not sent again.
 async fn take_reports<'a>(
     tx: &mut SqliteConnection,
     job: &str,
@@ -90,7 +90,7 @@ async fn take_reports<'a>(
     Ok(())
 }
 
-/// The end of a chunk: of its job, or with a next chunk.
+/// Ends a chunk, and either its job with it, or queues the job's next chunk.
 pub(super) async fn complete(
     tx: &mut SqliteConnection,
     lease: &Lease,
@@ -146,7 +146,7 @@ pub(super) async fn complete(
     Ok(Committed::Yes { obsolete })
 }
 
-/// Ends a job, with everything else that changes in its row.
+/// Ends a job, and writes everything else that changes in its row.
 pub(super) async fn finish_job<'a>(
     tx: &mut SqliteConnection,
     mut change: JobChange<'a>,
@@ -175,7 +175,7 @@ pub(super) async fn finish_job<'a>(
     change.write(tx).await
 }
 
-/// The stored states of a running job.
+/// Stored checkpoints of a running job.
 struct States {
     newest: Option<StateFile>,
     previous: Option<StateFile>,
@@ -188,7 +188,7 @@ impl States {
     }
 }
 
-/// The job's states, and `None` when the lease is lost.
+/// Reads the job's checkpoints; `None` when the lease is lost.
 async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<States>, StoreError> {
     let row = sqlx::query(
         "SELECT state_key, state_hash, previous_state_key, previous_state_hash, previous_seconds, \
@@ -217,7 +217,7 @@ async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<State
     }))
 }
 
-/// The chunk whose end was committed last: short ones in between have no row.
+/// Returns the number of the last chunk before this one that has a row, whose end was committed last; short chunks have none.
 async fn chunk_before(tx: &mut SqliteConnection, lease: &Lease) -> Result<u64, StoreError> {
     let before: i64 = sqlx::query_scalar("SELECT coalesce(max(idx), 0) FROM chunks WHERE job_id = $1 AND idx < $2")
         .bind(lease.job.to_string())
@@ -228,7 +228,7 @@ async fn chunk_before(tx: &mut SqliteConnection, lease: &Lease) -> Result<u64, S
     Ok(before.unsigned_abs())
 }
 
-/// Goes back to the state before the last one, or to the start: the newest is damaged.
+/// Goes back to the checkpoint before the newest one, which is damaged, or to the start when there is none.
 pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
     let Some(mut states) = states(tx, lease).await? else { return Ok(Committed::LeaseLost) };
     let job = lease.job.to_string();

@@ -1,4 +1,4 @@
-//! Jobs that are one computation: the second takes the results of the first.
+//! Jobs of one computation: a job takes the results of an equal one that was computed before.
 
 use sqlx::SqliteConnection;
 use uuid::Uuid;
@@ -11,8 +11,8 @@ use super::sql::store_error;
 const ENDED_EQUAL: &str = "SELECT e.id FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'succeeded' \
      WHERE j.id = $1 AND (e.stopped_by <> 'max_seconds' OR e.finished_at >= j.created_at) ORDER BY e.finished_at DESC LIMIT 1";
 
-/// An ended job whose results are those of this one. What is cut short by the clock alone would be another result at another time: such
-/// a job is equal to those only that were there before its end.
+/// Finds a job that has succeeded and whose results are also those of the job `id`. A job that its time limit has ended would have
+/// other results at another time: it counts only if it ended after the job `id` was created.
 pub(super) async fn ended_equal(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Uuid>, StoreError> {
     let equal: Option<String> =
         sqlx::query_scalar(ENDED_EQUAL).bind(id.to_string()).fetch_optional(connection).await.map_err(store_error)?;
@@ -26,7 +26,7 @@ mod tests {
     use super::*;
     use crate::db::migrations::migrations;
 
-    /// However many jobs have ended, those of one computation alone are read.
+    /// Equal jobs are found by an index, so that other jobs that have ended are not read.
     #[tokio::test]
     async fn equal_jobs_are_found_by_their_index() {
         let mut database = SqliteConnection::connect("sqlite::memory:").await.unwrap();

@@ -1,4 +1,4 @@
-//! What is made sure of before a database is used: no other process has it, and SQLite is new enough.
+//! Checks before a database is used: no other process has it, and SQLite is new enough.
 
 use std::fs::File;
 use std::os::unix::fs::MetadataExt;
@@ -7,10 +7,10 @@ use std::path::Path;
 use crate::job::file_lock::FileLock;
 use crate::job::store::StoreError;
 
-/// Older versions can corrupt the database when a checkpoint meets a WAL reset.
+/// Oldest version of SQLite that is accepted: older ones can corrupt the database when a checkpoint meets a WAL reset.
 const OLDEST_SQLITE: (u32, u32, u32) = (3, 51, 3);
 
-/// Locks a file beside the database, whose path is without links: SQLite's own locks are for single transactions.
+/// Locks a file beside the database, whose path must be free of links. SQLite's own locks last for single transactions only.
 pub(super) fn lock(database: &Path) -> Result<FileLock, StoreError> {
     let mut path = database.as_os_str().to_owned();
     path.push(".lock");
@@ -19,7 +19,8 @@ pub(super) fn lock(database: &Path) -> Result<FileLock, StoreError> {
     lock.ok_or_else(|| StoreError::Failed(format!("another process serves the database {}", database.display())))
 }
 
-/// Refuses a file that has other names: what is written beside one of them (log and lock) is not seen by who comes by another one.
+/// Refuses a file with several names (hard links): log and lock are written beside one name, and a process that uses another name
+/// does not see them.
 pub(super) fn check_names(file: &File, path: &Path) -> Result<(), StoreError> {
     let failed = |reason: String| StoreError::Failed(format!("{}: {reason}", path.display()));
     match file.metadata().map_err(|error| failed(error.to_string()))?.nlink() {

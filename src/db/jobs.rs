@@ -73,14 +73,14 @@ pub(super) async fn submit(
     }))
 }
 
-/// The row of a job to be queued; its long columns as they are stored.
+/// Row of a job to be queued, with its long columns as they are stored.
 pub(super) struct NewRow<'a> {
     pub id: Uuid,
     pub name: Option<&'a str>,
     pub submitted: &'a str,
     pub document: String,
     pub plan: String,
-    /// The study that has what these three lack.
+    /// Id of the study that has the fields missing in `submitted`, `document` and `plan`.
     pub study: Option<String>,
     pub warnings: &'a [Warning],
     pub idempotency_key: Option<&'a str>,
@@ -94,16 +94,16 @@ pub(super) struct NewRow<'a> {
     pub meshes: &'a [String],
 }
 
-/// What became of a row.
+/// Outcome of the insertion of a job's row.
 pub(super) enum Inserted {
-    /// When the job was queued.
+    /// Time at which the job was queued, in milliseconds since 1970.
     At(i64),
     QueueFull,
     ClientFull,
     MeshGone(String),
 }
 
-/// Queues a job; where it is not queued, the transaction is to be taken back.
+/// Queues a job. Unless it returns [`Inserted::At`], the transaction must be rolled back.
 pub(super) async fn insert(
     tx: &mut SqliteConnection,
     row: NewRow<'_>,
@@ -270,7 +270,7 @@ pub(super) async fn unfinished(connection: &mut SqliteConnection) -> Result<u64,
     Ok(count.unsigned_abs())
 }
 
-/// Number of unfinished chunks of one client, as [`unfinished`] counts them.
+/// Counts the unfinished chunks of one client, as [`unfinished`] counts those of all.
 pub(super) async fn unfinished_of(connection: &mut SqliteConnection, client: &str) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done' AND client = $1")
         .bind(client)
@@ -291,7 +291,7 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
     match JobStatus::from_name(&status) {
         Some(JobStatus::Cancelled) => return Ok(CancelOutcome::Accepted),
         Some(status) if status.is_final() => return Ok(CancelOutcome::Finished(status)),
-        // a worker has it, or had it and left passes: it makes the result files of what there is
+        // a worker renders it, or has rendered passes of it: it makes the result files of these passes
         Some(JobStatus::Running) => {
             for statement in [
                 "UPDATE jobs SET cancel = 1 WHERE id = $1",
@@ -319,10 +319,10 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
     Ok(CancelOutcome::Accepted)
 }
 
-/// Rows that one transaction deletes: some tens of milliseconds.
+/// Largest number of rows that one statement deletes, within some tens of milliseconds.
 const ROWS_AT_ONCE: i64 = 5000;
 
-/// Deletes a piece of a job, oldest rows first; `Some` says that it is gone, and whether it was there.
+/// Deletes some of a job's rows, oldest first. Returns `None` while rows remain, and once the job is gone whether it was there.
 pub(super) async fn delete_some(tx: &mut SqliteConnection, id: Uuid) -> Result<Option<bool>, StoreError> {
     for statement in [
         "DELETE FROM passes WHERE job_id = $1 AND pass IN (SELECT pass FROM passes WHERE job_id = $1 ORDER BY pass LIMIT $2)",
@@ -405,7 +405,8 @@ pub(super) async fn convergence(
     .collect()
 }
 
-/// Tables that were written before passes were thinned have a row for each.
+/// Reads about `points` rows of the convergence table, evenly spread. Tables from before passes were thinned have a row for each
+/// pass.
 pub(super) async fn convergence_outline(
     pool: &SqlitePool,
     id: Uuid,

@@ -1,12 +1,12 @@
-//! The write-ahead log on the disk: commits wait for it together, beside the connection that writes.
+//! Write-ahead log on the disk: commits wait for it together, without holding the connection that writes.
 //!
-//! A commit of SQLite with `synchronous = FULL` waits for the disk with the only writing connection in its hands, which takes longer
-//! than a short job: nobody could queue, claim or end another one meanwhile. With `NORMAL` a commit has written everything to the
-//! log when it returns, and leaves out the wait alone (<https://sqlite.org/pragma.html#pragma_synchronous>). One `fdatasync` of that
-//! file then makes up for it, for all commits before it. Where the log began anew in between, the database itself was waited for
-//! before, by the checkpoint.
+//! With `synchronous = FULL`, a commit of SQLite waits for the disk while it holds the only writing connection. This takes longer
+//! than a short job, and no other job could be queued, claimed or ended meanwhile. With `NORMAL`, a commit has written everything
+//! to the log when it returns, and leaves out the wait alone (<https://sqlite.org/pragma.html#pragma_synchronous>). One `fdatasync`
+//! of that file then makes all commits before it durable. Where the log began anew in between, the checkpoint has waited for the
+//! database itself.
 //!
-//! Readers see a commit before it is safe. What tells the end of a job is held back until then: see [`Log::hold`].
+//! Readers see a commit before it is durable. News of the end of a job is held back until then: see [`Log::hold`].
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -22,19 +22,19 @@ use crate::job::store::StoreError;
 
 pub(super) struct Log {
     file: PathBuf,
-    /// For the case that the disk refuses the log.
+    /// Writing connection, for a checkpoint in case the disk refuses the log.
     writer: SqlitePool,
     /// Number of waits for the disk that have begun.
     begun: AtomicU64,
-    /// Number of the last wait that ended well; locked while one goes on.
+    /// Number of the last wait that succeeded; locked while a wait is under way.
     safe_by: tokio::sync::Mutex<u64>,
-    /// Jobs of which something is or was committed that may not be safe yet, with the last wait that may have missed it; `None` while
-    /// the commit goes on.
+    /// Jobs with a commit that may not be durable yet, each with the number of the last wait that may have missed it; `None` while
+    /// the commit is under way.
     held: Mutex<HashMap<Uuid, Option<u64>>>,
 }
 
 impl Log {
-    /// The log of a database, which one process has open.
+    /// Creates the log of a database that no other process has open.
     pub fn of(database: &Path, writer: SqlitePool) -> Self {
         let mut file = database.as_os_str().to_owned();
         file.push("-wal");
@@ -42,13 +42,13 @@ impl Log {
         Self { file: file.into(), writer, begun, safe_by, held }
     }
 
-    /// Returns once everything that was committed before survives the end of the power. Who waits at the same time waits for one
-    /// and the same turn of the disk.
+    /// Returns once everything that was committed before is durable, so that it survives a power failure. Callers that wait at the
+    /// same time share one sync of the disk.
     pub async fn wait(&self) -> Result<(), StoreError> {
         self.wait_after(self.begun()).await
     }
 
-    /// Returns once a wait for the disk has ended well that is later than number `missed`.
+    /// Returns once a wait for the disk with a number above `missed` has succeeded.
     async fn wait_after(&self, missed: u64) -> Result<(), StoreError> {
         let mut safe_by = self.safe_by.lock().await;
         if *safe_by > missed {
@@ -72,7 +72,7 @@ impl Log {
         tokio::task::spawn_blocking(move || File::open(file)?.sync_data()).await.map_err(std::io::Error::other)?
     }
 
-    /// Writes everything in the log to the database and waits for that: what the disk has refused once it may forget.
+    /// Writes everything in the log to the database and waits for the disk; a disk that has refused the log may have lost it.
     async fn checkpoint(&self) -> Result<(), StoreError> {
         let row = sqlx::query("PRAGMA wal_checkpoint(FULL)").fetch_one(&self.writer).await.map_err(store_error)?;
         let [busy, in_log, written] = [0, 1, 2].map(|column| row.try_get::<i64, _>(column));
@@ -82,33 +82,33 @@ impl Log {
         }
     }
 
-    /// What is committed of a job from now on is held back from readers until it is safe.
+    /// Holds back from readers what is committed of a job from now on, until it is durable.
     pub fn hold(&self, job: Uuid) {
         self.held().insert(job, None);
     }
 
-    /// The commit of a job that is held back has ended.
+    /// Notes that the commit of a job that is held back has ended.
     pub fn committed(&self, job: Uuid) {
         let missed = self.begun();
         self.held().insert(job, Some(missed));
     }
 
-    /// Nothing of the job need be held back any more.
+    /// Ends the holding back of a job.
     pub fn release(&self, job: Uuid) {
         self.held().remove(&job);
     }
 
-    /// Of a job that was read just now: returns once what was read may be told.
+    /// Waits until what a caller has just read of a job is durable, and may be reported.
     pub async fn told_of(&self, job: Uuid) -> Result<(), StoreError> {
         let held = self.held().get(&job).copied();
         match held {
-            // what was read of a commit that goes on is in the log already
+            // if the commit is under way, its part that was read is in the log already
             Some(missed) => self.wait_after(missed.unwrap_or_else(|| self.begun())).await,
             None => Ok(()),
         }
     }
 
-    /// As [`Self::told_of`], of any number of jobs.
+    /// Waits as [`Self::told_of`] does, for what was read of any number of jobs.
     pub async fn told_of_all(&self) -> Result<(), StoreError> {
         let last = self.held().values().map(|missed| missed.unwrap_or_else(|| self.begun())).max();
         match last {
@@ -137,7 +137,7 @@ mod tests {
         (file, writer)
     }
 
-    /// Each waits for a turn of the disk that begins after its commit, and those that wait meanwhile share the next one.
+    /// Each caller waits for a sync of the disk that begins after its commit, and callers that wait meanwhile share the next one.
     #[tokio::test]
     async fn waits_are_shared() {
         let folder = tempfile::tempdir().unwrap();
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(log.begun(), 2);
     }
 
-    /// Where the disk refuses the log, its content is in the database when the wait ends.
+    /// A log that the disk refuses is written into the database before the wait ends.
     #[tokio::test]
     async fn a_log_that_is_refused_goes_to_the_database() {
         let folder = tempfile::tempdir().unwrap();

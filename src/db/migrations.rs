@@ -1,9 +1,9 @@
-//! The steps that bring a database to today's tables: `migrations/sqlite`, in the order of their numbers.
+//! Steps that bring a database to the present tables: `migrations/sqlite`, in the order of their numbers.
 
 use sqlx::SqlSafeStr;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 
-/// Name and SQL of every step; a step that was ever run is never changed, its hash is kept in the database.
+/// Name and SQL of every step. A step that has ever run must not be changed: its hash is kept in the database.
 const STEPS: [(&str, &str); 11] = [
     ("0001_jobs", include_str!("../../migrations/sqlite/0001_jobs.sql")),
     ("0002_reliability", include_str!("../../migrations/sqlite/0002_reliability.sql")),
@@ -18,7 +18,7 @@ const STEPS: [(&str, &str); 11] = [
     ("0011_ends", include_str!("../../migrations/sqlite/0011_ends.sql")),
 ];
 
-/// All steps; a database tells which of them it has had.
+/// Returns all steps; a database records those that it has run.
 pub(super) fn migrations() -> Migrator {
     let step = |(version, (name, sql)): (i64, (&'static str, &'static str))| {
         let description = name.split_once('_').map_or(name, |(_, words)| words).replace('_', " ");

@@ -1,4 +1,4 @@
-//! The store in SQL; the only place with queries.
+//! Store of jobs in SQL, and the only place with queries.
 //!
 //! The SQL keeps to what SQLite and PostgreSQL share: `$n` placeholders, `UPDATE ... FROM`, `RETURNING`, `ON CONFLICT`.
 //! Only the clock expression (`sql::now_ms`), the order of events of several jobs (`rowid`) and the lock clause of the claim differ
@@ -38,37 +38,37 @@ use self::sql::store_error;
 use crate::job::file_lock::FileLock;
 use crate::job::store::*;
 
-/// Hints that a slow listener may miss; it is then told that it lagged, and reads the store.
+/// Number of changes kept for a slow listener; one that is further behind gets an error and reads the store instead.
 const CHANGES_KEPT: usize = 1024;
 
-/// Size in bytes that the write-ahead log is cut to when it begins anew: some times what it grows to between two checkpoints.
+/// Size in bytes to which the write-ahead log is cut when it begins anew: several times its usual size between two checkpoints.
 const LARGEST_IDLE_LOG: u64 = 16 << 20;
 
-/// Jobs in one SQLite file: one writing connection, several reading ones.
+/// Store of jobs in one SQLite file, with one writing connection and several reading ones.
 pub struct SqliteStore {
     writer: SqlitePool,
     readers: SqlitePool,
     log: Log,
     changes: broadcast::Sender<Change>,
-    /// Keeps other processes out until the store is closed.
+    /// Lock that keeps other processes out until the store is closed.
     lock: Mutex<Option<FileLock>>,
-    /// Largest database in pages, 0: no limit.
+    /// Largest size of the database in pages; 0 for no limit.
     most_pages: AtomicU32,
 }
 
-/// Events that a commit must survive. Either kind survives the end of the process.
+/// Failures that a commit survives. Either kind survives the end of the process.
 #[derive(Clone, Copy)]
 enum Durability {
-    /// The power's end, at the price of waiting for the disk.
+    /// Durable: it survives a power failure, at the price of waiting for the disk.
     Power,
-    /// The process' end. When the power fails it may be lost, with all such commits after it, until the next commit of the
-    /// other kind: a claim that is lost leaves a chunk that is ready, a lost report is made again.
+    /// Safe against the end of the process only. A power failure may lose it, with all such commits after it, until the next
+    /// durable commit: a claim that is lost leaves a chunk that is ready, and a lost report is made again.
     Process,
 }
 
 impl SqliteStore {
-    /// Opens or creates the database file and brings its tables up to date. One process at a time has it open, by whatever
-    /// path.
+    /// Opens or creates the database file and brings its tables up to date. Only one process at a time can have it open, by
+    /// whatever path.
     pub async fn open(file: &Path) -> Result<Self, StoreError> {
         let failed = |error: &dyn std::fmt::Display| StoreError::Failed(format!("{}: {error}", file.display()));
         // SQLite makes its other files as readable as this one
@@ -132,7 +132,8 @@ impl SqliteStore {
         })
     }
 
-    /// A transaction that takes the write lock at once: a read that is followed by a write cannot be overtaken.
+    /// Begins a transaction that takes the write lock at once, so that no other write comes between a read and the write that
+    /// follows it.
     async fn begin(&self, durability: Durability) -> Result<Transaction<'static, Sqlite>, StoreError> {
         let statement = match durability {
             Durability::Power => "PRAGMA synchronous = FULL; BEGIN IMMEDIATE",
@@ -153,7 +154,7 @@ impl SqliteStore {
         self.most_pages.store(if most_pages == 0 { unlimited } else { most_pages }, Ordering::Relaxed);
     }
 
-    /// Writes everything out, closes the connections, and lets other processes in.
+    /// Writes everything out, closes the connections, and releases the lock for other processes.
     pub async fn close(&self) {
         self.readers.close().await;
         self.writer.close().await;

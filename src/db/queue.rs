@@ -1,6 +1,6 @@
-//! Chunks: claimed with a lease, kept by heartbeats, given back.
+//! Queue of chunks: they are claimed with a lease, kept by heartbeats, and given back.
 //!
-//! Every statement of a chunk names its owner and attempt: whoever lost the lease changes no row.
+//! Every statement on a leased chunk names its owner and attempt, so that a worker that has lost the lease changes no row.
 
 use std::time::Duration;
 
@@ -14,15 +14,16 @@ use super::commit::finish_job;
 use super::rows::{self, signed};
 use super::sql::{now_ms, store_error, waits_for_none};
 
-/// Appended to the claim's inner query on PostgreSQL: `FOR UPDATE OF c SKIP LOCKED`.
+/// Lock clause of the claim's inner query: empty for SQLite, `FOR UPDATE OF c SKIP LOCKED` for PostgreSQL.
 macro_rules! lock_clause {
     () => {
         ""
     };
 }
 
-/// Condition under which a chunk is free: given back, left by a lease that is over, or held by this owner itself, who
-/// renders one at a time.
+/// SQL condition for a free chunk: given back, left by an expired lease, or held by this owner itself, who renders one at a time.
+/// Chunks on which more than $3 processes have died are not free, nor with $6 those of jobs that have had $7 slices, unless
+/// cancelled.
 macro_rules! free {
     () => {
         concat!(
@@ -33,8 +34,8 @@ macro_rules! free {
     };
 }
 
-/// The waiting chunk that comes next, by $1 (owner), $3 (most deaths), $4 (job to stay with, or null), $5 (later chunks
-/// first), $6 (jobs with few slices first) and $7 (most slices). The index `chunks_open` gives the order.
+/// SQL query for the waiting chunk that comes next, by $1 (owner), $3 (most deaths), $4 (job to stay with, or null), $5 (later
+/// chunks first), $6 (jobs with few slices first) and $7 (most slices). The index `chunks_open` gives the order.
 macro_rules! next_chunk {
     ($slices:literal) => {
         concat!(
@@ -59,7 +60,7 @@ macro_rules! next_chunk {
     };
 }
 
-/// The statement of a claim; `$slices` comes first in the order of chunks.
+/// SQL statement of a claim; `$slices` is put before the other columns by which chunks are ordered.
 macro_rules! claim {
     ($slices:literal) => {
         concat!(
@@ -109,7 +110,7 @@ pub(super) async fn claim(
         slices: row.try_get::<i64, _>(6).map_err(store_error)?.unsigned_abs(),
     };
     let job = lease.job.to_string();
-    // two statements in one journey: the event of a job that is queued still, and its new status
+    // two statements in one call: the event of a job that is still queued, and its new status
     sqlx::query(concat!(
         "INSERT INTO events (job_id, seq, name, data, at) SELECT id, next_seq, 'started', '{}', ",
         now_ms!(),

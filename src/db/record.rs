@@ -1,4 +1,4 @@
-//! What the store knows of itself: its identity, how its last process ended, how new it is.
+//! Record that the store keeps of itself: its identity, how its last process ended, and when it was last written to.
 
 use sqlx::{Row, SqliteConnection};
 
@@ -19,7 +19,7 @@ pub(super) async fn record(connection: &mut SqliteConnection) -> Result<StoreRec
         .await
         .map_err(store_error)?;
     let Some(row) = row else {
-        // nobody wrote down how the process before ended
+        // it is not recorded how the process before ended
         return Ok(StoreRecord { newest_write_ms: newest, ..StoreRecord::default() });
     };
     Ok(StoreRecord {
@@ -57,7 +57,7 @@ pub(super) async fn set_serving(tx: &mut SqliteConnection, serving: bool) -> Res
     Ok(())
 }
 
-/// A small write that says how new this database is.
+/// Records the present as the time of the newest write, by a small write.
 pub(super) async fn written_now(tx: &mut SqliteConnection) -> Result<(), StoreError> {
     sqlx::query(concat!("UPDATE store SET written_at = ", now_ms!())).execute(tx).await.map_err(store_error)?;
     Ok(())

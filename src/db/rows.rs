@@ -1,4 +1,4 @@
-//! Rows into the types of the job room.
+//! Conversion of rows into the types of the module `job`.
 
 use bytes::Bytes;
 use serde::Serialize;
@@ -88,7 +88,7 @@ pub(super) fn job_source(row: &SqliteRow) -> Result<JobSource, StoreError> {
     })
 }
 
-/// A JSON column that may lack the fields of another one, those that the jobs of a study share.
+/// Reads a JSON column of a job; for a job of a study, adds the fields that the study's jobs share from the column `shared`.
 pub(super) fn whole(row: &SqliteRow, column: &str, shared: &str) -> Result<Value, StoreError> {
     if get::<Option<String>>(row, "study_id")?.is_none() {
         return json(row, column);
@@ -165,7 +165,7 @@ fn stopped_by(name: &str) -> Result<StoppedBy, StoreError> {
     serde_json::from_value(Value::String(name.into())).map_err(|_| broken("stopped_by", name))
 }
 
-/// The name of a unit variant, as serde writes it.
+/// Returns the name of a unit variant, as serde writes it.
 pub(super) fn name_of(value: &StoppedBy) -> Result<String, StoreError> {
     match serde_json::to_value(value) {
         Ok(Value::String(name)) => Ok(name),
@@ -181,7 +181,7 @@ pub(super) fn to_value<T: Serialize>(value: &T) -> Result<Value, StoreError> {
     serde_json::to_value(value).map_err(|error| StoreError::Failed(format!("not JSON: {error}")))
 }
 
-/// Columns are signed; counts never come near 2^63.
+/// Converts a count for a column, which is signed; counts never come near 2^63.
 pub(super) fn signed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }

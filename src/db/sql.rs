@@ -1,8 +1,8 @@
-//! What every statement needs: the database's clock, and the meaning of its errors.
+//! Parts of all statements: the database's clock, and the meaning of its errors.
 
 use crate::job::store::StoreError;
 
-/// Milliseconds since 1970 by the database's clock: only this clock is ever compared with a lease.
+/// SQL expression for the milliseconds since 1970 by the database's clock, the only clock with which leases are compared.
 macro_rules! now_ms {
     () => {
         "CAST(unixepoch('subsec') * 1000 AS INTEGER)"
@@ -10,7 +10,7 @@ macro_rules! now_ms {
 }
 pub(crate) use now_ms;
 
-/// Condition under which the job of a chunk `c` does not wait for an equal one, which has begun and whose results it will take.
+/// SQL condition that the job of a chunk `c` does not wait for an equal job that is running and whose results it will take.
 macro_rules! waits_for_none {
     () => {
         "NOT EXISTS (SELECT 1 FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'running' \
@@ -19,7 +19,7 @@ macro_rules! waits_for_none {
 }
 pub(crate) use waits_for_none;
 
-/// Tells what can be tried again from what cannot.
+/// Converts an error of the database: unavailable if it may pass when tried again, failed if not.
 pub(super) fn store_error(error: sqlx::Error) -> StoreError {
     let unavailable = match &error {
         sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed | sqlx::Error::Io(_) => true,

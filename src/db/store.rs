@@ -1,4 +1,4 @@
-//! What the service asks of a store, each by its query, in the transaction that it needs.
+//! Implementation of [`Store`]: each method runs its query in the transaction that it needs.
 
 use std::collections::HashSet;
 use std::time::Duration;
@@ -13,11 +13,11 @@ use super::{Durability, SqliteStore, commit, equal, jobs, meshes, queue, record,
 use crate::job::progress::PassReport;
 use crate::job::store::*;
 
-/// Pages that one deletion gives back to the disk at once (4 kB each); the next ones give back the rest.
+/// Statement by which a deletion gives up to 1024 free pages (4 kB each) back to the disk; later deletions give back the rest.
 const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";
 
 impl SqliteStore {
-    /// The end of a chunk, and the claim of another one by the same owner, if that is asked for.
+    /// Ends a chunk, and claims another one for the same owner in the same transaction if `next` is given.
     async fn end_chunk(
         &self,
         lease: &Lease,
@@ -41,7 +41,7 @@ impl SqliteStore {
             return Err(store_error(error));
         }
         self.log.committed(lease.job);
-        // who hears of it reads of it once it is safe
+        // listeners that read the job now wait until the commit is durable
         if matches!(completion, Completion::Finish(_)) {
             self.tell(Change::Ended(lease.job));
         }

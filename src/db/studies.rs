@@ -1,4 +1,4 @@
-//! Studies: which jobs belong together.
+//! Studies: groups of jobs that belong together.
 
 use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
@@ -12,7 +12,7 @@ use super::jobs;
 use super::rows::{self, get, head_columns, json, optional_json, signed, to_json, uuid};
 use super::sql::{now_ms, store_error};
 
-/// What became of a study, with the ids of the jobs that were queued.
+/// Queues a study with all of its jobs, and returns the outcome with the ids of these jobs.
 pub(super) async fn submit(
     tx: &mut SqliteConnection,
     new: NewStudy,
@@ -68,7 +68,7 @@ pub(super) async fn submit(
             known: &job.known,
             predictions: None,
             first_chunk: &job.first_chunk,
-            // a job that somebody waits for need not wait for all of a study
+            // jobs that are posted alone need not wait for a whole study
             line: Line::Later,
             client: &new.client,
             meshes: &new.meshes,
@@ -191,7 +191,7 @@ pub(super) async fn heads(connection: &mut SqliteConnection, id: Uuid) -> Result
     .collect()
 }
 
-/// Heads and steps of a study's jobs, by one look at the database.
+/// Reads heads and steps of a study's jobs, consistently within one transaction.
 pub(super) async fn progress(tx: &mut SqliteConnection, id: Uuid) -> Result<StudyProgress, StoreError> {
     let jobs = heads(tx, id).await?;
     // the start is a job's third event, and the end its last one: each is found by the key; times may be equal, rows are written
@@ -212,7 +212,7 @@ pub(super) async fn progress(tx: &mut SqliteConnection, id: Uuid) -> Result<Stud
     Ok(StudyProgress { jobs, steps: steps.collect::<Result<_, StoreError>>()? })
 }
 
-/// The jobs that end by this.
+/// Cancels all jobs of a study that have not ended, and returns their ids.
 pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Vec<Uuid>, StoreError> {
     let mut cancelled = Vec::new();
     for head in heads(tx, id).await?.into_iter().filter(|head| !head.status.is_final()) {

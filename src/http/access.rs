@@ -1,8 +1,8 @@
-//! Who may call: by which names the service is called, and whether a web page elsewhere sends what changes something.
+//! Access checks: the names by which the service may be called, and changes that web pages of other origins request.
 //!
-//! A web page in a browser on the same machine reaches a service on loopback. Its requests carry the name in the page's own
-//! address (`Host`) when that name was made to point here, and otherwise say that they come from elsewhere
-//! (`Sec-Fetch-Site`, `Origin`). Both are looked at before anything else.
+//! A web page in a browser on the same machine reaches a service on loopback. Its requests carry the host name of the page (`Host`)
+//! if that name was made to point here, and otherwise say that they come from another origin (`Sec-Fetch-Site`, `Origin`). Both are
+//! checked before anything else.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -16,22 +16,23 @@ use axum::response::{IntoResponse, Response};
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 
-/// Names and origins that the service knows.
+/// Host names and origins that the service accepts.
 #[derive(Clone, Debug)]
 pub struct Access {
     /// Address on which the service listens.
     pub listen: SocketAddr,
-    /// Names, with or without a port, by which it may be called beside its address and localhost.
+    /// Host names, with or without a port, by which it may be called besides its address and localhost.
     pub allowed_hosts: Vec<String>,
-    /// Origins of web pages elsewhere that may call it; `*`: all.
+    /// Origins of other web pages that may call it; `*` for all.
     pub cors_origins: Vec<String>,
 }
 
 impl Access {
-    /// True if a client may call the service by this name; without a port, its scheme's port is meant.
+    /// True if a client may call the service by this name; without a port, port 80 is meant.
     fn knows_host(&self, host: &Authority) -> bool {
-        // on all addresses of a machine there is no telling which ones it has, nor which port of it leads here (a container's may be
-        // another one outside); an address or localhost is where the browser went, a name is what its owner says it is
+        // when listening on all addresses of a machine, neither these addresses nor the port outside are known (a container's port
+        // may be mapped to another one). Any address and localhost are accepted, since the browser has gone there itself; a name is
+        // what its owner makes it
         let anywhere = self.listen.ip().is_unspecified();
         let name = host.host().trim_start_matches('[').trim_end_matches(']').trim_end_matches('.');
         let own_port = anywhere || host.port_u16().unwrap_or(80) == self.listen.port();
@@ -48,7 +49,7 @@ impl Access {
     }
 }
 
-/// Says why `host` is none of [`Access::allowed_hosts`], if it is none.
+/// Checks that `host` can be one of [`Access::allowed_hosts`]; the error says how to write it.
 pub fn check_allowed_host(host: &str) -> Result<(), String> {
     match host.parse::<Authority>() {
         // not repeated: it has a password
@@ -67,7 +68,7 @@ fn is_allowed(allowed: &str, name: &str, port: Option<u16>) -> bool {
     same_name && allowed.port_u16().is_none_or(|allowed| port == Some(allowed))
 }
 
-/// Refuses requests for other hosts, and from pages elsewhere that would change something.
+/// Refuses requests for other hosts, and requests of web pages of other origins that would change something.
 pub async fn check_access(State(access): State<Arc<Access>>, request: Request, next: Next) -> Response {
     let checked = check_host(&access, request.version(), request.uri(), request.headers())
         .and_then(|host| check_site(&access, request.method(), request.headers(), host.as_ref()));
@@ -77,7 +78,7 @@ pub async fn check_access(State(access): State<Arc<Access>>, request: Request, n
     }
 }
 
-/// The host that the request is for.
+/// Returns the host that a request is for; refuses one by which the service may not be called.
 fn check_host(access: &Access, version: Version, uri: &Uri, headers: &HeaderMap) -> Result<Option<Authority>, Problem> {
     let mut hosts = headers.get_all(header::HOST).iter();
     let host = match (hosts.next(), hosts.next()) {
@@ -109,7 +110,7 @@ fn check_host(access: &Access, version: Version, uri: &Uri, headers: &HeaderMap)
     }
 }
 
-/// Refuses what changes something when a page that is not known sends it.
+/// Refuses a request that would change something if a web page of another origin sends it that is not configured.
 fn check_site(access: &Access, method: &Method, headers: &HeaderMap, host: Option<&Authority>) -> Result<(), Problem> {
     if matches!(*method, Method::GET | Method::HEAD | Method::OPTIONS) {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Who asks: clients, told apart by their addresses until there are keys.
+//! Clients of the service, distinguished by their addresses until there are keys.
 
 use std::convert::Infallible;
 use std::fmt;
@@ -7,15 +7,15 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 
-/// A client of the service: what it may take is counted for it, and it takes turns with others.
+/// Client of the service: limits are counted for each client, and clients take turns.
 ///
 /// Behind a proxy all clients have the proxy's address, and are one. `Display` writes its key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Client(IpAddr);
 
 impl Client {
-    /// The client at the other end of a connection. All addresses of loopback are this machine's, and whoever has an address of
-    /// version 6 has the 2^64 of its network.
+    /// Returns the client at the other end of a connection. All addresses of loopback are one client, and so are the 2^64 addresses
+    /// of a network of IPv6 (/64).
     pub fn at(peer: SocketAddr) -> Self {
         let address = match peer.ip().to_canonical() {
             address if address.is_loopback() => Ipv4Addr::LOCALHOST.into(),
@@ -26,7 +26,7 @@ impl Client {
     }
 }
 
-/// Whoever asks from within this process.
+/// Client of requests from within this process.
 impl Default for Client {
     fn default() -> Self {
         Self(Ipv4Addr::LOCALHOST.into())
@@ -42,7 +42,7 @@ impl fmt::Display for Client {
     }
 }
 
-/// The server puts it into each request; one without it came from this process.
+/// Extracts the client that the server has put into the request; a request without one came from this process.
 impl<S: Sync> FromRequestParts<S> for Client {
     type Rejection = Infallible;
 

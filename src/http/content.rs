@@ -1,6 +1,6 @@
-//! Files as answers: strong entity tags, conditional requests, single ranges (RFC 9110).
+//! Files as answers, with strong entity tags, conditional requests and single ranges (RFC 9110).
 //!
-//! They are never compressed on the way: a compressed body may not share the strong tag of the plain one.
+//! They are never compressed in transit: a compressed body may not have the strong tag of the plain one.
 
 use std::ops::Range;
 
@@ -15,12 +15,12 @@ use crate::http::problem_kind::ProblemKind;
 use crate::job::artifacts::Artifacts;
 use crate::job::store::Artifact;
 
-/// Bytes.
+/// Content of a binary file.
 #[derive(ToSchema)]
 #[schema(value_type = String, format = Binary, min_length = 1)]
 pub struct Binary(#[expect(dead_code, reason = "stands for a schema")] String);
 
-/// A stored artifact as an answer to a request with these headers.
+/// Answers a request with these headers with a stored artifact.
 pub async fn stored(headers: &HeaderMap, artifacts: &Artifacts, artifact: &Artifact) -> Result<Response, Problem> {
     let answer = Answer::new(headers, &artifact.hash, artifact.size)?;
     if !matches!(answer, Answer::NotModified) {
@@ -34,14 +34,14 @@ pub async fn stored(headers: &HeaderMap, artifacts: &Artifacts, artifact: &Artif
     answer.with_body(body, &artifact.hash, artifact.size, &artifact.media_type)
 }
 
-/// Bytes made for this request; equal bytes have equal tags.
+/// Answers a request with bytes that were made for it; equal bytes have equal tags.
 pub fn made(headers: &HeaderMap, bytes: impl Into<Bytes>, media_type: &str) -> Result<Response, Problem> {
     let bytes = bytes.into();
     let hash = blake3::hash(&bytes).to_hex();
     made_as(headers, &hash, bytes, media_type)
 }
 
-/// As [`made`], with a tag that was known before; no other bytes may have it.
+/// Answers a request as [`made`] does, with a tag chosen by the caller; no other bytes may have this tag.
 pub fn made_as(headers: &HeaderMap, tag: &str, bytes: impl Into<Bytes>, media_type: &str) -> Result<Response, Problem> {
     let bytes = bytes.into();
     let size = bytes.len() as u64;
@@ -109,7 +109,7 @@ impl Answer {
     }
 }
 
-/// Refuses a body that is sent in another coding than as it is.
+/// Refuses a body with a `Content-Encoding` other than `identity`.
 pub fn check_coding(headers: &HeaderMap) -> Result<(), Problem> {
     let coding = headers.get(header::CONTENT_ENCODING).map(|value| String::from_utf8_lossy(value.as_bytes()));
     match coding.as_deref().map(str::trim) {
@@ -138,7 +138,7 @@ enum Requested {
     Unsatisfiable,
 }
 
-/// One range of a `Range` header; several, or one that is not understood, mean the whole file.
+/// Reads the range of a `Range` header; several ranges, or one that cannot be read, mean the whole file.
 fn requested(header: &str, size: u64) -> Requested {
     let Some((first, last)) = header.strip_prefix("bytes=").and_then(|range| range.split_once('-')) else {
         return Requested::Whole;

@@ -1,4 +1,4 @@
-//! How the errors of a job fall with time: as JSON, as a table, and as a figure.
+//! Convergence of a job, its errors over time: as JSON, as a table, and as a figure.
 
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -18,10 +18,10 @@ use crate::job::convergence_files::{self, ErrorHistory};
 use crate::job::progress::PassReport;
 use crate::job::subject::Subject;
 
-/// Rows of the convergence table in one answer, unless asked for otherwise.
+/// Default number of rows of the convergence table in one answer.
 const DEFAULT_ROWS: u32 = 1000;
 const MOST_ROWS: u32 = 10_000;
-/// Points of a convergence plot, and of the fit.
+/// Largest number of points of a convergence figure, and of the fit.
 const MOST_POINTS: u32 = 2000;
 
 /// Representations of the convergence.
@@ -32,11 +32,11 @@ const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Svg, Format::Pn
 pub enum ConvergenceFormat {
     Json,
     Csv,
-    /// Error against time, both logarithmic.
+    /// Figure of error against time, both logarithmic, as SVG.
     Svg,
-    /// The same figure in pixels.
+    /// Figure of error against time, both logarithmic, in pixels.
     Png,
-    /// The same figure for print.
+    /// Figure of error against time, both logarithmic, for print.
     Pdf,
 }
 
@@ -44,13 +44,13 @@ pub enum ConvergenceFormat {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct ConvergenceQuery {
-    /// Instead of the header `Accept`.
+    /// Representation of the answer, instead of the header `Accept`.
     #[param(inline)]
     format: Option<ConvergenceFormat>,
-    /// Largest number of rows of the answer; 1000 when absent. Figures show all.
+    /// Largest number of rows of the answer; 1000 when absent. Figures show all passes.
     #[param(minimum = 1, maximum = 10000)]
     limit: Option<u32>,
-    /// Only passes after this one. Figures show all.
+    /// Number of the pass after which the rows begin; 0 when absent. Figures show all passes.
     #[param(minimum = 0, maximum = 18_446_744_073_709_551_615u64)]
     after: Option<u64>,
 }
@@ -65,7 +65,7 @@ pub struct DensityQuery {
 }
 
 impl DensityQuery {
-    /// The density that is asked for.
+    /// Returns the requested density.
     pub fn density(&self) -> Result<Scale, Problem> {
         match self.density {
             None | Some(1) => Ok(Scale::Single),
@@ -75,17 +75,17 @@ impl DensityQuery {
     }
 }
 
-/// Passes of a job, in order: passes 1 to 64, then those nearest to powers of 2^(1/8), and the last one of a job that ended; and
-/// what they tell of its errors.
+/// Passes of a job in order, and the course of its errors. There are passes 1 to 64, then those nearest to powers of 2^(1/8), and
+/// the last pass of a job that ended.
 #[derive(Serialize, ToSchema)]
 pub struct Convergence {
     pub job: Uuid,
-    /// How the errors of the grids fall, of all passes; null without grids, and before a pass has told an error.
+    /// Course of the errors of the grids over all passes; null without grids, and before a pass has estimated an error.
     pub grids: Option<ErrorHistory>,
-    /// How the errors of the views fall, of all passes; null without views, and before a pass has told an error.
+    /// Course of the errors of the views over all passes; null without views, and before a pass has estimated an error.
     pub views: Option<ErrorHistory>,
     pub passes: Vec<PassReport>,
-    /// `after` of the next page; null when this is the last one.
+    /// Value of `after` for the next page; null when this is the last one.
     pub next_after: Option<u64>,
 }
 
@@ -101,9 +101,9 @@ impl From<ConvergenceFormat> for Format {
     }
 }
 
-/// Passes with their time, photons, rays and errors, and the law that the errors follow.
+/// Returns the passes with their time, photons, rays and errors, and the law that the errors follow.
 ///
-/// The first 64 passes, then ever fewer, about 9 % apart; `passes` of each row says how many were done.
+/// The rows are the first 64 passes, then ever fewer, about 9 % apart; `passes` of each row is the number of passes done.
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence", operation_id = "get_convergence", tag = "results",
     params(("id" = Uuid, Path), ConvergenceQuery),
     responses(
@@ -134,7 +134,7 @@ pub async fn convergence(
     Ok(formats::vary_by_accept(answer))
 }
 
-/// The passes as a file: `convergence.json`.
+/// Returns the passes as a file: `convergence.json`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.json", operation_id = "get_convergence_json", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The passes so far", body = Convergence),
@@ -144,7 +144,7 @@ pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap
     json(&app, id, &headers, ROWS_OF_FILES).await
 }
 
-/// The passes as a table: `convergence.csv`.
+/// Returns the passes as a table: `convergence.csv`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.csv", operation_id = "get_convergence_csv", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The passes so far", body = String, content_type = "text/csv"),
@@ -154,7 +154,7 @@ pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
     csv(&app, id, &headers, ROWS_OF_FILES).await
 }
 
-/// Relative error against render seconds, both logarithmic, with the law that it follows: `convergence.svg`.
+/// Draws relative error against render seconds, both logarithmic, with the law that it follows: `convergence.svg`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", operation_id = "get_convergence_svg", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The figure", body = String, content_type = "image/svg+xml"),
@@ -164,7 +164,7 @@ pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
     picture(&app, id, &headers, FigureFormat::Svg).await
 }
 
-/// The figure of `convergence.svg` in pixels.
+/// Draws the figure of `convergence.svg` in pixels.
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.png", operation_id = "get_convergence_png", tag = "results",
     params(("id" = Uuid, Path), DensityQuery),
     responses(
@@ -181,7 +181,7 @@ pub async fn convergence_png(
     picture(&app, id, &headers, FigureFormat::Png(query.density()?)).await
 }
 
-/// The figure of `convergence.svg` for print.
+/// Draws the figure of `convergence.svg` for print.
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.pdf", operation_id = "get_convergence_pdf", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The figure", body = inline(Binary), content_type = "application/pdf"),
@@ -191,16 +191,16 @@ pub async fn convergence_pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
     picture(&app, id, &headers, FigureFormat::Pdf).await
 }
 
-/// A page of the convergence table.
+/// Page of the convergence table.
 struct Rows {
     after: u64,
     limit: u32,
 }
 
-/// Rows that a file of the table has.
+/// Rows of the table in a file: the first [`MOST_ROWS`].
 const ROWS_OF_FILES: Rows = Rows { after: 0, limit: MOST_ROWS };
 
-/// The rows of a page, and the `after` of the next one.
+/// Reads the rows of a page, and the `after` of the next one; `None` for the last page.
 async fn page(app: &Service, id: Uuid, rows: Rows) -> Result<(Vec<PassReport>, Option<u64>), Problem> {
     // one more tells whether there is a next page
     let mut passes = app.store.convergence(id, rows.after, rows.limit + 1).await?;
@@ -238,7 +238,7 @@ async fn picture(app: &Service, id: Uuid, headers: &HeaderMap, figure: FigureFor
     named(headers, bytes, figure.media_type(), figure.suffix())
 }
 
-/// What the job is about, and so many of its passes that a figure shows all there is to see.
+/// Reads the subject of a job, and as many of its passes as a figure can show.
 async fn told(app: &Service, id: Uuid) -> Result<(Subject, Vec<PassReport>), Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let outline = app.store.convergence_outline(id, MOST_POINTS).await?;

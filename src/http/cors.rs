@@ -1,4 +1,4 @@
-//! What web pages of other origins may do: nothing, but for those that the configuration lists.
+//! Cross-origin requests (CORS): only web pages of the origins listed in the configuration may call the service.
 
 use std::time::Duration;
 
@@ -6,12 +6,12 @@ use axum::Router;
 use axum::http::{HeaderName, HeaderValue, Method, Uri, header};
 use tower_http::cors::{AllowOrigin, CorsLayer};
 
-/// A browser asks again before a request after this time.
+/// Time for which a browser may remember that a request is allowed, before it asks again.
 const ASK_AGAIN: Duration = Duration::from_secs(600);
 
 /// Lets pages of these origins call the service and read its answers; `*` stands for all.
 ///
-/// No cookies are involved: a page gets what any client gets.
+/// No cookies are involved: a page gets the same answers as any client.
 pub fn around(router: Router, origins: &[String]) -> Router {
     if origins.is_empty() {
         return router;
@@ -43,7 +43,7 @@ pub fn around(router: Router, origins: &[String]) -> Router {
     router.layer(layer)
 }
 
-/// Says why `origin` is no origin, if it is none: a browser compares it letter by letter.
+/// Checks that `origin` is written as browsers send it, since it is compared letter by letter; the error says how to write it.
 pub fn check_origin(origin: &str) -> Result<(), String> {
     if origin.contains('@') {
         // not repeated: it has a password

@@ -1,4 +1,4 @@
-//! What the interface's description says beside the handlers, and how it is written.
+//! Description of the interface (OpenAPI): the parts that handlers do not state, and its YAML.
 
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ use crate::job::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, St
 )]
 pub struct Description;
 
-/// A description that is made from the handlers, with what they do not say.
+/// Completes a description made from the handlers with the parts that they do not state.
 pub fn completed(mut description: utoipa::openapi::OpenApi) -> utoipa::openapi::OpenApi {
     schema::complete(&mut description.components.get_or_insert_default().schemas);
     file_operations::add(&mut description.paths);
@@ -63,7 +63,7 @@ pub fn completed(mut description: utoipa::openapi::OpenApi) -> utoipa::openapi::
     description
 }
 
-/// A description as YAML.
+/// Writes a description as YAML.
 pub fn to_yaml(description: &utoipa::openapi::OpenApi) -> Result<String, Problem> {
     let yaml = description.to_yaml().map_err(|error| {
         tracing::error!(%error, "the description cannot be written");
@@ -72,7 +72,7 @@ pub fn to_yaml(description: &utoipa::openapi::OpenApi) -> Result<String, Problem
     Ok(yaml::for_all_versions(&yaml))
 }
 
-/// Adds what all operations have alike.
+/// Adds the parts that all operations have in common.
 fn complete(operation: &mut Operation) {
     let responses = &mut operation.responses.responses;
     for (status, response) in CommonProblems::responses() {
@@ -112,7 +112,7 @@ fn complete(operation: &mut Operation) {
     }
 }
 
-/// Operations whose answer has an id: the operation, the status of the answer, and where the id leads.
+/// Operations whose answer has an id: the operation, the status of the answer, and the operations that take the id.
 const LINKS: [(&str, &str, &[&str]); 3] = [
     ("create_job", "202", &["get_job", "cancel_job", "delete_job", "get_convergence", "get_convergence_csv"]),
     ("create_study", "202", &["get_study", "cancel_study", "delete_study"]),
@@ -143,7 +143,7 @@ fn retry_after() -> RefOr<Header> {
     HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait before the next try")).build().into()
 }
 
-/// Documents that run as they are: those of `examples` without meshes.
+/// Documents that run as they are: the files of `examples` that need no meshes.
 const EXAMPLES: [(&str, &str); 8] = [
     ("bent_tube", include_str!("../../examples/bent_tube.json")),
     ("cornell_box", include_str!("../../examples/cornell_box.json")),

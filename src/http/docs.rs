@@ -1,4 +1,4 @@
-//! The interface's description as a file, and a page to read it and try it.
+//! Description of the interface as a file, and a page to read it and to try it.
 
 use std::sync::{Arc, OnceLock};
 
@@ -12,14 +12,14 @@ use utoipa_swagger_ui::Config;
 use crate::http::description::to_yaml;
 use crate::http::problem::Problem;
 
-/// This description.
+/// Returns this description.
 #[utoipa::path(get, path = "/openapi.yaml", operation_id = "get_openapi_yaml", tag = "operation",
     responses((status = 200, description = "OpenAPI 3.1", body = Object, content_type = "application/yaml")))]
 pub async fn openapi_yaml(Extension(description): Extension<Arc<OpenApi>>) -> Result<Response, Problem> {
     Ok(([(header::CONTENT_TYPE, "application/yaml")], to_yaml(&description)?).into_response())
 }
 
-/// `/docs`: relative links need the slash.
+/// Redirects `/docs` to `/docs/`: relative links need the slash.
 pub async fn docs() -> Redirect {
     Redirect::permanent("/docs/")
 }
@@ -32,7 +32,7 @@ pub async fn docs_index() -> Result<Response, Problem> {
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; \
     img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// A file of the page.
+/// Returns a file of the page.
 pub async fn docs_file(Path(file): Path<String>) -> Result<Response, Problem> {
     static CONFIG: OnceLock<Arc<Config>> = OnceLock::new();
     let config = CONFIG.get_or_init(|| Arc::new(Config::from("/openapi.yaml"))).clone();

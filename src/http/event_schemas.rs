@@ -1,4 +1,4 @@
-//! Events of a job as its stream sends them, and as the description tells of them.
+//! Events of a job as its stream sends them, and their schemas in the description.
 
 use serde_json::{Value, json};
 use utoipa::ToSchema;
@@ -10,13 +10,13 @@ use crate::job::events::{Cancelled, EventData, Failed, Image, Pass, Planned, Que
 #[derive(ToSchema)]
 #[expect(dead_code, reason = "only its schema is used: the library for server-sent events writes them")]
 pub struct JobEvent {
-    /// 1, 2, 3 ... without gaps; `Last-Event-ID` goes on after it. `restarted` has the id that it goes on after, which may be
-    /// 0.
+    /// Number of the event: 1, 2, 3 ... without gaps. Sent back as `Last-Event-ID`, it makes the stream continue after it.
+    /// `restarted` has the id after which the stream continues, which may be 0.
     #[schema(pattern = "^(0|[1-9][0-9]*)$")]
     pub id: String,
-    /// Which component `data` is; see `x-events` of the operation.
+    /// Name of the event, which determines the component of `data`; see `x-events` of the operation.
     pub event: EventName,
-    /// JSON.
+    /// Data of the event as JSON.
     pub data: String,
 }
 
@@ -35,7 +35,7 @@ pub enum EventName {
     Cancelled,
 }
 
-/// There is a new progress image.
+/// Event of a new progress image.
 #[derive(serde::Serialize, ToSchema)]
 pub struct ImageEvent {
     #[serde(flatten)]
@@ -45,14 +45,14 @@ pub struct ImageEvent {
 }
 
 impl ImageEvent {
-    /// An image of this job.
+    /// Creates the event of an image of this job.
     pub fn new(job: Uuid, image: Image) -> Self {
         let url = format!("/v1/jobs/{job}/views/{}.png?pass={}", image.view, image.passes);
         Self { image, url }
     }
 }
 
-/// `x-events` of the operation: the name of each event and the component of its data, in the order in which they come.
+/// Lists the name of each event and the component of its data in the order in which they come, for `x-events` of the operation.
 pub fn events() -> Value {
     let names = [
         Queued::NAME,

@@ -1,4 +1,4 @@
-//! A job's events as a stream (server-sent events), replayed from the store and followed live.
+//! Stream of a job's events (server-sent events), replayed from the store and followed live.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -26,27 +26,28 @@ use crate::job::events::{EventData, Restarted};
 use crate::job::store::{Event, JobHead, StoreError};
 
 pub(super) const HEARTBEAT: Duration = Duration::from_secs(15);
-/// Pause of a client that lost the connection before it comes back.
+/// Time that a client waits after a lost connection before it comes back.
 pub(super) const RETRY: Duration = Duration::from_secs(3);
 
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct EventsQuery {
-    /// Only events after this id; the header `Last-Event-ID` comes first.
+    /// Id of the event after which the stream begins; the header `Last-Event-ID` takes precedence.
     #[param(minimum = 0)]
     pub(super) after: Option<i64>,
 }
 
-/// The job's events.
+/// Streams the job's events.
 ///
-/// Named `queued`, `planned`, `started`, `pass`, `image`, `restarted`, `succeeded`, `failed` and `cancelled`; their ids count
-/// 1, 2, 3 ... without gaps. `pass` is told of passes 1 to 64, then of those nearest to powers of 2^(1/8), and of the last one;
-/// its `passes` says how many were done. `restarted` says that passes are rendered again because what was stored of them is
-/// damaged; they are not told twice. When the power fails, the newest events may be lost though they were told: who comes back with
-/// the id of one is told `restarted` first, with the id before the last event that there is, and then that event again. Events after
-/// `Last-Event-ID` that were missed come from the store. A comment is sent every 15 s. The stream ends after a final event;
-/// who asks for events after that one is answered 204. `x-events` has the component of each event's data. An `EventSource` hears named events by a listener of each name only, not by `onmessage`.
+/// They are named `queued`, `planned`, `started`, `pass`, `image`, `restarted`, `succeeded`, `failed` and `cancelled`; their ids
+/// count 1, 2, 3 ... without gaps. `pass` is sent for passes 1 to 64, then for those nearest to powers of 2^(1/8), and for the last
+/// one; its `passes` is the number of passes done. `restarted` means that passes are rendered again because their stored state is
+/// damaged; events of these passes are not sent twice. After a power failure, the newest events may be lost although they were
+/// sent: a client that comes back with the id of a lost event receives `restarted` first, with the id before the last event that
+/// there is, and then that event again. Events after `Last-Event-ID` that were missed come from the store. A comment is sent every
+/// 15 s. The stream ends after a final event; a request for events after that one is answered 204. `x-events` has the component of
+/// each event's data. An `EventSource` receives named events by a listener of each name only, not by `onmessage`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "get_job_events", tag = "jobs",
     extensions(("x-events" = json!(events_of_a_job()))),
     params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),
@@ -67,14 +68,14 @@ pub async fn events(
 ) -> Result<Response, Problem> {
     let by_header = last_event_id(&headers).map_err(|error| Problem::bad_request(error.to_string()))?;
     let place = app.permits.streams.take(client)?;
-    // heard of from before the look at the job, so that nothing falls between
+    // subscribed before the job is read, so that no event is missed in between
     let changes = app.store.changes();
     let head = app.store.job_head(id).await?.ok_or_else(Problem::no_such_job)?;
     let last = last_heard(by_header, query.after)?;
     if head.status.is_final() && last == head.last_seq {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    // told before the power failed, and lost with it
+    // the client has an event that a power failure has lost
     let restart = (last > head.last_seq).then(|| SentEvent::new(id, &restarted(&head)));
     let last = restart.as_ref().map_or(last, |event| event.seq);
     let news = (!head.status.is_final()).then(|| WatchedJobs::watch(&app, &head, changes));
@@ -91,7 +92,8 @@ pub async fn events(
     Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
 }
 
-/// Id of the last event that a client heard of. Also where the header comes first, a parameter that cannot be one is an error.
+/// Returns the id of the last event that a client has received. An invalid parameter is an error even if the header takes
+/// precedence.
 pub(super) fn last_heard(by_header: Option<i64>, after: Option<i64>) -> Result<i64, Problem> {
     match after {
         Some(after @ ..0) => {
@@ -101,7 +103,8 @@ pub(super) fn last_heard(by_header: Option<i64>, after: Option<i64>) -> Result<i
     }
 }
 
-/// Event for a client that heard of more than there is: it goes on from the last event, which is told again.
+/// Creates the event for a client that has received more events than there are: the stream continues with the last event, sent
+/// again.
 fn restarted(head: &JobHead) -> Event {
     let data = Restarted {
         from_pass: head.progress.passes + 1,
@@ -112,19 +115,19 @@ fn restarted(head: &JobHead) -> Event {
     Event { seq: (head.last_seq - 1).max(0), name: Restarted::NAME.to_owned(), data }
 }
 
-/// One stream: first what was missed, from the store, then what the job's reader tells.
+/// Stream of a job's events: first those that were missed, from the store, then those that the job's reader sends.
 struct Feed {
     app: Arc<Service>,
     id: Uuid,
     /// Id of the last event that was sent.
     last: i64,
-    /// `None` once nothing comes any more but what the store has.
+    /// Channel of new events; `None` once all that is left is in the store.
     news: Option<broadcast::Receiver<Arc<News>>>,
     read: VecDeque<SentEvent>,
-    /// There may be events in the store after `last` that nobody will tell.
+    /// True if the store may have events after `last` that the reader will not send.
     missed: bool,
     ended: bool,
-    /// One of the streams that may be open.
+    /// Place of this stream among those that may be open.
     _place: Place,
 }
 

@@ -1,4 +1,4 @@
-//! Figures of a job beside those of its outputs: its sky, sections through its room, and the lumens of its tubes.
+//! Figures of a job besides those of its outputs: its sky, sections through its room, and the fluxes of its tubes in lumens.
 
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -21,8 +21,8 @@ use crate::job::subject::Subject;
 /// Representations of a figure.
 const FORMATS: [Format; 3] = [Format::Svg, Format::Png, Format::Pdf];
 
-/// The sky with the sun's path of the day, a section through room, roof and tubes, where the light of a tube goes, or plan, section
-/// and picture side by side.
+/// Draws the sky with the sun's path of the day, a section through room, roof and tubes, the flux of a tube and where it goes, or
+/// plan, section and picture side by side.
 #[utoipa::path(get, path = "/v1/jobs/{id}/figures/{file}", operation_id = "get_figure", tag = "results",
     params(("id" = Uuid, Path), ("file" = String, Path, description = "`sky`, `section_x`, `section_y`, `overview`, or `lumens_` and the number of a tube; with `.svg`, `.png` or `.pdf` a file"), DensityQuery),
     responses(
@@ -46,7 +46,7 @@ pub async fn figure(
     Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
 }
 
-/// Plan with map, section and picture side by side.
+/// Draws plan with map, section and picture side by side.
 async fn overview(app: &Service, id: Uuid, format: FigureFormat) -> Result<Vec<u8>, Problem> {
     let sheet = sheet(app, id).await?;
     let drawn = off_thread(permit(&app.permits.reading).await?, move |_| format.write(&sheet.overview()));

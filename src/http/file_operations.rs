@@ -6,9 +6,9 @@
 use utoipa::openapi::path::{Operation, Parameter, ParameterIn, Paths};
 use utoipa::openapi::{HttpMethod, PathItem, RefOr, Required};
 
-/// A file that an operation answers with: one of several media types.
+/// File that an operation answers with, in one of several media types.
 struct File {
-    /// Path of the operation with all of them.
+    /// Path of the operation that answers with all media types.
     of: &'static str,
     path: &'static str,
     id: &'static str,
@@ -63,7 +63,7 @@ const FILES: [File; 5] = [
     },
 ];
 
-/// Adds the files to the paths that they are described with.
+/// Adds an operation for each file to the described paths.
 pub fn add(paths: &mut Paths) {
     for file in FILES {
         let all = paths.paths.get(file.of).and_then(|path| path.get.as_ref());
@@ -73,7 +73,7 @@ pub fn add(paths: &mut Paths) {
 }
 
 impl File {
-    /// The operation of this file alone, made of that of all.
+    /// Creates the operation of this file alone from the operation with all media types.
     fn operation(&self, all: &Operation) -> Operation {
         let mut operation = all.clone();
         operation.operation_id = Some(self.id.to_owned());
@@ -87,7 +87,8 @@ impl File {
         operation
     }
 
-    /// A parameter of the operation with all files as that of this one: those of queries are of figures, or choose a file.
+    /// Converts a parameter of the operation with all media types to one of this file. Query parameters are left out: they are
+    /// options of figures, or choose a media type.
     fn parameter(&self, of_all: &RefOr<Parameter>) -> Option<RefOr<Parameter>> {
         let RefOr::T(of_all) = of_all else { return None };
         if of_all.parameter_in != ParameterIn::Path {

@@ -1,4 +1,4 @@
-//! Which representation of a resource a request asks for: by a suffix, by `?format=`, or by `Accept` (RFC 9110, 12.5.1).
+//! Representations of a resource, requested by a suffix, by `?format=`, or by `Accept` (RFC 9110, 12.5.1).
 
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
@@ -10,7 +10,7 @@ use mediatype::{MediaType, Name, names};
 use crate::figure::FigureFormat;
 use crate::figure::paint::Scale;
 
-/// A representation.
+/// Representation of a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     Json,
@@ -39,7 +39,7 @@ impl Format {
         }
     }
 
-    /// The format of a figure, with pixels at a size; `None` of what is no figure.
+    /// Returns the format of a figure, for PNG with this scale; `None` for representations that are no figure.
     pub fn of_figure(self, scale: Scale) -> Option<FigureFormat> {
         match self {
             Self::Svg => Some(FigureFormat::Svg),
@@ -62,7 +62,7 @@ impl Format {
     }
 }
 
-/// The representation among `available` that `Accept` likes best; the first one when it likes none, or is absent.
+/// Chooses the representation among `available` that `Accept` prefers; the first one if it prefers none, or is absent.
 pub fn accepted(headers: &HeaderMap, available: &[Format]) -> Format {
     let first = available.first().copied().unwrap_or(Format::Json);
     let Some(accept) = headers.typed_get::<Accept>() else { return first };
@@ -72,20 +72,20 @@ pub fn accepted(headers: &HeaderMap, available: &[Format]) -> Format {
     best.and_then(|index| available.get(index).copied()).unwrap_or(first)
 }
 
-/// The name before a suffix of `available`, and the representation that the suffix asks for.
+/// Splits a file's name into the name before the suffix and the representation of the suffix, if that is one of `available`.
 pub fn by_suffix<'a>(file: &'a str, available: &[Format]) -> Option<(&'a str, Format)> {
     let (name, suffix) = file.rsplit_once('.').filter(|(name, _)| !name.is_empty())?;
     let format = Format::ALL.into_iter().find(|format| format.suffix() == suffix && available.contains(format))?;
     Some((name, format))
 }
 
-/// Says that `Accept` chose the representation.
+/// Adds the header `Vary` to an answer whose representation was chosen by `Accept`.
 pub fn vary_by_accept(mut response: Response) -> Response {
     response.headers_mut().insert(header::VARY, HeaderValue::from_static("accept"));
     response
 }
 
-/// Names the file that a browser saves; what a browser can show, it shows.
+/// Names the file for a browser that saves it; a browser that can show it does so.
 pub fn named(mut response: Response, file: &str) -> Response {
     // names of outputs have letters, digits, `.`, `_` and `-` only
     let name = file.rsplit('/').next().unwrap_or(file);

@@ -27,11 +27,11 @@ const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Png, Format::Sv
 pub enum GridFormat {
     Json,
     Csv,
-    /// Plan of the room with colours and lines of equal value, in pixels.
+    /// Map over the plan of the room with colours and lines of equal value, in pixels.
     Png,
-    /// The same figure as outlines.
+    /// Map over the plan of the room with colours and lines of equal value, as vector graphics.
     Svg,
-    /// The same figure for print.
+    /// Map over the plan of the room with colours and lines of equal value, for print.
     Pdf,
 }
 
@@ -60,26 +60,27 @@ pub enum GridQuantity {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct GridQuery {
-    /// Instead of the header `Accept`.
+    /// Representation of the answer, instead of the header `Accept`.
     #[param(inline)]
     format: Option<GridFormat>,
-    /// Of a figure: what it shows; illuminance when absent.
+    /// Quantity that a figure shows; illuminance when absent.
     #[param(inline)]
     quantity: Option<GridQuantity>,
-    /// Of a figure: value of the scale's end, so that several have the same scale; the greatest of the grid when absent.
+    /// Value at the end of a figure's scale, so that several figures have the same scale; the greatest value of the grid when
+    /// absent.
     #[param(exclusive_minimum = 0)]
     max: Option<f64>,
-    /// Of a figure: whether cells have their numbers, where there is room.
+    /// True to print the values of cells into a figure, where there is room; false when absent.
     numbers: Option<bool>,
-    /// Of a figure: a job whose grid of this name is taken away.
+    /// Job whose grid of this name is subtracted in a figure.
     minus: Option<Uuid>,
-    /// Of a PNG: pixels per unit of the figure; 1 when absent.
+    /// Pixels of a PNG per unit of the figure; 1 when absent.
     #[param(minimum = 1, maximum = 2)]
     density: Option<u8>,
 }
 
 impl GridQuery {
-    /// What a figure shall show.
+    /// Returns the options of a figure.
     fn wishes(&self) -> Result<GridWishes, Problem> {
         if let Some(max) = self.max.filter(|max| !(max.is_finite() && *max > 0.0)) {
             return Err(Problem::invalid_parameter("max", format!("must be above 0, but is {max}")));
@@ -99,7 +100,7 @@ impl GridQuery {
         }
     }
 
-    /// Refuses what a table has no use for.
+    /// Refuses the options of figures for JSON and CSV.
     fn check_of_table(&self) -> Result<(), Problem> {
         let given = [
             ("quantity", self.quantity.is_some()),
@@ -115,7 +116,7 @@ impl GridQuery {
     }
 }
 
-/// A grid.
+/// Returns a grid.
 #[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", operation_id = "get_grid", tag = "results",
     params(("id" = Uuid, Path), ("name" = String, Path, description = "The grid's name; with `.json`, `.csv`, `.png`, `.svg` or `.pdf` a file"), GridQuery),
     responses(
@@ -183,7 +184,7 @@ async fn represented(
     content::made(headers, drawn.await??, figure.media_type())
 }
 
-/// What a job is about, and the JSON of its grid: kept, or as it is now.
+/// Reads the subject of a job and the JSON of its grid: the stored file, or the grid as it is so far.
 async fn grid_of(app: &Service, id: Uuid, name: &str) -> Result<(Subject, Bytes), Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let json = file_now(app, id, &format!("grids/{name}.json")).await?;
@@ -191,7 +192,7 @@ async fn grid_of(app: &Service, id: Uuid, name: &str) -> Result<(Subject, Bytes)
     Ok((Subject::new(&job.document, &job.plan), json))
 }
 
-/// That the other job has nothing is a fault of the parameter.
+/// Converts the problem that the other job has no such grid to a fault of the parameter `minus`.
 fn of_minus(problem: Problem, other: Uuid) -> Problem {
     if problem.status == StatusCode::NOT_FOUND.as_u16() {
         return Problem::invalid_parameter("minus", format!("the job {other} has no such grid"));

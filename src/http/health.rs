@@ -1,4 +1,4 @@
-//! Whether the service lives, whether it is ready, and its numbers.
+//! Health of the service: whether it lives, whether it is ready, and its metrics.
 
 use axum::http::{StatusCode, header};
 use axum::response::IntoResponse;
@@ -9,16 +9,16 @@ use crate::http::App;
 use crate::http::problem::Problem;
 use crate::job::store::JobStatus;
 
-/// The process lives; asks nothing else.
+/// Answers as long as the process lives; checks nothing else.
 #[utoipa::path(get, path = "/livez", operation_id = "livez", tag = "operation",
     responses((status = 200, description = "It lives", body = String, content_type = "text/plain")))]
 pub async fn livez() -> &'static str {
     "ok\n"
 }
 
-/// The service can take jobs: it can write to its stores, there is space on the disk, and it is not shutting down.
+/// Checks that the service can take jobs: it can write to its stores, there is space on the disk, and it is not shutting down.
 ///
-/// What is written is looked at anew every 5 seconds at most.
+/// The results of the checks of stores and disk are valid for up to 5 seconds.
 #[utoipa::path(get, path = "/readyz", operation_id = "readyz", tag = "operation",
     responses(
         (status = 200, description = "It is ready", body = String, content_type = "text/plain"),
@@ -32,7 +32,7 @@ pub async fn readyz(app: App) -> Result<&'static str, Problem> {
     Ok("ready\n")
 }
 
-/// Numbers for Prometheus.
+/// Returns metrics for Prometheus.
 #[utoipa::path(get, path = "/metrics", operation_id = "metrics", tag = "operation",
     responses((status = 200, description = "In the text format of Prometheus", body = String, content_type = "text/plain")))]
 pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {

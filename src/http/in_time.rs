@@ -1,4 +1,4 @@
-//! Time that a request may take.
+//! Time within which requests must be answered.
 
 use std::time::Duration;
 
@@ -11,18 +11,18 @@ use crate::http::Limits;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 
-/// Path of the fluxes of a tube, which have more time than other requests.
+/// Path of the fluxes of a tube, which have a time limit of their own.
 const FLUX: &str = "/v1/tubes/flux";
 
 /// Time by which a request must be answered.
 #[derive(Clone, Copy)]
 pub struct Deadline {
     pub at: Instant,
-    /// Time that it had from the start.
+    /// Time from the arrival of the request to `at`.
     pub all: Duration,
 }
 
-/// Ends requests that are not answered in their time (event streams: not begun).
+/// Ends requests that are not answered within their time limit; event streams must have begun within it.
 pub async fn answer_in_time(State(limits): State<Limits>, mut request: Request, next: Next) -> Response {
     let (seconds, setting, advice) = match request.uri().path() {
         FLUX => (limits.flux_seconds, "flux_seconds", "ask for fewer times at once, or for a larger relative_error"),

@@ -1,4 +1,4 @@
-//! What one client may ask for.
+//! Limits on requests, in all and for each client.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -11,81 +11,81 @@ use crate::job::cancel::CancelOnDrop;
 use crate::job::memory::default_limit_bytes;
 use crate::job::store::MostWaiting;
 
-/// Range of [`Limits::max_seconds`]; a number that is none is in no range.
+/// Range of [`Limits::max_seconds`]; NaN is outside of it.
 const MAX_SECONDS: RangeInclusive<f64> = 1e-3..=1e9;
 
 /// Limits of the service; `config/default.toml` has the defaults.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Longest job document, bytes.
+    /// Largest size of a job document in bytes.
     pub document_bytes: usize,
-    /// Longest uploaded mesh, bytes.
+    /// Largest size of an uploaded mesh in bytes.
     pub mesh_bytes: usize,
     /// Largest `stop.max_seconds` that a document may ask for.
     pub max_seconds: f64,
-    /// Jobs that may wait; one more is answered 503.
+    /// Largest number of jobs that wait; one more is answered 503.
     pub queued_jobs: u64,
-    /// Jobs of one client that wait, of these; one more is answered 429.
+    /// Largest number of jobs of one client that wait; one more is answered 429.
     pub queued_jobs_per_client: u64,
-    /// Connections at the same time; a few more are told that the service is busy, and then more wait to be accepted.
+    /// Largest number of open connections; a few more are answered that the service is busy, and all others wait to be accepted.
     pub connections: usize,
-    /// Connections of one client; more are answered 429, or closed.
+    /// Largest number of open connections of one client; more are answered 429, or closed.
     pub connections_per_client: usize,
-    /// Event streams at the same time; one more is answered 503.
+    /// Largest number of open event streams; one more is answered 503.
     pub streams: usize,
-    /// Event streams of one client; one more is answered 429.
+    /// Largest number of open event streams of one client; one more is answered 429.
     pub streams_per_client: usize,
-    /// Posts that wait for the end of their jobs at the same time; others are answered without a wait.
+    /// Largest number of posts that wait for the end of their jobs at the same time; others are answered without a wait.
     pub waits: usize,
-    /// Such posts of one client.
+    /// Largest number of posts of one client that wait for the end of their jobs at the same time.
     pub waits_per_client: usize,
-    /// Bytes of posted documents that are held at the same time, from before they are read until they are checked; one more
-    /// document is refused.
+    /// Largest number of bytes of posted documents that are held at the same time, from before they are read until they are
+    /// checked; a further document is refused.
     pub body_bytes: usize,
-    /// Bytes of these that are one client's.
+    /// Largest number of bytes of one client's posted documents that are held at the same time.
     pub body_bytes_per_client: usize,
-    /// Documents of each kind (jobs, plans, studies, fluxes) that are checked and computed at the same time, and files that are made at
-    /// the same time; more wait, and clients take turns.
+    /// Largest number of documents of each kind (jobs, plans, studies, fluxes) that are checked and computed at the same time, and
+    /// of files that are made at the same time; more wait, and clients take turns.
     pub preparing: usize,
-    /// Meshes that are received, or wait to be read, at the same time; one more is answered 503.
+    /// Largest number of meshes that are received, or wait to be read, at the same time; one more is answered 503.
     pub uploads: usize,
-    /// Such meshes of one client; one more is answered 429.
+    /// Largest number of meshes of one client that are received, or wait to be read; one more is answered 429.
     pub uploads_per_client: usize,
-    /// Bytes of such meshes in memory; at least [`Self::mesh_bytes`].
+    /// Largest number of bytes of received meshes in memory; at least [`Self::mesh_bytes`].
     pub upload_bytes: usize,
-    /// Bytes of such meshes of one client; at least [`Self::mesh_bytes`].
+    /// Largest number of bytes of one client's received meshes in memory; at least [`Self::mesh_bytes`].
     pub upload_bytes_per_client: usize,
-    /// Bytes that an upload must bring each second on average, after [`Self::upload_grace_seconds`]; slower ones are answered 408.
+    /// Least average rate of an upload in bytes per second, after [`Self::upload_grace_seconds`]; slower ones are answered 408.
     pub upload_bytes_per_second: u64,
-    /// Seconds that an upload may be behind that rate.
+    /// Seconds that an upload may be behind [`Self::upload_bytes_per_second`].
     pub upload_grace_seconds: u64,
-    /// Meshes that are read at the same time; more wait, and clients take turns.
+    /// Largest number of meshes that are read at the same time; more wait, and clients take turns.
     pub mesh_readers: usize,
-    /// Bytes that one job may take at its peak; a job that would take more is refused. Absent: three quarters of the memory
-    /// that this process may have.
+    /// Largest number of bytes that one job may take at its peak; a job that would take more is refused. Absent: three quarters of
+    /// the memory that this process may have.
     pub memory_bytes: Option<u64>,
-    /// Free space for artifacts below which the service is not ready.
+    /// Least free space for artifacts in bytes; with less, the service is not ready.
     pub free_bytes: u64,
     /// Seconds within which a request's head must arrive.
     pub header_seconds: u64,
     /// Seconds within which a request must be answered (event streams must have begun).
     pub request_seconds: u64,
-    /// Seconds within which fluxes of a tube must be answered; what is foreseen to take longer is refused.
+    /// Seconds within which fluxes of a tube must be answered; a request that is predicted to take longer is refused.
     pub flux_seconds: u64,
-    /// Seconds within which a client must take some of its answer; one that does not is cut off.
+    /// Seconds within which a client must accept some of its answer; a slower client is disconnected.
     pub write_seconds: u64,
 }
 
 impl Limits {
-    /// Says which limit is out of range, and what it may be.
+    /// Checks all limits; the error names one that is out of range, and its range.
     pub fn check(&self) -> Result<(), String> {
         let seconds = 1..=24 * 60 * 60;
         let count = 1..=1_000_000;
         let bytes = 1024..=1 << 40;
         let may_be_none = |range: &RangeInclusive<u64>| 0..=*range.end();
         let wide = |value: usize| value as u64;
-        // all of them: whoever adds one says what it may be
+        // names all fields, so that a new one cannot be forgotten here
         let &Self {
             document_bytes,
             mesh_bytes,
@@ -170,18 +170,19 @@ impl Limits {
         Ok(())
     }
 
-    /// Jobs that may wait.
+    /// Returns the largest number of jobs that may wait, in all and for each client.
     pub fn most_waiting(&self) -> MostWaiting {
         MostWaiting { jobs: self.queued_jobs, of_client: self.queued_jobs_per_client }
     }
 
-    /// Bytes that one job may take at its peak.
+    /// Returns the largest number of bytes that one job may take at its peak.
     pub fn memory_limit_bytes(&self) -> u64 {
         self.memory_bytes.unwrap_or_else(default_limit_bytes)
     }
 }
 
-/// Work that is done for requests at the same time, each kind in a line of its own: a job's post waits behind no other kind.
+/// Limits on the work that is done for requests at the same time. Each kind of work has a line of its own: a posted job does not
+/// wait behind another kind.
 pub struct Permits {
     /// Bytes of posted documents.
     pub bodies: Arc<Places>,
@@ -205,7 +206,7 @@ pub struct Permits {
     pub mesh_readers: Arc<Line>,
     /// Meshes that are received, or wait to be read.
     pub uploads: Arc<Places>,
-    /// Bytes of those.
+    /// Bytes of meshes that are received, or wait to be read.
     pub upload_bytes: Arc<Places>,
     /// Open event streams.
     pub streams: Arc<Places>,
@@ -245,15 +246,15 @@ impl Permits {
     }
 }
 
-/// A turn at the work of a line, when it comes to it.
+/// Waits for a turn in a line.
 pub async fn permit(line: &Arc<Line>) -> Result<Turn, Problem> {
     line.turn().await
 }
 
 /// Runs `work` off the async threads.
 ///
-/// The work owns the turn: however the request ends, the turn ends only when the work has ended. When the request
-/// ends first, the flag that the work is given becomes true.
+/// The work owns the turn: however the request ends, the turn ends only when the work has ended. When the request ends first, the
+/// flag passed to `work` becomes true.
 pub async fn off_thread<T: Send + 'static>(
     turn: Turn,
     work: impl FnOnce(Arc<AtomicBool>) -> T + Send + 'static,

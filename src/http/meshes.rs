@@ -1,4 +1,4 @@
-//! Meshes: uploaded, looked at, deleted.
+//! Uploaded meshes: received, described, deleted.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ use crate::http::uploads::Upload;
 use crate::job::meshes::UploadError;
 use crate::job::store::{Mesh, MeshDeletion};
 
-/// Time that an upload waits for others to be read.
+/// Longest time that an upload waits while other meshes are read.
 const WAIT_FOR_OTHERS: Duration = Duration::from_secs(10);
 
 /// An uploaded mesh.
@@ -50,8 +50,8 @@ impl From<Mesh> for MeshResource {
 
 /// Uploads a Wavefront OBJ file.
 ///
-/// The same content has the same id, however often it is uploaded. Of materials only the names count (`usemtl`): optics are
-/// in the job document, so that an MTL file is not needed.
+/// The same content has the same id, however often it is uploaded. Only the names of materials are read (`usemtl`): optics are in
+/// the job document, so that no MTL file is needed.
 #[utoipa::path(post, path = "/v1/meshes", operation_id = "create_mesh", tag = "meshes",
     request_body(content = inline(Binary), content_type = "application/octet-stream",
         description = "The OBJ file; model/obj and text/plain are names for it, too"),

@@ -1,4 +1,4 @@
-//! The HTTP interface: what a request means, and how answers look.
+//! HTTP interface: the meaning of requests, and the form of answers.
 
 mod access;
 mod client;

@@ -1,4 +1,4 @@
-//! Requests that are carried out though their client has gone.
+//! Requests that are carried out even if their client disconnects.
 
 use std::convert::Infallible;
 use std::pin::Pin;
@@ -14,22 +14,22 @@ use tokio_util::sync::CancellationToken;
 
 use crate::http::problem::Problem;
 
-/// Hands requests on, those that queue a job as tasks of their own. hyper drops a request's future when it reads the end of the
-/// connection, before it has polled it once if the client was quick; a posted job must not depend on that.
+/// Service that hands requests on, those that queue a job as tasks of their own. hyper drops a request's future when it reads the
+/// end of the connection, before it has polled it once if the client was quick; a posted job must not depend on that.
 pub struct Outliving<S>(pub S);
 
-/// Tells a request that outlives its client when nobody waits for its answer any more.
+/// Signal to a request that outlives its client that the client has disconnected.
 #[derive(Clone, Default)]
 pub struct HungUp(CancellationToken);
 
 impl HungUp {
-    /// Returns when the client has gone.
+    /// Returns when the client has disconnected.
     pub async fn wait(&self) {
         self.0.cancelled().await;
     }
 }
 
-/// Other requests end with their clients: they need not be told.
+/// Extracts the signal; requests that end with their clients get one that is never given.
 impl<S: Sync> FromRequestParts<S> for HungUp {
     type Rejection = Infallible;
 

@@ -1,4 +1,4 @@
-//! The page at `/` for people: files of `web/`, which are in the binary.
+//! Web page at `/`: files of `web/`, which are embedded in the binary.
 
 use axum::extract::Path;
 use axum::http::{HeaderMap, HeaderValue, header};
@@ -8,22 +8,22 @@ use rust_embed::RustEmbed;
 use crate::http::content;
 use crate::http::problem::Problem;
 
-/// The files of the page. A release build has them inside, a debug build reads them from the source.
+/// Files of the page. A release build embeds them, a debug build reads them from the source.
 #[derive(RustEmbed)]
 #[folder = "web/"]
 struct Files;
 
-/// Content security policy of the page: it runs its own files only, without inline scripts and styles, and calls this service.
-/// Pictures may be made by it.
+/// Content security policy of the page: it runs its own files only, without inline scripts and styles, and calls this service. It
+/// may show pictures that it has made itself.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
     connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// `/`, and `/jobs/ID` for one job: the same document, whose script reads the address.
+/// Answers `/`, and `/jobs/ID` for one job, with the same document, whose script reads the address.
 pub async fn index(headers: HeaderMap) -> Result<Response, Problem> {
     answer(&headers, "index.html")
 }
 
-/// `/web/FILE`: what the document loads.
+/// Answers `/web/FILE` with a file that the document loads.
 pub async fn file(headers: HeaderMap, Path(file): Path<String>) -> Result<Response, Problem> {
     answer(&headers, &file)
 }
@@ -38,7 +38,7 @@ fn answer(headers: &HeaderMap, file: &str) -> Result<Response, Problem> {
     Ok(response)
 }
 
-/// Of the suffixes that files of the page have.
+/// Returns the media type of a file of the page by its suffix; `None` for suffixes that no file of the page has.
 fn media_type(file: &str) -> Option<&'static str> {
     let (_, suffix) = file.rsplit_once('.')?;
     Some(match suffix {

@@ -1,4 +1,4 @@
-//! Parameters of queries that an operation does not have are refused by name.
+//! Check of query parameters: those that an operation does not have are refused by name.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,10 +13,10 @@ use utoipa::openapi::{OpenApi, RefOr};
 use crate::document::{FieldError, FieldErrorCode};
 use crate::http::problem::Problem;
 
-/// Begins the paths whose parameters are checked; health checks and pages may have any, which means nothing.
+/// Prefix of the paths whose parameters are checked; health checks and pages ignore theirs.
 pub const CHECKED: &str = "/v1/";
 
-/// Names of the parameters that the described operations have in their queries, by path and method.
+/// Names of the query parameters of all described operations, by path and method.
 pub struct QueryParameters(BTreeMap<(String, &'static str), Vec<String>>);
 
 impl QueryParameters {
@@ -31,12 +31,12 @@ impl QueryParameters {
         Self(operations.collect())
     }
 
-    /// Faults of a request's query; none where the operation is not described.
+    /// Returns the faults of a request's query; none if the operation is not described.
     fn faults(&self, path: &str, request: &Request) -> Vec<FieldError> {
         let method = if request.method() == Method::HEAD { "GET" } else { request.method().as_str() };
         let operation = self.0.iter().find(|((of, with), _)| of == path && *with == method);
         let Some((_, known)) = operation else { return Vec::new() };
-        // what is no list of names and values is for the operation to refuse
+        // a query that is no list of names and values is refused by the operation
         let Ok(Query(given)) = Query::<Vec<(String, String)>>::try_from_uri(request.uri()) else { return Vec::new() };
         let unknown = given.iter().filter(|(name, _)| !known.contains(name));
         unknown.map(|(name, _)| unknown_parameter(name, known)).collect()
@@ -60,7 +60,7 @@ fn unknown_parameter(name: &str, known: &[String]) -> FieldError {
     FieldError::of_parameter(name, detail).coded(FieldErrorCode::UnknownField)
 }
 
-/// Hands on requests whose parameters are known.
+/// Refuses requests with unknown parameters, and hands on all others.
 pub async fn refuse_unknown(State(known): State<Arc<QueryParameters>>, request: Request, next: Next) -> Response {
     let path = request.extensions().get::<MatchedPath>().map(MatchedPath::as_str);
     let faults = path.map_or_else(Vec::new, |path| known.faults(path, &request));

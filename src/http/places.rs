@@ -1,4 +1,4 @@
-//! Places that clients take: so many in all, and so many each.
+//! Places that clients take, with limits in all and for each client.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,11 +12,11 @@ use crate::http::problem_kind::ProblemKind;
 /// Seconds after which a client that found no place may ask again.
 const AGAIN_SECONDS: u32 = 5;
 
-/// Places of one kind. They are given at once or not at all: nobody waits for one.
+/// Places of one kind. A place is given at once or refused: clients do not wait for one.
 pub struct Places {
-    /// Setting that limits them; `_per_client` behind it names the one that limits those of a client.
+    /// Name of the setting that limits all places; followed by `_per_client`, of the one that limits those of a client.
     setting: &'static str,
-    /// Name of what takes them, in the plural.
+    /// Name of the things that take places, in the plural.
     what: &'static str,
     most: usize,
     most_of_client: usize,
@@ -26,34 +26,34 @@ pub struct Places {
 #[derive(Default)]
 struct Taken {
     in_all: usize,
-    /// Number that each client has; clients that have none are not in it.
+    /// Number of places of each client; clients without places are not in it.
     of_clients: HashMap<Client, usize>,
 }
 
-/// Places that a client has; they are free again when this is dropped.
+/// Places that a client holds; they are freed when this is dropped.
 pub struct Place {
     places: Arc<Places>,
     client: Client,
     count: usize,
 }
 
-/// No place was free.
+/// Error when no place is free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Full {
     what: &'static str,
     most: usize,
-    /// The one whose places are taken.
+    /// Owner whose places are all taken.
     pub whose: Whose,
 }
 
-/// Owners of places.
+/// Owners of places: one client, or all clients of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Whose {
     Client,
     Service,
 }
 
-/// Counts that a setting did not let somebody in: limits are told of by numbers, lest a client fills the log.
+/// Counts a refusal by a limit. Refusals are reported by numbers and not logged, lest a client fills the log.
 pub fn count_refusal(setting: &'static str, whose: Whose) {
     let of = match whose {
         Whose::Client => "client",
@@ -67,19 +67,19 @@ impl Places {
         Arc::new(Self { setting, what, most, most_of_client, taken: Mutex::default() })
     }
 
-    /// A place for a client.
+    /// Takes a place for a client.
     pub fn take(self: &Arc<Self>, client: Client) -> Result<Place, Full> {
         let mut place = self.none(client);
         place.take(1)?;
         Ok(place)
     }
 
-    /// No place yet, for a client that will take as many as it turns out to need.
+    /// Returns a [`Place`] without places yet, for a client that will take as many as it turns out to need.
     pub fn none(self: &Arc<Self>, client: Client) -> Place {
         Place { places: self.clone(), client, count: 0 }
     }
 
-    /// Number of places that are taken.
+    /// Returns the number of places that are taken.
     pub fn taken(&self) -> usize {
         self.lock().in_all
     }

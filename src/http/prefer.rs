@@ -1,15 +1,15 @@
-//! What a client prefers (RFC 7240): to wait for an answer.
+//! Header `Prefer` (RFC 7240), by which a client prefers to wait for an answer.
 
 use std::time::Duration;
 
 use axum::http::HeaderMap;
 
-/// Header in which a client says what it prefers, and the one that says which of it was done.
+/// Names of the header with a client's preferences, and of the header with those that were applied.
 pub const PREFER: &str = "prefer";
 pub const PREFERENCE_APPLIED: &str = "preference-applied";
 
-/// The seconds of the first `wait` in the headers `Prefer`; `None` without one that is a whole number. What is not understood is
-/// passed over, as RFC 7240, section 2 asks for.
+/// Reads the seconds of the first `wait` in the headers `Prefer`; `None` without one that is a whole number. Preferences that are
+/// not understood are ignored, as RFC 7240, section 2 asks for.
 pub fn wait(headers: &HeaderMap) -> Option<Duration> {
     let lines = headers.get_all(PREFER).iter().filter_map(|line| line.to_str().ok());
     // a preference may have parameters behind a semicolon, of which `wait` has none

@@ -14,10 +14,10 @@ use crate::http::problem_kind::ProblemKind;
 use crate::job::artifacts::ArtifactError;
 use crate::job::store::StoreError;
 
-/// What went wrong (RFC 9457).
+/// Reason why a request was refused or failed (RFC 9457).
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Problem {
-    /// Names the kind of problem; the path of a page that explains it.
+    /// Kind of the problem: the path of a page that explains it.
     #[serde(rename = "type")]
     #[schema(format = "uri-reference", example = "/problems/invalid-document")]
     pub kind: &'static str,
@@ -26,10 +26,10 @@ pub struct Problem {
     #[schema(example = 422)]
     pub status: u16,
     pub detail: String,
-    /// The path that was asked for.
+    /// Path of the request.
     #[schema(format = "uri-reference", example = "/v1/jobs")]
     pub instance: String,
-    /// For an invalid document or query: what is wrong, field by field; of a query, `parameter` is the parameter's name.
+    /// Faults of an invalid document or query, one for each field; for a query, `parameter` is the parameter's name.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<FieldError>,
     #[serde(skip)]
@@ -74,13 +74,13 @@ impl Problem {
         Self::new(ProblemKind::UnsupportedMediaType, detail)
     }
 
-    /// Query parameters with bad values, by name.
+    /// Creates the problem of query parameters with bad values.
     pub fn invalid_parameters(errors: Vec<FieldError>) -> Self {
         let first = errors.first().map_or(String::new(), |error| error.to_string());
         Self { errors, ..Self::new(ProblemKind::InvalidParameters, first) }
     }
 
-    /// One query parameter with a bad value.
+    /// Creates the problem of one query parameter with a bad value.
     pub fn invalid_parameter(name: &str, detail: impl Into<String>) -> Self {
         Self::invalid_parameters(vec![FieldError::of_parameter(name, detail)])
     }
@@ -89,17 +89,17 @@ impl Problem {
         Self::new(ProblemKind::Unavailable, detail).retry_after(5)
     }
 
-    /// Ours: the log has the rest, under the answer's `x-request-id`.
+    /// Creates the problem of a fault of the service; the log has its reason, under the answer's `x-request-id`.
     pub fn internal() -> Self {
         Self::new(ProblemKind::Internal, "the log of the service has the reason, under this answer's x-request-id")
     }
 
-    /// Ours, too, but asking again is of no use.
+    /// Creates the problem of a stored file that is missing or damaged, for which repeating the request does not help.
     pub fn damaged_artifact(what: &str) -> Self {
         Self::new(ProblemKind::DamagedArtifact, format!("{what}; the same document, posted again, gives the same file"))
     }
 
-    /// For an answer that came without a problem of its own.
+    /// Creates the problem of a failed answer that came without one.
     fn of_status(status: StatusCode, allow: Option<&HeaderValue>) -> Self {
         match status {
             StatusCode::NOT_FOUND => Self::not_found("there is nothing at this path"),
@@ -122,7 +122,7 @@ pub fn too_large(detail: impl Into<String>) -> Problem {
     Problem::new(ProblemKind::TooLarge, detail)
 }
 
-/// The problem travels as an extension; [`as_problem_documents`] writes it out.
+/// Attaches the problem to the response as an extension; [`as_problem_documents`] writes it out.
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
@@ -135,7 +135,7 @@ impl IntoResponse for Problem {
     }
 }
 
-/// Gives every failed answer a problem document, whoever made the answer.
+/// Gives every failed answer a problem document, whatever layer made the answer.
 pub async fn as_problem_documents(request: Request, next: Next) -> Response {
     let instance = request.uri().path().to_owned();
     let mut response = next.run(request).await;
@@ -218,12 +218,12 @@ impl From<PathRejection> for Problem {
     }
 }
 
-/// Query parameters; a wrong one is a problem document.
+/// Extractor of query parameters; a bad one is answered with a problem document.
 #[derive(FromRequestParts)]
 #[from_request(via(axum::extract::Query), rejection(Problem))]
 pub struct Query<T>(pub T);
 
-/// Parts of the path; a wrong one is a problem document.
+/// Extractor of parts of the path; a bad one is answered with a problem document.
 #[derive(FromRequestParts)]
 #[from_request(via(axum::extract::Path), rejection(Problem))]
 pub struct Path<T>(pub T);

@@ -1,11 +1,11 @@
-//! The kinds of problems: a code, a status and words for each.
+//! Kinds of problems: a code, a status and words for each.
 
 use axum::http::StatusCode;
 
-/// One row for each kind: variant, name, status, title, what it means and what to do, and an example of `detail`.
+/// Definition of all kinds, a row for each: variant, name, status, title, meaning with advice, and an example of `detail`.
 macro_rules! kinds {
     ($($kind:ident, $name:literal, $status:ident, $title:literal, $meaning:literal, $example:literal;)*) => {
-        /// A kind of problem; its code never changes, its words may.
+        /// Kind of a problem; its code never changes, its words may.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum ProblemKind {
             $(#[doc = $meaning] $kind,)*
@@ -15,27 +15,27 @@ macro_rules! kinds {
             /// All kinds, in the order of the page that lists them.
             pub const ALL: &[Self] = &[$(Self::$kind),*];
 
-            /// `type` of the problem document: the path of the page that explains it.
+            /// Returns `type` of the problem document: the path of the page that explains the kind.
             pub fn code(self) -> &'static str {
                 match self { $(Self::$kind => concat!("/problems/", $name)),* }
             }
 
-            /// HTTP status that goes with the kind.
+            /// Returns the HTTP status of the kind.
             pub fn status(self) -> StatusCode {
                 match self { $(Self::$kind => StatusCode::$status),* }
             }
 
-            /// Short words for people, the same for all problems of the kind.
+            /// Returns a short title for people, the same for all problems of the kind.
             pub fn title(self) -> &'static str {
                 match self { $(Self::$kind => $title),* }
             }
 
-            /// What it means, and what to do.
+            /// Returns the meaning of the kind, and what to do.
             pub fn meaning(self) -> &'static str {
                 match self { $(Self::$kind => $meaning),* }
             }
 
-            /// An example of `detail`.
+            /// Returns an example of `detail`.
             pub fn example(self) -> &'static str {
                 match self { $(Self::$kind => $example),* }
             }
@@ -118,7 +118,7 @@ kinds! {
 }
 
 impl ProblemKind {
-    /// The last part of the code.
+    /// Returns the last part of the code.
     pub fn name(self) -> &'static str {
         self.code().trim_start_matches("/problems/")
     }

@@ -21,7 +21,7 @@ pub struct ProblemPage {
     pub status: u16,
     /// Meaning of the kind, and what to do.
     pub meaning: &'static str,
-    /// A `detail` as it may read.
+    /// Example of a `detail`.
     pub example: &'static str,
 }
 

@@ -1,15 +1,15 @@
-//! Faults of the parameters of a query, all at once.
+//! Faults of the parameters of a query, collected so that all are reported at once.
 
 use crate::document::FieldError;
 
-/// Faults of the parameters, by name.
+/// Faults of the parameters, each with the parameter's name.
 #[derive(Default)]
 pub struct QueryFaults {
     pub found: Vec<FieldError>,
 }
 
 impl QueryFaults {
-    /// Notes a fault; there is no value.
+    /// Adds a fault, and returns `None` for the value.
     pub fn refuse<T>(&mut self, parameter: &str, detail: impl Into<String>) -> Option<T> {
         self.found.push(FieldError::of_parameter(parameter, detail));
         None

@@ -1,4 +1,4 @@
-//! The reader of a watched job: it reads the job's events once and tells them to all its streams.
+//! Reader of a watched job: it reads the job's events once and sends them to all its streams.
 
 use std::sync::Arc;
 
@@ -10,13 +10,13 @@ use crate::http::Service;
 use crate::http::watched::{EVENTS_AT_ONCE, News, SentEvent, WatchedJobs};
 use crate::job::store::{Change, JobHead, StoreError};
 
-/// Events that a stream may be behind the reader, before it reads the store by itself.
+/// Largest number of events that a stream may be behind the reader; one further behind reads the store itself.
 const BEHIND: usize = 128;
 
 impl WatchedJobs {
-    /// Everything new of a job after `head` was read; what came before is in the store. `changes` began before that, so that
-    /// nothing falls between. The channel closes when the job is gone, after its final event, when the service ends, or when
-    /// the store fails.
+    /// Subscribes to everything new of a job after `head` was read; earlier events are in the store. `changes` must begin before
+    /// `head` is read, so that no event is missed in between. The channel closes when the job is gone, after its final event, when
+    /// the service ends, or when the store fails.
     pub fn watch(
         service: &Arc<Service>,
         head: &JobHead,
@@ -33,7 +33,7 @@ impl WatchedJobs {
     }
 }
 
-/// Reads a job's events after `last` once and tells them to all its streams, until nobody listens or nothing comes any more.
+/// Reads a job's events after `last` once and sends them to all its streams, until no stream is open or no more events can come.
 async fn read(
     service: Arc<Service>,
     job: Uuid,
@@ -83,7 +83,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Tells all events that are new; true after a final one.
+    /// Sends all new events; returns true after a final one.
     async fn pass_on(&mut self) -> Result<bool, StoreError> {
         loop {
             let events = self.service.store.events(self.job, self.last, EVENTS_AT_ONCE).await?;
@@ -109,7 +109,7 @@ impl Reader<'_> {
         let _ = self.sender.send(Arc::new(News { previous: self.last, event }));
     }
 
-    /// Takes the job off the list when nobody watches it.
+    /// True if streams watch the job; if none does, takes the job off the list.
     fn is_watched(&self) -> bool {
         let mut readers = self.service.watched.lock();
         // streams subscribe under the same lock

@@ -1,4 +1,4 @@
-//! Whether the service can write, looked at from time to time.
+//! Readiness of the service, checked by trying to write.
 
 use std::time::{Duration, Instant};
 
@@ -7,20 +7,20 @@ use tokio::sync::Mutex;
 use crate::job::artifacts::Artifacts;
 use crate::job::store::Store;
 
-/// Time for which a look at whether the service can write is good.
+/// Time for which the result of a successful check is valid.
 const LOOK_AGAIN: Duration = Duration::from_secs(5);
-/// Time for which a look is good that found that the service cannot write.
+/// Time for which the result of a failed check is valid.
 const LOOK_AGAIN_AFTER_TROUBLE: Duration = Duration::from_secs(1);
 
-/// The last look at whether the service can write; whoever asks at the same time shares it.
+/// Result of the last check that the service can write; simultaneous requests share it.
 #[derive(Default)]
 pub struct Readiness {
     last: Mutex<Option<(Instant, Result<(), String>)>>,
 }
 
 impl Readiness {
-    /// Tells whether both stores can be written to and `least_free_bytes` of the disk are free; otherwise why not, in words
-    /// for clients. A look a short time ago is good enough.
+    /// Checks that both stores can be written to and `least_free_bytes` of the disk are free; the error is the reason in words for
+    /// clients. The result of a recent check is returned again.
     pub async fn look(&self, store: &dyn Store, artifacts: &Artifacts, least_free_bytes: u64) -> Result<(), String> {
         let mut last = self.last.lock().await;
         if let Some((when, found)) = last.as_ref() {
@@ -35,7 +35,7 @@ impl Readiness {
     }
 }
 
-/// Writes to both stores; the reason why that does not work, without the machine's paths.
+/// Checks the free space of the disk and writes to both stores; the error is the reason, without the machine's paths.
 async fn try_to_write(store: &dyn Store, artifacts: &Artifacts, least: u64) -> Result<(), String> {
     match artifacts.free_bytes() {
         Ok(free) if free < least => {

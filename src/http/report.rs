@@ -1,4 +1,4 @@
-//! The report on a job: one sheet that prints well, as a page and as PDF.
+//! Report on a job: one sheet that prints well, as a page and as PDF.
 
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
@@ -25,7 +25,7 @@ use crate::output::{OutputError, png};
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; img-src 'self'; frame-ancestors 'none'; \
     base-uri 'none'; form-action 'none'";
 
-/// `/jobs/ID/report`: the report as a page.
+/// Answers `/jobs/ID/report` with the report as a page.
 pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let sheet = sheet(&app, id).await?;
     let mut response = content::made(&headers, html(&sheet, id), "text/html; charset=utf-8")?;
@@ -34,7 +34,8 @@ pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<
     Ok(response)
 }
 
-/// The report on a job: inputs, method and why, map, fluxes, errors, and what made it, on one sheet of A4.
+/// Returns the report on a job on one sheet of A4: inputs, method and its reason, map, fluxes, errors, and the program that made
+/// it.
 #[utoipa::path(get, path = "/v1/jobs/{id}/report.pdf", operation_id = "get_report_pdf", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The report", body = inline(Binary), content_type = "application/pdf"),
@@ -47,7 +48,7 @@ pub async fn pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<R
     Ok(formats::named(content::made(&headers, bytes, FigureFormat::Pdf.media_type())?, "report.pdf"))
 }
 
-/// The report on a job, as far as it is computed.
+/// Makes the report on a job from everything computed so far.
 pub(super) async fn sheet(app: &Service, id: Uuid) -> Result<Sheet, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let grid = match job.document["grids"][0]["name"].as_str() {
@@ -70,7 +71,7 @@ pub(super) async fn sheet(app: &Service, id: Uuid) -> Result<Sheet, Problem> {
     made.await?.map_err(|error| internal("drawing a report failed", &error))
 }
 
-/// What a report needs of a job, under the names that it is answered with.
+/// Collects the fields of a job that a report needs, under their names in answers.
 fn answered(job: Job) -> Value {
     let mut fields = match job.summary {
         Some(Value::Object(results)) => results,

@@ -1,4 +1,4 @@
-//! What a job computed: reports on tubes, and files of any kind. Of a running job, what there is so far.
+//! Results of a job: reports on tubes, and files of any kind; for a running job, the results so far.
 
 use std::time::Duration;
 
@@ -21,12 +21,12 @@ use crate::job::prepare::prepare;
 use crate::job::results;
 use crate::job::results::ResultFile;
 
-/// Time that a reader of a running job waits for its pass to end.
+/// Longest time that a reader of a running job waits for the end of a pass.
 const WAIT_FOR_PASS: Duration = Duration::from_secs(20);
 
 const TUBE_FORMATS: [Format; 4] = [Format::Json, Format::Svg, Format::Png, Format::Pdf];
 
-/// `None` where the answer is that there is nothing.
+/// Converts the problem of status 404 to `None`.
 pub(super) fn found(answer: Result<Response, Problem>) -> Result<Option<Response>, Problem> {
     match answer {
         Err(problem) if problem.status == StatusCode::NOT_FOUND.as_u16() => Ok(None),
@@ -34,7 +34,7 @@ pub(super) fn found(answer: Result<Response, Problem>) -> Result<Option<Response
     }
 }
 
-/// The report on a tube.
+/// Returns the report on a tube.
 #[utoipa::path(get, path = "/v1/jobs/{id}/tubes/{file}", operation_id = "get_tube", tag = "results",
     params(("id" = Uuid, Path), ("file" = String, Path, description = "The tube's number in the document, from 0; with `.json`, `.svg`, `.png` or `.pdf` a file")),
     responses(
@@ -53,7 +53,7 @@ pub async fn tube(app: App, Path((id, file)): Path<(Uuid, String)>, headers: Hea
     Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
 }
 
-/// The stored file of a finished job, or the file as it would be now of a running one.
+/// Answers with the stored file of a finished job, or for a running one with the file as it would be now.
 pub(super) async fn result_file(
     app: &Service,
     id: Uuid,
@@ -82,7 +82,7 @@ pub(super) async fn result_file(
     content::made(headers, file.bytes, file.media_type)
 }
 
-/// A file of a finished job that is not kept, from what is.
+/// Makes a file of a finished job that is not stored, from those that are.
 async fn made_again(app: &Service, id: Uuid, name: &str) -> Result<Option<ResultFile>, Problem> {
     if name.starts_with("tubes/") {
         return report_on_tube(app, id, name).await;
@@ -96,8 +96,8 @@ async fn made_again(app: &Service, id: Uuid, name: &str) -> Result<Option<Result
     made.map(Some).map_err(|error| internal("writing a grid failed", &error))
 }
 
-/// The report on a tube of a finished job, made again from its document and the fluxes in its summary: the same bytes as
-/// before a restart. `None` where the job goes on, or has computed nothing.
+/// Makes the report on a tube of a finished job again, from its document and the fluxes in its summary, with the same bytes as
+/// before a restart. `None` if the job has not ended, or has computed nothing.
 async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<ResultFile>, Problem> {
     let Some(job) = app.store.job(id).await? else { return Err(Problem::no_such_job()) };
     let Some(summary) = job.summary.filter(|known| job.head.status.is_final() && known["tubes"].is_array()) else {
@@ -120,10 +120,10 @@ pub(super) fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
     Problem::internal()
 }
 
-/// The one file as it would be now: of the last pass that somebody waited for, or the one that runs now, or of what is
-/// stored. Readers of the same pass share it.
+/// Makes one file as it would be now: from the last pass for which a reader has waited, from the pass that runs now, or from the
+/// stored checkpoint. Readers of the same pass share it.
 ///
-/// A permit bounds how many estimates are held and files made at the same time; it is not held while a pass is waited for.
+/// A permit bounds how many estimates are held and files made at the same time; it is not held while waiting for a pass.
 pub(super) async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<Option<MadeFile>, Problem> {
     let newest = async |live: &LiveJob| {
         let estimate = tokio::time::timeout(WAIT_FOR_PASS, live.newest_estimate()).await.ok().flatten();
@@ -158,7 +158,7 @@ pub(super) async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<O
     made_file(made.map_err(|error| internal("reading a state failed", &error))?).map(Some)
 }
 
-/// A file that a job keeps: as it is kept, or as it would be now; `None` where there is none (yet).
+/// Reads a file of a job: the stored one, or the file as it would be now; `None` if there is none (yet).
 pub(super) async fn file_now(app: &Service, id: Uuid, name: &str) -> Result<Option<Bytes>, Problem> {
     let kept = async || -> Result<Option<Bytes>, Problem> {
         match app.store.artifact(id, name).await? {

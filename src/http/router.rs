@@ -1,4 +1,4 @@
-//! Paths, and the layers around all of them.
+//! Routes of the service, and the layers around all of them.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -36,7 +36,7 @@ use crate::http::{
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
-/// The described paths, with defaults for limits: what `openapi.yaml` is made of.
+/// Returns the described routes without real limits, from which `openapi.yaml` is made.
 pub fn api() -> OpenApiRouter<Arc<Service>> {
     api_with_limits(0)
 }
@@ -84,7 +84,7 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Service>> {
     OpenApiRouter::with_openapi(Description::openapi()).merge(others).merge(uploads)
 }
 
-/// The whole service.
+/// Builds the router of the whole service.
 pub fn router(service: Arc<Service>) -> Router {
     let document_bytes = service.limits.document_bytes;
     let limits = service.limits.clone();
@@ -129,15 +129,15 @@ pub fn router(service: Arc<Service>) -> Router {
     Router::new().fallback_service(routes).layer(around_all)
 }
 
-/// Content security policy of answers that a browser shows as a page: they may be drawn, and nothing else (figures have
-/// styles, and pictures within them).
+/// Content security policy of answers that a browser shows as a page: it may draw them, and nothing else (figures have styles, and
+/// pictures within them).
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'; base-uri 'none'; \
                                        form-action 'none'";
 
-/// Longest `X-Request-Id` of a client that is taken over.
+/// Largest number of bytes of a client's `X-Request-Id` that is accepted.
 const REQUEST_ID_BYTES: usize = 128;
 
-/// Takes a long `X-Request-Id` off, so that it is neither logged nor sent back: the request gets one of ours.
+/// Removes a long `X-Request-Id`, so that it is neither logged nor sent back; the request gets a new one.
 async fn without_long_request_id(mut request: Request, next: Next) -> Response {
     if request.headers().get(REQUEST_ID).is_some_and(|id| id.len() > REQUEST_ID_BYTES) {
         request.headers_mut().remove(REQUEST_ID);
@@ -150,8 +150,8 @@ fn span(request: &Request) -> tracing::Span {
     tracing::info_span!("request", method = %request.method(), path = request.uri().path(), id)
 }
 
-/// Logs that a request failed. One that is refused for a time (503) is no fault: it is counted, and whatever else is wrong has a line
-/// of its own; else clients would write the log.
+/// Logs a failed request. A temporary refusal (503) is no fault and no error in the log: it is counted, its causes have log lines
+/// of their own, and clients could otherwise fill the log.
 fn log_failure(failure: ServerErrorsFailureClass, latency: Duration, _: &tracing::Span) {
     match failure {
         ServerErrorsFailureClass::StatusCode(StatusCode::SERVICE_UNAVAILABLE) => {
@@ -161,7 +161,7 @@ fn log_failure(failure: ServerErrorsFailureClass, latency: Duration, _: &tracing
     }
 }
 
-/// A client may invent methods; the number of series must not grow with them.
+/// Returns the label of a method in metrics. A client may invent methods; the number of time series must not grow with them.
 fn method_label(method: &Method) -> &'static str {
     const KNOWN: [&str; 7] = ["GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"];
     KNOWN.into_iter().find(|known| *known == method.as_str()).unwrap_or("other")

@@ -27,14 +27,14 @@ use crate::http::problem::Problem;
 /// Grace period for open requests after a shutdown begins.
 const GRACE: Duration = Duration::from_secs(5);
 
-/// Connections beyond the limit of all that are answered: health as always, everything else that the service is busy. As many are
-/// answered beyond the limits of clients.
+/// Number of connections beyond the limit of all that are answered: health as always, everything else that the service is busy. As
+/// many are answered beyond the limits of clients.
 const KEPT_BACK: usize = 16;
 
 /// Seconds within which the head of a request must arrive on a connection beyond the limit.
 const HEADER_SECONDS_BEYOND: u64 = 2;
 
-/// A request on a connection beyond a limit.
+/// Limit that the connection of a request exceeds.
 #[derive(Clone, Copy)]
 enum Beyond {
     OfAll,
@@ -43,8 +43,8 @@ enum Beyond {
 
 /// Serves until `shutdown`, then ends open requests.
 ///
-/// Not `axum::serve`: that has no limit on the time that a request's head may take, nor on the time within which a client
-/// must take some of its answer, so that idle connections would collect.
+/// It does not use `axum::serve`, which limits neither the time that a request's head may take, nor the time within which a client
+/// must accept some of its answer, so that idle connections would collect.
 pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutdown: CancellationToken) {
     let graceful = GracefulShutdown::new();
     let places = |count: usize| Arc::new(Semaphore::new(count));
@@ -97,7 +97,7 @@ pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutd
     }
 }
 
-/// Connections that may be open.
+/// Limits on open connections.
 struct Slots {
     within: Arc<Semaphore>,
     beyond: Arc<Semaphore>,
@@ -105,14 +105,14 @@ struct Slots {
     beyond_of_clients: Arc<Semaphore>,
 }
 
-/// The place of an open connection, free again when it is dropped.
+/// Place of an open connection, freed when it is dropped.
 #[expect(dead_code, reason = "held, not read")]
 enum Slot {
     Within(OwnedSemaphorePermit, Place),
     Beyond(OwnedSemaphorePermit, Beyond),
 }
 
-/// The next connection; `None` where it failed, or was one too many to be answered at all.
+/// Accepts the next connection; `None` if it failed, or exceeds the limits too far to be answered at all.
 async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(TcpStream, Client, Slot)> {
     let (permit, is_within) = tokio::select! {
         biased;
@@ -127,7 +127,7 @@ async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(TcpStream, Cli
             let slot = match slots.of_clients.take(client) {
                 Ok(place) if is_within => Slot::Within(permit, place),
                 Ok(_) => Slot::Beyond(permit, Beyond::OfAll),
-                // what the others have is not touched
+                // this permit is left to other clients: connections beyond the limit of a client have permits of their own
                 Err(full) => {
                     Slot::Beyond(slots.beyond_of_clients.clone().try_acquire_owned().ok()?, Beyond::OfClient(full))
                 }
@@ -143,7 +143,7 @@ async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(TcpStream, Cli
     }
 }
 
-/// Answers on connections beyond a limit: health and numbers only.
+/// Answers only health checks and metrics on connections beyond a limit, and refuses everything else.
 pub async fn answer_health_only_beyond(request: Request, next: Next) -> Response {
     let beyond = request.extensions().get::<Beyond>().copied();
     match beyond.filter(|_| !matches!(request.uri().path(), "/livez" | "/readyz" | "/metrics")) {

@@ -1,4 +1,4 @@
-//! The service that all handlers share.
+//! State that all handlers share.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -19,7 +19,7 @@ use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
 use crate::job::store::Store;
 
-/// State that every handler may need.
+/// State that any handler may need.
 pub struct Service {
     pub store: Arc<dyn Store>,
     pub artifacts: Artifacts,
@@ -28,15 +28,15 @@ pub struct Service {
     pub limits: Limits,
     pub access: Access,
     pub metrics: PrometheusHandle,
-    /// Ends event streams and makes the service not ready.
+    /// Signal that ends event streams and makes the service not ready.
     pub shutdown: CancellationToken,
     pub permits: Permits,
     pub watched: WatchedJobs,
     pub watched_studies: WatchedStudies,
     pub study_files: StudyFiles,
-    /// True if the last job that came found no place in the queue.
+    /// True if the last posted job found no place in the queue.
     pub queue_was_full: AtomicBool,
-    /// The last look at whether the service can write.
+    /// Result of the last check that the service can write.
     pub readiness: Readiness,
 }
 
@@ -47,5 +47,5 @@ impl Service {
     }
 }
 
-/// The service, as a handler is given it.
+/// Shared state in the form in which a handler receives it.
 pub type App = State<Arc<Service>>;

@@ -1,4 +1,4 @@
-//! The sky types that a document can ask for.
+//! Sky types that a document can ask for.
 
 use axum::Json;
 use serde::Serialize;
@@ -15,7 +15,7 @@ pub struct Skies {
 /// A sky of the IES recommended practice of 1984: a member of the same family of distributions.
 #[derive(Serialize, ToSchema)]
 pub struct PresetSky {
-    /// `sky.preset` of a document.
+    /// Value of `sky.preset` in a document.
     pub preset: &'static str,
     pub parameters: SkyParameters,
     /// Extinction of the beam per unit of air mass; null without a beam.
@@ -25,19 +25,20 @@ pub struct PresetSky {
 /// A sky type of CIE S 011, or the traditional overcast sky.
 #[derive(Serialize, ToSchema)]
 pub struct SkyType {
-    /// `sky.cie_type` of a document.
+    /// Value of `sky.cie_type` in a document.
     #[schema(minimum = 1, maximum = 16)]
     pub cie_type: u8,
     pub description: &'static str,
-    /// Null for the traditional overcast sky, which has none.
+    /// Parameters of the luminance distribution; null for the traditional overcast sky, which has none.
     pub parameters: Option<SkyParameters>,
-    /// Types without a direct beam unless the document gives one.
+    /// True for a type without a direct beam unless the document gives one.
     pub sunless: bool,
-    /// Types under which results have daylight factors.
+    /// True for a type under which results have daylight factors.
     pub daylight_factor: bool,
 }
 
-/// L/Lz = f(chi) phi(Z) / (f(Zs) phi(0)), phi = 1 + a exp(b / cos Z), f = 1 + c (exp(d chi) - exp(d pi/2)) + e cos^2 chi.
+/// Parameters of the luminance L relative to that of the zenith Lz: L/Lz = f(chi) phi(Z) / (f(Zs) phi(0)), phi = 1 + a exp(b / cos
+/// Z), f = 1 + c (exp(d chi) - exp(d pi/2)) + e cos^2 chi.
 #[derive(Serialize, ToSchema)]
 pub struct SkyParameters {
     pub a: f64,
@@ -53,7 +54,7 @@ impl From<[f64; 5]> for SkyParameters {
     }
 }
 
-/// All sky types and presets with their parameters.
+/// Lists all sky types and presets with their parameters.
 #[utoipa::path(get, path = "/v1/skies", operation_id = "list_skies", tag = "skies",
     responses((status = 200, description = "The sky types in order", body = Skies)))]
 pub async fn skies() -> Json<Skies> {

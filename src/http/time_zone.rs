@@ -1,4 +1,4 @@
-//! Clocks at a place: its time zone, and its offset from UTC at a local time.
+//! Clocks at a place: its time zone, and the offset of a local time from UTC.
 
 use axum::Json;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use crate::document::sky::time_zone::{Times, Zone, zone_at};
 use crate::http::problem::{Problem, Query};
 use crate::http::query_faults::QueryFaults;
 
-/// A place, or a zone by its name, and what a clock shows there. Every field is text, so that a bad value is named.
+/// Place, or time zone by its name, and a local time there. Every field is text, so that a bad value is reported by name.
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
@@ -20,19 +20,19 @@ pub struct TimeZoneQuery {
     /// Longitude in degrees, east positive; required without `time_zone`.
     #[param(value_type = Option<f64>, minimum = -180, maximum = 180, example = 12.55)]
     longitude_deg: Option<String>,
-    /// Name of a zone of the IANA, in place of the one at the coordinates, which need not be given then.
+    /// Name of a time zone of the IANA, in place of the one at the coordinates, which need not be given then.
     #[param(example = "Europe/Copenhagen")]
     time_zone: Option<String>,
-    /// Date and time that the clock shows, without an offset; required.
+    /// Local date and time, without an offset; required.
     #[param(value_type = String, required = true, example = "2026-06-21T12:00")]
     local_time: Option<String>,
 }
 
-/// Times for which a clock shows a local one.
+/// Number of times at which clocks show a local time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Shown {
-    /// One time.
+    /// Exactly one time.
     Once,
     /// Two times: clocks are set back over it.
     Twice,
@@ -40,30 +40,30 @@ pub enum Shown {
     Never,
 }
 
-/// A zone, and the `time` of a document for what its clocks show.
+/// Time zone, and the `time` of a document for a local time there.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct TimeZoneResource {
-    /// Name of the zone by the IANA.
+    /// Name of the time zone by the IANA.
     #[schema(example = "Europe/Copenhagen")]
     pub time_zone: String,
     /// Number of times at which clocks of the zone show the local time.
     pub shown: Shown,
-    /// The local time as a `time` of documents: the first one, if clocks show it twice; if never, the time that they show instead, later
-    /// by what they are set forward by.
+    /// Local time as a `time` of documents: the first one if clocks show it twice; if they never show it, the time that they show
+    /// instead, later by as much as they are set forward.
     #[schema(example = "2026-06-21T12:00:00+02:00")]
     pub time: String,
-    /// The second time; null unless clocks show it twice.
+    /// Second time as a `time` of documents; null unless clocks show the local time twice.
     pub second_time: Option<String>,
-    /// Offset from UTC of `time`, sign, hours and minutes.
+    /// Offset of `time` from UTC: sign, hours and minutes.
     #[schema(example = "+02:00")]
     pub utc_offset: String,
 }
 
-/// The time zone of a place, and its offset from UTC at a local time.
+/// Returns the time zone of a place, and its offset from UTC at a local time.
 ///
-/// Borders of the zones are those of [timezone-boundary-builder](https://github.com/evansiroky/timezone-boundary-builder), simplified by some
-/// hundred metres, with data of © OpenStreetMap contributors under the ODbL 1.0; at sea the zones of ships. Rules of the clocks are those of the
-/// IANA. Both are part of the service.
+/// Borders of the zones are those of [timezone-boundary-builder](https://github.com/evansiroky/timezone-boundary-builder),
+/// simplified by some hundred metres, with data of © OpenStreetMap contributors under the ODbL 1.0; at sea they are nautical time
+/// zones. Rules of the clocks are those of the IANA. Both are part of the service.
 #[utoipa::path(get, path = "/v1/time_zone", operation_id = "get_time_zone", tag = "skies",
     params(TimeZoneQuery),
     responses(

@@ -1,4 +1,4 @@
-//! How much light a tube sends into a room, under many skies at once and without a job.
+//! Luminous flux that a tube sends into a room under many skies, computed within one request and without a job.
 
 use std::time::Instant;
 
@@ -13,11 +13,11 @@ use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::job::tube_flux::{TimeThereIs, TubeFluxError, tube_flux};
 
-/// Share of its time that a request waits for a turn at the most, and share that the computation may take.
+/// Fraction of its time limit that a request waits for a turn at the most, and fraction that the computation may take.
 const WAITING: f64 = 0.5;
 const COMPUTING: f64 = 0.95;
 
-/// Luminous flux of a tube into a room by patches of its opening, of sky and sun apart, for every sky and time.
+/// Computes the luminous flux of a tube into a room by patches of its opening, of sky and sun apart, for every sky and time.
 #[utoipa::path(post, path = "/v1/tubes/flux", operation_id = "get_tube_flux", tag = "tubes",
     request_body(content = TubeFluxDocument, description = "The tube, the skies and the times",
         content_type = "application/json", example = json!({

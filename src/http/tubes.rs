@@ -1,4 +1,4 @@
-//! How much light straight tubes pass, at once and without a job.
+//! Transmission of straight tubes, computed within one request and without a job.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -19,12 +19,12 @@ const LONGEST: f64 = 100.0;
 /// Largest number of altitudes in one request.
 const MOST_ALTITUDES: usize = 1000;
 
-/// A straight tube with an open top, and the light on it. Every field is text, so that a bad value is named.
+/// Straight tube with an open top, and the light on it. Every field is text, so that a bad value is reported by name.
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct TransmissionQuery {
-    /// Length over diameter, 0..100; or give `length_m` and `diameter_m`.
+    /// Length over diameter, 0..100; `length_m` and `diameter_m` may be given instead.
     #[param(value_type = Option<f64>, minimum = 0, maximum = 100, example = 4)]
     aspect_ratio: Option<String>,
     /// Length in metres.
@@ -39,10 +39,10 @@ pub struct TransmissionQuery {
     /// Altitudes of a beam above the horizon in degrees, 0..90; one, or several with commas between them.
     #[param(example = "30,60")]
     altitude_deg: Option<String>,
-    /// A sky type (`sky.cie_type` of a document), 1..16, whose diffuse light enters; with `sun_altitude_deg`.
+    /// Sky type (`sky.cie_type` of a document), 1..16, whose diffuse light enters the tube; requires `sun_altitude_deg`.
     #[param(value_type = Option<u8>, minimum = 1, maximum = 16)]
     cie_type: Option<String>,
-    /// Altitude of that sky's sun in degrees, above 0 and up to 90.
+    /// Altitude of the sun for the sky `cie_type` in degrees, above 0 and up to 90.
     #[param(value_type = Option<f64>, exclusive_minimum = 0, maximum = 90)]
     sun_altitude_deg: Option<String>,
 }
@@ -56,7 +56,7 @@ pub struct TubeTransmission {
     pub uniform_sky_transmission: f64,
     /// Transmissions of beams, one for each altitude.
     pub beams: Vec<BeamTransmission>,
-    /// Null unless a sky was asked for.
+    /// Transmission of the light of the requested sky; null unless a sky was requested.
     pub sky: Option<SkyTransmission>,
 }
 
@@ -64,11 +64,11 @@ pub struct TubeTransmission {
 #[derive(Debug, Serialize, ToSchema)]
 pub struct BeamTransmission {
     pub altitude_deg: f64,
-    /// Swift and Smith (1995), summed exactly: absolute error below 1e-12.
+    /// Transmission after Swift and Smith (1995), summed exactly: absolute error below 1e-12.
     pub transmission: f64,
-    /// R^N of the mean number of reflections N, after Zastrow and Wittwer: never above the exact transmission.
+    /// Approximation R^N with the mean number of reflections N, after Zastrow and Wittwer: never above the exact transmission.
     pub zastrow_wittwer_transmission: f64,
-    /// (4 / pi) (length / diameter) tan(angle from the axis); null for a beam from the horizon.
+    /// Mean number of reflections, (4 / pi) (length / diameter) tan(angle from the axis); null for a beam from the horizon.
     pub mean_reflections: Option<f64>,
 }
 
@@ -80,7 +80,7 @@ pub struct SkyTransmission {
     pub transmission: f64,
 }
 
-/// The transmission of a straight tube for beams and skies, in closed form.
+/// Computes the transmission of a straight tube for beams and skies, in closed form.
 #[utoipa::path(get, path = "/v1/tubes/transmission", operation_id = "get_tube_transmission", tag = "tubes",
     params(TransmissionQuery),
     responses(

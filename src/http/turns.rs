@@ -1,4 +1,4 @@
-//! Turns: so much work of each kind at a time, and clients one after the other.
+//! Turns at work of which a limited amount is done at a time: clients take them one after the other.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,39 +12,39 @@ use crate::http::client::Client;
 use crate::http::problem::Problem;
 
 tokio::task_local! {
-    /// The client whose request is answered.
+    /// Client whose request is being answered.
     static CLIENT: Client;
 }
 
-/// Answers a request for its client: turns that the answer waits for are that client's.
+/// Answers a request for its client, in whose name the answer waits for turns.
 pub async fn answer_for(client: Client, request: Request, next: Next) -> Response {
     CLIENT.scope(client, next.run(request)).await
 }
 
-/// Work of one kind that is done for requests, so much of it at the same time.
+/// Line for work of one kind, a limited number of pieces of which are done for requests at the same time.
 ///
-/// While there is more to do, the next turn is that of the client for whom least of it runs, and of these of the one whose
-/// last turn is longest ago: however much one client asks for, another one waits for one turn of each of the others at the most.
+/// The next turn is that of the client for whom least of it runs, and among these of the one whose last turn is longest ago:
+/// however much one client requests, another one waits for one turn of each of the others at the most.
 pub struct Line(Mutex<State>);
 
 struct State {
     free: usize,
-    /// Turns that began, and requests that came to wait.
+    /// Number of the newest turn or waiting request; they are counted together.
     count: u64,
-    /// Clients for whom something runs or that wait.
+    /// Clients with work that runs or waits.
     clients: HashMap<Client, OfClient>,
 }
 
 #[derive(Default)]
 struct OfClient {
     running: usize,
-    /// Number of its last turn.
+    /// Number of the client's last turn.
     last: u64,
-    /// Requests that wait, each with its number, the first one first.
+    /// Waiting requests, each with its number, the oldest first.
     waiting: VecDeque<(u64, oneshot::Sender<Turn>)>,
 }
 
-/// A turn at the work of a line. Copies are the same turn, which ends when the last of them is dropped.
+/// Turn at the work of a line. Copies are the same turn, which ends when the last of them is dropped.
 #[derive(Clone)]
 pub struct Turn {
     _running: Arc<Running>,
@@ -56,12 +56,12 @@ struct Running {
 }
 
 impl Line {
-    /// Work that goes on for `count` requests at the same time.
+    /// Creates a line in which work is done for `count` requests at the same time.
     pub fn new(count: usize) -> Arc<Self> {
         Arc::new(Self(Mutex::new(State { free: count, count: 0, clients: HashMap::new() })))
     }
 
-    /// A turn for the client whose request is answered, when it comes to it.
+    /// Waits for a turn of the client whose request is being answered.
     pub async fn turn(self: &Arc<Self>) -> Result<Turn, Problem> {
         self.turn_of(CLIENT.try_with(|client| *client).unwrap_or_default()).await
     }
@@ -77,13 +77,13 @@ impl Line {
                 return Ok(self.running(client));
             }
             let of_client = state.clients.entry(client).or_default();
-            // who has gone does not wait
+            // requests whose clients have disconnected do not wait
             of_client.waiting.retain(|(_, waits)| !waits.is_closed());
             let (turn, coming) = oneshot::channel();
             of_client.waiting.push_back((count, turn));
             coming
         };
-        // the line lives, and so does what waits in it
+        // the line, and with it the sender that waits in it, lives at least as long as this call
         coming.await.map_err(|_| Problem::internal())
     }
 
@@ -91,7 +91,7 @@ impl Line {
         Turn { _running: Arc::new(Running { line: self.clone(), client }) }
     }
 
-    /// Never left half changed: a panic elsewhere does not matter.
+    /// Locks the state, even after a panic elsewhere: it is never left half changed.
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -112,7 +112,7 @@ impl State {
         }
     }
 
-    /// The next request that waits, its turn begun.
+    /// Begins the turn of the next waiting request, and returns the request.
     fn next(&mut self) -> Option<(Client, oneshot::Sender<Turn>)> {
         self.clients.retain(|_, of_client| {
             of_client.waiting.retain(|(_, waits)| !waits.is_closed());
@@ -157,7 +157,7 @@ mod tests {
         Client::at(([192, 0, 2, number], 1).into())
     }
 
-    /// Names of those who wait in a line of one turn, in the order in which their turns come.
+    /// Returns the names of requests that wait in a line of one turn, in the order in which their turns come.
     fn order(line: &Arc<Line>, waiting: &[(u8, &'static str)]) -> Vec<&'static str> {
         let mut all: Vec<_> =
             waiting.iter().map(|(number, name)| (*name, Box::pin(line.clone().turn_owned(client(*number))))).collect();

@@ -1,4 +1,4 @@
-//! Bodies that are taken as fast as they come, but not as slowly as a client likes.
+//! Uploads: bodies are received as fast as they come, but no slower than a least rate.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,16 +14,16 @@ use crate::http::places::Place;
 use crate::http::problem::{Problem, too_large};
 use crate::http::problem_kind::ProblemKind;
 
-/// An uploaded file in memory, with the places that it takes.
+/// Uploaded file in memory, with the places that it takes.
 pub struct Upload {
     pub bytes: Bytes,
-    /// Held as long as anybody has the bytes.
+    /// Places of the upload and its bytes, held until the last copy of this is dropped.
     pub places: Arc<[Place; 2]>,
 }
 
 impl Upload {
-    /// Receives a body: at most `mesh_bytes`, within the places for uploads and their bytes that the client may have, and no slower
-    /// than `upload_bytes_per_second`. Places for bytes are taken as they come, so that a body that says it is long takes none.
+    /// Receives a body of at most `mesh_bytes`, within the client's places for uploads and their bytes, and no slower than
+    /// `upload_bytes_per_second`. Places for bytes are taken as bytes arrive, so that an announced length takes none.
     pub async fn receive(service: &Service, client: Client, body: Body) -> Result<Self, Problem> {
         let limits = &service.limits;
         let longer = || too_large("the body is longer than this path allows");
@@ -50,7 +50,7 @@ impl Upload {
     }
 }
 
-/// Least rate of a body, from now on.
+/// Least rate of a body, counted from the creation of this value.
 struct Pace {
     begun: Instant,
     grace: Duration,
@@ -62,7 +62,7 @@ impl Pace {
         Self { begun: Instant::now(), grace: Duration::from_secs(grace_seconds), bytes_per_second }
     }
 
-    /// Time at which more must come when so many bytes have.
+    /// Returns the time by which more must arrive after the first `bytes`.
     fn deadline_after(&self, bytes: usize) -> Instant {
         let paid = Duration::from_secs_f64(bytes as f64 / self.bytes_per_second.max(1) as f64);
         self.begun + self.grace + paid

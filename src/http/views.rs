@@ -30,10 +30,10 @@ const FORMATS: [Format; 4] = [Format::Png, Format::Exr, Format::Svg, Format::Pdf
 #[derive(Clone, Copy, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PictureStyle {
-    /// As an eye sees it, the picture alone.
+    /// Tone-mapped picture alone, as an eye sees it.
     #[default]
     Tone,
-    /// As an eye sees it, with job, place, time, sky, method and the exposure printed around it.
+    /// Tone-mapped picture, as an eye sees it, with job, place, time, sky, method and the exposure printed around it.
     Captioned,
     /// Luminance in false colours with a scale.
     FalseColour,
@@ -43,7 +43,7 @@ pub enum PictureStyle {
 #[serde(rename_all = "snake_case")]
 pub enum ScaleSpacing {
     Linear,
-    /// Over three decades.
+    /// Logarithmic, over three decades.
     Log,
 }
 
@@ -60,26 +60,27 @@ pub enum PaletteName {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct PictureQuery {
-    /// Style of a PNG, SVG or PDF; tone when absent, which is of PNG only.
+    /// Style of a PNG, SVG or PDF; `tone` when absent, which PNG alone can have.
     #[param(inline)]
     style: Option<PictureStyle>,
-    /// Pass after which a progress image was kept; of the style tone only.
+    /// Number of the pass after which a progress image was kept; for the style `tone` only.
     #[param(schema_with = kept_passes)]
     pass: Option<u64>,
-    /// Luminance in cd/m2 that is shown as middle grey, so that several pictures are exposed alike; of the styles tone and
-    /// captioned. When absent, the picture's own average.
+    /// Luminance in cd/m2 that is shown as middle grey, so that several pictures are exposed alike; for the styles `tone` and
+    /// `captioned`. When absent, the picture's own average.
     #[param(exclusive_minimum = 0)]
     exposure: Option<f64>,
-    /// Luminance in cd/m2 at the scale's end; of false colours. When absent, what holds 99 % of the pixels that see no source.
+    /// Luminance in cd/m2 at the end of the scale of false colours. When absent, the one that 99 % of the pixels that see no source
+    /// do not exceed.
     #[param(exclusive_minimum = 0)]
     max: Option<f64>,
-    /// How luminances are spread along the scale of false colours; linear when absent.
+    /// Spacing of luminances along the scale of false colours; linear when absent.
     #[param(inline)]
     scale: Option<ScaleSpacing>,
     /// Colours of the scale of false colours; turbo when absent.
     #[param(inline)]
     palette: Option<PaletteName>,
-    /// Pixels of a PNG per unit of its figure, of the styles captioned and false colour; 1 when absent.
+    /// Pixels of a PNG per unit of its figure, for the styles `captioned` and `false_colour`; 1 when absent.
     #[param(minimum = 1, maximum = 2)]
     density: Option<u8>,
 }
@@ -142,7 +143,7 @@ impl PictureQuery {
     }
 }
 
-/// A picture of a view.
+/// Returns a picture of a view.
 #[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", operation_id = "get_view", tag = "results",
     params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name; with `.exr`, `.png`, `.svg` or `.pdf` a file"), PictureQuery),
     responses(
@@ -178,7 +179,7 @@ pub async fn view(
     Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
 }
 
-/// A picture made of the view's EXR file: kept, or as it is now.
+/// Draws a picture from the view's EXR file: the stored one, or the file as it would be now.
 async fn drawn(
     app: &Service,
     id: Uuid,

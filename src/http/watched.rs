@@ -1,4 +1,4 @@
-//! Jobs whose events are followed live: one reader per job, whatever the number of streams.
+//! Jobs whose events are followed live, with one reader per job, whatever the number of streams.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,14 +12,14 @@ use crate::http::event_schemas::ImageEvent;
 use crate::job::events::{EventData, Image};
 use crate::job::store::{Event, is_final_event};
 
-/// Events read at once: what one stream costs in memory while it catches up.
+/// Number of events read at once, which bounds the memory of a stream that catches up.
 pub const EVENTS_AT_ONCE: u32 = 64;
 
-/// News that the reader of a job sends to its streams.
+/// Message from the reader of a job to the job's streams.
 pub struct News {
-    /// Id of the last event before this one: who has that has missed nothing.
+    /// Id of the last event before this one: a stream that has sent that one has missed nothing.
     pub previous: i64,
-    /// `None` tells where the reader begins.
+    /// New event; `None` in the first message, which says only where the reader begins.
     pub event: Option<SentEvent>,
 }
 
@@ -32,14 +32,14 @@ pub struct SentEvent {
     pub text: SseEvent,
 }
 
-/// The jobs that somebody watches now.
+/// Jobs that have open streams now.
 #[derive(Default)]
 pub struct WatchedJobs {
     readers: Mutex<HashMap<Uuid, broadcast::Sender<Arc<News>>>>,
 }
 
 impl WatchedJobs {
-    /// Number of jobs that have a reader.
+    /// Returns the number of jobs that have a reader.
     pub fn count(&self) -> usize {
         self.lock().len()
     }

@@ -1,6 +1,6 @@
-//! YAML that readers of version 1.1, as many still are, understand as those of 1.2 do.
+//! YAML that parsers of version 1.1, still common, read as those of version 1.2 do.
 
-/// A document whose plain words are quoted where version 1.1 reads a truth value, a time, or a number instead.
+/// Quotes the plain words of a document that version 1.1 would read as a truth value, a time, or a number.
 pub fn for_all_versions(yaml: &str) -> String {
     let mut text_beyond = None;
     let mut lines = String::with_capacity(yaml.len());
@@ -19,13 +19,13 @@ pub fn for_all_versions(yaml: &str) -> String {
     lines
 }
 
-/// True of a line whose value is the text of the lines that follow.
+/// True for a line whose value is the text of the lines that follow.
 fn begins_text(line: &str) -> bool {
     let last = line.rsplit(' ').next().unwrap_or(line);
     matches!(last.trim_matches(|letter: char| matches!(letter, '+' | '-') || letter.is_ascii_digit()), "|" | ">")
 }
 
-/// A line outside of texts: `- ` of lists, then a name with its value, or one of them.
+/// Quotes words of a line outside of texts: `- ` of lists, then a name with its value, or one of them.
 fn quoted(line: &str) -> String {
     let mut rest = line.trim_start();
     while let Some(item) = rest.strip_prefix("- ") {
@@ -43,13 +43,13 @@ fn quoted(line: &str) -> String {
     }
 }
 
-/// True of a plain word that is text in version 1.2 and something else in 1.1.
+/// True for a plain word that is text in version 1.2 and something else in 1.1.
 fn is_misread(word: &str) -> bool {
     let is_truth = ["y", "yes", "n", "no", "on", "off"].iter().any(|truth| word.eq_ignore_ascii_case(truth));
     is_truth || matches!(word, "=" | "<<") || is_number_or_time(word)
 }
 
-/// True of what looks like a number, and is none as JSON writes it: 2011-09-15, 12:00, 010, 0b11, 1_000.
+/// True for a word that looks like a number, and is none as JSON writes it: 2011-09-15, 12:00, 010, 0b11, 1_000.
 fn is_number_or_time(word: &str) -> bool {
     let unsigned = word.trim_start_matches(['-', '+']);
     if !unsigned.starts_with(|first: char| first.is_ascii_digit()) {

@@ -1,4 +1,4 @@
-//! Jobs are cancelled and deleted.
+//! Cancelling and deleting of jobs.
 
 use std::time::{Duration, Instant};
 
@@ -15,7 +15,7 @@ use crate::http::App;
 use crate::http::problem::{Path, Problem, Query};
 use crate::job::store::*;
 
-/// Stops the job within one pass; what was computed stays readable.
+/// Stops the job within one pass; results computed so far stay readable.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 202, description = "The job stops, or was cancelled before; the body is the job", body = JobResource),
@@ -47,7 +47,7 @@ pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Proble
 const MOST_DELETED: u32 = 500;
 const DELETING: Duration = Duration::from_secs(5);
 
-/// Which jobs are deleted.
+/// Jobs that are to be deleted.
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
@@ -78,10 +78,10 @@ pub struct DeletedJobs {
     pub more: bool,
 }
 
-/// Deletes jobs that have ended, those that ended first first, with their files. Jobs of studies stay: they go with their study.
+/// Deletes jobs that have ended, with their files, the earliest end first. Jobs of studies are deleted with their study only.
 #[utoipa::path(delete, path = "/v1/jobs", operation_id = "delete_jobs", tag = "jobs", params(DeleteQuery),
     responses(
-        (status = 200, description = "They are gone", body = DeletedJobs),
+        (status = 200, description = "The jobs are deleted", body = DeletedJobs),
         (status = 422, description = "A parameter is missing or not valid; `errors` name it", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete_many(app: App, Query(query): Query<DeleteQuery>) -> Result<Json<DeletedJobs>, Problem> {
     let status = query.status.map(|status| match status {

@@ -1,4 +1,4 @@
-//! Jobs: posted, planned, listed, looked at, cancelled, deleted.
+//! Jobs: posted, planned, listed, shown, cancelled, deleted.
 
 pub mod change;
 pub mod plan;

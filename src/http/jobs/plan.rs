@@ -1,4 +1,4 @@
-//! What a document would do, and what it would take, without a job.
+//! Plan of a document, and predictions of the time that each method would take, without a job.
 
 use std::sync::Arc;
 
@@ -18,36 +18,36 @@ use crate::job::pilot;
 use crate::job::predictions::Predictions;
 use crate::job::prepare::Prepared;
 
-/// What a document would do.
+/// Plan of a document.
 #[derive(Serialize, ToSchema)]
 pub struct PlanResource {
     /// The document as understood, all defaults filled in.
     #[schema(value_type = JobDocument)]
     pub document: Value,
-    /// What would be simulated and what would not, and why.
+    /// Plan: what would be simulated and what would not, with reasons.
     pub plan: PlanResult,
     pub warnings: Vec<Warning>,
     #[serde(flatten)]
     pub known: Known,
-    /// What each method would take; with `predict` only.
+    /// Predictions of the time that each method would take; with `predict` only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub predictions: Option<Predictions>,
 }
 
-/// Whether a pilot is asked what a job would take.
+/// Option to predict by a pilot the time that a job would take.
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct PredictQuery {
-    /// True to try every method for a moment, less than 0.2 s of each processor, and to say what it would take to relative errors of 10, 5, 2,
-    /// 1, 0.5 and 0.1 percent; false when absent.
+    /// True to try every method for a moment, less than 0.2 s of each processor, and to predict its time to relative errors of 10,
+    /// 5, 2, 1, 0.5 and 0.1 percent; false when absent.
     #[serde(default)]
     #[param(inline)]
     predict: bool,
 }
 
 impl PredictQuery {
-    /// Predicts the time that each method would take, if that is asked; `pilots` is the line of pilots.
+    /// Predicts the time that each method would take, if the query requests it; `pilots` is the line of pilots.
     pub async fn predictions(
         &self,
         pilots: &Arc<Line>,
@@ -62,7 +62,7 @@ impl PredictQuery {
     }
 }
 
-/// What a document would simulate and what not, and why, and with `predict` what that would take; queues nothing.
+/// Plans a document: what would be simulated, what not, and why, and with `predict` the time that it would take; queues nothing.
 #[utoipa::path(post, path = "/v1/plan", operation_id = "plan_job", tag = "jobs", params(PredictQuery),
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
@@ -72,7 +72,7 @@ impl PredictQuery {
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid document, or a parameter of the wrong type", body = Problem, content_type = "application/problem+json")))]
 pub async fn plan(app: App, Query(query): Query<PredictQuery>, body: Body) -> Result<Json<PlanResource>, Problem> {
-    // to the end: what waits for its pilot is as large as what is prepared
+    // kept to the end: a plan that waits for its pilot takes as much memory as one that is being prepared
     let turn = permit(&app.permits.plans).await?;
     let posted = body.read(&turn).await?;
     let prepared = prepare(&app, &turn, posted.value).await?.prepared;

@@ -20,16 +20,18 @@ use crate::http::turns::Turn;
 use crate::job::computation::{canonical_hash, computation};
 use crate::job::prepare::{Prepared, prepare_document};
 
-/// Bytes of a document for each value that it may have: a table of short numbers has one for five, and no document has more.
+/// Least number of bytes of a document for each value in it: a table of short numbers has a value for every five bytes, and no
+/// document has more.
 const BYTES_PER_VALUE: usize = 5;
 
-/// Bytes that a post takes beside those of its document: posts outlive their clients, and also short ones must not be too many.
+/// Bytes counted for a post besides those of its document: posts outlive their clients, and the number of short ones must be
+/// limited, too.
 const BYTES_OF_POST: usize = 8 << 10;
 
-/// A body that came as JSON and is not read yet. Its bytes count for its client as long as it, or what it is read to, lives.
+/// Body that came as JSON and is not parsed yet. Its bytes count for its client as long as it, or the document read from it, lives.
 pub struct Body {
     text: Bytes,
-    /// Values that it may have.
+    /// Largest number of JSON values that it may have.
     most_values: usize,
     held: Place,
 }
@@ -56,17 +58,17 @@ impl FromRequest<Arc<Service>> for Body {
     }
 }
 
-/// A posted document: text that is JSON, its value, and the hash of its canonical form.
+/// Posted document: its text, which is JSON, its value, and the hash of its canonical form.
 pub struct Posted {
     pub text: String,
     pub value: Value,
     pub hash: String,
-    /// Its bytes, which count until this is dropped.
+    /// Bytes of the document, which count for the client until this is dropped.
     pub held: Place,
 }
 
 impl Body {
-    /// Reads the document off the async threads.
+    /// Parses the document off the async threads.
     pub async fn read(self, turn: &Turn) -> Result<Posted, Problem> {
         off_thread(turn.clone(), move |_| self.parse()).await?
     }
@@ -92,12 +94,12 @@ fn not_json(detail: String) -> Problem {
     Problem::new(ProblemKind::NotJson, detail)
 }
 
-/// A job that can be queued, or planned.
+/// Job that can be queued, or planned.
 pub struct PreparedPost {
     pub prepared: Arc<Prepared>,
-    /// Uploaded meshes that it uses.
+    /// Ids of the uploaded meshes that the job uses.
     pub meshes: Vec<String>,
-    /// Name of what is computed for it; see [`computation`].
+    /// Name of the computation that the job needs; see [`computation`].
     pub computation: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Jobs as they are answered.
+//! Jobs in the form of JSON answers.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ use crate::job::report::OVERVIEW;
 use crate::job::site_figure::SiteFigure;
 use crate::job::store::*;
 
-/// A job: what was asked for, how far it is, what came out.
+/// Job with its document, its plan, its progress and its results.
 #[derive(Serialize, ToSchema)]
 pub struct JobResource {
     #[serde(flatten)]
@@ -25,18 +25,17 @@ pub struct JobResource {
     /// The document as understood, all defaults filled in.
     #[schema(value_type = JobDocument)]
     pub document: Value,
-    /// What is simulated and what is not, and why.
+    /// Plan: what is simulated and what is not, with reasons.
     #[schema(value_type = PlanResult)]
     pub plan: Value,
     pub warnings: Vec<Warning>,
-    /// What each method would take, as was foretold before the job was queued; with `predict` only.
+    /// Predictions of the time that each method would take, made before the job was queued; with `predict` only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub predictions: Option<Predictions>,
-    /// Why the job failed.
+    /// Reason why the job failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<JobProblem>,
-    /// The provenance and the outdoor illuminance from the beginning; the rest of a job that has finished with at least one
-    /// pass.
+    /// Results: provenance and outdoor illuminance from the beginning, all others once the job has finished with at least one pass.
     #[serde(flatten)]
     #[schema(value_type = JobResults)]
     pub results: Map<String, Value>,
@@ -48,7 +47,7 @@ pub struct JobSummary {
     pub id: Uuid,
     pub name: Option<String>,
     pub status: JobStatus,
-    /// The job was asked to stop and will, within a pass.
+    /// True if the job was asked to stop; it does so within a pass.
     pub cancel_requested: bool,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Option<Timestamp>,
@@ -57,21 +56,21 @@ pub struct JobSummary {
     #[schema(value_type = Option<String>, format = DateTime)]
     pub finished_at: Option<Timestamp>,
     pub progress: Progress,
-    /// Why a finished job ended.
+    /// Reason why a finished job ended.
     pub stopped_by: Option<StoppedBy>,
     pub links: Links,
 }
 
-/// Paths of what belongs to a job.
+/// Paths of the resources that belong to a job.
 #[derive(Serialize, ToSchema)]
 pub struct Links {
     #[serde(rename = "self")]
     pub this: String,
-    /// Path of the page that shows the job to people.
+    /// Path of the web page of the job.
     pub page: String,
-    /// Path of the report on the job: one page that prints well.
+    /// Path of the report on the job: a web page that prints well.
     pub report: String,
-    /// The same report as PDF, of one sheet.
+    /// Path of the report on the job as PDF of one sheet.
     pub report_pdf: String,
     pub events: String,
     pub convergence: String,
@@ -80,7 +79,7 @@ pub struct Links {
     pub convergence_png: String,
     pub convergence_pdf: String,
     pub cancel: String,
-    /// Paths of the grids by name (JSON, or what `Accept` or `?format=` asks for). Not in lists.
+    /// Paths of the grids by name (JSON, or the format of `Accept` or `?format=`). Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grids: Option<BTreeMap<String, String>>,
     /// Paths of the grids' files by name. Not in lists.
@@ -89,10 +88,10 @@ pub struct Links {
     /// Paths of the views by name. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub views: Option<BTreeMap<String, ViewLinks>>,
-    /// Reports on the tubes, in the order of the document. Not in lists.
+    /// Paths of the reports on the tubes, in the order of the document. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tubes: Option<Vec<TubeLinks>>,
-    /// Other figures by name: sky, sections, and the lumens of tubes once they are known. Not in lists.
+    /// Paths of other figures by name: sky, sections, overview, and the fluxes of tubes in lm once they are computed. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub figures: Option<BTreeMap<String, FigureLinks>>,
 }
@@ -101,15 +100,15 @@ pub struct Links {
 pub struct GridLinks {
     pub json: String,
     pub csv: String,
-    /// Map over the plan of the room, in pixels.
+    /// Path of a map over the plan of the room, in pixels.
     pub png: String,
-    /// Map over the plan of the room, as outlines.
+    /// Path of a map over the plan of the room, as vector graphics.
     pub svg: String,
-    /// Map over the plan of the room, for print.
+    /// Path of a map over the plan of the room, for print.
     pub pdf: String,
 }
 
-/// A figure in its three representations.
+/// Paths of a figure in its three representations.
 #[derive(Serialize, ToSchema)]
 pub struct FigureLinks {
     pub svg: String,

@@ -1,4 +1,4 @@
-//! Jobs are looked at, one or many.
+//! Reading of jobs, one or many.
 
 use axum::Json;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -19,7 +19,7 @@ const MAX_PAGE: u32 = 500;
 #[derive(Serialize, ToSchema)]
 pub struct JobPage {
     pub jobs: Vec<JobSummary>,
-    /// `cursor` of the next page; null on the last one.
+    /// Value of `cursor` for the next page; null on the last one.
     pub next_cursor: Option<Uuid>,
 }
 
@@ -27,17 +27,17 @@ pub struct JobPage {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct ListQuery {
-    /// Only jobs with this status.
+    /// Status of the jobs to list; all when absent.
     #[param(inline)]
     status: Option<JobStatus>,
-    /// Jobs on a page; 50 when absent.
+    /// Largest number of jobs on a page; 50 when absent.
     #[param(minimum = 1, maximum = 500)]
     limit: Option<u32>,
-    /// `next_cursor` of the page before.
+    /// Value of `next_cursor` of the page before.
     cursor: Option<Uuid>,
 }
 
-/// Jobs, newest first.
+/// Lists jobs, newest first.
 #[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(ListQuery),
     responses(
         (status = 200, description = "A page of jobs", body = JobPage),
@@ -56,7 +56,7 @@ pub async fn list(app: App, Query(query): Query<ListQuery>) -> Result<Json<JobPa
     Ok(Json(JobPage { jobs: heads.iter().map(JobSummary::new).collect(), next_cursor }))
 }
 
-/// The job.
+/// Returns the job.
 #[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "get_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The job", body = JobResource),

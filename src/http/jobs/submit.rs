@@ -1,4 +1,4 @@
-//! A job is queued.
+//! Queueing of a job.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -24,18 +24,19 @@ use crate::http::{App, Service, prefer};
 use crate::job::prepare::Prepared;
 use crate::job::store::*;
 
-/// Longest `Idempotency-Key`.
+/// Largest number of characters of an `Idempotency-Key`.
 const MAX_KEY_LENGTH: usize = 255;
-/// What a key belongs to that was used before.
+/// Owner of an `Idempotency-Key` that was used before, in words for clients.
 const OTHER: &str = "a job with another document";
-/// Pause in seconds that a polling client is asked for.
+/// Pause in seconds between two looks at a job that a client is asked to make.
 pub(in crate::http) const POLL_SECONDS: u32 = 1;
 
 /// Queues a job.
 ///
-/// `Idempotency-Key` makes a repeated post answer with the first job, and say so. With `Prefer: wait=N` (RFC 7240) a job that ends within
-/// N seconds is answered as it is then, with its grids; a longer one with 202 and how far it is after N seconds. N counts up to 60, or to 2 s less than a request
-/// may take here (`request_seconds` of the configuration). What `predict` foretells is kept with the job, and drawn in its convergence.
+/// `Idempotency-Key` makes a repeated post answer with the first job, marked by `Idempotency-Replayed`. With `Prefer: wait=N` (RFC
+/// 7240) a job that ends within N seconds is answered with its state at its end and its grids; a longer one with 202 and its
+/// progress after N seconds. N counts up to 60, or to 2 s less than a request may take here (`request_seconds` of the
+/// configuration). Predictions by `predict` are kept with the job, and drawn in its convergence.
 #[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(PredictQuery, ("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters",
         min_length = 1, max_length = 255, pattern = "^[ -~]+$"),
@@ -81,7 +82,7 @@ pub async fn create(
             Err(key_reused(OTHER))
         };
     }
-    // preparing costs more than a look, which costs something, too: it pays when the last job found no place
+    // preparing costs much and this check little, but not nothing: it pays when the last job found no place
     let (client, most) = (client.to_string(), app.limits.most_waiting());
     if app.queue_was_full.load(Ordering::Relaxed) {
         if app.store.unfinished_of(&client).await? > most.of_client {
@@ -96,7 +97,7 @@ pub async fn create(
     let predictions = query.predictions(&app.permits.pilots_of_jobs, &prepared).await?;
     drop(turn);
     let new = NewJob { idempotency_key, body_hash: posted.hash, computation, predictions, ..new };
-    // the disk is waited for once where the answer comes with the job's end
+    // where the answer comes with the job's end, the wait for the disk at that end is enough
     let told = if waiting.is_some() { Told::Perhaps } else { Told::Safely };
     let submission = queue(&app, new, prepared, told).await?;
     drop(posted.held);
@@ -110,7 +111,7 @@ pub async fn create(
     }
 }
 
-/// Queues a job, and hands what was prepared for it to the worker.
+/// Queues a job, and hands its prepared form to the worker.
 async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>, told: Told) -> Result<Submission, Problem> {
     let (id, most) = (new.id, app.limits.most_waiting());
     // before it is queued: it may begin at once
@@ -132,7 +133,7 @@ async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>, told: Told) 
     Ok(submission)
 }
 
-/// A prepared job to be queued, with neither key nor hashes; `text` is its document.
+/// Creates the job to be queued from its prepared form, with neither key nor hashes; `text` is its document.
 fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>, client: String) -> Result<NewJob, Problem> {
     Ok(NewJob {
         id: Uuid::now_v7(),
@@ -152,15 +153,15 @@ fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>, client: Strin
     })
 }
 
-/// Whether a job that has not ended survives the end of the power.
+/// Durability of a job that has not ended: whether it would survive a power failure.
 #[derive(Clone, Copy, PartialEq)]
 enum Told {
     Safely,
-    /// Perhaps not yet: it must before anybody hears that it was accepted.
+    /// Perhaps not durable yet: it must be before a client receives that it was accepted.
     Perhaps,
 }
 
-/// The job as it is at its end, where that comes in time, else as it is now.
+/// Answers with the job as it is at its end if that comes in time, else as it is now.
 async fn answer(app: &Service, mut job: Job, waiting: Option<Waiting<'_>>, told: Told) -> Result<Response, Problem> {
     if let Some(waiting) = waiting {
         if let Some(finished) = waiting.answer(&job.head).await? {
@@ -202,7 +203,7 @@ pub(in crate::http) fn key_reused(other: &str) -> Problem {
     Problem::new(ProblemKind::KeyReused, format!("it belongs to {other}; take a new key"))
 }
 
-/// An answer about what an earlier post with the same key made.
+/// Marks an answer about the job or study of an earlier post with the same key.
 pub(in crate::http) fn replayed(mut answer: Response) -> Response {
     answer.headers_mut().insert("idempotency-replayed", HeaderValue::from_static("true"));
     answer

@@ -1,4 +1,4 @@
-//! A posted job that is waited for: answered with its grids when it ends in time.
+//! Wait for the end of a posted job, which is answered with its grids if it ends in time.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -22,27 +22,27 @@ use crate::http::problem::Problem;
 use crate::http::{App, Service};
 use crate::job::store::*;
 
-/// Longest wait, whatever the client prefers; shorter where the service lets no request take as long.
+/// Longest wait, whatever the client prefers; shorter if the time limit of requests is.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// Time for the answer itself, within the time that a request may take.
+/// Time reserved for the answer itself, within the time limit of a request.
 const FOR_THE_ANSWER: Duration = Duration::from_secs(2);
 
-/// Grids whose files take more bytes in all are not sent with the job.
+/// Largest number of bytes of all grid files together that are sent with the job.
 const MOST_GRID_BYTES: u64 = 4 << 20;
 
-/// A job that has ended, with its grids.
+/// Job that has ended, with its grids.
 #[derive(Serialize, ToSchema)]
 pub struct FinishedJob {
     #[serde(flatten)]
     pub job: JobResource,
-    /// The grids by name, as their links have them; absent where no pass was done, or where they take more than 4 MiB.
+    /// Grids by name, as in their files; absent if no pass was done, or if they take more than 4 MiB.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<BTreeMap<String, GridResult>>)]
     pub grid_results: Option<BTreeMap<String, Value>>,
 }
 
-/// A wait that a client prefers, and that begins before its job is queued, so that nothing falls between.
+/// Wait for the end of a job. It begins before the job is queued, so that no change is missed in between.
 pub struct Waiting<'a> {
     app: &'a App,
     longest: Duration,
@@ -52,7 +52,7 @@ pub struct Waiting<'a> {
 }
 
 impl<'a> Waiting<'a> {
-    /// `None` where nothing can be waited for: nobody asks for it, or as many wait as the service allows, in all or of this client.
+    /// Begins a wait; `None` if the client prefers none, or if as many wait as the service allows, in all or for this client.
     pub fn new(app: &'a App, client: Client, hung_up: HungUp, preferred: Option<Duration>) -> Option<Self> {
         let request = Duration::from_secs(app.limits.request_seconds).saturating_sub(FOR_THE_ANSWER);
         let longest = preferred?.min(LONGEST).min(request);
@@ -60,7 +60,7 @@ impl<'a> Waiting<'a> {
         Some(Self { app, longest, changes: app.store.changes(), hung_up, _place: place })
     }
 
-    /// The job, which was read after the wait began, with its grids when it ends in time, else `None`.
+    /// Answers with the job and its grids if it ends in time; returns `None` if not. The job must be read after the wait has begun.
     pub async fn answer(mut self, job: &JobHead) -> Result<Option<Response>, Problem> {
         let id = job.id;
         let Ok(ended) = tokio::time::timeout(self.longest, self.ended(job)).await else { return Ok(None) };
@@ -74,7 +74,7 @@ impl<'a> Waiting<'a> {
         Ok(Some((StatusCode::OK, headers, Json(body)).into_response()))
     }
 
-    /// The job once it has ended; `None` if it is gone, the client is, or the service ends.
+    /// Returns the job once it has ended; `None` if the job is deleted, the client disconnects, or the service ends.
     async fn ended(&mut self, job: &JobHead) -> Result<Option<Job>, Problem> {
         if job.status.is_final() {
             return Ok(self.app.store.job(job.id).await?);
@@ -100,7 +100,7 @@ impl<'a> Waiting<'a> {
     }
 }
 
-/// The grids of a job that has ended, as its files have them.
+/// Reads the grids of a job that has ended from its files; `None` if one is missing, or if they take more than [`MOST_GRID_BYTES`].
 async fn grids(app: &Service, id: Uuid, job: &Job) -> Result<Option<BTreeMap<String, Value>>, Problem> {
     let mut grids = BTreeMap::new();
     let mut bytes = 0;

@@ -1,4 +1,4 @@
-//! Studies are cancelled and deleted.
+//! Cancelling and deleting of studies.
 
 use axum::Json;
 use axum::http::StatusCode;
@@ -12,7 +12,7 @@ use super::show::no_such_study;
 use crate::http::App;
 use crate::http::problem::{Path, Problem};
 
-/// Cancels all jobs of the study that have not ended; what was computed stays readable.
+/// Cancels all jobs of the study that have not ended; results computed so far stay readable.
 #[utoipa::path(post, path = "/v1/studies/{id}/cancel", operation_id = "cancel_study", tag = "studies", params(("id" = Uuid, Path)),
     responses(
         (status = 202, description = "Its jobs stop; the body is the study", body = StudyResource),

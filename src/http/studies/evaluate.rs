@@ -1,4 +1,4 @@
-//! What a study has found so far, from the results of its jobs that have ended.
+//! Evaluation of a study so far, from the results of its jobs that have ended.
 
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ use crate::study::Study;
 use crate::study::compare::Deviation;
 use crate::study::outcome::{RenderedReference, Run, RunCost};
 
-/// A stored study as it is answered.
+/// Builds the answer for a stored study.
 pub async fn study_resource(
     app: &Service,
     study: &StoredStudy,
@@ -33,14 +33,14 @@ pub async fn study_resource(
     })
 }
 
-/// A stored study as lists have it.
+/// Builds the entry of a stored study in a list.
 pub async fn study_summary(app: &Service, study: StoredStudy) -> Result<StudySummary, Problem> {
     let heads = heads(app, study.id).await?;
     let jobs = parts(&study)?.into_iter().map(|(id, part)| StudyJob::new(id, &part, heads.get(&id)));
     Ok(StudySummary::new(&study, &jobs.collect::<Vec<_>>()))
 }
 
-/// What the runs that have succeeded say; `None` until the reference is known.
+/// Evaluates the runs that have succeeded; `None` as long as the reference has no values.
 pub async fn evaluate(app: &Service, looked: &Looked<'_>) -> Result<Option<Study>, Problem> {
     let found = found::of_runs(app, looked).await?;
     let (reference, reference_variance) = match looked.reference() {

@@ -1,4 +1,4 @@
-//! A study's events as a stream (server-sent events): what its jobs do.
+//! Stream of a study's events (server-sent events): starts, passes and ends of its jobs.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -28,13 +28,13 @@ use crate::http::problem::{Path, Problem, Query};
 #[derive(ToSchema)]
 #[expect(dead_code, reason = "only its schema is used: the library for server-sent events writes them")]
 pub struct StudyStreamEvent {
-    /// 1, 2, 3 ... without gaps; `Last-Event-ID` goes on after it. `restarted` has the id that it goes on after, which may be
-    /// 0. Absent of `pass`.
+    /// Number of the event: 1, 2, 3 ... without gaps. Sent back as `Last-Event-ID`, it makes the stream continue after it.
+    /// `restarted` has the id after which the stream continues, which may be 0. Absent for `pass`.
     #[schema(pattern = "^(0|[1-9][0-9]*)$")]
     pub id: Option<String>,
-    /// What happened.
+    /// Name of the event.
     pub event: StudyEventName,
-    /// JSON of a `StudyEvent`.
+    /// Data of the event: JSON of a `StudyEvent`.
     pub data: String,
 }
 
@@ -51,22 +51,22 @@ pub enum StudyEventName {
     Cancelled,
 }
 
-/// `x-events` of the operation: the name of each event and the component of its data.
+/// Lists the name of each event and the component of its data, for `x-events` of the operation.
 fn names() -> Value {
     let last = [StudyStatus::Finished, StudyStatus::Failed, StudyStatus::Cancelled].map(StudyStatus::name);
     let data = json!({ "$ref": "#/components/schemas/StudyEvent" });
     [STARTED, PASS, ENDED, RESTARTED].iter().chain(&last).map(|name| json!({ "name": name, "data": data })).collect()
 }
 
-/// The study's events.
+/// Streams the study's events.
 ///
-/// `started` and `ended` tell of each of its jobs, `pass` of the job that is at work, about once a second at most, and `finished`,
-/// `failed` or `cancelled` of the study: it ends the stream. Ids count 1, 2, 3 ... without gaps; a `pass` has none, since it is told
-/// live only. Events after `Last-Event-ID` that were missed are told first; a job that was deleted alone takes its events with it.
-/// Who comes back with an id that there is not (the power failed, or a job was deleted) is told `restarted` first, with the id before
-/// the last event that there is, and then that event again.
-/// A comment is sent every 15 s. Who asks for events after the last one is answered 204. `x-events` has the component of each event's
-/// data; the study itself says the same whenever it is asked for.
+/// `started` and `ended` report each of its jobs, `pass` the job that is at work, about once a second at most, and `finished`,
+/// `failed` or `cancelled` the study: this event ends the stream. Ids count 1, 2, 3 ... without gaps; a `pass` has none, since it
+/// is sent live only. Events after `Last-Event-ID` that were missed are sent first; a job that was deleted alone takes its events
+/// with it. A client that comes back with the id of an event that no longer exists (after a power failure, or because a job was
+/// deleted) receives `restarted` first, with the id before the last event that there is, and then that event again. A comment is
+/// sent every 15 s. A request for events after the last one is answered 204. `x-events` has the component of each event's data; the
+/// study itself has the same data at any time.
 #[utoipa::path(get, path = "/v1/studies/{id}/events", operation_id = "get_study_events", tag = "studies",
     extensions(("x-events" = json!(names()))),
     params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),
@@ -87,7 +87,7 @@ pub async fn events(
 ) -> Result<Response, Problem> {
     let by_header = last_event_id(&headers).map_err(|error| Problem::bad_request(error.to_string()))?;
     let place = app.permits.streams.take(client)?;
-    // heard of from before the look at the study, so that nothing falls between
+    // subscribed before the study is read, so that no event is missed in between
     let changes = app.store.changes();
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
     let jobs = StudyJobs { study: id, parts: parts(&study)? };
@@ -97,32 +97,32 @@ pub async fn events(
     if now.status.is_final() && last == newest {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    // told before the power failed, and lost with it: from the last event that there is, which is told again
+    // the client has an event that a power failure has lost: continue from the last event that there is, which is sent again
     let restarted = (last > newest).then(|| now.as_event(&jobs));
     let last = if restarted.is_some() { (newest - 1).max(0) } else { last };
     let news = match now.status.is_final() {
-        // what there is, and then nothing
+        // the stream sends the events that there are, and ends
         true => watch::channel(Arc::new(now)).1,
         false => WatchedStudies::watch(&app, jobs, now, changes),
     };
-    // passes that were told before are old
+    // passes that were sent to other streams before are old
     let passes = news.borrow().pass.as_ref().map_or(0, |(number, _)| number + 1);
     let last = last.unsigned_abs() as usize;
     let feed = Feed { last, restarted, passes, news, shutdown: app.shutdown.clone(), _place: place };
     Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
 }
 
-/// One stream of a study.
+/// Stream of the events of a study.
 struct Feed {
     /// Id of the last event that was sent.
     last: usize,
-    /// Told first, where events are lost that were told.
+    /// Event `restarted`, sent first if events that were sent before are lost.
     restarted: Option<StudyEvent>,
     /// Number of the next pass to be sent.
     passes: u64,
     news: watch::Receiver<Arc<StudyNow>>,
     shutdown: CancellationToken,
-    /// One of the streams that may be open.
+    /// Place of this stream among those that may be open.
     _place: Place,
 }
 
@@ -133,7 +133,7 @@ impl Feed {
         stream::StreamExt::chain(first, events)
     }
 
-    /// `None` at the end of the stream.
+    /// Returns the next event; `None` at the end of the stream.
     async fn next(&mut self) -> Option<SseEvent> {
         loop {
             if self.shutdown.is_cancelled() {

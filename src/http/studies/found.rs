@@ -1,4 +1,4 @@
-//! What the results of a study's jobs are to it: a few numbers, found once after the end of each job and kept beside it.
+//! Evaluated results of a study's jobs: a few numbers, computed once after the end of each job and stored beside it.
 
 use std::collections::HashMap;
 
@@ -15,34 +15,34 @@ use crate::http::results::internal;
 use crate::job::store::*;
 use crate::study::compare::{Deviation, Values};
 
-/// What was found of a job, as it is stored.
+/// Evaluated result of a job, as it is stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Found {
-    /// Of the reference: mean of its squared relative standard errors.
+    /// Mean of the squared relative standard errors of the reference.
     Reference(Option<f64>),
-    /// Of a run: how far it is from the reference.
+    /// Deviation of a run from the reference.
     Run(Deviation),
-    /// Of pictures: actual relative error of each view; null where no pass ended in time.
+    /// Actual relative error of each view of a job of pictures; null where no pass ended in time.
     Pictures(Vec<Option<f64>>),
-    /// Its files are gone.
+    /// No result: the files of the job are gone.
     Nothing,
 }
 
-/// Jobs after which what was found is stored; a request that ends early leaves the rest to the next one.
+/// Number of jobs whose evaluated results are stored together; a request that ends early leaves the rest to the next one.
 const STORED_TOGETHER: usize = 16;
 
-/// What was stored of the jobs of a study.
+/// Returns the evaluated results that are stored for the jobs of a study.
 pub fn stored(study: &StoredStudy) -> HashMap<Uuid, Found> {
     let of_job = |member: &StudyMember| {
-        // what another version stored is found again
+        // results in the form of another version are computed again
         Some((member.job, Found::deserialize(member.found.as_ref()?).ok()?))
     };
     study.jobs.iter().filter_map(of_job).collect()
 }
 
-/// What was found of the reference and of all runs that have succeeded; what was not before is found now. One request at a time finds
-/// anything, and what it stores the next one reads.
+/// Returns the evaluated results of the reference and of all runs that have succeeded, and computes those that are not stored yet.
+/// One request at a time computes them; the next one reads the stored ones.
 pub async fn of_runs(app: &Service, looked: &Looked<'_>) -> Result<HashMap<Uuid, Found>, Problem> {
     let mut found = stored(looked.study);
     if missing(looked, &found).is_empty() {
@@ -75,7 +75,7 @@ pub async fn of_runs(app: &Service, looked: &Looked<'_>) -> Result<HashMap<Uuid,
     Ok(found)
 }
 
-/// The reference and runs that have succeeded and of which nothing was found so far; none where there is nothing to compare with (yet).
+/// Lists the reference and runs that have succeeded but are not evaluated yet; none if there is no reference to compare with (yet).
 fn missing<'a>(looked: &'a Looked<'a>, found: &HashMap<Uuid, Found>) -> Vec<&'a JobHead> {
     let has_values = |id: Uuid| looked.succeeded(id).is_some() && found.get(&id) != Some(&Found::Nothing);
     if looked.reference().is_some_and(|(id, _)| !has_values(id)) {
@@ -85,7 +85,7 @@ fn missing<'a>(looked: &'a Looked<'a>, found: &HashMap<Uuid, Found>) -> Vec<&'a 
     jobs.filter_map(|(id, _)| looked.succeeded(*id)).collect()
 }
 
-/// The values of the reference, and what was found of it; `None` where its files are gone.
+/// Reads the values of the reference, and stores its evaluated result; `None` if its files are gone.
 async fn truth(
     app: &Service,
     looked: &Looked<'_>,
@@ -101,7 +101,7 @@ async fn truth(
     Ok(values)
 }
 
-/// Stores what was found; where that fails, it is found again.
+/// Stores evaluated results; if that fails, they are computed again later.
 pub async fn keep(app: &Service, study: Uuid, found: &[(Uuid, Found)]) {
     // our own types always serialise
     let json = |(id, found): &(Uuid, Found)| (*id, serde_json::to_value(found).unwrap_or_default());
@@ -111,7 +111,7 @@ pub async fn keep(app: &Service, study: Uuid, found: &[(Uuid, Found)]) {
     }
 }
 
-/// The values of a job that has succeeded; `None` where its files are gone with it.
+/// Reads the values of a job that has succeeded; `None` if its files are gone.
 async fn values(app: &Service, looked: &Looked<'_>, head: &JobHead) -> Result<Option<Values>, Problem> {
     let mut files = Vec::new();
     for name in looked.request.job["grids"].as_array().into_iter().flatten().filter_map(|grid| grid["name"].as_str()) {

@@ -1,4 +1,4 @@
-//! Files of studies that were made for readers, and the tags by which readers know what they have.
+//! Files of studies that were made for readers, and the tags by which readers recognise what they already have.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,17 +12,17 @@ use crate::http::content::none_match;
 use crate::http::problem::Problem;
 use crate::job::store::*;
 
-/// Bytes of made files that are kept; the newest one is kept in any case.
+/// Largest number of bytes of made files that are kept; the newest one is kept in any case.
 const MOST_KEPT_BYTES: usize = 32 << 20;
 
-/// Files that were made, newest last, and the turns of those who make more.
+/// Cache of files that were made, the newest last, with locks for making more.
 pub struct StudyFiles {
-    /// Held while the results of a study are compared with its reference.
+    /// Lock held while the results of a study are compared with its reference.
     pub evaluating: tokio::sync::Mutex<()>,
-    /// Held while a file is made of films: they are large, one at a time is.
+    /// Lock held while a file is made of films, which are large: one file at a time.
     making: Arc<tokio::sync::Mutex<()>>,
     kept: Arc<Mutex<VecDeque<Kept>>>,
-    /// In all tags: what another process makes of the same jobs may be something else.
+    /// Id of this process, a part of all tags: another process may make a different file of the same jobs.
     process: Uuid,
 }
 
@@ -43,7 +43,7 @@ impl Default for StudyFiles {
 }
 
 impl StudyFiles {
-    /// The tag of something that is made of the jobs of a study as they are, known before it is made.
+    /// Computes the tag of a file of a study from the present state of its jobs, before the file is made.
     pub fn tag(&self, study: &StoredStudy, heads: &HashMap<Uuid, JobHead>, of: &str) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.process.as_bytes()).update(study.id.as_bytes());
@@ -54,8 +54,8 @@ impl StudyFiles {
         hasher.update(of.as_bytes()).finalize().to_hex().to_string()
     }
 
-    /// The file with this tag: as it was made before, or made by `make` off the async threads. One file is made at a time; those who
-    /// wait meanwhile for the same one are given it, and one that was begun is kept though its reader goes.
+    /// Returns the file with this tag, as it was made before, or made by `make` off the async threads. One file is made at a time.
+    /// Readers that wait for the same file share it, and a file that was begun is kept even if its reader disconnects.
     pub async fn get_or_make(
         &self,
         tag: String,
@@ -95,12 +95,12 @@ fn keep(kept: &Mutex<VecDeque<Kept>>, new: Kept) {
     }
 }
 
-/// The answer to one who has what `etag` (quotes included) names; `None` to all others.
+/// Answers 304 to a client that already has the version named by `etag` (quotes included); `None` for all others.
 pub fn unchanged(headers: &HeaderMap, etag: &str) -> Option<Response> {
     none_match(headers, etag).then(|| tagged(StatusCode::NOT_MODIFIED.into_response(), etag))
 }
 
-/// An answer with its tag (quotes included).
+/// Adds the tag (quotes included) to an answer.
 pub fn tagged(mut answer: Response, etag: &str) -> Response {
     if let Ok(etag) = HeaderValue::try_from(etag) {
         answer.headers_mut().insert(header::ETAG, etag);
@@ -115,7 +115,7 @@ mod tests {
 
     use super::*;
 
-    /// Readers at the same time have one file made, of several files one is made at a time, and no more are kept than may be.
+    /// Simultaneous readers share one made file, one file is made at a time, and no more bytes are kept than allowed.
     #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
     async fn files_are_made_once_and_one_at_a_time() {
         let files = StudyFiles::default();

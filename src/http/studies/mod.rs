@@ -1,4 +1,4 @@
-//! Studies: posted, listed, looked at, followed, cancelled, deleted. Their jobs are jobs like all others.
+//! Studies: posted, listed, shown, followed, cancelled, deleted. Their jobs are jobs like all others.
 
 pub mod change;
 mod evaluate;

@@ -1,6 +1,7 @@
-//! The pictures of a study, as far as their jobs have ended.
+//! Pictures of a study, from its jobs that have ended.
 //!
-//! Films are large: a file is made of one picture after the other, of which no more is kept than it shows, and one file is made at a time.
+//! Films are large: a file is made from one picture after the other, of which only the parts that it shows are kept, and one file
+//! is made at a time.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -27,20 +28,20 @@ use crate::study::pictures::{
     Film, PICTURES_JSON, Picture, Reference, Sheet, SheetKind, Shown, accuracies, equal_time, numbers,
 };
 
-/// A file of a study's pictures.
+/// File of a study's pictures.
 #[derive(Clone, Copy)]
 enum PictureFile {
     Numbers,
-    /// Pictures of the view of this number.
+    /// Pictures of the view with this index, side by side.
     Sheet(SheetKind, usize),
 }
 
-/// True if files of this name are of a study's pictures.
+/// True if a file of this name shows pictures of a study, or their numbers.
 pub fn is_name(file: &str) -> bool {
     file == PICTURES_JSON || file.ends_with(&equal_time("")) || file.ends_with(&accuracies(""))
 }
 
-/// The file of this name of a study, as an answer to a request with these headers.
+/// Answers a request with these headers with the file of this name of a study.
 pub async fn answer(
     app: &Arc<Service>,
     study: StoredStudy,
@@ -59,7 +60,7 @@ pub async fn answer(
     Ok(formats::named(content::made_as(headers, &tag, bytes, media_type)?, file))
 }
 
-/// What files are made of; off the async threads.
+/// Maker of picture files, which works off the async threads.
 struct Maker {
     app: Arc<Service>,
     runtime: Handle,
@@ -83,7 +84,7 @@ impl Maker {
         Ok(Self { app, runtime: Handle::current(), study, request, refused, jobs, heads })
     }
 
-    /// The file of a name; `None` where the request has no such view.
+    /// Finds the file of a name; `None` if the request has no such view.
     fn file(&self, name: &str) -> Option<PictureFile> {
         if name == PICTURES_JSON {
             return Some(PictureFile::Numbers);
@@ -105,7 +106,7 @@ impl Maker {
         }
     }
 
-    /// Pictures of a view side by side.
+    /// Draws the pictures of a view side by side.
     fn sheet(&self, kind: SheetKind, view: usize) -> Result<Vec<u8>, Problem> {
         let reference = self.reference(view)?;
         let mut sheet = Sheet::new(kind);
@@ -120,7 +121,7 @@ impl Maker {
         made.ok_or_else(|| Problem::not_found("the study has no such pictures (yet)"))
     }
 
-    /// Times and errors of all pictures; errors that were not found before are found now, and kept.
+    /// Writes times and errors of all pictures; errors that are not stored yet are computed now, and stored.
     fn numbers(&self) -> Result<Vec<u8>, Problem> {
         let (reference, part) = self.ended_reference()?;
         let stored = found::stored(&self.study);
@@ -155,7 +156,8 @@ impl Maker {
         Ok(numbers(&self.request, &shown(part, reference), &pictures, &self.refused))
     }
 
-    /// A job that has made its pictures. One whose seconds ended before its first pass has failed: it has a place, too.
+    /// Returns a job of pictures that has ended. One whose time limit came before its first pass has failed, but keeps its place
+    /// among them.
     fn ended(&self, id: Uuid) -> Option<&JobHead> {
         self.heads.get(&id).filter(|head| match head.status {
             JobStatus::Succeeded => true,
@@ -170,14 +172,14 @@ impl Maker {
         reference.filter(|(head, _)| head.progress.passes > 0).ok_or_else(no_reference)
     }
 
-    /// A view of the reference.
+    /// Reads a view of the reference.
     fn reference(&self, view: usize) -> Result<Reference, Problem> {
         let (head, part) = self.ended_reference()?;
         let film = self.film(head, view)?.ok_or_else(no_reference)?;
         Reference::new(part.computed_by.clone(), film).map_err(not_drawn)
     }
 
-    /// What a job has of a view; `None` before its first pass.
+    /// Reads the film of a view of a job; `None` before the job's first pass.
     fn film(&self, head: &JobHead, view: usize) -> Result<Option<Film>, Problem> {
         let name = format!("views/{}.exr", self.request.view(view));
         let Some(file) = self.runtime.block_on(self.app.store.artifact(head.id, &name))? else { return Ok(None) };

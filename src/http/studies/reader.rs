@@ -1,4 +1,4 @@
-//! The reader of a watched study: it looks at the study's jobs when they change, and tells all streams what it sees.
+//! Reader of a watched study: it reads the study's jobs when they change, and sends the news to all streams.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -12,14 +12,14 @@ use super::watched::{StudyJobs, StudyNow, WatchedStudies};
 use crate::http::Service;
 use crate::job::store::{Change, JobStatus, StoreError, StudyProgress};
 
-/// Shortest time between two looks.
+/// Shortest time between two reads of a study.
 const LOOK_PAUSE: Duration = Duration::from_millis(100);
-/// Shortest time between two passes that are told of a study.
+/// Shortest time between two passes that are reported of a study.
 const PASS_PAUSE: Duration = Duration::from_secs(1);
 
 impl WatchedStudies {
-    /// What happens to a study from `now` on. `changes` began before that was read, so that nothing falls between. The channel
-    /// closes when the study has ended or is gone, when the service ends, or when the store fails.
+    /// Subscribes to everything new of a study after `now` was read. `changes` must begin before that, so that nothing is missed in
+    /// between. The channel closes when the study has ended or is gone, when the service ends, or when the store fails.
     pub fn watch(
         service: &Arc<Service>,
         jobs: StudyJobs,
@@ -37,7 +37,7 @@ impl WatchedStudies {
     }
 }
 
-/// Tells a study's streams what happens, until nobody listens or nothing comes any more.
+/// Sends the news of a study to its streams, until no stream is open or no more events can come.
 async fn read(
     service: Arc<Service>,
     jobs: StudyJobs,
@@ -66,15 +66,15 @@ struct Reader<'a> {
     jobs: StudyJobs,
     sender: &'a watch::Sender<Arc<StudyNow>>,
     changes: broadcast::Receiver<Change>,
-    /// Passes of the jobs when one of them was told last.
+    /// Numbers of passes of the jobs when a pass was reported last.
     passes: HashMap<Uuid, u64>,
-    /// When the next pass may be told.
+    /// Time from which the next pass may be reported.
     next_pass: Instant,
 }
 
 impl Reader<'_> {
     async fn run(&mut self) -> Result<(), StoreError> {
-        // between the look of the first stream and now something may have happened
+        // jobs may have changed since the first stream read them
         let mut is_waiting = self.look(None).await?;
         while !self.sender.borrow().status.is_final() {
             let (next_pass, sender) = (self.next_pass, self.sender);
@@ -101,7 +101,7 @@ impl Reader<'_> {
         self.jobs.parts.iter().any(|(id, _)| *id == job)
     }
 
-    /// Tells what is new, and a pass if its time has come; true if one waits for that. `heard`: the job that changed.
+    /// Sends all news, with a pass if its time has come; true if a pass waits for that. `heard` is the job that has changed.
     async fn look(&mut self, heard: Option<Uuid>) -> Result<bool, StoreError> {
         let progress = self.service.store.study_progress(self.jobs.study).await?;
         let mut now = StudyNow::clone(&self.sender.borrow());
@@ -120,7 +120,7 @@ impl Reader<'_> {
         Ok(moved.is_some() && !may_tell)
     }
 
-    /// A running job with a pass that was not told: the one that was heard of, if it is that.
+    /// Finds a running job with a pass that was not reported: the job `heard` if it has one, else the first one.
     fn moved(&self, progress: &StudyProgress, heard: Option<Uuid>) -> Option<Uuid> {
         let before = |id: &Uuid| self.passes.get(id).copied().unwrap_or(0);
         let mut moved = progress
@@ -132,7 +132,7 @@ impl Reader<'_> {
         moved.find(|id| Some(*id) == heard).or(first)
     }
 
-    /// Takes the study off the list when nobody watches it.
+    /// True if streams watch the study; if none does, takes the study off the list.
     fn is_watched(&self) -> bool {
         let mut readers = self.service.watched_studies.lock();
         // streams subscribe under the same lock

@@ -1,4 +1,4 @@
-//! Studies as they are answered.
+//! Studies in the form of JSON answers.
 
 use std::collections::BTreeMap;
 
@@ -16,18 +16,18 @@ use crate::study::outcome::Refused;
 use crate::study::picture_request::{PictureKey, PicturesWanted};
 use crate::study::pictures::{PICTURES_JSON, accuracies, equal_time};
 
-/// A study: what was asked for, how far it is, what came out so far.
+/// Study with its request, its jobs, and its results so far.
 #[derive(Serialize, ToSchema)]
 pub struct StudyResource {
     #[serde(flatten)]
     pub summary: StudySummary,
     /// The request as understood, all defaults filled in.
     pub request: StudyRequest,
-    /// Methods that cannot compute the job.
+    /// Methods that cannot compute the job, with reasons.
     pub refused: Vec<Refused>,
-    /// Its jobs in the order in which they were queued, the reference first.
+    /// Jobs of the study in the order in which they were queued, the reference first.
     pub jobs: Vec<StudyJob>,
-    /// What the runs that are done say; null until the reference is done, or where it gave no values.
+    /// Results of the runs that are done; null until the reference is done, or if it gave no values.
     pub results: Option<StudyReport>,
 }
 
@@ -35,19 +35,19 @@ pub struct StudyResource {
 #[derive(Serialize, ToSchema)]
 pub struct StudySummary {
     pub id: Uuid,
-    /// Name of its job.
+    /// Name of the study's job.
     pub name: Option<String>,
     pub status: StudyStatus,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Option<Timestamp>,
-    /// Number of its jobs, the reference among them.
+    /// Number of the study's jobs, the reference included.
     pub runs: usize,
-    /// Number of its jobs that have ended.
+    /// Number of the study's jobs that have ended.
     pub runs_done: usize,
     pub links: StudyLinks,
 }
 
-/// State of a study, which is that of its jobs.
+/// State of a study, which follows from the states of its jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StudyStatus {
@@ -68,55 +68,55 @@ pub enum StudyStatus {
 pub struct StudyJob {
     pub id: Uuid,
     pub part: StudyJobPart,
-    /// The method that was asked for; null of references, and of a picture at an accuracy, which is by the job's own.
+    /// Requested method; null for references, and for a picture at an accuracy, which the job's own method makes.
     pub method: Option<String>,
-    /// The methods that compute it.
+    /// Names of the methods that compute the job.
     pub computed_by: String,
-    /// Relative error that was asked for, at the job's confidence; null of references and of a picture of equal time.
+    /// Requested relative error at the job's confidence; null for references and for a picture of equal time.
     #[serde(rename = "asked_relative_error")]
     pub asked: Option<f64>,
-    /// Seconds of rendering that a picture of equal time was given; null of all others.
+    /// Requested rendering time in seconds of a picture of equal time; null for all others.
     pub asked_seconds: Option<f64>,
-    /// Number of its seed, from 0; null of all but runs.
+    /// Number of the run's seed, from 0; null for jobs that are no runs.
     pub seed: Option<u64>,
     /// State of the job; null where it was deleted.
     pub status: Option<JobStatus>,
-    /// What ended it.
+    /// Reason why the job ended.
     pub stopped_by: Option<StoppedBy>,
     /// Path of the job.
     pub link: String,
 }
 
-/// What a job of a study is for.
+/// Purpose of a job in a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StudyJobPart {
-    /// All runs are compared with it.
+    /// Reference with which all runs are compared.
     Reference,
-    /// One method to one error with one seed.
+    /// Run of one method to one error with one seed.
     Run,
-    /// All pictures are compared with it.
+    /// Reference with which all pictures are compared.
     PictureReference,
-    /// Views by one method after a time, or at an accuracy.
+    /// Pictures of the views by one method after a time, or at an accuracy.
     Picture,
 }
 
-/// Paths of what belongs to a study.
+/// Paths of the resources that belong to a study.
 #[derive(Serialize, ToSchema)]
 pub struct StudyLinks {
     #[serde(rename = "self")]
     pub this: String,
-    /// Stream of its events.
+    /// Path of the stream of the study's events.
     pub events: String,
-    /// The runs put together, a line for each method and error.
+    /// Path of the table of the runs, with a line for each method and error.
     pub csv: String,
-    /// Actual error against processor seconds, both logarithmic.
+    /// Path of the figure of actual error against processor seconds, both logarithmic, as SVG.
     pub svg: String,
-    /// The same figure in pixels.
+    /// Path of the figure of actual error against processor seconds in pixels.
     pub png: String,
-    /// The same figure for print.
+    /// Path of the figure of actual error against processor seconds for print.
     pub pdf: String,
-    /// The study's pictures; absent where none are asked for.
+    /// Paths of the study's pictures; absent if none are requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PictureLinks>,
     pub cancel: String,
@@ -125,24 +125,24 @@ pub struct StudyLinks {
 /// Paths of the pictures of a study.
 #[derive(Serialize, ToSchema)]
 pub struct PictureLinks {
-    /// Times and errors of all pictures.
+    /// Path of the times and errors of all pictures.
     pub json: String,
-    /// Pictures of each view by its name.
+    /// Paths of the pictures of each view, by the view's name.
     pub views: BTreeMap<String, ViewPictureLinks>,
 }
 
-/// Paths of the pictures of one view; absent where none of their kind are asked for.
+/// Paths of the pictures of one view, each absent if none of its kind are requested.
 #[derive(Serialize, ToSchema)]
 pub struct ViewPictureLinks {
-    /// By each method after the same time, the reference last.
+    /// Path of the pictures by each method after the same time, the reference last.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equal_time_png: Option<String>,
-    /// Crops at each accuracy, the reference last.
+    /// Path of the crops at each accuracy, the reference last.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracies_png: Option<String>,
 }
 
-/// What a request says of its pictures.
+/// Fields of a study's request that concern its pictures.
 #[derive(Deserialize)]
 struct RequestOfPictures {
     pictures: Option<PicturesWanted>,
@@ -177,7 +177,7 @@ impl PictureLinks {
 }
 
 impl StudySummary {
-    /// A study with its jobs as they are.
+    /// Summarises a study from the present state of its jobs.
     pub fn new(study: &StoredStudy, jobs: &[StudyJob]) -> Self {
         let this = format!("/v1/studies/{}", study.id);
         let [csv, svg, png, pdf] = ["csv", "svg", "png", "pdf"].map(|suffix| format!("{this}/files/study.{suffix}"));
@@ -203,7 +203,7 @@ impl StudySummary {
 }
 
 impl StudyJob {
-    /// A job with this part in a study; `head` is `None` where it was deleted.
+    /// Describes a job with this part in a study; `head` is `None` if the job was deleted.
     pub fn new(id: Uuid, part: &StudyPart, head: Option<&JobHead>) -> Self {
         let kind = match (&part.run, &part.picture) {
             (Some(_), _) => StudyJobPart::Run,
@@ -236,7 +236,7 @@ impl StudyJob {
 }
 
 impl StudyStatus {
-    /// The name in JSON, and of the event that ends the study's stream.
+    /// Returns the name in JSON, which is also the name of the event that ends the study's stream.
     pub fn name(self) -> &'static str {
         match self {
             Self::Queued => "queued",
@@ -247,12 +247,12 @@ impl StudyStatus {
         }
     }
 
-    /// True once all of its jobs have ended.
+    /// True once all jobs of the study have ended.
     pub fn is_final(self) -> bool {
         !matches!(self, Self::Queued | Self::Running)
     }
 
-    /// State of a study by its jobs.
+    /// Derives the state of a study from its jobs.
     pub fn of(jobs: &[StudyJob]) -> Self {
         let any = |part: StudyJobPart, status: Option<JobStatus>| {
             jobs.iter().any(|job| job.part == part && job.status == status)

@@ -1,4 +1,4 @@
-//! Studies are looked at, one or many, and their files.
+//! Reading of studies, one or many, and of their files.
 
 use axum::Json;
 use axum::http::HeaderMap;
@@ -24,14 +24,14 @@ use crate::http::results::internal;
 const DEFAULT_PAGE: u32 = 20;
 const MAX_PAGE: u32 = 100;
 
-/// Files of a study.
+/// Formats of the files of a study's results.
 const FORMATS: [Format; 4] = [Format::Csv, Format::Svg, Format::Png, Format::Pdf];
 
 /// A page of studies, newest first.
 #[derive(Serialize, ToSchema)]
 pub struct StudyPage {
     pub studies: Vec<StudySummary>,
-    /// `cursor` of the next page; null on the last one.
+    /// Value of `cursor` for the next page; null on the last one.
     pub next_cursor: Option<Uuid>,
 }
 
@@ -39,14 +39,14 @@ pub struct StudyPage {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct StudyListQuery {
-    /// Studies on a page; 20 when absent.
+    /// Largest number of studies on a page; 20 when absent.
     #[param(minimum = 1, maximum = 100)]
     limit: Option<u32>,
-    /// `next_cursor` of the page before.
+    /// Value of `next_cursor` of the page before.
     cursor: Option<Uuid>,
 }
 
-/// Studies, newest first.
+/// Lists studies, newest first.
 #[utoipa::path(get, path = "/v1/studies", operation_id = "list_studies", tag = "studies", params(StudyListQuery),
     responses(
         (status = 200, description = "A page of studies", body = StudyPage),
@@ -70,7 +70,7 @@ pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<
     Ok(Json(StudyPage { studies, next_cursor }))
 }
 
-/// The study, with the results of its jobs that have ended.
+/// Returns the study, with the results of its jobs that have ended.
 #[utoipa::path(get, path = "/v1/studies/{id}", operation_id = "get_study", tag = "studies", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The study", body = StudyResource),
@@ -87,7 +87,7 @@ pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<R
     Ok(tagged(Json(study_resource(&app, &study, heads).await?).into_response(), &etag))
 }
 
-/// The results so far as a table, as a figure (actual error against processor seconds by method), and as pictures of views.
+/// Returns the results so far as a table, as a figure (actual error against processor seconds by method), and as pictures of views.
 #[utoipa::path(get, path = "/v1/studies/{id}/files/{file}", operation_id = "get_study_file", tag = "studies",
     params(("id" = Uuid, Path), ("file" = String, Path, description = "`study.csv`, `study.svg`, `study.png` or `study.pdf`; of a study with pictures `pictures.json`, and of each view `NAME.equal_time.png` and `NAME.accuracies.png`"), DensityQuery),
     responses(

@@ -1,4 +1,4 @@
-//! A study is queued: a job for its reference, and one for each method, error and seed.
+//! Queueing of a study: a job for its reference, and one for each method, error and seed.
 
 use std::time::Instant;
 
@@ -33,19 +33,19 @@ use crate::study::request::RunKey;
 use crate::study::run::{Judged, able};
 use crate::study::views;
 
-/// Most jobs of one study.
+/// Largest number of jobs of one study.
 const MOST_JOBS: usize = 200;
-/// Most bytes that the jobs of one study have in their rows and first events beside what they share.
+/// Largest number of bytes that the jobs of one study have in their rows and first events beside the fields that they share.
 const MOST_BYTES: usize = 16 << 20;
-/// Pictures that are put together may take so much of the memory that a job may have: both may come together.
+/// Fraction of the memory limit of a job that may be used to put pictures together: both may be in memory at the same time.
 const SHARE_OF_PICTURES: f64 = 0.25;
 
-/// Queues a study: what accuracy costs by several methods on one job.
+/// Queues a study: the cost of accuracy by several methods on one job.
 ///
-/// Its jobs are jobs like all others: a reference, and one for each method, relative error and seed; with `pictures` another reference,
-/// and one for each method and time and for each accuracy; at most 200 in all. They take
-/// turns with the jobs that have begun, so that new jobs need not wait for a study. `Idempotency-Key` makes a repeated post answer
-/// with the first study; a job may have the same key.
+/// Its jobs are jobs like all others: a reference, and one for each method, relative error and seed; with `pictures` another
+/// reference, and one for each method and time and for each accuracy; at most 200 in all. They take turns with the jobs that have
+/// begun, so that new jobs need not wait for a study. `Idempotency-Key` makes a repeated post answer with the first study; a job
+/// may have the same key.
 #[utoipa::path(post, path = "/v1/studies", operation_id = "create_study", tag = "studies",
     params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this study: 1 to 255 printable ASCII characters",
         min_length = 1, max_length = 255, pattern = "^[ -~]+$")),
@@ -111,7 +111,7 @@ async fn accepted(app: &Service, study: StoredStudy) -> Result<Response, Problem
     Ok((StatusCode::ACCEPTED, headers, Json(study_resource(app, &study, heads).await?)).into_response())
 }
 
-/// The study with all of its jobs prepared, off the async threads.
+/// Prepares a study with all of its jobs, off the async threads.
 async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewStudy, Problem> {
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
     let (memory_bytes, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
@@ -123,23 +123,23 @@ async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewStudy,
     prepared.await?.map_err(Problem::from)
 }
 
-/// What a study's jobs are prepared with.
+/// Meshes and limits with which a study's jobs are prepared.
 struct Workshop {
     meshes: UploadedMeshes,
     memory_bytes: u64,
     most_seconds: f64,
 }
 
-/// A job that can be queued.
+/// Job of a study that can be queued.
 #[derive(Clone)]
 struct Ready {
     job: NewStudyJob,
     part: StudyPart,
-    /// Bytes that its row takes, and its events.
+    /// Bytes that the job's row takes, and its events.
     bytes: usize,
 }
 
-/// The jobs of a study that can be queued, and what they share.
+/// Jobs of a study that can be queued, and the fields that they share.
 #[derive(Default)]
 struct Gathered {
     submitted: SharedFields,
@@ -203,7 +203,7 @@ impl Workshop {
         })
     }
 
-    /// The jobs of the study's pictures, with their documents; methods that cannot show the views are refused.
+    /// Lists the jobs of the study's pictures with their documents; methods that cannot show the views are added to `refused`.
     fn pictures(
         &self,
         request: &StudyRequest,
@@ -237,7 +237,7 @@ impl Workshop {
         Ok(prepared)
     }
 
-    /// A job of a document, divided from what it shares with those before.
+    /// Prepares a job from its document, without the fields that it shares with the jobs before.
     fn ready(&self, gathered: &mut Gathered, document: &Value) -> Result<Ready, DocumentErrors> {
         let start = Instant::now();
         let prepared = self.prepared(document)?;
@@ -261,7 +261,7 @@ impl Workshop {
 }
 
 impl Gathered {
-    /// Adds a job, unless all together would be too long.
+    /// Adds a job; refuses it if all jobs together would be too long.
     fn push(&mut self, ready: Ready) -> Result<(), DocumentErrors> {
         self.bytes += ready.bytes;
         if self.bytes > MOST_BYTES {
@@ -279,7 +279,7 @@ impl Gathered {
 }
 
 impl Ready {
-    /// The job with another seed.
+    /// Returns the job with another seed.
     fn with_seed(&self, seed: u64) -> Self {
         let mut ready = self.clone();
         ready.job.submitted.set("seed", seed.into());
@@ -304,12 +304,13 @@ fn check_number(request: &StudyRequest, methods: &[String], pictures: usize) -> 
     Err(FieldError::new("/seeds", detail).coded(FieldErrorCode::TooMany).into())
 }
 
-/// The fields of a document or a plan.
+/// Returns the fields of a document or a plan.
 fn fields(document: &Value) -> Map<String, Value> {
     document.as_object().cloned().unwrap_or_default()
 }
 
-/// Errors of a job as those of the request; `method`: where the request names the job's method.
+/// Converts pointers of a job's errors to pointers into the request; `method` is the pointer at which the request names the job's
+/// method.
 fn in_request(DocumentErrors(errors): DocumentErrors, method: Option<&str>) -> DocumentErrors {
     let moved = errors.into_iter().map(|error| {
         let of_method = method.and_then(|method| Some(format!("{method}{}", error.pointer.strip_prefix("/method")?)));
@@ -319,7 +320,7 @@ fn in_request(DocumentErrors(errors): DocumentErrors, method: Option<&str>) -> D
     DocumentErrors(moved.collect())
 }
 
-/// Each method with the reason why it cannot compute the job.
+/// Returns an error for each method: the reason why it cannot compute the job.
 fn none_able(request: &StudyRequest, refused: &[Refused]) -> DocumentErrors {
     let place = |method: &str| request.methods.iter().position(|name| name == method).unwrap_or_default();
     let error = |refused: &Refused| {
@@ -332,7 +333,7 @@ fn none_able(request: &StudyRequest, refused: &[Refused]) -> DocumentErrors {
     DocumentErrors(refused.iter().map(error).collect())
 }
 
-/// Our own types always serialise.
+/// Converts a value to JSON; our own types always serialise.
 fn to_value(value: &impl serde::Serialize) -> Value {
     serde_json::to_value(value).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! Studies whose events are followed live: one reader per study, whatever the number of streams.
+//! Studies whose events are followed live, with one reader per study, whatever the number of streams.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,14 +13,14 @@ use super::resource::{StudyJob, StudyStatus};
 use crate::job::progress::Progress;
 use crate::job::store::{JobHead, JobStatus, StudyProgress, StudyStep};
 
-/// The studies that somebody watches now.
+/// Studies that have open streams now.
 #[derive(Default)]
 pub struct WatchedStudies {
     readers: Mutex<HashMap<Uuid, watch::Sender<Arc<StudyNow>>>>,
 }
 
 impl WatchedStudies {
-    /// Number of studies that have a reader.
+    /// Returns the number of studies that have a reader.
     pub fn count(&self) -> usize {
         self.lock().len()
     }
@@ -36,46 +36,46 @@ impl WatchedStudies {
 pub struct StudyEvent {
     /// State of the study.
     pub status: StudyStatus,
-    /// Number of its jobs, the reference among them.
+    /// Number of the study's jobs, the reference included.
     pub runs: usize,
-    /// Number of its jobs that had ended by then.
+    /// Number of the study's jobs that had ended at the time of the event.
     pub runs_done: usize,
-    /// The job that the event tells of, as it was then; null of the event that ends the stream.
+    /// Job that the event reports, in its state at the time; null for `restarted` and for the event that ends the stream.
     pub job: Option<StudyJob>,
-    /// How far that job is; null where it has just started.
+    /// Progress of that job; null where it has just started.
     pub progress: Option<Progress>,
-    /// Path of the table of the runs so far, which is there once the reference has succeeded.
+    /// Path of the table of the runs so far, which exists once the reference has succeeded.
     pub table: String,
 }
 
-/// A study's jobs by their ids, in order, each with the part that it has.
+/// Ids of a study's jobs in order, each with the job's part in the study.
 pub struct StudyJobs {
     pub study: Uuid,
     pub parts: Vec<(Uuid, StudyPart)>,
 }
 
-/// Everything that streams tell of a study, up to now.
+/// Events of a study up to now, and its state.
 #[derive(Clone)]
 pub struct StudyNow {
-    /// Starts and ends of its jobs, and the end of the study; their ids count 1, 2, 3 ... in this order.
+    /// Starts and ends of the study's jobs, and the end of the study; their ids count 1, 2, 3 ... in this order.
     pub told: Vec<(&'static str, StudyEvent)>,
     pub status: StudyStatus,
-    /// The newest pass of one of its jobs, with the number of passes that were told before; `None` before the first one that came
-    /// while somebody watched.
+    /// Newest pass of one of the study's jobs, with the number of passes reported before; `None` before the first one that came
+    /// while a stream was open.
     pub pass: Option<(u64, StudyEvent)>,
-    /// The steps in `told`; those of jobs that were deleted meanwhile stay.
+    /// Steps reported in `told`; those of jobs that were deleted meanwhile stay.
     steps: Vec<StudyStep>,
 }
 
 impl StudyNow {
-    /// A study that nobody has watched so far.
+    /// Creates the state of a study that had no streams so far.
     pub fn new(jobs: &StudyJobs, progress: &StudyProgress) -> Self {
         let mut now = Self { told: Vec::new(), status: StudyStatus::Queued, pass: None, steps: Vec::new() };
         now.take(jobs, progress);
         now
     }
 
-    /// Adds what has started and ended since; true if there was any of it.
+    /// Adds the starts and ends since the last call; true if there were any.
     pub fn take(&mut self, jobs: &StudyJobs, progress: &StudyProgress) -> bool {
         let heads: HashMap<Uuid, &JobHead> = progress.jobs.iter().map(|head| (head.id, head)).collect();
         let told = self.told.len();
@@ -106,7 +106,7 @@ impl StudyNow {
         self.told.len() > told
     }
 
-    /// Event that tells of the study as it is, of none of its jobs.
+    /// Creates an event that reports the study as it is, and none of its jobs.
     pub fn as_event(&self, jobs: &StudyJobs) -> StudyEvent {
         jobs.event(self.status, self.told.last().map_or(0, |(_, event)| event.runs_done))
     }
@@ -142,11 +142,11 @@ impl StudyJobs {
     }
 }
 
-/// One of the jobs has started.
+/// Name of the event of a job that has started.
 pub const STARTED: &str = "started";
-/// One of the jobs gets on.
+/// Name of the event of a job that has done a pass.
 pub const PASS: &str = "pass";
-/// Events that were told are lost; the next one tells where the study is.
+/// Name of the event sent when events that were sent before are lost; it is followed by the last event that there is.
 pub const RESTARTED: &str = "restarted";
-/// One of the jobs has ended.
+/// Name of the event of a job that has ended.
 pub const ENDED: &str = "ended";
