@@ -1,4 +1,4 @@
-//! What is asked of the plan's effects.
+//! Switches of the plan's effects, as a document gives them.
 
 use std::collections::BTreeMap;
 
@@ -12,23 +12,23 @@ use super::hints;
 use super::read::pointer::escape;
 use crate::plan::{EffectKind, EffectRequest, EffectRequests};
 
-/// Wish of a document about an effect.
+/// Switch of an effect in a document.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectSwitch {
-    /// Simulated; where the scene does not call for it, in vain.
+    /// Simulate the effect, even where the scene does not call for it.
     On,
-    /// Left out, where the effect can be left out.
+    /// Leave the effect out, where that is possible.
     Off,
-    /// Simulated where the scene calls for it.
+    /// Simulate the effect where the scene calls for it.
     #[default]
     Auto,
 }
 
-/// Effects of the plan by name.
+/// Switches of the plan's effects by name.
 pub type Effects = BTreeMap<String, EffectSwitch>;
 
-/// Wishes of a document about the effects; names that are not of an effect are left to the check.
+/// Returns the requests of a document for the effects; skips unknown names, which `check_effects` refuses.
 pub fn requests(effects: &Effects) -> EffectRequests {
     let request = |switch: &EffectSwitch| match switch {
         EffectSwitch::On => EffectRequest::On,
@@ -38,7 +38,7 @@ pub fn requests(effects: &Effects) -> EffectRequests {
     effects.iter().filter_map(|(name, switch)| Some((EffectKind::from_name(name)?, request(switch)))).collect()
 }
 
-/// Refuses names that are not of an effect.
+/// Adds a fault for every name that is not that of an effect.
 pub(crate) fn check_effects(effects: &Effects, checks: &mut Checks) {
     for name in effects.keys().filter(|name| EffectKind::from_name(name).is_none()) {
         let known = EffectKind::ALL.map(EffectKind::name);
@@ -48,7 +48,7 @@ pub(crate) fn check_effects(effects: &Effects, checks: &mut Checks) {
     }
 }
 
-/// The schema of [`Effects`].
+/// Placeholder type for the schema of [`Effects`].
 pub struct EffectSwitches;
 
 impl PartialSchema for EffectSwitches {

@@ -1,4 +1,4 @@
-//! What is wrong with a document, and what a reader of its results must know.
+//! Faults of a document, warnings about its results, and the collector that the checks add faults to.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -8,25 +8,25 @@ use super::limits::Range;
 use super::refusal_name::RefusalName;
 use crate::integrator::method::{CaveatCode, Refusal};
 
-/// One thing wrong with a document.
+/// A fault of a document or of a query.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema, thiserror::Error)]
 #[error("{}: {detail}", self.place())]
 pub struct FieldError {
-    /// JSON pointer (RFC 6901) of the field; "" is the whole document, or, with `parameter`, not in it.
+    /// JSON pointer (RFC 6901) to the field at fault; "" is the whole document, or, where `parameter` is given, no field.
     pub pointer: String,
-    /// Name of the parameter of the query that is wrong; absent where it is the document.
+    /// Name of the query parameter at fault; absent where the fault is in the document.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameter: Option<String>,
     /// Kind of the fault, for programs.
     pub code: FieldErrorCode,
-    /// Sentence that says what is wrong, and the bound that was broken.
+    /// Sentence that says what is wrong and names the bound that was broken.
     pub detail: String,
-    /// Where the method that was asked for refuses: its kind of reason.
+    /// Kind of reason for which the requested method refuses the document; absent for every other fault.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refusal: Option<RefusalName>,
 }
 
-/// Kind of what is wrong with a field; its code never changes, the words of its detail may.
+/// Kind of a fault. Its code never changes; the wording of `detail` may.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FieldErrorCode {
@@ -34,32 +34,32 @@ pub enum FieldErrorCode {
     Missing,
     /// There is no field of this name.
     UnknownField,
-    /// A number is out of its range.
+    /// A number is outside its range.
     OutOfRange,
-    /// There is more of it than there may be.
+    /// There are more items than allowed.
     TooMany,
-    /// The engine does not simulate it.
+    /// The engine does not simulate this.
     NotSupported,
-    /// The method that was asked for cannot compute it; `refusal` says why, and `detail` what can.
+    /// The requested method cannot compute the job: `refusal` has the kind of reason, and `detail` names what can compute it.
     MethodRefuses,
-    /// Anything else: of a wrong type, not among the known values, or at odds with another field.
+    /// Any other fault: a wrong type, an unknown name, or a contradiction of another field.
     #[default]
     Invalid,
 }
 
 impl FieldError {
-    /// A fault of a kind without a code of its own.
+    /// Returns a fault of the kind [`FieldErrorCode::Invalid`].
     pub fn new(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
         let (pointer, detail) = (pointer.into(), detail.into());
         Self { pointer, parameter: None, code: FieldErrorCode::Invalid, detail, refusal: None }
     }
 
-    /// A fault of a parameter of a query.
+    /// Returns a fault of a query parameter.
     pub fn of_parameter(name: impl Into<String>, detail: impl Into<String>) -> Self {
         Self { parameter: Some(name.into()), ..Self::new("", detail) }
     }
 
-    /// The parameter or the field, in words for people.
+    /// Returns the parameter's name or the field's pointer, for messages.
     pub fn place(&self) -> &str {
         match &self.parameter {
             Some(parameter) => parameter,
@@ -68,18 +68,18 @@ impl FieldError {
         }
     }
 
-    /// A field that is required, but missing.
+    /// Returns the fault of a required field that is missing.
     pub fn missing(pointer: impl Into<String>) -> Self {
         Self::new(pointer, "required, but missing").coded(FieldErrorCode::Missing)
     }
 
-    /// A method that refuses the document.
+    /// Returns the fault of a document that a method refuses.
     pub fn refused(pointer: impl Into<String>, refusal: Refusal) -> Self {
         let error = Self::new(pointer, refusal.detail).coded(FieldErrorCode::MethodRefuses);
         Self { refusal: Some(RefusalName(refusal.code)), ..error }
     }
 
-    /// The same fault, of another kind.
+    /// Returns this fault with another kind.
     pub fn coded(self, code: FieldErrorCode) -> Self {
         Self { code, ..self }
     }
@@ -91,12 +91,12 @@ impl From<FieldError> for DocumentErrors {
     }
 }
 
-/// Everything wrong with a document; never empty.
+/// All faults of a document; never empty.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct DocumentErrors(pub Vec<FieldError>);
 
-/// A note to the user: the result is valid, but not what a reader may expect.
+/// A note to the user: the result is valid, but may not be what a reader expects.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 pub struct Warning {
     /// Kind of the warning, for programs.
@@ -105,43 +105,43 @@ pub struct Warning {
     pub detail: String,
 }
 
-/// Kind of a warning; its code never changes, the words of its detail may.
+/// Kind of a warning. Its code never changes; the wording of `detail` may.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WarningCode {
-    /// The sun is below the horizon: neither sky nor sun give light.
+    /// The sun is below the horizon, so that sky and sun give no light.
     SunBelowHorizon,
-    /// An illuminance of sky or sun is outside of what nature gives.
+    /// An illuminance of the sky or the sun is beyond the range that occurs in nature.
     ImplausibleIlluminance,
-    /// The level of an overcast sky is the typical one of its type, as the document gives none, and that is less than three
+    /// The level of an overcast sky is the typical one of its type, because the document gives none, and this is less than three
     /// quarters or more than four thirds of the mean of measured overcast skies.
     TypicalOvercastLevel,
-    /// A place is given, but nothing needs it: there is no sky.
+    /// A location or time is given but has no effect, because there is no sky.
     PlaceWithoutSky,
-    /// The method finds light by way of mirrors by chance, or some of it by rare paths: expect noise, and errors that are too
-    /// small.
+    /// The method finds light by way of mirrors only by chance, or some of it by rare paths: expect noise, and errors that are
+    /// too small.
     MirrorsByChance,
-    /// The formula of Jenkins, Muneer and Kubie returns more flux than it is given.
+    /// The formula of Jenkins, Muneer and Kubie returns more flux than enters it.
     JenkinsFluxExcess,
-    /// Triangles of a mesh have no area or stand there twice, and were left out.
+    /// Triangles of a mesh that have no area or repeat another one were left out.
     DroppedTriangles,
     /// More than a millionth of the rays left a tube through gaps in its mesh; their light is missing in the room.
     LostRays,
-    /// Kernels of photon maps are not clipped everywhere where meshes stand on things: a mesh is not closed, or there are too
-    /// many facets.
+    /// Kernels of photon maps are not clipped everywhere at objects that meshes stand on, because a mesh is not closed or there
+    /// are too many facets.
     KernelsNotCut,
-    /// An effect is switched off that the scene calls for, and what is left out may be more than the accuracy asked for.
+    /// An effect that the scene calls for is switched off, and the light left out may exceed the requested accuracy.
     EffectLeftOut,
-    /// Points of a grid lie inside boxes or closed meshes: they have no value, and are in no statistic.
+    /// Sensors of a grid lie inside boxes or closed meshes: they have no value and count in no statistic.
     PointsInsideSolids,
-    /// The method that checks the grids finds other values, further off than its errors and those of the grids explain.
+    /// The method of `cross_check` finds values that differ by more than the standard errors of both methods explain.
     MethodsDisagree,
-    /// Many passes have brought no light at all to a grid.
+    /// No light at all has reached a grid after many passes.
     NoLight,
 }
 
 impl WarningCode {
-    /// The code as it stands in answers.
+    /// Returns the code as written in responses.
     pub fn code(self) -> &'static str {
         match self {
             Self::SunBelowHorizon => "sun_below_horizon",
@@ -171,30 +171,31 @@ impl From<CaveatCode> for WarningCode {
     }
 }
 
-/// Collects everything that is wrong with a document.
+/// Collector of all faults of a document.
 #[derive(Default)]
 pub(crate) struct Checks {
-    /// What was found so far, in the order of the checks.
+    /// Faults found so far, in the order of the checks.
     pub errors: Vec<FieldError>,
 }
 
 impl Checks {
-    /// Adds one fault.
+    /// Adds a fault of the kind [`FieldErrorCode::Invalid`].
     pub fn refuse(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
         self.refuse_as(FieldErrorCode::Invalid, pointer, detail);
     }
 
-    /// Adds one fault of a known kind.
+    /// Adds a fault of the kind `code`.
     pub fn refuse_as(&mut self, code: FieldErrorCode, pointer: impl Into<String>, detail: impl Into<String>) {
         self.errors.push(FieldError::new(pointer, detail).coded(code));
     }
 
-    /// Refuses what the engine cannot compute yet.
+    /// Adds a fault for something that the engine cannot compute yet.
     pub fn not_supported(&mut self, pointer: impl Into<String>, what: impl Display) {
         self.refuse_as(FieldErrorCode::NotSupported, pointer, format!("{what}: not supported yet"));
     }
 
-    /// Refuses a number outside its range, with a hint when it would do in another unit; whether it is good.
+    /// Checks that a number is within its range and adds a fault otherwise, with a hint if it would be within range in another
+    /// unit. Returns true if the number is good.
     pub fn number(&mut self, pointer: &str, value: impl Number, range: Range) -> bool {
         let number = value.as_f64();
         let good = range.contains(number);
@@ -205,14 +206,14 @@ impl Checks {
         good
     }
 
-    /// Refuses every number of `values` that is outside their range; their pointers end with their index. Whether all are
-    /// good.
+    /// Checks that every number of `values` is within its range and adds a fault for each that is not, at a pointer that ends
+    /// with its index. Returns true if all are good.
     pub fn numbers<T: Number>(&mut self, pointer: &str, values: &[T], range: Range) -> bool {
         let each = values.iter().enumerate();
         each.fold(true, |good, (index, value)| self.number(&format!("{pointer}/{index}"), *value, range) && good)
     }
 
-    /// Refuses more `things` than there may be; whether their number is good.
+    /// Checks that there are no more `things` than allowed and adds a fault otherwise. Returns true if their number is good.
     pub fn at_most(&mut self, pointer: &str, number: usize, bounds: &RangeInclusive<usize>, things: &str) -> bool {
         let good = number <= *bounds.end();
         if !good {
@@ -223,9 +224,9 @@ impl Checks {
     }
 }
 
-/// A number of a document, of any type.
+/// A number of a document, of any numeric type.
 pub(crate) trait Number: Copy + Display {
-    /// The number as f64.
+    /// Returns the number as f64.
     fn as_f64(self) -> f64;
 }
 
@@ -236,7 +237,7 @@ impl Number for f64 {
 }
 
 impl Number for u64 {
-    /// The number as f64; beyond 2^53 the nearest one, which is beyond every bound, too.
+    /// Returns the number as f64: beyond 2^53 the nearest one, which is outside every range, too.
     fn as_f64(self) -> f64 {
         self as f64
     }

@@ -1,4 +1,4 @@
-//! Frames of meshes: OBJ says neither which way is up nor how long a unit is.
+//! Frames of meshes: OBJ files state neither the upward axis nor the unit of length.
 
 use std::fmt;
 
@@ -10,7 +10,8 @@ use super::errors::FieldError;
 use super::unit::Unit;
 use crate::geometry::TriangleMesh;
 
-/// Axis of a mesh's file that points upward; with `y`, the file's z points to the south of the room, as Blender and others write it.
+/// Axis of a mesh's file that points upward. With `y`, the file's z axis points to the south of the room, as in files of Blender
+/// and other programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Up {
@@ -20,7 +21,7 @@ pub enum Up {
 }
 
 impl Up {
-    /// A point of the file in axes whose z points upward.
+    /// Converts a point of the file to axes whose z points upward.
     pub fn upright(self, [x, y, z]: [f64; 3]) -> DVec3 {
         match self {
             Self::Y => DVec3::new(x, 0.0 - z, y),
@@ -28,7 +29,7 @@ impl Up {
         }
     }
 
-    /// The other axis.
+    /// Returns the other axis.
     pub fn other(self) -> Self {
         match self {
             Self::Y => Self::Z,
@@ -37,7 +38,7 @@ impl Up {
     }
 }
 
-/// A mesh of a file in metres, z up.
+/// Converts the mesh of a file to metres, with z upward.
 pub fn upright(mesh: &TriangleMesh, unit: Unit, up: Up) -> TriangleMesh {
     let mut mesh = mesh.scaled(unit.metres());
     for position in &mut mesh.positions {
@@ -46,7 +47,7 @@ pub fn upright(mesh: &TriangleMesh, unit: Unit, up: Up) -> TriangleMesh {
     mesh
 }
 
-/// Adds to errors about the place of a mesh that it would fit with the other axis up, where `fits` says so.
+/// Appends to `errors` about a mesh's place that it would fit with the other axis upward, if `fits` is true for that axis.
 pub fn hint_at_other_axis(errors: &mut [FieldError], up: Up, fits: impl Fn(Up) -> bool) {
     if errors.is_empty() || !fits(up.other()) {
         return;
@@ -56,7 +57,7 @@ pub fn hint_at_other_axis(errors: &mut [FieldError], up: Up, fits: impl Fn(Up) -
     }
 }
 
-/// Writes the name that documents have for it.
+/// Writes the axis as documents name it.
 impl fmt::Display for Up {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.write_str(match self {

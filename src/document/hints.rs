@@ -1,9 +1,9 @@
-//! What the writer of a document may have meant: names that are nearly right, and numbers in other units.
+//! Hints in error messages: the name that a misspelled one resembles, and the unit in which a number would be within its range.
 
-/// Likeness (Jaro and Winkler, 0..1) from which on one name is taken for a slip of another.
+/// Least similarity (Jaro and Winkler, 0..1) at which a name is taken for a misspelling of another.
 const LIKE: f64 = 0.82;
 
-/// The one of `known` names that `given` is most like; `None` when it is like none of them.
+/// Returns the name of `known` that is most similar to `given`; `None` if none is similar enough.
 pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let plain = |name: &str| name.to_ascii_lowercase().replace(['-', ' '], "_");
     let given = plain(given);
@@ -19,7 +19,7 @@ pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
     (like >= LIKE).then_some(name)
 }
 
-/// The hint after a refused name, to be added to a message that lists the known ones between backticks.
+/// Returns a hint to append to an error about an unknown name; `message` lists the valid names in backticks after "expected".
 pub fn of_known_names(given: &str, message: &str) -> String {
     let known = message.split_once("expected").map_or("", |(_, known)| known);
     // between backticks is every other piece
@@ -27,7 +27,7 @@ pub fn of_known_names(given: &str, message: &str) -> String {
     did_you_mean(given, names).map_or(String::new(), |name| format!("; did you mean `{name}`?"))
 }
 
-/// Ratios that people write in percent.
+/// Names of fields whose values are ratios, which may have been given in percent.
 const RATIOS: [&str; 14] = [
     "reflectance",
     "transmittance",
@@ -45,12 +45,13 @@ const RATIOS: [&str; 14] = [
     "alpha",
 ];
 
-/// The hint after a refused thing that would do with thousandths of its lengths.
+/// Hint appended to an error about an object that would fit with a thousandth of its lengths.
 pub const OF_LENGTHS: &str = "; its lengths look like millimetres";
 
-/// The hint after a refused number at `pointer` that would do in another unit; `fits` judges a number there.
+/// Returns a hint to append to an error about a number at `pointer`: the value in another unit for which `fits` is true, or an
+/// empty text.
 pub fn of_number(pointer: &str, value: f64, fits: impl Fn(f64) -> bool) -> String {
-    // of a channel or an axis: the name of the whole
+    // for a channel or an axis, the name of the field that holds it
     let name = pointer.rsplit('/').find(|token| token.parse::<u32>().is_err()).unwrap_or("");
     let (unit, meant) = if name.ends_with("_m") {
         ("millimetres", value / 1000.0)

@@ -1,4 +1,4 @@
-//! The whole job document: read, checked, and what concerns several of its parts.
+//! The whole job document: reading, and the checks that concern several of its parts.
 
 use std::ops::Deref;
 
@@ -27,24 +27,24 @@ use super::tube::{Opening, TubeDocument};
 use crate::estimate::StopRule;
 use crate::plan::effects::EffectRequests;
 
-/// A job: what is simulated, what is asked of it and when it stops.
+/// A job: the scene, the outputs, the method, and the accuracy and limits at which it ends.
 ///
-/// SI units, written into the names. Right-handed room frame: x = east, y = north, z = up. Azimuth clockwise from
-/// north, altitude above the horizon. Fields that do not stand here are refused.
+/// SI units, written into the names. Right-handed room frame: x = east, y = north, z = up. Azimuth clockwise from north, altitude
+/// above the horizon. Unknown fields are refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JobDocument {
     /// Free text, at most 1000 characters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Place on Earth, together with `time`; or else `sky.sun_position` is given.
+    /// Location on Earth; together with `time` it gives the sun's position, in place of `sky.sun_position`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<LocationDocument>,
-    /// RFC 3339 with an offset, years -500..2999.
+    /// Time in RFC 3339 with an offset, years -500..2999; given together with `location`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "2011-09-15T15:00:00+02:00", format = DateTime)]
     pub time: Option<String>,
-    /// Required unless `tubes` is empty.
+    /// Sky and sun; required unless `tubes` is empty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<SkyDocument>,
     /// The room, its surfaces, objects and luminaires.
@@ -52,33 +52,33 @@ pub struct JobDocument {
     /// Tubular daylight devices, at most 64.
     #[serde(default)]
     pub tubes: Vec<TubeDocument>,
-    /// Illuminance grids, at most 64; `grids` and `views` together name at least one output.
+    /// Illuminance grids, at most 64; `grids` and `views` together must name at least one output.
     #[serde(default)]
     pub grids: Vec<GridDocument>,
     /// Camera views, at most 64.
     #[serde(default)]
     pub views: Vec<ViewDocument>,
-    /// Method of the computation: `auto`, a name, or an object with a `kind` and its settings.
+    /// Method of the computation: `auto`, the name of a method, or an object with a `kind` and the method's settings.
     #[serde(default)]
     pub method: MethodDocument,
     /// Accuracy and limits at which the job ends.
     #[serde(default)]
     pub stop: StopDocument,
-    /// Effects of the plan by name; those that are absent are `auto`. With `glossy` off, surfaces absorb the light of their
-    /// `specular` share.
+    /// Switches of the plan's effects by name; absent ones are `auto`. With `glossy` off, surfaces absorb the light that their
+    /// `specular` part would reflect.
     #[serde(default)]
     #[schema(value_type = EffectSwitches)]
     pub effects: Effects,
-    /// Runs a second, independent method of the grids beside the first, and tells how well the two agree.
+    /// Computes the grids by a second, independent method, too, and reports whether the two agree.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cross_check: bool,
-    /// Selects the random numbers; equal documents with equal seeds give equal bits.
+    /// Seed of the random numbers; equal documents with equal seeds give bitwise equal results.
     #[serde(default)]
     #[schema(maximum = 18_446_744_073_709_551_615u64)]
     pub seed: u64,
 }
 
-/// A job document that is read and checked; nothing but [`JobDocument::parse`] makes one.
+/// A job document that was read and checked; made only by [`JobDocument::parse`] and [`JobDocument::from_value`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct ValidJob(JobDocument);
@@ -94,14 +94,14 @@ impl Deref for ValidJob {
 impl JobDocument {
     /// Parses and checks JSON text (UTF-8 or UTF-16), and fills in the defaults.
     ///
-    /// Errors name everything that is wrong: with the text (line and column), with its shape, and with the values.
+    /// Errors report every fault: of the text (with line and column), of its structure, and of the values.
     pub fn parse(text: &[u8]) -> Result<ValidJob, DocumentErrors> {
         Self::from_value(json::value(text).map_err(|error| DocumentErrors(vec![error]))?)
     }
 
     /// Checks a document that was read by [`json::value`], and fills in the defaults.
     ///
-    /// Errors name everything that is wrong with its shape and its values.
+    /// Errors report every fault of its structure and its values.
     pub fn from_value(value: Value) -> Result<ValidJob, DocumentErrors> {
         let mut checks = Checks::default();
         let Some((document, made_up)) = shape::read::<Self>(value, &mut checks) else {
@@ -111,23 +111,23 @@ impl JobDocument {
         document.check(&mut of_values);
         checks.errors.extend(of_values.errors.into_iter().filter(|error| !made_up.concerns(error)));
         if checks.errors.is_empty() {
-            // of tubes that are refused, or made up, nothing can be said
+            // tubes that are refused or made up cannot be compared
             check_crossings(&document.tubes, &mut checks);
         }
         if checks.errors.is_empty() { Ok(ValidJob(document)) } else { Err(DocumentErrors(checks.errors)) }
     }
 
-    /// Rule that ends the job.
+    /// Returns the rule that ends the job.
     pub fn stop_rule(&self) -> StopRule {
         self.stop.rule()
     }
 
-    /// Wishes of the document about the effects.
+    /// Returns the document's requests for the effects.
     pub fn effect_requests(&self) -> EffectRequests {
         effects::requests(&self.effects)
     }
 
-    /// Adds everything that is wrong with the values to `checks`: each part's own faults, then what concerns several.
+    /// Adds all faults of the values to `checks`: first those of each part, then those that concern several parts.
     fn check(&self, checks: &mut Checks) {
         if self.name.as_ref().is_some_and(|name| name.chars().count() > *JOB_NAME.end()) {
             checks.refuse("/name", format!("must have at most {} characters", JOB_NAME.end()));
@@ -158,7 +158,7 @@ impl JobDocument {
         self.method.check_outputs(&self.grids, &self.views, checks);
     }
 
-    /// There is light, and what it needs.
+    /// Checks that there is a source of light, and that tubes have a sky and a closed ceiling.
     fn check_light(&self, checks: &mut Checks) {
         if self.tubes.is_empty() {
             if self.room.luminaires.is_empty() {
@@ -174,7 +174,7 @@ impl JobDocument {
         }
     }
 
-    /// Either the sky, or place and time say where the sun is.
+    /// Checks that the sun's position is given exactly once: by the sky, or by location and time.
     fn check_sun(&self, checks: &mut Checks) {
         let Some(sky) = &self.sky else { return };
         match (sky.sun_position, &self.location, &self.time) {
@@ -195,7 +195,7 @@ impl JobDocument {
         }
     }
 
-    /// Openings lie in the ceiling and beside each other.
+    /// Checks that openings lie wholly in the ceiling and do not overlap.
     fn check_openings(&self, checks: &mut Checks) {
         let Some([width, depth, _]) = self.room.valid_size_m() else { return };
         let widest = width.min(depth);
@@ -239,7 +239,7 @@ impl JobDocument {
         }
     }
 
-    /// Luminaires, which lie in the room, cover no opening.
+    /// Checks that luminaires that lie in the room cover no opening.
     fn check_luminaires(&self, luminaires: &[(usize, Sheet)], checks: &mut Checks) {
         let [_, _, ceiling] = self.room.size_m;
         for (number, sheet) in luminaires {

@@ -1,12 +1,12 @@
-//! Every bound of a job document, once: checks refuse by it, and the schema tells it.
+//! Bounds of the fields of a job document, each written once: the checks refuse values by it, and the schema states it.
 //!
-//! What bounds depend on other fields, such as the height of the ceiling, is written in the check; here is the widest that
-//! they can be. The settings of methods have their bounds beside them (`document/method`).
+//! Bounds that depend on other fields, such as the height of the ceiling, are written in the checks; the widest possible ones are
+//! here. The settings of methods have their bounds beside them (`document/method`).
 
 use std::fmt;
 use std::ops::{Bound, RangeBounds, RangeInclusive};
 
-/// Numbers from one to another; either end may be left out.
+/// Range of numbers, whose ends may be included, excluded or absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Lower end.
@@ -15,34 +15,34 @@ pub struct Range {
     pub highest: Bound<f64>,
 }
 
-/// Range with both ends included.
+/// Returns the range with both ends included.
 pub const fn within(lowest: f64, highest: f64) -> Range {
     Range { lowest: Bound::Included(lowest), highest: Bound::Included(highest) }
 }
 
-/// `bound` itself is too small.
+/// Returns the range above `bound`, which is excluded, up to `highest`, which is included.
 pub const fn above(bound: f64, highest: f64) -> Range {
     Range { lowest: Bound::Excluded(bound), highest: Bound::Included(highest) }
 }
 
-/// `bound` itself is too large.
+/// Returns the range from `lowest`, which is included, up to `bound`, which is excluded.
 pub const fn below(lowest: f64, bound: f64) -> Range {
     Range { lowest: Bound::Included(lowest), highest: Bound::Excluded(bound) }
 }
 
-/// Range with both ends excluded.
+/// Returns the range with both ends excluded.
 pub const fn between(lowest: f64, highest: f64) -> Range {
     Range { lowest: Bound::Excluded(lowest), highest: Bound::Excluded(highest) }
 }
 
 impl Range {
-    /// True if the range has the number; no range has NaN.
+    /// True if the number lies in the range; false for NaN.
     pub fn contains(self, value: f64) -> bool {
         (self.lowest, self.highest).contains(&value)
     }
 }
 
-/// Words for the range after "must be" in an error.
+/// Writes the range as it follows "must be" in an error.
 impl fmt::Display for Range {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         if let (Bound::Included(lowest), Bound::Included(highest)) = (self.lowest, self.highest) {
@@ -64,7 +64,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// A bound of a field, as a schema tells it.
+/// Bound of a field, as a schema states it.
 #[derive(Clone, Debug)]
 pub enum Limit {
     /// Range of a number.
@@ -77,20 +77,20 @@ pub enum Limit {
     Fields(RangeInclusive<usize>),
 }
 
-/// A reflectance, a transmittance, or any other share of light.
+/// Range of a reflectance, a transmittance, or any other fraction of light.
 pub const RATIO: Range = within(0.0, 1.0);
-/// The reflectance of a surface in the room: with 1, light would never end.
+/// Range of the reflectance of a surface in the room; with 1 the light would never be absorbed.
 pub const ALBEDO: Range = below(0.0, 1.0);
-/// Luminances in cd/m2 and illuminances in lux. Nothing is brighter: the disc of the sun has 2e9 cd/m2, and no illuminance on
-/// Earth comes near.
+/// Range of luminances in cd/m2 and illuminances in lux. No luminance but that of the sun's disc (2e9 cd/m2), and no illuminance
+/// on Earth, is above it.
 pub const LIGHT: Range = within(0.0, 1e9);
-/// Angle of a turn, in degrees.
+/// Range of an angle of rotation in degrees.
 pub const TURN_DEG: Range = within(-360.0, 360.0);
-/// Coordinate along one axis in metres: farther than any camera or object.
+/// Range of a coordinate along one axis in metres: beyond any camera or object.
 pub const COORDINATE_M: Range = within(-1e6, 1e6);
-/// Place of a mesh's origin in metres: its coordinates may be eastings and northings of a survey.
+/// Range of a coordinate of a mesh's origin in metres; wide enough for meshes with eastings and northings of a survey.
 pub const MESH_POSITION_M: Range = within(-1e8, 1e8);
-/// Slack for corners that are meant to touch a wall, in metres.
+/// Tolerance in metres for corners that are meant to touch a wall.
 pub const TOUCHING_M: f64 = 1e-9;
 
 /// Number of characters of a job's name.
@@ -100,86 +100,87 @@ pub const OUTPUTS: RangeInclusive<usize> = 0..=64;
 /// Number of tubes.
 pub const TUBES: RangeInclusive<usize> = 0..=64;
 
-/// Relative errors that a document may ask for.
+/// Range of the relative error that a document may ask for.
 pub const RELATIVE_ERROR: Range = above(0.0, 1.0);
-/// Confidence of errors: below a half an interval would say less than its middle.
+/// Range of the confidence of errors; an interval with a confidence below a half is of no use.
 pub const CONFIDENCE: Range = below(0.5, 1.0);
-/// Number of passes of one job.
+/// Range of the number of passes of one job.
 pub const PASSES: Range = within(1.0, 1e9);
-/// Seconds of rendering that a document may ask for; a service may allow less.
+/// Range of the render time in seconds that a document may ask for; a service may allow less.
 pub const SECONDS: Range = above(0.0, 1e9);
 
-/// Latitude, north positive.
+/// Range of the latitude in degrees, north positive.
 pub const LATITUDE_DEG: Range = within(-90.0, 90.0);
-/// Longitude, east positive.
+/// Range of the longitude in degrees, east positive.
 pub const LONGITUDE_DEG: Range = within(-180.0, 180.0);
-/// Height above sea level in metres: from below the shore of the Dead Sea to above Mount Everest.
+/// Range of the height above sea level in metres: from below the shore of the Dead Sea to above Mount Everest.
 pub const ELEVATION_M: Range = within(-500.0, 9000.0);
-/// Years for which the difference of terrestrial and universal time is known: it is needed for the sun's position.
+/// Range of years for which the difference of terrestrial and universal time is known, which the sun's position depends on.
 pub const YEAR: Range = within(-500.0, 2999.0);
-/// The 15 skies of CIE S 011 and the traditional overcast one.
+/// Range of the number of a CIE sky type: the 15 skies of CIE S 011, and 16 for the traditional overcast sky.
 pub const CIE_TYPE: Range = within(1.0, 16.0);
-/// CIE types that have a turbidity.
+/// CIE sky types that have a turbidity.
 pub const TURBID_TYPES: RangeInclusive<u8> = 7..=15;
-/// Diffuse over extraterrestrial horizontal illuminance: more cannot come down than comes in.
+/// Range of the ratio of diffuse to extraterrestrial horizontal illuminance; a sky cannot give more than what enters the
+/// atmosphere.
 pub const DIFFUSE_RATIO: Range = above(0.0, 1.0);
-/// Luminous turbidity: the published fits end at 12.
+/// Range of the luminous turbidity; the published fits end at 12.
 pub const TURBIDITY: Range = above(0.0, 12.0);
-/// Altitude of the sun; below the horizon it gives no light.
+/// Range of the altitude of the sun in degrees; below the horizon it gives no light.
 pub const ALTITUDE_DEG: Range = within(-90.0, 90.0);
 
-/// Length of an edge of a room in metres: no interior is longer, and nearly every one in millimetres is.
+/// Range of the length of a room's edge in metres: no interior is longer, while nearly every length in millimetres is.
 pub const ROOM_EDGE_M: Range = within(0.01, 1000.0);
-/// An edge of a box: what fits into the largest room.
+/// Range of the length of a box's edge in metres, up to the longest edge of a room.
 pub const SIZE_M: Range = above(0.0, 1000.0);
-/// Coordinate of a point in the plane of the ceiling, in metres.
+/// Range of a coordinate in the plane of the ceiling, in metres.
 pub const IN_PLANE_M: Range = within(0.0, 1000.0);
 /// Number of objects in a room.
 pub const OBJECTS: RangeInclusive<usize> = 0..=1000;
 /// Number of luminaires in a room.
 pub const LUMINAIRES: RangeInclusive<usize> = 0..=256;
-/// Triangles of all objects of a room together, each copy counted.
+/// Largest number of triangles of all mesh objects of a room together, each copy counted.
 pub const MOST_TRIANGLES: usize = 2_000_000;
-/// Roughness of a surface; between 0 and [`crate::optics::glossy::LEAST_ROUGHNESS`] it is refused, too.
+/// Range of the roughness of a surface; values between 0 and [`crate::optics::glossy::LEAST_ROUGHNESS`] are refused, too.
 pub const ROUGHNESS: Range = within(0.0, 1.0);
 
-/// Diameter of a tube in metres: wider than any is, and narrower than any in millimetres.
+/// Range of the diameter of a tube in metres: wider than any real tube, and narrower than any in millimetres.
 pub const DIAMETER_M: Range = above(0.0, 100.0);
 /// Number of segments of a tube.
 pub const SEGMENTS: RangeInclusive<usize> = 1..=16;
-/// Length of one segment of a tube in metres: longer than any is, and shorter than any in millimetres.
+/// Range of the length of one segment of a tube in metres: longer than any real one, and shorter than any in millimetres.
 pub const SEGMENT_LENGTH_M: Range = above(0.0, 100.0);
-/// Lean of a segment from the vertical: a guide may turn back up, not far.
+/// Range of the tilt of a segment from the vertical in degrees; above 90 the guide runs downward.
 pub const TILT_DEG: Range = within(0.0, 135.0);
 /// Number of characters of a mesh's id.
 pub const MESH_ID: RangeInclusive<usize> = 1..=1024;
 /// Number of materials of a mesh tube.
 pub const PARTS: RangeInclusive<usize> = 1..=usize::MAX;
-/// Refractive index of a dome: from air to beyond diamond.
+/// Range of the refractive index of a dome, from air to beyond diamond.
 pub const REFRACTIVE_INDEX: Range = within(1.0, 4.0);
-/// Thickness of a dome's shell.
+/// Range of the thickness of a dome's shell in metres.
 pub const THICKNESS_M: Range = above(0.0, 1.0);
-/// Napierian absorption coefficient of a dome's material.
+/// Range of the Napierian absorption coefficient of a dome's material in 1/m.
 pub const ABSORPTION_PER_M: Range = within(0.0, 1e6);
-/// Radius of a zone of a diffuser, where the tube's is not known.
+/// Range of the radius in metres of a zone of a diffuser, where the tube's radius is not available.
 pub const ZONE_RADIUS_M: Range = within(0.0, 50.0);
 
-/// Angle of a row or column of a table, from the normal.
+/// Range of an angle from the normal in a table, in degrees.
 pub const TABLE_ANGLE_DEG: Range = within(0.0, 90.0);
-/// Value of a table of scattering, in 1/sr.
+/// Range of a value of a scattering table, in 1/sr.
 pub const SCATTERING_PER_SR: Range = within(0.0, 1e9);
-/// Number of angles of a mirror's table.
+/// Number of angles of incidence of a mirror's reflectance table.
 pub const MIRROR_ROWS: RangeInclusive<usize> = 2..=1000;
-/// Number of angles of incidence of a measured diffuser: every quarter of a degree.
+/// Number of angles of incidence of a measured diffuser; at most one every quarter of a degree.
 pub const INCIDENCES: RangeInclusive<usize> = 2..=361;
-/// Number of angles of exit of a measured diffuser: every eighth of a degree.
+/// Number of angles of exit of a measured diffuser; at most one every eighth of a degree.
 pub const EXITS: RangeInclusive<usize> = 2..=721;
 
 /// Number of characters of a grid's or a view's name.
 pub const OUTPUT_NAME: RangeInclusive<usize> = 1..=64;
-/// Height of a grid, where the room's is not known.
+/// Range of the height of a grid in metres, where the room's height is not available.
 pub const GRID_HEIGHT_M: Range = within(0.0, 1000.0);
-/// Margin of a grid, where the room's size is not known.
+/// Range of the margin of a grid in metres, where the room's size is not available.
 pub const MARGIN_M: Range = within(0.0, 500.0);
 /// Number of cells along one axis of a grid.
 pub const CELLS: RangeInclusive<u32> = 1..=1000;
@@ -189,19 +190,21 @@ pub const MOST_GRID_CELLS: u64 = 100_000;
 pub const PIXELS_OF_AN_EDGE: RangeInclusive<u32> = 1..=8192;
 /// Largest number of pixels of one picture, 4096 x 4096.
 pub const MOST_PIXELS: u64 = 16_777_216;
-/// Angle between the edges of a picture: at 180 degrees its plane would be infinite.
+/// Range of the angle in degrees between two edges of a picture; at 180 degrees its plane would be infinite.
 pub const FIELD_OF_VIEW_DEG: Range = between(0.0, 179.0);
 
-/// Skies of a request for the fluxes of a tube.
+/// Number of skies of a request for the fluxes of a tube.
 pub const SKIES: RangeInclusive<usize> = 1..=100;
-/// Times of such a request.
+/// Number of times of a request for the fluxes of a tube.
 pub const TIMES: RangeInclusive<usize> = 0..=1000;
-/// Skies times times of such a request, at most: some kilobytes of its answer each. Its time is bounded apart.
+/// Largest number of pairs of a sky and a time in a request for the fluxes of a tube: each adds some kilobytes to the response.
+/// The computing time is limited separately.
 pub const SKIES_TIMES_TIMES: usize = 5000;
-/// Relative error that such a request may ask for: 512 passes of 1024 photons bring 0.1 % through most tubes.
+/// Range of the relative error that a request for the fluxes of a tube may ask for: 512 passes of 1024 photons reach 0.1 % in
+/// most tubes.
 pub const RELATIVE_FLUX_ERROR: Range = within(0.001, 0.5);
 
-/// Bounds of the fields by component and field, for the schema.
+/// Bounds of fields for the schema, by the names of component and field.
 pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("JobDocument", "name", Limit::Length(JOB_NAME)),
     ("JobDocument", "tubes", Limit::Items(TUBES)),

@@ -1,4 +1,4 @@
-//! Where the meshes of a document come from.
+//! Source of the meshes that a document names.
 
 use std::sync::Arc;
 
@@ -6,10 +6,11 @@ use crate::geometry::TriangleMesh;
 
 /// Source of a document's meshes: uploads by id, or files beside the job file.
 pub trait MeshSource {
-    /// The mesh in file units, or one sentence (with the line where it can be named) of why there is none.
+    /// Returns the mesh in the units of its file. The error is one sentence that says why there is none, with the line of the
+    /// file where possible.
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String>;
 
-    /// True if nobody waits for the document any more; then preparing it ends soon.
+    /// True if the document's preparation was cancelled, so that it should end soon.
     fn is_cancelled(&self) -> bool {
         false
     }

@@ -1,11 +1,11 @@
-//! The job document and the results: serde types, defaults, checks with JSON pointers, conversion to a scene.
+//! The job document and its results: serde types, defaults, checks with JSON pointers, and conversion to a scene.
 //!
-//! The document is split by noun: [`job`] is the whole, of [`sky`], [`room`], [`tube`], [`outputs`] (grids and views),
-//! [`method`], [`stop`] and [`effects`]; [`optics`] are the coefficients and tables that several of them have. Each noun has
-//! its types, checks its own part and turns into its part of a scene; what concerns two parts is checked in [`job`].
+//! The document is split by noun: [`job`] is the whole, which consists of [`sky`], [`room`], [`tube`], [`outputs`] (grids and
+//! views), [`method`], [`stop`] and [`effects`]; [`optics`] has the coefficients and tables that several of them use. Each noun
+//! has its types, checks its own part and converts it to a part of the scene; [`job`] checks rules that concern two parts.
 //!
-//! [`read`] goes from text to types, [`errors`] collects what is wrong, [`limits`] has every bound once, [`schema`] completes
-//! the description, [`scene`] builds the scene, [`provenance`] explains results and [`result`] holds what comes back.
+//! [`read`] converts text to types, [`errors`] collects faults, [`limits`] has each bound once, [`schema`] completes the
+//! description of the interface, [`scene`] builds the scene, [`provenance`] explains results and [`result`] has their types.
 
 pub mod effects;
 pub mod errors;

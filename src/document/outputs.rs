@@ -16,35 +16,37 @@ use super::limits::{
 use super::schema::shapes::{CellCounts, PixelCounts, Vector};
 use crate::scene::{EstimateKind, Grid, View};
 
-/// A grid of horizontal sensors that look up.
+/// A grid of horizontal sensors that face upward.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GridDocument {
-    /// Unique among the grids; names the files of the result.
+    /// Name of the grid, unique among the grids, used for the files of the result: 1 to 64 letters, digits, `.`, `_` or `-`,
+    /// beginning with a letter or digit.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
-    /// Height above the floor in metres, >= 0 and below the ceiling.
+    /// Height of the sensors above the floor in metres, >= 0 and below the ceiling.
     pub height_m: f64,
-    /// Number of cells along x and y, each 1..1000, at most 100000 together.
+    /// Number of cells along x and y, each 1..1000, at most 100000 in all.
     #[schema(value_type = CellCounts)]
     pub cells: [u32; 2],
-    /// Distance of the outer cells' edges from the walls.
+    /// Distance in metres of the grid's edges from the walls, >= 0 and less than half the room's shorter edge; default: 0.
     #[serde(default)]
     pub margin_m: f64,
-    /// Points or averages over the cells; default: points.
+    /// Quantity that each sensor gives, `point` or `cell_average`; default: `point`.
     #[serde(default)]
     pub estimate: EstimateDocument,
-    /// Tells every value by source, direct and interreflected, and by tube, too; the job then computes each part by itself.
+    /// Reports the illuminance also by source, direct and interreflected, and by tube; each part is then computed separately.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub components: bool,
-    /// Tells what each sensor gets per lumen of each of the 24 patches of every opening, too; the room is then kept, so that another
-    /// sky, hour or tube above the openings is computed without it. Below mixed and measured diffusers they speak of the light that
-    /// leaves as from a Lambertian surface (`into_room_evenly` of the tubes); the rest is in the values of the grid alone.
+    /// Reports also the illuminance of each sensor per lumen of each of the 24 patches of every opening. With these, another sky,
+    /// hour or tube above the openings can be computed without tracing the room again. Below mixed and measured diffusers they
+    /// cover only the light that leaves as from a Lambertian surface (`into_room_evenly` of the tubes); the rest is only in the
+    /// grid's own values.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub responses: bool,
 }
 
-/// Meaning of a sensor's value.
+/// Quantity that a sensor gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EstimateDocument {
@@ -77,23 +79,24 @@ impl From<EstimateKind> for EstimateDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViewDocument {
-    /// Unique among the views; names the files of the result.
+    /// Name of the view, unique among the views, used for the files of the result: 1 to 64 letters, digits, `.`, `_` or `-`,
+    /// beginning with a letter or digit.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
-    /// Place of the camera in metres, inside no solid.
+    /// Position of the camera in metres, outside all solids.
     #[schema(value_type = Vector)]
     pub eye_m: [f64; 3],
-    /// Point that the camera looks at; differs from `eye_m`.
+    /// Point in metres that the camera looks at; differs from `eye_m`.
     #[schema(value_type = Vector)]
     pub look_at_m: [f64; 3],
-    /// Upward direction of the picture, not parallel to the viewing direction.
+    /// Upward direction of the picture, not parallel to the viewing direction; default: `[0, 0, 1]`.
     #[serde(default = "default_up")]
     #[schema(value_type = Vector)]
     pub up: [f64; 3],
-    /// Angle between the lower and the upper edge of the picture, above 0 and below 179; default: 60.
+    /// Angle in degrees between the lower and the upper edge of the picture, above 0 and below 179; default: 60.
     #[serde(default = "default_fov")]
     pub vertical_fov_deg: f64,
-    /// Width and height, each 1..8192, at most 16777216 pixels.
+    /// Width and height in pixels, each 1..8192, at most 16777216 pixels in all; default: 512 x 512.
     #[serde(default = "default_size")]
     #[schema(value_type = PixelCounts)]
     pub size_px: [u32; 2],
@@ -112,7 +115,7 @@ fn default_size() -> [u32; 2] {
 }
 
 impl GridDocument {
-    /// The grid above a floor of `width` times `depth` metres.
+    /// Returns the grid above a floor of `width` times `depth` metres.
     pub fn grid(&self, [width, depth]: [f64; 2]) -> Grid {
         let cells = self.cells.map(|cells| cells as usize);
         let name = self.name.clone();
@@ -122,7 +125,7 @@ impl GridDocument {
 }
 
 impl ViewDocument {
-    /// The camera; `None` where its vectors do not span a picture.
+    /// Returns the camera; `None` if its vectors do not span a picture.
     pub fn view(&self) -> Option<View> {
         View::new(
             self.name.clone(),
@@ -135,7 +138,7 @@ impl ViewDocument {
     }
 }
 
-/// `room_size_m`: `None` when it is refused.
+/// Checks all grids and views; `room_size_m` is `None` if the room's size was refused.
 pub(crate) fn check_outputs(
     grids: &[GridDocument],
     views: &[ViewDocument],
@@ -169,12 +172,12 @@ pub(crate) fn check_outputs(
     checks.at_most("/views", views.len(), &OUTPUTS, "");
 }
 
-/// Range of the whole numbers within some bounds.
+/// Returns the range of the whole numbers within `bounds`.
 fn whole(bounds: &RangeInclusive<u32>) -> Range {
     within((*bounds.start()).into(), (*bounds.end()).into())
 }
 
-/// Names become file names: none may leave its folder, hide, or fall together with another.
+/// Checks a name that becomes a file name: it must not leave its folder, be hidden, or equal another one.
 fn check_name<'a>(pointer: &str, name: &'a str, names: &mut BTreeSet<&'a str>, checks: &mut Checks) {
     let pointer = format!("{pointer}/name");
     let starts_well = name.starts_with(|c: char| c.is_ascii_alphanumeric());

@@ -1,44 +1,45 @@
-//! What explains results: the choices by which "correct" answers differ by factors of two.
+//! Provenance of results: the modelling choices by which correct answers to the same question can differ by factors of two.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::sky::zenith::ZenithFormula;
 
-/// The choices that explain factors of two between "correct" answers; part of every result.
+/// Modelling choices behind a result, by which correct answers to the same question can differ by factors of two; part of every
+/// result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Provenance {
-    /// Null without a sky.
+    /// Absolute level of the sky; null without a sky.
     pub zenith: Option<ZenithProvenance>,
-    /// Null without a sky.
+    /// Position and illuminance of the sun; null without a sky.
     pub sun: Option<SunProvenance>,
-    /// Null without a sky.
+    /// Refraction of the solar altitude; null without a sky.
     pub refraction: Option<RefractionProvenance>,
-    /// Whether light reflected between the room's surfaces is in the result.
+    /// True if light reflected between the room's surfaces is in the result.
     pub interreflection: bool,
-    /// One per tube.
+    /// Representation of each tube's guide, in the order of the document.
     pub guides: Vec<GuideProvenance>,
 }
 
-/// How the absolute level of the sky was found.
+/// Absolute level of the sky and the formula that it comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ZenithProvenance {
-    /// Formula, or the given number, that the level comes from.
+    /// Formula, or the given quantity, that the level comes from.
     pub formula: ZenithFormulaName,
-    /// Of the formulas `given_dv_ev` and `dv_ev`: the ratio of diffuse to extraterrestrial horizontal illuminance, given or
-    /// typical of the type.
+    /// Ratio of diffuse to extraterrestrial horizontal illuminance, given or typical of the sky type; only with the formulas
+    /// `given_dv_ev` and `dv_ev`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dv_ev: Option<f64>,
-    /// Of the formula `luminous_turbidity`.
+    /// Luminous turbidity, given or typical of the sky type; only with the formula `luminous_turbidity`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub luminous_turbidity: Option<f64>,
-    /// Luminance of the zenith.
+    /// Luminance of the zenith in cd/m2; 0 when the sun is below the horizon.
     pub zenith_luminance_cd_m2: f64,
-    /// Unobstructed, of the sky alone.
+    /// Unobstructed horizontal illuminance of the sky without the sun, in lux.
     pub horizontal_illuminance_lux: f64,
-    /// Of the formula `dv_ev` under an overcast sky (types 1 to 5 and 16): `horizontal_illuminance_lux` over the mean of
-    /// measured overcast skies at the sun's altitude h, 300 + 21 000 sin h lux (IES 1984). Types 1 and 16 have 0.61 to 0.63
-    /// above 20 degrees. Absent when the sun is down.
+    /// Ratio of `horizontal_illuminance_lux` to the mean of measured overcast skies at the sun's altitude h, 300 + 21 000 sin h
+    /// lux (IES 1984); only with the formula `dv_ev` under an overcast sky (types 1 to 5 and 16). Types 1 and 16 have 0.61 to
+    /// 0.63 above 20 degrees. Absent when the sun is below the horizon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ratio_to_mean_overcast: Option<f64>,
 }
@@ -53,11 +54,12 @@ pub enum ZenithFormulaName {
     GivenHorizontalIlluminance,
     /// The document gives the ratio of diffuse to extraterrestrial horizontal illuminance, which holds exactly.
     GivenDvEv,
-    /// Kittler and Darula's fit by the ratio of diffuse to extraterrestrial illuminance that is typical of the type.
+    /// Kittler and Darula's fit by the ratio of diffuse to extraterrestrial horizontal illuminance that is typical of the sky
+    /// type.
     DvEv,
     /// Kittler and Darula's fit by the luminous turbidity.
     LuminousTurbidity,
-    /// The diffuse horizontal illuminance of a sky of the IES.
+    /// Formula of the IES for the diffuse horizontal illuminance of its sky.
     IesHorizontalIlluminance,
 }
 
@@ -74,37 +76,37 @@ impl From<ZenithFormula> for ZenithFormulaName {
     }
 }
 
-/// The sun's beam.
+/// Position of the sun and illuminance of its beam.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SunProvenance {
     /// True if the beam is in the result.
     pub on: bool,
-    /// What the beam's illuminance comes from.
+    /// Source of the beam's illuminance.
     pub source: BeamSource,
-    /// Illuminance of a surface that faces the sun, by the beam alone.
+    /// Illuminance in lux, by the beam alone, of a surface that faces the sun.
     pub normal_illuminance_lux: f64,
-    /// Unobstructed, of the beam alone.
+    /// Unobstructed horizontal illuminance of the beam alone, in lux.
     pub horizontal_illuminance_lux: f64,
-    /// Apparent.
+    /// Apparent altitude of the sun in degrees.
     pub altitude_deg: f64,
-    /// Clockwise from north, 0..360.
+    /// Azimuth of the sun in degrees, clockwise from north, 0..360.
     pub azimuth_deg: f64,
 }
 
-/// Where the beam's illuminance comes from.
+/// Source of the beam's illuminance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum BeamSource {
-    /// The document.
+    /// The document gives the illuminance.
     Given,
-    /// The type of the sky has no sun.
+    /// The sky type has no sun.
     SunlessType,
-    /// 133.8 klx exp(-a m Tv).
+    /// Formula of the turbidity: 133.8 klx exp(-a m Tv).
     Turbidity {
-        /// Luminous turbidity Tv, given or typical of the type.
+        /// Luminous turbidity Tv, given or typical of the sky type.
         luminous_turbidity: f64,
     },
-    /// 127.5 klx exp(-c / sin(altitude)).
+    /// Formula of the IES: 127.5 klx exp(-c / sin(altitude)).
     Ies {
         /// Extinction c per unit of air mass.
         extinction: f64,
@@ -115,27 +117,27 @@ pub enum BeamSource {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum RefractionProvenance {
-    /// The altitude comes from place and time, with refraction at 1013.25 mbar and 15 C.
+    /// The altitude is computed from location and time, with refraction at 1013.25 mbar and 15 C.
     Applied {
-        /// Altitude without refraction.
+        /// Altitude in degrees without refraction.
         airless_altitude_deg: f64,
     },
-    /// The document gives the sun's position, which counts as apparent.
+    /// The document gives the sun's position, which is taken as the apparent one.
     Given,
 }
 
-/// How a tube's guide is represented.
+/// Representation of a tube's guide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GuideProvenance {
-    /// A straight cylinder, in closed form from end to end.
+    /// A straight cylinder, computed in closed form from end to end.
     ClosedFormStraight,
-    /// Cylinders with elbows, in closed form between the elbows.
+    /// Cylinders joined by elbows, computed in closed form between the elbows.
     ClosedFormBent,
-    /// A mesh that was recognised as a cylinder and is computed in closed form.
+    /// A mesh that was recognised as a straight cylinder and is computed in closed form.
     ClosedFormStraightRecognised,
-    /// A mesh that was recognised as cylinders with elbows and is computed in closed form between these.
+    /// A mesh that was recognised as cylinders joined by elbows and is computed in closed form between the elbows.
     ClosedFormBentRecognised,
-    /// Traced facet by facet.
+    /// A mesh whose facets are traced one by one.
     Mesh,
 }

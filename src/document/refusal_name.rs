@@ -1,4 +1,4 @@
-//! Kinds of refusals of methods as documents and answers name them.
+//! Kinds of refusals of methods, as documents and responses name them.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,7 @@ use utoipa::{PartialSchema, ToSchema};
 
 use crate::integrator::method::RefusalCode;
 
-/// Kind of a method's refusal, written as its code.
+/// Kind of a method's refusal, serialised as its code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RefusalName(pub RefusalCode);
 

@@ -1,4 +1,4 @@
-//! From a document to a scene, with notes to its reader and what explains its results.
+//! Conversion of a document to a scene, with warnings and the provenance of its results.
 
 use super::effects::EffectSwitch;
 use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
@@ -15,9 +15,9 @@ use crate::geometry::Dropped;
 use crate::plan::EffectKind;
 use crate::scene::{Channels, Grid, Room, Scene, Tube, TubeShape, View};
 
-/// The scene of a checked document, with notes to its reader and what explains its results.
+/// Converts a checked document to its scene, with warnings and the provenance of its results.
 ///
-/// What can be wrong still is what only a mesh tells.
+/// Errors concern meshes, which are not loaded before.
 pub fn to_scene(
     document: &ValidJob,
     meshes: &dyn MeshSource,
@@ -54,7 +54,7 @@ pub fn to_scene(
     Ok((scene, warnings, provenance))
 }
 
-/// One warning for each mesh of which triangles were left out.
+/// Returns a warning for each mesh of which triangles were left out.
 fn dropped_triangles(document: &JobDocument, scene: &Scene) -> Vec<Warning> {
     let tubes = scene.tubes.iter().enumerate().filter_map(|(index, tube)| match &tube.shape {
         TubeShape::Mesh(tube) => Some((format!("/tubes/{index}/mesh"), tube.mesh.dropped)),
@@ -111,7 +111,7 @@ fn views(document: &JobDocument, checks: &mut Checks) -> Vec<View> {
     views
 }
 
-/// Three channels when any coefficient that takes part is `[r, g, b]`.
+/// Returns three channels if any coefficient of the scene is `[r, g, b]`, and one otherwise.
 fn channels(document: &JobDocument) -> Channels {
     let of_tubes = document.tubes.iter().flat_map(|tube| tube.coefficients());
     match document.room.coefficients().chain(of_tubes).any(Coefficient::is_coloured) {

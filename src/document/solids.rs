@@ -1,4 +1,4 @@
-//! Points of grids inside solids: there is no floor, and no value; and eyes in them, which see nothing.
+//! Sensors of grids and cameras of views that lie inside solids: such sensors have no value, such cameras see nothing.
 
 use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
 use super::job::JobDocument;
@@ -6,8 +6,8 @@ use super::room::object::ObjectDocument;
 use crate::scene::{EstimateKind, Scene};
 use crate::traceable::{RoomObject, Taken, solids_around};
 
-/// Tells the grids of a scene what solids take of them, with a note for each that any is taken of; refuses those of which nothing is
-/// left, and views from within solids.
+/// Excludes the sensors of a scene's grids that lie inside solids, and returns a warning for each grid that loses any. Errors
+/// name the grids of which no sensor is left, and views from within solids.
 pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec<Warning>, DocumentErrors> {
     let mut checks = Checks::default();
     let mut warnings = Vec::new();
@@ -49,10 +49,10 @@ pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec
     if checks.errors.is_empty() { Ok(warnings) } else { Err(DocumentErrors(checks.errors)) }
 }
 
-/// Most objects that a note names.
+/// Largest number of objects that a message names.
 const MOST_NAMED: usize = 8;
 
-/// Pointers to some objects of a scene in its document.
+/// Returns the pointers to some of a scene's objects in its document, for messages.
 fn pointers(document: &JobDocument, objects: &[RoomObject]) -> String {
     let is_box = |object: &ObjectDocument| matches!(object, ObjectDocument::Box(_));
     let place = |object: &RoomObject| {

@@ -1,4 +1,4 @@
-//! When a job stops.
+//! Accuracy and limits at which a job ends.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -7,20 +7,20 @@ use super::errors::Checks;
 use super::limits::{CONFIDENCE, PASSES, RELATIVE_ERROR, SECONDS};
 use crate::estimate::StopRule;
 
-/// When a job is accurate enough, and its limits; the first one reached ends the job.
+/// Accuracy that a job is computed to, and its limits; whichever is reached first ends the job.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StopDocument {
-    /// Relative error of the grids at the asked confidence, 0..1.
+    /// Relative error of the grids at `confidence`, 0..1.
     pub relative_error: f64,
-    /// Relative error of the views at the asked confidence, over blocks of 8 x 8 pixels.
+    /// Relative error of the views at `confidence`, over blocks of 8 x 8 pixels.
     pub view_relative_error: f64,
     /// Confidence of the two-sided normal interval.
     pub confidence: f64,
-    /// Passes after which the job ends, 1..1e9.
+    /// Number of passes after which the job ends, 1..1e9.
     pub max_passes: u64,
-    /// Render time in seconds; the pass that runs when they are used up is dropped, a method without passes gives what it has
-    /// reached by then. A service may allow less (one hour by default).
+    /// Render time in seconds after which the job ends. The unfinished pass is dropped; a method without passes returns the
+    /// result reached so far. A service may allow less (one hour by default).
     pub max_seconds: f64,
 }
 
@@ -31,13 +31,13 @@ impl Default for StopDocument {
 }
 
 impl StopDocument {
-    /// The rule that a job is judged by.
+    /// Returns the rule by which the job is stopped.
     pub fn rule(self) -> StopRule {
         let Self { relative_error, view_relative_error, confidence, max_passes, max_seconds } = self;
         StopRule { relative_error, view_relative_error, confidence, max_passes, max_seconds }
     }
 
-    /// Refuses numbers out of their bounds.
+    /// Adds a fault for each number that is out of its bounds.
     pub(crate) fn check(&self, checks: &mut Checks) {
         checks.number("/stop/relative_error", self.relative_error, RELATIVE_ERROR);
         checks.number("/stop/view_relative_error", self.view_relative_error, RELATIVE_ERROR);

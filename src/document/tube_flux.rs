@@ -1,4 +1,4 @@
-//! A tube without a room, under a list of skies at a list of times: the request for its fluxes.
+//! Request for the fluxes through a tube without a room, under a list of skies at a list of times.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -11,29 +11,29 @@ use super::sky::{LocationDocument, SkyDocument};
 use super::tube::TubeDocument;
 use super::{JobDocument, ValidJob};
 
-/// Errors that are reported at most.
+/// Largest number of errors that are reported.
 const MOST_ERRORS: usize = 100;
 
-/// A tube, and the skies and times whose light it is to carry.
+/// Request for the flux that a tube delivers under each of several skies at each of several times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TubeFluxDocument {
-    /// The tube, as in a job. `centre_m` may be missing: where it stands does not count.
+    /// The tube, as in a job. `centre_m` may be absent, because its place in the ceiling has no effect.
     pub tube: TubeDocument,
-    /// Place on Earth, as in a job; with `times`.
+    /// Location on Earth, as in a job; given together with `times`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<LocationDocument>,
-    /// Skies as in a job, 1 to 100; `times` say where the sun is, or else each sky's own `sun_position`.
+    /// Skies as in a job, 1 to 100; the sun's position comes from `location` and `times`, or else from each sky's `sun_position`.
     pub skies: Vec<SkyDocument>,
-    /// Times as in a job (RFC 3339 with an offset), at most 1000; every sky is taken at every time, at most 5000 pairs. Absent
-    /// or empty: every sky once, with its own `sun_position`.
+    /// Times as in a job (RFC 3339 with an offset), at most 1000. Every sky is computed at every time, at most 5000 pairs. Absent
+    /// or empty: every sky is computed once, with its own `sun_position`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub times: Vec<String>,
-    /// Relative error at 95 % confidence that the flux into the room may have, of sky and sun each.
+    /// Relative error of the flux into the room to be reached, at 95 % confidence, for the light of the sky and of the sun each.
     #[serde(default = "one_percent")]
     #[schema(default = 0.01)]
     pub relative_error: f64,
-    /// Selects the random numbers; equal documents with equal seeds give equal bits.
+    /// Seed of the random numbers; equal documents with equal seeds give bitwise equal results.
     #[serde(default)]
     #[schema(maximum = 18_446_744_073_709_551_615u64)]
     pub seed: u64,
@@ -43,30 +43,31 @@ fn one_percent() -> f64 {
     0.01
 }
 
-/// A request that is read and checked, with a job for each pair of a sky and a time.
+/// A request that was read and checked, with a job for each pair of a sky and a time.
 #[derive(Debug)]
 pub struct ValidTubeFlux {
-    /// Relative error at 95 % confidence that was asked for.
+    /// Requested relative error at 95 % confidence.
     pub relative_error: f64,
-    /// Selects the random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// All pairs, sky by sky; the first has the tube, the others stand for sky and sun alone.
+    /// All pairs, in the order of skies and then of times. The job of the first has the requested tube; those of the others have
+    /// a placeholder, and only their sky and sun are used.
     pub pairs: Vec<Pair>,
 }
 
-/// A sky at a time.
+/// A sky at a time, as a job.
 #[derive(Debug)]
 pub struct Pair {
     /// Number of the sky in the request, from 0.
     pub sky: usize,
-    /// Number of the time in the request, from 0; `None` where the sky says where the sun is.
+    /// Number of the time in the request, from 0; `None` if the sky gives the sun's position.
     pub time: Option<usize>,
-    /// A room that has it outside.
+    /// Job with an empty room below the sky at the time.
     pub job: ValidJob,
 }
 
 impl TubeFluxDocument {
-    /// Checks a request that was read as JSON. Errors name everything that is wrong, with pointers into the request.
+    /// Checks a request that was read as JSON. Errors report every fault, with pointers into the request.
     pub fn from_value(mut value: Value) -> Result<ValidTubeFlux, DocumentErrors> {
         if let Some(tube) = value.get_mut("tube").and_then(Value::as_object_mut) {
             tube.entry("centre_m").or_insert(json!([0.0, 0.0]));
@@ -130,7 +131,7 @@ impl TubeFluxDocument {
     }
 }
 
-/// A job with a tube, or a plain one where it is null, in an empty room below one sky.
+/// Returns the document of a job: an empty room with `tube`, or with a plain tube where it is null, below one sky of the request.
 fn job(request: &Value, tube: &Value, sky: usize, time: Option<usize>) -> Value {
     let mut tube = tube.clone();
     if tube.is_null() {
@@ -140,7 +141,7 @@ fn job(request: &Value, tube: &Value, sky: usize, time: Option<usize>) -> Value 
         });
     }
     let diameter = ["diameter_m", "opening_diameter_m"].iter().find_map(|field| tube[*field].as_f64());
-    // a room that any tube fits into which may be in one
+    // a room that any valid tube fits into
     let edge = (2.0 * diameter.unwrap_or(1.0)).clamp(0.1, 200.0);
     tube["centre_m"] = json!([0.5 * edge, 0.5 * edge]);
     let mut job = Map::new();
@@ -157,7 +158,7 @@ fn job(request: &Value, tube: &Value, sky: usize, time: Option<usize>) -> Value 
     Value::Object(job)
 }
 
-/// An error of the job as one of the request.
+/// Converts an error of a pair's job to one of the request, by its pointer.
 fn in_request(error: FieldError, sky: usize, time: Option<usize>) -> FieldError {
     let pointer = match (error.pointer.as_str(), time) {
         ("/time", Some(time)) => format!("/times/{time}"),

@@ -1,4 +1,4 @@
-//! Units of meshes: OBJ has none.
+//! Units of mesh coordinates, which OBJ files do not state.
 
 use std::fmt;
 
@@ -17,7 +17,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Metres per unit.
+    /// Returns the length of one unit in metres.
     pub fn metres(self) -> f64 {
         match self {
             Self::M => 1.0,
@@ -29,7 +29,7 @@ impl Unit {
     }
 }
 
-/// As documents write it.
+/// Writes the unit's name in documents.
 impl fmt::Display for Unit {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.write_str(match self {

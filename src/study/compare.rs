@@ -1,4 +1,4 @@
-//! Values of grids and how far they are from those of a reference: the arithmetic of every study.
+//! Comparison of the values of grids with those of a reference, as all studies make it.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,30 +7,30 @@ use crate::estimate::stopping::LEAST_SHARE_OF_MEAN;
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
 use crate::statistics::interval::two_sided_student_quantile;
 
-/// Illuminances with their standard errors in lux, all grids of a job in a row.
+/// Illuminances with their standard errors in lux, for all grids of a job in sequence.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {
-    /// Illuminances; no number inside solids.
+    /// Illuminances in lux; NaN inside solids.
     pub lux: Vec<f64>,
-    /// Standard errors; infinite where nothing is known of them.
+    /// Standard errors in lux; infinite where they are not available.
     pub errors: Vec<f64>,
     /// Number of sensors of each grid.
     pub grids: Vec<usize>,
-    /// Number of passes that the errors are told by.
+    /// Number of passes from which the errors are estimated.
     pub passes: u64,
 }
 
-/// How far the values of a job are from those of a reference.
+/// Deviation of a job's values from those of a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Deviation {
-    /// Mean square of the relative deviations, the reference's own variance in it.
+    /// Mean square of the relative deviations, including the variance of the reference.
     pub squared_error: f64,
-    /// Share of the sensors whose interval holds the reference; `None` where nothing tells errors.
+    /// Fraction of the sensors whose interval contains the reference; `None` if no errors are available.
     pub covered: Option<f64>,
 }
 
 impl Values {
-    /// Values of an estimate of at least one pass.
+    /// Returns the values of an estimate of at least one pass.
     pub fn of_estimate(estimate: &Estimate) -> Self {
         let grids = &estimate.grids;
         let each = |of: fn(&GridEstimate, usize) -> f64| -> Vec<f64> {
@@ -44,7 +44,7 @@ impl Values {
         }
     }
 
-    /// Values of the grids of a job that ended, in the document's order, after so many passes.
+    /// Returns the values of the grids of a finished job, in the document's order, with the number of its passes.
     pub fn of_results(results: &[GridResult], passes: u64) -> Self {
         let errors = results.iter().flat_map(|grid| grid.standard_error_lux.iter().flatten());
         Self {
@@ -58,15 +58,15 @@ impl Values {
         }
     }
 
-    /// Luminances in cd/m2 of blocks of 8 x 8 pixels in the place of sensors' illuminances.
+    /// Returns the luminances in cd/m2 of blocks of 8 x 8 pixels, in place of the illuminances of sensors.
     pub fn of_view(film: &FilmEstimate) -> Self {
         let lux: Vec<f64> = film.blocks.iter().map(|block| block.mean).collect();
         let errors = (0..lux.len()).map(|block| film.block_standard_error_cd_m2(block)).collect();
         Self { grids: vec![lux.len()], lux, errors, passes: film.passes as u64 }
     }
 
-    /// What the error of each sensor is relative to: its true value, or a hundredth of its grid's mean where that is more. Of a
-    /// reference.
+    /// Returns the value in lux that the error of each sensor is divided by, if these are the values of a reference: the sensor's
+    /// own, or a hundredth of its grid's mean if that is larger.
     fn scales(&self) -> Vec<f64> {
         let mut rest = self.lux.as_slice();
         let mut scales = Vec::with_capacity(rest.len());
@@ -80,26 +80,28 @@ impl Values {
         scales
     }
 
-    /// How far the values are from those of a reference, and how often their intervals at a confidence hold them.
+    /// Returns the deviation from a reference, and the fraction of the intervals at a confidence that contain it.
     pub fn deviation(&self, truth: &Self, confidence: f64) -> Deviation {
         Deviation { squared_error: self.squared_error(truth), covered: self.covered(truth, confidence) }
     }
 
-    /// Mean square of the relative deviations from a reference, whose own variance is in it.
+    /// Returns the mean square of the relative deviations from a reference, including the reference's variance.
     pub fn squared_error(&self, truth: &Self) -> f64 {
         let deviations = self.lux.iter().zip(&truth.lux).zip(truth.scales());
         let deviations = deviations.filter(|((value, _), scale)| *scale > 0.0 && !value.is_nan());
         mean(deviations.map(|((value, truth), scale)| ((value - truth) / scale).powi(2)))
     }
 
-    /// Mean of the squared relative standard errors: what a reference adds to squared errors; `None` where nothing tells errors.
+    /// Returns the mean of the squared relative standard errors, which a reference adds to squared errors; `None` if no errors
+    /// are available.
     pub fn relative_variance(&self) -> Option<f64> {
         let known = self.errors.iter().zip(self.scales()).filter(|(error, scale)| error.is_finite() && *scale > 0.0);
         let known: Vec<f64> = known.map(|(error, scale)| (error / scale).powi(2)).collect();
         (!known.is_empty()).then(|| mean(known.into_iter()))
     }
 
-    /// Share of the sensors whose interval, the reference's error in it, holds the reference; `None` where nothing tells errors.
+    /// Returns the fraction of the sensors whose interval contains the reference, with the reference's error included in the
+    /// interval; `None` if no errors are available.
     pub fn covered(&self, truth: &Self, confidence: f64) -> Option<f64> {
         let quantile = two_sided_student_quantile(confidence, self.passes.max(2) as f64 - 1.0);
         let sensors = self.lux.iter().zip(&self.errors).zip(truth.lux.iter().zip(&truth.errors));
@@ -110,11 +112,11 @@ impl Values {
     }
 }
 
-/// True if the interval of a value with its standard error holds a true value with its own one: `quantile` times both errors
-/// together. An error of the true value that is not known counts as none.
+/// True if the deviation of a value from a true value is at most `quantile` times the root sum square of their standard errors.
+/// An error of the true value that is not finite counts as zero.
 pub fn holds((value, error): (f64, f64), (truth, truth_error): (f64, f64), quantile: f64) -> bool {
     let error = libm::hypot(error, if truth_error.is_finite() { truth_error } else { 0.0 });
-    // closed forms of both agree to rounding
+    // closed forms of both agree up to rounding
     (value - truth).abs() <= quantile * error + 1e-9 * truth.abs()
 }
 
@@ -135,7 +137,7 @@ mod tests {
         Values { lux: lux.to_vec(), errors: vec![error; lux.len()], grids: vec![lux.len()], passes: 1_000_000 }
     }
 
-    /// One percent off at 100 lx, two at 50 lx; a dark sensor is judged against a hundredth of the mean.
+    /// Deviations of one percent at 100 lx and two at 50 lx; the error of a dark sensor is relative to a hundredth of the mean.
     #[test]
     fn errors_are_relative_to_the_reference() {
         let truth = values(&[100.0, 50.0], 0.5);

@@ -1,31 +1,32 @@
-//! The documents of a study's jobs: its own with another method, seed and stop.
+//! Documents of a study's jobs: the study's own with another method, seed and stop.
 
 use serde_json::{Value, json};
 
-/// A method as the document of a job of the study has it: with the job's own settings where it is the job's.
+/// Returns the method for the document of a job of the study: the job's own settings if `name` is its method, or else the name
+/// alone.
 pub fn method_of(job: &Value, name: &str) -> Value {
     let own = &job["method"];
     if own["kind"] == name { own.clone() } else { json!(name) }
 }
 
-/// The seed of a job of the study whose own is moved by `by`.
+/// Returns the seed of a job of the study: the study's own plus `by`.
 pub fn seed_of(job: &Value, by: u64) -> u64 {
     job["seed"].as_u64().unwrap_or(0).wrapping_add(by)
 }
 
-/// When a job of a study ends.
+/// Accuracy and time at which a job of a study ends.
 #[derive(Clone, Copy, Debug)]
 pub struct End<'a> {
-    /// The field of `stop` that says how accurate its outputs are to be.
+    /// Field of `stop` for the relative error of the outputs.
     pub error_field: &'a str,
-    /// That relative error.
+    /// Relative error at which the job ends.
     pub relative_error: f64,
-    /// Seconds of rendering after which it ends in any case.
+    /// Seconds of rendering after which the job ends in any case.
     pub seconds: f64,
 }
 
-/// The document of `job` without some of its fields, by another method, with its seed moved by `seed` and an end of its own at the
-/// job's confidence.
+/// Returns the document of `job` without some of its fields, by another method, with `seed` added to its seed and with the given
+/// end, at the job's confidence.
 pub fn document(job: &Value, without: &[&str], method: Value, seed: u64, end: End<'_>) -> Value {
     let mut document = job.clone();
     let confidence = document["stop"]["confidence"].take();

@@ -1,4 +1,4 @@
-//! A study as files: JSON, CSV, a table in text and a figure.
+//! Files of a study: JSON, CSV, a table in text and a figure.
 
 use std::fmt::Write as _;
 
@@ -12,35 +12,35 @@ use crate::figure::ticks::{duration, significant};
 use crate::figure::{Drawing, FigureFormat, Heading};
 use crate::output::OutputError;
 
-/// What a study has found.
+/// Result of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct StudyReport {
-    /// What the runs are compared with.
+    /// Reference that the runs are compared with.
     pub reference: ReferenceReport,
     /// Confidence of relative errors and intervals.
     pub confidence: f64,
-    /// What follows, in a paragraph for people.
+    /// Conclusions, as a paragraph of text.
     pub verdict: String,
-    /// The runs put together by method and error.
+    /// Runs grouped by method and error.
     pub cells: Vec<Cell>,
     /// Methods that cannot compute the job.
     pub refused: Vec<Refused>,
-    /// The runs that gave values.
+    /// Runs that gave values.
     pub runs: Vec<Run>,
 }
 
-/// What the runs of a study are compared with.
+/// Reference that the runs of a study are compared with.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct ReferenceReport {
-    /// The methods that computed it; null where its values were given.
+    /// Methods that computed the reference; null if its values were given.
     pub method: Option<String>,
-    /// Seconds that it was rendered; null where its values were given.
+    /// Seconds of rendering the reference; null if its values were given.
     pub seconds: Option<f64>,
-    /// Root mean square of its relative standard errors; null where nothing tells them.
+    /// Root mean square of the reference's relative standard errors; null if none are available.
     pub relative_standard_error: Option<f64>,
 }
 
-/// A study and what it has found, as a file.
+/// File with a study's request and result.
 #[derive(Serialize)]
 struct StudyFile<'a> {
     request: &'a StudyRequest,
@@ -49,7 +49,7 @@ struct StudyFile<'a> {
 }
 
 impl Study {
-    /// What the study has found.
+    /// Returns the result of the study.
     pub fn report(&self) -> StudyReport {
         let of = |reference: &RenderedReference| (reference.method.clone(), reference.seconds);
         let (method, seconds) = self.reference.as_ref().map(of).unzip();
@@ -63,7 +63,7 @@ impl Study {
         }
     }
 
-    /// The runs put together, a line each.
+    /// Returns a table of the runs, grouped by method and error, as CSV with one line for each group.
     pub fn csv(&self) -> String {
         let mut text =
             "method,asked_relative_error,cpu_seconds,cpu_seconds_lower,cpu_seconds_upper,seconds,told_relative_error,\
@@ -87,7 +87,8 @@ impl Study {
         text
     }
 
-    /// Method x accuracy -> processor seconds, for a terminal: `*` marks the cheapest, `-` what was not met.
+    /// Returns a table of processor seconds by method and accuracy as text for a terminal: `*` marks the cheapest method, `-` an
+    /// error that was not reached.
     pub fn table(&self) -> String {
         let cells = self.cells();
         let mut errors: Vec<f64> = cells.iter().map(|cell| cell.asked).collect();
@@ -122,7 +123,7 @@ impl Study {
         text
     }
 
-    /// Actual error in percent over processor seconds: a line for each method, from its largest error to its smallest.
+    /// Returns the actual error in percent over processor seconds: a line for each method, in the order of processor seconds.
     pub fn series(&self) -> Vec<Series> {
         let mut series: Vec<Series> = Vec::new();
         for cell in self.cells() {
@@ -139,7 +140,7 @@ impl Study {
         series
     }
 
-    /// The series of the study over two logarithmic axes.
+    /// Returns the figure of the study's series over two logarithmic axes.
     pub fn figure(&self, name: Option<&str>) -> Drawing {
         let series = self.series();
         let of = name.map_or(String::new(), |name| format!(": {name}"));
@@ -159,7 +160,7 @@ impl Study {
         )
     }
 
-    /// All files of the study: names and contents.
+    /// Returns all files of the study, as names and contents.
     pub fn files(&self, request: &StudyRequest) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
         let figure = self.figure(request.job["name"].as_str());
         // our own types always serialise

@@ -1,8 +1,8 @@
-//! Studies: what accuracy costs by each of several methods on one scene, against a reference.
+//! Studies: the cost of accuracy for each of several methods on one scene, compared with a reference.
 //!
-//! `request` and `picture_request` say what is asked and which jobs that makes, `reference` what they are compared with, and
-//! `compare` how far they are from it. `run` renders the jobs in this process (the service queues them), `outcome` puts the runs
-//! together, `verdict` says in words what follows, `files` writes it down. `pictures` are of views, after the same time by each
+//! `request` and `picture_request` define what is requested and the jobs that follow, `reference` what the runs are compared
+//! with, and `compare` how. `run` renders the jobs in this process (the service queues them), `outcome` groups the runs,
+//! `verdict` states the conclusions in words, and `files` writes the files. `pictures` are of views, after the same time by each
 //! method and at several accuracies; `views` renders them in this process.
 
 pub mod compare;

@@ -1,4 +1,4 @@
-//! What came out of a study: its runs, and what they have in common.
+//! Outcome of a study: its runs, and their statistics by method and error.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -10,57 +10,57 @@ use crate::job::progress::StoppedBy;
 /// A run of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Run {
-    /// The method that was asked for.
+    /// Requested method.
     pub method: String,
-    /// The methods that computed it: what `auto` took.
+    /// Methods that computed the run, which differ from the requested one if that is `auto`.
     pub computed_by: String,
-    /// Relative error that was asked for, at the job's confidence.
+    /// Requested relative error at the job's confidence.
     #[serde(rename = "asked_relative_error")]
     pub asked: f64,
-    /// Number of its seed, from 0.
+    /// Number of the seed, from 0.
     pub seed: u64,
     /// Seconds from the document to the first pass.
     pub set_up_seconds: f64,
     /// Seconds of rendering.
     pub seconds: f64,
-    /// Processor seconds of rendering, of all threads; those on the wall where the system does not tell.
+    /// Processor seconds of rendering in all threads; elapsed seconds where the operating system does not report them.
     pub cpu_seconds: f64,
     /// Number of passes.
     pub passes: u64,
-    /// Relative error that the job tells of itself, at its confidence; null where it knows none.
+    /// Relative error that the job reports, at its confidence; null if it has no estimate of it.
     #[serde(rename = "told_relative_error")]
     pub told: Option<f64>,
-    /// Mean square of the relative deviations from the reference, whose own variance is in it.
+    /// Mean square of the relative deviations from the reference, including the reference's variance.
     pub squared_error: f64,
-    /// Share of the sensors whose interval holds the reference.
+    /// Fraction of the sensors whose interval contains the reference; null if the run has no errors.
     pub covered: Option<f64>,
-    /// What ended the run.
+    /// Reason why the run ended.
     pub stopped_by: StoppedBy,
-    /// True if the run ended by its accuracy: it tells an error, and that is as small as asked.
+    /// True if the run reached the requested accuracy, according to the error that it reports.
     pub met: bool,
 }
 
-/// What a run took, and what it says of itself.
+/// Cost of a run, with its own estimate of its error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunCost {
-    /// The methods that computed it.
+    /// Methods that computed the run.
     pub computed_by: String,
     /// Seconds from the document to the first pass.
     pub set_up_seconds: f64,
     /// Seconds of rendering.
     pub seconds: f64,
-    /// Processor seconds of rendering, of all threads; those on the wall where the system does not tell.
+    /// Processor seconds of rendering in all threads; elapsed seconds where the operating system does not report them.
     pub cpu_seconds: f64,
     /// Number of passes.
     pub passes: u64,
-    /// Relative error that the job tells of itself, at its confidence; `None` where it knows none.
+    /// Relative error that the job reports, at its confidence; `None` if it has no estimate of it.
     pub told: Option<f64>,
-    /// What ended it.
+    /// Reason why the run ended.
     pub stopped_by: StoppedBy,
 }
 
 impl Run {
-    /// A run that gave values, which are so far from the reference.
+    /// Returns a run with values, from its cost and its deviation from the reference.
     pub fn new(key: RunKey, cost: RunCost, deviation: Deviation) -> Self {
         Self {
             method: key.method,
@@ -85,75 +85,75 @@ impl Run {
 pub struct Refused {
     /// Name of the method.
     pub method: String,
-    /// Why, for people.
+    /// Reason for the refusal, as a sentence.
     pub reason: String,
 }
 
-/// Median and quartiles of some runs.
+/// Median and quartiles over several runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Quartiles {
-    /// A quarter of the runs has less.
+    /// Lower quartile: a quarter of the runs have less.
     pub lower: f64,
-    /// Half of the runs have less.
+    /// Median: half of the runs have less.
     pub median: f64,
-    /// A quarter of the runs has more.
+    /// Upper quartile: a quarter of the runs have more.
     pub upper: f64,
 }
 
-/// All runs of one method to one error.
+/// All runs of one method at one requested error.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Cell {
     /// Name of the method.
     pub method: String,
-    /// Relative error that was asked for, at the job's confidence.
+    /// Requested relative error at the job's confidence.
     #[serde(rename = "asked_relative_error")]
     pub asked: f64,
     /// Processor seconds of the runs.
     pub cpu_seconds: Quartiles,
-    /// Seconds of the runs, the set-up among them.
+    /// Seconds of the runs, set-up included.
     pub seconds: Quartiles,
-    /// Median of the relative errors that the runs tell of themselves, at the job's confidence.
+    /// Median of the relative errors that the runs report, at the job's confidence; null if none does.
     #[serde(rename = "told_relative_error")]
     pub told: Option<f64>,
-    /// Root mean square of the relative deviations of all runs from the reference, without what its own error adds.
+    /// Root mean square of the relative deviations of all runs from the reference, with the reference's own variance subtracted.
     #[serde(rename = "actual_relative_error")]
     pub actual: f64,
-    /// Share of the sensors of all runs whose interval holds the reference.
+    /// Fraction of the sensors of all runs whose interval contains the reference; null if no errors are available.
     pub covered: Option<f64>,
-    /// True if all runs ended by their accuracy.
+    /// True if all runs reached the requested accuracy, according to the errors that they report.
     pub met: bool,
-    /// True if the runs are of a formula: it gives one answer whatever is asked, and nothing tells its error.
+    /// True if the runs are of a formula, which gives the same result at any requested error and no estimate of its own error.
     pub formula: bool,
-    /// True if of the methods that met the error none took fewer processor seconds.
+    /// True if no other method that reached the error took fewer processor seconds.
     pub cheapest: bool,
 }
 
-/// The job that a study's runs are compared with.
+/// Job that a study's runs are compared with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedReference {
-    /// The methods that computed it.
+    /// Methods that computed it.
     pub method: String,
-    /// Seconds that it was rendered.
+    /// Seconds of rendering it.
     pub seconds: f64,
 }
 
-/// What came out of a study.
+/// Outcome of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Study {
-    /// How the reference was rendered; `None` where its values were given.
+    /// Job that rendered the reference; `None` if its values were given.
     pub reference: Option<RenderedReference>,
-    /// Mean of its squared relative standard errors; `None` where nothing tells them.
+    /// Mean of the reference's squared relative standard errors; `None` if none are available.
     pub reference_variance: Option<f64>,
     /// Confidence of relative errors and intervals.
     pub confidence: f64,
-    /// All runs, in the order in which they were made.
+    /// All runs, in the order in which they were rendered.
     pub runs: Vec<Run>,
     /// Methods that cannot compute the job.
     pub refused: Vec<Refused>,
 }
 
 impl Study {
-    /// The runs put together by method and error, in the order of the first runs of each.
+    /// Returns the runs grouped by method and error, in the order of each group's first run.
     pub fn cells(&self) -> Vec<Cell> {
         let mut keys: Vec<(&str, f64)> = Vec::new();
         for run in &self.runs {
@@ -170,7 +170,7 @@ impl Study {
         cells
     }
 
-    /// Root mean square of the reference's relative standard errors; `None` where nothing tells them.
+    /// Returns the root mean square of the reference's relative standard errors; `None` if none are available.
     pub fn reference_error(&self) -> Option<f64> {
         self.reference_variance.map(f64::sqrt)
     }
@@ -197,7 +197,7 @@ impl Study {
 }
 
 impl Quartiles {
-    /// Quantiles of some values, between the two nearest of them in proportion; zeros of none.
+    /// Returns the quartiles of some values, interpolated linearly between the two nearest; zeros for none.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! What pictures a study is asked for, and the jobs that these make.
+//! Pictures that a study is asked for, and the jobs that render them.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -7,41 +7,43 @@ use utoipa::ToSchema;
 use super::documents::{End, document, method_of};
 use crate::document::{FieldError, FieldErrorCode};
 
-/// The reference may take so many times as long as the longest picture.
+/// Factor by which the reference may take longer than the longest picture.
 const LONGER: f64 = 10.0;
 
-/// How much more accurate the reference is than the most accurate picture.
+/// Factor by which the reference is more accurate than the most accurate picture.
 const FINER: f64 = 4.0;
 
-/// Error that a reference is to have where pictures of equal time are compared with it, whose errors nobody knows before.
+/// Relative error of the reference for pictures of equal time, whose errors cannot be predicted.
 const OF_EQUAL_TIME: f64 = 0.0025;
 
-/// An error that no picture of equal time has: its seconds end it.
+/// Relative error requested for pictures of equal time, which none reaches, so that they end by their seconds.
 const NO_ERROR: f64 = 1e-9;
 
-/// Bytes of a pixel of a picture on a sheet, and of the films that are there at a time.
+/// Bytes of a pixel of a picture on a sheet; `BYTES_OF_FILMS` are those of a pixel of the films that are in memory at a time.
 const BYTES_OF_A_TILE: f64 = 9.0;
 const BYTES_OF_FILMS: f64 = 140.0;
 
-/// Pictures of the views of a job.
+/// Requested pictures of the views of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PicturesWanted {
-    /// Seconds of rendering after which each method shows a picture of every view; none when absent.
+    /// Seconds of rendering after which each method shows a picture of every view; no such pictures when absent.
     #[serde(default)]
     pub seconds: Vec<f64>,
-    /// Relative errors of the blocks of 8 x 8 pixels at which the job's own method shows a picture of every view.
+    /// Relative errors of the blocks of 8 x 8 pixels at which the job's own method shows a picture of every view; default: 0.1,
+    /// 0.05, 0.02 and 0.01.
     #[serde(default = "ten_five_two_and_one_percent")]
     pub relative_errors: Vec<f64>,
 }
 
-/// Relative errors of pictures unless others are asked for.
+/// Returns the default relative errors of pictures.
 pub fn ten_five_two_and_one_percent() -> Vec<f64> {
     vec![0.1, 0.05, 0.02, 0.01]
 }
 
 impl PicturesWanted {
-    /// What is wrong with the numbers or with the job for them, with pointers into a request that has them at `at`.
+    /// Adds the faults of the numbers, and of the job where it does not suit pictures, to `errors`; `at` is the pointer to these
+    /// pictures in the request.
     pub fn check(&self, job: &Value, at: &str, errors: &mut Vec<FieldError>) {
         if job["views"].as_array().is_none_or(Vec::is_empty) {
             errors.push(FieldError::new(at, "pictures are made of views, and the job has none"));
@@ -66,46 +68,46 @@ impl PicturesWanted {
     }
 }
 
-/// What pictures are made of the views of a job; its grids are left out.
+/// Request for pictures of the views of a job; its grids are left out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PictureRequest {
     /// The job document.
     pub job: Value,
-    /// Methods by name, for pictures of equal time.
+    /// Methods, by name, of the pictures of equal time.
     pub methods: Vec<String>,
-    /// The pictures.
+    /// Requested pictures.
     #[serde(flatten)]
     pub wanted: PicturesWanted,
-    /// Seconds after which a picture of an accuracy is shown as it is.
+    /// Largest number of seconds of rendering for a picture at an accuracy, which is then shown as it is.
     pub most_seconds: f64,
     /// Method of the reference.
     pub reference: String,
-    /// Seconds that the reference may take.
+    /// Largest number of seconds of rendering for the reference.
     pub reference_seconds: f64,
 }
 
-/// Which pictures a job makes.
+/// Key of a job: the pictures that it renders.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PictureKey {
-    /// Those that all others are compared with.
+    /// Pictures of the reference, which all others are compared with.
     Reference,
-    /// Those by a method after so many seconds.
+    /// Pictures by a method after a number of seconds.
     EqualTime {
         /// Name of the method.
         method: String,
         /// Seconds of rendering.
         seconds: f64,
     },
-    /// Those by the job's own method with a relative error.
+    /// Pictures by the job's own method at a relative error.
     Accuracy {
-        /// Relative error of the blocks.
+        /// Relative error of the blocks of 8 x 8 pixels.
         relative_error: f64,
     },
 }
 
 impl PictureRequest {
-    /// Pictures of `job`, the longest of which may take `most_seconds`.
+    /// Returns a request for pictures of `job`; one at an accuracy may take `most_seconds`.
     pub fn new(
         job: Value,
         methods: Vec<String>,
@@ -118,7 +120,8 @@ impl PictureRequest {
         Self { job, methods, wanted, most_seconds, reference, reference_seconds: LONGER * longest }
     }
 
-    /// All jobs, the reference first, where `able` are the methods that can show the views: rows of equal time, then accuracies.
+    /// Returns the keys of all jobs: the reference, then a row of pictures for each time in ascending order, then the accuracies.
+    /// `able` are the methods that can render the views.
     pub fn keys(&self, able: &[String]) -> Vec<PictureKey> {
         let mut seconds = self.wanted.seconds.clone();
         seconds.sort_by(f64::total_cmp);
@@ -129,7 +132,7 @@ impl PictureRequest {
         [PictureKey::Reference].into_iter().chain(seconds.into_iter().flat_map(row)).chain(accuracies).collect()
     }
 
-    /// The document of a job.
+    /// Returns the document of a job.
     pub fn document(&self, key: &PictureKey) -> Value {
         match key {
             PictureKey::Reference => {
@@ -147,8 +150,8 @@ impl PictureRequest {
         }
     }
 
-    /// About how many bytes it takes to put pictures of the largest view side by side, where the study's jobs have these keys: each
-    /// as it is shown, once more on the sheet and in the file, and two films with what they are read from.
+    /// Returns the approximate number of bytes needed to put the pictures of the largest view side by side, for jobs with these
+    /// keys: for each picture, as shown, on the sheet and in the file; and for two films with their sources.
     pub fn most_bytes(&self, keys: &[PictureKey]) -> f64 {
         let views = self.job["views"].as_array().into_iter().flatten();
         let pixels = views.map(|view| [0, 1].map(|axis| view["size_px"][axis].as_f64().unwrap_or(0.0)));
@@ -157,12 +160,12 @@ impl PictureRequest {
         pixels * (BYTES_OF_A_TILE * tiles as f64 + BYTES_OF_FILMS)
     }
 
-    /// The document that shows whether a method can show the views at all.
+    /// Returns the document by which it is tested whether a method can render the views at all.
     pub fn trial(&self, method: &str) -> Value {
         self.document_of(method_of(&self.job, method), 0.5, 1.0, 1)
     }
 
-    /// Seconds that a job may take at most.
+    /// Returns the largest number of seconds of rendering for a job.
     pub fn most_seconds_of(&self, key: &PictureKey) -> f64 {
         match key {
             PictureKey::Reference => self.reference_seconds,
@@ -173,11 +176,11 @@ impl PictureRequest {
 
     fn document_of(&self, method: Value, relative_error: f64, seconds: f64, seed: u64) -> Value {
         let end = End { error_field: "view_relative_error", relative_error, seconds };
-        // what checks grids, or is told of them, is not of pictures
+        // pictures need neither grids nor what depends on them
         document(&self.job, &["grids", "cross_check"], method, seed, end)
     }
 
-    /// Name of a view.
+    /// Returns the name of a view.
     pub fn view(&self, index: usize) -> String {
         self.job["views"][index]["name"].as_str().unwrap_or_default().to_owned()
     }

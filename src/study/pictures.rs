@@ -1,5 +1,5 @@
-//! Pictures of a job's views: by several methods after the same time, and by one method at several accuracies; what comes out of
-//! the images of their jobs.
+//! Pictures of a job's views, by several methods after the same time and by one method at several accuracies, made from the
+//! images of their jobs.
 
 use serde::Serialize;
 use serde_json::json;
@@ -15,30 +15,31 @@ use crate::output::png::{self, ToneMapping};
 use crate::output::{Image, OutputError, Raster};
 use crate::statistics::interval::two_sided_student_quantile;
 
-/// Side of a crop in pixels of its view, at most.
+/// Longest side of a crop in pixels of its view.
 const CROP_PX: usize = 96;
 
-/// Width that crops are enlarged to at least.
+/// Smallest width in pixels that crops are enlarged to.
 const LEAST_WIDTH_PX: usize = 192;
 
-/// What an ended job has of one view.
+/// Image of one view by a finished job, with the luminances of its blocks.
 #[derive(Clone, Debug)]
 pub struct Film {
     size_px: [usize; 2],
     channels: usize,
     values: Vec<f64>,
-    /// Luminances of blocks of 8 x 8 pixels.
+    /// Luminances of the blocks of 8 x 8 pixels in cd/m2.
     blocks: Values,
 }
 
 impl Film {
-    /// Of an estimate of at least one pass.
+    /// Returns the film of an estimate of at least one pass.
     pub fn of_estimate(film: &FilmEstimate) -> Self {
         let blocks = Values::of_view(film);
         Self { size_px: film.size_px, channels: film.channels, values: film.mean.clone(), blocks }
     }
 
-    /// Of an image, where the job tells a relative error of its blocks at a confidence after so many passes: each has its share.
+    /// Returns the film of an image. `told` is the relative error of the blocks that the job reports at `confidence` after
+    /// `passes`; every block gets this relative error.
     pub fn of_image(image: Image<'_>, told: Option<f64>, confidence: f64, passes: u64) -> Self {
         let lux: Vec<f64> = block_means(image.size_px, &image.luminances());
         let quantile = two_sided_student_quantile(confidence, passes.max(2) as f64 - 1.0);
@@ -52,7 +53,8 @@ impl Film {
         Image { size_px: self.size_px, channels: self.channels, values: &self.values }
     }
 
-    /// Root mean square of the relative deviations of its blocks from the truth, without what the truth's own error adds.
+    /// Returns the root mean square of the relative deviations of the blocks from the truth, with the truth's own variance
+    /// subtracted.
     fn error(&self, truth: &Self) -> f64 {
         let squared = self.blocks.squared_error(&truth.blocks);
         (squared - truth.blocks.relative_variance().unwrap_or(0.0)).max(0.0).sqrt()
@@ -64,38 +66,38 @@ impl Film {
 pub struct Picture {
     /// Name of the view.
     pub view: String,
-    /// The method that was asked for; of an accuracy the one that computed it.
+    /// Method of the picture: the requested one, or at an accuracy the one that computed it.
     pub method: String,
-    /// Seconds that it was given; null of a picture of an accuracy.
+    /// Requested seconds of rendering; null for a picture at an accuracy.
     pub asked_seconds: Option<f64>,
-    /// Relative error that was asked for; null of a picture of equal time.
+    /// Requested relative error; null for a picture of equal time.
     pub asked_relative_error: Option<f64>,
     /// Seconds of rendering.
     pub seconds: f64,
     /// Number of passes.
     pub passes: u64,
-    /// Relative error that the job tells of itself, at its confidence; null where it knows none.
+    /// Relative error that the job reports, at its confidence; null if it has no estimate of it.
     pub told_relative_error: Option<f64>,
-    /// Root mean square of the relative deviations of blocks of 8 x 8 pixels from the reference, without what its own error adds;
-    /// null where no pass ended in time.
+    /// Root mean square of the relative deviations of the blocks of 8 x 8 pixels from the reference, with the reference's own
+    /// variance subtracted; null if no pass ended in time.
     pub actual_relative_error: Option<f64>,
 }
 
-/// A job of pictures that has ended.
+/// Cost and reported error of a finished job of pictures.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// The methods that computed it.
+    /// Methods that computed the job.
     pub computed_by: String,
     /// Seconds of rendering.
     pub seconds: f64,
     /// Number of passes.
     pub passes: u64,
-    /// Relative error of the blocks that it tells of itself.
+    /// Relative error of the blocks that the job reports; `None` if it has no estimate of it.
     pub told: Option<f64>,
 }
 
 impl Shown {
-    /// The picture of a view, with its actual error; `None` of the reference.
+    /// Returns the entry for the picture of a view with its actual error; `None` for the reference.
     pub fn picture(&self, key: &PictureKey, view: &str, error: Option<f64>) -> Option<Picture> {
         let (method, asked_seconds, asked_relative_error) = match key {
             PictureKey::Reference => return None,
@@ -115,17 +117,17 @@ impl Shown {
     }
 }
 
-/// Which pictures of a view stand side by side.
+/// Kind of a sheet: the pictures of a view that it shows side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SheetKind {
-    /// Those of equal time, a row for each time and a column for each method.
+    /// Pictures of equal time, with a row for each time and a column for each method.
     EqualTime,
-    /// Crops of those of an accuracy.
+    /// Crops of the pictures at several accuracies.
     Accuracies,
 }
 
 impl SheetKind {
-    /// True if the pictures of this job are among them.
+    /// True if the sheet shows the pictures of the job.
     pub fn has(self, key: &PictureKey) -> bool {
         match key {
             PictureKey::Reference => false,
@@ -135,7 +137,7 @@ impl SheetKind {
     }
 }
 
-/// Pictures of one view side by side, the reference last. Of each only what is shown is kept, three bytes a pixel.
+/// Pictures of one view side by side, the reference last. Only the pixels that are shown are kept, three bytes each.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     kind: SheetKind,
@@ -143,12 +145,12 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// A sheet without pictures.
+    /// Returns a sheet without pictures.
     pub fn new(kind: SheetKind) -> Self {
         Self { kind, tiles: Vec::new() }
     }
 
-    /// Adds a picture as it looks beside the reference: black where no pass ended in time.
+    /// Adds a picture with the tone mapping of the reference; it is black if no pass ended in time.
     pub fn push(&mut self, picture: &Picture, film: Option<&Film>, reference: &Reference) -> Result<(), OutputError> {
         let [width, height] = reference.film.size_px;
         let raster = match film {
@@ -159,7 +161,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// The sheet as a PNG file, `times` rows of equal time on it; `None` without pictures.
+    /// Returns the sheet as a PNG file; `times` is the number of its rows of equal time. `None` without pictures.
     pub fn png(mut self, reference: &Reference, times: usize) -> Result<Option<Vec<u8>>, OutputError> {
         if self.tiles.is_empty() {
             return Ok(None);
@@ -182,14 +184,14 @@ impl Sheet {
         }
     }
 
-    /// Bytes that the pictures take.
+    /// Returns the number of bytes that the pictures take.
     #[cfg(test)]
     fn bytes(&self) -> usize {
         self.tiles.iter().map(|(_, raster)| raster.pixels.len()).sum()
     }
 }
 
-/// What pictures of a view are compared with.
+/// Reference that the pictures of a view are compared with.
 #[derive(Clone, Debug)]
 pub struct Reference {
     method: String,
@@ -198,32 +200,33 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// A view of the reference, which `method` has computed.
+    /// Returns the reference of a view, which `method` has computed.
     pub fn new(method: String, film: Film) -> Result<Self, OutputError> {
         let tones = ToneMapping::of(film.image())?;
         Ok(Self { method, film, tones })
     }
 
-    /// Root mean square of the relative deviations of a picture's blocks, without what the reference's own error adds.
+    /// Returns the root mean square of the relative deviations of a picture's blocks, with the reference's own variance
+    /// subtracted.
     pub fn error(&self, film: &Film) -> f64 {
         film.error(&self.film)
     }
 }
 
-/// All pictures, and what they are compared with.
+/// All pictures of a study, with the reference.
 #[derive(Clone, Debug)]
 pub struct Pictures {
-    /// Numbers of all pictures in the order in which they were made.
+    /// Entries of all pictures, in the order in which they were rendered.
     pub pictures: Vec<Picture>,
-    /// Methods that cannot show the views.
+    /// Methods that cannot render the views.
     pub refused: Vec<Refused>,
     reference: Shown,
-    /// Each view by its name, with its sheets of both kinds.
+    /// Views by name, each with its reference and its sheets of both kinds.
     views: Vec<(String, Reference, [Sheet; 2])>,
 }
 
 impl Pictures {
-    /// Nothing but the reference with its views in the order of the document.
+    /// Returns the reference with its views in the document's order, without any pictures yet.
     pub fn compared_with(
         request: &PictureRequest,
         (reference, films): (Shown, Vec<Film>),
@@ -237,7 +240,7 @@ impl Pictures {
         Ok(Self { pictures: Vec::new(), refused, reference, views })
     }
 
-    /// Adds what a job shows of every view; no films are there where no pass ended in time.
+    /// Adds the pictures of every view by a job; `films` is empty if no pass ended in time.
     pub fn push(&mut self, key: &PictureKey, (shown, films): (Shown, Vec<Film>)) -> Result<(), OutputError> {
         let mut films = films.into_iter();
         for (view, reference, sheets) in &mut self.views {
@@ -252,12 +255,13 @@ impl Pictures {
         Ok(())
     }
 
-    /// The numbers of all pictures so far: name and content.
+    /// Returns the file with the times and errors of all pictures so far, as name and content.
     pub fn numbers(&self, request: &PictureRequest) -> (String, Vec<u8>) {
         (PICTURES_JSON.to_owned(), numbers(request, &self.reference, &self.pictures, &self.refused))
     }
 
-    /// Each view's pictures of equal time and crops of its pictures of an accuracy, and the numbers of all. Names and contents.
+    /// Returns all files, as names and contents: for each view a sheet of pictures of equal time and one of crops at several
+    /// accuracies, and the times and errors of all pictures.
     pub fn files(self, request: &PictureRequest) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
         let numbers = self.numbers(request);
         let mut files = Vec::new();
@@ -271,7 +275,7 @@ impl Pictures {
     }
 }
 
-/// Times and errors of all pictures as JSON.
+/// Returns the times and errors of all pictures as JSON.
 pub fn numbers(request: &PictureRequest, reference: &Shown, pictures: &[Picture], refused: &[Refused]) -> Vec<u8> {
     let told = json!({
         "request": request, "reference": { "method": reference.computed_by, "seconds": reference.seconds },
@@ -280,21 +284,21 @@ pub fn numbers(request: &PictureRequest, reference: &Shown, pictures: &[Picture]
     format!("{told}\n").into_bytes()
 }
 
-/// File of the numbers of all pictures.
+/// Name of the file with the times and errors of all pictures.
 pub const PICTURES_JSON: &str = "pictures.json";
 
-/// File of a view's pictures of equal time.
+/// Returns the name of the file with a view's pictures of equal time.
 pub fn equal_time(view: &str) -> String {
     format!("{view}.equal_time.png")
 }
 
-/// File of a view's pictures of an accuracy.
+/// Returns the name of the file with a view's pictures at several accuracies.
 pub fn accuracies(view: &str) -> String {
     format!("{view}.accuracies.png")
 }
 
 impl Picture {
-    /// What it is, in a line.
+    /// Returns the picture's title: method, requested error if any, time and actual error.
     pub fn title(&self) -> String {
         let percent = |share: f64| format!("{} %", significant(100.0 * share, 2));
         let error = self.actual_relative_error.map_or("no pass in time".to_owned(), percent);
@@ -303,7 +307,7 @@ impl Picture {
     }
 }
 
-/// The middle of a picture, enlarged.
+/// Returns the middle of a picture, enlarged.
 fn crop(picture: &Raster) -> Raster {
     let (width, height) = (picture.width.min(CROP_PX), picture.height.min(CROP_PX));
     let (left, top) = ((picture.width - width) / 2, (picture.height - height) / 2);
@@ -329,7 +333,7 @@ mod tests {
         assert_eq!([part.get(0, 0), part.get(1, 1), part.get(2, 0)], [[9; 3], [9; 3], [0; 3]]);
     }
 
-    /// Pictures come one after the other, and nothing is kept of their films.
+    /// Adds pictures one after the other; their films are not kept.
     #[test]
     fn sheets_keep_three_bytes_of_a_pixel() {
         let film = || {
@@ -355,7 +359,7 @@ mod tests {
         }
     }
 
-    /// An image tells its blocks as an estimate does, and an error for each that is the job's.
+    /// Compares the blocks of an image with those of an estimate; the error of each is that of the job.
     #[test]
     fn errors_of_images_are_those_of_their_blocks() {
         let image = |values: &[f64]| {

@@ -1,4 +1,4 @@
-//! What the runs of a study are compared with: a job of its own, or values that are given.
+//! Reference that the runs of a study are compared with: a job of its own, or given values.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -8,45 +8,45 @@ use super::compare::Values;
 use crate::document::limits::LIGHT;
 use crate::document::{FieldError, FieldErrorCode, MethodKind};
 
-/// The reference of a study: a job by a method to an error, or `grids` alone, whose values are known from elsewhere.
+/// Reference of a study: a job by a method at an error, or `grids` alone with values from another source.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceRequest {
-    /// Name of the method; `auto` when absent. One without bias serves best: its seed is that of no run.
+    /// Name of the method; default: `auto`. A method without bias is best. The seed differs from those of all runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<MethodKind>)]
     pub method: Option<String>,
-    /// Relative error at the job's confidence; a quarter of the smallest one of the runs when absent.
+    /// Relative error at the job's confidence; default: a quarter of the smallest one of the runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, exclusive_maximum = 1)]
     pub relative_error: Option<f64>,
-    /// Seconds of rendering after which the reference ends in any case; ten times those of a run when absent.
+    /// Seconds of rendering after which the reference ends in any case; default: ten times those of a run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub seconds: Option<f64>,
-    /// Known values of every grid, in the job's order; nothing is rendered for the reference then.
+    /// Given values of every grid, in the job's order; no reference is rendered then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grids: Option<Vec<KnownGrid>>,
 }
 
-/// Known values of a grid, as results have them: row j from south to north, column i from west to east.
+/// Given values of a grid, as in results: row j from south to north, column i from west to east.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KnownGrid {
-    /// Illuminance of each sensor, row by row; null inside solids, as in results.
+    /// Illuminance of each sensor in lux, row by row; null inside solids, as in results.
     pub illuminance_lux: Vec<Vec<Option<f64>>>,
-    /// Standard error of each of them; absent where they are exact.
+    /// Standard error of each illuminance in lux; absent if they are exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_error_lux: Option<Vec<Vec<Option<f64>>>>,
 }
 
 impl ReferenceRequest {
-    /// The values that are given; `None` where a job is to find them.
+    /// Returns the given values; `None` if a job is to compute them.
     pub fn known(&self) -> Option<Values> {
         self.grids.as_deref().map(values)
     }
 
-    /// What is wrong with the reference of a study of `job`, with pointers into the request.
+    /// Adds the faults of the reference of a study of `job` to `errors`, with pointers into the request.
     pub fn check(&self, job: &Value, errors: &mut Vec<FieldError>) {
         let out_of_range = |pointer: &str, detail: String| {
             FieldError::new(format!("/reference/{pointer}"), detail).coded(FieldErrorCode::OutOfRange)
@@ -84,7 +84,7 @@ impl ReferenceRequest {
     }
 }
 
-/// Values that are known.
+/// Converts given values of grids; values inside solids become NaN, and absent errors zero.
 pub fn values(grids: &[KnownGrid]) -> Values {
     let numbers =
         |rows: &[Vec<Option<f64>>]| rows.concat().into_iter().map(|value| value.unwrap_or(f64::NAN)).collect();
@@ -100,7 +100,7 @@ pub fn values(grids: &[KnownGrid]) -> Values {
     }
 }
 
-/// What is wrong with rows of a grid of `cells`, first of all.
+/// Returns the first fault of the rows of a grid of `cells`: a wrong number of values, or a value out of its range.
 fn wrong(rows: &[Vec<Option<f64>>], cells: &Value, pointer: &str) -> Option<FieldError> {
     let [columns, lines] = [0, 1].map(|axis| cells[axis].as_u64().unwrap_or(0) as usize);
     if rows.len() != lines || rows.iter().any(|row| row.len() != columns) {

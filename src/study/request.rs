@@ -1,4 +1,4 @@
-//! What a study is asked for, and the jobs that it is made of.
+//! Request for a study, and the jobs that it consists of.
 
 use std::collections::BTreeSet;
 
@@ -13,46 +13,46 @@ use crate::document::errors::Checks;
 use crate::document::read::shape;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, MethodKind, method};
 
-/// A study of the grids of a job: runs of each method to each error with each seed, compared with a reference.
+/// Study of the grids of a job: runs of each method at each relative error with each seed, compared with a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyRequest {
-    /// The job document, at least one grid in it. Its views are left out, and so is its `stop` but for the confidence; its method's
-    /// settings are those of the runs by that method.
+    /// Job document with at least one grid. Its views are left out, as is its `stop` except for the confidence; the settings of
+    /// its method apply to the runs by that method.
     #[schema(value_type = JobDocument)]
     pub job: Value,
-    /// Methods by the names that documents have for them, each once; all that there are when absent. Those that refuse the job are
-    /// told with their reason.
+    /// Names of methods as in documents, each once; default: all methods. Methods that refuse the job are reported with their
+    /// reason.
     #[serde(default = "all_methods")]
     #[schema(value_type = Vec<MethodKind>, min_items = 1)]
     pub methods: Vec<String>,
-    /// Relative errors to stop at, at the job's confidence, each once.
+    /// Relative errors at which runs stop, at the job's confidence, each once; default: 0.05, 0.02 and 0.01.
     #[serde(default = "five_two_and_one_percent")]
     #[schema(min_items = 1)]
     pub relative_errors: Vec<f64>,
-    /// Runs of each method to each error, with seeds of their own.
+    /// Number of runs of each method at each error, each with its own seed.
     #[serde(default = "three")]
     #[schema(minimum = 1, maximum = 1000, default = 3)]
     pub seeds: u64,
-    /// What the runs are compared with.
+    /// Reference that the runs are compared with.
     #[serde(default)]
     pub reference: ReferenceRequest,
     /// Seconds of rendering after which a run ends in any case.
     #[serde(default = "a_minute")]
     #[schema(exclusive_minimum = 0, default = 60.0)]
     pub seconds: f64,
-    /// Pictures of the job's views, by each method after the same time and at several accuracies; none when absent.
+    /// Pictures of the job's views, by each method after the same time and at several accuracies; no pictures when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PicturesWanted>,
 }
 
-/// Most runs of each method to each error.
+/// Largest number of runs of each method at each error.
 pub const MOST_SEEDS: u64 = 1000;
 
-/// How much more accurate the reference is than the most accurate run, by default.
+/// Default factor by which the reference is more accurate than the most accurate run.
 const FINER: f64 = 4.0;
 
-/// The reference may take so many times as long as a run, by default.
+/// Default factor by which the reference may take longer than a run.
 const LONGER: f64 = 10.0;
 
 fn all_methods() -> Vec<String> {
@@ -71,20 +71,20 @@ fn a_minute() -> f64 {
     60.0
 }
 
-/// A run of a study: which of its jobs it is.
+/// Key of a run among those of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunKey {
-    /// Name of the method that is asked for.
+    /// Name of the requested method.
     pub method: String,
-    /// Relative error to stop at, at the job's confidence.
+    /// Relative error at which the run stops, at the job's confidence.
     pub relative_error: f64,
     /// Number of the seed, from 0.
     pub seed: u64,
 }
 
 impl StudyRequest {
-    /// A study of `job` by `methods`, which the job's own method is among where it is no other: 5, 2 and 1 percent, three
-    /// seeds, a minute for each run.
+    /// Returns a study of `job` by `methods` with the default errors of 5, 2 and 1 percent, three seeds and a minute for each
+    /// run. The settings of the job's own method apply to the runs by that method.
     pub fn new(job: Value, methods: Vec<String>) -> Self {
         Self {
             job,
@@ -97,12 +97,12 @@ impl StudyRequest {
         }
     }
 
-    /// The same study to other errors.
+    /// Returns this study with other relative errors.
     pub fn to(self, relative_errors: Vec<f64>) -> Self {
         Self { relative_errors, ..self }
     }
 
-    /// Checks a request that was read as JSON, its job, too. Errors name everything that is wrong, with pointers into the request.
+    /// Checks a request that was read as JSON, its job included. Errors report every fault, with pointers into the request.
     pub fn from_value(value: Value) -> Result<Self, DocumentErrors> {
         let mut checks = Checks::default();
         let Some((request, _)) = shape::read::<Self>(value, &mut checks) else {
@@ -119,7 +119,8 @@ impl StudyRequest {
         if errors.is_empty() { Ok(request) } else { Err(DocumentErrors(errors)) }
     }
 
-    /// The study where no job may take more than `most` seconds: the reference is allowed no more than those where it names none.
+    /// Limits the study to jobs of at most `most` seconds: an error if it asks for more; a reference without seconds of its own
+    /// gets no more.
     pub fn within(mut self, most: f64) -> Result<Self, DocumentErrors> {
         let asked =
             [("/seconds".to_owned(), Some(self.seconds)), ("/reference/seconds".to_owned(), self.reference.seconds)];
@@ -144,7 +145,7 @@ impl StudyRequest {
         Ok(self)
     }
 
-    /// What is wrong with the study beside its job, if anything is; jobs are judged when they are prepared.
+    /// Checks the study except for its job, which is checked when it is prepared.
     pub fn check(&self) -> Result<(), DocumentErrors> {
         let mut errors = Vec::new();
         self.reference.check(&self.job, &mut errors);
@@ -192,7 +193,7 @@ impl StudyRequest {
         if errors.is_empty() { Ok(()) } else { Err(DocumentErrors(errors)) }
     }
 
-    /// All runs by some of the methods. Methods take turns, so that what else the machine does meets them alike.
+    /// Returns all runs by the given methods. Methods alternate, so that other load on the machine affects them alike.
     pub fn runs<'a>(&'a self, methods: &'a [String]) -> impl Iterator<Item = RunKey> + 'a {
         let errors = move |seed| self.relative_errors.iter().map(move |error| (seed, *error));
         let keys = (0..self.seeds).flat_map(errors);
@@ -201,7 +202,8 @@ impl StudyRequest {
         })
     }
 
-    /// The study's pictures as a request of their own, no job of which may take more than `most` seconds.
+    /// Returns the study's pictures as a request of their own, with no job of more than `most` seconds; `None` if none are
+    /// requested.
     pub fn pictures(&self, most: f64) -> Option<PictureRequest> {
         let (methods, wanted) = (self.methods.clone(), self.pictures.clone()?);
         let reference = self.reference.method.as_deref();
@@ -210,17 +212,17 @@ impl StudyRequest {
         Some(request)
     }
 
-    /// The document of a run.
+    /// Returns the document of a run.
     pub fn run(&self, key: &RunKey) -> Value {
         self.document(method_of(&self.job, &key.method), key.relative_error, self.seconds, seed_after_reference(key))
     }
 
-    /// The seed in the document of a run.
+    /// Returns the seed in the document of a run.
     pub fn seed(&self, key: &RunKey) -> u64 {
         seed_of(&self.job, seed_after_reference(key))
     }
 
-    /// The document of the reference.
+    /// Returns the document of the reference.
     pub fn reference(&self) -> Value {
         let method = method_of(&self.job, self.reference.method.as_deref().unwrap_or("auto"));
         let least = self.relative_errors.iter().copied().fold(f64::INFINITY, f64::min);
@@ -234,7 +236,7 @@ impl StudyRequest {
     }
 }
 
-/// How far the seed of a run is moved: that of the reference is another one.
+/// Returns the number that is added to the job's seed for a run; the reference has the job's seed itself.
 fn seed_after_reference(key: &RunKey) -> u64 {
     key.seed.wrapping_add(1)
 }

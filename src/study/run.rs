@@ -1,4 +1,4 @@
-//! The jobs of a study, rendered one after the other in this process.
+//! Rendering of a study's jobs one after the other in this process.
 
 use std::time::Instant;
 
@@ -11,49 +11,49 @@ use crate::job::cancel::Stop;
 use crate::job::passes::{RenderError, Rendered};
 use crate::job::prepare::{Prepared, prepare_document};
 
-/// A study that cannot be done.
+/// Reason why a study cannot be completed.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// The job, or the numbers of the study.
+    /// The job, or the numbers of the study, are invalid.
     #[error(transparent)]
     Document(#[from] DocumentErrors),
-    /// A run failed.
+    /// A run failed to render.
     #[error(transparent)]
     Render(#[from] RenderError),
-    /// Somebody ended it.
+    /// The study was cancelled.
     #[error("cancelled after {done} of {of} runs")]
     Cancelled {
-        /// Runs that were done, the reference among them.
+        /// Number of finished runs, the reference included.
         done: usize,
-        /// All runs of the study.
+        /// Number of all runs of the study.
         of: usize,
     },
-    /// There is nothing to compare with.
+    /// The reference has no values.
     #[error("the reference by {method} has no values after {seconds} s: allow more seconds, or another method")]
     NoReference {
         /// Method of the reference.
         method: String,
-        /// Seconds that it was allowed.
+        /// Seconds of rendering that the reference was allowed.
         seconds: f64,
     },
 }
 
-/// How far a study is: what comes next, and how much of it is done, in runs.
+/// Progress of a study: the next run, and the number of finished ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step<'a> {
-    /// Runs that are done.
+    /// Number of finished runs, the reference included.
     pub done: usize,
-    /// All runs, the reference among them.
+    /// Number of all runs, the reference included.
     pub of: usize,
-    /// What is next.
+    /// Description of the next run.
     pub next: String,
-    /// About how many seconds all that are left may take; `None` before the first run has ended.
+    /// Estimated seconds that the remaining runs take; `None` before the first run has ended.
     pub seconds_left: Option<f64>,
-    /// What the runs so far have found; `None` before the reference is known.
+    /// Outcome of the runs so far; `None` until the reference is available.
     pub so_far: Option<&'a Study>,
 }
 
-/// Runs a study; `heard` is told before each of its runs.
+/// Runs a study; calls `heard` before each of its runs, and at the end.
 pub fn run(
     request: &StudyRequest,
     meshes: &dyn MeshSource,
@@ -129,8 +129,8 @@ pub fn run(
     Ok(study)
 }
 
-/// About how many seconds runs to come may take, each `most` at most, by those that have ended: as long as runs of its kind, or
-/// else by the square of the errors of the same method, or else as long as all.
+/// Estimates the seconds that the runs to come take, `most` at most for each, from the runs that have ended: the mean of those of
+/// the same method and error; or else of the same method, scaled by the squared ratio of the errors; or else of all.
 fn seconds_left(ended: &[Run], to_come: &[RunKey], most: f64) -> Option<f64> {
     let seconds = |run: &Run| run.set_up_seconds + run.seconds;
     let mean = |of: &dyn Fn(&Run) -> Option<f64>| {
@@ -146,17 +146,18 @@ fn seconds_left(ended: &[Run], to_come: &[RunKey], most: f64) -> Option<f64> {
     to_come.iter().map(of_one).sum()
 }
 
-/// The methods of a study: those that can compute its job, each with what was prepared of it, and the others.
+/// Methods of a study: those that can compute its job, each with the prepared job, and those that refuse it.
 pub struct Judged<T> {
-    /// Methods in the order of the request.
+    /// Methods that can compute the job, in the order of the request, each with the prepared job.
     pub able: Vec<(String, T)>,
     /// Methods that refuse the job.
     pub refused: Vec<Refused>,
 }
 
-/// The methods of a study that can compute its job, each with its job to the first error, and those that cannot.
+/// Prepares the job at the first error by each method of a study, and separates the methods that can compute it from those that
+/// refuse it.
 ///
-/// What is wrong with anything but the method is an error, with a pointer into the job.
+/// A fault that does not concern the method is an error, with a pointer into the job.
 pub fn able<T>(
     request: &StudyRequest,
     prepare: impl Fn(&serde_json::Value) -> Result<T, DocumentErrors>,
@@ -175,7 +176,7 @@ pub fn able<T>(
     Ok(Judged { able, refused })
 }
 
-/// The reason why a method refuses a job; what does not concern the method is an error still.
+/// Returns the reason why a method refuses a job; an error if any fault does not concern the method.
 pub fn of_method_alone(errors: DocumentErrors) -> Result<String, DocumentErrors> {
     match errors.0.iter().all(|error| error.pointer.starts_with("/method")) {
         true => Ok(errors.0.into_iter().map(|error| error.detail).collect::<Vec<_>>().join("; ")),
@@ -183,9 +184,9 @@ pub fn of_method_alone(errors: DocumentErrors) -> Result<String, DocumentErrors>
     }
 }
 
-/// A job that is rendered to its end, with its values; `None` where it ended before its first pass.
+/// Renders a job to its end and returns its values; `None` if it ended before its first pass.
 fn rendered(prepared: &Prepared, stop: &Stop) -> Result<Option<(Values, Rendered)>, StudyError> {
-    // its seconds end a run, and not the study
+    // the seconds of a run end the run, not the study
     let of_run = Stop::default();
     let rendered = prepared.render(&of_run, &mut |_, _| {
         if let Some(reason) = stop.reason() {
@@ -205,9 +206,9 @@ mod tests {
         let key = |method: &str, relative_error: f64| RunKey { method: method.to_owned(), relative_error, seed: 1 };
         let to_come = [key("a", 0.05), key("a", 0.01), key("b", 0.05), key("a", 0.005)];
         assert_eq!(seconds_left(&[], &to_come, 60.0), None);
-        // half a second of each is the set-up
+        // half a second of each is for the set-up
         let ended = [run("a", 0.05, 1.5, 0.05), run("a", 0.05, 3.5, 0.05), run("a", 0.02, 9.5, 0.02)];
-        // like the first two, 25 and 4 times as long, as all on average, and no longer than is allowed
+        // as long as the first two; 25 and 4 times as long; as all on average; and the largest number of seconds allowed
         let of_second = (25.0 * 2.0 + 25.0 * 4.0 + 4.0 * 10.0) / 3.0;
         let left = seconds_left(&ended, &to_come, 100.0).unwrap();
         assert!((left - (3.0 + of_second + 16.0 / 3.0 + 100.0)).abs() < 1e-9, "{left}");

@@ -1,11 +1,11 @@
-//! What follows from a study, in words.
+//! Conclusions of a study in words.
 
 use super::outcome::{Cell, RenderedReference, Study};
 use crate::figure::ticks::{duration, significant};
 
 impl Study {
-    /// What follows, in a paragraph for people: the cheapest method of each error, whether errors are what jobs tell, what was not
-    /// met and what was refused.
+    /// Returns the conclusions as a paragraph: the cheapest method for each error, the ratio of actual errors to reported ones,
+    /// and the errors and methods that failed.
     pub fn verdict(&self) -> String {
         let cells = self.cells();
         if cells.is_empty() {
@@ -36,7 +36,7 @@ fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 2))
 }
 
-/// Errors in falling order, each once.
+/// Returns the requested errors in descending order, each once.
 fn asked(cells: &[Cell]) -> Vec<f64> {
     let mut asked: Vec<f64> = cells.iter().map(|cell| cell.asked).collect();
     asked.sort_by(|a, b| b.total_cmp(a));
@@ -62,7 +62,7 @@ fn costs(cells: &[Cell]) -> String {
     format!("Cheapest, on one core: {}.", told.join(", "))
 }
 
-/// How many times as long the other methods take to the smallest error that the cheapest one met.
+/// Returns how many times longer the other methods take to reach the smallest error that the cheapest one reached.
 fn others(cells: &[Cell]) -> Option<String> {
     let best = cells.iter().filter(|cell| cell.cheapest).min_by(|a, b| a.asked.total_cmp(&b.asked))?;
     let others = cells.iter().filter(|cell| cell.asked == best.asked && cell.met && !cell.cheapest);
@@ -74,7 +74,8 @@ fn others(cells: &[Cell]) -> Option<String> {
     (!told.is_empty()).then(|| format!("To {}, others take longer: {}.", percent(best.asked), told.join(", ")))
 }
 
-/// Actual errors in parts of those told, as root mean squares, and how often intervals hold.
+/// Returns the range of the ratios of actual errors (root mean squares) to reported ones, and the fraction of intervals that
+/// contain the reference.
 fn honesty(study: &Study, cells: &[Cell]) -> Option<String> {
     let shares = cells.iter().filter_map(|cell| Some(cell.actual / cell.told?)).filter(|share| share.is_finite());
     let (least, most) =
@@ -108,7 +109,7 @@ fn not_met(cells: &[Cell]) -> Option<String> {
     (!told.is_empty()).then(|| format!("Not met within the seconds allowed: {}.", told.join(", ")))
 }
 
-/// How far formulas are off, which tell no errors.
+/// Returns the actual errors of formulas, which report no errors of their own.
 fn formulas(cells: &[Cell]) -> Option<String> {
     let mut told: Vec<String> = cells
         .iter()

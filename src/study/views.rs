@@ -1,4 +1,4 @@
-//! Pictures of a job's views, rendered one after the other in this process.
+//! Rendering of pictures of a job's views one after the other in this process.
 
 use serde_json::Value;
 
@@ -13,21 +13,21 @@ use crate::job::passes::RenderError;
 use crate::job::prepare::{Prepared, prepare_document};
 use crate::output::OutputError;
 
-/// How far the pictures are: what comes next, and how many jobs are done of how many.
+/// Progress of the pictures: the next job, and the number of finished ones.
 pub struct PicturesStep<'a> {
-    /// Jobs that are done, the reference among them.
+    /// Number of finished jobs, the reference included.
     pub done: usize,
-    /// All jobs.
+    /// Number of all jobs.
     pub of: usize,
-    /// What is next.
+    /// Description of the next job.
     pub next: String,
-    /// Seconds that all that are left may take at most.
+    /// Largest number of seconds that the remaining jobs may take.
     pub most_seconds_left: f64,
-    /// All pictures so far; `None` before the reference is known.
+    /// All pictures so far; `None` until the reference is available.
     pub so_far: Option<&'a Pictures>,
 }
 
-/// Renders all pictures; `heard` is told before each.
+/// Renders all pictures; calls `heard` before each job, and at the end.
 pub fn run(
     request: &PictureRequest,
     meshes: &dyn MeshSource,
@@ -76,8 +76,8 @@ pub fn run(
     Ok(pictures)
 }
 
-/// The methods that can show the views, and the others with their reasons. What is wrong with anything but the method is an error,
-/// with a pointer into the job.
+/// Separates the methods that can render the views from those that refuse them, with their reasons. A fault that does not concern
+/// the method is an error, with a pointer into the job.
 pub fn able(
     request: &PictureRequest,
     prepare: impl Fn(Value) -> Result<(), DocumentErrors>,
@@ -99,9 +99,9 @@ fn not_drawn(error: OutputError) -> RenderError {
     RenderError::Output { file: "pictures".to_owned(), reason: error.to_string() }
 }
 
-/// A job that is rendered to its end, with its views; none of them before the first pass.
+/// Renders a job to its end and returns its views, none if it ended before the first pass.
 fn shown(prepared: &Prepared, stop: &Stop) -> Result<(Shown, Vec<Film>), StudyError> {
-    // its seconds end a picture, and not the study
+    // the seconds of a picture end the picture, not the study
     let of_picture = Stop::default();
     let found = prepared.render(&of_picture, &mut |_, _| {
         if let Some(reason) = stop.reason() {

@@ -1,4 +1,4 @@
-//! `auto` in documents.
+//! The method `auto` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -7,7 +7,7 @@ use super::settings::MethodSettings;
 use crate::integrator::Method;
 use crate::plan::MethodRequest;
 
-/// The plan picks and says why.
+/// Automatic choice of the method by the plan, which states its reasons.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AutoMethod {}

@@ -1,4 +1,4 @@
-//! The settings of `bidirectional_path_tracing` in documents.
+//! Settings of the method `bidirectional_path_tracing` in documents.
 
 use std::ops::Bound;
 
@@ -12,14 +12,15 @@ use crate::integrator::Method;
 use crate::integrator::bidirectional::Settings;
 use crate::plan::MethodRequest;
 
-/// Paths from both sides, connected everywhere; unbiased.
+/// Bidirectional path tracing: paths from the light sources and from sensors or eye, connected at every pair of vertices;
+/// unbiased.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BidirectionalPathTracingMethod {
-    /// Photons emitted per pass, all tubes and sources together; a pass keeps their vertices. By default as many as reach the
-    /// accuracy asked for in some ten passes, 256 to 16 384, and 16 384 in jobs with views.
+    /// Photons emitted per pass, for all tubes and sources together; 64 to 1 048 576, because a pass keeps their vertices.
+    /// Default: as many as reach the requested accuracy in some ten passes, 256 to 16 384, and 16 384 in jobs with views.
     pub photons_per_pass: Option<u64>,
-    /// Eye paths per sensor and pass; by default a 64th of the photons.
+    /// Eye paths per sensor and pass; default: a 64th of the number of photons.
     pub samples_per_sensor: Option<u32>,
     /// Eye paths per pixel and pass.
     pub samples_per_pixel: u32,
@@ -66,5 +67,5 @@ impl MethodSettings for BidirectionalPathTracingMethod {
     }
 }
 
-/// Photons of a pass, which keeps their vertices.
+/// Range of the photons of a pass, which keeps their vertices in memory.
 const KEPT_PHOTONS_PER_PASS: Range = Range { highest: Bound::Included(1_048_576.0), ..PHOTONS_PER_PASS };

@@ -1,4 +1,4 @@
-//! `holigilm` in documents.
+//! The method `holigilm` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -8,7 +8,7 @@ use crate::integrator::Method;
 use crate::integrator::holigilm::Settings;
 use crate::plan::MethodRequest;
 
-/// Deterministic, after Kocifaj, Darula and Kittler: tubes without meshes in an empty room, grids only.
+/// Deterministic method after Kocifaj, Darula and Kittler, for tubes without meshes in an empty room; grids only.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HoligilmMethod {}

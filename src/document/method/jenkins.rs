@@ -1,4 +1,4 @@
-//! The settings of `jenkins` in documents.
+//! Settings of the method `jenkins` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -10,17 +10,17 @@ use crate::document::limits::{RATIO, Range, above};
 use crate::integrator::Method;
 use crate::plan::MethodRequest;
 
-/// The semi-empirical formula of Jenkins, Muneer and Kubie, the reflections of a room included; grids only, without
-/// an estimate of the error.
+/// Semi-empirical formula of Jenkins, Muneer and Kubie, in which the reflections of a room are included; grids only, without an
+/// estimate of the error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JenkinsMethod {
-    /// c of E = c Phi cos^4(theta) / V^2; 1/pi is a Lambertian disc far away.
+    /// Coefficient c of E = c Phi cos^4(theta) / V^2; 1/pi corresponds to a Lambertian disc far away.
     pub coefficient: f64,
-    /// Transmission of a piece of pipe of aspect ratio 1. Default: the exact transmission of a straight tube of that aspect
-    /// ratio and the tube's reflectance, of the daylight of the job.
+    /// Transmission of a pipe with an aspect ratio of 1. Default: the exact transmission, for the daylight of the job, of a
+    /// straight tube with this aspect ratio and the tube's reflectance.
     pub pipe_transmittance: Option<f64>,
-    /// Factor per bend; needed for a tube with bends.
+    /// Factor per bend; required for a tube with bends.
     pub bend_factor: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! The settings of `lamp_responses`, a former method, in documents.
+//! Settings of the former method `lamp_responses` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,13 +9,13 @@ use crate::integrator::Method;
 use crate::integrator::two_stage::Settings;
 use crate::plan::MethodRequest;
 
-/// A former method, of which `two_stage` has taken the place: documents that name it are computed by that, and the plan says so.
+/// Former method that `two_stage` has replaced: documents that name it are computed by `two_stage`, as the plan states.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LampResponsesMethod {
-    /// Photons from sky and sun per pass, all tubes together; by default as many as the accuracy asked for needs.
+    /// Photons from sky and sun per pass, for all tubes together; default: as many as the requested accuracy needs.
     pub photons_per_pass: Option<u64>,
-    /// Backward paths per sensor and pass; by default as many as the accuracy asked for needs.
+    /// Backward paths per sensor and pass; default: as many as the requested accuracy needs.
     pub samples_per_sensor: Option<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! The settings of `light_tracing` in documents.
+//! Settings of the method `light_tracing` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,11 +9,11 @@ use crate::integrator::Method;
 use crate::integrator::light_tracing::Settings;
 use crate::plan::MethodRequest;
 
-/// Photons from the light to the sensors; grids only.
+/// Light tracing: photons from the sources, whose vertices are connected to the sensors; grids only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightTracingMethod {
-    /// Photons emitted per pass, all tubes and sources together; by default 128 to 8192, by the accuracy asked for.
+    /// Photons emitted per pass, for all tubes and sources together; default: 128 to 8192, depending on the requested accuracy.
     pub photons_per_pass: Option<u64>,
 }
 

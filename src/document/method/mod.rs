@@ -1,4 +1,4 @@
-//! The method of a job document: a name, or an object with the method's own settings.
+//! The method of a job document: a name, or an object with the method's settings.
 //!
 //! Each method has a file with its settings, their defaults and bounds, and one line in [`METHODS`].
 
@@ -45,7 +45,7 @@ use settings::{AnySettings, MethodSettings};
 
 pub use radius::RadiusKind;
 
-/// All methods, one line each, in the order in which they are offered.
+/// Registry of all methods, one line each, in the order in which they are offered.
 const METHODS: &[Entry] = &[
     Entry::of::<auto::AutoMethod>(),
     Entry::of::<path_tracing::PathTracingMethod>(),
@@ -59,11 +59,11 @@ const METHODS: &[Entry] = &[
     Entry::of::<jenkins::JenkinsMethod>(),
 ];
 
-/// Methods of which others have taken the place: documents may name them, and they are not offered.
+/// Registry of former methods that others have replaced: documents may still name them, but they are not offered.
 const FORMER: &[Entry] =
     &[Entry::of::<placed_vertices::PlacedVerticesMethod>(), Entry::of::<lamp_responses::LampResponsesMethod>()];
 
-/// Functions of this room for a method of which it has but the name.
+/// Entry of the registry: functions for a method that is given by its name.
 struct Entry {
     name: &'static str,
     read: Reader<Arc<dyn AnySettings>>,
@@ -85,7 +85,7 @@ impl Entry {
         }
     }
 
-    /// Name of the component of the description.
+    /// Returns the name of the method's component in the description of the interface.
     fn component(&self) -> String {
         camel_case(self.name) + "Method"
     }
@@ -95,11 +95,11 @@ fn entry(name: &str) -> Option<&'static Entry> {
     METHODS.iter().chain(FORMER).find(|entry| entry.name == name)
 }
 
-/// A method's name, or an object of `kind` and the method's own settings.
+/// Method of a job: its name, or an object of `kind` and the method's settings.
 #[derive(Clone)]
 pub struct MethodDocument {
     settings: Arc<dyn AnySettings>,
-    /// The document gives the name alone.
+    /// True if the document gives the name alone.
     by_name: bool,
 }
 
@@ -122,12 +122,13 @@ impl PartialEq for MethodDocument {
 }
 
 impl MethodDocument {
-    /// The method with its settings, the defaults filled in.
+    /// Returns the method with its settings, with the defaults filled in.
     pub fn request(&self) -> MethodRequest {
         self.settings.request()
     }
 
-    /// Every method that documents may name, with its default settings, but for those of this document.
+    /// Returns every method that is offered, with this document's settings for its own method and default settings for the
+    /// others.
     pub fn offered(&self) -> Vec<Method> {
         let own = |entry: &Entry| {
             if entry.name == self.settings.name() { self.request() } else { (entry.by_default)().request() }
@@ -139,12 +140,12 @@ impl MethodDocument {
         METHODS.iter().filter_map(of).collect()
     }
 
-    /// Refuses settings that are out of bounds.
+    /// Adds faults for settings that are out of bounds.
     pub(crate) fn check(&self, checks: &mut Checks) {
         self.settings.check(checks);
     }
 
-    /// Refuses outputs that the method cannot compute, or that are too many for it.
+    /// Adds faults for outputs that the method cannot compute, or that are too many for it.
     pub(crate) fn check_outputs(&self, grids: &[GridDocument], views: &[ViewDocument], checks: &mut Checks) {
         if !views.is_empty() && computes_grids_only(&self.request()) {
             let detail = format!("{} computes grids only: use auto for views", self.settings.name());
@@ -154,7 +155,7 @@ impl MethodDocument {
     }
 }
 
-/// A method's own settings as results show them.
+/// Returns a method's settings as results show them.
 pub fn settings_json(method: &Method) -> Value {
     METHODS.iter().find_map(|entry| (entry.json_of)(method)).unwrap_or_default()
 }
@@ -210,18 +211,18 @@ fn computes_grids_only(request: &MethodRequest) -> bool {
     }
 }
 
-/// The names of methods that compute grids only.
+/// Returns the names of methods that compute grids only.
 pub fn grids_only() -> Vec<&'static str> {
     let methods = METHODS.iter().filter(|entry| computes_grids_only(&(entry.by_default)().request()));
     methods.map(|entry| entry.name).collect()
 }
 
-/// The names of all methods, in the order in which they are offered.
+/// Returns the names of all methods, in the order in which they are offered.
 pub fn names() -> impl Iterator<Item = &'static str> {
     METHODS.iter().map(|entry| entry.name)
 }
 
-/// The names of all methods.
+/// Placeholder type for the schema of the names of all methods.
 pub struct MethodKind;
 
 impl PartialSchema for MethodKind {
@@ -252,7 +253,7 @@ impl ToSchema for MethodDocument {}
 
 const WITH_SETTINGS: &str = "MethodWithSettings";
 
-/// Adds a component for each method with its own settings alone.
+/// Adds a component for each method with its settings.
 pub fn complete_schema(schemas: &mut Schemas) {
     let mut discriminator = Discriminator::new("kind");
     let mut one_of = OneOfBuilder::new().description(Some("A method and its own settings."));
@@ -271,7 +272,7 @@ pub fn complete_schema(schemas: &mut Schemas) {
     schemas.insert(WITH_SETTINGS.to_owned(), one_of.discriminator(Some(discriminator)).into());
 }
 
-/// Lets a setting be null, which counts as left out; a setting that is left to the scene has no default.
+/// Allows a setting to be null, which counts as left out. A setting that the method derives from the scene gets no default.
 fn allow_null(setting: &mut RefOr<Schema>) {
     let null = || ObjectBuilder::new().schema_type(Type::Null);
     match setting {
@@ -286,7 +287,7 @@ fn allow_null(setting: &mut RefOr<Schema>) {
     }
 }
 
-/// Bounds of all settings: component, setting, bound.
+/// Returns the bounds of all settings: component, setting, bound.
 pub fn limits() -> Vec<(String, &'static str, Limit)> {
     let of = |entry: &Entry| {
         let component = entry.component();

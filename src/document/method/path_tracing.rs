@@ -1,4 +1,4 @@
-//! The settings of `path_tracing` in documents.
+//! Settings of the method `path_tracing` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,13 +9,14 @@ use crate::integrator::Method;
 use crate::integrator::path_tracing::Settings;
 use crate::plan::MethodRequest;
 
-/// From the sensors and the eye to the light; unbiased. Fluxes of tubes and the balance of energy stay unknown.
+/// Path tracing: paths from the sensors and the eye backward to the light; unbiased. It computes neither fluxes of tubes nor the
+/// energy balance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PathTracingMethod {
-    /// Paths per sensor and pass.
+    /// Number of paths per sensor and pass.
     pub samples_per_sensor: u32,
-    /// Paths per pixel and pass.
+    /// Number of paths per pixel and pass.
     pub samples_per_pixel: u32,
 }
 

@@ -1,4 +1,4 @@
-//! The settings of `photon_mapping` in documents.
+//! Settings of the method `photon_mapping` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,18 +9,18 @@ use crate::integrator::Method;
 use crate::integrator::photon_mapping::Settings;
 use crate::plan::MethodRequest;
 
-/// Photon maps of one gather radius with final gathering. The bias of the radius does not shrink with passes; its
+/// Photon mapping with a fixed gather radius and final gathering. The bias of the radius does not shrink with passes; its
 /// estimate is part of the standard error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PhotonMappingMethod {
-    /// Photons emitted per pass, all tubes and sources together; by default as many as reach the accuracy asked for in some ten
+    /// Photons emitted per pass, for all tubes and sources together; default: as many as reach the requested accuracy in some ten
     /// passes, 2048 to 65 536, and 65 536 in jobs with views.
     pub photons_per_pass: Option<u64>,
-    /// Gather radius of every pass in metres; by default a fortieth of the room's shortest edge.
+    /// Gather radius of every pass in metres; default: a fortieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
-    /// Final gather rays per pass of each sensor and of each point that a pixel's ray meets; by default 256 of a sensor (of
-    /// more than 4096 sensors as many as make a million in all, at least 16) and 16 of a point.
+    /// Final gather rays per pass, for each sensor and for each point that a pixel's ray meets. Default: 256 for a sensor (with
+    /// more than 4096 sensors a million in all, but at least 16 for each) and 16 for a point.
     pub gather_rays: Option<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! The settings of `placed_vertices`, a former method, in documents.
+//! Settings of the former method `placed_vertices` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,14 +9,14 @@ use crate::integrator::Method;
 use crate::integrator::two_stage::Settings;
 use crate::plan::MethodRequest;
 
-/// A former method, of which `two_stage` has taken the place: documents that name it are computed by that, and the plan says so.
+/// Former method that `two_stage` has replaced: documents that name it are computed by `two_stage`, as the plan states.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlacedVerticesMethod {
-    /// Photons from sky and sun per pass, all tubes together; by default as many as reach the accuracy asked for in about 8
+    /// Photons from sky and sun per pass, for all tubes together; default: as many as reach the requested accuracy in about 8
     /// passes.
     pub photons_per_pass: Option<u64>,
-    /// Has no effect any more.
+    /// Former setting that no longer has any effect.
     pub vertices_per_pass: Option<u64>,
 }
 

@@ -1,4 +1,4 @@
-//! The settings of `ppm` in documents.
+//! Settings of the method `ppm` in documents.
 
 use std::ops::Bound;
 
@@ -18,23 +18,23 @@ use crate::integrator::Method;
 use crate::integrator::ppm::Settings;
 use crate::plan::MethodRequest;
 
-/// Progressive photon mapping: eye rays and points of cells are the same in every pass; their error is part of the
-/// standard error, as is the estimated bias.
+/// Progressive photon mapping: eye rays and points of cells are the same in every pass. The standard error includes the error of
+/// this choice of points and the estimated bias.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PpmMethod {
-    /// Photons emitted per pass, all tubes and sources together.
+    /// Photons emitted per pass, for all tubes and sources together.
     pub photons_per_pass: u64,
-    /// Gather radius of the first pass in metres; by default a twentieth of the room's shortest edge.
+    /// Gather radius of the first pass in metres; default: a twentieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
-    /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass, or with the radius `per_point` by (N + alpha M)
-    /// / (N + M) where N photons were kept and M are found.
+    /// Factor by which radii shrink, between 0 and 1: the squared radius by (i + alpha) / (i + 1) from pass to pass, or with the
+    /// radius `per_point` by (N + alpha M) / (N + M), where N photons were kept and M are found.
     pub alpha: f64,
     /// Rule for the gather radius of a pass.
     pub radius: RadiusKind,
-    /// Fixed points of each cell of cell averages.
+    /// Number of fixed points of each cell, for cell averages.
     pub samples_per_sensor: u32,
-    /// Fixed eye rays of each pixel.
+    /// Number of fixed eye rays of each pixel.
     pub samples_per_pixel: u32,
 }
 
@@ -97,9 +97,9 @@ impl MethodSettings for PpmMethod {
     }
 }
 
-/// The spread of fixed points tells their error: there are two at least.
+/// Range of the number of fixed points of a cell: at least two, because their error is estimated from their spread.
 const FIXED_PER_CELL: Range = Range { lowest: Bound::Included(2.0), ..SAMPLES_PER_SENSOR };
 const FIXED_PER_PIXEL: Range = Range { lowest: Bound::Included(2.0), ..SAMPLES_PER_PIXEL };
 
-/// Points of pixels and cells that are the same in every pass: their spread takes 6 bytes each, in a few copies.
+/// Largest number of fixed points of pixels and cells: their spread takes 6 bytes each, in a few copies.
 const MOST_FIXED_POINTS: u64 = 67_108_864;

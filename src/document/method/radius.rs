@@ -1,4 +1,4 @@
-//! What the gather radius of progressive photon mapping depends on.
+//! Rule for the gather radius of progressive photon mapping.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -11,9 +11,9 @@ use crate::integrator::photon_map::progressive::Radius;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RadiusKind {
-    /// The pass' number alone: passes are independent.
+    /// Schedule: the radius depends only on the number of the pass, so that passes are independent.
     Schedule,
-    /// The photons that the sensor or pixel has found in the passes before.
+    /// Per point: the radius depends on the photons that the sensor or pixel has found in earlier passes.
     PerPoint,
 }
 
@@ -36,7 +36,7 @@ impl From<Radius> for RadiusKind {
 }
 
 impl RadiusKind {
-    /// Refuses more points than statistics can be kept of.
+    /// Adds a fault if there are more points than statistics can be kept for.
     pub(crate) fn check_points(self, points: u64, checks: &mut Checks) {
         if self == Self::PerPoint && points > MOST_POINTS {
             let detail = format!("per_point keeps the radii of at most {MOST_POINTS} points, but there are {points}");

@@ -1,4 +1,4 @@
-//! What this room knows of a method by its settings.
+//! Traits by which the settings of each method are read, checked and written.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -11,27 +11,27 @@ use crate::document::outputs::{GridDocument, ViewDocument};
 use crate::integrator::Method;
 use crate::plan::MethodRequest;
 
-/// The settings of one method as documents write them. Implemented in the method's file, one line of which registers it.
+/// Settings of one method, as documents write them; implemented in the method's file and registered by one line there.
 pub trait MethodSettings: Default + Serialize + DeserializeOwned + ToSchema + Send + Sync + 'static {
     /// Name of the method in documents and results.
     const NAME: &'static str;
 
-    /// Request that the plan gets.
+    /// Returns the request that the plan receives.
     fn request(&self) -> MethodRequest;
 
-    /// The settings of `method`, if it is this one.
+    /// Returns the settings of `method`, if it is this one.
     fn of(method: &Method) -> Option<Self>;
 
-    /// All settings that are numbers, for the check and the schema.
+    /// Returns all numeric settings, for the checks and the schema.
     fn numbers(&self) -> Vec<Setting> {
         Vec::new()
     }
 
-    /// Refuses outputs that the method cannot compute, or that are too many for it.
+    /// Adds faults for outputs that the method cannot compute, or that are too many for it.
     fn check_outputs(&self, _grids: &[GridDocument], _views: &[ViewDocument], _checks: &mut Checks) {}
 }
 
-/// Any settings; what [`MethodSettings`] offers without its type.
+/// Settings of any method: [`MethodSettings`] without its type.
 pub trait AnySettings: Send + Sync {
     fn name(&self) -> &'static str;
     fn request(&self) -> MethodRequest;

@@ -1,4 +1,4 @@
-//! The settings of `sppm` in documents.
+//! Settings of the method `sppm` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -14,17 +14,16 @@ use crate::integrator::Method;
 use crate::integrator::sppm::Settings;
 use crate::plan::MethodRequest;
 
-/// Stochastic progressive photon mapping: eye rays are new in every pass. The estimated bias is part of the standard
-/// error.
+/// Stochastic progressive photon mapping: eye rays are new in every pass. The standard error includes the estimated bias.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SppmMethod {
-    /// Photons emitted per pass, all tubes and sources together.
+    /// Photons emitted per pass, for all tubes and sources together.
     pub photons_per_pass: u64,
-    /// Gather radius of the first pass in metres; by default a twentieth of the room's shortest edge.
+    /// Gather radius of the first pass in metres; default: a twentieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
-    /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass, or with the radius `per_point` by (N + alpha M)
-    /// / (N + M) where N photons were kept and M are found.
+    /// Factor by which radii shrink, between 0 and 1: the squared radius by (i + alpha) / (i + 1) from pass to pass, or with the
+    /// radius `per_point` by (N + alpha M) / (N + M), where N photons were kept and M are found.
     pub alpha: f64,
     /// Rule for the gather radius of a pass.
     pub radius: RadiusKind,

@@ -1,4 +1,4 @@
-//! The settings of `two_stage` in documents.
+//! Settings of the method `two_stage` in documents.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,19 +9,20 @@ use crate::integrator::Method;
 use crate::integrator::two_stage::Settings;
 use crate::plan::MethodRequest;
 
-/// The path cut at a Lambertian diffuser: photons down the tubes, then backward paths around a coarse radiosity solution. Of grids the light
-/// through the clear zones of mixed diffusers is traced beside. Fluxes of tubes are known; a few photons tell where the light
-/// of the room ends, so that the balance of energy is rough.
+/// Two stages, split at the Lambertian diffusers: photons down the tubes find the light that leaves the diffusers, then backward
+/// paths carry it to the sensors and the eye, with a coarse radiosity solution as a control variate. In grids the light through
+/// the clear zones of mixed diffusers is traced separately. The fluxes of tubes are computed; the end of the light in the room is
+/// estimated from a few photons, so that the energy balance is rough.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwoStageMethod {
-    /// Photons from sky and sun per pass, all tubes together; by default as many as reach the accuracy asked for in about 8 passes,
-    /// and 8192 in jobs with views.
+    /// Photons from sky and sun per pass, for all tubes together; default: as many as reach the requested accuracy in about 8
+    /// passes, and 8192 in jobs with views.
     pub photons_per_pass: Option<u64>,
-    /// Backward paths per sensor and pass; by default as many as reach the accuracy asked for in about 8 passes, which a small
-    /// trial in the room tells.
+    /// Backward paths per sensor and pass; default: as many as reach the requested accuracy in about 8 passes, estimated by a
+    /// small trial in the room.
     pub samples_per_sensor: Option<u32>,
-    /// Backward paths per pixel and pass.
+    /// Number of backward paths per pixel and pass.
     pub samples_per_pixel: u32,
 }
 

@@ -19,17 +19,17 @@ use crate::document::schema::shapes::{number, one_or_rgb};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Coefficient {
-    /// One number for all light.
+    /// One photopic number for all light.
     Photopic(f64),
     /// Linear Rec.709 red, green and blue.
     Rgb([f64; 3]),
 }
 
 impl Coefficient {
-    /// No light in any channel.
+    /// Coefficient of zero in every channel.
     pub const ZERO: Self = Self::Photopic(0.0);
 
-    /// The coefficient as linear Rec.709: one number counts for all three.
+    /// Returns the coefficient as linear Rec.709; a photopic number stands for all three channels.
     pub fn rgb(self) -> [f64; 3] {
         match self {
             Self::Photopic(value) => [value; 3],
@@ -37,12 +37,12 @@ impl Coefficient {
         }
     }
 
-    /// True if the document gives three channels, be they equal or not.
+    /// True if the document gives three channels, equal or not.
     pub fn is_coloured(self) -> bool {
         matches!(self, Self::Rgb(_))
     }
 
-    /// The channels as written in the document, each with what a JSON pointer adds to name it.
+    /// Returns the channels as written in the document, each with the suffix that names it in a JSON pointer.
     pub fn channels(self) -> Vec<(&'static str, f64)> {
         match self {
             Self::Photopic(value) => vec![("", value)],
@@ -50,7 +50,7 @@ impl Coefficient {
         }
     }
 
-    /// Refuses channels outside 0..1; whether all are good.
+    /// Adds a fault for each channel outside 0..1; true if all are good.
     pub(crate) fn check(self, pointer: &str, checks: &mut Checks) -> bool {
         let channels = self.channels().into_iter();
         channels
@@ -58,8 +58,8 @@ impl Coefficient {
     }
 }
 
-/// Refuses a transmittance and a reflectance that share the light, or their sum where it is above 1 in a channel; each with
-/// the name of its field.
+/// Checks the transmittance and reflectance of one surface, each given with the name of its field: both must be within 0..1, and
+/// their sum at most 1 in every channel.
 pub(crate) fn check_scattering(
     pointer: &str,
     (transmittance_name, transmittance): (&str, Coefficient),
@@ -137,7 +137,7 @@ impl<'de> Visitor<'de> for CoefficientVisitor {
         Ok(Coefficient::Rgb(rgb))
     }
 
-    /// A mirror may have a table there; nothing else.
+    /// Refuses an object: only the reflectance of a mirror may be a table.
     fn visit_map<A: MapAccess<'de>>(self, _: A) -> Result<Coefficient, A::Error> {
         Err(A::Error::custom("must be a number or [r, g, b], not a table"))
     }

@@ -10,35 +10,36 @@ use crate::document::schema::shapes::{ScatteringRow, TableAngle};
 use crate::optics::MeasuredDiffuser;
 use crate::optics::measured::TableError;
 
-/// Fields of a measured diffuser: tables over the angles of incidence and of exit.
+/// Fields of a measured diffuser: tables of scattering by the angles of incidence and of exit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredDocument {
     /// Angles of incidence in degrees, ascending from 0 to 90.
     #[schema(value_type = Vec<TableAngle>)]
     pub incidence_deg: Vec<f64>,
-    /// Ascending from 0 to 90; of transmitted light on the far side, of reflected light on the near side.
+    /// Angles of exit in degrees from the normal, ascending from 0 to 90: of transmitted light on the far side, of reflected
+    /// light on the near side.
     #[schema(value_type = Vec<TableAngle>)]
     pub exit_deg: Vec<f64>,
-    /// A row for each angle of incidence, a column for each angle of exit, in 1/sr.
+    /// Values of the BTDF in 1/sr: a row for each angle of incidence, a column for each angle of exit.
     #[schema(value_type = Vec<ScatteringRow>)]
     pub btdf_per_sr: Vec<Vec<f64>>,
-    /// Values of the BRDF per sr in rows and columns like those of the BTDF; nothing is reflected when absent.
+    /// Values of the BRDF in 1/sr, in rows and columns like those of the BTDF; without it nothing is reflected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<ScatteringRow>>)]
     pub brdf_per_sr: Option<Vec<Vec<f64>>>,
 }
 
 impl MeasuredDocument {
-    /// The table as the engine takes it. An error if its shape is wrong, or a row gives more light than it gets.
+    /// Returns the table for the engine. An error if its shape is wrong, or a row scatters more light than it receives.
     pub fn diffuser(&self) -> Result<MeasuredDiffuser, TableError> {
         let radians = |angles: &[f64]| angles.iter().map(|angle| angle.to_radians()).collect::<Vec<_>>();
         let (incidence, exit) = (radians(&self.incidence_deg), radians(&self.exit_deg));
         MeasuredDiffuser::new(&incidence, &exit, &self.btdf_per_sr, self.brdf_per_sr.as_deref())
     }
 
-    /// Refuses angles and values out of their bounds, tables of another shape, and rows that give more light than they
-    /// get.
+    /// Adds faults for angles and values out of their bounds, tables of a wrong shape, and rows that scatter more light than they
+    /// receive.
     pub(crate) fn check(&self, pointer: &str, checks: &mut Checks) {
         let before = checks.errors.len();
         check_angles(&format!("{pointer}/incidence_deg"), &self.incidence_deg, &INCIDENCES, checks);

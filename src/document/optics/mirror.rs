@@ -1,4 +1,4 @@
-//! Reflectances of mirrors: a coefficient, or a table over the angle of incidence.
+//! Reflectances of mirrors: a coefficient, or a table by the angle of incidence.
 
 use std::fmt;
 
@@ -15,17 +15,17 @@ use crate::document::schema::shapes::TableAngle;
 use crate::optics::Mirror;
 use crate::optics::mirror::MirrorTable;
 
-/// Specular reflectance per bounce: a number or `[r, g, b]` for all angles, or a table.
+/// Specular reflectance per bounce: a number or `[r, g, b]` for all angles, or a table by the angle of incidence.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum MirrorDocument {
-    /// The same at every angle of incidence.
+    /// Reflectance that is the same at every angle of incidence.
     Constant(Coefficient),
-    /// A table over the angle of incidence.
+    /// Reflectance by the angle of incidence.
     ByAngle(MirrorTableDocument),
 }
 
-/// Reflectance over the angle of incidence, measured from the mirror's normal; linear in the angle between its rows.
+/// Table of reflectance by the angle of incidence, measured from the mirror's normal and interpolated linearly in the angle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MirrorTableDocument {
@@ -37,7 +37,7 @@ pub struct MirrorTableDocument {
 }
 
 impl MirrorDocument {
-    /// The mirror of a validated document.
+    /// Returns the mirror of a validated document.
     pub fn mirror(&self) -> Mirror {
         match self {
             Self::Constant(coefficient) => Mirror::Constant(coefficient.rgb()),
@@ -53,7 +53,7 @@ impl MirrorDocument {
         }
     }
 
-    /// All reflectances: one, or one for each row of the table.
+    /// Returns all reflectances: one, or one for each row of the table.
     pub fn coefficients(&self) -> Vec<Coefficient> {
         match self {
             Self::Constant(coefficient) => vec![*coefficient],
@@ -61,7 +61,7 @@ impl MirrorDocument {
         }
     }
 
-    /// Refuses reflectances outside 0..1 and tables of another shape.
+    /// Adds faults for reflectances outside 0..1 and tables of a wrong shape.
     pub(crate) fn check(&self, pointer: &str, checks: &mut Checks) {
         let table = match self {
             Self::Constant(coefficient) => {

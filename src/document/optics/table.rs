@@ -1,10 +1,11 @@
-//! Tables over an angle.
+//! Check of tables by an angle.
 
 use std::ops::RangeInclusive;
 
 use crate::document::errors::Checks;
 
-/// Angles of a table: ascending from 0 to 90 degrees.
+/// Checks that the angles of a table ascend from 0 to 90 degrees and that their number is within `bounds`. Adds one fault at
+/// most; true if there is none.
 pub(crate) fn check_angles(
     pointer: &str,
     angles_deg: &[f64],

@@ -1,4 +1,4 @@
-//! What a deserializer found wrong, and where.
+//! Faults that a deserializer finds, with their places in the document.
 
 use std::fmt;
 
@@ -6,26 +6,26 @@ use serde_path_to_error::Path;
 
 use super::pointer;
 
-/// A message of serde and the place that it is about.
+/// A message of serde with the place that it refers to.
 #[derive(Debug)]
 pub struct Fault {
     /// Place of the fault as a JSON pointer below the value that was read.
     pub pointer: String,
-    /// What is wrong there, in the words of the deserializer.
+    /// Message of the deserializer about that place.
     pub message: String,
 }
 
-/// Read back by [`of_path`]: a deserializer inside another one can hand on a text alone.
+/// Writes a fault as text that [`of_path`] parses, because a nested deserializer can only pass on a text.
 impl fmt::Display for Fault {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         write!(formatter, "{PLACE}{}: {}", serde_json::Value::from(self.pointer.as_str()), self.message)
     }
 }
 
-/// Begins the text of a fault; no message of serde begins so.
+/// Prefix of the text of a fault, with which no message of serde begins.
 const PLACE: &str = "at ";
 
-/// Fault that stopped a deserializer, inner places and messages taken apart.
+/// Returns the fault that stopped a deserializer, with the place of a nested deserializer's fault appended to its own.
 pub fn of_error<E: fmt::Display>(error: &serde_path_to_error::Error<E>) -> Fault {
     of_path(error.path(), &error.inner().to_string())
 }
@@ -38,7 +38,7 @@ fn of_path(path: &Path, message: &str) -> Fault {
     }
 }
 
-/// The place and the message of a fault that was written as text.
+/// Parses the place and the message of a fault that was written as text.
 fn inner(message: &str) -> Option<(String, &str)> {
     let text = message.strip_prefix(PLACE)?;
     let mut place = serde_json::Deserializer::from_str(text).into_iter::<String>();
@@ -46,7 +46,7 @@ fn inner(message: &str) -> Option<(String, &str)> {
     Some((below, text[place.byte_offset()..].strip_prefix(": ")?))
 }
 
-/// The name between backticks after `prefix`, and what follows it.
+/// Returns the name between backticks after `prefix`, and the text after it.
 pub fn quoted<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, &'a str)> {
     message.strip_prefix(prefix)?.strip_prefix('`')?.split_once('`')
 }

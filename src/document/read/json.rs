@@ -1,4 +1,4 @@
-//! JSON text as values, strictly.
+//! Strict parsing of JSON text.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -12,16 +12,18 @@ use super::pointer::escape;
 use crate::document::errors::{FieldError, FieldErrorCode};
 use crate::geometry::encoding::utf8;
 
-/// Numbers closer to zero count as zero: a denormal is never meant, and slows every product that it enters.
+/// Absolute value below which numbers are read as zero: a denormal is never intended, and slows down every product that it
+/// enters.
 const SMALLEST: f64 = 1e-300;
 
-/// Number up to which every whole number is a number of its own, 2^53.
+/// Largest number up to which every whole number is represented exactly, 2^53.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Values that an object counts as beside itself: it takes about as much memory.
+/// Number of values that an object counts as in addition to itself, for the memory that it takes.
 const VALUES_OF_OBJECT: usize = 8;
 
-/// Text of a file or body, UTF-8 or UTF-16, without a byte order mark; an error with the reason where it is none.
+/// Decodes the text of a file or body, UTF-8 or UTF-16, without its byte order mark. The error says why the text cannot be
+/// decoded.
 pub fn text(bytes: &[u8]) -> Result<Cow<'_, str>, FieldError> {
     let bytes = utf8(bytes).map_err(|reason| FieldError::new("", format!("the text {reason}")))?;
     let not_utf8 = |error: std::str::Utf8Error| {
@@ -33,13 +35,13 @@ pub fn text(bytes: &[u8]) -> Result<Cow<'_, str>, FieldError> {
     }
 }
 
-/// Parses JSON [`text`]; refuses duplicate keys and numbers that overflow, and takes denormals as zero.
+/// Parses JSON [`text`]; refuses duplicate keys and numbers that overflow, and reads denormals as zero.
 pub fn value(bytes: &[u8]) -> Result<Value, FieldError> {
     value_within(bytes, usize::MAX)
 }
 
-/// Parses as [`value`] does, and refuses text with more than `most` values, an object counted nine times: a short text can be a
-/// large value.
+/// Parses like [`value`], but refuses text with more than `most` values, where an object counts as nine, because a short text can
+/// be a large value.
 pub fn value_within(bytes: &[u8], most: usize) -> Result<Value, FieldError> {
     let text = text(bytes)?;
     let mut deserializer = serde_json::Deserializer::from_str(&text);
@@ -61,12 +63,12 @@ pub fn value_within(bytes: &[u8], most: usize) -> Result<Value, FieldError> {
     Ok(value)
 }
 
-/// Reads a JSON value without duplicate keys.
+/// Visitor that reads a JSON value and refuses duplicate keys.
 #[derive(Clone, Copy)]
 struct Strict<'a> {
-    /// Values that may still come; `None` when there were more.
+    /// Number of values that may still follow; `None` once there were too many.
     left: &'a Cell<Option<usize>>,
-    /// Values that may come in all.
+    /// Number of values that are allowed in all.
     most: usize,
 }
 

@@ -1,8 +1,8 @@
-//! Reading a document: text to values ([`json`]), values to typed data with all errors of shape at once ([`shape`]), objects
-//! of several kinds ([`tagged`]).
+//! Reading of a document: text to values ([`json`]), values to typed data with all structural errors at once ([`shape`]), and
+//! objects of several kinds ([`tagged`]).
 //!
-//! What a deserializer finds is a [`fault`]: a place and a message. A good value takes the place of what is missing or of a
-//! wrong type ([`stand_in`]), so that the rest can be read and judged, too.
+//! An error of a deserializer is a [`fault`]: a place and a message. A valid value replaces one that is missing or of a wrong
+//! type ([`stand_in`]), so that the rest can be read and checked, too.
 
 pub mod fault;
 pub mod json;

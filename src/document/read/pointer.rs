@@ -3,18 +3,18 @@
 use serde_json::Value;
 use serde_path_to_error::{Path, Segment};
 
-/// `token` escaped for a JSON pointer (RFC 6901, section 3).
+/// Escapes `token` for a JSON pointer (RFC 6901, section 3).
 pub fn escape(token: &str) -> String {
     token.replace('~', "~0").replace('/', "~1")
 }
 
-/// The pointer to the parent and the name of the field or item itself; `None` of the whole document.
+/// Splits a pointer into that of the parent and the name of the field or item; `None` for the whole document.
 pub fn split(pointer: &str) -> Option<(&str, String)> {
     let (parent, token) = pointer.rsplit_once('/')?;
     Some((parent, token.replace("~1", "/").replace("~0", "~")))
 }
 
-/// JSON pointer of the place where a deserializer stopped.
+/// Returns the JSON pointer to the place where a deserializer stopped.
 pub fn of_path(path: &Path) -> String {
     let mut pointer = String::new();
     for segment in path {
@@ -28,7 +28,7 @@ pub fn of_path(path: &Path) -> String {
     pointer
 }
 
-/// Removes the field at `pointer`; false when there is none.
+/// Removes the field at `pointer`; false if there is none.
 pub fn remove(value: &mut Value, pointer: &str) -> bool {
     let Some((parent, name)) = split(pointer) else { return false };
     match value.pointer_mut(parent) {
@@ -37,7 +37,7 @@ pub fn remove(value: &mut Value, pointer: &str) -> bool {
     }
 }
 
-/// Puts `inserted` at `pointer`, whose parent must exist; false where there is no such place.
+/// Sets the field or item at `pointer`, whose parent must exist; false if there is no such place.
 pub fn insert(value: &mut Value, pointer: &str, inserted: Value) -> bool {
     let Some((parent, name)) = split(pointer) else { return false };
     match value.pointer_mut(parent) {

@@ -1,4 +1,4 @@
-//! From a JSON value to typed data, all errors of shape at once.
+//! Deserialisation of a JSON value to typed data that collects all structural errors.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -10,15 +10,15 @@ use super::stand_in::{spoils, stand_in};
 use crate::document::errors::{Checks, FieldError, FieldErrorCode};
 use crate::document::hints;
 
-/// Errors of shape that are reported at most.
+/// Largest number of structural errors that are reported.
 const MOST_ERRORS: usize = 100;
 
-/// Pointers of the values that were made up so that the rest could be read.
+/// Pointers to the values that were made up so that the rest could be read.
 #[derive(Default)]
 pub struct MadeUp(Vec<String>);
 
 impl MadeUp {
-    /// True if an error of values is about what was made up, or about its object beside others.
+    /// True if an error is about a made-up value, or mentions the object that contains it.
     pub fn concerns(&self, error: &FieldError) -> bool {
         self.0.iter().any(|made_up| {
             let below = error.pointer.strip_prefix(made_up.as_str());
@@ -28,8 +28,8 @@ impl MadeUp {
         })
     }
 
-    /// Lets a good value stand in for the one at `pointer`, which is missing or of a wrong type; false where none is known,
-    /// or where one stands in already.
+    /// Replaces the value at `pointer`, which is missing or of a wrong type, by a valid one; false if none is available, or it
+    /// was replaced before.
     fn replace(&mut self, value: &mut Value, pointer: &str) -> bool {
         let Some((place, stands_in)) = stand_in(pointer) else { return false };
         if self.0.iter().any(|made_up| made_up == place) || !pointer::insert(value, place, stands_in) {
@@ -44,8 +44,8 @@ impl MadeUp {
     }
 }
 
-/// Reads `value` and adds what is wrong with it to `checks`; `None` where so much is wrong that nothing can stand in
-/// for it.
+/// Deserialises `value` and adds its structural faults to `checks`; `None` if a value cannot be replaced by a valid one, or if
+/// there are too many faults.
 pub(crate) fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &mut Checks) -> Option<(T, MadeUp)> {
     let mut made_up = MadeUp::default();
     let data = loop {
@@ -53,7 +53,7 @@ pub(crate) fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &m
             Ok(data) => break data,
             Err(error) => {
                 let (error, cure) = field_error(fault::of_error(&error));
-                // what one error hides is seen once that error is out of the way
+                // an error hides others, which are found once it is out of the way
                 let cured = match cure {
                     Cure::Remove => pointer::remove(&mut value, &error.pointer),
                     Cure::Replace => made_up.replace(&mut value, &error.pointer),
@@ -69,15 +69,15 @@ pub(crate) fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &m
     Some((data, made_up))
 }
 
-/// Ways to take an error of shape out of the way of the next one.
+/// Remedy for a structural error, so that the next one can be found.
 enum Cure {
-    /// Take the field away.
+    /// Remove the field.
     Remove,
-    /// Put another value in its place.
+    /// Replace the value by a valid one.
     Replace,
 }
 
-/// Error that a user reads of a fault, and its cure.
+/// Converts a deserializer's fault to an error for the user, and chooses the remedy.
 fn field_error(Fault { mut pointer, message }: Fault) -> (FieldError, Cure) {
     if let Some((field, _)) = quoted(&message, "missing field ") {
         pointer = format!("{pointer}/{}", escape(field));
@@ -96,7 +96,7 @@ fn field_error(Fault { mut pointer, message }: Fault) -> (FieldError, Cure) {
     (FieldError::new(pointer, format!("{message}{hint}")), Cure::Replace)
 }
 
-/// Refuses lists where the data has objects: the types would take a list as the values of their fields in order.
+/// Adds a fault for each list in the place of an object, which serde would accept as the values of its fields in order.
 fn refuse_unnamed(given: &Value, understood: &Value, pointer: &str, checks: &mut Checks) {
     match (given, understood) {
         (Value::Array(_), Value::Object(_)) => checks.refuse(pointer, "invalid type: sequence, expected an object"),

@@ -1,37 +1,38 @@
-//! Values in the place of what is missing or of a wrong type, so that the rest of a document can be judged with it.
+//! Valid values that replace missing ones or ones of a wrong type, so that the rest of a document can be checked.
 
 use serde_json::{Value, json};
 
-/// Where a value has to stand in so that the error at `pointer` goes away, and the value; `None` where none is known.
+/// Returns a valid value that removes the error at `pointer`, and the pointer to the place where it belongs; `None` if there is
+/// none.
 ///
-/// Of an object that has no valid `kind` or `role` nothing else can be said: the whole object is replaced.
+/// An object without a valid `kind` or `role` is replaced as a whole, because its other fields cannot be interpreted.
 pub fn stand_in(pointer: &str) -> Option<(&str, Value)> {
     let (parent, token) = pointer.rsplit_once('/')?;
     if token == "kind" || token == "role" {
         return Some((parent, whole(parent)?));
     }
     if parent.ends_with("/parts") {
-        // named as the material of a mesh is
+        // its name is that of a material of the mesh
         return Some((pointer, whole(pointer)?));
     }
     if token.parse::<u32>().is_ok() {
-        // of a vector or a colour: the whole of it
+        // for a vector or a colour, the whole of it
         return Some((parent, field(parent)?));
     }
     Some((pointer, field(pointer)?))
 }
 
-/// Prefix of pointers at which nothing can be said any more once `pointer` holds a value that was made up.
+/// Returns the prefix of pointers whose errors are meaningless once the value at `pointer` is made up.
 pub fn spoils(pointer: &str) -> &str {
     let parent = pointer.rsplit_once('/').map_or("", |(parent, _)| parent);
     let of_table = |name: &str| pointer.ends_with(name);
-    // edges are judged together, and so are the rows of a table
+    // edges are checked together, and so are the rows of a table
     let together = parent.starts_with("/room/luminaires/")
         || ["incidence_deg", "exit_deg", "btdf_per_sr"].iter().any(|name| of_table(name));
     if together { parent } else { pointer }
 }
 
-/// A good object of the sort that stands at `pointer`.
+/// Returns a valid object of the sort that belongs at `pointer`.
 fn whole(pointer: &str) -> Option<Value> {
     let (parent, token) = pointer.rsplit_once('/')?;
     let list = parent.rsplit('/').next().unwrap_or("");
@@ -49,11 +50,11 @@ fn whole(pointer: &str) -> Option<Value> {
     }
 }
 
-/// A good value of the field at `pointer`, one that other fields have no quarrel with.
+/// Returns a valid value for the field at `pointer` that does not conflict with other fields.
 fn field(pointer: &str) -> Option<Value> {
     let (parent, name) = pointer.rsplit_once('/')?;
     Some(match name {
-        // nothing is too large for it
+        // no object is too large for it
         "room" => json!({ "size_m": [1000, 1000, 1000] }),
         "size_m" if parent == "/room" => json!([1000, 1000, 1000]),
         "size_m" => json!([1e-6, 1e-6, 1e-6]),

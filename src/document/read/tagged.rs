@@ -1,7 +1,7 @@
-//! Objects whose fields depend on what they are: a tag names the kind, and each kind has its own fields.
+//! Objects whose fields depend on their kind: a tag names the kind, and each kind has its own fields.
 //!
-//! Serde's own tagged enums lose the place of an error below the tag, and its untagged ones the error itself. Here the tag is
-//! read first, and the rest as the kind's own struct, which denies unknown fields; so every error has its field's place.
+//! Serde's tagged enums lose the place of an error below the tag, and its untagged ones lose the error itself. Here the tag is
+//! read first, and the rest as the kind's own struct, which denies unknown fields; so every error has the place of its field.
 
 use std::fmt;
 
@@ -12,17 +12,17 @@ use serde_json::{Map, Value};
 use super::fault::{self, Fault, quoted};
 use super::pointer::escape;
 
-/// Objects of several kinds.
+/// Type of objects of several kinds.
 pub trait Tagged: Sized + 'static {
-    /// Name of the field that tells the kinds apart.
+    /// Name of the field that distinguishes the kinds.
     const TAG: &'static str;
-    /// Words for such an object, e.g. "a diffuser".
+    /// Words for such an object in messages, e.g. "a diffuser".
     const WHAT: &'static str;
-    /// Each kind's name, and how the rest of its object is read.
+    /// Names of the kinds, each with the reader of its other fields.
     const KINDS: &'static [(&'static str, Reader<Self>)];
 }
 
-/// Reads the fields of one kind, which is described by the text, e.g. "a diffuser of kind `open`".
+/// Reader of the fields of one kind; the text describes it in messages, e.g. "a diffuser of kind `open`".
 pub type Reader<T> = fn(Fields, &str) -> Result<T, Fault>;
 
 /// Reads an object of any of the kinds.
@@ -32,7 +32,7 @@ pub fn deserialize<'de, T: Tagged, D: Deserializer<'de>>(deserializer: D) -> Res
     read_kind(Fields::deserialize(deserializer)?, T::TAG, T::WHAT, reader, names).map_err(D::Error::custom)
 }
 
-/// Reads an object by the reader of its kind, which its `tag` names; `names`: of all kinds.
+/// Reads an object by the reader of its kind, which its `tag` names; `names` are those of all kinds.
 pub fn read_kind<T>(
     mut fields: Fields,
     tag: &str,
@@ -51,13 +51,13 @@ pub fn read_kind<T>(
     }
 }
 
-/// The message about a name that is of no kind.
+/// Returns the message about a name that is not that of a kind.
 pub fn unknown_kind(name: &str, names: impl Iterator<Item = &'static str>) -> String {
     let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
     format!("unknown variant `{name}`, expected one of {}", names.join(", "))
 }
 
-/// The fields of an object that have a value: null counts as absent.
+/// Fields of an object that have a value; null counts as absent.
 pub struct Fields(Map<String, Value>);
 
 impl Fields {
@@ -66,12 +66,12 @@ impl Fields {
         self.0.contains_key(name)
     }
 
-    /// Reads a struct that denies unknown fields; `of` says what it is where it has no such field.
+    /// Reads a struct that denies unknown fields; `of` describes it in the message about an unknown field.
     pub fn read<T: DeserializeOwned>(self, of: &str) -> Result<T, Fault> {
         serde_path_to_error::deserialize(Value::Object(self.0)).map_err(|error| {
             let fault = fault::of_error(&error);
             match quoted(&fault.message, "unknown field ") {
-                // a fault further inside has said what it is about
+                // a fault in a nested object has its own message
                 Some((name, rest)) if fault.pointer == format!("/{}", escape(name)) => {
                     let message = format!("unknown field `{name}`: not a field of {of}{rest}");
                     Fault { message, ..fault }

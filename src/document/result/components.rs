@@ -1,4 +1,4 @@
-//! The light of a grid in parts.
+//! Components of a grid's illuminance, by source and by tube.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -8,49 +8,50 @@ use crate::estimate::{GridEstimate, grid_statistics};
 use crate::integrator::components::Component;
 use crate::traceable::Source;
 
-/// The light of a grid by source, direct and interreflected; absent where a source gives no light. They add up to the whole.
+/// Illuminance of a grid by source, direct and interreflected; the parts add up to the whole. Parts of sources that give no light
+/// are absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 pub struct GridComponents {
-    /// Light of the sky that no surface of the room has reflected.
+    /// Light of the sky that has not been reflected by surfaces of the room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sky_direct: Option<GridPart>,
-    /// Light of the sky that surfaces of the room have reflected.
+    /// Light of the sky that has been reflected by surfaces of the room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sky_interreflected: Option<GridPart>,
-    /// Light of the sun that no surface of the room has reflected.
+    /// Light of the sun that has not been reflected by surfaces of the room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sun_direct: Option<GridPart>,
-    /// Light of the sun that surfaces of the room have reflected.
+    /// Light of the sun that has been reflected by surfaces of the room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sun_interreflected: Option<GridPart>,
-    /// Light of luminaires that no surface of the room has reflected.
+    /// Light of luminaires that has not been reflected by surfaces of the room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub luminaires_direct: Option<GridPart>,
-    /// Light of luminaires that surfaces of the room have reflected.
+    /// Light of luminaires that has been reflected by surfaces of the room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub luminaires_interreflected: Option<GridPart>,
 }
 
-/// A part of the light of a grid, in rows as the whole.
+/// One component of a grid's illuminance, in rows like the whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridPart {
-    /// Illuminance of each sensor, row by row; null inside solids.
+    /// Illuminance of each sensor in lux, row by row; null inside solids.
     pub illuminance_lux: Vec<Vec<Option<f64>>>,
-    /// Standard errors of these; null inside solids, and before the second pass.
+    /// Standard errors of `illuminance_lux`; null inside solids, and before the second pass.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
-    /// Mean over the sensors.
+    /// Mean over the sensors in lux.
     pub mean_lux: f64,
-    /// Standard error of the mean.
+    /// Standard error of the mean in lux.
     pub mean_lux_standard_error: Option<f64>,
 }
 
 impl GridComponents {
-    /// The parts by source, and by tube the daylight that comes in by each one's collector; `parts` are those of `estimate`,
-    /// which has `columns` sensors in a row.
+    /// Returns the parts by source, and by tube the daylight that enters through each tube's collector. `parts` are those of
+    /// `estimate`, which has `columns` sensors in a row.
     pub fn new(parts: &[Component], estimate: &GridEstimate, columns: usize) -> (Self, Vec<GridPart>) {
         let (mut components, mut by_tube) = (Self::default(), Vec::new());
-        // in the dark nothing stands beside the grid, and every part is exactly zero
+        // in the dark the estimate has no components, and every part is exactly zero
         let dark = GridEstimate { free: estimate.free.clone(), ..GridEstimate::empty(estimate.sensors.len()) };
         for (index, part) in parts.iter().enumerate() {
             let found = estimate
@@ -74,7 +75,7 @@ impl GridComponents {
         (components, by_tube)
     }
 
-    /// The parts that there are, with their names.
+    /// Returns the components that are present, with their names in JSON.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, &GridPart)> {
         let all = [
             ("sky_direct", &self.sky_direct),

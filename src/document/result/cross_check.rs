@@ -1,4 +1,4 @@
-//! A second opinion on the grids of a job.
+//! Comparison of a job's grids with those of a second, independent method.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -6,34 +6,36 @@ use utoipa::ToSchema;
 use super::number::finite;
 use crate::estimate::Discrepancy;
 
-/// What a second, independent method found of the same grids.
+/// Comparison of the grids with those of a second, independent method.
 ///
-/// Discrepancies are in standard errors of the difference, few passes allowed for: 2 is chance, 5 is not.
+/// Discrepancies are in standard errors of the difference, with an allowance for few passes: 2 may be chance, 5 is not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CrossCheckResult {
     /// Name of the second method.
     pub method: String,
-    /// Why it was taken, for people.
+    /// Reason why this method was chosen, as a sentence.
     pub reason: String,
     /// Number of sensors that were compared.
     pub sensors: usize,
-    /// Largest discrepancy of a sensor; the largest of n is about 2.5 for 81 where both are right. Null where values without errors
-    /// differ.
+    /// Largest discrepancy of a sensor. Where both methods are right, the largest of 81 is about 2.5. Null where values without
+    /// errors differ.
     pub worst_sigma: Option<f64>,
-    /// Root mean square of the discrepancies, about 1 where both are right; null as the largest one.
+    /// Root mean square of the discrepancies, about 1 where both methods are right; null where values without errors differ.
     pub rms_sigma: Option<f64>,
-    /// Largest discrepancy of the mean of a grid.
+    /// Largest discrepancy of a grid's mean.
     pub mean_sigma: Option<f64>,
-    /// Relative standard error of the second method's values, RMS over the sensors as in `accuracy`: what it could see.
+    /// Relative standard error of the second method's values, RMS over the sensors as in `accuracy`; smaller discrepancies are
+    /// not detected.
     pub relative_error: Option<f64>,
-    /// False where the discrepancies are more than chance makes of that many sensors: one of the two methods is wrong.
+    /// False if the discrepancies are larger than chance explains for this number of sensors, so that one of the two methods is
+    /// wrong.
     pub agrees: bool,
-    /// What follows, for people.
+    /// Conclusion, as a sentence.
     pub verdict: String,
 }
 
 impl CrossCheckResult {
-    /// The result of comparing with `method`, whose grids have `relative_error`.
+    /// Returns the result of a comparison with `method`, whose grids have `relative_error`.
     pub fn new(method: &str, reason: &str, discrepancy: &Discrepancy, relative_error: Option<f64>) -> Self {
         let Discrepancy { sensors, worst, rms, of_means } = *discrepancy;
         let seen = relative_error

@@ -1,41 +1,41 @@
-//! Where the emitted flux went.
+//! Energy balance of the emitted flux as JSON.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::estimate::EnergyLedger;
 
-/// Flux by the places where it ended, in lm: the mean over passes.
+/// Energy balance: flux by the place where it ended, in lm, the mean over passes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct EnergyResult {
-    /// Reaches the collectors from outside.
+    /// Flux that reaches the collectors from outside.
     pub emitted_lm: f64,
     /// Flux that leaves the luminaires.
     #[serde(default)]
     pub luminaires_lm: f64,
-    /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
+    /// Flux that collectors reflect or absorb on the way in, or that passes through a dome and leaves on its far side.
     pub collector_lm: f64,
-    /// Flux absorbed by mirrors.
+    /// Flux absorbed by the mirrors of guides.
     pub guide_lm: f64,
     /// Flux that leaves through the upper end of a guide.
     pub guide_top_lm: f64,
-    /// Flux absorbed by diffusers, or sent up by them into a guide from which nothing returns.
+    /// Flux absorbed by diffusers, or scattered upward by them into a guide from which no light returns.
     pub diffuser_lm: f64,
     /// Flux absorbed by the surfaces of the room, its objects and luminaires.
     pub room_lm: f64,
     /// Flux that leaves through open surfaces of the room.
     pub open_surfaces_lm: f64,
-    /// The rest of paths that were ended for length.
+    /// Flux of paths that were cut off at the maximum length.
     pub cut_lm: f64,
     /// Flux that left guides through gaps in their meshes.
     #[serde(default)]
     pub lost_lm: f64,
-    /// (emitted + luminaires - all others) / (emitted + luminaires); zero without light.
+    /// Relative error of the balance: (emitted + luminaires - all others) / (emitted + luminaires); zero without light.
     pub relative_closure_error: f64,
 }
 
 impl EnergyResult {
-    /// The mean over `passes` of the sums in `ledger`; zeros before the first pass.
+    /// Returns the mean over `passes` of the sums in `ledger`; zeros before the first pass.
     pub fn new(ledger: &EnergyLedger, passes: u64) -> Self {
         let EnergyLedger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost } =
             *ledger;

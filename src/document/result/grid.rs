@@ -1,4 +1,4 @@
-//! The illuminance of a grid.
+//! Illuminance of a grid as JSON.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -13,51 +13,53 @@ use crate::integrator::components::Component;
 use crate::scene::{Daylight, Grid};
 use crate::sky::Sky;
 
-/// The illuminance of one grid: row j is `y_m[j]` (south to north), column i is `x_m[i]` (west to east).
+/// Illuminance of one grid: row j is at `y_m[j]` (south to north), column i at `x_m[i]` (west to east).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridResult {
     /// Name of the grid in the document.
     pub name: String,
-    /// Height of the sensors above the floor.
+    /// Height of the sensors above the floor in metres.
     pub height_m: f64,
     /// Number of cells along x and y.
     pub cells: [usize; 2],
-    /// Points or averages over the cells.
+    /// Quantity that each sensor gives, `point` or `cell_average`.
     pub estimate: EstimateDocument,
     /// Unit of the values, always `lux`.
     pub unit: String,
-    /// Centres of the columns, from west to east.
+    /// Centres of the columns in metres, from west to east.
     pub x_m: Vec<f64>,
-    /// Centres of the rows, from south to north.
+    /// Centres of the rows in metres, from south to north.
     pub y_m: Vec<f64>,
-    /// Illuminance of each sensor, row by row; null inside solids, where there is no floor. Of a cell that solids cover in part it is
-    /// the mean over the part that is free.
+    /// Illuminance of each sensor, row by row; null inside solids. A cell that solids cover in part has the mean over its free
+    /// part.
     pub illuminance_lux: Vec<Vec<Option<f64>>>,
-    /// Null inside solids, before the second pass, and where a method knows nothing of its error; of a deterministic method its
-    /// estimated numerical error. While a sensor has found fewer than ten photons it is not below Poisson's, and at
-    /// least what one photon more would add, also where none was found.
+    /// Standard error of each illuminance; null inside solids, before the second pass, and where the method has no estimate of
+    /// its error. For a deterministic method it is the estimated numerical error. While a sensor has found fewer than ten
+    /// photons, the error is not below Poisson's and at least what one photon more would add, even if none was found.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
-    /// Times each standard error of this grid, of its components and responses, too, is half an interval of 95 %: GUM's coverage
-    /// factor, Student's quantile for one less than the passes; 1.96 of numerical errors. Null before the second pass.
+    /// Coverage factor of GUM: this number of standard errors is half an interval of 95 %, for this grid, its components and its
+    /// responses. It is Student's quantile for one degree of freedom less than passes, or 1.96 for numerical errors. Null before
+    /// the second pass.
     #[serde(default)]
     pub coverage_factor: Option<f64>,
-    /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight, and inside solids.
+    /// Illuminances in percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without
+    /// daylight, and inside solids.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
-    /// Illuminances in percent of the unobstructed horizontal illuminance, only under an overcast sky (types 1 to 6 and 16,
-    /// `ies_overcast`) without sun and without electric light.
+    /// Daylight factors: illuminances in percent of the unobstructed horizontal illuminance; only under an overcast sky (types 1
+    /// to 6 and 16, `ies_overcast`) without sun and without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub daylight_factor_percent: Option<Vec<Vec<Option<f64>>>>,
-    /// Unobstructed horizontal illuminance, which ratios refer to.
+    /// Unobstructed horizontal illuminance, the reference of the ratios.
     pub external_horizontal_illuminance_lux: ExternalIlluminance,
-    /// The light by source, direct and interreflected, where the grid asks for `components`: the parts add up to the whole, but
-    /// for rounding.
+    /// Illuminance by source, direct and interreflected, if the grid asks for `components`. Apart from rounding, the parts add up
+    /// to the whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub components: Option<GridComponents>,
-    /// The light of sky and sun by the tube whose collector it comes in by, in the document's order, where the grid asks for
-    /// `components`. With the light of luminaires they add up to the whole, but for rounding.
+    /// Illuminance by the light of sky and sun that enters through each tube's collector, in the document's order, if the grid
+    /// asks for `components`. Apart from rounding, these and the light of luminaires add up to the whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_tube: Option<Vec<GridPart>>,
-    /// What each sensor gets per lumen of each patch of every opening, tube by tube, where the grid asks for `responses`.
+    /// Illuminance of each sensor per lumen of each patch of every opening, tube by tube, if the grid asks for `responses`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub responses: Option<Vec<PatchResponse>>,
     /// Statistics over the sensors.
@@ -73,81 +75,83 @@ pub struct ExternalIlluminance {
     pub sun: f64,
 }
 
-/// Of the values of a grid. Errors are null before the second pass, and where nothing is known of them.
+/// Statistics over the sensors of a grid. Errors are null before the second pass, and where the method has no estimate of them.
 ///
-/// The true value lies within `coverage_factor .._standard_error` of the printed one with a confidence of 95 % at least. Bias and the choice of
-/// fixed points are in the errors. Those of minimum, median and maximum cover the selection, too: the least of many noisy
-/// values is too low on average.
+/// The true value lies within `coverage_factor .._standard_error` of the reported one with a confidence of 95 % at least. Errors
+/// include bias and the choice of fixed points. Those of minimum, median and maximum include the selection, too: the least of
+/// many noisy values is too low on average.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridStatistics {
-    /// Number of sensors inside solids: they have no value, and are in none of these statistics.
+    /// Number of sensors inside solids, which have no value and count in none of these statistics.
     #[serde(default)]
     pub points_inside_solids: usize,
-    /// Times a standard error is half an interval of 95 %, as of the grid: null before the second pass.
+    /// Coverage factor of the grid's standard errors: this number of them is half an interval of 95 %; null before the second
+    /// pass.
     #[serde(default)]
     pub coverage_factor: Option<f64>,
-    /// Mean over the sensors.
+    /// Mean over the sensors in lux.
     pub mean_lux: f64,
-    /// Standard error of the mean.
+    /// Standard error of the mean in lux.
     #[serde(default)]
     pub mean_lux_standard_error: Option<f64>,
-    /// Median over the sensors.
+    /// Median over the sensors in lux.
     #[serde(default)]
     pub median_lux: f64,
-    /// Standard error of the median.
+    /// Standard error of the median in lux.
     #[serde(default)]
     pub median_lux_standard_error: Option<f64>,
-    /// Least of the sensors.
+    /// Smallest illuminance of the sensors in lux.
     pub min_lux: f64,
-    /// Standard error of the least of the sensors.
+    /// Standard error of the smallest illuminance in lux.
     #[serde(default)]
     pub min_lux_standard_error: Option<f64>,
-    /// Greatest of the sensors.
+    /// Largest illuminance of the sensors in lux.
     pub max_lux: f64,
-    /// Standard error of the greatest of the sensors.
+    /// Standard error of the largest illuminance in lux.
     #[serde(default)]
     pub max_lux_standard_error: Option<f64>,
-    /// Minimum over mean; null when all is dark.
+    /// Uniformity: minimum over mean; null when all is dark.
     pub uniformity: Option<f64>,
-    /// Standard error of the uniformity: at least what minimum and mean together can be wrong.
+    /// Standard error of the uniformity; not less than that which follows from the errors of minimum and mean together.
     #[serde(default)]
     pub uniformity_standard_error: Option<f64>,
-    /// Shares of the grid's area at or above 100, 200, 300, 500 and 750 lux.
+    /// Fractions of the grid's area at or above 100, 200, 300, 500 and 750 lux.
     #[serde(default)]
     pub area_above: Vec<AreaAbove>,
-    /// Daylight factors of the statistics in percent, only under an overcast sky (types 1 to 6 and 16, `ies_overcast`)
-    /// without sun and without electric light.
+    /// Daylight factors of the statistics in percent; only under an overcast sky (types 1 to 6 and 16, `ies_overcast`) without
+    /// sun and without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub daylight_factor_percent: Option<DaylightFactors>,
 }
 
-/// The share of a grid's area that has an illuminance, or more.
+/// Fraction of a grid's area at or above an illuminance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AreaAbove {
-    /// Illuminance that counts as reached.
+    /// Illuminance in lux that is reached or exceeded.
     pub lux: f64,
-    /// Share of the grid's area outside solids that reaches it, 0..100.
+    /// Percentage of the grid's area outside solids that reaches it, 0..100.
     pub percent: f64,
 }
 
-/// Daylight factors of a grid in percent; null when all is dark outside.
+/// Daylight factors of a grid's statistics in percent; null without daylight.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct DaylightFactors {
-    /// Factor of the grid's mean.
+    /// Daylight factor of the grid's mean.
     pub mean: Option<f64>,
-    /// Factor of the grid's median.
+    /// Daylight factor of the grid's median.
     pub median: Option<f64>,
-    /// Factor of the grid's minimum.
+    /// Daylight factor of the grid's minimum.
     pub minimum: Option<f64>,
 }
 
-/// Illuminances in lux whose shares of the area are told: what standards ask of rooms, from corridors to precise work.
+/// Illuminances in lux for which the fraction of the area is reported: those that standards require, from corridors to precise
+/// work.
 const LEVELS_LUX: [f64; 5] = [100.0, 200.0, 300.0, 500.0, 750.0];
 
 impl GridResult {
-    /// `estimate` has one sensor per cell of `grid`.
-    /// `electric`: whether luminaires take part; `parts`: those of the light, and `tubes`: the number of openings whose responses
-    /// are told, where the estimate has them.
+    /// Returns the result of a grid from its `estimate`, which has one sensor per cell. `electric` is true if luminaires give
+    /// light; `parts` are the components of the estimate, and `tubes` is the number of openings whose responses it has, where it
+    /// has them.
     pub fn new(
         grid: &Grid,
         estimate: &GridEstimate,
@@ -187,7 +191,7 @@ impl GridResult {
     }
 }
 
-/// Coverage factor of the standard errors of an estimate.
+/// Returns the coverage factor of the standard errors of an estimate.
 fn factor_of(estimate: &GridEstimate) -> Option<f64> {
     coverage_factor(estimate.sensors.first().map_or(0.0, |sensor| sensor.count), estimate.numerical)
 }
@@ -200,7 +204,7 @@ fn has_daylight_factor(daylight: Option<&Daylight>, electric: bool) -> bool {
 }
 
 impl GridStatistics {
-    /// `electric`: whether luminaires take part.
+    /// Returns the statistics of an estimate; `electric` is true if luminaires give light.
     pub fn new(estimate: &GridEstimate, daylight: Option<&Daylight>, electric: bool) -> Self {
         let none = Statistic { value: 0.0, standard_error: f64::INFINITY };
         let statistics = grid_statistics::GridStatistics::new(estimate);
@@ -301,7 +305,7 @@ mod tests {
         }
     }
 
-    /// 0, 90, ... 450 lux under an overcast sky of 7 pi / 9 klx.
+    /// Statistics of 0, 90, ... 450 lux under an overcast sky of 7 pi / 9 klx.
     #[test]
     fn shares_of_the_area_and_daylight_factors() {
         let result = GridResult::new(&grid(), &estimate(&[90.0, 90.0]), Some(&under(16, false)), false, &[], 0);
@@ -322,7 +326,7 @@ mod tests {
         }
     }
 
-    /// Every sky that is overcast, and none that a beam belongs to.
+    /// Checks every sky that is overcast, and some with a beam.
     #[test]
     fn daylight_factors_under_every_overcast_sky() {
         let factors = |sky_type: SkyType, with_sun: bool| {

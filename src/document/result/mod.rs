@@ -1,4 +1,4 @@
-//! Results as JSON, a file for each noun.
+//! Results as JSON, one file for each kind of result.
 
 mod components;
 mod cross_check;

@@ -1,16 +1,17 @@
-//! Numbers of results.
+//! Conversions of numbers for results.
 
 use crate::estimate::GridEstimate;
 use crate::estimate::grid_statistics::CONFIDENCE;
 use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
 
-/// JSON has no infinity: `None` becomes null.
+/// Returns the value, or `None` (null in JSON) if it is infinite or not a number.
 pub fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// Returns the number of standard errors on either side of a value that are its interval of 95 %, GUM's coverage factor: Student's
-/// quantile for one less than the `count` of passes, the normal one of estimated `numerical` errors; `None` before the second pass.
+/// Returns the coverage factor of GUM, the number of standard errors that are half an interval of 95 %: Student's quantile for
+/// `count` - 1 degrees of freedom (`count` passes), or the normal quantile for estimated `numerical` errors; `None` before the
+/// second pass.
 pub fn coverage_factor(count: f64, numerical: bool) -> Option<f64> {
     if count < 2.0 {
         None
@@ -21,17 +22,17 @@ pub fn coverage_factor(count: f64, numerical: bool) -> Option<f64> {
     }
 }
 
-/// Values in rows of `columns`.
+/// Splits values into rows of `columns`.
 pub fn rows<T: Clone>(values: &[T], columns: usize) -> Vec<Vec<T>> {
     values.chunks(columns.max(1)).map(<[T]>::to_vec).collect()
 }
 
-/// Value of a sensor; `None` inside solids.
+/// Returns the illuminance of a sensor; `None` inside solids.
 pub(super) fn value(estimate: &GridEstimate, sensor: usize) -> Option<f64> {
     estimate.has_value(sensor).then(|| estimate.illuminance_lux(sensor))
 }
 
-/// Standard error of a sensor, where it has a value and something is known of its error.
+/// Returns the standard error of a sensor; `None` inside solids, and where it is not finite.
 pub(super) fn error(estimate: &GridEstimate, sensor: usize) -> Option<f64> {
     finite(estimate.standard_error_lux(sensor)).filter(|_| estimate.has_value(sensor))
 }
@@ -40,7 +41,7 @@ pub(super) fn error(estimate: &GridEstimate, sensor: usize) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Student's quantiles of tables for 1 and 7 degrees of freedom.
+    /// Compares with tabulated quantiles of Student for 1 and 7 degrees of freedom.
     #[test]
     fn coverage_factors_follow_the_passes() {
         for (count, numerical, factor) in

@@ -1,4 +1,4 @@
-//! What is simulated and what is not, and why.
+//! The plan of a job: effects, guides and methods, with their reasons.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -10,9 +10,9 @@ use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
 /// Effects, guides and methods of a job, with their reasons.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanResult {
-    /// Every effect that there is, on or off.
+    /// All effects, on or off.
     pub effects: Vec<EffectResult>,
-    /// Computation of the guides, one per tube.
+    /// Computation of each tube's guide, in the order of the document.
     pub guides: Vec<GuideResult>,
     /// Methods that compute grids and views.
     pub methods: MethodsResult,
@@ -21,48 +21,48 @@ pub struct PlanResult {
 /// An effect of the plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct EffectResult {
-    /// Name of the effect, as `effects` of a document has it.
+    /// Name of the effect, as in `effects` of a document.
     pub name: String,
     /// True if the effect is simulated.
     pub on: bool,
-    /// Why it is on or off, for people.
+    /// Reason why the effect is on or off, as a sentence.
     pub reason: String,
-    /// When off: the largest share of light that is left out, 0 where the effect is exactly zero; null when on, and where no
-    /// bound below 1 is known. Of sky, sun and luminaires it is a share of the flux that comes into the room, of others of the
-    /// flux that falls on its surfaces, all together: at single points it can be more.
+    /// Largest fraction of light that is left out when the effect is off, 0 if the effect is exactly zero; null when it is on,
+    /// and where no bound below 1 can be given. For sky, sun and luminaires it is a fraction of the flux that enters the room,
+    /// for other effects of the flux that falls on the room's surfaces in all; at single points it can be larger.
     pub bound: Option<f64>,
 }
 
 /// Computation of a tube's guide.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GuideResult {
-    /// `closed_form_straight`, `closed_form_bent` or `mesh`.
+    /// Kind of computation: `closed_form_straight`, `closed_form_bent` or `mesh`.
     pub kind: String,
-    /// Why it is computed so, for people.
+    /// Reason for this kind of computation, as a sentence.
     pub reason: String,
 }
 
-/// Which method computes what; null where the job has no such output.
+/// Methods by output; null where the job has no such output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MethodsResult {
     /// Method of all grids.
     pub grids: Option<MethodResult>,
     /// Method of all views.
     pub views: Option<MethodResult>,
-    /// Method that checks the grids, where `cross_check` asks for it; absent where it does not.
+    /// Method that checks the grids; absent unless the document asks for `cross_check`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cross_check: Option<MethodResult>,
 }
 
-/// A method with the settings that it runs with.
+/// A method with the settings that it is run with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MethodResult {
-    /// Name of the method, as `method.kind` of a document has it.
+    /// Name of the method, as in `method.kind` of a document.
     pub name: String,
     /// The method's own settings.
     #[schema(value_type = Object)]
     pub settings: serde_json::Value,
-    /// Why this method was taken, for people.
+    /// Reason why this method was chosen, as a sentence.
     pub reason: String,
 }
 

@@ -1,4 +1,4 @@
-//! What the sensors of a grid get per lumen of the patches of openings.
+//! Responses of a grid's sensors to the patches of openings.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -7,23 +7,23 @@ use super::number::{error, rows, value};
 use crate::estimate::GridEstimate;
 use crate::integrator::room_matrix::PATCHES;
 
-/// Illuminance of the sensors of a grid per lumen of white light that leaves one patch of an opening, evenly over the patch and as
-/// from a Lambertian surface: straight, and by way of the room. Of a mixed closure the part of the patch shines that lies in the
-/// Lambertian zone; where it has none, all is 0.
+/// Illuminance of a grid's sensors per lumen of white light that leaves one patch of an opening, uniformly over the patch and as
+/// from a Lambertian surface; direct and interreflected light together. Of a mixed closure only the part of the patch in the
+/// Lambertian zone emits; if there is none, all values are 0.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PatchResponse {
     /// Number of the tube in the document, from 0.
     pub tube: usize,
-    /// Number of the patch, from 0: as of `patches` of `POST /v1/tubes/flux`.
+    /// Number of the patch, from 0, in the order of `patches` of `POST /v1/tubes/flux`.
     pub patch: usize,
-    /// Lux per lumen of each sensor, row by row; null inside solids.
+    /// Response of each sensor in lux per lumen, row by row; null inside solids.
     pub lux_per_lumen: Vec<Vec<Option<f64>>>,
-    /// Standard errors of these; null inside solids, and before the second pass.
+    /// Standard errors of `lux_per_lumen`; null inside solids, and before the second pass.
     pub standard_error: Vec<Vec<Option<f64>>>,
 }
 
 impl PatchResponse {
-    /// The responses that stand beside a grid, which has `columns` sensors in a row and `tubes` above it.
+    /// Returns all responses of an estimate, which has `columns` sensors in a row and `tubes` openings.
     pub fn all(estimate: &GridEstimate, columns: usize, tubes: usize) -> Vec<Self> {
         let of = |(number, part): (usize, &GridEstimate)| {
             let sensors = 0..part.sensors.len();

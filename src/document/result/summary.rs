@@ -1,4 +1,4 @@
-//! What a job computed, in short.
+//! Summary of a job's results.
 
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -13,57 +13,57 @@ use crate::document::errors::Warning;
 use crate::document::provenance::Provenance;
 use crate::document::schema::shapes::PixelCounts;
 
-/// What is known of the results before the first pass.
+/// Results that are available before the first pass.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Known {
-    /// The choices that explain factors of two between correct answers; where the sun is stands among them.
+    /// Modelling choices by which correct answers can differ by factors of two, with the sun's position among them.
     pub provenance: Provenance,
-    /// The same as `provenance` under its former name, which is deprecated.
+    /// Copy of `provenance` under its former name; deprecated.
     pub switches: Provenance,
-    /// Unobstructed horizontal illuminance of sky and sun.
+    /// Unobstructed horizontal illuminance of sky and sun in lux.
     pub external_horizontal_illuminance_lux: ExternalIlluminance,
 }
 
 impl Known {
-    /// What is known, `provenance` under both of its names.
+    /// Returns the results with a copy of `provenance` under its former name.
     pub fn new(provenance: Provenance, external_horizontal_illuminance_lux: ExternalIlluminance) -> Self {
         Self { switches: provenance.clone(), provenance, external_horizontal_illuminance_lux }
     }
 }
 
-/// What a job computed, in short; the grids and views have paths of their own. All but `provenance`, `switches` and
+/// Summary of a job's results; the grids and views have paths of their own. All fields but `provenance`, `switches` and
 /// `external_horizontal_illuminance_lux` are absent until the job has finished.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct JobResults {
     /// Relative errors that were reached.
     pub accuracy: Option<AccuracyResult>,
-    /// Name and version of the program that computed it.
+    /// Name and version of the program that computed the results.
     #[schema(example = "skyduct 0.1.0")]
     pub engine: Option<String>,
-    /// Passes, photons, rays and seconds.
+    /// Numbers of passes, photons and rays, and the time they took.
     pub timing: Option<TimingResult>,
-    /// The choices that explain factors of two between correct answers.
+    /// Modelling choices by which correct answers can differ by factors of two.
     pub provenance: Option<Provenance>,
-    /// The same as `provenance` under its former name, which is deprecated.
+    /// Copy of `provenance` under its former name; deprecated.
     pub switches: Option<Provenance>,
-    /// Unobstructed horizontal illuminance of sky and sun.
+    /// Unobstructed horizontal illuminance of sky and sun in lux.
     pub external_horizontal_illuminance_lux: Option<ExternalIlluminance>,
-    /// One per grid.
+    /// Statistics of each grid, in the order of the document.
     pub grids: Option<Vec<GridInShort>>,
-    /// One per view.
+    /// Name and size of each view, in the order of the document.
     pub views: Option<Vec<ViewInShort>>,
-    /// One per tube.
+    /// Fluxes through each tube, in the order of the document.
     pub tubes: Option<Vec<TubeResult>>,
-    /// Null where no method follows the light from its sources to its end.
+    /// Energy balance; null where no method follows the light from its sources to its end.
     pub energy: Option<EnergyResult>,
-    /// What a second method found, where the document asks for `cross_check`; null where it does not, in the dark, and before the
-    /// second pass.
+    /// Comparison with a second method; null if the document does not ask for `cross_check`, in the dark, and before the second
+    /// pass.
     pub cross_check: Option<CrossCheckResult>,
-    /// Id of the job that was rendered, where an equal one was, by the same program: all results are that one's, which may have been
-    /// deleted since. Absent where this one was.
+    /// Id of the equal job whose results these are, if one had already been rendered by the same program; it may have been
+    /// deleted since. Absent if this job was rendered itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub computed_by: Option<Uuid>,
-    /// What came up while the job was rendered, beside the `warnings` of its document.
+    /// Warnings that arose during rendering, in addition to the `warnings` of the document.
     pub render_warnings: Option<Vec<Warning>>,
 }
 
@@ -72,19 +72,19 @@ pub struct JobResults {
 pub struct ViewInShort {
     /// Name of the view in the document.
     pub name: String,
-    /// Width and height.
+    /// Width and height in pixels.
     #[schema(value_type = PixelCounts)]
     pub size_px: [usize; 2],
 }
 
-/// A grid's statistics.
+/// Statistics of a grid.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct GridInShort {
     /// Name of the grid in the document.
     pub name: String,
     /// Statistics over the sensors.
     pub statistics: GridStatistics,
-    /// Of the mean over the grid, that of its statistics: bias and the choice of fixed points are in it. Null before the second
-    /// pass.
+    /// Standard error of the mean over the grid in lux, as in `statistics`: it includes bias and the choice of fixed points. Null
+    /// before the second pass.
     pub mean_standard_error_lux: Option<f64>,
 }

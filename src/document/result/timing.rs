@@ -1,4 +1,4 @@
-//! What the computation achieved and what it cost.
+//! Accuracy and cost of a computation.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -6,33 +6,34 @@ use utoipa::ToSchema;
 use super::number::finite;
 use crate::estimate::{Accuracy, Estimate};
 
-/// Achieved relative errors at the asked confidence; null before the second pass, or without such output.
+/// Relative errors that were reached, at the requested confidence; null before the second pass, or without such output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AccuracyResult {
-    /// Error of the worst grid, root mean square over its sensors.
+    /// Relative error of the worst grid, root mean square over its sensors.
     pub relative_error: Option<f64>,
-    /// Error of the worst view, root mean square over its blocks of 8 x 8 pixels.
+    /// Relative error of the worst view, root mean square over its blocks of 8 x 8 pixels.
     pub view_relative_error: Option<f64>,
-    /// Passes that computed the grids: an output that is as accurate as asked is not computed any further. Null without
-    /// grids.
+    /// Number of passes that computed the grids; null without grids. An output that has reached the requested accuracy is not
+    /// computed further.
     #[serde(default)]
     pub passes: Option<u64>,
-    /// Passes that computed the views; null without views.
+    /// Number of passes that computed the views; null without views.
     #[serde(default)]
     pub view_passes: Option<u64>,
-    /// What ended the grids, as of `stopped_by` of the job: `relative_error` where they were as accurate as asked before the views
-    /// were. Null without grids.
+    /// Reason why the computation of the grids ended, as in `stopped_by` of the job; `relative_error` if they reached the
+    /// requested accuracy before the views. Null without grids.
     #[serde(default)]
     pub stopped_by: Option<String>,
-    /// What ended the views, as of `stopped_by` of the job; null without views.
+    /// Reason why the computation of the views ended, as in `stopped_by` of the job; null without views.
     #[serde(default)]
     pub view_stopped_by: Option<String>,
-    /// Confidence that both errors hold with, as the document asks.
+    /// Confidence of both errors, as requested by the document.
     pub confidence: f64,
 }
 
 impl AccuracyResult {
-    /// Accuracy as JSON has it: what is not finite is null. `stopped_by`: what ended grids and views.
+    /// Converts an accuracy to JSON, with null for errors that are not finite; `stopped_by` are the reasons why grids and views
+    /// ended.
     pub fn new(
         accuracy: Accuracy,
         estimate: &Estimate,
@@ -56,26 +57,26 @@ impl AccuracyResult {
 pub struct TimingResult {
     /// Render time in seconds.
     pub seconds: f64,
-    /// Processor seconds of the threads that rendered; null where the system does not tell them.
+    /// Processor seconds of the threads that rendered; null where the operating system does not report them.
     #[serde(default)]
     pub cpu_seconds: Option<f64>,
     /// Number of passes; 1 for a deterministic method.
     pub passes: u64,
-    /// Number of photons that set out in all passes.
+    /// Number of photons emitted in all passes.
     pub photons: u64,
-    /// Number of ray segments of all passes; a closed form through a guide counts as one.
+    /// Number of ray segments in all passes; a closed form through a guide counts as one.
     pub rays: u64,
-    /// Rays that left tubes through gaps in their meshes.
+    /// Number of rays that left tubes through gaps in their meshes.
     #[serde(default)]
     pub lost_rays: u64,
-    /// Null when no time was measured.
+    /// Photons per second of rendering; null when no time was measured.
     pub photons_per_second: Option<f64>,
-    /// Null when no time was measured.
+    /// Ray segments per second of rendering; null when no time was measured.
     pub rays_per_second: Option<f64>,
 }
 
 impl TimingResult {
-    /// Cost of an estimate that took `seconds` to render, and `cpu_seconds` of the processors.
+    /// Returns the cost of an estimate that took `seconds` to render, and `cpu_seconds` of processor time.
     pub fn new(estimate: &Estimate, seconds: f64, cpu_seconds: Option<f64>) -> Self {
         let Estimate { passes, photons, rays, lost_rays, .. } = *estimate;
         Self {

@@ -1,4 +1,4 @@
-//! The fluxes through a tube.
+//! Fluxes through a tube.
 
 use std::f64::consts::PI;
 
@@ -10,15 +10,15 @@ use crate::estimate::TubeEstimate;
 use crate::scene::Daylight;
 use crate::statistics::Moments;
 
-/// A mean with its standard error (null before the second pass, and where nothing is known of it), in lm.
+/// Mean flux in lm with its standard error, which is null before the second pass, and where the method has no estimate of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FluxResult {
-    /// Mean flux.
+    /// Mean flux in lm.
     pub flux_lm: f64,
-    /// Standard error of the mean flux.
+    /// Standard error of the mean flux in lm.
     pub standard_error_lm: Option<f64>,
-    /// Times the standard error is half an interval of 95 %: GUM's coverage factor, Student's quantile for one less than the
-    /// replicates; 1.96 of numerical errors.
+    /// Coverage factor of GUM: this number of standard errors is half an interval of 95 %. It is Student's quantile for one
+    /// degree of freedom less than replicates, or 1.96 for numerical errors.
     #[serde(default)]
     pub coverage_factor: Option<f64>,
 }
@@ -30,7 +30,8 @@ impl From<&Moments> for FluxResult {
 }
 
 impl FluxResult {
-    /// `per_unit`: what one unit of the moments stands for, in lm; `numerical`: their spread is a solver's estimated error.
+    /// Returns the flux of `moments`, one unit of which is `per_unit` lm; with `numerical` their spread is the estimated error of
+    /// a solver.
     pub fn new(moments: &Moments, per_unit: f64, numerical: bool) -> Self {
         Self {
             flux_lm: per_unit * moments.mean,
@@ -39,40 +40,42 @@ impl FluxResult {
         }
     }
 
-    /// Half of the interval of 95 % in lm, where it is known and above zero.
+    /// Returns half of the interval of 95 % in lm; `None` if it is not available or zero.
     pub fn half_interval_lm(&self) -> Option<f64> {
         Some(self.coverage_factor? * self.standard_error_lm?).filter(|half| *half > 0.0)
     }
 }
 
-/// Flux through one tube.
+/// Fluxes through one tube.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TubeResult {
-    /// Arrives at the collector from outside: at the end of the tube, at the outer face of a `dielectric_dome`, which
-    /// is larger, or at a mesh's collector.
-    /// Null, as every flux, before the first pass and by methods that do not follow light from its sources.
+    /// Flux that arrives at the collector from outside: at the end of the tube, at the outer face of a `dielectric_dome`, which
+    /// is larger, or at a mesh's collector. Null, as every flux, before the first pass and with methods that do not follow light
+    /// from its sources.
     pub at_collector: Option<FluxResult>,
-    /// Arrives at the diffuser's top.
+    /// Flux that arrives at the upper side of the diffuser.
     pub at_diffuser: Option<FluxResult>,
-    /// Leaves the closure downward for the first time: light of the room that comes back does not count.
+    /// Flux that leaves the closure downward for the first time; light that returns to it from the room does not count.
     pub into_room: Option<FluxResult>,
-    /// The part of that which leaves as from a Lambertian surface: what the `responses` of grids speak of. All of it below a Lambertian
-    /// closure, what passes the Lambertian zone of a mixed one, and of a measured one the largest Lambertian sheet that its table holds.
+    /// Part of `into_room` that leaves as from a Lambertian surface, to which the `responses` of grids refer: all of it below a
+    /// Lambertian closure, the light through the Lambertian zone of a mixed one, and for a measured one the largest Lambertian
+    /// part of its table.
     #[serde(default)]
     pub into_room_evenly: Option<FluxResult>,
-    /// Flux into the room over flux at the collector; null without light.
+    /// Ratio of `into_room` to `at_collector`; null without light.
     pub transmission_efficiency: Option<f64>,
-    /// Unobstructed horizontal illuminance times the area of the opening in the ceiling: what a level aperture of that
-    /// size would receive without tube and collector.
+    /// Unobstructed horizontal illuminance times the area of the opening in the ceiling, in lm: the flux that a level aperture of
+    /// that size would receive without tube and collector.
     #[serde(default)]
     pub level_aperture_flux_lm: f64,
-    /// Flux into the room over that: comparable between collectors; null without light.
+    /// Ratio of `into_room` to `level_aperture_flux_lm`, by which different collectors can be compared; null without light.
     #[serde(default)]
     pub level_aperture_efficiency: Option<f64>,
 }
 
 impl TubeResult {
-    /// `opening_radius` in metres; `numerical`: a solver found the fluxes.
+    /// Returns the fluxes of a tube whose opening has a radius of `opening_radius` metres; with `numerical` a deterministic
+    /// solver computed them.
     pub fn new(tube: &TubeEstimate, opening_radius: f64, daylight: Option<&Daylight>, numerical: bool) -> Self {
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let flux = |moments: &Moments| (moments.count > 0.0).then(|| FluxResult::new(moments, 1.0, numerical));

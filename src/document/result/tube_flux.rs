@@ -1,4 +1,4 @@
-//! Fluxes of a tube without a room.
+//! Fluxes through a tube without a room.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,45 +9,45 @@ use crate::document::errors::Warning;
 use crate::document::schema::shapes::PlaneOffset;
 use crate::integrator::lamp::flux::PatchedFlux;
 
-/// What a tube sends into a room, for every sky and time that was asked for.
+/// Fluxes that a tube sends into a room, for every requested sky and time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TubeFluxResult {
-    /// The patches of the opening that fluxes are told of: six sectors of each of four rings.
+    /// Patches of the opening for which fluxes are reported: four rings of six sectors each.
     pub patches: PatchesResult,
-    /// Sky by sky, and of each sky time by time.
+    /// Fluxes in the order of skies and then of times.
     pub fluxes: Vec<TubeFluxAt>,
 }
 
-/// Patches of equal area.
+/// Patches of an opening, all of equal area.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PatchesResult {
-    /// Their middles, from the centre of the opening: east and north in a room that is not turned.
+    /// Centres of the patches in metres, from the centre of the opening toward east and north (in a room with `rotation_deg` 0).
     #[schema(value_type = Vec<PlaneOffset>)]
     pub centres_m: Vec<[f64; 2]>,
-    /// Area of each.
+    /// Area of each patch in m2.
     pub area_m2: f64,
 }
 
-/// The fluxes under one sky at one time.
+/// Fluxes under one sky at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TubeFluxAt {
     /// Number of the sky in the request, from 0.
     pub sky: usize,
     /// Number of the time in the request, from 0; null where the sky has a `sun_position`.
     pub time: Option<usize>,
-    /// Altitude of the sun, apparent; null where the sky does not say it.
+    /// Apparent altitude of the sun in degrees; null where the sky does not say it.
     pub sun_altitude_deg: Option<f64>,
-    /// Azimuth of the sun, clockwise from north.
+    /// Azimuth of the sun in degrees, clockwise from north.
     pub sun_azimuth_deg: Option<f64>,
-    /// Unobstructed horizontal illuminance of the sky alone.
+    /// Unobstructed horizontal illuminance of the sky alone, in lux.
     pub sky_horizontal_illuminance_lux: f64,
-    /// Unobstructed horizontal illuminance of the beam alone.
+    /// Unobstructed horizontal illuminance of the sun's beam alone, in lux.
     pub sun_horizontal_illuminance_lux: f64,
-    /// Light of the sky; null where there is none.
+    /// Fluxes of the light of the sky; null where there is none.
     pub of_sky: Option<SourceFlux>,
-    /// Light of the sun's beam; null where there is none.
+    /// Fluxes of the light of the sun's beam; null where there is none.
     pub of_sun: Option<SourceFlux>,
-    /// Notes on the sky and the time.
+    /// Warnings about the sky and the time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
 }
@@ -55,25 +55,25 @@ pub struct TubeFluxAt {
 /// Fluxes of the light of one source.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SourceFlux {
-    /// Times each standard error here is half an interval of 95 %: GUM's coverage factor, Student's quantile for one less than the
-    /// passes of photons.
+    /// Coverage factor of GUM for each standard error here: this number of standard errors is half an interval of 95 %. It is
+    /// Student's quantile for one degree of freedom less than passes of photons.
     #[serde(default)]
     pub coverage_factor: Option<f64>,
-    /// Arrives at the collector from outside, as in a job's results.
+    /// Flux that arrives at the collector from outside, as in a job's results.
     pub at_collector: FluxResult,
-    /// Arrives at the diffuser's top.
+    /// Flux that arrives at the upper side of the diffuser.
     pub at_diffuser: FluxResult,
-    /// Leaves the closure downward.
+    /// Flux that leaves the closure downward.
     pub into_room: FluxResult,
-    /// That by patches; they add up to it.
+    /// Flux `into_room` by patches in lm; they add up to it.
     pub patches_lm: Vec<f64>,
-    /// Standard errors of these.
+    /// Standard errors of `patches_lm`.
     pub patch_standard_errors_lm: Vec<f64>,
-    /// The part of `into_room` that leaves as from a Lambertian surface.
+    /// Part of `into_room` that leaves as from a Lambertian surface.
     pub into_room_evenly: FluxResult,
-    /// That by patches: what the `responses` of grids are told for.
+    /// Flux `into_room_evenly` by patches in lm, to which the `responses` of grids refer.
     pub patches_evenly_lm: Vec<f64>,
-    /// Standard errors of these.
+    /// Standard errors of `patches_evenly_lm`.
     pub patch_standard_errors_evenly_lm: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! The bounds of the room and of what is in it.
+//! Checks of the room and of the objects and luminaires in it.
 
 use super::RoomDocument;
 use super::luminaire::{Sheet, check_luminaire, check_place, overlap, reaches_into};
@@ -7,7 +7,7 @@ use super::surface::{Owner, check_surface};
 use crate::document::errors::Checks;
 use crate::document::limits::{LUMINAIRES, OBJECTS, ROOM_EDGE_M, TURN_DEG};
 
-/// Refuses what is wrong with the room; gives the luminaires that lie in it, by their numbers.
+/// Adds the faults of the room, and returns the luminaires that lie in it, with their numbers in the document.
 pub(crate) fn check_room(room: &RoomDocument, checks: &mut Checks) -> Vec<(usize, Sheet)> {
     checks.numbers("/room/size_m", &room.size_m, ROOM_EDGE_M);
     checks.number("/room/rotation_deg", room.rotation_deg, TURN_DEG);
@@ -38,7 +38,7 @@ fn check_luminaires(room: &RoomDocument, checks: &mut Checks) -> Vec<(usize, She
     if !checks.at_most("/room/luminaires", room.luminaires.len(), &LUMINAIRES, " luminaires") {
         return Vec::new();
     }
-    // those that are refused for their place, too: they may overlap others
+    // luminaires outside the room are kept, because others may overlap them
     let mut sheets: Vec<(usize, Sheet)> = Vec::new();
     let mut in_room = Vec::new();
     for (index, luminaire) in room.luminaires.iter().enumerate() {

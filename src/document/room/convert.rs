@@ -1,4 +1,4 @@
-//! From the room of a document to that of a scene.
+//! Conversion of a document's room to that of a scene.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::object::ObjectDocument;
 use super::surface::SurfaceDocument;
 use crate::scene::{BoxObject, Enclosure, Face, Luminaire, Room};
 
-/// The room of a scene, without its meshes.
+/// Returns the room of a scene, without its meshes.
 pub fn room(room: &RoomDocument) -> Room {
     let faces = &room.surfaces;
     let wall = |single: &Option<SurfaceDocument>| single.as_ref().unwrap_or(&faces.walls).surface();

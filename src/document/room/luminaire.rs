@@ -12,7 +12,7 @@ use crate::document::optics::Coefficient;
 use crate::document::schema::shapes::{Luminance, Vector};
 use crate::geometry::disc::disc_polygon_area;
 
-/// A Lambertian area light: a thin black sheet inside the room that emits on one side and stops light on both.
+/// A Lambertian area light: a thin black rectangle in the room that emits on one side and blocks light from both.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LuminaireDocument {
@@ -24,10 +24,10 @@ pub struct LuminaireDocument {
     /// First edge in metres.
     #[schema(value_type = Vector)]
     pub edge_u_m: [f64; 3],
-    /// Second edge in metres, at a right angle to `edge_u_m`; light leaves along u x v.
+    /// Second edge in metres, at a right angle to `edge_u_m`; light leaves on the side of u x v.
     #[schema(value_type = Vector)]
     pub edge_v_m: [f64; 3],
-    /// 0..1000000000, the same over the whole rectangle and in all directions.
+    /// Luminance in cd/m2, 0..1000000000, uniform over the rectangle and the same in all directions.
     #[schema(value_type = Luminance)]
     pub luminance_cd_m2: Coefficient,
 }
@@ -40,16 +40,16 @@ pub enum LuminaireKind {
     Rectangle,
 }
 
-/// Largest cosine between the edges: decimal fractions rarely make an exact right angle.
+/// Largest cosine of the angle between the edges, because decimal fractions rarely make an exact right angle.
 const RIGHT_ANGLE: f64 = 1e-3;
 
-/// Shortest edge allowed: a thousand times what touches.
+/// Length in metres of the shortest edge allowed: a thousand times the tolerance for touching.
 const SHORTEST_EDGE_M: f64 = 1e-6;
 
-/// A half space of the points p with normal . p <= offset.
+/// A half space: its points p have normal . p <= offset.
 type HalfSpace = (DVec3, f64);
 
-/// A luminaire as vectors.
+/// Corner, edges and unit normal of a luminaire.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     corner: DVec3,
@@ -58,7 +58,7 @@ pub struct Sheet {
     normal: DVec3,
 }
 
-/// Numbers and shape; `None` after an error.
+/// Checks the numbers and the shape of a luminaire and returns it as vectors; `None` after an error.
 pub(crate) fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, checks: &mut Checks) -> Option<Sheet> {
     let LuminaireDocument { corner_m, edge_u_m, edge_v_m, luminance_cd_m2, .. } = *luminaire;
     let mut ok = true;
@@ -86,7 +86,7 @@ pub(crate) fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, chec
     ok.then(|| Sheet { corner, u, v, normal: u.cross(v).normalize() })
 }
 
-/// Inside the room, emitting into it.
+/// Checks that a luminaire lies inside the room of `size` metres and emits into it; true if it does.
 pub(crate) fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks) -> bool {
     let errors_before = checks.errors.len();
     let thousandths =
@@ -133,7 +133,7 @@ pub fn covers(sheet: &Sheet, ceiling: f64, centre: DVec2, radius: f64) -> bool {
     radius > 0.0 && -disc_polygon_area(centre, radius, &outline) > TOUCHING_M * radius
 }
 
-/// True if the sheet, moved a hair's breadth to where it emits, has a part inside a box.
+/// True if the luminaire's rectangle, shifted by a few nanometres along its normal, has a part inside a box.
 pub fn reaches_into(sheet: &Sheet, object: &BoxDocument) -> bool {
     let BoxDocument { size_m, position_m, rotation_deg, .. } = object;
     let (sin, cos) = libm::sincos(rotation_deg.to_radians());
@@ -148,7 +148,7 @@ pub fn reaches_into(sheet: &Sheet, object: &BoxDocument) -> bool {
     has_area(clip(polygon.to_vec(), inside))
 }
 
-/// True if two sheets that emit to the same side share a part of one plane.
+/// True if two luminaires that emit to the same side overlap in one plane.
 pub fn overlap(sheet: &Sheet, other: &Sheet) -> bool {
     let apart = |corner: DVec3| (corner - other.corner).dot(other.normal).abs() > TOUCHING_M;
     if sheet.normal.dot(other.normal) < 0.0 || sheet.corners().into_iter().any(apart) {
@@ -169,7 +169,7 @@ impl Sheet {
     }
 }
 
-/// The part of a convex polygon inside all half spaces (Sutherland and Hodgman 1974).
+/// Returns the part of a convex polygon inside all half spaces (Sutherland and Hodgman 1974).
 fn clip(mut polygon: Vec<DVec3>, half_spaces: impl IntoIterator<Item = HalfSpace>) -> Vec<DVec3> {
     for (normal, offset) in half_spaces {
         let height = |p: DVec3| normal.dot(p) - offset;

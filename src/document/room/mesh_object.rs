@@ -1,4 +1,4 @@
-//! Mesh objects: the mesh of a document's object against its surfaces and the room.
+//! Mesh objects: conversion of their meshes, and checks against their surfaces and the room.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ use crate::geometry::turn::unit_vector;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
-/// The meshes of a room, in its frame; those after an error may be missing.
+/// Returns the mesh objects of a room, in its frame; after an error some may be missing.
 pub(crate) fn mesh_objects(
     room: &RoomDocument,
     tubes: &[TubeDocument],
@@ -54,7 +54,8 @@ pub(crate) fn mesh_objects(
     objects
 }
 
-/// The object at `pointer` in the frame of a room of `size_m`, and whether parts of it lie on others; `None` after an error.
+/// Returns the object at `pointer` in the frame of a room of `size_m`, and whether parts of its mesh lie on others; `None` after
+/// an error.
 fn mesh_object(
     pointer: &str,
     object: &MeshObjectDocument,
@@ -92,7 +93,7 @@ fn mesh_object(
         return None;
     }
     for position in &mut mesh.positions {
-        // what touches a wall up to rounding must not reach behind it
+        // parts that touch a wall up to rounding must not reach behind it
         *position = position.clamp(DVec3::ZERO, DVec3::from(size_m));
     }
     let lies_on_itself = match without_repeats(&mesh, |a, b| surfaces[a as usize] == surfaces[b as usize]) {
@@ -108,7 +109,7 @@ fn mesh_object(
     Some((MeshObject { mesh, surfaces }, lies_on_itself))
 }
 
-/// One surface per material of the mesh; names on either side without a partner are errors.
+/// Returns the surface of each material of the mesh; adds a fault for each material or surface whose name has no counterpart.
 fn surfaces(
     pointer: &str,
     by_name: &BTreeMap<String, SurfaceDocument>,
@@ -151,7 +152,7 @@ fn check_extent(
     };
     for (axis, size) in size_m.into_iter().enumerate() {
         let position = object.position_m[axis];
-        // of coordinates far away more is rounded off
+        // coordinates far from the origin are rounded more coarsely
         let slack = TOUCHING_M.max(8.0 * f64::EPSILON * position.abs());
         if low[axis] < -slack || high[axis] > size + slack {
             let pointer = format!("{pointer}/position_m/{axis}");

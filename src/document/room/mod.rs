@@ -1,4 +1,4 @@
-//! The room of a job document: its surfaces, the objects in it and its electric light.
+//! The room of a job document: its surfaces, objects and luminaires.
 
 pub(super) mod check;
 pub(super) mod convert;
@@ -19,14 +19,14 @@ use luminaire::LuminaireDocument;
 use object::ObjectDocument;
 use surface::SurfaceDocument;
 
-/// A box room; its floor spans (0, 0, 0) to (size_x, size_y, 0).
+/// A cuboid room; its floor spans (0, 0, 0) to (size_x, size_y, 0).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RoomDocument {
-    /// Extent along x, y and z, each 0.01..1000 m.
+    /// Extent along x, y and z in metres, each 0.01..1000.
     #[schema(value_type = RoomSize)]
     pub size_m: [f64; 3],
-    /// Azimuth of the room's +y axis, clockwise from north.
+    /// Azimuth of the room's +y axis in degrees, clockwise from north.
     #[serde(default)]
     pub rotation_deg: f64,
     /// Surfaces of the six faces.
@@ -40,7 +40,7 @@ pub struct RoomDocument {
     pub luminaires: Vec<LuminaireDocument>,
 }
 
-/// The faces of the room; a single wall wins over `walls`.
+/// Surfaces of the room's faces; one for a single wall takes precedence over `walls`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfacesDocument {
@@ -50,16 +50,16 @@ pub struct SurfacesDocument {
     /// Surface of the walls; default: reflectance 0.5.
     #[serde(default = "default_walls")]
     pub walls: SurfaceDocument,
-    /// Surface of the wall y = size_y, in place of `walls`.
+    /// Surface of the wall y = size_y; default: that of `walls`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_north: Option<SurfaceDocument>,
-    /// Surface of the wall x = size_x, in place of `walls`.
+    /// Surface of the wall x = size_x; default: that of `walls`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_east: Option<SurfaceDocument>,
-    /// Surface of the wall y = 0, in place of `walls`.
+    /// Surface of the wall y = 0; default: that of `walls`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_south: Option<SurfaceDocument>,
-    /// Surface of the wall x = 0, in place of `walls`.
+    /// Surface of the wall x = 0; default: that of `walls`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_west: Option<SurfaceDocument>,
     /// Surface of the ceiling; default: reflectance 0.7.
@@ -94,12 +94,12 @@ impl Default for SurfacesDocument {
 }
 
 impl RoomDocument {
-    /// The room's size; `None` when it is refused: then nothing can be said of what has to fit into it.
+    /// Returns the room's size in metres; `None` if it is out of bounds, so that no other field can be checked against it.
     pub fn valid_size_m(&self) -> Option<[f64; 3]> {
         self.size_m.iter().all(|size| ROOM_EDGE_M.contains(*size)).then_some(self.size_m)
     }
 
-    /// Everything that may have a colour and takes part.
+    /// Returns all coefficients, which may be coloured, except those of `walls` where every wall has its own surface.
     pub fn coefficients(&self) -> impl Iterator<Item = Coefficient> {
         let faces = &self.surfaces;
         let single = [&faces.wall_north, &faces.wall_east, &faces.wall_south, &faces.wall_west];

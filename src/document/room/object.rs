@@ -43,17 +43,17 @@ impl<'de> Deserialize<'de> for ObjectDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxDocument {
-    /// Extent along its own x, y and z, each > 0.
+    /// Extent in metres along the box's own x, y and z axes, each > 0.
     #[schema(value_type = BoxSize)]
     pub size_m: [f64; 3],
-    /// Centre of the box' base in metres.
+    /// Centre of the box's base in metres.
     #[schema(value_type = Vector)]
     pub position_m: [f64; 3],
-    /// Clockwise seen from above.
+    /// Rotation in degrees, clockwise seen from above.
     #[serde(default)]
     #[schema(default = 0.0)]
     pub rotation_deg: f64,
-    /// Surface of all six faces; not `open`.
+    /// Surface of all six faces, which must not be `open`.
     pub surface: SurfaceDocument,
 }
 
@@ -61,27 +61,27 @@ pub struct BoxDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshObjectDocument {
-    /// Id of an uploaded mesh, or a file beside the job file.
+    /// Id of an uploaded mesh, or the path of a file beside the job file.
     pub mesh: String,
-    /// Unit of the mesh's coordinates; OBJ has none.
+    /// Unit of the mesh's coordinates, which OBJ files do not state.
     pub unit: Unit,
-    /// Axis of the file that points upward; `y`: its z points to the south of the room's frame.
+    /// Axis of the file that points upward; with `y`, its z axis points to the south of the room's frame.
     #[serde(default)]
     #[schema(default = "z")]
     pub up: Up,
-    /// Place of the mesh's origin in metres; far from the room where the mesh has coordinates of a survey.
+    /// Position of the mesh's origin in metres; may be far from the room if the mesh has coordinates of a survey.
     #[schema(value_type = MeshPosition)]
     pub position_m: [f64; 3],
-    /// Clockwise seen from above.
+    /// Rotation in degrees, clockwise seen from above.
     #[serde(default)]
     #[schema(default = 0.0)]
     pub rotation_deg: f64,
-    /// Surfaces by the name of the material in the file.
+    /// Surfaces by the names of the materials in the file.
     pub surfaces: BTreeMap<String, SurfaceDocument>,
 }
 
 impl ObjectDocument {
-    /// `room_size_m`: `None` when it is refused.
+    /// Adds the faults of an object; `room_size_m` is `None` if the room's size was refused.
     pub(crate) fn check(&self, pointer: &str, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
         match self {
             Self::Box(object) => object.check(pointer, room_size_m, checks),
@@ -89,7 +89,7 @@ impl ObjectDocument {
         }
     }
 
-    /// Surfaces of the object: one of a box, one for each material of a mesh.
+    /// Returns the surfaces of the object: one for a box, one for each material of a mesh.
     pub fn surfaces(&self) -> Vec<&SurfaceDocument> {
         match self {
             Self::Box(object) => vec![&object.surface],
@@ -119,7 +119,7 @@ impl BoxDocument {
         }
     }
 
-    /// Refuses a box that reaches out of the room.
+    /// Adds a fault for each axis along which the box reaches out of the room.
     fn check_place(&self, pointer: &str, room_size_m: [f64; 3], checks: &mut Checks) {
         let (base, size) = (DVec3::from(self.position_m), DVec3::from(self.size_m));
         let thousandths_fit =
@@ -131,7 +131,7 @@ impl BoxDocument {
             if from < -TOUCHING_M || to > room + TOUCHING_M {
                 let pointer = format!("{pointer}/position_m/{axis}");
                 let position = self.position_m[axis];
-                // moved to where it may have been meant to be
+                // shifted to the position that may have been meant
                 let fits = |meant: f64| meant - position + to <= room && meant - position + from >= 0.0;
                 let hint = match hints::of_number(&pointer, position, fits) {
                     hint if hint.is_empty() && thousandths_fit => hints::OF_LENGTHS.to_owned(),
@@ -143,7 +143,8 @@ impl BoxDocument {
             }
         }
     }
-    /// Reach along the room's axes of a box of this size, turned as this one, with its base there.
+    /// Returns the extents along the room's axes of a box of this `size`, turned like this one, with the centre of its base at
+    /// `base`.
     fn spans(&self, base: DVec3, size: DVec3) -> [(f64, f64); 3] {
         let (sin, cos) = libm::sincos(self.rotation_deg.to_radians());
         // half-widths of the rotated footprint

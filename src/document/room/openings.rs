@@ -1,4 +1,5 @@
-//! Objects cover no opening: what lies in the plane of the ceiling over one would be passed by light and stop it at once.
+//! Check that objects cover no opening: a surface in the plane of the ceiling over an opening would coincide with it, and light
+//! would both pass and be blocked there.
 
 use glam::{DVec2, DVec3};
 
@@ -11,13 +12,13 @@ use crate::geometry::disc::disc_polygon_area;
 use crate::geometry::turn::rotation;
 use crate::scene::MeshObject;
 
-/// Distance below the ceiling, as a share of its height, within which an object lies in its plane.
+/// Distance from the ceiling, as a fraction of its height, within which an object counts as lying in its plane.
 const HAIR: f64 = 1e-6;
 
-/// Share of an opening that may be covered: rounding.
+/// Fraction of an opening that may be covered, for rounding.
 const UNCOVERED: f64 = 1e-6;
 
-/// Refuses meshes in the plane of the ceiling over an opening; `numbers`: those of `objects` in the document.
+/// Adds a fault for each mesh in the plane of the ceiling over an opening; `numbers` are those of `objects` in the document.
 pub fn cover_no_opening(
     room: &RoomDocument,
     tubes: &[TubeDocument],
@@ -31,7 +32,7 @@ pub fn cover_no_opening(
     }
 }
 
-/// Refuses boxes whose tops lie in the plane of the ceiling over an opening.
+/// Adds a fault for each box whose top lies in the plane of the ceiling over an opening.
 pub fn boxes_cover_no_opening(room: &RoomDocument, tubes: &[TubeDocument], checks: &mut Checks) {
     let ceiling = room.size_m[2];
     for (number, object) in room.objects.iter().enumerate() {
@@ -47,7 +48,7 @@ pub fn boxes_cover_no_opening(room: &RoomDocument, tubes: &[TubeDocument], check
     }
 }
 
-/// Triangles of a mesh that lie in the plane of the ceiling, seen from above.
+/// Returns the triangles of a mesh that lie in the plane of the ceiling, projected onto it.
 fn in_ceiling(mesh: &TriangleMesh, ceiling: f64) -> Vec<[DVec2; 3]> {
     let corners = mesh.triangles.iter().map(|triangle| triangle.map(|corner| mesh.positions[corner as usize]));
     let lies = |corners: &[DVec3; 3]| corners.iter().all(|corner| corner.z >= ceiling * (1.0 - HAIR));

@@ -1,4 +1,4 @@
-//! Mesh objects that share parts of planes: every part is one sheet, of one object.
+//! Mesh objects with coincident faces: every part of a plane is reduced to one sheet, of one object.
 
 use std::collections::BTreeMap;
 
@@ -13,11 +13,12 @@ use crate::geometry::welded;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
-/// Makes each place of some objects in a room of `size` one sheet; `numbers`: those of the objects in the document, and whether parts of
-/// each lie on others of it. Refuses what contradicts itself.
+/// Reduces coincident triangles of the objects in a room of `size` metres to single sheets. `numbers` are those of the objects in
+/// the document, and `on_themselves` is true for objects of which parts lie on others. Adds a fault where two materials face the
+/// same side.
 ///
-/// Faces of closed bodies that touch stay. What is open lies on what is closed, and of closed bodies whose faces are flush the
-/// first one's is seen.
+/// Faces of two closed bodies that touch from outside are both kept. An open surface hides what it covers of a closed body, and
+/// of closed bodies with flush faces the first one's face is kept.
 pub fn one_sheet_each(
     objects: &mut [MeshObject],
     (numbers, on_themselves): (&[usize], &[bool]),
@@ -79,8 +80,8 @@ pub fn one_sheet_each(
     }
 }
 
-/// Pairs of triangles that have a part in common. Of an object of which no part lies on another one only those are asked that are within the
-/// bounds of other objects.
+/// Returns the pairs of triangles that overlap. An object none of whose parts lie on others is tested only with its triangles
+/// within the bounds of other objects.
 fn overlaps_of_objects(
     all: &Sheets,
     (owners, on_themselves): (&[usize], &[bool]),
@@ -114,10 +115,10 @@ fn overlaps_of_objects(
     Ok(found)
 }
 
-/// Rule by which polygons have sides, for errors about two materials of one.
+/// Rule for the side that a polygon faces, appended to errors about coincident polygons of two materials.
 const ONE_SIDE: &str = "a polygon faces the side from which its corners go counter-clockwise";
 
-/// Reason why a mesh is refused whose polygons are at odds.
+/// Returns the reason, as a sentence, why a mesh with contradictory polygons is refused.
 pub fn untold_words(untold: Untold, mesh: &TriangleMesh) -> String {
     match untold {
         Untold::TooMany(reason) => reason.to_string(),
@@ -137,8 +138,8 @@ fn place(DVec3 { x, y, z }: DVec3) -> String {
     format!("({x:.4}, {y:.4}, {z:.4}) m")
 }
 
-/// Tells for each triangle of all objects if it belongs to a closed body: an even number of triangles meets at each of its edges that does not
-/// lie in a face of the room.
+/// Returns for each triangle of all objects whether it belongs to a closed body, where an even number of triangles meets at every
+/// edge that does not lie in a face of the room.
 fn closed(objects: &[MeshObject], size: DVec3, near: f64) -> Vec<bool> {
     let mut closed = Vec::new();
     for MeshObject { mesh, .. } in objects {
@@ -161,7 +162,8 @@ fn closed(objects: &[MeshObject], size: DVec3, near: f64) -> Vec<bool> {
     closed
 }
 
-/// Gives objects what is theirs of `sheets`; `owners`: by the number of a triangle before.
+/// Replaces the triangles of each object by its triangles of `sheets`; `owners` are the objects of the triangles before the
+/// reduction.
 fn hand_back(objects: &mut [MeshObject], owners: &[usize], sheets: &Sheets) {
     let kinds: Vec<(usize, u32)> = objects
         .iter()
@@ -188,7 +190,7 @@ fn hand_back(objects: &mut [MeshObject], owners: &[usize], sheets: &Sheets) {
                 if of == owner {
                     return own_kind;
                 }
-                // the other side is another object's
+                // the other side belongs to another object
                 let surface = surfaces[kind as usize];
                 let known = object.surfaces.iter().position(|own| *own == surface);
                 known.unwrap_or_else(|| {

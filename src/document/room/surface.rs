@@ -10,40 +10,40 @@ use crate::document::schema::shapes::Albedo;
 use crate::optics::glossy::LEAST_ROUGHNESS;
 use crate::optics::{Specular, Surface};
 
-/// A surface: `reflectance` and perhaps `specular`, or `open` = missing.
+/// A surface: `reflectance` with optional `specular`, or `open` for a missing face.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceDocument {
-    /// Diffuse (Lambertian), of a closed surface; < 1 in every channel.
+    /// Diffuse (Lambertian) reflectance of a closed surface; < 1 in every channel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Albedo>)]
     pub reflectance: Option<Coefficient>,
-    /// Reflectance about the mirror direction, beside the diffuse `reflectance` and the same at every angle (directional
-    /// to hemispherical); `reflectance + specular` is < 1 in every channel. Default: 0.
+    /// Specular reflectance (directional to hemispherical), the same at every angle, in addition to the diffuse `reflectance`;
+    /// `reflectance + specular` is < 1 in every channel. Default: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Albedo>)]
     pub specular: Option<Coefficient>,
-    /// Roughness of the specular part. 0, the default: an ideal mirror. From 0.02 to 1: a glossy lobe of GGX
-    /// microfacets with alpha = roughness^2, height-correlated masking and shadowing, and compensation for multiple
-    /// scattering, so that `specular` is its reflectance at every angle. Between 0 and 0.02 it is refused.
+    /// Roughness of the specular part. 0, the default: an ideal mirror. From 0.02 to 1: a glossy lobe of GGX microfacets with
+    /// alpha = roughness^2, height-correlated masking and shadowing, and compensation for multiple scattering, so that `specular`
+    /// is its reflectance at every angle. Values between 0 and 0.02 are refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<f64>,
-    /// The face is missing: light leaves, a camera may look in.
+    /// True if the face is missing: light leaves through it, and a camera outside sees into the room.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub open: bool,
 }
 
 impl SurfaceDocument {
-    /// A Lambertian surface of a photopic reflectance.
+    /// Returns a Lambertian surface of a photopic reflectance.
     pub fn diffuse(reflectance: f64) -> Self {
         Self { reflectance: Some(Coefficient::Photopic(reflectance)), ..Self::default() }
     }
-    /// Everything that may have a colour.
+    /// Returns all coefficients, which may be coloured.
     pub fn coefficients(&self) -> impl Iterator<Item = Coefficient> {
         [self.reflectance, self.specular].into_iter().flatten()
     }
 
-    /// The optics of a closed surface.
+    /// Returns the optics of a closed surface; `None` if it is open.
     pub fn surface(&self) -> Option<Surface> {
         let reflectance = self.reflectance.filter(|_| !self.open)?;
         let specular = self.specular.map(Coefficient::rgb).filter(|rgb| rgb.iter().any(|value| *value > 0.0));
@@ -62,7 +62,7 @@ pub enum Owner {
     Object,
 }
 
-/// Refuses coefficients out of their bounds, and an open surface of an object.
+/// Adds faults for coefficients out of their bounds, and for an open surface of an object.
 pub(crate) fn check_surface(pointer: &str, surface: &SurfaceDocument, of: Owner, checks: &mut Checks) {
     if surface.open && of == Owner::Object {
         checks.refuse(format!("{pointer}/open"), "only a face of the room can be open");

@@ -1,8 +1,8 @@
-//! What the derived schemas of the document lack: bounds, named variants, rules between fields.
+//! Completion of the document's derived schemas by bounds, named variants and rules between fields.
 //!
-//! A generator of clients reads named components and one property that tells variants apart; it passes over `not`. So
-//! variants become components of their own ([`variants`]), and rules between fields are written as `not` ([`rules`]). Bounds
-//! come from [`limits`](crate::document::limits), as the checks' do. [`shapes`] are numbers that many fields share.
+//! A generator of clients reads named components and one property that distinguishes variants; it ignores `not`. So variants
+//! become components of their own ([`variants`]), and rules between fields are written as `not` ([`rules`]). Bounds come from
+//! [`limits`](crate::document::limits), as those of the checks do. [`shapes`] are numbers that many fields share.
 
 pub mod rules;
 pub mod shapes;
@@ -28,7 +28,7 @@ pub fn complete(schemas: &mut Schemas) {
         ("CollectorDocument", "kind", "Collector", true),
         ("DiffuserDocument", "kind", "Diffuser", true),
         ("PartDocument", "role", "Part", true),
-        // of results, which may gain fields
+        // schemas of results stay open, because results may gain fields
         ("BeamSource", "kind", "BeamSource", false),
         ("RefractionProvenance", "kind", "Refraction", false),
     ] {
@@ -52,7 +52,7 @@ pub fn complete(schemas: &mut Schemas) {
     }
 }
 
-/// Tells the bound of a field.
+/// Sets the bound of a field in its schema.
 fn bound(schemas: &mut Schemas, component: &str, field: &str, limit: &Limit) {
     let Some(schema) = property(schemas, component, field) else { return };
     match (schema, limit) {
@@ -83,22 +83,22 @@ fn bound_number(object: &mut Object, range: Range) {
     }
 }
 
-/// A bound as people write it: 1 and not 1.0. All whole ones are exact.
+/// Returns a bound as people write it, 1 and not 1.0; every whole bound in use is exact.
 fn whole(bound: f64) -> Number {
     if bound.fract() == 0.0 { Number::Int(bound as isize) } else { Number::Float(bound) }
 }
 
-/// The ends that say something.
+/// Returns the ends of a range that restrict anything: a lower one above 0, and an upper one below the largest integer.
 fn ends(bounds: &RangeInclusive<usize>) -> (Option<usize>, Option<usize>) {
     (Some(*bounds.start()).filter(|least| *least > 0), Some(*bounds.end()).filter(|most| *most < usize::MAX))
 }
 
-/// Adds a rule for what must not be, in the words of a schema.
+/// Adds a rule that valid values must not match.
 fn forbid(extensions: &mut Option<Extensions>, rule: Value) {
     extensions.get_or_insert_default().insert("not".to_owned(), rule);
 }
 
-/// A property of a component, written in place.
+/// Returns a property of a component whose schema is written inline.
 fn property<'a>(schemas: &'a mut Schemas, component: &str, name: &str) -> Option<&'a mut Schema> {
     let Some(RefOr::T(Schema::Object(object))) = schemas.get_mut(component) else { return None };
     match object.properties.get_mut(name) {

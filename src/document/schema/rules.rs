@@ -1,11 +1,12 @@
-//! Rules between fields, which the checks of a document hold to as well, written as `not`: what must not be.
+//! Rules between fields, each written as the `not` of a schema that an invalid document matches; the checks of a document enforce
+//! them, too.
 
 use serde_json::{Value, json};
 
 use crate::document::limits::TURBID_TYPES;
 use crate::document::method;
 
-/// Rules on several fields at once that the checks of a document have and a schema can say: component, rule.
+/// Returns the rules between fields that a schema can express, each with the name of its component.
 pub fn rules() -> Vec<(&'static str, Value)> {
     let sun_position = |kind: &str| json!({ "properties": { "sun_position": { "type": kind } } });
     let with_sky = |rule: Value| json!({ "required": ["sky"], "properties": { "sky": { "allOf": [{ "type": "object" }, rule] } } });
@@ -26,7 +27,7 @@ pub fn rules() -> Vec<(&'static str, Value)> {
         all([tubes(), absent("sky")]),
         // tubes need a closed ceiling
         all([tubes(), json!({ "properties": { "room": open_ceiling } })]),
-        // the sun stands where the sky says, or where place and time say, and not both
+        // the sun's position is given by the sky, or by location and time, and not by both
         all([
             with_sky(all([json!({ "required": ["sun_position"] }), sun_position("object")])),
             any([given("location"), given("time")]),

@@ -1,4 +1,4 @@
-//! Named shapes of numbers, which `#[schema(value_type = ...)]` refers to.
+//! Named schemas of numbers, for use as `#[schema(value_type = ...)]`.
 
 use std::ops::{Bound, RangeInclusive};
 
@@ -11,7 +11,7 @@ use crate::document::limits::{
     SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG,
 };
 
-/// Unit-like types that stand for a schema in `#[schema(value_type = ...)]`.
+/// Defines unit-like types, each of which stands for a schema in `#[schema(value_type = ...)]`.
 macro_rules! named {
     ($($name:ident: $schema:expr;)*) => {$(
         pub struct $name;
@@ -47,7 +47,7 @@ named! {
         .description(Some("In cd/m2: one photopic number, or linear Rec.709 `[r, g, b]`."));
 }
 
-/// A number within its range.
+/// Returns the schema of a number within its range.
 pub fn number(range: Range) -> ObjectBuilder {
     let number =
         ObjectBuilder::new().schema_type(Type::Number).format(Some(SchemaFormat::KnownFormat(KnownFormat::Double)));
@@ -71,7 +71,7 @@ fn array(length: usize, item: ObjectBuilder) -> ArrayBuilder {
     ArrayBuilder::new().items(item).min_items(Some(length)).max_items(Some(length))
 }
 
-/// One number for all light, or one for each channel.
+/// Returns the schema of one number for all light, or one for each channel.
 pub fn one_or_rgb(channel: impl Fn() -> ObjectBuilder) -> OneOfBuilder {
     let rgb = array(3, channel()).description(Some("Linear Rec.709 red, green, blue."));
     OneOfBuilder::new().item(channel().description(Some("The same for all light."))).item(rgb)

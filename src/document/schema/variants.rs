@@ -1,14 +1,15 @@
-//! Variants of tagged objects as components of their own.
+//! Conversion of the variants of tagged objects to components of their own.
 
 use std::collections::BTreeMap;
 
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{AdditionalProperties, AllOf, Discriminator, Object, OneOf, Ref, Schema, Type};
 
-/// The schemas of a description by name.
+/// Schemas of a description by the names of their components.
 pub type Schemas = BTreeMap<String, RefOr<Schema>>;
 
-/// Makes each variant of `parent` a component named by the value of its `tag` and `suffix`, and says what tells them apart.
+/// Makes each variant of `parent` a component, named by the value of its `tag` followed by `suffix`, and declares the tag as the
+/// discriminator. With `closed`, the variants allow no other fields.
 pub fn name_variants(schemas: &mut Schemas, parent: &str, tag: &str, suffix: &str, closed: bool) {
     let Some(RefOr::T(Schema::OneOf(mut one_of))) = schemas.remove(parent) else { return };
     let mut discriminator = Discriminator::new(tag);
@@ -23,14 +24,14 @@ pub fn name_variants(schemas: &mut Schemas, parent: &str, tag: &str, suffix: &st
         one_of.items.push(reference.into());
         named.push((name, object));
     }
-    // the variants have all their fields, and the tag
+    // the variants contain all fields of these components, and the tag
     schemas.retain(|name, schema| !merged.contains(name) || !matches!(schema, RefOr::T(Schema::Object(_))));
     schemas.extend(named);
     one_of.discriminator = Some(discriminator);
     schemas.insert(parent.to_owned(), Schema::OneOf(one_of).into());
 }
 
-/// Names of the components of which a variant is made.
+/// Returns the names of the components that a variant consists of.
 fn structs_of(item: &RefOr<Schema>) -> Vec<String> {
     let RefOr::T(Schema::AllOf(AllOf { items, .. })) = item else { return Vec::new() };
     let name = |item: &RefOr<Schema>| match item {
@@ -40,7 +41,7 @@ fn structs_of(item: &RefOr<Schema>) -> Vec<String> {
     items.iter().filter_map(name).collect()
 }
 
-/// A variant as one object, and the value of its tag.
+/// Returns a variant as one object, with the value of its tag.
 fn tagged_object(schemas: &Schemas, item: RefOr<Schema>, tag: &str, closed: bool) -> Option<(String, RefOr<Schema>)> {
     let schema = match item {
         RefOr::T(Schema::AllOf(AllOf { items, description, .. })) => merged(schemas, &items, description)?,
@@ -51,14 +52,14 @@ fn tagged_object(schemas: &Schemas, item: RefOr<Schema>, tag: &str, closed: bool
     if closed {
         object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
     }
-    // the tag is what a reader looks for first
+    // the tag is the first thing that a reader looks for
     object.required.sort_by_key(|name| name != tag);
     let Some(RefOr::T(Schema::Object(values))) = object.properties.get(tag) else { return None };
     let value = values.enum_values.as_ref()?.first()?.as_str()?.to_owned();
     Some((value, Schema::Object(object).into()))
 }
 
-/// The objects of an `allOf` as one; `None` when one of them is not an object.
+/// Merges the objects of an `allOf` into one; `None` if one of them is not an object.
 fn merged(schemas: &Schemas, items: &[RefOr<Schema>], description: Option<String>) -> Option<Schema> {
     let mut all = Object::default();
     all.description = description;
@@ -72,7 +73,7 @@ fn merged(schemas: &Schemas, items: &[RefOr<Schema>], description: Option<String
         };
         let object = match schema {
             Schema::Object(object) => object.clone(),
-            // parts of meshes: the diffusers follow as components of their own
+            // a mesh part that is a diffuser: `diffuser_parts` adds these
             Schema::OneOf(_) => continue,
             _ => return None,
         };
@@ -83,7 +84,7 @@ fn merged(schemas: &Schemas, items: &[RefOr<Schema>], description: Option<String
     Some(Schema::Object(all))
 }
 
-/// Replaces the part of a mesh that is a diffuser by one component for each kind of diffuser, each with its role.
+/// Replaces the mesh part that is a diffuser by one component for each kind of diffuser, with the part's role.
 pub fn diffuser_parts(schemas: &mut Schemas) {
     let Some(RefOr::T(Schema::Object(part))) = schemas.get("DiffuserPart").cloned() else { return };
     let Some(RefOr::T(Schema::OneOf(diffusers))) = schemas.get("DiffuserDocument").cloned() else { return };
@@ -102,12 +103,12 @@ pub fn diffuser_parts(schemas: &mut Schemas) {
         schemas.insert(name, Schema::Object(object).into());
     }
     one_of.discriminator = Some(discriminator);
-    // a variant of the parts itself, and variants are objects
+    // it is a variant of the parts itself, and variants are objects
     one_of.schema_type = Type::Object.into();
     schemas.insert("DiffuserPart".to_owned(), Schema::OneOf(one_of).into());
 }
 
-/// Turns `a_name` into `AName`.
+/// Converts `a_name` to `AName`.
 pub fn camel_case(snake_case: &str) -> String {
     let capitalised = |word: &str| {
         let mut letters = word.chars();

@@ -1,4 +1,4 @@
-//! The bounds of place, time and sky.
+//! Checks of location, time and sky.
 
 use super::time::instant;
 use super::{LocationDocument, SkyDocument};
@@ -8,14 +8,14 @@ use crate::document::limits::{
     TURN_DEG, YEAR,
 };
 
-/// Refuses a place that is not on Earth.
+/// Adds faults for a location that is not on Earth.
 pub(crate) fn check_location(location: &LocationDocument, checks: &mut Checks) {
     checks.number("/location/latitude_deg", location.latitude_deg, LATITUDE_DEG);
     checks.number("/location/longitude_deg", location.longitude_deg, LONGITUDE_DEG);
     checks.number("/location/elevation_m", location.elevation_m, ELEVATION_M);
 }
 
-/// Refuses a text that is no time with an offset, and years out of range.
+/// Adds a fault for a text that is not a time with an offset, or a year out of range.
 pub(crate) fn check_time(time: &str, checks: &mut Checks) {
     match instant(time) {
         Err(detail) => checks.refuse("/time", detail),
@@ -25,7 +25,8 @@ pub(crate) fn check_time(time: &str, checks: &mut Checks) {
     }
 }
 
-/// Refuses numbers out of their bounds, no or two skies, and a level that is said twice or not of the sky's kind.
+/// Adds faults for numbers out of their bounds, a missing or doubly given sky, and a level that is given twice or does not apply
+/// to the sky.
 pub(crate) fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
     match (sky.cie_type, sky.preset) {
         (Some(cie_type), None) => {
@@ -47,7 +48,7 @@ pub(crate) fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
     }
 }
 
-/// Checks that at most one field sets the level, and only of a sky that has it.
+/// Checks that at most one field sets the level, and that it applies to the sky.
 fn check_level(sky: &SkyDocument, checks: &mut Checks) {
     let levels = [
         ("/sky/zenith_luminance_cd_m2", sky.zenith_luminance_cd_m2, LIGHT),

@@ -1,4 +1,4 @@
-//! Sky and sun of a document: position, absolute level, beam.
+//! Sky and sun of a document: position of the sun, absolute level of the sky, and beam.
 
 use std::ops::RangeInclusive;
 
@@ -11,35 +11,35 @@ use crate::sky::sun;
 use crate::sky::zenith::{self, EXTRATERRESTRIAL_LUX, ZenithFormula};
 use crate::sky::{IesSky, Sky, SkyDistribution, SkyType, Sun, direction};
 
-/// Ratios of a level to the mean of measured overcast skies within which nobody is warned: a third up or down.
+/// Ratios of an overcast sky's level to the mean of measured overcast skies for which no warning is given: a third up or down.
 const NEAR_THE_MEAN: RangeInclusive<f64> = 3.0 / 4.0..=4.0 / 3.0;
 
-/// Properties of a document that sky and sun depend on beside the sky's own fields.
+/// Properties of a document, other than the sky's own fields, that sky and sun depend on.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
-    /// Place on Earth; `None` where the document gives the sun's position.
+    /// Location on Earth; `None` if the document gives the sun's position.
     pub location: Option<&'a LocationDocument>,
-    /// Time of RFC 3339; given together with the place.
+    /// Time in RFC 3339; given together with the location.
     pub time: Option<&'a str>,
-    /// Azimuth of the room's +y axis.
+    /// Azimuth of the room's +y axis in degrees, clockwise from north.
     pub rotation_deg: f64,
-    /// Number of luminaires, which give light at night, too.
+    /// Number of luminaires, which give light even at night.
     pub luminaires: usize,
 }
 
-/// Sky and sun of a document, and what explains them.
+/// Sky and sun of a document, with their provenance.
 pub struct Explained {
     /// Sky and sun in the room frame.
     pub daylight: Daylight,
-    /// How the absolute level was found.
+    /// Provenance of the sky's absolute level.
     pub zenith: ZenithProvenance,
-    /// Where the sun stands and how bright its beam is.
+    /// Provenance of the sun's position and illuminance.
     pub sun: SunProvenance,
-    /// Whether refraction raised the sun.
+    /// Provenance of the refraction of the solar altitude.
     pub refraction: RefractionProvenance,
 }
 
-/// Apparent position of the sun, radians, azimuth from true north.
+/// Apparent position of the sun in radians, with the azimuth clockwise from true north.
 struct Apparent {
     altitude: f64,
     azimuth: f64,
@@ -67,7 +67,7 @@ fn sun_position(sky: &SkyDocument, around: Surroundings) -> Result<Apparent, Fie
     })
 }
 
-/// Sky and sun in the room frame, with what a reader must know of them; `None` after an error.
+/// Returns sky and sun in the room frame, with their provenance, and adds warnings about them; `None` after an error.
 pub(crate) fn daylight(
     sky: &SkyDocument,
     around: Surroundings,
@@ -145,7 +145,7 @@ pub(crate) fn daylight(
     })
 }
 
-/// The formula of the absolute level and the zenith luminance in cd/m2 (docs/physics/sky_and_sun.md#absolute-level).
+/// Returns the formula of the absolute level, and the zenith luminance in cd/m2 (docs/physics/sky_and_sun.md#absolute-level).
 fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, altitude: f64) -> (ZenithFormula, f64) {
     if let Some(luminance) = sky.zenith_luminance_cd_m2 {
         return (ZenithFormula::GivenZenithLuminance, luminance);
@@ -160,7 +160,7 @@ fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, a
     (formula, zenith::zenith_luminance_cd_m2(distribution, formula, altitude))
 }
 
-/// Normal illuminance of the beam in lux and where it comes from (docs/physics/sky_and_sun.md#the-sun).
+/// Returns the normal illuminance of the beam in lux, and its source (docs/physics/sky_and_sun.md#the-sun).
 fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, BeamSource) {
     if let Some(illuminance) = sky.direct_normal_illuminance_lux {
         return (illuminance, BeamSource::Given);
@@ -180,15 +180,15 @@ fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, BeamSource
     (sun::beam_normal_illuminance_lux(altitude, luminous_turbidity), BeamSource::Turbidity { luminous_turbidity })
 }
 
-/// The level of an overcast sky for which the document gives none, beside the mean of measured ones.
+/// Level of an overcast sky that is typical of its type, beside the mean of measured overcast skies.
 struct TypicalOvercast {
     dv_ev: f64,
-    /// Unobstructed horizontal illuminance in lux, of this sky and in the mean of measured ones.
+    /// Unobstructed horizontal illuminance of this sky in lux; `mean_lux` is that of measured overcast skies.
     lux: f64,
     mean_lux: f64,
 }
 
-/// The level of an overcast sky that follows from nothing but its type; `altitude`: of the sun, in radians, above 0.
+/// Returns the level of an overcast sky if it follows from its type alone; `altitude` is that of the sun in radians, above 0.
 fn typical_overcast(sky_type: SkyType, formula: ZenithFormula, lux: f64, altitude: f64) -> Option<TypicalOvercast> {
     match (sky_type, formula) {
         (SkyType::Cie(cie_type), ZenithFormula::TypicalDiffuseRatio { dv_ev }) if cie_type.is_overcast() => {
@@ -207,7 +207,8 @@ impl TypicalOvercast {
         self.lux / self.mean_lux
     }
 
-    /// A level far from the mean is right for its type, but not what "an overcast day" says to most people.
+    /// Adds a warning if the level, though right for its type, is far from the mean, which most people expect of "an overcast
+    /// day".
     fn warn(&self, sky_type: SkyType, warnings: &mut Vec<Warning>) {
         if NEAR_THE_MEAN.contains(&self.ratio()) {
             return;
@@ -225,7 +226,7 @@ impl TypicalOvercast {
     }
 }
 
-/// More light than arrives outside the atmosphere is possible to ask for, but hardly meant.
+/// Adds warnings for a sky or a beam that is brighter than the sun outside the atmosphere.
 fn warn_of_implausible(daylight: &Daylight, altitude: f64, warnings: &mut Vec<Warning>) {
     let (diffuse, _) = daylight.horizontal_illuminance_lux();
     let mut warn = |detail| warnings.push(Warning { code: WarningCode::ImplausibleIlluminance, detail });

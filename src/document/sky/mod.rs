@@ -1,4 +1,4 @@
-//! Place and sky of a job document: where the sun is ([`time`]), how bright all is ([`daylight`]), what clocks show there ([`time_zone`]).
+//! Location and sky of a job document: sky and sun ([`daylight`]), times ([`time`]), and time zones ([`time_zone`]).
 
 pub(super) mod check;
 pub mod daylight;
@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 
 use crate::sky::{CieType, IesSky, SkyType};
 
-/// A place on Earth.
+/// A location on Earth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LocationDocument {
@@ -18,61 +18,61 @@ pub struct LocationDocument {
     pub latitude_deg: f64,
     /// Longitude in degrees, east positive.
     pub longitude_deg: f64,
-    /// Height above sea level in metres.
+    /// Height above sea level in metres; default: 0.
     #[serde(default)]
     pub elevation_m: f64,
 }
 
-/// The sky, its absolute level and the sun; exactly one of `cie_type` and `preset` says which sky.
+/// The sky, its absolute level and the sun; exactly one of `cie_type` and `preset` selects the sky.
 ///
-/// At most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux`, `dv_ev` and `luminous_turbidity` sets
-/// the level; with none of them, types 1 to 6 and 16 have it from the typical Dv/Ev, types 7 to 15 from the typical
-/// turbidity, and the presets from their own formulae.
+/// At most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux`, `dv_ev` and `luminous_turbidity` sets the
+/// level. With none of them it follows from the typical Dv/Ev for types 1 to 6 and 16, from the typical turbidity for types 7 to
+/// 15, and from their own formulae for the presets.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkyDocument {
-    /// 1..15: the CIE general sky; 16: the traditional overcast sky.
+    /// Number of the CIE sky type: 1..15 for the CIE general sky, 16 for the traditional overcast sky.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cie_type: Option<u8>,
-    /// A sky of the IES instead of a CIE type.
+    /// Sky of the IES, in place of a CIE type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<SkyPreset>,
-    /// Position of the sun, instead of `location` and `time`.
+    /// Position of the sun, in place of `location` and `time`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_position: Option<SunPositionDocument>,
-    /// Luminance of the zenith, 0..1e9.
+    /// Luminance of the zenith in cd/m2, 0..1e9.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zenith_luminance_cd_m2: Option<f64>,
-    /// Unobstructed, of the sky without the sun.
+    /// Unobstructed horizontal illuminance of the sky without the sun in lux, 0..1e9.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diffuse_horizontal_illuminance_lux: Option<f64>,
-    /// Diffuse horizontal over extraterrestrial horizontal illuminance (133.8 klx times the sine of the sun's altitude);
+    /// Ratio of diffuse horizontal to extraterrestrial horizontal illuminance (133.8 klx times the sine of the sun's altitude);
     /// only for CIE types.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dv_ev: Option<f64>,
     /// Luminous turbidity, only for types 7 to 15.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub luminous_turbidity: Option<f64>,
-    /// Normal illuminance of the sun's beam (a disc of half-angle 0.26656 degrees) in lux. Absent: by the turbidity,
-    /// none for types 1 to 6, 9 and 16, by the extinction of the IES for its presets; 0: no sun.
+    /// Normal illuminance of the sun's beam (a disc of half-angle 0.26656 degrees) in lux; 0 for no sun. Default: by the
+    /// turbidity, but 0 for types 1 to 6, 9 and 16; for presets by the extinction of the IES.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direct_normal_illuminance_lux: Option<f64>,
 }
 
-/// The skies of the IES recommended practice of 1984.
+/// Sky of the IES recommended practice of 1984.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SkyPreset {
-    /// Overcast: nearly three times as bright at the zenith as at the horizon, without sun.
+    /// Overcast sky without sun, nearly three times as bright at the zenith as at the horizon.
     IesOvercast,
-    /// Partly cloudy, with a weak sun.
+    /// Partly cloudy sky with a weak sun.
     IesPartlyCloudy,
-    /// Clear, with a strong sun.
+    /// Clear sky with a strong sun.
     IesClear,
 }
 
 impl SkyPreset {
-    /// The sky that the preset names.
+    /// Returns the sky that the preset names.
     pub fn sky(self) -> IesSky {
         match self {
             Self::IesOvercast => IesSky::Overcast,
@@ -83,7 +83,7 @@ impl SkyPreset {
 }
 
 impl SkyDocument {
-    /// The sky's type; `None` when the document names none, two, or one that does not exist.
+    /// Returns the sky's type; `None` if the document names none, two, or one that does not exist.
     pub fn sky_type(&self) -> Option<SkyType> {
         match (self.cie_type, self.preset) {
             (Some(number), None) => CieType::new(number).map(SkyType::Cie),

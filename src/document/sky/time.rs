@@ -1,4 +1,4 @@
-//! Instants of RFC 3339.
+//! Parsing of times in RFC 3339.
 
 use std::str::FromStr;
 
@@ -6,10 +6,10 @@ use jiff::civil::DateTime;
 
 use crate::sky::sun::UtcInstant;
 
-/// A time of RFC 3339 with an offset, with or without seconds, as an instant in UTC; years outside 0..9999 have a sign and six
-/// digits.
+/// Parses a time in RFC 3339 with an offset, with or without seconds, to an instant in UTC. Years outside 0..9999 have a sign and
+/// six digits.
 ///
-/// A leap second counts as the second before it. The error says what is wrong.
+/// A leap second is taken as the second before it. The error is a sentence for the user.
 pub fn instant(time: &str) -> Result<UtcInstant, String> {
     let shape = "must be RFC 3339 with an offset, such as 2011-09-15T15:00:00+02:00";
     match rfc_3339_shape(time) {
@@ -32,7 +32,7 @@ pub fn instant(time: &str) -> Result<UtcInstant, String> {
     })
 }
 
-/// Reads what a clock shows: date and time of RFC 3339 without an offset, with or without seconds. The error says what is wrong.
+/// Parses a local date and time in RFC 3339 without an offset, with or without seconds. The error is a sentence for the user.
 pub fn local(time: &str) -> Result<DateTime, String> {
     let shape = "must be a date and the time of a clock, such as 2011-09-15T15:00";
     match rfc_3339_shape(time) {
@@ -48,8 +48,8 @@ enum Shape {
     Other,
 }
 
-/// The parser accepts more (time zone names, other orders): a document does not, but for seconds that are missing, which can only mean
-/// the full minute.
+/// Returns whether a text is a time in RFC 3339, with or without an offset. It is stricter than the parser, which accepts names
+/// of time zones and other orders; only seconds may be absent, which can only mean the full minute.
 fn rfc_3339_shape(time: &str) -> Shape {
     let matches = |text: &str, pattern: &str| {
         text.len() == pattern.len()
@@ -59,7 +59,7 @@ fn rfc_3339_shape(time: &str) -> Shape {
                 .all(|(c, p)| if p == b'0' { c.is_ascii_digit() } else { c.eq_ignore_ascii_case(&p) })
     };
     let unsigned = match time.strip_prefix(['+', '-']) {
-        // six digits of year: two go with the sign
+        // a year of six digits: the first two are taken off with the sign
         Some(rest) => match rest.split_at_checked(2) {
             Some((century, rest)) if century.bytes().all(|c| c.is_ascii_digit()) => rest,
             _ => return Shape::Other,

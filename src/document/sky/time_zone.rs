@@ -1,8 +1,8 @@
-//! Time zones of places, and what their clocks are ahead of UTC by.
+//! Time zones of locations, and the offsets of their clocks from UTC.
 //!
-//! Borders of zones are those of timezone-boundary-builder, made of OpenStreetMap's, simplified by some hundred metres; the sea
-//! beyond territorial waters has the zones of ships. Rules of clocks are those of the IANA. Both tables are part of the program: no
-//! machine knows other ones.
+//! Borders of zones are those of timezone-boundary-builder, made from OpenStreetMap and simplified by some hundred metres; the
+//! sea beyond territorial waters has nautical time zones. Rules of the clocks are those of the IANA. Both tables are part of the
+//! program, so that results do not depend on the machine.
 
 use std::sync::LazyLock;
 
@@ -11,53 +11,53 @@ use jiff::civil::DateTime;
 use jiff::tz::{AmbiguousOffset, Offset, TimeZone, TimeZoneDatabase};
 use tzf_rs::EmbeddedFinder;
 
-/// Borders of the zones: 4 MB of the program that are looked at where they lie.
+/// Borders of the zones: 4 MB of the program, used without copying.
 static BORDERS: LazyLock<EmbeddedFinder> = LazyLock::new(EmbeddedFinder::new);
 
 /// Rules of the clocks.
 static RULES: LazyLock<TimeZoneDatabase> = LazyLock::new(TimeZoneDatabase::bundled);
 
-/// Times that a local one may stand for, in RFC 3339 with the offset of the zone's clocks.
+/// Possible meanings of a local time, in RFC 3339 with the zone's offset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Times {
-    /// Clocks show it once.
+    /// The local time occurs once.
     Once(String),
-    /// Clocks are set back over it, and show it a second time.
+    /// The local time occurs twice, because clocks are set back over it.
     Twice {
-        /// Before clocks are set back.
+        /// Time before the clocks are set back.
         first: String,
-        /// After that.
+        /// Time after the clocks are set back.
         second: String,
     },
-    /// Clocks are set forward over it: the time that they show instead, later by what they leap.
+    /// The local time does not occur, because clocks are set forward over it.
     Never {
-        /// The time in place of the one that does not exist.
+        /// Time shown in place of the one that does not occur, later by as much as the clocks are set forward.
         instead: String,
     },
 }
 
-/// Returns the name of the zone at latitude and longitude, north and east positive, within -90..90 and -180..180 degrees. Where borders
-/// are disputed one zone is taken.
+/// Returns the name of the zone at a latitude (-90..90 degrees, north positive) and longitude (-180..180 degrees, east positive).
+/// Where borders are disputed one of the zones is returned.
 pub fn zone_at(latitude_deg: f64, longitude_deg: f64) -> &'static str {
     BORDERS.get_tz_name(longitude_deg, latitude_deg)
 }
 
-/// A zone of the IANA.
+/// A time zone of the IANA.
 #[derive(Clone, Debug)]
 pub struct Zone(TimeZone);
 
 impl Zone {
-    /// Returns the zone with this name, upper or lower case; `None` where there is none.
+    /// Returns the zone with this name, in upper or lower case; `None` if there is none.
     pub fn named(name: &str) -> Option<Self> {
         RULES.get(name).ok().filter(|zone| !zone.is_unknown()).map(Self)
     }
 
-    /// Name as the IANA spells it.
+    /// Returns the name as the IANA spells it.
     pub fn name(&self) -> &str {
         self.0.iana_name().unwrap_or("UTC")
     }
 
-    /// Returns what a local time stands for; `None` next to the first and the last time of all.
+    /// Returns the possible meanings of a local time; `None` at the limits of representable times.
     pub fn times(&self, local: DateTime) -> Option<Times> {
         let time = |offset: Offset| {
             let instant = offset.to_timestamp(local).ok()?;
@@ -71,8 +71,8 @@ impl Zone {
     }
 }
 
-/// An instant in RFC 3339. Before zones there were offsets with seconds, which it cannot have: the clock is off by them, the instant
-/// is not.
+/// Formats an instant in RFC 3339. Before zones existed, offsets had seconds, which RFC 3339 cannot express: the offset is
+/// rounded to minutes, and the instant is kept.
 fn written(instant: Timestamp, offset: Offset) -> String {
     let minutes = (f64::from(offset.seconds()) / 60.0).round() as i32;
     instant.display_with_offset(Offset::from_seconds(60 * minutes).unwrap_or(offset)).to_string()
@@ -90,7 +90,7 @@ mod tests {
         }
     }
 
-    /// Offsets in winter and summer of places beside cities, of half hours, on ships, at the poles and the line of dates.
+    /// Checks offsets in winter and summer near cities, of half hours, at sea, at the poles and at the date line.
     #[test]
     fn clocks_of_places_are_right_all_year() {
         for (place, latitude, longitude, january, july) in [
@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// All of the Earth has a zone whose rules are known, and none is far from its longitude.
+    /// Checks that every place on Earth has a zone with rules, whose offset fits its longitude.
     #[test]
     fn every_place_has_a_clock() {
         let noon = local("2026-01-15T12:00").unwrap();

@@ -1,4 +1,4 @@
-//! The bounds of tubes.
+//! Checks of tubes.
 
 use std::f64::consts::PI;
 
@@ -12,10 +12,11 @@ use crate::document::limits::{DIAMETER_M, MESH_ID, SEGMENT_LENGTH_M, SEGMENTS, T
 use crate::document::read::pointer::escape;
 use crate::sky::direction;
 
-/// Bend in degrees beyond which the mitre's ellipse grows without bound; 180 degrees would fold the guide onto itself.
+/// Largest bend in degrees: beyond it the ellipse of the mitre grows without bound, and 180 degrees would fold the guide onto
+/// itself.
 const STEEPEST_BEND_DEG: f64 = 175.0;
 
-/// Refuses what is wrong with tubes by themselves; whether there are few enough to be judged at all.
+/// Adds the faults of each tube by itself; false if there are too many tubes to be checked at all.
 pub(crate) fn check_tubes(tubes: &[TubeDocument], checks: &mut Checks) -> bool {
     if !checks.at_most("/tubes", tubes.len(), &TUBES, " tubes") {
         return false;
@@ -101,7 +102,7 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
     }
 }
 
-/// Unit vectors along the axes of segments, upward.
+/// Returns unit vectors along the axes of segments, pointing upward along the guide.
 pub(super) fn axes(segments: &[SegmentDocument]) -> Vec<DVec3> {
     let axis = |segment: &SegmentDocument| {
         direction(0.5 * PI - segment.tilt_deg.to_radians(), segment.azimuth_deg.to_radians())
@@ -109,7 +110,7 @@ pub(super) fn axes(segments: &[SegmentDocument]) -> Vec<DVec3> {
     segments.iter().map(axis).collect()
 }
 
-/// Angles in radians between successive axes.
+/// Returns the angles in radians between successive axes.
 pub(super) fn bends(axes: &[DVec3]) -> Vec<f64> {
     axes.windows(2).map(|pair| libm::atan2(pair[0].cross(pair[1]).length(), pair[0].dot(pair[1]))).collect()
 }

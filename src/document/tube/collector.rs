@@ -1,4 +1,4 @@
-//! What covers the upper end of a tube.
+//! Collectors, which cover the upper ends of tubes.
 
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
@@ -9,17 +9,17 @@ use crate::document::optics::Coefficient;
 use crate::document::read::tagged::{self, Reader, Tagged};
 use crate::optics::Collector;
 
-/// Cover of the upper end of a tube; directions are unchanged except by `dielectric_dome`.
+/// Cover of the upper end of a tube; only `dielectric_dome` changes the direction of light.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum CollectorDocument {
-    /// Nothing: light enters unchanged.
+    /// No cover: light enters unchanged.
     Open,
-    /// A pane across the end of the tube.
+    /// Flat pane across the end of the tube.
     Flat(FlatCollector),
-    /// A thin hemisphere.
+    /// Thin hemisphere.
     Dome(DomeCollector),
-    /// A hemispherical shell that reflects and refracts by Fresnel; its inner radius is the tube's, its rim is black.
+    /// Hemispherical shell that reflects and refracts by Fresnel's equations; its inner radius is the tube's, its rim is black.
     DielectricDome(DielectricDomeCollector),
 }
 
@@ -27,7 +27,7 @@ pub enum CollectorDocument {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FlatCollector {
-    /// Share of the light that passes, at every angle.
+    /// Fraction of the light that is transmitted, at every angle.
     pub transmittance: Coefficient,
 }
 
@@ -35,7 +35,7 @@ pub struct FlatCollector {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DomeCollector {
-    /// Share of the light that passes, at every angle.
+    /// Fraction of the light that is transmitted, at every angle.
     pub transmittance: Coefficient,
 }
 
@@ -47,7 +47,8 @@ pub struct DielectricDomeCollector {
     pub refractive_index: f64,
     /// Thickness of the shell in metres, up to 1.
     pub thickness_m: f64,
-    /// Napierian absorption coefficient of its material: s metres leave exp(-absorption s); 0 when absent.
+    /// Napierian absorption coefficient of the shell's material in 1/m: exp(-absorption s) of the light is left after s metres.
+    /// Default: 0.
     #[serde(default)]
     #[schema(default = 0.0)]
     pub absorption_per_m: f64,
@@ -71,7 +72,7 @@ impl<'de> Deserialize<'de> for CollectorDocument {
 }
 
 impl CollectorDocument {
-    /// Refuses coefficients and numbers out of their bounds.
+    /// Adds faults for coefficients and numbers out of their bounds.
     pub(crate) fn check(&self, pointer: &str, checks: &mut Checks) {
         match self {
             Self::Open => {}
@@ -86,7 +87,7 @@ impl CollectorDocument {
         }
     }
 
-    /// The collector as a scene has it.
+    /// Returns the collector for the scene.
     pub fn collector(&self) -> Collector {
         match *self {
             Self::Open => Collector::Open,
@@ -98,7 +99,7 @@ impl CollectorDocument {
         }
     }
 
-    /// Everything that may have a colour.
+    /// Returns the transmittance, which may be coloured, of a collector that has one.
     pub fn coefficients(&self) -> Option<Coefficient> {
         match *self {
             Self::Open | Self::DielectricDome(_) => None,

@@ -1,4 +1,4 @@
-//! From the tubes of a document to those of a scene.
+//! Conversion of a document's tubes to those of a scene.
 
 use glam::DVec2;
 
@@ -10,7 +10,7 @@ use crate::document::provenance::GuideProvenance;
 use crate::guide::Section;
 use crate::scene::{Face, Segment, StraightOrBent, Tube, TubeShape};
 
-/// The tube at `pointer` and how its guide is computed; `None` after an error.
+/// Returns the tube at `pointer` and the representation of its guide; `None` after an error.
 pub(crate) fn tube(
     pointer: &str,
     tube: &TubeDocument,
@@ -50,7 +50,7 @@ fn cylinders(tube: &ParametricTube) -> (Tube, GuideProvenance) {
         segments: segments.collect(),
         collector: tube.collector.collector(),
     };
-    // as many vertical segments as one likes make one straight tube
+    // several vertical segments make one straight tube
     let straight = shape.segments.iter().all(|segment| segment.tilt == 0.0);
     let tube = Tube {
         face: Face::Ceiling as usize,

@@ -1,4 +1,4 @@
-//! Tubes that pass through each other, or through themselves.
+//! Check for tubes that pass through each other or through themselves.
 
 use glam::DVec3;
 
@@ -6,13 +6,15 @@ use super::check::{axes, bends};
 use super::{ParametricTube, TubeDocument};
 use crate::document::errors::Checks;
 
-/// Depth in radii to which surfaces may share space: they touch.
+/// Depth of overlap, as a fraction of the radius, up to which surfaces count as touching.
 const TOUCHING: f64 = 1e-4;
 
-/// Steps of a search for a point in two pieces; those that it takes longer for share less than a hair.
+/// Largest number of steps of the search for a common point of two pieces; pieces that need more overlap by less than the
+/// tolerance.
 const STEPS: usize = 1000;
 
-/// Refuses tubes of cylinders, each good by itself, that share space above the ceiling; one fault for each tube.
+/// Adds a fault for each parametric tube that overlaps an earlier one, or itself, above the ceiling; each tube must be valid by
+/// itself.
 pub(crate) fn check_crossings(tubes: &[TubeDocument], checks: &mut Checks) {
     let cylinders = |(index, tube): (usize, &TubeDocument)| match tube {
         TubeDocument::Parametric(tube) => Some((index, pieces(tube, 1.0), pieces(tube, -1.0))),
@@ -23,7 +25,7 @@ pub(crate) fn check_crossings(tubes: &[TubeDocument], checks: &mut Checks) {
         let others =
             tubes[..number].iter().flat_map(|(other, pieces, _)| pieces.iter().map(move |piece| (*other, piece)));
         let of_others = others.flat_map(|(other, theirs)| whole.iter().map(move |own| (other, own, theirs)));
-        // successive segments meet in a mitre
+        // successive segments meet in a mitre and are not compared
         let of_itself = (2..cores.len()).flat_map(|k| cores[..k - 1].iter().map(move |own| (*index, own, &cores[k])));
         let Some((other, own, theirs)) = of_others.chain(of_itself).find(|(_, own, theirs)| own.crosses(theirs)) else {
             continue;
@@ -39,7 +41,7 @@ pub(crate) fn check_crossings(tubes: &[TubeDocument], checks: &mut Checks) {
     }
 }
 
-/// A round cylinder with flat ends: a segment of a tube.
+/// Round cylinder with flat ends that stands for a segment of a tube.
 struct Piece {
     segment: usize,
     /// Centre of the lower end in m.
@@ -49,8 +51,8 @@ struct Piece {
     radius: f64,
 }
 
-/// The segments of a tube. At a mitre, where a segment reaches farther on one side than on the other, it ends where the longer side
-/// (`ends` 1) or the shorter one (-1) does.
+/// Returns the segments of a tube as cylinders. At a mitre, where the sides of a segment differ in length, a cylinder ends where
+/// the longer side (`ends` 1) or the shorter side (-1) does.
 fn pieces(tube: &ParametricTube, ends: f64) -> Vec<Piece> {
     let radius = 0.5 * tube.diameter_m;
     let axes = axes(&tube.segments);
@@ -69,7 +71,7 @@ fn pieces(tube: &ParametricTube, ends: f64) -> Vec<Piece> {
 }
 
 impl Piece {
-    /// True if there is a point in both, deeper than they may touch.
+    /// True if the pieces have a common point, deeper than the tolerance for touching.
     fn crosses(&self, other: &Self) -> bool {
         let hair = TOUCHING * self.radius.min(other.radius);
         let (one, two) = (self.thinner(hair), other.thinner(hair));
@@ -82,7 +84,8 @@ impl Piece {
             if distance <= 0.1 * hair {
                 return true;
             }
-            // beyond the plane through the nearest point of this one is all of it, and before it perhaps all of the other one
+            // this one lies wholly on one side of the plane through its nearest point; if the other one lies wholly on the other
+            // side, they are apart
             let across = apart / distance;
             if two.farthest(across) < across.dot(inside) {
                 return false;
@@ -91,7 +94,7 @@ impl Piece {
         false
     }
 
-    /// Distance of the axes in m, and the place between them where they have it.
+    /// Returns the distance between the axes in m, and the point midway between them where they are nearest.
     fn axes_apart(&self, other: &Self) -> (f64, DVec3) {
         let (one, two) = (Self { radius: 0.0, ..*self }, Self { radius: 0.0, ..*other });
         let mut own = one.start;
@@ -114,7 +117,7 @@ impl Piece {
         }
     }
 
-    /// The point in it that is nearest to `point`.
+    /// Returns the point of the cylinder that is nearest to `point`.
     fn nearest(&self, point: DVec3) -> DVec3 {
         let along = (point - self.start).dot(self.axis);
         let from_axis = point - self.start - along * self.axis;
@@ -122,7 +125,7 @@ impl Piece {
         self.start + along.clamp(0.0, self.length) * self.axis + onto
     }
 
-    /// Largest coordinate of its points along a unit vector.
+    /// Returns the largest coordinate of the cylinder's points along a unit vector.
     fn farthest(&self, along: DVec3) -> f64 {
         let lean = self.axis.dot(along);
         let of_disc = self.radius * (1.0 - lean * lean).max(0.0).sqrt();
@@ -139,7 +142,8 @@ mod tests {
         Piece { segment: 0, start: start.into(), axis: way.normalize(), length: way.length(), radius }
     }
 
-    /// Cylinders side by side, across, end to end, and with an end before a side, a thousandth of a radius apart and into each other.
+    /// Cylinders side by side, across, end to end, and with an end before a side: a thousandth of a radius apart, and
+    /// overlapping.
     #[test]
     fn cylinders_that_touch_are_apart() {
         let upright = piece([0.0; 3], [0.0, 0.0, 3.0], 0.2);

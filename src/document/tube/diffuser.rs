@@ -1,4 +1,4 @@
-//! What closes a tube in the plane of the ceiling.
+//! Closures of tubes in the plane of the ceiling.
 
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
@@ -14,18 +14,18 @@ use crate::optics::{Diffuser, DiffuserZone};
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum DiffuserDocument {
-    /// Nothing: light enters the room unscattered.
+    /// No closure: light enters the room unscattered.
     Open,
-    /// Specular: the direction is unchanged.
+    /// Specular closure: the direction of light is unchanged.
     Clear(ClearDiffuser),
-    /// Scatters to the far side and back by Lambert's law.
+    /// Lambertian diffuser, which scatters to the far side and back by Lambert's law.
     Lambertian(LambertianDiffuser),
-    /// A Lambertian and a clear zone, divided by a circle.
+    /// Lambertian and clear zones, separated by a circle.
     Mixed(MixedDiffuser),
-    /// Scatters by a table, alike to all azimuths and from either side: bilinear in the angles of incidence and exit, both
-    /// from the normal.
+    /// Diffuser with a measured scattering table that is isotropic and the same from either side: bilinear in the angles of
+    /// incidence and exit, both from the normal.
     ///
-    /// For each angle of incidence, 2 pi int f cos sin over the angles of exit, transmitted and reflected light together, is
+    /// For each angle of incidence, 2 pi int f cos sin over the angles of exit, for transmitted and reflected light together, is
     /// at most 1.
     Measured(MeasuredDocument),
 }
@@ -34,7 +34,7 @@ pub enum DiffuserDocument {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClearDiffuser {
-    /// Share of the light that passes, at every angle.
+    /// Fraction of the light that is transmitted, at every angle.
     pub transmittance: Coefficient,
 }
 
@@ -42,9 +42,9 @@ pub struct ClearDiffuser {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LambertianDiffuser {
-    /// Share of the light that is scattered to the far side.
+    /// Fraction of the light that is scattered to the far side.
     pub transmittance: Coefficient,
-    /// Share of the light that is scattered back; default: 0.
+    /// Fraction of the light that is scattered back; default: 0.
     #[serde(default)]
     pub reflectance: Coefficient,
 }
@@ -53,26 +53,26 @@ pub struct LambertianDiffuser {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MixedDiffuser {
-    /// Radius of the dividing circle, within the opening.
+    /// Radius of the dividing circle in metres, at most that of the opening.
     pub lambertian_radius_m: f64,
-    /// The zone that is inside.
+    /// Zone inside the circle.
     pub inner: ZoneDocument,
-    /// Share of the light that the Lambertian zone scatters to the far side.
+    /// Fraction of the light on the Lambertian zone that is scattered to the far side.
     pub lambertian_transmittance: Coefficient,
-    /// Share of the light that the Lambertian zone scatters back; default: 0.
+    /// Fraction of the light on the Lambertian zone that is scattered back; default: 0.
     #[serde(default)]
     pub lambertian_reflectance: Coefficient,
-    /// Share of the light that passes the clear zone.
+    /// Fraction of the light on the clear zone that is transmitted.
     pub clear_transmittance: Coefficient,
 }
 
-/// A zone of a mixed diffuser.
+/// Zone of a mixed diffuser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ZoneDocument {
-    /// The zone that scatters.
+    /// Zone that scatters light.
     Lambertian,
-    /// The zone that light passes unscattered.
+    /// Zone that transmits light unscattered.
     Clear,
 }
 
@@ -95,7 +95,7 @@ impl<'de> Deserialize<'de> for DiffuserDocument {
 }
 
 impl DiffuserDocument {
-    /// `radius_m` of the opening; not positive when it was refused already.
+    /// Adds the faults of a closure; `radius_m` is that of the opening, and not positive if it was refused.
     pub(crate) fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
         match self {
             Self::Open => {}
@@ -110,7 +110,7 @@ impl DiffuserDocument {
         }
     }
 
-    /// The closure as a scene has it; a measured table without a good shape, which the check refuses, is black.
+    /// Returns the closure for the scene; a measured table of a wrong shape, which the check refuses, becomes black.
     pub fn diffuser(&self) -> Diffuser {
         match self {
             Self::Open => Diffuser::Open,
@@ -128,7 +128,7 @@ impl DiffuserDocument {
                 lambertian_reflectance: diffuser.lambertian_reflectance.rgb(),
                 clear_transmittance: diffuser.clear_transmittance.rgb(),
             },
-            // a checked document's table is good; a bad one would let nothing pass
+            // the table of a checked document is valid; an invalid one would transmit nothing
             Self::Measured(table) => table
                 .diffuser()
                 .map_or(Diffuser::Lambertian { transmittance: [0.0; 3], reflectance: [0.0; 3] }, |table| {
@@ -137,7 +137,7 @@ impl DiffuserDocument {
         }
     }
 
-    /// Everything that may have a colour.
+    /// Returns all coefficients, which may be coloured.
     pub fn coefficients(&self) -> Vec<Coefficient> {
         match *self {
             Self::Open | Self::Measured(_) => vec![],
@@ -157,7 +157,7 @@ impl DiffuserDocument {
 
 impl MixedDiffuser {
     fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
-        // of an opening that is refused nothing can be said
+        // without a valid opening only the sign can be checked
         let range = if radius_m > 0.0 { within(0.0, radius_m) } else { within(0.0, f64::MAX) };
         checks.number(&format!("{pointer}/lambertian_radius_m"), self.lambertian_radius_m, range);
         check_scattering(

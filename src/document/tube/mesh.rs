@@ -1,4 +1,4 @@
-//! Mesh tubes: the mesh of a document's tube against its parts and its opening.
+//! Mesh tubes: conversion of their meshes, and checks against their parts and openings.
 
 use std::sync::Arc;
 
@@ -21,10 +21,11 @@ use crate::guide::{inner_materials, recognise};
 use crate::optics::Diffuser;
 use crate::scene::MeshTube;
 
-/// Largest distance of a diffuser from the plane of the ceiling, and of a pipe below it, in diameters of the opening.
+/// Largest distance of a diffuser from the plane of the ceiling, and of a pipe or collector below it, as a fraction of the
+/// opening's diameter.
 const PLANE_TOLERANCE: f64 = 1e-3;
 
-/// The tube at `pointer`, scaled to metres, and its closure; `None` after an error.
+/// Returns the tube at `pointer`, scaled to metres, and its closure; `None` after an error.
 pub(crate) fn mesh_tube(
     pointer: &str,
     document: &MeshTubeDocument,
@@ -71,9 +72,10 @@ pub(crate) fn mesh_tube(
     })
 }
 
-/// The mesh with one triangle for each place, and with what its inner side is made of; `None` where that is the mesh itself.
+/// Returns the mesh without coincident triangles, where each triangle has the material of its inner side; `None` if the mesh has
+/// no coincident triangles.
 ///
-/// A pipe's wall hides a cover that lies on it.
+/// Of a pipe and a collector that coincide, the pipe is kept.
 fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<TriangleMesh>, Untold> {
     let near = rounding(&mesh.positions, &mesh.triangles);
     let part = |number: u32| &parts[mesh.triangle_materials[number as usize] as usize];
@@ -85,7 +87,7 @@ fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<Triangle
         return Ok(None);
     }
     for Overlap { triangles: [a, b], .. } in &found {
-        // a cover is the same from either side
+        // a collector has the same optics from either side
         if !is_pipe(*a) && !is_pipe(*b) && part(*a) != part(*b) {
             let corners = mesh.triangles[*b as usize].map(|corner| mesh.positions[corner as usize]);
             return Err(Untold::Contradiction { triangles: [*a, *b], at: corners.iter().sum::<DVec3>() / 3.0 });
@@ -114,7 +116,7 @@ fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<Triangle
     Ok(Some(inner_materials::of_inner_materials(once, parts)))
 }
 
-/// One part per material of the mesh; names on either side without a partner are errors.
+/// Returns the part of each material of the mesh; adds a fault for each material or part whose name has no counterpart.
 fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks: &mut Checks) -> Vec<Part> {
     let names = || mesh.materials.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
     for name in document.parts.keys().filter(|name| !mesh.materials.contains(name)) {
@@ -143,7 +145,7 @@ fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks
 fn check_extent(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, parts: &[Part], checks: &mut Checks) {
     let unit = format!("with the unit `{}`", document.unit);
     if mesh.positions.iter().flat_map(|p| p.to_array()).any(|coordinate| !COORDINATE_M.contains(coordinate)) {
-        // beyond are no metres
+        // such coordinates cannot be metres
         checks.refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be {COORDINATE_M} m"));
         return;
     }

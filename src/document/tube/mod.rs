@@ -1,4 +1,4 @@
-//! The tubes of a job document: cylinders or meshes, their collectors and diffusers.
+//! The tubes of a job document: cylinders or meshes, with their collectors and diffusers.
 
 pub(super) mod check;
 pub mod collector;
@@ -29,72 +29,73 @@ use part::PartDocument;
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum TubeDocument {
-    /// Cylinders, given by diameter and segments.
+    /// Tube of cylinders, given by diameter and segments.
     Parametric(ParametricTube),
-    /// Triangles of an uploaded mesh, or of a file.
+    /// Tube of triangles, from an uploaded mesh or a file.
     Mesh(MeshTubeDocument),
 }
 
-/// Equal mirror cylinders that meet in mitred elbows.
+/// Tube of mirror cylinders of one diameter that meet in mitred elbows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParametricTube {
-    /// Centre of the opening in the ceiling plane.
+    /// Centre of the opening in the ceiling plane, x and y in metres.
     #[schema(value_type = PlanePoint)]
     pub centre_m: [f64; 2],
-    /// Inner diameter; the opening lies wholly inside the ceiling.
+    /// Inner diameter in metres; the opening must lie wholly in the ceiling.
     pub diameter_m: f64,
-    /// Specular reflectance of the wall, per bounce.
+    /// Specular reflectance of the wall per bounce.
     pub reflectance: MirrorDocument,
-    /// Straight pieces of the guide from the ceiling upward, 1..16; the first is vertical.
+    /// Straight segments of the guide from the ceiling upward, 1..16; the first is vertical.
     pub segments: Vec<SegmentDocument>,
-    /// Cover of the upper end.
+    /// Collector, which covers the upper end.
     pub collector: CollectorDocument,
     /// Closure in the plane of the ceiling.
     pub diffuser: DiffuserDocument,
 }
 
-/// A straight piece of a guide.
+/// Straight segment of a guide.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentDocument {
-    /// Length along the axis between mitre centres, in metres.
+    /// Length along the axis between the centres of its mitres, in metres.
     pub length_m: f64,
-    /// Lean of the axis from the vertical.
+    /// Tilt of the axis from the vertical in degrees, 0..135; default: 0.
     #[serde(default)]
     pub tilt_deg: f64,
-    /// Azimuth in degrees toward which the segment leans, clockwise from the room's +y axis.
+    /// Azimuth in degrees toward which the segment is tilted, clockwise from the room's +y axis; default: 0.
     #[serde(default)]
     pub azimuth_deg: f64,
 }
 
-/// A tube as a triangle mesh; its origin sits in the centre of the opening.
+/// Tube as a triangle mesh, whose origin is the centre of the opening.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshTubeDocument {
-    /// Id of an uploaded mesh, or a file beside the job file.
+    /// Id of an uploaded mesh, or the path of a file beside the job file.
     pub mesh: String,
-    /// Unit of the mesh's coordinates; OBJ has none.
+    /// Unit of the mesh's coordinates, which OBJ files do not state.
     pub unit: Unit,
-    /// Axis of the file that points upward; `y`: its z points to the south, before `rotation_deg` turns it.
+    /// Axis of the file that points upward; with `y`, its z axis points to the south of the room's frame before `rotation_deg` is
+    /// applied.
     #[serde(default)]
     #[schema(default = "z")]
     pub up: Up,
-    /// Centre of the opening in the ceiling plane.
+    /// Centre of the opening in the ceiling plane, x and y in metres.
     #[schema(value_type = PlanePoint)]
     pub centre_m: [f64; 2],
-    /// Diameter of the opening, which lies wholly inside the ceiling.
+    /// Diameter of the opening in metres; the opening must lie wholly in the ceiling.
     pub opening_diameter_m: f64,
-    /// Clockwise seen from above.
+    /// Rotation in degrees, clockwise seen from above.
     #[serde(default)]
     #[schema(default = 0.0)]
     pub rotation_deg: f64,
-    /// True, the default: a mesh that is a straight round tube is computed as the cylinder around its facets, in closed
-    /// form.
+    /// True, the default, if a mesh that is a round tube, straight or bent, is to be computed in closed form as the cylinders
+    /// around its facets.
     #[serde(default = "recognise")]
     #[schema(default = true)]
     pub recognise: bool,
-    /// Roles of the mesh's materials, by their names.
+    /// Roles of the mesh's materials, by the names of the materials.
     pub parts: BTreeMap<String, PartDocument>,
 }
 
@@ -102,7 +103,7 @@ fn recognise() -> bool {
     true
 }
 
-/// A tube has no `kind`: with a mesh or parts of one it is a mesh.
+/// Deserialises a tube, which has no `kind`: one with `mesh` or `parts` is a mesh.
 impl<'de> Deserialize<'de> for TubeDocument {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let fields = Fields::deserialize(deserializer)?;
@@ -115,18 +116,18 @@ impl<'de> Deserialize<'de> for TubeDocument {
     }
 }
 
-/// Place where a tube comes through the ceiling.
+/// Opening of a tube in the ceiling.
 pub struct Opening {
     /// Centre of the opening in the ceiling plane, in metres.
     pub centre: DVec2,
-    /// Diameter of the opening.
+    /// Diameter of the opening in metres.
     pub diameter_m: f64,
-    /// Name of the field of the diameter.
+    /// Name of the field that gives the diameter.
     pub diameter: &'static str,
 }
 
 impl TubeDocument {
-    /// The opening, and the field that says its diameter.
+    /// Returns the opening, with the name of the field that gives its diameter.
     pub fn opening(&self) -> Opening {
         let (centre_m, diameter_m, diameter) = match self {
             Self::Parametric(tube) => (tube.centre_m, tube.diameter_m, "diameter_m"),
@@ -135,7 +136,7 @@ impl TubeDocument {
         Opening { centre: DVec2::from(centre_m), diameter_m, diameter }
     }
 
-    /// Everything that may have a colour.
+    /// Returns all coefficients, which may be coloured.
     pub fn coefficients(&self) -> Vec<Coefficient> {
         match self {
             Self::Parametric(tube) => {

@@ -1,4 +1,4 @@
-//! What the materials of a mesh tube are.
+//! Roles of the materials of a mesh tube.
 
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
@@ -13,11 +13,11 @@ use crate::document::read::tagged::{self, Reader, Tagged};
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "role", rename_all = "snake_case")]
 pub enum PartDocument {
-    /// A thin cover; the direction is unchanged. `transmittance + reflectance <= 1`.
+    /// Thin cover that does not change the direction of light; `transmittance + reflectance <= 1`.
     Collector(CollectorPart),
-    /// A specular mirror.
+    /// Specular mirror of the guide.
     Pipe(PipePart),
-    /// The closure, in the plane z = 0.
+    /// Closure in the plane z = 0.
     Diffuser(DiffuserDocument),
 }
 
@@ -25,9 +25,9 @@ pub enum PartDocument {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CollectorPart {
-    /// Share of the light that passes, from either side.
+    /// Fraction of the light that is transmitted, from either side.
     pub transmittance: Coefficient,
-    /// Share of the light that is reflected, from either side; default: 0.
+    /// Fraction of the light that is reflected, from either side; default: 0.
     #[serde(default)]
     pub reflectance: Coefficient,
 }
@@ -36,7 +36,7 @@ pub struct CollectorPart {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PipePart {
-    /// Specular reflectance, per bounce.
+    /// Specular reflectance per bounce.
     pub reflectance: MirrorDocument,
 }
 
@@ -57,7 +57,7 @@ impl<'de> Deserialize<'de> for PartDocument {
 }
 
 impl PartDocument {
-    /// `radius_m` of the opening; not positive when it was refused already.
+    /// Adds the faults of a part; `radius_m` is that of the opening, and not positive if it was refused.
     pub(crate) fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
         match self {
             Self::Collector(CollectorPart { transmittance, reflectance }) => {
@@ -68,7 +68,7 @@ impl PartDocument {
         }
     }
 
-    /// Everything that may have a colour.
+    /// Returns all coefficients, which may be coloured.
     pub fn coefficients(&self) -> Vec<Coefficient> {
         match self {
             Self::Collector(part) => vec![part.transmittance, part.reflectance],
