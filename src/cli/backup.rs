@@ -1,4 +1,4 @@
-//! `skyduct backup`: a copy of the data folder that a service can start on, made while another one serves.
+//! `skyduct backup`: copies the data folder of a running service, so that another service can start from the copy.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -14,13 +14,13 @@ use crate::job::private_folder::{create_private_folder, make_private_files};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct BackupArgs {
-    /// Folder of the backup: empty, or not there yet
+    /// Folder of the backup; must be empty, or not exist yet
     #[arg(value_name = "FOLDER")]
     pub folder: PathBuf,
     /// Data folder of the service [default: data]
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
-    /// sqlite:FILE [default: skyduct.db in the data folder]
+    /// Database as sqlite:FILE [default: skyduct.db in the data folder]
     #[arg(long, value_name = "URL")]
     pub database: Option<String>,
     /// Configuration file (TOML) of the service
@@ -28,10 +28,10 @@ pub(super) struct BackupArgs {
     pub config: Option<PathBuf>,
 }
 
-/// Copies the database as it is at one moment, then the files that it names.
+/// Copies a snapshot of the database, then the files that it refers to.
 pub(super) fn run(args: BackupArgs) -> anyhow::Result<()> {
     let BackupArgs { folder, data, database, config: file } = args;
-    // the service is read, not started: where it listens is no danger here
+    // the service is read, not started: its address need not be safe here
     let flags = Flags { data, database, insecure: true, ..Flags::default() };
     let config = Config::load(file.as_deref(), &flags)?;
     let database = config.database_file()?;
@@ -63,18 +63,19 @@ pub(super) fn run(args: BackupArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What was made.
+/// Contents of a finished backup.
 struct Backup {
     jobs: u64,
     files: Copied,
     missing: Missing,
 }
 
-/// The database comes under its name last, so that no service starts on half a backup: beside a note, a new database is refused.
+/// Copies database and files. The database gets its final name last, so that no service starts from an incomplete backup: a
+/// service refuses a new database beside artifacts that have an identity.
 async fn backup(data: &Path, database: &Path, folder: &Path) -> anyhow::Result<Backup> {
     let artifacts = folder.join("artifacts");
     create_private_folder(&artifacts)?;
-    // one of its own: two services that go on from the same jobs must not take each other's files for their own
+    // a new identity: two services that continue the same jobs must not take each other's files for their own
     let identity = Uuid::new_v4().to_string();
     fs::write(artifacts.join(NOTE), format!("{identity}\n"))?;
     File::open(artifacts.join(NOTE))?.sync_all()?;
@@ -91,7 +92,7 @@ async fn backup(data: &Path, database: &Path, folder: &Path) -> anyhow::Result<B
     Ok(Backup { jobs, files, missing })
 }
 
-/// Makes the folder, and sees that nothing is in it, and that its name survives the end of the power.
+/// Creates the folder, checks that it is empty, and makes its name durable (it survives a power failure).
 fn make_empty_folder(folder: &Path) -> anyhow::Result<()> {
     let unusable = || format!("the folder {} cannot be used", folder.display());
     create_private_folder(folder).with_context(unusable)?;

@@ -1,4 +1,4 @@
-//! A client of the service: what `submit` and `demo` do over HTTP.
+//! HTTP client of the service, for `submit` and `demo`.
 
 use std::time::Duration;
 
@@ -11,21 +11,21 @@ use serde_json::Value;
 
 use crate::document::{DocumentErrors, FieldError};
 
-/// Heartbeats come every 15 s: a connection that is silent for longer is dead.
+/// Longest silence of a live connection: heartbeats come every 15 s.
 const SILENCE: Duration = Duration::from_secs(45);
 const RECONNECT_PAUSE: Duration = Duration::from_secs(1);
-/// Attempts without any answer before the service is given up.
+/// Number of successive attempts without an answer after which the service is given up.
 const MAX_ATTEMPTS: u32 = 30;
 
 /// Connection to a service.
 pub struct Client {
     http: reqwest::Client,
     server: String,
-    /// The server as messages name it, without the password that its address may have.
+    /// Name of the server in messages: its address without user name and password.
     name: String,
 }
 
-/// An event of a job.
+/// Event of a job.
 pub struct JobEvent {
     /// Name of the kind of event, as in the event stream.
     pub name: String,
@@ -33,13 +33,13 @@ pub struct JobEvent {
     pub data: Value,
 }
 
-/// What a follower of a job hears.
+/// News of a job that is followed: its events, and the state of the connection.
 pub enum News<'a> {
     /// The next event.
     Event(&'a JobEvent),
-    /// The connection is lost, or was never there; it is tried again and again.
+    /// Loss of the connection, or none from the start; the client keeps trying to connect.
     Lost,
-    /// The connection is back, and this is the first event that came over it.
+    /// First event after the connection was restored.
     Back(&'a JobEvent),
 }
 
@@ -51,7 +51,7 @@ impl JobEvent {
 }
 
 impl Client {
-    /// `server`: e.g. `http://127.0.0.1:8080`.
+    /// Creates a client of `server`, e.g. `http://127.0.0.1:8080`.
     pub fn new(server: &str) -> anyhow::Result<Self> {
         // an error means that there is a provider already
         let _ = rustls::crypto::ring::default_provider().install_default();
@@ -68,7 +68,7 @@ impl Client {
         format!("{}{path}", self.server)
     }
 
-    /// Uploads an OBJ file; answers its id. `pointer` names the field of the document for errors.
+    /// Uploads an OBJ file and returns its id. `pointer` is the field of the document that errors refer to.
     pub async fn upload_mesh(&self, bytes: Vec<u8>, pointer: &str) -> anyhow::Result<String> {
         let request = self.http.post(self.url("/v1/meshes")).header("content-type", "model/obj").body(bytes);
         let response = self.send(request).await?;
@@ -80,7 +80,8 @@ impl Client {
         Ok(mesh["id"].as_str().context("the service gave the mesh no id")?.to_owned())
     }
 
-    /// Posts a job document; answers the job, with `predict` with what it would take. `key` makes a repetition harmless.
+    /// Posts a job document and returns the job, with `predict` including the predicted time of each method. `key` makes the
+    /// request idempotent.
     pub async fn submit(&self, document: Vec<u8>, predict: bool, key: &str) -> anyhow::Result<Value> {
         let request = self
             .http
@@ -95,7 +96,7 @@ impl Client {
         }
     }
 
-    /// Posts a job document and waits up to `seconds` for its grids; answers the job, with `grid_results` when it is done.
+    /// Posts a job document, waits up to `seconds` for its grids, and returns the job, with `grid_results` when it is done.
     pub async fn submit_and_wait(&self, document: Vec<u8>, seconds: u32) -> anyhow::Result<Value> {
         let request = self
             .http
@@ -106,8 +107,8 @@ impl Client {
         Ok(success(self.send(request).await?).await?.json().await?)
     }
 
-    /// Calls `hear` for every event of a job in order, over as many connections as it takes, and when a connection is lost
-    /// and back; answers the final event.
+    /// Follows a job to its final event, which is returned. Calls `hear` for every event in order and when the connection is
+    /// lost or restored, and reconnects as often as needed; an error if the service stops answering.
     pub async fn follow(&self, events_path: &str, mut hear: impl FnMut(News)) -> anyhow::Result<JobEvent> {
         let mut last_id = "0".to_owned();
         let mut silent_attempts = 0;
@@ -168,7 +169,7 @@ impl Client {
     }
 }
 
-/// True if the service may answer later.
+/// True if the status is temporary, so that a later attempt may succeed.
 fn is_busy(status: StatusCode) -> bool {
     status.is_server_error() || status == StatusCode::TOO_MANY_REQUESTS
 }
@@ -181,7 +182,7 @@ async fn success(response: Response) -> anyhow::Result<Response> {
     bail!("{url}: {status}: {}", problem_detail(response).await)
 }
 
-/// An address without name and password of a user.
+/// Returns an address without user name and password.
 fn without_password(address: &str) -> String {
     match address.rsplit_once('@') {
         Some((before, host)) => {

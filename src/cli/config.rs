@@ -15,11 +15,11 @@ use crate::job::retention::Retention;
 const DEFAULTS: &str = include_str!("../../config/default.toml");
 const ENVIRONMENT_PREFIX: &str = "SKYDUCT_";
 
-/// Everything that an operator may set; `config/default.toml` has each field with its default.
+/// Settings of the service; `config/default.toml` has each field with its default.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// Address and port of the interface; port 0: any that is free.
+    /// Address and port of the interface; port 0: any free port.
     pub listen: SocketAddr,
     /// Folder of the database, the artifacts and the lock file.
     pub data: PathBuf,
@@ -27,15 +27,15 @@ pub struct Config {
     pub database: Option<String>,
     /// Parts of the service that run in this process; `all` alone is supported.
     pub role: Role,
-    /// Origins of web pages elsewhere that may call the service, e.g. `https://design.example`.
+    /// Origins of other web pages that may call the service, e.g. `https://design.example`.
     pub cors_origins: Vec<String>,
-    /// Names, with or without a port, by which clients may call the service beside its own address.
+    /// Host names, with or without a port, by which clients may call the service in addition to its own address.
     pub allowed_hosts: Vec<String>,
-    /// Agrees to serve everybody who can reach an address that is not a loopback one.
+    /// Consent to serving everybody who can reach an address other than loopback.
     pub insecure: bool,
-    /// What is logged, and how.
+    /// Level and format of the log.
     pub log: Log,
-    /// Limits to what one client can use up.
+    /// Limits on the resources that a client can use.
     pub limits: Limits,
     /// Bounds of what is kept of ended jobs.
     #[serde(default)]
@@ -46,11 +46,11 @@ pub struct Config {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// The interface and a worker in one process.
+    /// Interface and worker in one process.
     All,
-    /// The interface only.
+    /// Interface only.
     Api,
-    /// A worker only.
+    /// Worker only.
     Worker,
 }
 
@@ -69,14 +69,14 @@ pub struct Flags {
     /// Value of [`Config::role`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<Role>,
-    /// Flag of the same name; only `true` replaces the configuration.
+    /// Value of [`Config::insecure`]; only `true` replaces the configuration.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub insecure: bool,
 }
 
 impl Config {
-    /// Defaults, then `file`, then environment, then `flags`; later ones win. An error if a value is not valid or out of range, a
-    /// field not known, or the address open to everybody without [`Config::insecure`].
+    /// Loads the configuration from the defaults, then `file`, then the environment, then `flags`; later ones win. An error if
+    /// a value is invalid or out of range, a field is unknown, or the address is beyond loopback without [`Config::insecure`].
     pub fn load(file: Option<&Path>, flags: &Flags) -> anyhow::Result<Self> {
         let mut layers = Figment::from(Toml::string(DEFAULTS));
         if let Some(file) = file {
@@ -109,13 +109,13 @@ impl Config {
         Ok(config)
     }
 
-    /// The SQLite file.
+    /// Returns the path of the SQLite file; an error if the database is not SQLite.
     pub fn database_file(&self) -> anyhow::Result<PathBuf> {
         match &self.database {
             None => Ok(self.data.join("skyduct.db")),
             Some(url) => match url.strip_prefix("sqlite:") {
                 Some(file) if !file.is_empty() => Ok(file.strip_prefix("//").unwrap_or(file).into()),
-                // it may have a password
+                // the value is not printed: it may contain a password
                 _ => anyhow::bail!("database: only sqlite:FILE is supported yet"),
             },
         }
@@ -221,7 +221,7 @@ mod tests {
         assert!(Config::load(Some(Path::new("/no/such/file")), &Flags::default()).is_err());
     }
 
-    /// Each number of the configuration, by values that nobody can mean.
+    /// Tests each number of the configuration with absurd values.
     #[test]
     fn limits_out_of_range_are_refused_by_name() {
         let directory = tempfile::tempdir().unwrap();

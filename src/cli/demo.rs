@@ -1,4 +1,4 @@
-//! `skyduct demo`: the main job in one go, over a service of its own.
+//! `skyduct demo`: a service, one job and its results by a single command.
 
 use std::path::Path;
 use std::time::Duration;
@@ -11,13 +11,13 @@ use crate::cli::serve::{RunningService, runtime, wait_for_signal};
 use crate::cli::submit::submit_and_download;
 use crate::cli::temporary_folder::TemporaryFolder;
 
-/// Built in, so that it runs anywhere.
+/// Document of the example room, built in so that the command works in any folder.
 const JOB: &str = include_str!("../../examples/thesis_room.json");
 const OUT: &str = "out/demo";
 
 #[derive(Debug, clap::Args)]
 pub struct DemoArgs {
-    /// Stop when the job is done, instead of serving on
+    /// Exit when the job is done, instead of continuing to serve
     #[arg(long)]
     pub exit: bool,
     #[command(flatten)]

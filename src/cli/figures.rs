@@ -1,10 +1,10 @@
-//! Which figures a command saves.
+//! Choice of the figures that a command saves.
 
 use crate::job::saved_files::SavedFigures;
 
 #[derive(Debug, clap::Args)]
 pub struct FiguresArgs {
-    /// Formats of the figures: svg, png and pdf, with commas, or none; with pdf there is a report on one sheet, too
+    /// Formats of the figures: svg, png and pdf, separated by commas, or none; with pdf, a report on one sheet is saved, too
     #[arg(long = "figures", value_name = "FORMATS", default_value = SavedFigures::USUAL)]
     pub saved: SavedFigures,
 }

@@ -1,4 +1,4 @@
-//! `skyduct healthcheck`: whether a service is ready, for a container's health check.
+//! `skyduct healthcheck`: checks that a service is ready, for a container's health check.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 
 #[derive(Debug, clap::Args)]
 pub struct HealthcheckArgs {
-    /// Address of the service [default: where the configuration says that it listens on this machine]
+    /// Address of the service [default: the configured address, on this machine]
     #[arg(long, value_name = "URL")]
     pub server: Option<String>,
     /// Configuration file (TOML) of the service
@@ -21,11 +21,11 @@ pub struct HealthcheckArgs {
     pub config: Option<PathBuf>,
 }
 
-/// Exit status 0 when the service answers that it is ready.
+/// Succeeds (exit status 0) if the service answers that it is ready.
 pub fn run(args: HealthcheckArgs) -> anyhow::Result<()> {
     let server = match args.server {
         Some(server) => server,
-        // it is asked, not started: where it listens is no danger here
+        // the service is asked, not started: its address need not be safe here
         None => url_of(Config::load(args.config.as_deref(), &Flags { insecure: true, ..Flags::default() })?.listen),
     };
     let url = format!("{}/readyz", server.trim_end_matches('/'));
@@ -42,7 +42,7 @@ pub fn run(args: HealthcheckArgs) -> anyhow::Result<()> {
     })
 }
 
-/// The address at which a service on this machine is reached; one that listens on all addresses, on loopback.
+/// Returns the URL of a service on this machine; loopback for one that listens on all addresses.
 fn url_of(listen: SocketAddr) -> String {
     let address = match listen.ip() {
         IpAddr::V4(Ipv4Addr::UNSPECIFIED) => Ipv4Addr::LOCALHOST.into(),

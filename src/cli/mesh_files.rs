@@ -7,25 +7,25 @@ use crate::document::MeshSource;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
 
-/// OBJ files at or below a folder; nothing else can be read through it.
+/// Source of OBJ files at or below a folder; no other file can be read through it.
 pub struct MeshFiles {
     folder: PathBuf,
     limits: ObjLimits,
 }
 
 impl MeshFiles {
-    /// For the job file at `job`.
+    /// Creates a source of the files at or below the folder of the job file `job`.
     pub fn beside(job: &Path) -> Self {
         Self::below(job.parent().unwrap_or(Path::new("")))
     }
 
-    /// Looks for files at or below `folder`; an empty path is the working directory.
+    /// Creates a source of the files at or below `folder`; an empty path is the working directory.
     pub fn below(folder: &Path) -> Self {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         Self { folder: folder.to_owned(), limits: ObjLimits::default() }
     }
 
-    /// The file called `name`; one sentence of why there is none.
+    /// Returns the path of the file `name`, or a sentence that says why it cannot be used.
     pub fn path(&self, name: &str) -> Result<PathBuf, String> {
         let relative = Path::new(name);
         let plain = |component| matches!(component, Component::Normal(_) | Component::CurDir);

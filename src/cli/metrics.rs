@@ -1,4 +1,4 @@
-//! The numbers of `/metrics`, and what each of them means.
+//! Metrics of `/metrics`, with their descriptions.
 
 use std::sync::OnceLock;
 
@@ -6,7 +6,7 @@ use metrics::{describe_counter, describe_gauge, describe_histogram};
 use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
 use metrics_process::Collector;
 
-/// Upper ends of the classes of a histogram in seconds.
+/// Upper bounds of the buckets of histograms, in seconds.
 const SECONDS: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 
 const COUNTERS: [(&str, &str); 7] = [
@@ -44,7 +44,7 @@ const HISTOGRAMS: [(&str, &str); 3] = [
 /// Upper ends of the classes of the histograms of jobs in seconds.
 const SECONDS_OF_JOBS: [f64; 11] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 600.0, 3600.0];
 
-/// The recorder of the process; it has one, however many services run in it.
+/// Returns the handle of the process' metrics recorder, which the first call installs and all services in the process share.
 pub(super) fn handle() -> Result<PrometheusHandle, BuildError> {
     static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
     if let Some(handle) = HANDLE.get() {
@@ -55,7 +55,7 @@ pub(super) fn handle() -> Result<PrometheusHandle, BuildError> {
         .set_buckets_for_metric(Matcher::Prefix("skyduct_job_".into()), &SECONDS_OF_JOBS)?
         .build_recorder();
     let handle = HANDLE.get_or_init(|| recorder.handle()).clone();
-    // an error means that another service in this process was first, whose handle we have
+    // an error means that another service in this process was first, whose handle is used
     if metrics::set_global_recorder(recorder).is_ok() {
         COUNTERS.into_iter().for_each(|(name, words)| describe_counter!(name, words));
         GAUGES.into_iter().for_each(|(name, words)| describe_gauge!(name, words));
@@ -72,7 +72,7 @@ mod tests {
 
     use super::*;
 
-    /// Names of all metrics that files of a folder write.
+    /// Collects the names of all metrics that source files below a folder write.
     fn written(folder: &Path, found: &mut BTreeSet<String>) {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();

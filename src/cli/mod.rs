@@ -1,4 +1,4 @@
-//! The commands.
+//! Commands of the command line.
 
 mod backup;
 pub mod client;
@@ -35,27 +35,27 @@ pub struct Arguments {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Do the main job in one go: start the service, submit the example room, save its grid and pictures
+    /// Start a service, submit the example room, and save its grid and pictures
     Demo(demo::DemoArgs),
-    /// Run the service: page, HTTP interface, job queue and renderer; what happens without a command, on a terminal
+    /// Run the service: web page, HTTP interface, job queue and renderer; the default without a command on a terminal
     Serve(serve::ServeArgs),
-    /// Copy the data folder of a service while it serves, to a folder that a service can start on
+    /// Copy the data folder of a running service to a folder from which a service can be started
     Backup(backup::BackupArgs),
     /// Render a job document without a server
     Render(render::RenderArgs),
-    /// Say what of a job document would be simulated and what not, and why
+    /// Print the plan of a job document: effects, guides and methods, each with its reason
     Plan(plan::PlanArgs),
-    /// Compare methods on a job: what each takes to each accuracy, against a reference
+    /// Compare methods on a job: the time that each takes to each accuracy, against a reference
     Study(study::StudyArgs),
     /// Send a job document to a service, follow it, and save its results
     Submit(submit::SubmitArgs),
-    /// Ask a service whether it is ready (exit status 0)
+    /// Check that a service is ready (exit status 0)
     Healthcheck(healthcheck::HealthcheckArgs),
 }
 
 impl Arguments {
-    /// Runs the command that was asked for, to its end; of the service, to its shutdown. On a terminal, none means the
-    /// service, which prints the address of its page.
+    /// Runs the requested command to its end (the service to its shutdown). Without a command, starts the service if standard
+    /// output is a terminal, and exits with an error otherwise.
     pub fn run(self) -> anyhow::Result<()> {
         let command = match self.command {
             Some(command) => command,
@@ -65,7 +65,7 @@ impl Arguments {
                 Self::command().error(ErrorKind::MissingSubcommand, why).exit()
             }
         };
-        // the service is configured, all others only tell what went wrong
+        // the service configures its log; other commands log only warnings and errors
         if !matches!(command, Command::Serve(_)) {
             telemetry::start(&telemetry::OF_COMMANDS);
         }

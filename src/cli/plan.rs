@@ -1,4 +1,4 @@
-//! `skyduct plan`: what of a job would be simulated and what not, and why, and what it would take.
+//! `skyduct plan`: prints the plan of a job with its reasons, and on request the predicted time of each method.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -22,12 +22,12 @@ pub struct PlanArgs {
     /// Print the plan as JSON
     #[arg(long)]
     pub json: bool,
-    /// Try every method for a moment, less than 0.2 s of each processor, and say what it would take to accuracies from 10 to 0.1 %
+    /// Try every method for less than 0.2 s of each processor, and print its predicted time to accuracies from 10 to 0.1 %
     #[arg(long)]
     pub predict: bool,
 }
 
-/// Prints the plan of a job; errors that are the document's own are [`DocumentErrors`](crate::document::DocumentErrors).
+/// Prints the plan of a job. Errors of the document are [`DocumentErrors`](crate::document::DocumentErrors).
 pub fn run(args: PlanArgs) -> anyhow::Result<()> {
     let prepared = prepare(&read_job(&args.job)?, &MeshFiles::beside(&args.job))?;
     prepared.check_memory(default_limit_bytes())?;
@@ -44,7 +44,7 @@ pub fn run(args: PlanArgs) -> anyhow::Result<()> {
         text
     };
     match std::io::stdout().write_all(text.as_bytes()) {
-        // whoever read it has seen enough
+        // the reader of the pipe has seen enough
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => Ok(written?),
     }

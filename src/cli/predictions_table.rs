@@ -1,4 +1,4 @@
-//! What each method would take to each accuracy, as a table for a terminal.
+//! Predicted time of each method to each accuracy, as a table for a terminal.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::results_table::table;
 use crate::figure::ticks::FARTHEST_SECONDS;
 use crate::job::predictions::{MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions};
 
-/// Tables of the grids and of the views, with what they leave open below.
+/// Formats the tables of the grids and of the views, each followed by the methods without a prediction and their reasons.
 pub fn predictions_table(predictions: &Predictions) -> String {
     let Predictions { pilot_seconds, threads, confidence, grids, views } = predictions;
     let mut text = String::new();
@@ -57,12 +57,12 @@ fn add_output(text: &mut String, output_name: &str, output: &OutputPredictions) 
     }
 }
 
-/// True if something is known of the method's time.
+/// True if any time of the method was predicted.
 fn is_known(row: &MethodPredictions) -> bool {
     row.seconds_to_first_number.is_some() || row.accuracies.iter().any(|time| time.seconds.is_some())
 }
 
-/// Methods by what is said of them, in the order of the first of each.
+/// Groups methods by their reason, in the order of the first method of each reason.
 fn by_reason(said: impl Iterator<Item = (String, String)>) -> Vec<(Vec<String>, String)> {
     let mut groups: Vec<(Vec<String>, String)> = Vec::new();
     for (method, reason) in said {
@@ -74,7 +74,7 @@ fn by_reason(said: impl Iterator<Item = (String, String)>) -> Vec<(Vec<String>, 
     groups
 }
 
-/// The first accuracy whose time is not known, and why.
+/// Returns the first accuracy whose time could not be predicted, and the reason.
 fn first_reason(row: &MethodPredictions) -> Option<(f64, &str)> {
     row.accuracies.iter().find_map(|time| Some((time.relative_error, time.reason.as_deref()?)))
 }
@@ -86,7 +86,7 @@ fn cell(time: &PredictedTime) -> String {
     format!("{} ({from}..{to}){}", seconds(expected), if time.cheapest { " *" } else { "" })
 }
 
-/// Two significant digits; beyond an hour none.
+/// Formats seconds with two significant digits, or as `> 1 h` beyond an hour.
 fn seconds(value: f64) -> String {
     if value > FARTHEST_SECONDS {
         return "> 1 h".to_owned();
@@ -97,7 +97,7 @@ fn seconds(value: f64) -> String {
 }
 
 fn percent(share: f64) -> f64 {
-    // 0.001 is 0.1 %, not 0.1 and an error of rounding
+    // 0.001 is 0.1 %, without a rounding error
     (1e6 * share).round() / 1e4
 }
 

@@ -1,4 +1,4 @@
-//! How far a render is: a bar on a terminal, lines elsewhere.
+//! Progress of a render: a bar on a terminal, lines elsewhere.
 
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::job::progress::PassReport;
 /// Number of steps of the progress bar.
 const STEPS: u64 = 1000;
 
-/// Shows the passes of one job on standard error.
+/// Display of the passes of one job on standard error.
 pub struct Progress {
     stop: StopRule,
     bar: Option<ProgressBar>,
@@ -32,7 +32,7 @@ impl Progress {
         Self { stop, bar }
     }
 
-    /// Shows a pass, and what the passes so far foretell. Lines are for passes 1, 2, 4, 8 and so on only.
+    /// Shows a pass and the forecast after it; without a terminal only for passes 1, 2, 4, 8 and so on.
     pub fn pass_done(&self, report: &PassReport, forecast: &Forecast) {
         match &self.bar {
             Some(bar) => {
@@ -46,7 +46,7 @@ impl Progress {
         }
     }
 
-    /// A line for people, above the bar.
+    /// Prints a line above the bar.
     pub fn note(&self, text: &str) {
         match &self.bar {
             Some(bar) => bar.println(text),
@@ -80,13 +80,14 @@ fn describe(report: &PassReport, forecast: &Forecast) -> String {
     text
 }
 
-/// The share 0..1 of the job that is done: by the time that is foretold, or before anything is, by the limit that is nearest.
+/// Returns the fraction 0..1 of the job that is done: by the predicted time left, or, before there is a prediction, by the
+/// nearer of the limits of passes and of seconds.
 fn share_done(stop: &StopRule, report: &PassReport, forecast: &Forecast) -> f64 {
     let share = match forecast.seconds_left {
         Some(left) => report.seconds / (report.seconds + left),
         None => (report.passes as f64 / stop.max_passes as f64).max(report.seconds / stop.max_seconds),
     };
-    // no time at all is a share of its own
+    // 0 / 0 s is not a number
     if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) }
 }
 

@@ -1,4 +1,4 @@
-//! `skyduct render`: the engine without a server.
+//! `skyduct render`: renders a job without a server.
 
 use std::fs::File;
 use std::io::{ErrorKind, Write as _};
@@ -33,17 +33,18 @@ pub struct RenderArgs {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Method instead of the document's
+    /// Method to use instead of the document's
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
-    /// Try every method for a moment before, less than 0.2 s of each processor, say what each would take, and draw it beside what it took
+    /// Try every method before, for less than 0.2 s of each processor, print the predicted time of each, and draw it beside the
+    /// actual one
     #[arg(long)]
     pub predict: bool,
     #[command(flatten)]
     pub figures: FiguresArgs,
 }
 
-/// Renders a job and writes its results; errors that are the document's own are [`DocumentErrors`].
+/// Renders a job and writes its results. Errors of the document are [`DocumentErrors`].
 pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     warm_up();
     let document = with_method(read_job(&args.job)?, args.method.as_deref());
@@ -83,7 +84,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The text of a job file in UTF-8.
+/// Reads a job file as text in UTF-8.
 pub fn read_job(job: &Path) -> Result<Vec<u8>, DocumentErrors> {
     let bytes = std::fs::read(job).map_err(|error| {
         let detail = format!("{} cannot be read: {error}", job.display());
@@ -92,7 +93,7 @@ pub fn read_job(job: &Path) -> Result<Vec<u8>, DocumentErrors> {
     Ok(json::text(&bytes)?.into_owned().into_bytes())
 }
 
-/// The document with another method; one that is no JSON object stays as it is, for the parser to judge.
+/// Returns the document with another method; one that is not a JSON object is returned unchanged, for the parser to refuse.
 fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
     let Some(method) = method else {
         return document;
@@ -106,7 +107,7 @@ fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
     }
 }
 
-/// Renders chunk after chunk until the job is done or cancelled; all its passes are in the list.
+/// Renders chunk after chunk until the job is done or cancelled; returns the reports of all passes, too.
 fn render(prepared: &Prepared, stop: &Stop) -> anyhow::Result<(Rendered, Vec<PassReport>)> {
     let progress = Progress::new(prepared.stop);
     let (mut forecaster, mut forecast) = (prepared.forecaster(), Forecast::default());
@@ -125,7 +126,7 @@ fn render(prepared: &Prepared, stop: &Stop) -> anyhow::Result<(Rendered, Vec<Pas
     Ok((rendered, passes))
 }
 
-/// A token by which the first interrupt (or termination) cancels; the second ends the process.
+/// Returns a token that is cancelled by the first interrupt (or termination) signal; the second exits the process.
 pub fn cancel_on_interrupt() -> anyhow::Result<Stop> {
     let stop = Stop::default();
     let interrupted = stop.clone();
@@ -159,7 +160,7 @@ async fn next_interrupt() -> std::io::Result<()> {
     tokio::signal::ctrl_c().await
 }
 
-/// Writes the files of the job, and `result.json` last: where it stands, all is there. Answers the latter.
+/// Writes the files of the job, and `result.json` last: once it exists, all other files do. Returns its content.
 fn write_results(
     out: &Path,
     prepared: &Prepared,
@@ -170,7 +171,7 @@ fn write_results(
     let (estimate, result) = (&rendered.estimate, results(prepared, rendered));
     // a job that was cancelled before its first pass has no results
     if estimate.passes > 0 {
-        // what the service keeps of the same job, too
+        // the passes that the service keeps of the same job
         let is_last = |pass: &PassReport| pass.passes == estimate.passes;
         let passes: Vec<_> = passes.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
         let saved = Saved { prepared, estimate, passes: &passes, results: &result };
@@ -180,8 +181,8 @@ fn write_results(
     Ok(result)
 }
 
-/// Writes a file below a folder. One of the same name is written over: to empty it first would give its space on the disk back, for
-/// which some disks are waited for.
+/// Writes a file below a folder. An existing file is overwritten in place: truncating it first would free its space on the
+/// disk, which takes time on some disks.
 pub fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let file = out.join(name);
     let folder = file.parent().unwrap_or(out);
@@ -195,7 +196,7 @@ pub fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     };
     let written = opened.and_then(|mut opened| {
         opened.write_all(bytes)?;
-        // only what is longer than its new content
+        // truncated only if it was longer
         if opened.metadata()?.len() > bytes.len() as u64 { opened.set_len(bytes.len() as u64) } else { Ok(()) }
     });
     written.with_context(|| format!("{} cannot be written", file.display()))

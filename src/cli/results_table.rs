@@ -1,4 +1,4 @@
-//! What came out of a job, as a small table for a terminal.
+//! Results of a job as a small table for a terminal.
 
 use std::io::Write as _;
 
@@ -6,11 +6,11 @@ use serde_json::Value;
 
 /// Prints the table to standard output.
 pub fn print_results(job: &Value) {
-    // whoever reads it may have gone away
+    // the reader of the pipe may be gone
     let _ = std::io::stdout().write_all(results_table(job).as_bytes());
 }
 
-/// The grids and tubes of a finished job, of its resource or its `result.json`; empty when nothing was computed.
+/// Formats the grids and tubes of a finished job, from its resource or its `result.json`; empty when nothing was computed.
 fn results_table(job: &Value) -> String {
     let mut text = String::new();
     let grids = list(&job["grids"]);
@@ -66,7 +66,7 @@ fn text_of(value: &Value) -> String {
     value.as_str().unwrap_or("?").to_owned()
 }
 
-/// Adds a head and rows in columns; nothing without rows.
+/// Adds a header and rows in aligned columns; adds nothing without rows.
 pub(super) fn table(text: &mut String, head: Vec<&str>, rows: Vec<Vec<String>>) {
     if rows.is_empty() {
         return;
@@ -81,8 +81,8 @@ pub(super) fn table(text: &mut String, head: Vec<&str>, rows: Vec<Vec<String>>) 
     }
 }
 
-/// A number with half its interval of 95 %, of which two digits are shown, and as many digits as that leaves it. `-` when there
-/// is no number.
+/// Formats a number with the half width of its 95 % confidence interval, to two significant digits of the latter; with four
+/// significant digits where there is none, and as `-` without a number.
 fn with_interval(value: &Value, error: &Value, coverage_factor: &Value) -> String {
     let Some(value) = value.as_f64() else { return "-".to_owned() };
     match error.as_f64().zip(coverage_factor.as_f64()) {
@@ -95,7 +95,7 @@ fn with_interval(value: &Value, error: &Value, coverage_factor: &Value) -> Strin
     }
 }
 
-/// Decimals that show `digits` significant digits of `value`, at most 6.
+/// Returns the number of decimals that show `digits` significant digits of `value`, at most 6.
 fn decimals(value: f64, digits: i32) -> usize {
     let first = if value == 0.0 { 0 } else { libm::log10(value.abs()).floor() as i32 };
     (digits - 1 - first).clamp(0, 6) as usize

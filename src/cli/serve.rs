@@ -1,4 +1,4 @@
-//! `skyduct serve`: the service, its worker in the same process.
+//! `skyduct serve`: the service, with its worker in the same process.
 
 use std::io::Write as _;
 use std::net::SocketAddr;
@@ -30,7 +30,7 @@ use crate::job::retention::{self, Deleted, Retention};
 use crate::job::store::Store;
 use crate::job::worker::Worker;
 
-/// Time within which a stopping service ends: open requests end, the running pass ends, the lease is given back.
+/// Longest time in which a stopping service ends open requests and the running pass and gives back the lease.
 const STOP_TIME: Duration = Duration::from_secs(8);
 
 #[derive(Debug, Default, clap::Args)]
@@ -41,16 +41,16 @@ pub(super) struct ServeArgs {
     /// Folder of the database and the artifacts [default: data]
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
-    /// sqlite:FILE [default: skyduct.db in the data folder]
+    /// Database as sqlite:FILE [default: skyduct.db in the data folder]
     #[arg(long, value_name = "URL")]
     pub database: Option<String>,
     /// Configuration file (TOML)
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// What this process does [default: all]
+    /// Parts of the service that this process runs [default: all]
     #[arg(long, value_enum)]
     pub role: Option<Role>,
-    /// Agree to listen beyond loopback, where everybody can read, start and delete jobs
+    /// Consent to listening beyond loopback, where everybody can read, start and delete jobs
     #[arg(long)]
     pub insecure: bool,
 }
@@ -67,7 +67,7 @@ pub(super) fn run(args: ServeArgs) -> anyhow::Result<()> {
     let result = runtime.block_on(async {
         let service = RunningService::start(config).await?;
         let mut stdout = std::io::stdout();
-        // who started us may have closed our standard output
+        // the parent process may have closed our standard output
         let url = service.url();
         let _ = writeln!(stdout, "listening on {url}\ndata in {}\npage at {url}/", data.display())
             .and_then(|()| stdout.flush());
@@ -75,21 +75,21 @@ pub(super) fn run(args: ServeArgs) -> anyhow::Result<()> {
         service.stop().await;
         Ok(())
     });
-    // a blocking task that still runs must not hold up the exit
+    // a blocking task that is still running must not delay the exit
     runtime.shutdown_timeout(Duration::from_secs(1));
     result
 }
 
-/// The threads of a service beside those that render, which are as many as there are processors: requests, streams and
-/// rows cost little, and each further thread is woken for nothing while another one has the work. Two at the least: one answers
-/// while the other one writes a long answer.
+/// Creates the runtime for requests, streams and rows, beside the render threads (one per processor). It has one thread for each
+/// four processors, because this work is little and further threads would be woken in vain, but at least two, so that one can
+/// answer while the other writes a long answer.
 pub fn runtime() -> anyhow::Result<Runtime> {
     let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
     let threads = (processors / 4).max(2);
     Builder::new_multi_thread().worker_threads(threads).enable_all().build().context("the runtime cannot start")
 }
 
-/// Until SIGTERM or SIGINT; a second one ends the process at once.
+/// Waits for SIGTERM or SIGINT; a second signal exits the process immediately.
 pub async fn wait_for_signal() -> anyhow::Result<()> {
     let mut terminate = signal(SignalKind::terminate()).context("SIGTERM cannot be watched")?;
     let mut interrupt = signal(SignalKind::interrupt()).context("SIGINT cannot be watched")?;
@@ -107,21 +107,21 @@ pub async fn wait_for_signal() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A service that runs in this process.
+/// Service that runs in this process.
 pub struct RunningService {
-    /// Address that the interface listens on, its port a real one.
+    /// Address that the interface listens on, with its actual port.
     pub address: SocketAddr,
     shutdown: CancellationToken,
     worker: JoinHandle<()>,
     server: JoinHandle<()>,
     store: Arc<SqliteStore>,
-    /// Holds the lock on the data folder.
+    /// Lock on the data folder, held as long as the service runs.
     _lock: FileLock,
 }
 
 impl RunningService {
-    /// Opens folder and database, and starts worker and interface. An error if another process has the folder, the
-    /// database belongs to another one, or the address is taken.
+    /// Opens the data folder and the database, and starts worker and interface. An error if another process uses the folder,
+    /// database and artifacts do not belong together, or the address is taken.
     pub async fn start(config: Config) -> anyhow::Result<Self> {
         create_private_folder(&config.data)
             .with_context(|| format!("the data folder {} cannot be made", config.data.display()))?;
@@ -132,7 +132,7 @@ impl RunningService {
         let store = Arc::new(SqliteStore::open(&database).await?);
         let result = Self::start_with(config, lock, listener, store.clone()).await;
         if result.is_err() {
-            // what was written must not stay beside the database, lest it be taken for a part of one that is put there next
+            // files that were written beside the database must not be taken for a part of one that is put there next
             store.close().await;
         }
         result
@@ -159,7 +159,7 @@ impl RunningService {
         }
         let sweep = ownership::files_to_sweep(store.as_ref(), &artifacts, &record).await?;
         store.set_serving(true).await?;
-        // the locks say that no other process has a lease: what is leased was left by one that ended
+        // the lock excludes other processes: any lease was left by one that ended
         let taken_back = store.take_back(died).await?;
         if taken_back.ready > 0 {
             tracing::info!(chunks = taken_back.ready, "chunks of a process that ended are ready again");
@@ -203,12 +203,12 @@ impl RunningService {
         Ok(Self { address, shutdown, worker, server, store, _lock: lock })
     }
 
-    /// Address of the interface as `http://...`, without a slash at its end.
+    /// Returns the address of the interface as `http://...`, without a trailing slash.
     pub fn url(&self) -> String {
         format!("http://{}", self.address)
     }
 
-    /// Ends requests and streams, gives back the running chunk, closes the store.
+    /// Stops the service: ends requests and streams, gives back the running chunk, and closes the store.
     pub async fn stop(self) {
         self.shutdown.cancel();
         let ended = async { futures::future::join(self.server, self.worker).await };
@@ -225,13 +225,15 @@ impl RunningService {
     }
 }
 
-/// Deletes what the retention does not keep, now and then, until the service shuts down.
+/// Deletes ended jobs and studies by the rules of the retention, once a minute, until the service shuts down.
 async fn keep_to(retention: Retention, service: Arc<Service>) {
     while retention.is_on() && !service.shutdown.is_cancelled() {
         match retention.delete(service.deletion(), Timestamp::now()).await {
             Ok(Deleted { jobs: 0, studies: 0 }) => {}
-            Ok(Deleted { jobs, studies }) => tracing::info!(jobs, studies, "deleted by the retention"),
-            Err(error) => tracing::warn!(%error, "the retention could not delete what it should"),
+            Ok(Deleted { jobs, studies }) => {
+                tracing::info!(jobs, studies, "the retention deleted ended jobs and studies")
+            }
+            Err(error) => tracing::warn!(%error, "the retention could not delete ended jobs"),
         }
         tokio::select! {
             () = service.shutdown.cancelled() => {}
@@ -240,7 +242,7 @@ async fn keep_to(retention: Retention, service: Arc<Service>) {
     }
 }
 
-/// One process for one data folder: two would render the same jobs, and one would take the other's leases.
+/// Locks the data folder for this process: two would render the same jobs, and one would take the other's leases.
 fn lock(data: &Path) -> anyhow::Result<FileLock> {
     let file = data.join("lock");
     let lock = FileLock::take(&file).with_context(|| format!("{} cannot be locked", file.display()))?;

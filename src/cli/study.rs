@@ -1,4 +1,4 @@
-//! `skyduct study`: what accuracy costs by several methods on one job.
+//! `skyduct study`: measures the cost of accuracy by several methods on one job.
 
 use std::path::{Path, PathBuf};
 
@@ -24,13 +24,13 @@ pub struct StudyArgs {
     /// Folder for study.json, study.csv and the figures
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Methods by name, with commas; all that there are by default
+    /// Names of methods, separated by commas; all methods by default
     #[arg(long, value_delimiter = ',', value_name = "M,M")]
     methods: Vec<String>,
-    /// Relative errors to stop at, with commas; 0.05, 0.02 and 0.01 by default, of pictures 0.1, too
+    /// Relative errors to stop at, separated by commas; 0.05, 0.02 and 0.01 by default, for pictures also 0.1
     #[arg(long, value_delimiter = ',', value_name = "E,E")]
     errors: Vec<f64>,
-    /// Runs of each method to each error
+    /// Number of runs of each method to each error
     #[arg(long, value_name = "N", default_value_t = 3)]
     seeds: u64,
     /// Method of the reference
@@ -39,15 +39,15 @@ pub struct StudyArgs {
     /// Seconds after which a run ends in any case
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     seconds: f64,
-    /// Study the job's views in place of its grids: pictures by each method after the same time, and crops at each error
+    /// Study the job's views instead of its grids: pictures by each method after equal times, and crops at each error
     #[arg(long)]
     views: bool,
-    /// Seconds after which each method shows a picture, with commas
+    /// Seconds after which a picture of each method is taken, separated by commas
     #[arg(long, value_delimiter = ',', value_name = "S,S", default_values_t = [0.5, 2.0], requires = "views")]
     seconds_each: Vec<f64>,
 }
 
-/// Runs a study and writes its files; errors that are the document's own are [`DocumentErrors`].
+/// Runs a study and writes its files. Errors of the document are [`DocumentErrors`].
 pub fn run(args: StudyArgs) -> anyhow::Result<()> {
     let unreadable = |error| DocumentErrors::from(FieldError::new("", format!("no JSON: {error}")));
     let job: Value = serde_json::from_slice(&read_job(&args.job)?).map_err(unreadable)?;
@@ -64,7 +64,8 @@ pub fn run(args: StudyArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Studies the grids, writes the files, and says what follows. The table is written as it grows.
+/// Studies the grids, writes the files, and returns the table with its verdict. The file of the table is rewritten after each
+/// run.
 fn of_grids(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &StudyProgress) -> anyhow::Result<String> {
     let mut request = StudyRequest {
         seeds: args.seeds,
@@ -78,7 +79,7 @@ fn of_grids(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &Study
     let stop = cancel_on_interrupt()?;
     let mut growing = Growing { out: &args.out, file: None, written: Ok(()), stop: &stop };
     let mut heard = |step: &Step<'_>| {
-        // what is told to be done is in the file
+        // runs that are reported as done are in the file
         if let Some(study) = step.so_far.filter(|study| !study.runs.is_empty()) {
             growing.write("study.csv", study.csv().as_bytes());
         }
@@ -93,7 +94,8 @@ fn of_grids(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &Study
     Ok(format!("{}\n{}{}", study.table(), study.verdict(), refused.collect::<String>()))
 }
 
-/// Makes pictures of the views, writes the files, and says what they are. Their numbers are written as they grow.
+/// Makes pictures of the views, writes the files, and returns a list of the pictures. The file of their numbers is rewritten as
+/// they are made.
 fn of_views(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &StudyProgress) -> anyhow::Result<String> {
     let relative_errors = match args.errors.as_slice() {
         [] => ten_five_two_and_one_percent(),
@@ -121,12 +123,12 @@ fn of_views(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &Study
     Ok(told)
 }
 
-/// A file that is written anew after each run.
+/// File that is rewritten after each run.
 struct Growing<'a> {
     out: &'a Path,
-    /// Its name, once there is something in it.
+    /// Name of the file, once it has been written.
     file: Option<String>,
-    /// The first failure, which ends the study.
+    /// Result of the last write; a failure cancels the study.
     written: anyhow::Result<()>,
     stop: &'a Stop,
 }
@@ -140,7 +142,7 @@ impl Growing<'_> {
         }
     }
 
-    /// What came out of the study; an error says where that is which was found before.
+    /// Returns the result of the study; the error of a study that was cut short names the file with the runs so far.
     fn ended<T>(self, study: Result<T, StudyError>) -> anyhow::Result<T> {
         self.written?;
         study.map_err(|error| match (&error, self.file) {
@@ -152,7 +154,7 @@ impl Growing<'_> {
     }
 }
 
-/// Errors of the document are the document's own.
+/// Converts an error; errors of the document become [`DocumentErrors`].
 fn of_document(error: StudyError) -> anyhow::Error {
     match error {
         StudyError::Document(errors) => errors.into(),

@@ -1,4 +1,4 @@
-//! How far a study is: a bar on a terminal, a line for each run elsewhere.
+//! Progress of a study: a bar on a terminal, a line for each run elsewhere.
 
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::figure::ticks::duration;
 
-/// Shows the runs of a study on standard error.
+/// Display of the runs of a study on standard error.
 pub struct StudyProgress(Option<ProgressBar>);
 
 impl StudyProgress {
@@ -22,7 +22,7 @@ impl StudyProgress {
         }))
     }
 
-    /// Tells what comes next after so many runs, and what is known of the time that is left.
+    /// Shows the number of runs done, the next run, and the time left if there is an estimate of it.
     pub fn step(&self, done: usize, of: usize, next: &str, left: Option<Left>) {
         let line = line(done, of, next, left);
         match &self.0 {
@@ -42,7 +42,7 @@ impl StudyProgress {
     }
 }
 
-/// Seconds that are left.
+/// Remaining time in seconds: an estimate or an upper bound.
 #[derive(Clone, Copy)]
 pub enum Left {
     About(f64),

@@ -1,4 +1,4 @@
-//! `skyduct submit`: posts a job to a service, follows it, downloads what it computed.
+//! `skyduct submit`: posts a job to a service, follows it, and downloads its results.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -31,14 +31,15 @@ pub struct SubmitArgs {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Let the service try every method for a moment before, less than 0.2 s of each processor, and draw what it foretells beside what it took
+    /// Let the service try every method before, for less than 0.2 s of each processor, and draw the predicted times beside the
+    /// actual ones
     #[arg(long)]
     pub predict: bool,
     #[command(flatten)]
     pub figures: FiguresArgs,
 }
 
-/// Errors that are the document's own are [`DocumentErrors`].
+/// Submits a job and saves its results. Errors of the document are [`DocumentErrors`].
 pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
     let document = read_job(&args.job)?;
     let folder = args.job.parent().unwrap_or(Path::new("")).to_owned();
@@ -53,8 +54,8 @@ pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
     })
 }
 
-/// Uploads the meshes, posts the document (with `predict` for what it would take, too), follows the job and writes its results
-/// below `out`; answers the job.
+/// Uploads the meshes, posts the document (with `predict` asking for predicted times), follows the job and writes its results
+/// below `out`; returns the job.
 pub async fn submit_and_download(
     client: &Client,
     document: Vec<u8>,
@@ -100,9 +101,9 @@ pub async fn submit_and_download(
     Ok(job)
 }
 
-/// The document with file names of meshes replaced by the ids of the uploaded files.
+/// Returns the document with file names of meshes replaced by the ids of the uploaded files.
 async fn with_uploaded_meshes(client: &Client, document: Vec<u8>, folder: &Path) -> anyhow::Result<Vec<u8>> {
-    // what is wrong with a document is for the service to say
+    // faults of the document are reported by the service
     let Ok(mut value) = serde_json::from_slice::<Value>(&document) else { return Ok(document) };
     let tubes = (0..value["tubes"].as_array().map_or(0, Vec::len)).map(|index| format!("/tubes/{index}/mesh"));
     let objects =
@@ -112,14 +113,14 @@ async fn with_uploaded_meshes(client: &Client, document: Vec<u8>, folder: &Path)
     for pointer in tubes.chain(objects).collect::<Vec<_>>() {
         let Some(field) = value.pointer_mut(&pointer) else { continue };
         let Some(name) = field.as_str() else { continue };
-        // any other name is an id, or for the service to refuse
+        // any other name is an id, or refused by the service
         let Ok(file) = files.path(name) else { continue };
         let bytes = std::fs::read(&file)
             .map_err(|error| bad_document(&pointer, format!("{} cannot be read: {error}", file.display())))?;
         *field = client.upload_mesh(bytes, &pointer).await?.into();
         replaced = true;
     }
-    // written anew only when needed: the service then judges the very bytes of the file
+    // written anew only if it changed: otherwise the service gets the very bytes of the file
     if replaced { Ok(serde_json::to_vec(&value)?) } else { Ok(document) }
 }
 
@@ -165,11 +166,11 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
     for file in report.into_iter().chain(convergence_names(figures.formats())) {
         write(out, &file, &client.bytes(&format!("{this}/{file}")).await?)?;
     }
-    // last, as by `render`: where it stands, all is there
+    // last, as in `render`: once it exists, all other files do
     write(out, "result.json", &serde_json::to_vec_pretty(job)?)
 }
 
-/// Writes below `out`; the name comes from the service and must not lead elsewhere.
+/// Writes a file below `out`; an error if its name, which comes from the service, leads elsewhere.
 fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let relative = Path::new(name);
     if !relative.components().all(|component| matches!(component, Component::Normal(_))) {
@@ -181,7 +182,7 @@ fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     std::fs::write(&file, bytes).with_context(|| format!("{} cannot be written", file.display()))
 }
 
-/// The job's limits, for the progress bar.
+/// Returns the stop rule of the job, for the progress bar.
 fn stop_rule(job: &Value) -> anyhow::Result<StopRule> {
     let stop = &job["document"]["stop"];
     let number = |name: &str| stop[name].as_f64().with_context(|| format!("the service gave the job no stop.{name}"));

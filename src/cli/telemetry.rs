@@ -1,4 +1,4 @@
-//! The log: lines on standard error, for people or for programs.
+//! Log: lines on standard error, as text for people or as JSON for programs.
 
 use std::io::IsTerminal;
 
@@ -26,9 +26,9 @@ pub enum LogLevel {
     Error,
     /// Beside failures: what may become one.
     Warn,
-    /// Beside warnings: the start and the end of the service and of every job.
+    /// Warnings, and the start and the end of the service and of every job.
     Info,
-    /// Beside that: every request.
+    /// Every request, beside the lines of `Info`.
     Debug,
     /// Everything.
     Trace,
@@ -44,12 +44,12 @@ pub enum LogFormat {
     Json,
 }
 
-/// Log of commands that end by themselves: their results are on standard output, the log is for what went wrong.
+/// Log of all commands but the service: warnings and errors only, because results go to standard output.
 pub const OF_COMMANDS: Log = Log { level: LogLevel::Warn, format: LogFormat::Text };
 
 impl LogLevel {
-    /// Filter in the syntax of `RUST_LOG`: levels of targets. Libraries log at `info` at most: their lines below that would
-    /// bury ours.
+    /// Returns the filter in the syntax of `RUST_LOG`: levels of targets. Libraries log at `info` at most, because their lines
+    /// below that would bury those of skyduct.
     fn directives(self) -> &'static str {
         match self {
             Self::Error => "error",
@@ -61,8 +61,7 @@ impl LogLevel {
     }
 }
 
-/// Writes the log from now on; the first call in a process counts. `RUST_LOG`, when it is set and can be read, says what
-/// is logged instead of `log.level`.
+/// Starts the log; only the first call in a process has an effect. `RUST_LOG`, if it is set and valid, replaces `log.level`.
 pub fn start(log: &Log) {
     let asked = std::env::var("RUST_LOG").ok().filter(|directives| !directives.is_empty());
     let asked = asked.and_then(|directives| directives.parse::<Targets>().ok());
@@ -76,7 +75,7 @@ pub fn start(log: &Log) {
     let _ = started;
 }
 
-/// Colours are for people, who can decline them (<https://no-color.org>).
+/// True if the log is coloured: on a terminal, unless `NO_COLOR` is set (<https://no-color.org>).
 fn coloured() -> bool {
     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }

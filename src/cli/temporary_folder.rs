@@ -1,14 +1,14 @@
-//! A folder in the system's temporary one, for what a command needs only while it runs.
+//! Folders in the system's temporary folder, for files that a command needs only while it runs.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-/// A folder of its own, deleted at the end.
+/// Temporary folder that is deleted when it is dropped.
 pub struct TemporaryFolder(PathBuf);
 
 impl TemporaryFolder {
-    /// A new folder; `purpose` is part of its name.
+    /// Creates a folder; `purpose` is part of its name.
     pub fn new(purpose: &str) -> anyhow::Result<Self> {
         let folder = std::env::temp_dir().join(format!("skyduct-{purpose}-{}", uuid::Uuid::new_v4()));
         std::fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
@@ -23,7 +23,7 @@ impl TemporaryFolder {
 
 impl Drop for TemporaryFolder {
     fn drop(&mut self) {
-        // what is left behind lies in the system's temporary folder
+        // a folder that cannot be deleted stays in the system's temporary folder
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Two axes with ticks, titles and a grid of lines, and the map from values to places in a figure.
+//! Pair of axes with ticks, titles and grid lines, and the map from values to positions in a figure.
 
 use glam::DVec2;
 
@@ -10,50 +10,50 @@ use super::ticks::{self, Steps, Tick};
 const LABEL_SIZE: f64 = 12.0;
 const TITLE_SIZE: f64 = 13.0;
 
-/// Room that labels and title need left of the axes.
+/// Room for labels and title left of the axes, in pixels.
 pub const LEFT: f64 = 76.0;
 
-/// Room that labels and title need below the axes.
+/// Room for labels and title below the axes, in pixels.
 pub const BELOW: f64 = 46.0;
 
-/// How values are spread along an axis.
+/// Spacing of values along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spacing {
-    /// Equal differences are equally long.
+    /// Linear: equal differences have equal lengths.
     Linear,
-    /// Equal ratios are equally long; both ends are above zero.
+    /// Logarithmic: equal ratios have equal lengths; both ends are above zero.
     Logarithmic,
 }
 
-/// An axis.
+/// Axis of a plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// Name of the quantity with its unit.
     pub title: String,
     /// Value at the left or lower end.
     pub from: f64,
-    /// Value at the other end.
+    /// Value at the right or upper end.
     pub to: f64,
-    /// How values are spread.
+    /// Linear or logarithmic spacing.
     pub spacing: Spacing,
-    /// Places with lines and labels.
+    /// Ticks with grid lines and labels.
     pub ticks: Vec<Tick>,
 }
 
 impl Axis {
-    /// A linear axis with at most `most` intervals between its ticks.
+    /// Creates a linear axis with at most `most` intervals between its ticks.
     pub fn linear(title: impl Into<String>, [from, to]: [f64; 2], most: usize, steps: Steps) -> Self {
         let ticks = ticks::linear(from, to, most, steps);
         Self { title: title.into(), from, to, spacing: Spacing::Linear, ticks }
     }
 
-    /// A logarithmic axis; `unit` follows each number.
+    /// Creates a logarithmic axis; `unit` follows each number.
     pub fn logarithmic(title: impl Into<String>, [from, to]: [f64; 2], unit: &str) -> Self {
         let ticks = ticks::logarithmic(from, to, unit);
         Self { title: title.into(), from, to, spacing: Spacing::Logarithmic, ticks }
     }
 
-    /// Place of a value: 0 at the left or lower end, 1 at the other.
+    /// Returns the position of a value along the axis: 0 at the left or lower end, 1 at the other.
     fn share(&self, value: f64) -> f64 {
         match self.spacing {
             Spacing::Linear => (value - self.from) / (self.to - self.from),
@@ -62,10 +62,10 @@ impl Axis {
     }
 }
 
-/// The ends of a logarithmic axis around values: 1, 2 or 5 times a power of ten, at least half a decade apart. Values that no
-/// logarithm takes do not count; without others, a decade around `otherwise`.
+/// Returns the ends of a logarithmic axis that contains all values: 1, 2 or 5 times a power of ten, at least a factor of 4
+/// apart. Values without a logarithm (or beyond 1e-100..1e100) are left out; if none remains, the axis is around `otherwise`.
 pub fn logarithmic_ends(values: impl Iterator<Item = f64>, otherwise: f64) -> [f64; 2] {
-    // beyond these the axis itself would overflow
+    // beyond these limits the axis itself would overflow
     let usable = values.filter(|value| (1e-100..1e100).contains(value));
     let [low, high] = usable.fold([f64::INFINITY, 0.0f64], |[low, high], value| [low.min(value), high.max(value)]);
     let [low, high] = if high > 0.0 { [low, high] } else { [otherwise, otherwise] };
@@ -82,37 +82,38 @@ pub fn logarithmic_ends(values: impl Iterator<Item = f64>, otherwise: f64) -> [f
     [from, to]
 }
 
-/// Two axes around a rectangle of a figure.
+/// Pair of axes around a rectangle of a figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
-    /// The rectangle that the values fill.
+    /// Rectangle of the plot area.
     pub within: Rectangle,
-    /// The lower axis.
+    /// Lower axis.
     pub x: Axis,
-    /// The left axis.
+    /// Left axis.
     pub y: Axis,
 }
 
 impl Axes {
-    /// Place of a pair of values, which may lie outside of the axes; not finite where a logarithm does not exist.
+    /// Returns the position of a pair of values, which may be outside of the axes; not finite where the logarithm does not
+    /// exist.
     pub fn at(&self, x: f64, y: f64) -> DVec2 {
         let Rectangle { from, to } = self.within;
         DVec2::new(from.x + self.x.share(x) * (to.x - from.x), to.y + self.y.share(y) * (from.y - to.y))
     }
 
-    /// A line through pairs of values, as far as it is within the axes.
+    /// Returns the parts of a polyline through pairs of values that are within the axes.
     pub fn line(&self, points: impl IntoIterator<Item = (f64, f64)>) -> Outline {
         let mut outline = Outline::default();
         outline.add_clipped(points.into_iter().map(|(x, y)| self.at(x, y)), &self.within);
         outline
     }
 
-    /// The pairs of values that are within the axes, as places.
+    /// Returns the positions of those pairs of values that are within the axes.
     pub fn places(&self, points: impl IntoIterator<Item = (f64, f64)>) -> Vec<DVec2> {
         points.into_iter().map(|(x, y)| self.at(x, y)).filter(|place| self.within.contains(*place)).collect()
     }
 
-    /// Draws the grid, the ends, labels and titles; what is drawn later lies above.
+    /// Draws grid lines, frame, labels and titles; items drawn later cover them.
     pub fn draw(&self, drawing: &mut Drawing) {
         let Rectangle { from, to } = self.within;
         let mut faint = Outline::default();

@@ -1,17 +1,17 @@
-//! Colours of figures by what they are for, so that a figure can be read on a dark page, too.
+//! Colours of figures by their role, so that a figure is legible on light and dark pages.
 
-/// A colour, by what it is for; fixed ones are the same on light and dark pages.
+/// Colour by its role, which differs between light and dark pages, or fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
-    /// What a figure is drawn on.
+    /// Background of the figure.
     Paper,
     /// Letters, axes and outlines.
     Ink,
-    /// Words of less weight.
+    /// Text of less weight.
     Muted,
-    /// Lines of a grid.
+    /// Grid lines.
     Faint,
-    /// 8-bit sRGB.
+    /// Fixed 8-bit sRGB, the same on light and dark pages.
     Fixed([u8; 3]),
 }
 
@@ -21,7 +21,7 @@ pub const BLACK: Colour = Colour::Fixed([0, 0, 0]);
 /// White, for letters and lines on colours that are dark on any page.
 pub const WHITE: Colour = Colour::Fixed([255, 255, 255]);
 
-/// Colours of series, apart for every eye and seen on light and dark paper: those of Okabe and Ito.
+/// Colours of series, distinguishable with colour vision deficiencies and on light and dark paper: those of Okabe and Ito.
 pub const SERIES: [Colour; 6] = [
     Colour::Fixed([0, 114, 178]),
     Colour::Fixed([213, 94, 0]),
@@ -32,7 +32,7 @@ pub const SERIES: [Colour; 6] = [
 ];
 
 impl Colour {
-    /// Red, green and blue on a light page.
+    /// Returns red, green and blue on a light page.
     pub fn on_light(self) -> [u8; 3] {
         match self {
             Self::Paper => [255, 255, 255],
@@ -43,7 +43,7 @@ impl Colour {
         }
     }
 
-    /// Red, green and blue on a dark page.
+    /// Returns red, green and blue on a dark page.
     pub fn on_dark(self) -> [u8; 3] {
         match self {
             Self::Paper => [22, 25, 29],
@@ -54,7 +54,7 @@ impl Colour {
         }
     }
 
-    /// Name of the style by which a page changes the colour; `None` of fixed ones.
+    /// Returns the name of the CSS class by which dark pages change the colour; `None` for fixed colours.
     pub fn style(self) -> Option<&'static str> {
         match self {
             Self::Paper => Some("paper"),

@@ -1,4 +1,4 @@
-//! The figure of a job's convergence: relative error against time, the law that it follows, and when which accuracy is reached.
+//! Figure of a job's convergence: relative error against render time, the fitted power law, and the time to each accuracy.
 
 use glam::DVec2;
 
@@ -14,87 +14,87 @@ const SIZE: DVec2 = DVec2::new(800.0, 560.0);
 const ROW_HEIGHT: f64 = 20.0;
 const TABLE_SIZE: f64 = 12.0;
 
-/// Factor beyond the last pass for which a course has room.
+/// Factor beyond the time of the last pass for which the time axis has room, to show the extrapolated law.
 const BEYOND: f64 = 3.0;
 
-/// Half the diagonal of a diamond.
+/// Half the diagonal of a diamond in pixels.
 const DIAMOND: f64 = 2.0 * MARK_RADIUS;
 
-/// The errors of one kind of output.
+/// Errors of one kind of output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorSeries {
-    /// What the errors are of: grids, or views.
+    /// Kind of output: grids, or views.
     pub name: &'static str,
-    /// Seconds and relative error after each pass; what no logarithm takes is left out.
+    /// Seconds and relative error after each pass; points that are not above zero and finite are left out.
     pub points: Vec<(f64, f64)>,
-    /// The course that they foretell.
+    /// Power law that is extrapolated from the passes.
     pub course: Option<Course>,
-    /// The relative error at which the job is to end.
+    /// Requested relative error, at which the job ends.
     pub asked: Option<f64>,
-    /// Relative errors, and when each is reached.
+    /// Time to each of several relative errors.
     pub times: Vec<TimeTo>,
-    /// What was foretold before the first pass.
+    /// Predictions that were made before the first pass.
     pub foretold: Vec<Foretold>,
 }
 
-/// When an accuracy was to be reached.
+/// Predicted time to an accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foretold {
     /// Relative error.
     pub error: f64,
-    /// Seconds.
+    /// Predicted render time in seconds.
     pub seconds: f64,
-    /// Lower end of the interval of the seconds.
+    /// Lower end of the interval of the predicted seconds.
     pub from: f64,
-    /// Upper end; `None` where it may never be reached.
+    /// Upper end of this interval; `None` where it is unbounded.
     pub to: Option<f64>,
 }
 
-/// The course of errors that the passes foretell.
+/// Power law of the error over time, extrapolated from the passes, with its confidence band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
-    /// Slope in double logarithms.
+    /// Slope in double-logarithmic axes.
     pub exponent: f64,
-    /// Half of its interval of 95 %.
+    /// Half width of the 95 % confidence interval of the slope.
     pub half_interval: f64,
-    /// Points in the order of their times.
+    /// Points of the law, ascending in time.
     pub points: Vec<CoursePoint>,
 }
 
-/// A point of a course.
+/// Point of the extrapolated law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoursePoint {
-    /// Render seconds.
+    /// Render time in seconds.
     pub seconds: f64,
     /// Relative error.
     pub error: f64,
-    /// Lower end of its interval of 95 %.
+    /// Lower end of the 95 % confidence interval of the error.
     pub from: f64,
-    /// Upper end.
+    /// Upper end of this interval.
     pub to: f64,
 }
 
-/// When an accuracy is reached.
+/// Time to an accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeTo {
     /// Relative error.
     pub error: f64,
-    /// Seconds; `None` where nobody knows.
+    /// Render time in seconds; `None` where it cannot be estimated.
     pub seconds: Option<f64>,
-    /// How the time is known.
+    /// Source of the time.
     pub known: Known,
 }
 
-/// How a time is known.
+/// Source of the time to an accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Known {
-    /// A pass had this error, or less.
+    /// Measured: a pass reached this error.
     Met,
-    /// The law has it at this time.
+    /// Extrapolated from the fitted law.
     Extrapolated,
 }
 
-/// Error against time, both logarithmic, one colour for each series; without any point there are axes only.
+/// Draws error against time in double-logarithmic axes, one colour for each series; only the axes if no series has a point.
 pub fn convergence(heading: &Heading, series: &[ErrorSeries]) -> Drawing {
     let mut drawing = Drawing::new(SIZE, heading.title.as_str());
     heading.draw(&mut drawing);
@@ -127,7 +127,7 @@ pub fn convergence(heading: &Heading, series: &[ErrorSeries]) -> Drawing {
 
 fn axes_of(series: &[ErrorSeries], within: Rectangle) -> Axes {
     let points = || series.iter().flat_map(|one| one.points.iter().copied());
-    // room for the course beyond the last pass
+    // room for the law beyond the last pass
     let with_course = series.iter().filter(|one| one.course.is_some());
     let beyond = with_course.filter_map(|one| Some(one.points.last()?.0 * BEYOND));
     let foretold = series.iter().flat_map(|one| {
@@ -192,7 +192,7 @@ fn draw_series(drawing: &mut Drawing, axes: &Axes, series: &ErrorSeries, colour:
     drawing.fill(marks, colour, 1.0);
 }
 
-/// What was foretold: a diamond at each accuracy, on the interval of its seconds.
+/// Draws predictions: a diamond at each accuracy, on the interval of its seconds.
 fn draw_foretold(drawing: &mut Drawing, axes: &Axes, foretold: &[Foretold], colour: Colour) {
     let within = |seconds: f64| seconds.clamp(axes.x.from, axes.x.to);
     for time in foretold {
@@ -207,7 +207,7 @@ fn draw_foretold(drawing: &mut Drawing, axes: &Axes, foretold: &[Foretold], colo
     }
 }
 
-/// Below the plot: the time to every accuracy.
+/// Draws the table below the plot: the time to each accuracy.
 fn draw_table(drawing: &mut Drawing, series: &[ErrorSeries], within: Rectangle) {
     let Some(first) = series.first() else { return };
     let mut y = within.to.y + axes::BELOW + 0.5 * ROW_HEIGHT + 4.0;
@@ -233,12 +233,12 @@ fn draw_table(drawing: &mut Drawing, series: &[ErrorSeries], within: Rectangle) 
     }
 }
 
-/// Without the digits that a product with 100 leaves behind.
+/// Rounds away the digits that the product with 100 leaves behind.
 fn rounded(percent: f64) -> f64 {
     (percent * 1e9).round() / 1e9
 }
 
-/// The points of passes 1, 2, 4, 8 and so on, and the last.
+/// Returns the points of passes 1, 2, 4, 8 and so on, and the last.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let chosen = |index: &usize| (index + 1).is_power_of_two() || index + 1 == points.len();
     (0..points.len()).filter(chosen).map(|index| points[index]).collect()
@@ -268,7 +268,7 @@ mod tests {
         }
     }
 
-    /// Intervals without an upper end, and times beyond the axes, are drawn as far as the axes go.
+    /// Intervals without an upper end, and times beyond the axes, are drawn up to the ends of the axes.
     #[test]
     fn what_was_foretold_is_drawn_and_named() {
         let points: Vec<(f64, f64)> = (2..40).map(|k| (0.1 * f64::from(k), 0.1 / f64::from(k).sqrt())).collect();

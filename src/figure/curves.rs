@@ -11,18 +11,18 @@ use super::outline::{Outline, Rectangle};
 
 const SIZE: DVec2 = DVec2::new(800.0, 500.0);
 
-/// A named set of points of a plot, joined by a line, marked, or both.
+/// Named series of points of a plot, joined by a line, marked, or both.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
     /// Name in the legend.
     pub name: String,
-    /// Points (x, y) to be joined, in their order; none: no line.
+    /// Points (x, y) joined in order; empty: no line.
     pub line: Vec<(f64, f64)>,
-    /// Points (x, y) to be marked by circles.
+    /// Points (x, y) marked by circles.
     pub marks: Vec<(f64, f64)>,
-    /// Halves of the marks' intervals along y, drawn as bars of twice their length; none: no bars.
+    /// Half widths of the marks' intervals along y, drawn as error bars; empty: no bars.
     pub errors: Vec<f64>,
-    /// The line is dashed: numbers from elsewhere.
+    /// True if the line is dashed, for numbers from other sources.
     pub dashed: bool,
 }
 
@@ -33,7 +33,7 @@ impl Series {
     }
 }
 
-/// Series over two axes, with a legend above. What is not finite, or outside of the axes, is left out.
+/// Draws series over two axes, with a legend above. Points that are not finite, or outside of the axes, are left out.
 pub fn curves(heading: &Heading, series: &[Series], x: Axis, y: Axis) -> Drawing {
     let mut drawing = Drawing::new(SIZE, heading.title.as_str());
     heading.draw(&mut drawing);
@@ -62,7 +62,7 @@ pub fn curves(heading: &Heading, series: &[Series], x: Axis, y: Axis) -> Drawing
     drawing
 }
 
-/// Series over two logarithmic axes that have room for all of their points.
+/// Draws series over two logarithmic axes that contain all of their points.
 pub fn logarithmic(heading: &Heading, series: &[Series], x_title: &str, y_title: &str) -> Drawing {
     let points = || series.iter().flat_map(|series| series.line.iter().chain(&series.marks));
     let x = Axis::logarithmic(x_title, logarithmic_ends(points().map(|point| point.0), 1.0), "");

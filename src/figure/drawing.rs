@@ -1,4 +1,4 @@
-//! The builder of figures: shapes, text and pictures in the order in which they are drawn.
+//! Builder of figures: shapes, text and pictures in the order in which they are drawn.
 
 use glam::DVec2;
 
@@ -7,90 +7,90 @@ use super::letters;
 use super::outline::{Outline, Rectangle};
 use crate::output::Raster;
 
-/// A figure: its size, what it is called, and what is drawn.
+/// Figure: its size, title and items.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
     /// Width and height in pixels at single size.
     pub size: DVec2,
-    /// Name of the figure, for those who cannot see it.
+    /// Title of the figure, also for screen readers.
     pub title: String,
-    /// All that is drawn, what comes first below what comes later.
+    /// Items in drawing order: later ones cover earlier ones.
     pub items: Vec<Item>,
 }
 
-/// Something drawn.
+/// Item of a figure.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
-    /// Lines and areas.
+    /// Outline that is filled, drawn as a line, or both.
     Shape(Shape),
-    /// A text.
+    /// Line of text.
     Words(Words),
-    /// A picture of pixels.
+    /// Raster picture.
     Picture(Picture),
 }
 
-/// An outline with a colour within, along it, or both.
+/// Outline with a fill, a line along it, or both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
-    /// The outline.
+    /// Outline that is drawn.
     pub outline: Outline,
-    /// Colour within, and its opacity, 0..1.
+    /// Colour of the fill, and its opacity, 0..1.
     pub fill: Option<(Colour, f64)>,
-    /// The line along the outline.
+    /// Line along the outline.
     pub line: Option<Line>,
 }
 
-/// A text that was written; its letters are outlines, which are made when the figure is written as a file.
+/// Text at its position; the outlines of its letters are made when the figure is written to a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Words {
-    /// What it says.
+    /// Text to be drawn.
     pub text: String,
-    /// Where its first letter stands.
+    /// Position of the left end of the text's base line.
     pub at: DVec2,
-    /// Width of the whole text in pixels, in the direction in which it is read.
+    /// Width of the whole text in pixels, along its reading direction.
     pub width: f64,
     /// Size of the type in pixels.
     pub size: f64,
-    /// Direction in which it is read.
+    /// Reading direction of the text.
     pub direction: Direction,
     /// Colour of the letters.
     pub colour: Colour,
-    /// Colour of a rim around the letters, over what is below.
+    /// Colour of a halo around the letters, which keeps them legible on a picture.
     pub rim: Option<Colour>,
 }
 
-/// A line's look.
+/// Style of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     /// Colour of the line.
     pub colour: Colour,
     /// Width in pixels at single size.
     pub width: f64,
-    /// Lengths of dashes and gaps in turns, in pixels; empty: no gaps.
+    /// Lengths of dashes and gaps in turns, in pixels; empty: a solid line.
     pub dashes: Vec<f64>,
 }
 
-/// A picture of pixels.
+/// Raster picture in a figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Where it is drawn.
+    /// Rectangle that the picture fills.
     pub place: Rectangle,
-    /// The pixels.
+    /// Pixels of the picture.
     pub raster: Raster,
-    /// What is between their middles where the picture is made larger.
+    /// Interpolation between the centres of pixels where the picture is enlarged.
     pub between: Between,
 }
 
-/// What is between the middles of a picture's pixels.
+/// Interpolation between the centres of a picture's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// Pixels are squares: each is a value of its own.
+    /// No interpolation: pixels are squares.
     Edges,
-    /// Neighbours are blended.
+    /// Blending of neighbouring pixels.
     Blends,
 }
 
-/// Where a text stands about its point.
+/// Alignment of a text relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
     /// The text begins at the point.
@@ -101,57 +101,57 @@ pub enum Anchor {
     End,
 }
 
-/// Direction of a text.
+/// Reading direction of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// From left to right.
+    /// Left to right.
     Level,
-    /// From below upwards, as along an axis.
+    /// Bottom to top, as along a vertical axis.
     Upwards,
 }
 
-/// The look of a text.
+/// Style of a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Type {
     /// Size of the type in pixels.
     pub size: f64,
     /// Colour of the letters.
     pub colour: Colour,
-    /// Where it stands.
+    /// Alignment relative to the text's point.
     pub anchor: Anchor,
-    /// Direction in which it is read.
+    /// Reading direction.
     pub direction: Direction,
-    /// Colour of a rim around the letters, over what is below.
+    /// Colour of a halo around the letters, which keeps them legible on a picture.
     pub rim: Option<Colour>,
 }
 
 impl Type {
-    /// Level type of a size and colour that begins at its point.
+    /// Creates the style of a horizontal text of a size and colour that begins at its point, without a halo.
     pub fn new(size: f64, colour: Colour) -> Self {
         Self { size, colour, anchor: Anchor::Start, direction: Direction::Level, rim: None }
     }
 
-    /// The same type about another place of its point.
+    /// Returns this style with another alignment.
     pub fn anchored(self, anchor: Anchor) -> Self {
         Self { anchor, ..self }
     }
 
-    /// The same type read upwards.
+    /// Returns this style with the text read upwards.
     pub fn upwards(self) -> Self {
         Self { direction: Direction::Upwards, ..self }
     }
 
-    /// The same type with a rim.
+    /// Returns this style with a halo of the given colour.
     pub fn rimmed(self, rim: Colour) -> Self {
         Self { rim: Some(rim), ..self }
     }
 }
 
-/// Width of the line along the letters that makes their rim, in sizes of the type.
+/// Width of the stroke along the letters that makes their halo, in sizes of the type.
 pub const RIM_WIDTH: f64 = 0.28;
 
 impl Words {
-    /// The outlines of the letters.
+    /// Returns the outlines of the letters.
     pub fn outline(&self) -> Outline {
         match self.direction {
             Direction::Level => letters::outline(&self.text, self.size, self.at),
@@ -162,33 +162,33 @@ impl Words {
         }
     }
 
-    /// The rim around the letters, which is drawn below them.
+    /// Returns the stroke of the halo around the letters, which is drawn below them.
     pub fn rim(&self) -> Option<Line> {
         self.rim.map(|colour| Line::new(colour, RIM_WIDTH * self.size))
     }
 }
 
 impl Line {
-    /// A line without gaps.
+    /// Creates a solid line.
     pub fn new(colour: Colour, width: f64) -> Self {
         Self { colour, width, dashes: Vec::new() }
     }
 
-    /// The same line with dashes and gaps.
+    /// Returns this line with dashes and gaps of the given lengths in pixels.
     pub fn dashed(self, dashes: &[f64]) -> Self {
         Self { dashes: dashes.to_vec(), ..self }
     }
 }
 
 impl Drawing {
-    /// Empty paper.
+    /// Creates a figure of paper alone.
     pub fn new(size: DVec2, title: impl Into<String>) -> Self {
         let mut drawing = Self { size, title: title.into(), items: Vec::new() };
         drawing.fill(Outline::rectangle(DVec2::ZERO, size), Colour::Paper, 1.0);
         drawing
     }
 
-    /// Fills an outline with a colour of an opacity, 0..1.
+    /// Fills an outline with a colour of the given opacity, 0..1.
     pub fn fill(&mut self, outline: Outline, colour: Colour, opacity: f64) {
         self.add(Shape { outline, fill: Some((colour, opacity)), line: None });
     }
@@ -208,12 +208,12 @@ impl Drawing {
         self.items.push(Item::Picture(Picture { place, raster, between: Between::Edges }));
     }
 
-    /// Draws a picture of something without edges.
+    /// Draws a picture of a smooth quantity, whose pixels are blended where it is enlarged.
     pub fn smooth_picture(&mut self, place: Rectangle, raster: Raster) {
         self.items.push(Item::Picture(Picture { place, raster, between: Between::Blends }));
     }
 
-    /// Writes a text at a point; the letters stand on the point's height (or left of it, where they are read upwards).
+    /// Writes a text with its base line at the height of a point (for upward text: with its base line at the point's x).
     pub fn text(&mut self, at: DVec2, text: impl Into<String>, look: Type) {
         let text = text.into();
         let width = letters::width(&text, look.size);
@@ -232,12 +232,12 @@ impl Drawing {
         }
     }
 
-    /// Writes a text whose capitals are centred on the height of a point.
+    /// Writes a text whose capitals are centred vertically on a point.
     pub fn text_centred(&mut self, at: DVec2, text: impl Into<String>, look: Type) {
         self.text(at + DVec2::new(0.0, 0.5 * letters::CAPITAL_HEIGHT * look.size), text, look);
     }
 
-    /// Draws another figure with its upper left corner at a point, `scale` times as large.
+    /// Draws another figure with its upper left corner at a point, scaled by `scale`.
     pub fn place(&mut self, other: &Self, at: DVec2, scale: f64) {
         let place = |point: DVec2| at + scale * point;
         let shape = |shape: &Shape| Shape {
@@ -266,7 +266,7 @@ impl Drawing {
         }));
     }
 
-    /// All texts, in the order in which they are drawn.
+    /// Returns all texts in drawing order.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.items.iter().filter_map(|item| match item {
             Item::Words(words) => Some(words.text.as_str()),

@@ -6,49 +6,51 @@ use crate::output::{OutputError, Raster, percentile};
 
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [20, 20, 20];
-/// Colour of what is not a number.
+/// Colour of values that are not numbers.
 const INVALID: [u8; 3] = [255, 0, 255];
 
 const MARGIN_PX: usize = 12;
 const BAR_PX: usize = 24;
 const TICK_PX: usize = 6;
 
-/// Height that a scale needs: its unit, and room for the labels of ten ticks.
+/// Smallest height of a picture with a scale in pixels: the unit, and room for the labels of ten ticks.
 const LEAST_HEIGHT_PX: usize = 240;
 
 /// Colours on one scale, for one picture or several that are to be compared.
 #[derive(Clone, Copy, Debug)]
 pub struct FalseColours {
     scale: Scale,
-    /// Colour of a position 0..1.
+    /// Map from positions 0..1 to colours.
     gradient: fn(f64) -> [u8; 3],
     unit: &'static str,
 }
 
 impl FalseColours {
-    /// Viridis over all of `illuminance_lux`.
+    /// Creates a viridis scale over all of `illuminance_lux`.
     pub fn illuminance(illuminance_lux: &[f64]) -> Self {
         Self { scale: Scale::over(illuminance_lux, 0.0), gradient: viridis, unit: "lux" }
     }
 
-    /// Viridis from zero to `highest_lux`; what is above has the colour of the end.
+    /// Creates a viridis scale from zero to `highest_lux`; greater values have the colour of its upper end.
     pub fn illuminance_up_to(highest_lux: f64) -> Self {
         Self { scale: Scale { lowest: 0.0, highest: highest_lux, logarithmic: false }, gradient: viridis, unit: "lux" }
     }
 
-    /// Turbo over `values` that are not negative, but for the `trim` (0..0.5) highest and lowest of them.
+    /// Creates a turbo scale over `values` that are not negative, without the fraction `trim` (0..0.5) of lowest and of highest
+    /// values.
     pub fn magnitudes(values: &[f64], trim: f64, unit: &'static str) -> Self {
         Self { scale: Scale::over(values, trim), gradient: turbo, unit }
     }
 
-    /// Map from blue (below zero) over white to red (above); the share `trim` of the largest magnitudes is clipped.
+    /// Creates a scale from blue (below zero) over white to red (above); the fraction `trim` of the largest magnitudes is
+    /// clipped.
     pub fn differences(values: &[f64], trim: f64, unit: &'static str) -> Self {
         let magnitudes = values.iter().map(|value| value.abs());
         let highest = percentile(magnitudes, 1.0 - trim).filter(|highest| *highest > 0.0).unwrap_or(1.0);
         Self { scale: Scale { lowest: -highest, highest, logarithmic: false }, gradient: blue_red, unit }
     }
 
-    /// One pixel per value, top row first.
+    /// Paints one pixel per value, top row first.
     pub fn paint(&self, size_px: [usize; 2], values: &[f64]) -> Result<Raster, OutputError> {
         let [width, height] = size_px;
         if width == 0 || height == 0 || width.checked_mul(height) != Some(values.len()) {
@@ -61,7 +63,7 @@ impl FalseColours {
         Ok(picture)
     }
 
-    /// One pixel per sensor of a grid, north up.
+    /// Paints one pixel per sensor of a grid, north up.
     pub fn heat_map(&self, cells: [usize; 2], values: &[f64]) -> Result<Raster, OutputError> {
         let northern_first: Vec<f64> = values.rchunks(cells[0].max(1)).flatten().copied().collect();
         self.paint(cells, &northern_first)
@@ -71,7 +73,7 @@ impl FalseColours {
         if value.is_nan() { INVALID } else { (self.gradient)(self.scale.position(value)) }
     }
 
-    /// The picture with the scale to its right.
+    /// Returns the picture with the scale to its right.
     pub fn with_scale(&self, picture: &Raster) -> Result<Raster, OutputError> {
         with_scale(picture, &self.scale, self.gradient, self.unit)
     }
@@ -89,7 +91,7 @@ fn blue_red(position: f64) -> [u8; 3] {
     colorous::RED_BLUE.eval_continuous(1.0 - position).into_array()
 }
 
-/// The picture with the scale to its right.
+/// Returns the picture with the scale to its right.
 fn with_scale(
     picture: &Raster,
     scale: &Scale,

@@ -1,4 +1,4 @@
-//! A figure as a file, in the format that is asked for.
+//! Figures as files in several formats.
 
 use super::drawing::Drawing;
 use super::paint::{self, Scale};
@@ -6,22 +6,22 @@ use super::pdf::pdf;
 use super::svg::svg;
 use crate::output::OutputError;
 
-/// How a figure is written.
+/// File format of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FigureFormat {
-    /// Outlines, for pages.
+    /// SVG: outlines, for web pages.
     Svg,
-    /// Pixels.
+    /// PNG: pixels.
     Png(Scale),
-    /// Outlines, for print.
+    /// PDF: outlines, for print.
     Pdf,
 }
 
 impl FigureFormat {
-    /// Each format, with pixels at single size.
+    /// Every format, PNG at single size.
     pub const ALL: [Self; 3] = [Self::Svg, Self::Png(Scale::Single), Self::Pdf];
 
-    /// The end of a file's name, without a dot.
+    /// Returns the extension of a file's name, without the dot.
     pub fn suffix(self) -> &'static str {
         match self {
             Self::Svg => "svg",
@@ -30,7 +30,7 @@ impl FigureFormat {
         }
     }
 
-    /// Type that a file is served as.
+    /// Returns the media type of the format.
     pub fn media_type(self) -> &'static str {
         match self {
             Self::Svg => "image/svg+xml",
@@ -39,7 +39,7 @@ impl FigureFormat {
         }
     }
 
-    /// The figure as a file.
+    /// Writes the figure as a file of this format.
     pub fn write(self, drawing: &Drawing) -> Result<Vec<u8>, OutputError> {
         match self {
             Self::Svg => svg(drawing).map(String::into_bytes),

@@ -1,4 +1,4 @@
-//! What stands above a figure: its title, and lines that say of what, where, when and how it was computed.
+//! Heading of a figure: its title, and lines that name the job, place, time, sky, method and error.
 
 use glam::DVec2;
 
@@ -6,38 +6,38 @@ use super::colour::Colour;
 use super::drawing::{Drawing, Type};
 use super::letters;
 
-/// Distance of a heading from the edges of a figure.
+/// Distance of a heading from the edges of a figure in pixels.
 pub const MARGIN: f64 = 16.0;
 
 const TITLE_SIZE: f64 = 17.0;
 const LINE_SIZE: f64 = 12.0;
 const LINE_HEIGHT: f64 = 17.0;
 
-/// What stands between the pieces of a line, and where it may be broken.
+/// Separator between the pieces of a line; long lines are broken at it.
 pub const SEPARATOR: &str = " · ";
 
 /// Title and lines of a figure.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Heading {
-    /// What the figure shows.
+    /// Title of the figure.
     pub title: String,
-    /// Job, place, time, sky, method and error, in lines of less weight; empty ones are left out.
+    /// Job, place, time, sky, method and error, in muted type below the title; empty lines are left out.
     pub lines: Vec<String>,
 }
 
 impl Heading {
-    /// A heading without lines.
+    /// Creates a heading without lines.
     pub fn of(title: impl Into<String>) -> Self {
         Self { title: title.into(), lines: Vec::new() }
     }
 
-    /// Lower end of the heading in a figure of a width.
+    /// Returns the y coordinate of the lower end of the heading in a figure of the given width, in pixels.
     pub fn height(&self, width: f64) -> f64 {
         let title = if self.title.is_empty() { 0.0 } else { TITLE_SIZE + 4.0 };
         MARGIN + title + LINE_HEIGHT * self.broken(width).len() as f64
     }
 
-    /// The lines, those broken at their dots that are too long for a figure of a width.
+    /// Returns the lines, broken at their separators where they are too long for a figure of the given width.
     fn broken(&self, width: f64) -> Vec<String> {
         let most = width - 2.0 * MARGIN;
         let mut lines: Vec<String> = Vec::new();
@@ -56,7 +56,7 @@ impl Heading {
         lines
     }
 
-    /// Writes the heading into the upper left of a figure; what is too long for it is broken at a dot, or cut.
+    /// Writes the heading into the upper left of a figure; lines that are too long are broken at a separator, or cut.
     pub fn draw(&self, drawing: &mut Drawing) {
         let most = drawing.size.x - 2.0 * MARGIN;
         let mut at = DVec2::new(MARGIN, MARGIN);

@@ -6,24 +6,25 @@ use glam::DVec2;
 use super::outline::{Outline, Part, Rectangle};
 use crate::output::OutputError;
 
-/// Illuminances in lux that standards and people name.
+/// Illuminances in lux that are usual in standards and practice, as levels of isolines.
 const NAMED_LUX: [f64; 17] =
     [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 150.0, 200.0, 300.0, 500.0, 750.0, 1000.0, 1500.0, 2000.0, 3000.0, 5000.0];
 
-/// Fewest lines that a map has by named values; with fewer it has lines at round ones.
+/// Fewest isolines at named values; below this number a map has isolines at round values instead.
 const FEWEST: usize = 3;
 
-/// A value and the lines along which a grid has it.
+/// Level and the lines along which a grid has this value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Isoline {
-    /// The value.
+    /// Value along the lines.
     pub level: f64,
-    /// Lines, each a list of points. A cell is a unit of length: the first one reaches from 0 to 1, its centre is at 0.5.
+    /// Lines, each a list of points, in units of a cell: the first cell reaches from 0 to 1, and its centre is at 0.5.
     pub pieces: Vec<Vec<DVec2>>,
 }
 
-/// Lines of equal value through a grid of `cells` columns and rows, whose values stand row by row in the centres of the cells;
-/// between them it is linear, beyond them it goes on. No line goes through cells whose values are not finite.
+/// Computes the lines of equal value of a grid of `cells` columns and rows. `values` are those at the centres of the cells, row
+/// by row; they are interpolated linearly, and extrapolated to the edge of the grid. No line crosses cells whose values are not
+/// finite. An error if the number of values is not that of the cells.
 pub fn isolines(cells: [usize; 2], values: &[f64], levels: &[f64]) -> Result<Vec<Isoline>, OutputError> {
     let [columns, rows] = cells;
     if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(values.len()) {
@@ -31,14 +32,14 @@ pub fn isolines(cells: [usize; 2], values: &[f64], levels: &[f64]) -> Result<Vec
     }
     let known: Vec<bool> = values.iter().map(|value| value.is_finite()).collect();
     let values = &beside_the_unknown(columns, values);
-    // the library ends lines half a cell beyond the outer centres, and not always in the right place: with a frame of values that
-    // go on as within, these ends lie outside
+    // the library ends lines half a cell beyond the outer centres, and not always in the right place: with a frame of
+    // extrapolated values around the grid, these ends lie outside
     let inner = |index: usize, count: usize| index.saturating_sub(1).min(count - 1);
     let finite = |row: usize, column: usize| Some(values[row * columns + column]).filter(|value| value.is_finite());
     let at = |row: usize, column: usize| {
         let (near_row, near_column) = (inner(row, rows), inner(column, columns));
         let near = finite(near_row, near_column).unwrap_or(0.0);
-        // as far within as the frame is outside
+        // the cell as far inside the edge as the frame is outside
         let mirrored = |index: usize, near: usize, count: usize| (2 * near + 1).saturating_sub(index).min(count - 1);
         let far = finite(mirrored(row, near_row, rows), mirrored(column, near_column, columns)).unwrap_or(near);
         if (row, column) == (near_row + 1, near_column + 1) { near } else { 2.0 * near - far }
@@ -64,8 +65,8 @@ pub fn isolines(cells: [usize; 2], values: &[f64], levels: &[f64]) -> Result<Vec
     Ok(isolines.collect())
 }
 
-/// The values, and in the place of those that are not finite the nearest ones of their row before or behind: lines are to reach the
-/// edge of what is known.
+/// Returns the values with each that is not finite replaced by the nearest finite one of its row (0 if there is none), so that
+/// lines reach the edge of the valid cells.
 fn beside_the_unknown(columns: usize, values: &[f64]) -> Vec<f64> {
     let mut filled = values.to_vec();
     for row in filled.chunks_mut(columns) {
@@ -80,7 +81,7 @@ fn beside_the_unknown(columns: usize, values: &[f64]) -> Vec<f64> {
     filled
 }
 
-/// The pieces of a line whose steps lie where something is known.
+/// Returns the pieces of a line whose segments have their midpoints where `is_known` is true.
 fn cut(line: Vec<DVec2>, is_known: impl Fn(DVec2) -> bool) -> Vec<Vec<DVec2>> {
     let mut pieces: Vec<Vec<DVec2>> = Vec::new();
     let mut goes_on = false;
@@ -96,7 +97,7 @@ fn cut(line: Vec<DVec2>, is_known: impl Fn(DVec2) -> bool) -> Vec<Vec<DVec2>> {
     pieces
 }
 
-/// The pieces of a line that are within a rectangle.
+/// Returns the pieces of a line that are within a rectangle.
 fn clipped(points: impl Iterator<Item = DVec2>, within: &Rectangle) -> Vec<Vec<DVec2>> {
     let mut outline = Outline::default();
     outline.add_clipped(points, within);
@@ -111,7 +112,8 @@ fn clipped(points: impl Iterator<Item = DVec2>, within: &Rectangle) -> Vec<Vec<D
     pieces
 }
 
-/// Values at which a map of illuminance in lux has lines: named ones between its ends, or round ones where few of these are.
+/// Returns the levels in lux for isolines of illuminance between `least` and `greatest`: named values from a tenth of the
+/// greatest upwards, or round values where fewer than three of these fit.
 pub fn levels_lux(least: f64, greatest: f64) -> Vec<f64> {
     // in the dark end lines are close
     let within = |level: &f64| *level > least.max(0.1 * greatest) && *level < greatest;
@@ -122,7 +124,7 @@ pub fn levels_lux(least: f64, greatest: f64) -> Vec<f64> {
     levels(least, greatest)
 }
 
-/// Round values between two ends.
+/// Returns round values strictly between two ends.
 pub fn levels(least: f64, greatest: f64) -> Vec<f64> {
     let ticks = super::ticks::linear(least, greatest, 6, super::ticks::Steps::Decimal);
     ticks.into_iter().map(|tick| tick.value).filter(|level| *level > least && *level < greatest).collect()

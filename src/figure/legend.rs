@@ -1,4 +1,4 @@
-//! What the lines and marks of a plot mean: a row of samples with names, outside of the plot, so that it hides nothing.
+//! Legend of a plot: a row of line and mark samples with names, outside of the plot area.
 
 use glam::DVec2;
 
@@ -13,15 +13,15 @@ const SAMPLE: f64 = 24.0;
 const GAP: f64 = 6.0;
 const BETWEEN: f64 = 20.0;
 
-/// Radius of marks in plots.
+/// Radius of marks in plots in pixels.
 pub const MARK_RADIUS: f64 = 3.0;
 
-/// A sample and its name.
+/// Entry of a legend: a sample and its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// What the sample stands for.
+    /// Name of the series or quantity.
     pub name: String,
-    /// Look of the line.
+    /// Style of the line.
     pub line: Option<Line>,
     /// Colour of the marks.
     pub mark: Option<Colour>,
@@ -35,12 +35,12 @@ impl Entry {
     }
 }
 
-/// Height of the rows that entries take in a width.
+/// Returns the height of the legend in pixels, with its entries in rows of the given width.
 pub fn height(entries: &[Entry], width: f64) -> f64 {
     places(entries, width).last().map_or(0.0, |last| last.y + ROW_HEIGHT)
 }
 
-/// Draws entries in rows from the upper left corner `at`, in a width.
+/// Draws entries in rows of the given width from the upper left corner `at`.
 pub fn draw(drawing: &mut Drawing, entries: &[Entry], at: DVec2, width: f64) {
     for (entry, place) in entries.iter().zip(places(entries, width)) {
         let left = at + place + DVec2::new(0.0, 0.5 * ROW_HEIGHT);
@@ -59,7 +59,7 @@ pub fn draw(drawing: &mut Drawing, entries: &[Entry], at: DVec2, width: f64) {
     }
 }
 
-/// Upper left corners of entries.
+/// Returns the upper left corners of entries, relative to that of the legend.
 fn places(entries: &[Entry], width: f64) -> Vec<DVec2> {
     let mut at = DVec2::ZERO;
     let place = |entry: &Entry| {

@@ -1,6 +1,6 @@
-//! Text as outlines, so that it looks the same everywhere and nobody needs a font.
+//! Text as outlines, so that it looks the same everywhere and needs no installed font.
 //!
-//! The letters are those of Open Sans: Latin with accents, some Greek and signs. What else a name may have is drawn as a box.
+//! The glyphs are those of Open Sans: Latin with accents, some Greek and signs. Any other character is drawn as a box.
 
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, OnceLock};
@@ -9,13 +9,13 @@ use glam::DVec2;
 
 use super::outline::{Outline, Part};
 
-/// The outlines; the head of the file says how they were made.
+/// Outlines of the glyphs; the head of the file says how they were made.
 const OPEN_SANS: &str = include_str!("letters/open_sans.txt");
 
-/// Units of the outlines in the size of the type.
+/// Units of the glyphs' coordinates per size of the type (em).
 pub const UNITS: f64 = 2048.0;
 
-/// Drawn for what has no letter: a box.
+/// Box that is drawn for a character without a glyph.
 static UNKNOWN: Letter = Letter {
     code: 0,
     advance: 1200.0,
@@ -26,15 +26,15 @@ static UNKNOWN: Letter = Letter {
 /// Height of capital letters and digits, in sizes of the type.
 pub const CAPITAL_HEIGHT: f64 = 1462.0 / UNITS;
 
-/// A letter, in units of which [`UNITS`] are the size of the type; y points down.
+/// Glyph in font units, [`UNITS`] of which are the size of the type; y points down.
 pub struct Letter {
-    /// Code point of the character; 0 of the box for what has no letter.
+    /// Code point of the character; 0 for the box.
     pub code: u32,
-    /// How far the next letter stands.
+    /// Advance width: distance to the origin of the next glyph.
     pub advance: f64,
-    /// Its outline as a path of SVG.
+    /// Outline as an SVG path.
     pub path: &'static str,
-    /// The same, once somebody has asked for it.
+    /// Outline parsed from the path, cached at its first use.
     parts: OnceLock<Outline>,
 }
 
@@ -55,9 +55,9 @@ static LETTERS: LazyLock<BTreeMap<char, Letter>> = LazyLock::new(|| {
     OPEN_SANS.lines().filter(|line| !line.starts_with('#')).filter_map(line).collect()
 });
 
-/// The letter of a character.
+/// Returns the glyph of a character.
 pub fn letter(character: char) -> &'static Letter {
-    // a tabulator or the end of a line in a name is a space in a figure
+    // a tab or line break in a name is a space in a figure
     let character = if character.is_whitespace() { ' ' } else { character };
     match ASCII.get(character as usize) {
         Some(letter) => letter,
@@ -65,24 +65,24 @@ pub fn letter(character: char) -> &'static Letter {
     }
 }
 
-/// The letters of the characters that nearly every text is made of.
+/// Glyphs of the ASCII characters, which nearly all text consists of, for fast look-up.
 static ASCII: LazyLock<[&Letter; 128]> = LazyLock::new(|| std::array::from_fn(|code| found(char::from(code as u8))));
 
 fn found(character: char) -> &'static Letter {
     LETTERS.get(&character).unwrap_or(&UNKNOWN)
 }
 
-/// True if a text has more than spaces.
+/// True if any character of the text has an outline, i.e. is not a space.
 pub fn has_ink(text: &str) -> bool {
     text.chars().any(|character| !letter(character).path.is_empty())
 }
 
-/// Width of a text in type of `size`.
+/// Returns the width of a text in pixels in type of `size`.
 pub fn width(text: &str, size: f64) -> f64 {
     text.chars().map(|character| letter(character).advance).sum::<f64>() * size / UNITS
 }
 
-/// The text, or as much of its beginning as fits into `width` in type of `size`, with three dots.
+/// Returns the text, or as much of its beginning as fits into `most` pixels in type of `size`, followed by an ellipsis.
 pub fn fitted(text: &str, size: f64, most: f64) -> String {
     if width(text, size) <= most {
         return text.to_owned();
@@ -99,7 +99,7 @@ pub fn fitted(text: &str, size: f64, most: f64) -> String {
     format!("{}…", fitted.trim_end())
 }
 
-/// The text in lines that fit into `most` in type of `size`, broken between words; a longer word is cut.
+/// Returns the text in lines that fit into `most` pixels in type of `size`, broken between words; a longer word is cut.
 pub fn wrapped(text: &str, size: f64, most: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -112,7 +112,7 @@ pub fn wrapped(text: &str, size: f64, most: f64) -> Vec<String> {
     lines
 }
 
-/// Outline of a text in type of `size` from `at` to the right; the letters stand on the height of `at`.
+/// Returns the outline of a text in type of `size` to the right of `at`, with its base line at the height of `at`.
 pub fn outline(text: &str, size: f64, at: DVec2) -> Outline {
     let mut outline = Outline::default();
     let mut pen = at;
@@ -125,7 +125,7 @@ pub fn outline(text: &str, size: f64, at: DVec2) -> Outline {
     outline
 }
 
-/// A path of absolute moves, lines and quadratic curves; what is not understood is left out.
+/// Parses an SVG path of absolute moves, lines and quadratic curves; other commands are left out.
 fn parsed(path: &str) -> Outline {
     let mut outline = Outline::default();
     let mut rest = path;

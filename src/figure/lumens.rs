@@ -1,4 +1,5 @@
-//! Where the light of a tube goes: a stream from the collector into the room, from which losses branch off, as wide as lumens.
+//! Flow diagram (Sankey) of the flux of a tube from the collector into the room: losses branch off, and widths are proportional
+//! to lumens.
 
 use glam::DVec2;
 
@@ -8,10 +9,10 @@ use super::heading::Heading;
 use super::outline::{Outline, Part};
 use super::ticks::{significant, with_error};
 
-/// Width of the stream where it begins.
+/// Width in pixels of the stream of the greatest flux.
 const WIDEST: f64 = 170.0;
 
-/// Narrowest stream that is drawn.
+/// Width in pixels of the narrowest stream that is drawn.
 const NARROWEST: f64 = 1.0;
 
 const WIDTH: f64 = 680.0;
@@ -21,20 +22,20 @@ const STRAIGHT: f64 = 54.0;
 const LIGHT: Colour = Colour::Fixed([240, 190, 70]);
 const LOST: Colour = Colour::Fixed([170, 178, 186]);
 
-/// A place that light passes, and what it is called.
+/// Stage of the light's path through a tube.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
-    /// Name of the place.
+    /// Name of the stage.
     pub name: String,
-    /// Flux there in lm.
+    /// Flux at this stage in lm.
     pub flux_lm: f64,
-    /// Half of the interval of 95 % of the flux, where it is known.
+    /// Half width of the 95 % confidence interval of the flux in lm, where it was estimated.
     pub half_interval_lm: Option<f64>,
-    /// What is lost between the place before and this one.
+    /// Name of the loss between the stage before and this one.
     pub loss: String,
 }
 
-/// The stream from the first stage to the last; fluxes that rise are drawn as if nothing was lost.
+/// Draws the stream from the first stage to the last; where the flux rises, no loss is drawn.
 pub fn lumens(heading: &Heading, stages: &[Stage]) -> Drawing {
     let most = stages.iter().map(|stage| stage.flux_lm).fold(0.0, f64::max);
     let width = |flux: f64| if most > 0.0 { (WIDEST * flux / most).max(NARROWEST) } else { NARROWEST };
@@ -85,7 +86,8 @@ pub fn lumens(heading: &Heading, stages: &[Stage]) -> Drawing {
     drawing
 }
 
-/// A stream `wide` that comes down at `left`, from the height `y` on bends to the right and ends in an arrow at `right`.
+/// Returns the outline of a branch of width `wide` that leaves downwards at x = `left` and y, bends to the right and ends in an
+/// arrow at `right`.
 fn branch(left: f64, wide: f64, y: f64, right: f64) -> Outline {
     let at = DVec2::new;
     let (near, far) = (BEND, BEND + wide);

@@ -1,8 +1,8 @@
-//! Figures: one builder of shapes and letters, from which SVG, PNG and PDF are made, and the figures that are built by it.
+//! Figures: one builder of shapes and text from which SVG, PNG and PDF are written, and the figures that are built with it.
 //!
-//! Plain numbers in, a [`Drawing`] out; it knows no files, no documents and no clocks. Coordinates are pixels at single size,
-//! x to the right and y down, and may lie between pixels. Letters are outlines ([`letters`]), so that no reader needs a
-//! font; PNG ([`paint`]) and PDF ([`pdf`]) have the same shapes as SVG ([`svg`]).
+//! Every figure takes plain numbers and returns a [`Drawing`]; this module reads no files, documents or clocks. Coordinates are
+//! pixels at single size, x to the right and y down, and may be fractional. Text is drawn as outlines ([`letters`]), so that no
+//! viewer needs a font; PNG ([`paint`]) and PDF ([`pdf`]) have the same shapes as SVG ([`svg`]).
 
 pub mod axes;
 pub mod colour;

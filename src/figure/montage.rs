@@ -5,10 +5,10 @@ use crate::output::{OutputError, Raster};
 
 const PAPER: [u8; 3] = [255, 255, 255];
 
-/// Gap between pictures and around them.
+/// Gap between pictures and around them in pixels.
 const GAP_PX: usize = 12;
 
-/// Rows of at most `columns` titled pictures; titles longer than their picture make its column wider.
+/// Arranges titled pictures in rows of at most `columns`; the widest picture or title determines the width of all columns.
 pub fn montage(pictures: &[(String, Raster)], columns: usize) -> Result<Raster, OutputError> {
     let columns = columns.clamp(1, pictures.len().max(1));
     let title_height = LINE_PX + GAP_PX / 2;

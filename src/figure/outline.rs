@@ -1,31 +1,32 @@
-//! Outlines: lines and curves in the plane of a figure, in units of a pixel at single size, x to the right and y down.
+//! Outlines: lines and curves in the plane of a figure, in pixels at single size, x to the right and y down.
 
 use glam::DVec2;
 
-/// Control points of a quarter of a circle by a cubic curve, over the radius: 4/3 (sqrt(2) - 1); its error is 0.03 %.
+/// Distance of the control points of a cubic curve that approximates a quarter of a circle, over the radius: 4/3 (sqrt(2) - 1);
+/// its error is 0.03 %.
 const QUARTER: f64 = 0.552_284_749_830_793_4;
 
-/// One part of an outline, from where the one before it ends.
+/// Command of an outline, which continues from the end of the one before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
-    /// A new piece begins here.
+    /// Start of a new subpath at this point.
     Move(DVec2),
-    /// A straight line.
+    /// Straight line to this point.
     Line(DVec2),
-    /// A quadratic curve: its control point and its end.
+    /// Quadratic Bézier curve: its control point and its end.
     Quadratic(DVec2, DVec2),
-    /// A cubic curve: its control points and its end.
+    /// Cubic Bézier curve: its control points and its end.
     Cubic(DVec2, DVec2, DVec2),
-    /// Back to the beginning of the piece.
+    /// Straight line back to the start of the subpath.
     Close,
 }
 
-/// Pieces of lines and curves, which are filled (non-zero winding), drawn as lines, or both.
+/// Subpaths of lines and curves, which are filled (non-zero winding), drawn as lines, or both.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline(pub Vec<Part>);
 
 impl Outline {
-    /// Joins points by straight lines, as an open piece; nothing with fewer than two.
+    /// Joins points by straight lines as an open subpath; empty with fewer than two points.
     pub fn polyline(points: impl IntoIterator<Item = DVec2>) -> Self {
         let mut outline = Self::default();
         outline.add_polyline(points);
@@ -41,19 +42,19 @@ impl Outline {
         outline
     }
 
-    /// A rectangle between two opposite corners.
+    /// Returns the rectangle between two opposite corners.
     pub fn rectangle(a: DVec2, b: DVec2) -> Self {
         Self::polygon([a, DVec2::new(b.x, a.y), b, DVec2::new(a.x, b.y)])
     }
 
-    /// A circle, by four cubic curves.
+    /// Returns a circle of four cubic curves.
     pub fn circle(centre: DVec2, radius: f64) -> Self {
         let mut outline = Self::default();
         outline.add_circle(centre, radius);
         outline
     }
 
-    /// Adds an open piece of straight lines; nothing with fewer than two points.
+    /// Adds an open subpath of straight lines; adds nothing with fewer than two points.
     pub fn add_polyline(&mut self, points: impl IntoIterator<Item = DVec2>) {
         let mut points = points.into_iter();
         let (Some(first), Some(second)) = (points.next(), points.next()) else { return };
@@ -71,14 +72,14 @@ impl Outline {
         self.0.push(Part::Close);
     }
 
-    /// Adds the straight line between two points, as far as it is within a rectangle.
+    /// Adds the part of a straight line between two points that is within a rectangle.
     pub fn add_clipped_line(&mut self, from: DVec2, to: DVec2, within: &Rectangle) {
         if let Some((from, to)) = within.clip(from, to) {
             self.add_polyline([from, to]);
         }
     }
 
-    /// Adds straight lines between points, as far as they are within a rectangle. A point that is not finite ends a line.
+    /// Adds the parts of a polyline that are within a rectangle. A point that is not finite interrupts the line.
     pub fn add_clipped(&mut self, points: impl IntoIterator<Item = DVec2>, within: &Rectangle) {
         let mut before: Option<DVec2> = None;
         let mut joined = None;
@@ -95,7 +96,7 @@ impl Outline {
         }
     }
 
-    /// The outline with every point moved by `place`.
+    /// Returns the outline with every point mapped by `place`.
     pub fn mapped(&self, place: impl Fn(DVec2) -> DVec2) -> Self {
         let part = |part: &Part| match *part {
             Part::Move(to) => Part::Move(place(to)),
@@ -108,7 +109,7 @@ impl Outline {
     }
 }
 
-/// A rectangle of a figure.
+/// Rectangle of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
     /// Upper left corner.
@@ -118,23 +119,23 @@ pub struct Rectangle {
 }
 
 impl Rectangle {
-    /// A rectangle from its left, upper, right and lower edge.
+    /// Creates a rectangle from its left, upper, right and lower edge.
     pub fn new(left: f64, top: f64, right: f64, bottom: f64) -> Self {
         Self { from: DVec2::new(left, top), to: DVec2::new(right, bottom) }
     }
 
-    /// Width and height.
+    /// Returns width and height.
     pub fn size(&self) -> DVec2 {
         self.to - self.from
     }
 
-    /// True if the rectangle, or its edge, has the point.
+    /// True if the point is within the rectangle or on its edge.
     pub fn contains(&self, point: DVec2) -> bool {
         point.cmpge(self.from).all() && point.cmple(self.to).all()
     }
 
-    /// The part of a straight line that is within the rectangle: between the shares of its length at which it enters the last strip and
-    /// leaves the first.
+    /// Returns the part of a straight line that is within the rectangle, by the slab method: between the fractions of its
+    /// length at which it enters the last slab and leaves the first.
     fn clip(&self, from: DVec2, to: DVec2) -> Option<(DVec2, DVec2)> {
         let along = to - from;
         let (mut enters, mut leaves) = (0.0f64, 1.0f64);

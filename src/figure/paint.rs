@@ -1,4 +1,4 @@
-//! A figure in pixels: the same shapes as in its SVG, filled and smoothed by the rasteriser that resvg has.
+//! Figures in pixels: the same shapes as in SVG, rasterised with anti-aliasing by tiny-skia.
 
 use tiny_skia::{
     Color, FillRule, FilterQuality, LineCap, LineJoin, Paint, PathBuilder, Pixmap, PixmapPaint, Stroke, StrokeDash,
@@ -16,18 +16,18 @@ const LONGEST: f64 = 16_384.0;
 /// Pixels per unit of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// One pixel per unit, as the sizes of type are meant.
+    /// One pixel per unit, at which the sizes of type are nominal.
     Single,
-    /// Two pixels per unit, for fine screens and print.
+    /// Two pixels per unit, for high-resolution screens and print.
     Double,
 }
 
-/// The figure as a PNG file, on light paper.
+/// Writes the figure as a PNG file, in the colours of light paper.
 pub fn png(drawing: &Drawing, scale: Scale) -> Result<Vec<u8>, OutputError> {
     png::encode(&paint(drawing, scale)?)
 }
 
-/// The figure in pixels, on light paper.
+/// Paints the figure in pixels, in the colours of light paper.
 pub fn paint(drawing: &Drawing, scale: Scale) -> Result<Raster, OutputError> {
     let scale = match scale {
         Scale::Single => 1.0f64,
@@ -45,13 +45,13 @@ pub fn paint(drawing: &Drawing, scale: Scale) -> Result<Raster, OutputError> {
             Item::Picture(picture) => paint_picture(&mut pixmap, picture, transform)?,
         }
     }
-    // all is opaque on paper, so that nothing is left premultiplied
+    // the paper is opaque, so that premultiplied colours are the colours
     let pixels = pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     Ok(Raster { width: width as usize, height: height as usize, pixels })
 }
 
 fn paint_shape(pixmap: &mut Pixmap, shape: &Shape, transform: Transform) {
-    // an outline of no extent, or of numbers beyond f32, is no path
+    // an outline without extent, or with numbers beyond f32, has no path
     let Some(path) = path(&shape.outline) else { return };
     if let Some((fill, opacity)) = shape.fill {
         pixmap.fill_path(&path, &paint_of(fill, opacity), FillRule::Winding, transform, None);

@@ -1,7 +1,7 @@
-//! A figure as PDF, of one page that is as large as it: the same shapes as in its SVG, on light paper.
+//! Figures as PDF of one page of their size: the same shapes as in SVG, in the colours of light paper.
 //!
-//! Letters are outlines, as everywhere. Over each text lies the same text without ink, in a font that every reader has, so that
-//! it can be found and copied.
+//! Letters are outlines, as in the other formats. Invisible text in Courier, which every viewer has, is laid over each text, so
+//! that it can be searched and copied.
 
 use glam::DVec2;
 use miniz_oxide::deflate::compress_to_vec_zlib;
@@ -13,16 +13,16 @@ use super::drawing::{Between, Direction, Drawing, Item, Line, Picture, Shape, Wo
 use super::outline::{Outline, Part};
 use crate::output::{OutputError, Raster};
 
-/// Points of PDF, of which an inch has 72, in a pixel, of which it has 96.
+/// Points of PDF (72 per inch) per pixel (96 per inch).
 const POINTS: f64 = 72.0 / 96.0;
 
-/// Level of deflate: lines and letters shrink to a third at once, and hardly further.
+/// Level of deflate: the lowest reduces lines and letters to a third, and higher ones hardly save more.
 const LEVEL: u8 = 1;
 
-/// Width of every letter of Courier in sizes of the type.
+/// Advance width of every letter of Courier, in sizes of the type.
 const COURIER: f64 = 0.6;
 
-/// Name of the font of texts without ink.
+/// Resource name of the font of invisible text.
 const FONT: Name = Name(b"F");
 
 /// Numbers of the objects that every file has; pictures and opacities follow.
@@ -34,7 +34,7 @@ const COURIER_FONT: i32 = 5;
 const INFORMATION: i32 = 6;
 const FIRST_FREE: i32 = 7;
 
-/// The figure as a PDF file.
+/// Writes the figure as a PDF file.
 pub fn pdf(drawing: &Drawing) -> Result<Vec<u8>, OutputError> {
     let mut page = Page::new(drawing);
     for item in &drawing.items {
@@ -47,11 +47,11 @@ pub fn pdf(drawing: &Drawing) -> Result<Vec<u8>, OutputError> {
     Ok(page.file(drawing))
 }
 
-/// What is drawn, and what it needs: pictures and opacities by their numbers.
+/// Content of the page, with the pictures and opacities that it refers to by their index.
 struct Page<'a> {
     content: Content,
     pictures: Vec<&'a Picture>,
-    /// In percent.
+    /// Opacities in percent.
     opacities: Vec<u8>,
 }
 
@@ -118,7 +118,7 @@ impl<'a> Page<'a> {
         self.add_plain_words(words);
     }
 
-    /// The text without ink: each letter as wide as all are in the mean, so that both texts begin and end together.
+    /// Adds the invisible text, stretched to the width of the outlines, so that both begin and end together.
     fn add_plain_words(&mut self, words: &Words) {
         let letters: Vec<u8> = words.text.chars().map(in_windows_1252).collect();
         if letters.is_empty() || words.size <= 0.0 {
@@ -149,7 +149,7 @@ impl<'a> Page<'a> {
         let name = picture_name(self.pictures.len());
         self.pictures.push(picture);
         self.content.save_state();
-        // a picture is one unit wide and high, with its first row above
+        // in PDF a picture is the unit square, with its first row at the top
         self.content.transform([size.x, 0.0, 0.0, -size.y, from.x, from.y + size.y].map(|value| value as f32));
         self.content.x_object(Name(name.as_bytes()));
         self.content.restore_state();
@@ -215,7 +215,7 @@ fn rgb(colour: Colour) -> [f32; 3] {
     colour.on_light().map(|value| f32::from(value) / 255.0)
 }
 
-/// To a thousandth of a pixel, which keeps files short.
+/// Rounds coordinates to a thousandth of a pixel, which keeps files short.
 fn rounded(point: DVec2) -> [f32; 2] {
     point.to_array().map(|value| ((1000.0 * value).round() / 1000.0) as f32)
 }
@@ -258,7 +258,7 @@ fn add_curve(content: &mut Content, a: DVec2, b: DVec2, to: DVec2) {
     content.cubic_to(ax, ay, bx, by, x, y);
 }
 
-/// The letter in the encoding that PDF names WinAnsi, or a question mark.
+/// Returns a letter in Windows-1252 (WinAnsiEncoding in PDF), or a question mark.
 fn in_windows_1252(letter: char) -> u8 {
     match letter {
         ' '..='~' | '\u{a0}'..='\u{ff}' => letter as u8,
@@ -279,7 +279,7 @@ mod tests {
     use crate::figure::drawing::Type;
     use crate::figure::outline::Rectangle;
 
-    /// The streams of a file, inflated, as text.
+    /// Returns the inflated streams of a file as text.
     fn streams(file: &[u8]) -> String {
         let positions = |mark: &[u8]| -> Vec<usize> {
             let found = file.windows(mark.len()).enumerate().filter(|(_, window)| *window == mark);

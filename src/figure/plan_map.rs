@@ -1,4 +1,4 @@
-//! The plan of a room with a map of a grid: colours, lines of equal value, the room's outline, tubes, north.
+//! Plan of a room with the map of a grid: colours, isolines, the room's outline, tubes and an arrow to north.
 
 use glam::DVec2;
 
@@ -13,35 +13,35 @@ use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH};
 use super::ticks::{Steps, short, significant};
 use crate::output::{OutputError, Raster};
 
-/// Largest width and height of the room in a figure.
+/// Largest width and height of the room in a figure, in pixels.
 const MOST: DVec2 = DVec2::new(560.0, 620.0);
 
-/// Narrowest room in a figure: headings need some width.
+/// Smallest width of the plan in pixels, because headings need some width.
 const LEAST_WIDTH: f64 = 330.0;
 
-/// Room for the arrow of north above the bar.
+/// Height of the arrow to north above the colour bar, in pixels.
 const NORTH_HEIGHT: f64 = 64.0;
 
-/// Shortest line that has a label, in pixels.
+/// Shortest isoline with a label, in pixels.
 const LEAST_LABELLED: f64 = 70.0;
 
-/// Smallest cell that has its number, in pixels.
+/// Smallest cell in which its value is written, in pixels.
 const LEAST_NUMBERED: DVec2 = DVec2::new(20.0, 11.0);
 
 /// Colour of cells without a value, which are hatched.
 const NO_VALUE: [u8; 3] = [232; 3];
 
-/// Smallest cell that is hatched, in pixels.
+/// Smallest width or height of a hatched cell, in pixels.
 const LEAST_HATCHED: f64 = 3.0;
 
-/// What a plan shows of a room.
+/// Contents of a plan of a room.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomPlan {
-    /// Extent along x and y in metres.
+    /// Extent of the room along x and y in metres.
     pub size_m: DVec2,
-    /// Azimuth of the y axis, which is drawn upwards, clockwise from north in degrees.
+    /// Azimuth of the y axis (drawn upwards), clockwise from north in degrees.
     pub rotation_deg: f64,
-    /// Openings in the ceiling: centre and radius in metres.
+    /// Openings of tubes in the ceiling: centre and radius in metres.
     pub tubes: Vec<(DVec2, f64)>,
     /// Outlines of objects in metres.
     pub objects: Vec<Vec<DVec2>>,
@@ -50,46 +50,46 @@ pub struct RoomPlan {
 /// Values in the cells of a grid, row by row from the south.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridValues {
-    /// Number of columns and rows.
+    /// Number of columns and of rows.
     pub cells: [usize; 2],
     /// South-western corner of the first cell in metres.
     pub from_m: DVec2,
     /// North-eastern corner of the last cell in metres.
     pub to_m: DVec2,
-    /// The values.
+    /// Values of the cells.
     pub values: Vec<f64>,
 }
 
-/// Whether cells have their numbers.
+/// Display of the values in cells as numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Numbers {
-    /// Colours and lines alone.
+    /// Colours and isolines alone.
     Hidden,
-    /// Each cell has its value, where there is room.
+    /// Value of each cell, where there is room.
     Shown,
 }
 
-/// A plan with a map.
+/// Plan of a room with the map of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanMap {
-    /// Title and lines above it.
+    /// Title and lines above the figure.
     pub heading: Heading,
-    /// The room.
+    /// Plan of the room.
     pub room: RoomPlan,
-    /// The values.
+    /// Values of the grid.
     pub grid: GridValues,
-    /// Their colours.
+    /// Colour scale of the values.
     pub scale: ColourScale,
-    /// Their unit.
+    /// Unit of the values.
     pub unit: &'static str,
-    /// Values with lines.
+    /// Values of the isolines.
     pub levels: Vec<f64>,
-    /// Whether cells have their numbers.
+    /// Display of the values in cells as numbers.
     pub numbers: Numbers,
 }
 
 impl PlanMap {
-    /// The figure; an error if the values do not fill the cells.
+    /// Draws the figure; an error if the number of values is not that of the cells.
     pub fn draw(&self) -> Result<Drawing, OutputError> {
         let room = self.room.size_m.max(DVec2::splat(1e-3));
         let scale = (MOST / room).min_element();
@@ -134,7 +134,7 @@ impl PlanMap {
         Ok(drawing)
     }
 
-    /// One pixel for each cell, north up.
+    /// Returns a picture of one pixel per cell, north up.
     fn colours(&self) -> Result<Raster, OutputError> {
         let [columns, rows] = self.grid.cells;
         let values = &self.grid.values;
@@ -149,7 +149,7 @@ impl PlanMap {
         Ok(raster)
     }
 
-    /// A line from corner to corner of each cell without a value.
+    /// Draws a diagonal across each cell without a value.
     fn hatch(&self, drawing: &mut Drawing, cells: &Cells) {
         if cells.size().min_element() < LEAST_HATCHED {
             return;
@@ -165,7 +165,7 @@ impl PlanMap {
         }
     }
 
-    /// Objects and openings.
+    /// Draws objects and openings of tubes.
     fn draw_room(&self, drawing: &mut Drawing, axes: &Axes) {
         for object in &self.room.objects {
             let outline = Outline::polygon(object.iter().map(|point| axes.at(point.x, point.y)));
@@ -201,7 +201,7 @@ impl PlanMap {
         }
     }
 
-    /// Crosses with their values at the least and the greatest value.
+    /// Draws crosses with their values at the least and the greatest value.
     fn draw_extremes(&self, drawing: &mut Drawing, cells: &Cells, taken: &mut Vec<DVec2>) {
         let finite = || self.grid.values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
         let least = finite().min_by(|a, b| a.1.total_cmp(&b.1));
@@ -243,7 +243,7 @@ impl PlanMap {
     }
 }
 
-/// The cells of a grid in a figure.
+/// Cells of a grid in a figure.
 struct Cells {
     place: Rectangle,
     count: DVec2,
@@ -260,7 +260,7 @@ impl Cells {
         self.place.size() / self.count
     }
 
-    /// Place of a point in cells from the south-western corner.
+    /// Returns the position in the figure of a point in units of cells from the south-western corner.
     fn at(&self, point: DVec2) -> DVec2 {
         let share = point / self.count;
         let size = self.place.size();
@@ -268,7 +268,7 @@ impl Cells {
     }
 }
 
-/// Writes values on their lines, away from what is written already.
+/// Labels isolines with their values, away from the points in `taken`.
 fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &mut Vec<DVec2>) {
     let inner = Rectangle { from: cells.place.from + 14.0, to: cells.place.to - 14.0 };
     for line in lines {
@@ -279,7 +279,7 @@ fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &
                 continue;
             }
             let clearance = |point: &DVec2| {
-                // words are wider than high
+                // text is wider than high
                 let distance = |other: &DVec2| ((*other - *point) * DVec2::new(0.6, 1.4)).length();
                 taken.iter().map(distance).fold(f64::INFINITY, f64::min)
             };
@@ -294,10 +294,10 @@ fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &
     }
 }
 
-/// An arrow toward north; `rotation_deg`: azimuth of the direction that is drawn upwards.
+/// Draws an arrow toward north; `rotation_deg`: azimuth of the direction that is drawn upwards.
 fn draw_north(drawing: &mut Drawing, centre: DVec2, rotation_deg: f64) {
     let (sin, cos) = libm::sincos(-rotation_deg.to_radians());
-    // clockwise from above
+    // clockwise seen from above
     let turned = |x: f64, y: f64| centre + DVec2::new(x * cos + y * sin, x * sin - y * cos);
     let arrow = Outline(vec![
         Part::Move(turned(0.0, 20.0)),
@@ -311,7 +311,7 @@ fn draw_north(drawing: &mut Drawing, centre: DVec2, rotation_deg: f64) {
     drawing.text_centred(turned(0.0, 29.0), "N", letter);
 }
 
-/// Intervals between ticks that a length in pixels has room for.
+/// Returns the number of intervals between ticks for a length in pixels.
 fn ticks_in(pixels: f64) -> usize {
     (pixels / 60.0).clamp(1.0, 10.0) as usize
 }

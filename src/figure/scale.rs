@@ -1,4 +1,4 @@
-//! Colours of values: palettes, and the bar that says which colour is which value.
+//! Colour scales: palettes, and the labelled bar that explains them.
 
 use std::sync::OnceLock;
 
@@ -11,31 +11,31 @@ use super::outline::{Outline, Rectangle};
 use super::ticks::{self, Steps, Tick};
 use crate::output::Raster;
 
-/// Colour of what is no number.
+/// Colour of values that are not numbers.
 const INVALID: [u8; 3] = [255, 0, 255];
 
-/// Rows of pixels of a bar.
+/// Number of rows of pixels in a colour bar.
 const BAR_STEPS: usize = 256;
 
-/// Positions whose colours are looked up: within two steps of 8 bits of those of any position between them.
+/// Number of steps of the look-up table of a palette: its colours differ by at most 2 of 255 from those of any position.
 const COLOURS_OF_PALETTE: usize = 1024;
 
 const LABEL_SIZE: f64 = 12.0;
 
-/// Width of a bar, and room for its labels beside it.
+/// Width of a colour bar in pixels.
 pub const BAR_WIDTH: f64 = 18.0;
 
-/// Room for the labels beside a bar.
+/// Room for the labels beside a colour bar, in pixels.
 pub const LABEL_WIDTH: f64 = 62.0;
 
 /// Colours from the low to the high end of a scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Palette {
-    /// Dark blue over green to yellow: lightness rises evenly, and every eye tells it.
+    /// Dark blue over green to yellow: perceptually uniform, and legible with colour vision deficiencies.
     Viridis,
-    /// Blue over green and yellow to red: many colours, as lighting people know it.
+    /// Blue over green and yellow to red: many hues, as is usual in lighting.
     Turbo,
-    /// Black over violet and orange to light yellow, as heat.
+    /// Black over violet and orange to light yellow.
     Inferno,
     /// Black to white.
     Grey,
@@ -44,7 +44,7 @@ pub enum Palette {
 }
 
 impl Palette {
-    /// Colour of a position 0..1, to a thousandth of it.
+    /// Returns the colour at a position 0..1, from a table of 1024 steps.
     pub fn colour(self, position: f64) -> [u8; 3] {
         static COLOURS: [OnceLock<Vec<[u8; 3]>>; 5] = [const { OnceLock::new() }; 5];
         let colours = COLOURS[self as usize].get_or_init(|| {
@@ -53,7 +53,7 @@ impl Palette {
         colours[(position.clamp(0.0, 1.0) * COLOURS_OF_PALETTE as f64).round() as usize]
     }
 
-    /// Colour of a position 0..=1.
+    /// Computes the colour at a position 0..=1 exactly.
     fn computed(self, position: f64) -> [u8; 3] {
         match self {
             Self::Viridis => colorous::VIRIDIS.eval_continuous(position).into_array(),
@@ -65,33 +65,33 @@ impl Palette {
     }
 }
 
-/// Which colour a value has.
+/// Map from values to colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColourScale {
     /// Value of the low end; above zero on a logarithmic scale.
     pub from: f64,
     /// Value of the high end, above the low one.
     pub to: f64,
-    /// How values are spread.
+    /// Linear or logarithmic spacing of the values.
     pub spacing: Spacing,
-    /// The colours.
+    /// Palette of the scale.
     pub palette: Palette,
 }
 
 impl ColourScale {
-    /// From zero to a value; to one where that is not above zero.
+    /// Creates a linear scale from zero to `to`, or to 1 if this is not finite and above zero.
     pub fn from_zero(to: f64, palette: Palette) -> Self {
         let to = if to.is_finite() && to > 0.0 { to } else { 1.0 };
         Self { from: 0.0, to, spacing: Spacing::Linear, palette }
     }
 
-    /// As far below zero as above it, for differences up to a magnitude.
+    /// Creates a linear scale of differences, from minus to plus `magnitude`, or to 1 if this is not finite and above zero.
     pub fn around_zero(magnitude: f64) -> Self {
         let to = if magnitude.is_finite() && magnitude > 0.0 { magnitude } else { 1.0 };
         Self { from: -to, to, spacing: Spacing::Linear, palette: Palette::BlueRed }
     }
 
-    /// Position of a value, 0..1; what is beyond an end is at the end.
+    /// Returns the position of a value, clamped to 0..1; 0 for NaN.
     pub fn position(&self, value: f64) -> f64 {
         let position = match self.spacing {
             Spacing::Linear => (value - self.from) / (self.to - self.from),
@@ -100,12 +100,12 @@ impl ColourScale {
         if position.is_nan() { 0.0 } else { position.clamp(0.0, 1.0) }
     }
 
-    /// Colour of a value; that of what is no number is in no palette.
+    /// Returns the colour of a value; NaN has a magenta that no palette contains.
     pub fn colour(&self, value: f64) -> [u8; 3] {
         if value.is_nan() { INVALID } else { self.palette.colour(self.position(value)) }
     }
 
-    /// Values with labels along the scale.
+    /// Returns the values with labels along the scale.
     pub fn ticks(&self) -> Vec<Tick> {
         match self.spacing {
             Spacing::Linear => ticks::linear(self.from, self.to, 6, Steps::Decimal),

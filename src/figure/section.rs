@@ -1,4 +1,4 @@
-//! A section through a room, its roof and its tubes, seen from the south or from the east.
+//! Vertical section through a room, its roof and its tubes, seen from the south or from the east.
 
 use glam::DVec2;
 
@@ -10,70 +10,71 @@ use super::outline::{Outline, Part, Rectangle};
 use super::scale::{BAR_WIDTH, ColourScale, Palette};
 use super::ticks::Steps;
 
-/// Largest width and height of what is drawn.
+/// Largest width and height of the section in pixels.
 const MOST: DVec2 = DVec2::new(640.0, 560.0);
 
-/// Height of the bar that says what is left of the light.
+/// Height in pixels of the colour bar for the remaining fraction of the light.
 const BAR_HEIGHT: f64 = 120.0;
 
-/// A tube from the side, in metres: x to the right, y up from the floor.
+/// Tube from the side, in metres: x to the right, y up from the floor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SideTube {
     /// Points of the axis, from the opening in the ceiling upwards.
     pub axis: Vec<DVec2>,
-    /// Radius of the pipe.
+    /// Radius of the pipe in metres.
     pub radius: f64,
-    /// What covers the upper end.
+    /// Cover of the upper end.
     pub cover: Cover,
 }
 
-/// What covers a tube.
+/// Cover of the upper end of a tube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cover {
-    /// Nothing.
+    /// No cover.
     Open,
-    /// A pane.
+    /// Flat pane.
     Flat,
-    /// A hemisphere.
+    /// Hemispherical dome.
     Dome,
 }
 
-/// A point of a line of light.
+/// Point of a light path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
-    /// Place in metres: x to the right, y up from the floor.
+    /// Position in metres: x to the right, y up from the floor.
     pub at: DVec2,
-    /// Share of the light that is left from here on, 0..1.
+    /// Fraction of the light that remains from here on, 0..1.
     pub share: f64,
 }
 
-/// A line of light with what is left of it.
+/// Light path with the remaining fraction of the light along it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightPath(pub Vec<PathPoint>);
 
-/// A section.
+/// Section of a room with its tubes, ready to be drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
-    /// Title and lines above it.
+    /// Title and lines above the figure.
     pub heading: Heading,
     /// Name of the axis that runs to the right.
     pub across: &'static str,
     /// Width and height of the room in metres.
     pub room: DVec2,
-    /// The tubes.
+    /// Tubes seen from the side.
     pub tubes: Vec<SideTube>,
     /// Outlines of objects in metres.
     pub objects: Vec<Vec<DVec2>>,
     /// Heights of grids above the floor in metres, with their names.
     pub grids: Vec<(String, f64)>,
-    /// Lines of light.
+    /// Light paths.
     pub light: Vec<LightPath>,
-    /// Direction to the sun in the plane of the section (right, up); not of unit length where the sun is not in the plane.
+    /// Direction to the sun projected onto the plane of the section (right, up); shorter than 1 where the sun is not in the
+    /// plane.
     pub sun: Option<DVec2>,
 }
 
 impl Section {
-    /// The figure.
+    /// Draws the figure.
     pub fn draw(&self) -> Drawing {
         let [low, high] = self.ends();
         let extent = (high - low).max(DVec2::splat(1e-3));
@@ -93,7 +94,7 @@ impl Section {
         };
         axes.draw(&mut drawing);
         self.draw_room(&mut drawing, &axes);
-        // below the walls of the tubes, which would hide no line
+        // light paths are drawn first, so that the walls of the tubes are on top
         for path in &self.light {
             draw_light(&mut drawing, &axes, path, &scale_of_light);
         }
@@ -111,7 +112,7 @@ impl Section {
         drawing
     }
 
-    /// Lower left and upper right corner of all that is drawn, in metres.
+    /// Returns the lower left and upper right corner of the drawn region in metres.
     fn ends(&self) -> [DVec2; 2] {
         let mut low = DVec2::ZERO;
         let mut high = self.room;
@@ -141,7 +142,7 @@ impl Section {
         }
     }
 
-    /// An arrow from the sun toward the roof.
+    /// Draws an arrow from the sun toward the roof.
     fn draw_sun(&self, drawing: &mut Drawing, axes: &Axes, sun: DVec2) {
         let Some(toward) = DVec2::new(sun.x, -sun.y).try_normalize() else { return };
         let corner = DVec2::new(axes.within.to.x + 58.0, axes.within.from.y + 60.0);
@@ -158,11 +159,11 @@ impl Section {
     }
 }
 
-/// A line in the colour of what is left of the light on each of its pieces.
+/// Draws a light path, each segment in the colour of the fraction of the light that remains on it.
 fn draw_light(drawing: &mut Drawing, axes: &Axes, path: &LightPath, scale: &ColourScale) {
     let points = &path.0;
     let mut first = 0;
-    // pieces of one colour are one line, up to the point at which the next one begins
+    // segments of equal colour are one line, up to the point at which the next colour begins
     for run in points.chunk_by(|a, b| a.share == b.share) {
         let end = (first + run.len() + 1).min(points.len());
         let line = points[first..end].iter().map(|point| axes.at(point.at.x, point.at.y));
@@ -171,7 +172,7 @@ fn draw_light(drawing: &mut Drawing, axes: &Axes, path: &LightPath, scale: &Colo
     }
 }
 
-/// Walls of the pipe, what covers it, and the diffuser in the ceiling.
+/// Draws the walls of the pipe, its cover, and the diffuser in the ceiling.
 fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
     let at = |point: DVec2| axes.at(point.x, point.y);
     let normals = normals(&tube.axis);
@@ -196,23 +197,24 @@ fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
     drawing.line(Outline::polyline([at(*first.0), at(*first.1)]), Line::new(SERIES[1], 4.0));
 }
 
-/// Normals of a line at its points, to the right of its direction, so long that its sides are straight up to their mitres; of unit
-/// length at the ends, and upright where it has one point alone.
+/// Returns the normals of a polyline at its points, to the right of its direction. Between segments they are lengthened to the
+/// mitre, so that offset walls are parallel to the axis (up to a turn of 120°); the first is horizontal, because a pipe ends
+/// level at the ceiling.
 fn normals(axis: &[DVec2]) -> Vec<DVec2> {
     let along = |index: usize| -> DVec2 {
         let before =
             index.checked_sub(1).map_or(DVec2::ZERO, |before| (axis[index] - axis[before]).normalize_or_zero());
         let after = axis.get(index + 1).map_or(DVec2::ZERO, |after| (*after - axis[index]).normalize_or_zero());
         let middle = (before + after).try_normalize().unwrap_or(DVec2::Y);
-        // a turn by more than a right angle has no mitre that could be drawn
+        // the mitre of a turn by more than 120° would be too long
         let lean = middle.dot(if before == DVec2::ZERO { middle } else { before }).max(0.5);
         middle / lean
     };
-    // ends of a pipe are level at the ceiling, and square at the top
+    // a pipe ends level at the ceiling, and square at the top
     (0..axis.len()).map(|index| if index == 0 { DVec2::X } else { -along(index).perp() }).collect()
 }
 
-/// The upper half of the circle over two points.
+/// Returns the upper half of the circle whose diameter joins two points.
 fn half_circle(a: DVec2, b: DVec2) -> Outline {
     let (centre, arm) = (a.midpoint(b), 0.5 * (b - a));
     let up = DVec2::new(arm.y, -arm.x);

@@ -1,4 +1,4 @@
-//! A report on one sheet of A4 paper: a heading, figures side by side, tables and lists.
+//! Report on one sheet of A4 paper: a heading, figures side by side, tables and lists.
 
 use glam::DVec2;
 
@@ -8,16 +8,16 @@ use super::heading::Heading;
 use super::letters;
 use super::outline::Outline;
 
-/// A4 at 96 pixels per inch.
+/// Width and height of A4 at 96 pixels per inch.
 const PAPER: DVec2 = DVec2::new(793.7, 1122.5);
 
 const MARGIN: f64 = 46.0;
 const BETWEEN: f64 = 14.0;
 
-/// Largest height of a row of figures.
+/// Largest height of a row of figures in pixels.
 const FIGURE_HEIGHT: f64 = 330.0;
 
-/// Height of the figures of an overview, and its least width.
+/// Height of the figures of an overview, and its smallest width, in pixels.
 const OVERVIEW_HEIGHT: f64 = 420.0;
 const LEAST_WIDTH: f64 = 400.0;
 
@@ -26,59 +26,59 @@ const HEAD_SIZE: f64 = 12.5;
 const SIZE: f64 = 10.0;
 const LINE_HEIGHT: f64 = 14.0;
 
-/// Width of the names of facts.
+/// Width of the names of facts in pixels.
 const NAME_WIDTH: f64 = 132.0;
 
-/// Space between columns of a table.
+/// Space between columns of a table in pixels.
 const COLUMN_GAP: f64 = 16.0;
 
-/// What a report says and shows.
+/// Contents of a report of one page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
-    /// What it reports on.
+    /// Title of the report.
     pub title: String,
-    /// Place, time and the like, below the title.
+    /// Place, time and similar lines, below the title.
     pub lines: Vec<String>,
     /// Figures, side by side.
     pub figures: Vec<SheetFigure>,
-    /// Tables and lists, from above.
+    /// Tables and lists, from top to bottom.
     pub parts: Vec<SheetPart>,
-    /// Below everything: what made it, and of what.
+    /// Line at the bottom: program and source of the report.
     pub footer: String,
 }
 
-/// A figure of a report.
+/// Figure of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SheetFigure {
-    /// Where the figure alone is found: its path below that of the job, without a suffix.
+    /// Path below that of the job at which the figure alone is served, without a suffix.
     pub name: String,
-    /// The figure.
+    /// Drawing of the figure.
     pub drawing: Drawing,
 }
 
-/// A part of a report under its own heading.
+/// Part of a report under its own heading.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SheetPart {
     /// Rows of cells below the names of the columns.
     Table {
-        /// Heading.
+        /// Heading of the table.
         title: String,
         /// Names of the columns.
         head: Vec<String>,
         /// Rows, each with a cell for every column.
         rows: Vec<Vec<String>>,
     },
-    /// Names with what is to be said of them.
+    /// Names, each with a description.
     Facts {
-        /// Heading.
+        /// Heading of the list.
         title: String,
-        /// Name and words.
+        /// Pairs of name and description.
         facts: Vec<(String, String)>,
     },
 }
 
 impl Sheet {
-    /// The figures alone, side by side and equally high, below the title and its lines.
+    /// Draws the figures alone, side by side and equally high, below the title and its lines.
     pub fn overview(&self) -> Drawing {
         let heading = Heading { title: self.title.clone(), lines: self.lines.clone() };
         let scaled = self.figures.iter().map(|figure| {
@@ -100,7 +100,7 @@ impl Sheet {
         drawing
     }
 
-    /// The report as one page of A4; what is longer is drawn smaller.
+    /// Draws the report as one page of A4; longer reports are scaled down to fit.
     pub fn draw(&self) -> Drawing {
         let mut page = Page { drawing: Drawing::new(PAPER, self.title.as_str()), y: MARGIN };
         page.heading(&self.title, &self.lines);
@@ -120,14 +120,14 @@ impl Sheet {
     }
 }
 
-/// A page that is filled from above.
+/// Page that is filled from the top.
 struct Page {
     drawing: Drawing,
     y: f64,
 }
 
 impl Page {
-    /// Writes a line at the height that the page is filled to, `x` from the left.
+    /// Writes a line at the height up to which the page is filled, `x` pixels from the left.
     fn write(&mut self, x: f64, text: &str, look: Type) {
         let at = DVec2::new(x, self.y + letters::CAPITAL_HEIGHT * look.size);
         self.drawing.text(at, text, look);
@@ -190,7 +190,7 @@ impl Page {
         self.advance(6.0);
     }
 
-    /// Columns as wide as their widest cell, and narrower type where all are too wide.
+    /// Writes a table: columns are as wide as their widest cell, and the type shrinks where all columns together are too wide.
     fn table(&mut self, head: &[String], rows: &[Vec<String>]) {
         let widest = |column: usize| {
             let cells = rows.iter().filter_map(|row| row.get(column)).chain(head.get(column));
@@ -269,7 +269,7 @@ mod tests {
         assert!(drawing.texts().eq(["bath", "Copenhagen"]));
     }
 
-    /// All shapes within the paper, however much there is to say; an empty table is left out.
+    /// All texts are within the paper, however many facts there are; an empty table is left out.
     #[test]
     fn everything_is_on_one_page() {
         for facts in [0, 3, 60] {

@@ -1,4 +1,4 @@
-//! The sky as a dome seen from above: its luminance, the sun, and the sun's path over the day.
+//! Sky as a dome seen from above: its luminance, the sun, and the sun's path over the day.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,34 +11,34 @@ use super::outline::{Outline, Part, Rectangle};
 use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH, Palette};
 use crate::output::Raster;
 
-/// Radius of the horizon in a figure.
+/// Radius of the horizon in a figure, in pixels.
 const RADIUS: f64 = 210.0;
 
-/// Pixels across the dome: a sky changes little from one to the next, and readers blend them.
+/// Number of pixels across the dome: luminance changes little between neighbours, and viewers interpolate them.
 const PIXELS: usize = 105;
 
-/// Zenith angle, in those of the horizon, up to which pixels are computed: those just below the horizon are blended with it.
+/// Largest zenith angle of computed pixels, relative to the horizon's: pixels just below the horizon are interpolated with it.
 const LOWEST: f64 = 1.0 + 4.0 / PIXELS as f64;
 
-/// Share of the dome's pixels that the scale holds: the brightest lie around the sun.
+/// Fraction of the dome's pixels within the colour scale: the brightest, around the sun, are beyond it.
 const HELD: f64 = 0.995;
 
-/// Altitudes in degrees that have circles.
+/// Altitudes in degrees at which circles are drawn.
 const CIRCLES_DEG: [f64; 2] = [30.0, 60.0];
 
-/// A place of the sun.
+/// Position of the sun in the sky.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SunAt {
     /// Altitude above the horizon in radians.
     pub altitude: f64,
     /// Azimuth clockwise from north in radians.
     pub azimuth: f64,
-    /// Hour that is written beside it, if any.
+    /// Label beside this position (the hour), if any.
     pub label: Option<String>,
 }
 
-/// The figure of a sky. `luminance`: cd/m2 toward a unit vector (x east, y north, z up); `sun`: where it stands; `path`: its
-/// places over the day, in order.
+/// Draws the figure of a sky. `luminance`: cd/m2 toward a unit vector (x east, y north, z up); `sun`: its position; `path`: its
+/// positions over the day, in order.
 pub fn sky_dome(heading: &Heading, luminance: impl Fn(DVec3) -> f64, sun: Option<&SunAt>, path: &[SunAt]) -> Drawing {
     let left = MARGIN + 24.0 + RADIUS;
     let bar_left = left + RADIUS + 44.0;
@@ -55,7 +55,7 @@ pub fn sky_dome(heading: &Heading, luminance: impl Fn(DVec3) -> f64, sun: Option
     }
     let around = Rectangle { from: centre - RADIUS, to: centre + RADIUS };
     drawing.smooth_picture(around, raster);
-    // what is below the horizon is paper
+    // cover everything below the horizon
     let mut below = Outline(vec![
         Part::Move(around.from - 1.0),
         Part::Line(DVec2::new(around.from.x - 1.0, around.to.y + 1.0)),
@@ -91,13 +91,13 @@ pub fn sky_dome(heading: &Heading, luminance: impl Fn(DVec3) -> f64, sun: Option
     drawing
 }
 
-/// Place of a pixel's middle, to the east and north; 1 is the horizon.
+/// Returns the centre of a pixel, to the east and north; the horizon has radius 1.
 fn place_of(pixel: usize) -> DVec2 {
     let half = 0.5 * PIXELS as f64;
     DVec2::new((pixel % PIXELS) as f64 + 0.5 - half, half - (pixel / PIXELS) as f64 - 0.5) / half
 }
 
-/// Luminance of every pixel, top row first; below the horizon that of the horizon, and further down nothing.
+/// Computes the luminance of every pixel in cd/m2, top row first: just below the horizon that of the horizon, further down 0.
 fn dome(luminance: impl Fn(DVec3) -> f64) -> Vec<f64> {
     let value = |pixel: usize| {
         let place = place_of(pixel);
@@ -123,11 +123,11 @@ fn scale_of(values: &[f64]) -> ColourScale {
     ColourScale::from_zero(held, Palette::Viridis)
 }
 
-/// The sun's path above the horizon, with its hours.
+/// Draws the sun's path above the horizon, with its hours.
 fn draw_path(drawing: &mut Drawing, path: &[SunAt], place: &impl Fn(f64, f64) -> DVec2) {
     let mut outline = Outline::default();
     for pair in path.windows(2) {
-        // up to the horizon, between two places of which one is below
+        // interpolated crossing of the horizon between two positions
         let cut = |from: &SunAt, to: &SunAt| {
             let share = from.altitude / (from.altitude - to.altitude);
             place(0.0, from.azimuth + share * (to.azimuth - from.azimuth))

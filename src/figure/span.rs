@@ -1,4 +1,4 @@
-//! Scales of false-colour pictures: the range, linear or logarithmic, and the ticks.
+//! Scales of false-colour pictures: their range, linear or logarithmic, and their ticks.
 
 use crate::output::percentile;
 
@@ -15,12 +15,13 @@ pub struct Scale {
     pub lowest: f64,
     /// Value at position 1, above the lowest.
     pub highest: f64,
-    /// True if positions go by the logarithm of the values.
+    /// True if positions are proportional to the logarithm of the values.
     pub logarithmic: bool,
 }
 
 impl Scale {
-    /// A scale over `values` without the `trim` (0..0.5) lowest and highest of them; what is not finite does not count.
+    /// Creates a scale over `values` without the fraction `trim` (0..0.5) of lowest and of highest values; values that are not
+    /// finite are left out.
     pub fn over(values: &[f64], trim: f64) -> Self {
         let highest = percentile(values.iter().copied(), 1.0 - trim).unwrap_or(0.0);
         let lowest = percentile(values.iter().copied(), trim).unwrap_or(0.0);
@@ -39,7 +40,7 @@ impl Scale {
         Self { lowest, highest, logarithmic: false }
     }
 
-    /// Position of a value, 0..1; clipped, and 0 for what is not a number.
+    /// Returns the position of a value, clipped to 0..1; 0 for NaN.
     pub fn position(&self, value: f64) -> f64 {
         let position = if self.logarithmic {
             libm::log(value / self.lowest) / libm::log(self.highest / self.lowest)
@@ -49,7 +50,7 @@ impl Scale {
         if position.is_nan() { 0.0 } else { position.clamp(0.0, 1.0) }
     }
 
-    /// Round values within the scale, ascending: 3 to 10 of them, or the two ends.
+    /// Returns round values within the scale, ascending: 3 to 10 of them, or the two ends.
     pub fn ticks(&self) -> Vec<f64> {
         let ticks = if self.logarithmic { self.logarithmic_ticks() } else { self.linear_ticks() };
         if ticks.len() < 2 { vec![self.lowest, self.highest] } else { ticks }
@@ -73,7 +74,7 @@ impl Scale {
     }
 }
 
-/// A tick's value in few letters, e.g. `0.05`, `1200`, `2e9`.
+/// Formats a tick's value with few characters, e.g. `0.05`, `1200`, `2e9`.
 pub fn label(value: f64) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
@@ -83,7 +84,7 @@ pub fn label(value: f64) -> String {
         let text = format!("{value:.1e}");
         return text.replace(".0e", "e");
     }
-    // three digits tell ticks apart
+    // three significant digits distinguish the ticks
     let decimals = (2 - libm::log10(magnitude).floor() as i32).max(0) as usize;
     let text = format!("{value:.decimals$}");
     if decimals == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').to_owned() }

@@ -1,7 +1,7 @@
-//! A figure as SVG: shapes with sub-pixel coordinates and embedded pictures, nothing that another file must provide.
+//! Figures as SVG: shapes with sub-pixel coordinates and embedded pictures, without references to other files.
 //!
-//! The outline of each letter stands once in a file; every text is a group of letters with its words as its label. Colours of paper
-//! and ink change on dark pages by a style; who does not know the style takes the attributes.
+//! The outline of each glyph is stored once per file; every text is a group of glyphs with the text as its label. A style
+//! changes the colours of paper and ink on dark pages; viewers that do not support it use the attributes.
 
 use std::collections::BTreeMap;
 
@@ -15,10 +15,10 @@ use super::letters::{self, UNITS};
 use super::outline::{Outline, Part};
 use crate::output::{OutputError, png};
 
-/// Colours whose fills and lines have styles.
+/// Colours whose fills and lines have CSS classes.
 const STYLED: [Colour; 4] = [Colour::Paper, Colour::Ink, Colour::Muted, Colour::Faint];
 
-/// The figure as SVG text.
+/// Writes the figure as SVG.
 pub fn svg(drawing: &Drawing) -> Result<String, OutputError> {
     let mut text = String::with_capacity(1 << 16);
     text += "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"";
@@ -51,8 +51,8 @@ pub fn svg(drawing: &Drawing) -> Result<String, OutputError> {
     Ok(text)
 }
 
-/// The outlines of all letters that the figure has. Their names are the same in all figures, and so are the outlines: figures may
-/// stand side by side in one page.
+/// Writes the outlines of all glyphs that the figure uses. The ids and outlines are the same in all figures, so that several
+/// figures may be embedded in one page.
 fn add_letters(text: &mut String, drawing: &Drawing) {
     let letters = drawing.texts().flat_map(str::chars).map(letters::letter).filter(|letter| !letter.path.is_empty());
     let letters: BTreeMap<u32, &str> = letters.map(|letter| (letter.code, letter.path)).collect();
@@ -138,7 +138,7 @@ fn add_line(text: &mut String, line: &Line) {
     }
 }
 
-/// The styles of a fill and a line, where they have any.
+/// Writes the CSS classes of a fill and a line, where they have any.
 fn add_styles(text: &mut String, fill: Option<Colour>, line: Option<Colour>) {
     let fill = fill.and_then(Colour::style);
     let line = line.and_then(Colour::style).map(|style| format!("{style}-line"));
@@ -150,7 +150,7 @@ fn add_styles(text: &mut String, fill: Option<Colour>, line: Option<Colour>) {
     }
 }
 
-/// An attribute of numbers.
+/// Writes an attribute that is a list of numbers.
 fn add_attribute(text: &mut String, name: &str, numbers: impl IntoIterator<Item = f64>) {
     for part in [" ", name, "=\""] {
         *text += part;
@@ -180,7 +180,7 @@ fn add_picture(text: &mut String, picture: &Picture) -> Result<(), OutputError> 
     Ok(())
 }
 
-/// An outline as a path.
+/// Writes an outline as path data.
 fn add_path(text: &mut String, outline: &Outline) {
     for part in &outline.0 {
         let (command, points): (char, &[DVec2]) = match part {
@@ -206,11 +206,11 @@ fn add_point(text: &mut String, point: DVec2) {
     add_number(text, point.y);
 }
 
-/// A number with at most two decimals: a hundredth of a pixel.
+/// Writes a number with at most two decimals: a hundredth of a pixel.
 fn add_number(text: &mut String, value: f64) {
     let hundredths = (100.0 * value).round();
     if hundredths.is_nan() || hundredths.abs() >= 1e15 {
-        // what no figure has: nothing is left out silently
+        // a number that no valid figure contains: written all the same, so that the error is visible
         *text += &value.to_string();
         return;
     }
@@ -218,7 +218,7 @@ fn add_number(text: &mut String, value: f64) {
     if hundredths < 0.0 {
         text.push('-');
     }
-    // digits from the last one, with as few decimals as there are
+    // digits from the last one, without trailing zeros
     let mut digits = [0u8; 20];
     let mut first = digits.len();
     let mut place = 0;
@@ -244,7 +244,7 @@ fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Text as the value of an attribute or an element: XML has no control characters, not even escaped.
+/// Escapes text as the value of an attribute or an element; control characters, which XML does not allow, become spaces.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for character in text.chars() {
@@ -311,7 +311,7 @@ mod tests {
         }
     }
 
-    /// A letter's outline is there once, however often it is used, and each use stands where the letters before it end.
+    /// The outline of a letter is written once, however often it is used, and each use begins where the letter before it ends.
     #[test]
     fn letters_are_drawn_once() {
         let mut drawing = Drawing::new(DVec2::new(40.0, 20.0), "");

@@ -1,14 +1,14 @@
-//! Round numbers along an axis, as people would write them.
+//! Round numbers for the ticks of axes, and numbers as text.
 
-/// Largest number of ticks that is ever given.
+/// Largest number of ticks of an axis; an axis that would have more has none.
 const MOST: f64 = 1000.0;
 
-/// A place on an axis, with what is written beside it.
+/// Tick of an axis, with its label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// Value of the place.
+    /// Value at the tick.
     pub value: f64,
-    /// Text, unless the place has only a line.
+    /// Label; `None` for a grid line without one.
     pub label: Option<String>,
 }
 
@@ -17,11 +17,11 @@ pub struct Tick {
 pub enum Steps {
     /// 1, 2 and 5 times powers of ten.
     Decimal,
-    /// Of angles and hours: 1, 2, 5, 10, 15, 30, 45, 60, 90.
+    /// Steps for angles and hours: 1, 2, 5, 10, 15, 30, 45, 60, 90.
     Sexagesimal,
 }
 
-/// The least round step that makes no more than `most` intervals over a range, which is above zero.
+/// Returns the smallest round step that divides a range (above zero) into at most `most` intervals.
 pub fn step(range: f64, most: usize, steps: Steps) -> f64 {
     let rough = range / most.max(1) as f64;
     let sixtieths = [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0];
@@ -36,7 +36,7 @@ pub fn step(range: f64, most: usize, steps: Steps) -> f64 {
     fitting.into_iter().find(|step| *step >= rough * (1.0 - 1e-9)).unwrap_or(10.0 * decade)
 }
 
-/// Labelled ticks from `from` to `to` (larger), at most `most` + 1 of them, at whole multiples of a round step.
+/// Returns labelled ticks from `from` to `to` (larger), at most `most` + 1 of them, at whole multiples of a round step.
 pub fn linear(from: f64, to: f64, most: usize, steps: Steps) -> Vec<Tick> {
     let range = to - from;
     if !(range.is_finite() && range > 0.0) {
@@ -56,14 +56,14 @@ pub fn linear(from: f64, to: f64, most: usize, steps: Steps) -> Vec<Tick> {
     (0..=(last - first) as i32).map(tick).collect()
 }
 
-/// Ticks of a logarithmic axis from `from` > 0 to `to`: labelled at 1, 2 and 5 where there are few decades, else at powers of
-/// ten; between them lines at all digits where there is room.
+/// Returns the ticks of a logarithmic axis from `from` > 0 to `to`: labels at 1, 2 and 5 times powers of ten over few decades,
+/// else at powers of ten only; unlabelled ticks at all other digits over at most five decades.
 pub fn logarithmic(from: f64, to: f64, unit: &str) -> Vec<Tick> {
     let decades = libm::log10(to / from);
     if !(decades.is_finite() && decades > 0.0) {
         return Vec::new();
     }
-    // so many decades that not even all powers of ten have room
+    // over many decades only every second, third .. power of ten has room for a label
     let every = (decades / 8.0).ceil().max(1.0) as i32;
     let labelled: &[i32] = if decades <= 2.2 { &[1, 2, 5] } else { &[1] };
     let lined: &[i32] = if decades <= 5.0 { &[1, 2, 3, 4, 5, 6, 7, 8, 9] } else { &[1] };
@@ -86,12 +86,12 @@ pub fn logarithmic(from: f64, to: f64, unit: &str) -> Vec<Tick> {
     ticks
 }
 
-/// Decimals that tell multiples of a step apart.
+/// Returns the number of decimals by which multiples of a step differ.
 fn decimals(step: f64) -> usize {
     (-libm::log10(step * (1.0 + 1e-9)).floor()).clamp(0.0, 12.0) as usize
 }
 
-/// A number with a fixed number of decimals, its thousands apart.
+/// Formats a number with a fixed number of decimals, and groups of thousands separated by spaces from five digits on.
 pub fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let (whole, fraction) = text.split_once('.').map_or((text.as_str(), None), |(whole, rest)| (whole, Some(rest)));
@@ -110,7 +110,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A number in few letters with all its digits, up to twelve decimals: `0.05`, `1200`, `10 000`, `2e9`.
+/// Formats a number with all its digits, up to twelve decimals and without trailing zeros: `0.05`, `1200`, `10 000`, `2e9`.
 pub fn short(value: f64) -> String {
     if value != 0.0 && !(1e-6..1e7).contains(&value.abs()) {
         return format!("{value:e}").replace('-', "−");
@@ -119,7 +119,7 @@ pub fn short(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A number with `digits` significant digits, and no more than that: `211`, `0.0407`, `12 300`.
+/// Formats a number with `digits` significant digits: `211`, `0.0407`, `12 300`.
 pub fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".to_owned() } else { "∞".to_owned() };
@@ -133,15 +133,16 @@ pub fn significant(value: f64, digits: i32) -> String {
     fixed((value / unit).round() * unit, 0)
 }
 
-/// A value with as many digits as an error of it, above zero, leaves it: `211.04 ± 0.31`.
+/// Formats a value and its error (above zero) with two significant digits of the error: `211.04 ± 0.31`.
 pub fn with_error(value: f64, error: f64) -> String {
     let decimals = (1 - libm::log10(error).floor() as i32).clamp(0, 6) as usize;
     format!("{} ± {}", fixed(value, decimals), fixed(error, decimals))
 }
 
-/// A time with its unit, `digits` significant digits of it: `38 µs`, `9.8 ms`, `0.983 s`, `39 s`, `42 min`, `5.3 h`, `12 d`.
+/// Formats a time with its unit and `digits` significant digits: `38 µs`, `9.8 ms`, `0.983 s`, `39 s`, `42 min`, `5.3 h`, `12
+/// d`.
 pub fn duration(seconds: f64, digits: i32) -> String {
-    // two minutes are said in seconds, two hours in minutes, two days in hours
+    // seconds up to two minutes, minutes up to two hours, hours up to two days
     let (name, unit) = match seconds {
         _ if seconds >= 2.0 * 86_400.0 => ("d", 86_400.0),
         _ if seconds >= 2.0 * 3600.0 => ("h", 3600.0),
@@ -153,10 +154,10 @@ pub fn duration(seconds: f64, digits: i32) -> String {
     format!("{} {name}", significant(seconds / unit, digits))
 }
 
-/// Seconds beyond which a time to come is not told any more: nobody waits for it, and it is known the worse the farther it lies.
+/// Longest predicted time in seconds that is printed as a number: predictions become less certain the longer they are.
 pub const FARTHEST_SECONDS: f64 = 3600.0;
 
-/// A time that is foretold: `about 39 s`, or `> 1 h`.
+/// Formats a predicted time: `about 39 s`, or `> 1 h` beyond [`FARTHEST_SECONDS`].
 pub fn foretold_duration(seconds: f64) -> String {
     if seconds > FARTHEST_SECONDS { "> 1 h".to_owned() } else { format!("about {}", duration(seconds, 2)) }
 }

@@ -1,4 +1,4 @@
-//! A view of a room as a figure: what it shows in a heading, the picture with square pixels, and the scale of its colours.
+//! Figure of a view of a room: heading, picture with square pixels, and colour scale.
 
 use glam::DVec2;
 
@@ -9,15 +9,15 @@ use super::outline::{Outline, Rectangle};
 use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH};
 use crate::output::{OutputError, Raster};
 
-/// Smallest width of a picture in a figure: small ones are enlarged by a whole number.
+/// Smallest width of a picture in a figure in pixels: narrower ones are enlarged by a whole factor.
 const LEAST_WIDTH: f64 = 480.0;
 
-/// Shortest bar of a scale.
+/// Shortest colour bar in pixels.
 const LEAST_BAR: f64 = 200.0;
 
 const FOOTER_SIZE: f64 = 12.0;
 
-/// Luminances in cd/m2, top row first, in the colours of a scale.
+/// Draws luminances in cd/m2, top row first, in the colours of a scale.
 pub fn false_colour(
     heading: &Heading,
     [width, height]: [usize; 2],
@@ -39,19 +39,20 @@ pub fn false_colour(
     Ok(drawing)
 }
 
-/// A tone-mapped picture, with a line below it that says how it was exposed.
+/// Draws a tone-mapped picture, with a line below it that states the exposure.
 pub fn captioned(heading: &Heading, raster: Raster, footer: &str) -> Drawing {
     let (mut drawing, place) = framed(heading, raster, 0.0, 0.0);
     let at = DVec2::new(place.from.x, place.to.y + 18.0);
     drawing.size.y += 20.0;
-    // the paper grew after it was laid
+    // the figure was enlarged after its paper was drawn
     let below = Rectangle::new(0.0, place.to.y + 1.0, drawing.size.x, drawing.size.y);
     drawing.fill(Outline::rectangle(below.from, below.to), Colour::Paper, 1.0);
     drawing.text(at, footer, Type::new(FOOTER_SIZE, Colour::Muted));
     drawing
 }
 
-/// A figure with a picture below its heading, and room to the right of it.
+/// Creates a figure with a picture below its heading, and `right` pixels of room to the right of it; returns the picture's
+/// rectangle, too.
 fn framed(heading: &Heading, raster: Raster, right: f64, least_height: f64) -> (Drawing, Rectangle) {
     let pixels = DVec2::new(raster.width as f64, raster.height as f64);
     let times = (LEAST_WIDTH / pixels.x).ceil().max(1.0);

@@ -1,4 +1,4 @@
-//! Words in pixels, for montages: painted from the same letters as those of figures.
+//! Text in pixels, for montages, painted with the same glyphs as in figures.
 
 use glam::DVec2;
 
@@ -11,15 +11,15 @@ use crate::output::{OutputError, Raster};
 /// Size of the type in pixels.
 const SIZE: f64 = 15.0;
 
-/// Height of a line of words in pixels.
+/// Height of a line of text in pixels.
 pub const LINE_PX: usize = 20;
 
-/// Width of words in pixels.
+/// Returns the width of a text in pixels.
 pub fn width_px(text: &str) -> usize {
     (letters::width(text, SIZE).ceil() as usize).max(1)
 }
 
-/// Writes words on white with their upper left corner at (`x`, `y`), as far as the picture reaches.
+/// Writes a text on white with its upper left corner at (`x`, `y`), clipped at the edges of the picture.
 pub fn write(picture: &mut Raster, x: usize, y: usize, text: &str) -> Result<(), OutputError> {
     let mut drawing = Drawing::new(DVec2::new(width_px(text) as f64, LINE_PX as f64), text);
     let base = DVec2::new(0.0, 0.5 * (LINE_PX as f64 + letters::CAPITAL_HEIGHT * SIZE));

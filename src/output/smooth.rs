@@ -94,7 +94,7 @@ impl Shared<'_> {
                     of_columns.iter_mut().zip(rows).for_each(|(sum, value)| *sum += value);
                 }
                 // columns whose neighbour at this offset is inside the image
-                let columns = REACH.saturating_sub(dx)..width.min(width + REACH - dx);
+                let columns = REACH.saturating_sub(dx)..width.min((width + REACH).saturating_sub(dx));
                 for x in columns {
                     let square: f32 = of_columns[x..=x + 2 * AROUND].iter().sum();
                     let difference = square * (1.0 / ((2 * AROUND + 1) * (2 * AROUND + 1)) as f32);

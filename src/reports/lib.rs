@@ -1,10 +1,10 @@
-//! Reports of live runs, written as Markdown: studies with the product, off the service's path, by a program of their own.
+//! Reports of live runs, written as Markdown, for validation and benchmarks: a program of its own, which the service does not use.
 //!
 //! - [`validation`]: closed forms, tables and references against live runs; its checks must pass.
-//! - [`bench`]: what accuracy costs in time beside other programs, how it grows, and what each effect costs.
+//! - [`bench`]: the cost of accuracy in time beside other programs, its growth, and the cost of each effect.
 //! - [`thesis`]: the experiments of A. Schou's thesis repeated, its update rule with and without its faults.
 //!
-//! The rest is what they share: a page and its parts, jobs run in this process, and how a page is written.
+//! The other modules are shared: a page and its parts, jobs run in this process, and the writer of pages.
 
 mod bench;
 pub mod commands;

@@ -1,11 +1,11 @@
-//! A report as Markdown with figures.
+//! Reports as Markdown with figures.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use super::page::{Check, Figure, Report, Section, Table};
 
-/// Writes the page `name.md` and the figures in the folder `name` into `out`, which is made when it is not there.
+/// Writes the page `name.md` and its figures, in the folder `name`, into the folder `out`, which is created if needed.
 pub fn write(report: &Report, out: &Path) -> std::io::Result<()> {
     let folder = out.join(report.name);
     std::fs::create_dir_all(&folder)?;
@@ -33,7 +33,8 @@ fn page(report: &Report) -> String {
     text
 }
 
-/// A line for each section that has checks or a conclusion: how many checks passed, and the first sentence of what follows.
+/// Returns a line for each section with checks or a conclusion: the number of checks and of failures, and the first sentence of
+/// the conclusion.
 fn summary(report: &Report) -> String {
     let line = |Section { title, checks, conclusion, .. }: &Section| {
         let failed = checks.iter().filter(|check| !check.passed()).count();
@@ -53,7 +54,8 @@ fn summary(report: &Report) -> String {
     if lines.is_empty() { lines } else { format!("\nIn short:\n\n{lines}") }
 }
 
-/// Up to the first full stop that a capital letter follows, or all of the first paragraph; of a list without what leads to it.
+/// Returns the text up to the first full stop before a capital letter, or else the whole first paragraph; a paragraph that only
+/// introduces a list is skipped.
 fn first_sentence(text: &str) -> &str {
     let text = text.split("\n\n").find(|paragraph| !paragraph.ends_with(':')).unwrap_or(text);
     let text = text.strip_prefix("- ").unwrap_or(text);
@@ -81,7 +83,7 @@ fn rows(table: &Table) -> String {
     [line(&table.head), line(&rule)].into_iter().chain(rows).collect()
 }
 
-/// Three digits, with an exponent where the number is small.
+/// Formats a number with three decimals, or with an exponent below 0.01 and from 1000 on.
 fn number(value: f64) -> String {
     if value == 0.0 || (0.01..1000.0).contains(&value) { format!("{value:.3}") } else { format!("{value:.1e}") }
 }

@@ -1,10 +1,10 @@
-//! A page of a report: sections with checks, tables and figures.
+//! Page of a report: sections with checks, tables and figures.
 
 use skyduct::document::DocumentErrors;
 use skyduct::job::passes::RenderError;
 use skyduct::output::OutputError;
 
-/// A page and its figures.
+/// Page of a report with its figures.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// Name of the page without `.md`, and of the folder of its figures.
@@ -15,25 +15,25 @@ pub struct Report {
     pub sections: Vec<Section>,
 }
 
-/// One subject of a report.
+/// Section of a report.
 #[derive(Clone, Debug, Default)]
 pub struct Section {
     pub title: String,
-    /// Text that says what is compared with what.
+    /// Text that states what is compared with what.
     pub text: String,
     pub checks: Vec<Check>,
     pub tables: Vec<Table>,
     pub figures: Vec<Figure>,
-    /// Text that says what follows from the section; may be empty.
+    /// Text that states the conclusions of the section; may be empty.
     pub conclusion: String,
 }
 
-/// A set of comparisons.
+/// Set of comparisons with its largest deviation.
 #[derive(Clone, Debug)]
 pub struct Check {
     pub name: String,
     pub compared: usize,
-    /// The largest deviation, in the unit of `limit`.
+    /// Largest deviation, in the unit of `limit`.
     pub worst: f64,
     pub limit: f64,
     pub unit: &'static str,
@@ -45,7 +45,7 @@ impl Check {
     }
 }
 
-/// A table of a report.
+/// Table of a report.
 #[derive(Clone, Debug)]
 pub struct Table {
     pub caption: String,
@@ -53,12 +53,12 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-/// A value with its standard error, in `decimals`: `0.8712 (s.e. 0.0004)`.
+/// Formats a value with its standard error to a number of decimals: `0.8712 (s.e. 0.0004)`.
 pub fn with_standard_error(value: f64, error: f64, decimals: usize) -> String {
     format!("{value:.decimals$} (s.e. {error:.decimals$})")
 }
 
-/// A figure of a report.
+/// Figure of a report.
 #[derive(Clone, Debug)]
 pub struct Figure {
     /// Name of the file, without folder.

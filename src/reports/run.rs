@@ -16,7 +16,7 @@ use skyduct::plan::{self, Effects};
 use skyduct::scene::Scene;
 use skyduct::traceable::TraceableScene;
 
-/// Meshes beside the documents, in a folder.
+/// Source of meshes that are files in a folder.
 pub struct Folder(pub PathBuf);
 
 impl MeshSource for Folder {
@@ -26,12 +26,12 @@ impl MeshSource for Folder {
     }
 }
 
-/// A document ready to render; `meshes`: the folder of its mesh files.
+/// Prepares a document for rendering; `meshes`: the folder of its mesh files.
 pub fn prepare(document: &Value, meshes: &Path) -> Result<Prepared, DocumentErrors> {
     prepare_document(&JobDocument::parse(document.to_string().as_bytes())?, &Folder(meshes.to_owned()))
 }
 
-/// A document rendered until it stops.
+/// Renders a document until it stops; an error if it has no results.
 pub fn render(document: &Value, meshes: &Path) -> Result<(Prepared, Estimate), ReportError> {
     let prepared = prepare(document, meshes)?;
     let rendered = prepared.render(&Stop::default(), &mut |_, _| {})?;
@@ -41,13 +41,13 @@ pub fn render(document: &Value, meshes: &Path) -> Result<(Prepared, Estimate), R
     }
 }
 
-/// Renders all `max_passes` of a job, however accurate it is and whatever the time: the result is the same on every machine.
-/// `hear` gets the merged estimate after each pass.
+/// Renders all `max_passes` of a job, regardless of accuracy and time, so that the result is the same on every machine. `hear`
+/// is called with the merged estimate after each pass.
 pub fn render_all(prepared: &Prepared, mut hear: impl FnMut(&Estimate)) -> Result<Estimate, ReportError> {
     Ok(prepared.render_all_passes(&mut |_, so_far| hear(so_far.estimate))?)
 }
 
-/// A document's scene compiled for tracing, with everything that the plan leaves of it.
+/// Compiles a document's scene for tracing, with the effects that the plan leaves in it.
 pub fn compile(document: &Value, meshes: &Path) -> Result<(Scene, TraceableScene), ReportError> {
     let document = JobDocument::parse(document.to_string().as_bytes())?;
     let (scene, ..) = to_scene(&document, &Folder(meshes.to_owned()))?;

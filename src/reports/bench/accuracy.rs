@@ -1,4 +1,4 @@
-//! What accuracy costs on the grids of S1, S2 and S3.
+//! Time to an accuracy on the grids of S1, S2 and S3.
 
 use super::case::{Run, all_met, passes, set_up};
 use super::measure::{Quartiles, as_time, percent, time};
@@ -11,10 +11,10 @@ use skyduct::figure::Heading;
 use skyduct::figure::curves::{Series, logarithmic};
 use skyduct::figure::svg::svg;
 
-/// Standard errors that are asked for.
+/// Requested relative standard errors.
 const ASKED: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
 
-/// Scenes with their references, and what they are called in figures.
+/// Scenes with their references and their names in figures.
 const SCENES: [(&str, &str, &str); 4] = [
     ("S1", "S1.exact.point", "skyduct"),
     ("S2", "S2.exact.point", "skyduct"),
@@ -22,11 +22,11 @@ const SCENES: [(&str, &str, &str); 4] = [
     ("S3_mesh", "S3.mesh.point", "skyduct, mesh of 30 000 triangles"),
 ];
 
-/// A scene to one accuracy.
+/// Runs of a scene to one accuracy.
 struct Cell {
     asked: f64,
     runs: Vec<Run>,
-    /// Against the reference.
+    /// Relative error against the reference.
     error: f64,
 }
 
@@ -65,7 +65,7 @@ fn cells(settings: &Settings, scene: &str, reference: &str, progress: Progress) 
     let case = scenes::stored(settings, scene)?;
     let file = settings.reference.join("scenes").join(format!("{reference}.reference.json"));
     let reference = Reference::read(&file)?;
-    // what is read and built for the first time takes longer
+    // a first run, which reads and builds everything, takes longer
     case.clone().to(0.1, settings.longest_job()).run()?;
     let cells = ASKED.into_iter().enumerate().map(|(number, asked)| {
         progress.step(number, ASKED.len(), &format!("{scene} to {}", percent(asked)));

@@ -1,4 +1,4 @@
-//! A job of a benchmark: its document and meshes, and what one run of it costs.
+//! Jobs of benchmarks: documents with their meshes, and the cost of one run.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,17 +18,17 @@ use skyduct::statistics::interval::{two_sided_normal_quantile, two_sided_student
 /// Confidence of all jobs.
 const CONFIDENCE: f64 = 0.95;
 
-/// Passes that no job of a benchmark comes to.
+/// Limit of passes that no job of a benchmark reaches.
 const NO_LIMIT: u64 = 1_000_000_000;
 
-/// A document with its meshes.
+/// Document with its meshes.
 #[derive(Clone)]
 pub struct Case {
     pub document: Value,
     pub meshes: Arc<dyn MeshSource + Send + Sync>,
 }
 
-/// A mesh that was made, whatever it is called.
+/// Source of one mesh in memory, for any name.
 struct Made(Arc<TriangleMesh>);
 
 impl MeshSource for Made {
@@ -37,32 +37,32 @@ impl MeshSource for Made {
     }
 }
 
-/// What one run took, and what came of it.
+/// Cost and result of one run.
 pub struct Run {
     /// Processor seconds from the document to the first pass: meshes are read, the scene is built and planned.
     pub set_up: f64,
     /// Processor seconds of the passes.
     pub passes: f64,
     pub estimate: Estimate,
-    /// Standard error, relative to the value, root mean square over the sensors or blocks, that the job tells of itself; not a
-    /// number where it tells none.
+    /// Relative standard error that the job reports, as the root mean square over the sensors or blocks; NaN where it reports
+    /// none.
     pub told: f64,
-    /// True if the job ended because it was accurate enough, or exact.
+    /// True if the job ended because it was as accurate as requested, or exact.
     pub met: bool,
 }
 
 impl Case {
-    /// A document whose meshes lie in a folder.
+    /// Creates a case whose meshes are files in a folder.
     pub fn beside(document: Value, folder: &Path) -> Self {
         Self { document, meshes: Arc::new(Folder(folder.to_owned())) }
     }
 
-    /// A document with one mesh, or without any.
+    /// Creates a case with one mesh in memory, which may be empty if the document has none.
     pub fn with(document: Value, mesh: TriangleMesh) -> Self {
         Self { document, meshes: Arc::new(Made(Arc::new(mesh))) }
     }
 
-    /// The case until its outputs have a relative standard error, or `seconds` are over.
+    /// Returns the case with a stop rule: a relative standard error of its outputs, or `seconds`.
     pub fn to(mut self, standard_error: f64, seconds: f64) -> Self {
         let error = (standard_error * two_sided_normal_quantile(CONFIDENCE)).min(1.0);
         self.document["stop"] = json!({
@@ -72,7 +72,7 @@ impl Case {
         self
     }
 
-    /// The case with a number of passes, however accurate.
+    /// Returns the case with a number of passes, however accurate, within `seconds`.
     pub fn passes(mut self, passes: u64, seconds: f64) -> Self {
         self.document["stop"] = json!({
             "relative_error": 1e-9, "view_relative_error": 1e-9, "confidence": CONFIDENCE,
@@ -81,7 +81,7 @@ impl Case {
         self
     }
 
-    /// The case with another seed.
+    /// Returns the case with another seed.
     pub fn seed(&self, seed: u64) -> Self {
         let mut other = self.clone();
         other.document["seed"] = seed.into();
@@ -99,7 +99,7 @@ impl Case {
         Run::of(&prepared?, set_up)
     }
 
-    /// Renders the case with seed after seed.
+    /// Renders the case repeatedly, with the seeds 0, 1, 2 and so on.
     pub fn runs(&self, repeats: Repeats) -> Result<Vec<Run>, ReportError> {
         repeats.run(|seed| self.seed(seed).run())
     }
@@ -128,17 +128,17 @@ impl Run {
     }
 }
 
-/// Processor seconds of the passes of some runs.
+/// Returns the quartiles of the processor seconds of the passes of some runs.
 pub fn passes(runs: &[Run]) -> Quartiles {
     Quartiles::of(runs.iter().map(|run| run.passes))
 }
 
-/// Processor seconds before the passes of some runs.
+/// Returns the quartiles of the processor seconds before the passes of some runs.
 pub fn set_up(runs: &[Run]) -> Quartiles {
     Quartiles::of(runs.iter().map(|run| run.set_up))
 }
 
-/// True if each of the runs became as accurate as asked.
+/// True if each of the runs became as accurate as requested.
 pub fn all_met(runs: &[Run]) -> bool {
     runs.iter().all(|run| run.met)
 }

@@ -1,4 +1,4 @@
-//! Whether jobs are as accurate as they say: how often their intervals hold the truth, and how far their values are from it.
+//! Validity of reported errors: how often confidence intervals contain the truth, and how far values are from it.
 
 use std::path::Path;
 
@@ -18,54 +18,54 @@ use skyduct::statistics::interval::{two_sided_normal_quantile, two_sided_student
 use skyduct::study::compare::{Values, holds};
 use skyduct::study::reference::{KnownGrid, values};
 
-/// Relative errors that are asked for, at 95 %.
+/// Requested relative errors, at 95 % confidence.
 const ASKED: [f64; 2] = [0.05, 0.01];
 
 const CONFIDENCE: f64 = 0.95;
 
-/// Shares of intervals that are near enough to 95 %.
+/// Fractions of intervals with the truth that are near enough to 95 %.
 const GOOD: std::ops::RangeInclusive<f64> = 0.93..=0.97;
 
-/// Runs below which nothing is said of their spread.
+/// Number of runs below which their spread is not reported.
 const FEW: f64 = 10.0;
 
-/// Error of a truth that is rendered, at 95 %.
+/// Relative error of a truth that is rendered, at 95 % confidence.
 const OF_TRUTH: f64 = 0.001;
 
-/// A scene whose sensors, or blocks of pixels, are known well enough.
+/// Scene with accurate reference values of its sensors, or blocks of pixels.
 struct Subject {
     name: &'static str,
     what: &'static str,
     case: Case,
     truth: Values,
-    /// The sensors whose intervals are looked at, of all.
+    /// Indices of the sensors whose intervals are checked.
     sensors: Vec<usize>,
 }
 
-/// What the runs of a method to an error have in common.
+/// Statistics of the runs of one method to one error.
 #[derive(Default)]
 struct Held {
-    /// Share of the sensors whose interval holds the truth, of each run that tells errors.
+    /// Fraction of the sensors whose interval contains the truth, for each run that reports errors.
     sensors: Moments,
-    /// 1 of a run whose interval of the grid's mean holds the true mean, or else 0; none of views.
+    /// 1 for a run whose interval of the grid's mean contains the true mean, else 0; empty for views.
     means: Moments,
-    /// Relative deviation of the mean.
+    /// Relative deviation of the mean, for each run.
     deviations: Moments,
-    /// Relative standard error of the true mean, at most.
+    /// Upper bound of the relative standard error of the true mean.
     of_truth: f64,
-    /// Mean square of the relative deviations of all sensors, by which jobs end, without what the truth adds to them.
+    /// Mean square of the relative deviations of all sensors, by which jobs end, less the variance of the truth.
     squares: Moments,
-    /// Runs whose root mean square deviation, at 95 %, is beyond one and a half times the error that was asked for.
+    /// Number of runs whose root mean square deviation, at 95 %, is more than one and a half times the requested error.
     far: f64,
-    /// Runs that ended by their seconds.
+    /// Number of runs that ended by their time limit.
     not_met: f64,
 }
 
-/// One job that was rendered.
+/// Result of one rendered job.
 struct Found {
     values: Values,
     mean: f64,
-    /// Standard error of the mean; `None` of a view, where nothing tells how the errors of blocks go together.
+    /// Standard error of the mean; `None` for a view, because the correlation of the errors of blocks is not estimated.
     mean_error: Option<f64>,
     met: bool,
 }
@@ -120,7 +120,7 @@ fn row(method: &str, asked: f64, held: &Held) -> Vec<String> {
         format!("{runs}{not_met}"),
         share(&held.sensors, held.sensors.standard_error()),
         share(&held.means, binomial),
-        // what was cut short is not as accurate as asked
+        // jobs that were cut short are not as accurate as requested
         if held.not_met > 0.0 { String::new() } else { significant(actual / asked, 2) },
         if held.not_met > 0.0 { String::new() } else { percent(held.far / runs) },
         if runs < FEW { String::new() } else { format!("{} σ", significant(held.deviations.mean / off, 2)) },
@@ -139,7 +139,7 @@ fn share(shares: &Moments, error: f64) -> String {
 }
 
 impl Settings {
-    /// Seconds for all seeds of one method to one error in one scene.
+    /// Returns the seconds for all seeds of one method to one error in one scene.
     fn budget(&self) -> f64 {
         self.either(6.0, 0.3)
     }
@@ -171,7 +171,7 @@ fn subjects(settings: &Settings, progress: Progress) -> Result<Vec<Subject>, Rep
     Ok(subjects)
 }
 
-/// Values of a file of `tests/reference/scenes`.
+/// Reads the values of a file of `tests/reference/scenes`.
 pub fn known(settings: &Settings, name: &str) -> Result<KnownGrid, ReportError> {
     let file = settings.reference.join("scenes").join(format!("{name}.reference.json"));
     let mut read = scenes::read(&file)?;
@@ -182,7 +182,7 @@ pub fn known(settings: &Settings, name: &str) -> Result<KnownGrid, ReportError> 
     serde_json::from_value(grid).map_err(|error| ReportError::Case(format!("{}: {error}", file.display())))
 }
 
-/// S1 as seen from a corner, without a grid.
+/// Returns S1 as seen from a corner, without a grid.
 fn view(settings: &Settings) -> Result<Case, ReportError> {
     let mut document = scenes::stored(settings, "S1")?.document;
     document["grids"] = json!([]);
@@ -191,7 +191,7 @@ fn view(settings: &Settings) -> Result<Case, ReportError> {
     Ok(Case::beside(document, Path::new(".")))
 }
 
-/// The truth of a case by the method that `auto` takes and a seed of its own.
+/// Renders the truth of a case by the method that `auto` chooses, with a seed of its own.
 fn rendered(settings: &Settings, case: &Case) -> Result<Values, ReportError> {
     let seconds = settings.either(60.0, 3.0);
     let error = settings.either(OF_TRUTH, 0.01) / two_sided_normal_quantile(CONFIDENCE);
@@ -200,7 +200,8 @@ fn rendered(settings: &Settings, case: &Case) -> Result<Values, ReportError> {
 }
 
 impl Subject {
-    /// All seeds of a method to an error; `None` where the method refuses the scene, or tells no errors.
+    /// Runs seeds of a method to an error within the time budget; `None` where the method refuses the scene, or reports no
+    /// errors.
     fn held(&self, settings: &Settings, method: &str, asked: f64, seeds: u64) -> Result<Option<Held>, ReportError> {
         let mut case = self.case.clone().to(asked / two_sided_normal_quantile(CONFIDENCE), settings.budget());
         case.document["method"] = method.into();
@@ -209,7 +210,7 @@ impl Subject {
         }
         let threads = std::thread::available_parallelism().map_or(1, |count| count.get() as u64);
         let begin = std::time::Instant::now();
-        // each thread has every so many of the seeds: jobs are small
+        // each thread takes every n-th seed: jobs are small
         let of_thread = |thread: u64| {
             let mut found = Vec::new();
             for seed in (thread..seeds).step_by(threads as usize) {
@@ -231,7 +232,7 @@ impl Subject {
             };
             threads.into_iter().map(join).collect::<Result<Vec<_>, _>>()
         })?;
-        // of formulas no error is known
+        // formulas have no estimate of their error
         if found.iter().flatten().all(|found| found.values.errors.iter().all(|error| !error.is_finite())) {
             return Ok(None);
         }
@@ -245,7 +246,7 @@ impl Subject {
         // jobs end by all of their sensors
         let variance = self.truth.relative_variance().unwrap_or(0.0);
         let square = found.values.squared_error(&self.truth);
-        // a single pass tells no errors
+        // a single pass gives no errors
         if let Some(covered) = values.covered(&truth, CONFIDENCE) {
             held.sensors.push(covered);
         }
@@ -254,7 +255,7 @@ impl Subject {
         held.not_met += f64::from(!found.met);
         let count = self.truth.lux.len() as f64;
         let mean = self.truth.lux.iter().sum::<f64>() / count;
-        // errors of the truth's sensors may go together
+        // errors of the truth's sensors may be correlated
         let error =
             self.truth.errors.iter().map(|error| if error.is_finite() { *error } else { 0.0 }).sum::<f64>() / count;
         let quantile = two_sided_student_quantile(CONFIDENCE, found.values.passes.max(2) as f64 - 1.0);
@@ -307,7 +308,8 @@ mod tests {
         assert_eq!(share(&shares(2, 2), 0.0), "100.0 % (s.e. 0.0)");
     }
 
-    /// Two of four sensors are looked at, one of whose intervals holds; the mean and the errors are those of all.
+    /// Two of four sensors are checked, and the interval of one of them contains the truth; the mean and the errors are those
+    /// of all.
     #[test]
     fn a_run_is_judged_by_the_sensors_that_are_looked_at() {
         let values = |lux: [f64; 4], error: f64| Values {

@@ -1,4 +1,4 @@
-//! The page on what each effect of light costs.
+//! Page on the cost of each effect of light.
 
 use std::path::Path;
 
@@ -18,14 +18,14 @@ use skyduct::plan::EffectKind;
 /// Standard error to which all jobs run: some milliseconds of work.
 const ASKED: f64 = 0.005;
 
-/// Scenes of an effect.
+/// Scenes of an effect, each with its name and document.
 struct Subject {
     kind: EffectKind,
-    /// What the scene is that does not call for it, and its document.
+    /// Scene that does not call for the effect.
     without: (&'static str, Value),
-    /// What the scene is that calls for it, and its document.
+    /// Scene that calls for the effect.
     with: (&'static str, Value),
-    /// What is taken away of that where the effect cannot be switched off, and the document that is left.
+    /// Scene with something else in place of the effect, where this cannot be switched off.
     instead: Option<(&'static str, Value)>,
 }
 
@@ -112,7 +112,7 @@ fn subjects(settings: &Settings) -> Result<Vec<Subject>, ReportError> {
     });
     let furnished = scenes::boxes(settings, 4)?.document;
     let subject = |kind, without, with, instead| Subject { kind, without, with, instead };
-    // every effect has its scenes: a new one does not compile without
+    // the match makes the compiler ask for the scenes of a new effect
     let of = |kind: EffectKind| match kind {
         EffectKind::Sky => subject(kind, ("a lamp, no tube", only_lamp.clone()), ("S1 with a lamp", lit.clone()), None),
         EffectKind::Sun => subject(kind, ("S1", plain.clone()), ("S1 in the sun", sunny.clone()), None),
@@ -141,19 +141,19 @@ fn subjects(settings: &Settings) -> Result<Vec<Subject>, ReportError> {
     Ok(EffectKind::ALL.into_iter().map(of).collect())
 }
 
-/// The document with an effect `off`, `auto` or `on`, ready to render.
+/// Prepares a document with an effect `off`, `auto` or `on` for rendering.
 fn prepared(settings: &Settings, document: &Value, kind: EffectKind, switch: &str) -> Result<Prepared, ReportError> {
     let mut document = document.clone();
     document["effects"] = json!({ kind.name(): switch });
     Case::beside(document, Path::new(".")).to(ASKED, settings.longest_job()).prepare()
 }
 
-/// Renders jobs in turn; answers the runs of each.
+/// Renders jobs in turn, and returns the runs of each.
 fn in_turn(settings: &Settings, jobs: &[&Prepared]) -> Result<Vec<Vec<Run>>, ReportError> {
     let mut repeats = settings.repeats();
     repeats.most *= 3;
     let rounds = repeats.run(|round| {
-        // another one is first in each round
+        // each round begins with another job
         let first = round as usize % jobs.len();
         let mut order: Vec<usize> = (0..jobs.len()).collect();
         order.rotate_left(first);
@@ -180,7 +180,7 @@ fn in_vain_row(settings: &Settings, subject: &Subject) -> Result<Vec<String>, Re
         let same = same_bits(&runs[0][0].estimate, &runs[other][0].estimate);
         if same { "equal" } else { "**differ**" }
     };
-    // of light that is not there, and of what a scene is made of, there is nothing to look for
+    // effects of absent sources of light, of closures and of colours stay off where the scene does not call for them
     let on_in_vain = if kind.can_be_followed_in_vain() { "" } else { " (off all the same)" };
     Ok(vec![
         kind.name().to_owned(),
@@ -210,18 +210,18 @@ fn called_for_row(settings: &Settings, subject: &Subject) -> Result<Vec<String>,
         how.to_owned(),
         cost(&runs[1]),
         without.method_names(),
-        // what was cut short says nothing
+        // no ratio of jobs that were cut short
         if runs.iter().all(|runs| all_met(runs)) { ratio(&runs[0], &runs[1]) } else { String::new() },
     ])
 }
 
-/// Median of the time of jobs, in words.
+/// Formats the median time of jobs.
 fn cost(runs: &[Run]) -> String {
     let seconds = time(passes(runs).median);
     if all_met(runs) { seconds } else { format!("not within {seconds}") }
 }
 
-/// Median and quartiles of the ratios of runs of the same rounds.
+/// Formats median and quartiles of the ratios of runs of the same rounds.
 fn ratio(runs: &[Run], over: &[Run]) -> String {
     let ratios = runs.iter().zip(over).map(|(run, over)| run.passes / over.passes);
     let Quartiles { lower, median, upper } = Quartiles::of(ratios);
@@ -252,7 +252,7 @@ mod tests {
         }
     }
 
-    /// A scene that calls for an effect, and one that does not: a change of the plan would make a row worth nothing.
+    /// One scene must call for its effect, and the other must not: otherwise a row would be meaningless.
     #[test]
     fn scenes_call_for_their_effects_and_the_others_do_not() {
         let settings = settings();

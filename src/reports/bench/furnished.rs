@@ -1,4 +1,4 @@
-//! Rooms as they are built, with furniture: documents of the benchmarks.
+//! Rooms with furniture, as they are built: documents of the benchmarks.
 
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -8,18 +8,19 @@ use super::meshes;
 use super::scenes::ROOM_M;
 use skyduct::geometry::TriangleMesh;
 
-/// Squares along the faces of a chair's boards: 1152 triangles.
+/// Number of squares along an edge of the faces of a chair's boards: 1152 triangles.
 const NET: u32 = 4;
 
-/// The same of the chairs of one file together.
+/// Number of squares along an edge of the faces, for the chairs that [`one_mesh`] joins.
 const NET_OF_MANY: u32 = 12;
 
-/// Diffusers and sensors of a room of tubes.
+/// Kind of the diffusers and sensors of a room with tubes.
 #[derive(Clone, Copy)]
 pub struct Kind {
-    /// The diffusers are Lambertian in the middle and clear around it, and the sun shines; else they are Lambertian, under an overcast sky.
+    /// True for mixed diffusers, Lambertian in the middle and clear around it, in the sun; else they are Lambertian, under an
+    /// overcast sky.
     pub mixed_in_the_sun: bool,
-    /// Values are means over cells, not at points.
+    /// True for averages over cells instead of values at points.
     pub cells: bool,
 }
 
@@ -38,14 +39,14 @@ fn tube([x, y]: [f64; 2], diameter: f64, length: f64, kind: Kind) -> Value {
     })
 }
 
-/// A net of tubes over a floor.
+/// Returns a regular grid of tubes over a floor.
 fn tubes([width, depth]: [f64; 2], [columns, rows]: [u32; 2], (diameter, length): (f64, f64), kind: Kind) -> Value {
     let at = |side: f64, k: u32, of: u32| side * (f64::from(k) + 0.5) / f64::from(of);
     let places = (0..columns).flat_map(|i| (0..rows).map(move |j| [at(width, i, columns), at(depth, j, rows)]));
     places.map(|place| tube(place, diameter, length, kind)).collect()
 }
 
-/// A room with points at a height, about `step` m apart.
+/// Returns the document of a room with sensors at a height, about `step` m apart.
 fn room(size: [f64; 3], tubes: Value, objects: Vec<Value>, (height, step): (f64, f64), kind: Kind) -> Value {
     let [width, depth, _] = size;
     let cells = [width, depth].map(|side| (side / step).round() as u32);
@@ -74,7 +75,7 @@ fn chair_at(x: f64, y: f64, rotation_deg: f64) -> Value {
     })
 }
 
-/// An office of 20 x 30 m with 40 tubes and 2400 points, empty or with 60 desks and 60 bent chairs.
+/// Returns an office of 20 x 30 m with 40 tubes and 2400 points, empty or with 60 desks and 60 bent chairs.
 pub fn office(furnished: bool, kind: Kind) -> Case {
     let (width, depth) = (20.0, 30.0);
     let places = (0..6_u32).flat_map(|i| (0..10_u32).map(move |j| (i, j))).filter(|_| furnished);
@@ -87,13 +88,13 @@ pub fn office(furnished: bool, kind: Kind) -> Case {
     Case::with(room([width, depth, 3.0], tubes, objects.collect(), (0.85, 0.5), kind), meshes::bent_chair(NET))
 }
 
-/// A corridor of 2 x 40 m with 8 tubes.
+/// Returns a corridor of 2 x 40 m with 8 tubes.
 pub fn corridor() -> Case {
     let tubes = tubes([2.0, 40.0], [1, 8], (0.35, 1.2), USUAL);
     Case::with(room([2.0, 40.0, 2.7], tubes, Vec::new(), (0.1, 0.5), USUAL), TriangleMesh::default())
 }
 
-/// A hall of 50 x 80 x 12 m with 64 tubes, 4000 points, and 8 racks of 60 m length and 8 m height.
+/// Returns a hall of 50 x 80 x 12 m with 64 tubes, 4000 points, and 8 racks of 60 m length and 8 m height.
 pub fn warehouse() -> Case {
     let rack = |k: u32| {
         json!({ "kind": "box", "size_m": [1.0, 60.0, 8.0], "position_m": [50.0 * (f64::from(k) + 0.5) / 8.0 + 0.017, 40.0, 0.0],
@@ -103,7 +104,7 @@ pub fn warehouse() -> Case {
     Case::with(room([50.0, 80.0, 12.0], tubes, (0..8).map(rack).collect(), (0.0, 1.0), USUAL), TriangleMesh::default())
 }
 
-/// A bathroom with tiles that shine, a mirror, a shower box and a cupboard.
+/// Returns a bathroom with glossy tiles, a mirror, a shower box and a cupboard.
 pub fn bathroom() -> Case {
     let tiles = json!({ "reflectance": 0.6, "specular": 0.06, "roughness": 0.15 });
     let objects = vec![
@@ -122,7 +123,7 @@ pub fn bathroom() -> Case {
     Case::with(document, TriangleMesh::default())
 }
 
-/// A room of 10 x 12 m with 9 tubes and one mesh of 28 bent chairs: 290 304 triangles.
+/// Returns a room of 10 x 12 m with 9 tubes and one mesh of 28 bent chairs: 290 304 triangles.
 pub fn one_mesh() -> Case {
     let (width, depth) = (10.0, 12.0);
     let chair = meshes::bent_chair(NET_OF_MANY);
@@ -142,7 +143,7 @@ pub fn one_mesh() -> Case {
     Case::with(room([width, depth, 3.0], tubes, objects, (0.85, 0.5), USUAL), all)
 }
 
-/// A view of 1280 x 720 pixels of the furnished office.
+/// Returns a view of 1280 x 720 pixels of the furnished office.
 pub fn view() -> Case {
     let mut case = office(true, USUAL);
     case.document["grids"] = json!([]);
@@ -152,7 +153,7 @@ pub fn view() -> Case {
     case
 }
 
-/// A room of the size of S1 with 20 small boxes and some chairs, bent or of boards.
+/// Adds chairs, bent or of boards, to a room of the size of S1 with boxes.
 pub fn with_chairs(mut case: Case, number: u32, bent: bool) -> Case {
     let chair = |k: u32| chair_at(ROOM_M * f64::from(k % 4) / 4.0 + 0.03, ROOM_M * f64::from(k / 4) / 2.0 + 0.3, 0.0);
     if let Some(Value::Array(objects)) = case.document.pointer_mut("/room/objects") {

@@ -1,4 +1,4 @@
-//! How cost grows.
+//! Growth of cost with the size of the problem.
 
 use serde_json::{Value, json};
 
@@ -16,10 +16,10 @@ use skyduct::figure::ticks::{short, significant};
 /// Standard error to which most jobs run.
 const ASKED: f64 = 0.01;
 
-/// Passes of jobs that are measured by a number of them.
+/// Number of passes of the jobs that do not run to an accuracy.
 const PASSES: u64 = 8;
 
-/// How one quantity is varied.
+/// Variation of one quantity.
 struct Study {
     file: &'static str,
     title: &'static str,
@@ -28,19 +28,19 @@ struct Study {
     curves: Vec<(&'static str, Of)>,
     /// Values in the whole benchmark.
     values: Vec<f64>,
-    /// How many of them, from the first, a trial measures.
+    /// Number of values, from the first, that a trial measures.
     quick: usize,
-    /// True if the time before the passes is a curve of its own.
+    /// True if the time before the passes has a curve, too.
     set_up: bool,
 }
 
-/// A case for a value of what is varied.
+/// Function that returns the case for a value of the quantity.
 type Of = fn(&Settings, f64) -> Result<Case, ReportError>;
 
-/// A curve that was measured.
+/// Measured curve.
 struct Curve {
     name: String,
-    /// Value and processor seconds.
+    /// Values of the quantity, each with the processor seconds.
     points: Vec<(f64, f64)>,
 }
 
@@ -217,7 +217,7 @@ fn row(study: &Study, curve: &Curve) -> Vec<String> {
     vec![study.axis.to_owned(), curve.name.clone(), from, from_seconds, to, to_seconds, exponent]
 }
 
-/// Slope in double logarithms over the upper half of the points, at least two of them; `None` of fewer.
+/// Fits the slope in double logarithms over the upper half of the points, at least two of them; `None` with fewer.
 fn exponent(points: &[(f64, f64)]) -> Option<f64> {
     let upper = &points[points.len() - points.len().div_ceil(2).max(2).min(points.len())..];
     (upper.len() >= 2).then(|| logarithmic_slope(upper))

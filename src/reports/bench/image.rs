@@ -1,4 +1,4 @@
-//! What accuracy costs in a picture: the Cornell box S4.
+//! Time to an accuracy of a picture: the Cornell box S4.
 
 use serde_json::json;
 
@@ -14,17 +14,17 @@ use skyduct::figure::Heading;
 use skyduct::figure::curves::{Series, logarithmic};
 use skyduct::figure::svg::svg;
 
-/// Error of the blocks that is asked for.
+/// Requested relative errors of blocks.
 const ASKED: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
 
-/// Luminances in cd/m2 of the pixels that are compared: neither the background nor the lamp itself.
+/// Luminances in cd/m2 of the pixels that are compared, without the background and the lamp itself.
 const COMPARED: std::ops::Range<f64> = 1e-3..5.0;
 
-/// Passes and paths for each pixel of the reference.
+/// Passes of the reference (in the whole benchmark, in a trial), and its paths per pixel.
 const REFERENCE_PASSES: [u64; 2] = [128, 8];
 const REFERENCE_PATHS: u64 = 4;
 
-/// A number of passes, and what came of it.
+/// Errors and time of a number of passes.
 struct Passes {
     number: u64,
     seconds: f64,
@@ -32,7 +32,7 @@ struct Passes {
     pixels: f64,
 }
 
-/// `reference` runs on all processors, the rest on the current pool.
+/// Measures the picture on the current pool against `reference`.
 pub fn section(settings: &Settings, reference: &FilmEstimate, progress: Progress) -> Result<Section, ReportError> {
     let case = scenes::stored(settings, "S4")?;
     let by_passes = by_passes(settings, &case, reference, progress.part(0.0, 0.5))?;
@@ -53,7 +53,7 @@ pub fn section(settings: &Settings, reference: &FilmEstimate, progress: Progress
     })
 }
 
-/// The picture by path tracing, on the current pool.
+/// Renders the reference by path tracing, on the current pool.
 pub fn reference(settings: &Settings) -> Result<FilmEstimate, ReportError> {
     let mut case = scenes::stored(settings, "S4")?;
     case.document["method"] = json!({ "kind": "path_tracing", "samples_per_pixel": REFERENCE_PATHS });
@@ -137,7 +137,7 @@ fn figure(settings: &Settings, all: &[Passes]) -> Result<Figure, ReportError> {
     Ok(Figure { file: "s4.svg", caption, bytes: svg(&drawing)?.into_bytes() })
 }
 
-/// The room of the thesis with its view, to the accuracies of its document.
+/// Measures the room of the thesis with its view, to the accuracies of its document.
 pub fn demo(settings: &Settings) -> Result<Table, ReportError> {
     let case = scenes::demo()?;
     let runs = case.runs(settings.either(super::measure::Repeats { most: 5, seconds: 20.0 }, settings.repeats()))?;

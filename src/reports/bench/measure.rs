@@ -1,4 +1,4 @@
-//! Repeated measurements, their medians, and how they are written.
+//! Repeated measurements, their medians, and their formats.
 
 use std::time::{Duration, Instant};
 
@@ -7,7 +7,7 @@ use skyduct::figure::ticks::significant;
 use skyduct::job::spent::Clocks;
 pub use skyduct::study::outcome::Quartiles;
 
-/// How often a number is measured: `most` times, but not again after `seconds`; once in any case.
+/// Limits for repeating a measurement: at most `most` times, but not again after `seconds`; once in any case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Repeats {
     pub most: usize,
@@ -15,7 +15,7 @@ pub struct Repeats {
 }
 
 impl Repeats {
-    /// What the runs give, which are told their numbers from 0.
+    /// Repeats a measurement and returns the results; `run` gets the number of each run, from 0.
     pub fn run<T>(self, mut run: impl FnMut(u64) -> Result<T, ReportError>) -> Result<Vec<T>, ReportError> {
         let end = Instant::now() + Duration::from_secs_f64(self.seconds);
         let mut results = vec![run(0)?];
@@ -26,14 +26,14 @@ impl Repeats {
     }
 }
 
-/// Returns a median of seconds in words, its quartiles behind it.
+/// Formats a median of seconds as a time, followed by its quartiles.
 pub fn as_time(quartiles: &Quartiles) -> String {
     let Quartiles { lower, median, upper } = *quartiles;
     if lower == upper { time(median) } else { format!("{} ({} to {})", time(median), time(lower), time(upper)) }
 }
 
-/// Runs something on the current pool, and measures the processor seconds of its threads; seconds on the wall where the system
-/// does not tell them.
+/// Runs something on the current pool, and measures the processor seconds of its threads; wall-clock seconds where the system
+/// does not report them.
 pub fn processor_seconds<T>(of: impl FnOnce() -> T) -> (T, f64) {
     let clocks = Clocks::start();
     let value = of();
@@ -47,7 +47,7 @@ pub fn on_one_thread<T: Send>(run: impl FnOnce() -> Result<T, ReportError> + Sen
     pool.map_err(|error| ReportError::Case(format!("no thread can be started: {error}")))?.install(run)
 }
 
-/// Seconds in words, three digits: `0.93 ms`, `12.4 s`.
+/// Formats seconds with three significant digits and a unit: `930 µs`, `12.4 s`.
 pub fn time(seconds: f64) -> String {
     match seconds {
         seconds if seconds >= 1.0 => format!("{} s", significant(seconds, 3)),
@@ -56,12 +56,12 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
-/// A share in percent, three digits.
+/// Formats a fraction in percent with three significant digits.
 pub fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }
 
-/// Bytes in MiB.
+/// Formats bytes in MiB.
 pub fn mebibytes(bytes: u64) -> String {
     format!("{} MiB", significant(bytes as f64 / f64::from(1 << 20), 3))
 }

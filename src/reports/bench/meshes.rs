@@ -1,4 +1,4 @@
-//! Meshes of any number of triangles: a bent pipe, and a chair.
+//! Generated meshes of any number of triangles: a bent pipe, and a chair.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::scenes::DIAMETER_M;
 use skyduct::geometry::TriangleMesh;
 
-/// A mesh that grows.
+/// Mesh under construction.
 #[derive(Default)]
 struct Growing {
     positions: Vec<DVec3>,
@@ -33,8 +33,9 @@ impl Growing {
     }
 }
 
-/// A pipe of the diameter of S1, the lower half of its `length` in metres upright, the upper half 45 degrees to the east, of
-/// about `triangles` (1000 or more) facets: material `pipe`, and `diffuser` over its opening, whose centre is the origin.
+/// Returns a pipe of the diameter of S1, the lower half of its `length` in metres upright, the upper half tilted by 45 degrees
+/// to the east, of about `triangles` (1000 or more) facets: material `pipe`, and `diffuser` over its opening, whose centre is
+/// the origin.
 pub fn elbow(length: f64, triangles: usize) -> TriangleMesh {
     let sides = (triangles as f64).sqrt().round() as u32;
     let rows = (triangles as u32 / (4 * sides)).max(1);
@@ -79,8 +80,8 @@ const SEAT_M: f64 = 0.45;
 const SIDE_M: f64 = 0.42;
 const BAR_M: f64 = 0.03;
 
-/// A chair of six bars and boards, 0.42 m wide and 0.9 m high, whose faces are nets of `net` x `net` squares: 72 net^2 triangles of
-/// the material `wood`.
+/// Returns a chair of six bars and boards, 0.42 m wide and 0.9 m high, whose faces are grids of `net` x `net` squares: 72 net^2
+/// triangles of the material `wood`.
 pub fn chair(net: u32) -> TriangleMesh {
     let far = SIDE_M - BAR_M;
     let leg = DVec3::new(BAR_M, BAR_M, SEAT_M);
@@ -94,8 +95,8 @@ pub fn chair(net: u32) -> TriangleMesh {
     mesh.finished(&["wood"])
 }
 
-/// The same chair with legs that splay by 2 cm, and a back that leans by 10 cm and is hollow, as the upper side of the seat is a little: no
-/// part of it is a cuboid.
+/// Returns a [`chair`] with legs that splay by 2 cm, a back that leans by 10 cm and is hollow, and a seat whose upper side is
+/// slightly hollow: no part of it is a cuboid.
 pub fn bent_chair(net: u32) -> TriangleMesh {
     let mut mesh = chair(net);
     for corner in &mut mesh.positions {
@@ -111,7 +112,7 @@ pub fn bent_chair(net: u32) -> TriangleMesh {
     mesh
 }
 
-/// A cuboid from a corner, its six faces nets of squares, seen from without.
+/// Adds a cuboid from a corner, whose six faces are grids of squares that face outward.
 fn board(mesh: &mut Growing, corner: DVec3, size: DVec3, net: u32) {
     let edges = [DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z];
     for axis in 0..3 {
@@ -158,7 +159,8 @@ mod tests {
         }
     }
 
-    /// The divergence theorem: a closed surface seen from without holds its volume, which shearing does not change but by rounding.
+    /// Applies the divergence theorem: a closed surface that faces outward has the volume of its boards, which shearing does
+    /// not change but by rounding.
     #[test]
     fn chairs_are_closed_and_their_faces_look_outward() {
         let boards = 4.0 * 0.03 * 0.03 * 0.45 + 0.42 * 0.42 * 0.03 + 0.42 * 0.03 * 0.42;

@@ -1,12 +1,12 @@
-//! Benchmarks: what accuracy costs, how cost grows, and what each effect of light costs.
+//! Benchmarks: the cost of accuracy, the growth of cost, and the cost of each effect of light.
 //!
 //! - [`performance`]: time to accuracies beside other programs, growth, memory, whole jobs and the service.
-//! - [`studied`]: what accuracy costs by each method against references, and how often intervals hold the truth.
+//! - [`studied`]: the cost of accuracy by each method against references, and how often confidence intervals contain the truth.
 //! - [`effects`]: the cost of each effect, off, on by the plan, and forced on.
 //!
-//! All measure on the machine that they run on, so that their pages differ from run to run. Times are those of processors
-//! where nothing else is said, on one thread. What needs other processes or the service ([`whole`], [`service`]) is measured by
-//! the command and handed over.
+//! All benchmarks measure the machine on which they run, so that their pages differ from run to run. Times are processor
+//! seconds on one thread unless stated otherwise. Measurements that need other processes or the service ([`whole`],
+//! [`service`]) are made by the command and passed in.
 
 mod accuracy;
 mod case;

@@ -1,4 +1,5 @@
-//! What other programs take on the same scenes: run beside where they are installed, else as measured once, with machine and date.
+//! Times of other programs on the same scenes: run before this benchmark where they are installed, else as measured once, with
+//! machine and date.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -9,26 +10,27 @@ use crate::page::Table;
 use skyduct::figure::curves::Series;
 use skyduct::figure::ticks::significant;
 
-/// Where and when the recorded numbers were measured.
+/// Machine, date and conditions of the recorded numbers.
 pub const MEASURED: &str = "21 November 2026, two shared cores with AVX-512, processor seconds of one core, single runs (about 30 % \
                             apart), errors against the same references";
 
-/// Programs of a scene in a figure: one may be drawn by several methods.
+/// Largest number of series of other programs in a figure; one program may be drawn by several methods.
 const MOST_SERIES: usize = 5;
 
-/// What a program took on a scene.
+/// Errors and times of a program on a scene.
 #[derive(Clone, Debug)]
 pub struct Peer {
     pub scene: Cow<'static, str>,
     pub name: Cow<'static, str>,
-    /// Relative root mean square error in percent, and the processor seconds to it: more seconds, less error.
+    /// Relative root mean square errors in percent, each with the processor seconds to it, in ascending time and descending
+    /// error.
     pub points: Cow<'static, [(f64, f64)]>,
 }
 
-/// One run of a program, as the scripts write it that run others.
+/// Run of a program, in the format of the scripts that run other programs.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Record {
-    /// The program and its version.
+    /// Name and version of the program.
     pub peer: String,
     pub scene: String,
     pub method: String,
@@ -36,7 +38,7 @@ pub struct Record {
     pub cpu: f64,
     /// Relative root mean square error against the references.
     pub rel_rms: f64,
-    /// Passes after the first, which some programs compile in: none is no run.
+    /// Number of passes after the first, in which some programs compile; a record with none is left out.
     #[serde(default = "one")]
     pub passes: u64,
 }
@@ -45,27 +47,27 @@ fn one() -> u64 {
     1
 }
 
-/// Closest hits of Embree along specular chains in the mesh of S3, in millions of rays for each processor second.
+/// Rate of closest hits of Embree along specular chains in the mesh of S3, in millions of rays per processor second.
 #[derive(Clone, Copy, Debug)]
 pub struct EmbreeRate {
-    /// `rtcIntersect1`.
+    /// Rate of `rtcIntersect1`.
     pub one_by_one: f64,
-    /// `rtcIntersect1M`, in streams of 64.
+    /// Rate of `rtcIntersect1M`, in streams of 64.
     pub in_streams: f64,
 }
 
-/// What other programs did beside this benchmark, on the same machine in the same hour.
+/// Results of other programs that ran before this benchmark, on the same machine.
 #[derive(Clone, Debug)]
 pub struct Beside {
     pub peers: Vec<Peer>,
-    /// With its robust flag.
+    /// Rate of Embree with its robust flag.
     pub embree: Option<EmbreeRate>,
-    /// What did not run, and why.
+    /// Programs that did not run, with the reasons.
     pub absent: Vec<String>,
 }
 
 impl Beside {
-    /// Puts runs together by scene, program and method; of each, those that are better than any shorter one are kept.
+    /// Groups runs by scene, program and method; of each group, those that are more accurate than any shorter one are kept.
     pub fn new(records: Vec<Record>, embree: Option<EmbreeRate>, absent: Vec<String>) -> Self {
         let mut runs = BTreeMap::<_, Vec<(f64, f64)>>::new();
         for Record { peer, scene, method, cpu, rel_rms, passes } in records {
@@ -87,8 +89,9 @@ impl Beside {
     }
 }
 
-/// Runs that were made; none is extrapolated. Radiance "in two stages": the rays above the diffuser are given by hand, and the
-/// diffuser is a lamp then, which takes an expert. "From the opening": with an emitter of its own, as the program has none.
+/// Recorded runs; none is extrapolated. Radiance "in two stages": the rays above the diffuser are given by hand, and the
+/// diffuser then is a light source, which takes an expert. "From the opening": with an own emitter, because the program has
+/// none.
 static RECORDED: [Peer; 14] = [
     recorded("S1", "Radiance 6.0 in two stages", &[(1.0, 0.32), (0.44, 0.88), (0.18, 5.4)]),
     recorded(
@@ -122,15 +125,15 @@ const fn recorded(scene: &'static str, name: &'static str, points: &'static [(f6
     Peer { scene: Cow::Borrowed(scene), name: Cow::Borrowed(name), points: Cow::Borrowed(points) }
 }
 
-/// Other programs on a scene as dashed series of processor seconds and percent: those that ran beside, where any did; single runs are
-/// marks alone.
+/// Returns other programs on a scene as dashed series of processor seconds and percent: those that ran before the benchmark, or
+/// else the recorded ones; single runs are marks alone.
 pub fn series(scene: &str, beside: Option<&Beside>) -> Vec<Series> {
     let of_scene = |peer: &&Peer| peer.scene == scene;
     let mut peers: Vec<&Peer> = beside.iter().flat_map(|beside| &beside.peers).filter(of_scene).collect();
     if peers.is_empty() {
         peers = RECORDED.iter().filter(of_scene).collect();
     }
-    // seconds to an error go with its inverse square
+    // time to an error is proportional to its inverse square
     let price = |peer: &Peer| peer.points.iter().map(|(error, seconds)| seconds * error * error).reduce(f64::min);
     peers.sort_by(|a, b| price(a).partial_cmp(&price(b)).unwrap_or(std::cmp::Ordering::Equal));
     peers.truncate(MOST_SERIES);
@@ -142,7 +145,7 @@ pub fn series(scene: &str, beside: Option<&Beside>) -> Vec<Series> {
     series.collect()
 }
 
-/// What is said of other programs: what did not run beside, if any was to.
+/// Returns the sentence on other programs: whether they ran before the benchmark, and which did not.
 pub fn remark(beside: Option<&Beside>) -> String {
     match beside {
         None => "Other programs were not run beside it.".to_owned(),
@@ -153,7 +156,7 @@ pub fn remark(beside: Option<&Beside>) -> String {
     }
 }
 
-/// All runs of others.
+/// Returns tables of all runs of other programs.
 pub fn tables(beside: Option<&Beside>) -> Vec<Table> {
     let beside = beside.filter(|beside| !beside.peers.is_empty());
     let beside =
@@ -175,8 +178,8 @@ fn table(caption: &str, peers: &[Peer]) -> Table {
     }
 }
 
-/// What Embree 3.13 (`rtcIntersect1`, robust flag) was measured to do before, in millions of rays for each processor second: on a
-/// machine with AVX-512, and on shared ones.
+/// Measured rates of Embree 3.13 (`rtcIntersect1`, robust flag) in millions of rays per processor second: on a machine with
+/// AVX-512, and on shared ones.
 pub const EMBREE_MEGARAYS: [f64; 2] = [3.7, 2.5];
 
 #[cfg(test)]
@@ -194,7 +197,7 @@ mod tests {
         }
     }
 
-    /// More time, less error; and no figure has more series than there are colours beside ours.
+    /// Errors fall with time, and no figure has more series than there are colours beside ours.
     #[test]
     fn errors_fall_with_time() {
         for Peer { points, name, .. } in &RECORDED {

@@ -1,4 +1,4 @@
-//! The page on performance.
+//! Page on performance.
 
 use std::thread::available_parallelism;
 
@@ -10,7 +10,7 @@ use super::{accuracy, growth, image, peers, rays, rooms};
 use crate::page::{Report, ReportError, Section};
 use skyduct::estimate::FilmEstimate;
 
-/// Measures everything that one process can, and puts it together with what others measured.
+/// Measures everything that one process can, and combines it with the measurements of other processes.
 pub fn run(
     settings: &Settings,
     processes: &Processes,
@@ -58,7 +58,7 @@ fn introduction(settings: &Settings) -> String {
     )
 }
 
-/// The machine and the day in words.
+/// Describes the date, the machine and the build.
 pub fn machine() -> String {
     let processors = available_parallelism().map_or(1, std::num::NonZero::get);
     let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -66,7 +66,7 @@ pub fn machine() -> String {
     format!("{} on {processors} processors ({}){build}", jiff::Timestamp::now().strftime("%-d %B %Y"), model(&told))
 }
 
-/// Name of the processor in what Linux tells of it.
+/// Finds the name of the processor in `/proc/cpuinfo` of Linux.
 fn model(told: &str) -> &str {
     let line = told.lines().find(|line| line.starts_with("model name"));
     line.and_then(|line| line.split_once(':')).map_or("of unknown kind", |(_, name)| name.trim())

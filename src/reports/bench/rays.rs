@@ -8,10 +8,10 @@ use skyduct::geometry::bvh::TriangleBvh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::sampling::{Key, PathRandom, warp};
 
-/// Bounces after which a chain is left.
+/// Number of bounces after which a chain ends.
 const MOST_BOUNCES: u32 = 100;
 
-/// Radius of the chains' starts in the opening, in metres: within its facets.
+/// Radius in metres of the disc in the opening in which chains start: within the facets of the pipe.
 const RADIUS_M: f64 = 0.126;
 
 pub fn section(settings: &Settings) -> Result<Section, ReportError> {
@@ -62,7 +62,7 @@ pub fn section(settings: &Settings) -> Result<Section, ReportError> {
     })
 }
 
-/// Follows chains up the pipe; answers the number of rays.
+/// Follows chains up the pipe, and returns the number of rays.
 fn trace(tree: &TriangleBvh, is_pipe: &[bool], key: Key, chains: u64) -> u64 {
     let mut random = PathRandom::new(key);
     let mut rays = 0;

@@ -1,4 +1,4 @@
-//! How far runs are from numbers that are known better.
+//! Errors of runs against more accurate references.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::case::Run;
 use crate::page::ReportError;
 use skyduct::estimate::{FilmEstimate, GridEstimate};
 
-/// Known illuminances of a grid in lux, each with its standard error.
+/// Reference illuminances of a grid in lux, each with its standard error.
 pub struct Reference {
     lux: Vec<f64>,
     standard_error_lux: Vec<f64>,
@@ -22,7 +22,8 @@ impl Reference {
         Ok(Self { lux: numbers("illuminance_lux"), standard_error_lux: numbers("standard_error_lux") })
     }
 
-    /// Mean square of the relative error of a grid, over its sensors, less that of the reference; may be below zero.
+    /// Computes the mean square of the relative error of a grid over its sensors, less the variance of the reference; may be
+    /// below zero.
     fn mean_square(&self, grid: &GridEstimate) -> f64 {
         let known = self.lux.iter().zip(&self.standard_error_lux).enumerate();
         let squares = known
@@ -30,15 +31,15 @@ impl Reference {
         squares.sum::<f64>() / self.lux.len() as f64
     }
 
-    /// Root mean square of the relative error of the first grid, over the sensors and over runs with seeds of their own; that of
-    /// the reference is taken away.
+    /// Computes the root mean square of the relative error of the first grid, over the sensors and over runs with seeds of
+    /// their own; the variance of the reference is subtracted.
     pub fn error(&self, runs: &[Run]) -> f64 {
         let squares: f64 = runs.iter().map(|run| self.mean_square(&run.estimate.grids[0])).sum();
         (squares / runs.len() as f64).max(0.0).sqrt()
     }
 }
 
-/// All numbers of nested arrays, in order.
+/// Returns all numbers of nested arrays, in order.
 fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(values) => values.iter().flat_map(numbers).collect(),
@@ -46,8 +47,8 @@ fn numbers(value: &Value) -> Vec<f64> {
     }
 }
 
-/// Relative error of a picture against a better one: root mean square over pixels, whose luminances lie in a range, over their mean.
-/// What the passes of the better one tell of its own error is taken away.
+/// Computes the relative error of a picture against a better one: the root mean square over the pixels with a luminance in
+/// `range` (cd/m2), over their mean. The variance of the better one, estimated from its passes, is subtracted.
 pub fn pixel_error(film: &FilmEstimate, better: &FilmEstimate, range: std::ops::Range<f64>) -> f64 {
     let passes = better.passes;
     let pixels = (0..better.m2.len()).filter(|pixel| range.contains(&better.luminance_cd_m2(*pixel)));
@@ -61,7 +62,8 @@ pub fn pixel_error(film: &FilmEstimate, better: &FilmEstimate, range: std::ops::
     (squares / count).max(0.0).sqrt() / (sum / count)
 }
 
-/// As [`pixel_error`], over blocks of pixels and relative to each: the measure by which jobs with views end.
+/// Computes the relative error of a picture against a better one as [`pixel_error`] does, but over blocks of pixels and
+/// relative to each block: the measure by which jobs with views end.
 pub fn block_error(film: &FilmEstimate, better: &FilmEstimate) -> f64 {
     let mean = better.blocks.iter().map(|block| block.mean).sum::<f64>() / better.blocks.len() as f64;
     let squares = film.blocks.iter().zip(&better.blocks).map(|(block, truth)| {

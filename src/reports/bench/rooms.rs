@@ -1,4 +1,4 @@
-//! Times of rooms as they are built to an accuracy, beside the goals that were set for them.
+//! Times to an accuracy of rooms as they are built, beside the goals set for them.
 
 use serde_json::{Value, json};
 
@@ -12,31 +12,31 @@ use skyduct::figure::ticks::significant;
 
 const TWO_TUBES: &str = include_str!("../../../examples/two_tubes.json");
 
-/// Methods that are tried beside the one that `auto` takes, and in how many times its time.
+/// Methods that are tried beside the one that `auto` chooses, and their time as a fraction of its time.
 const OTHERS: [&str; 5] =
     ["two_stage", "light_tracing", "photon_mapping", "path_tracing", "bidirectional_path_tracing"];
 const WITHIN: f64 = 1.0 / 1.5;
 
-/// Error at 95 % of a standard error of 1 %.
+/// Error at 95 % that corresponds to a standard error of 1 %.
 const STANDARD: f64 = 0.0196;
 
-/// Seconds that a job may take at the least.
+/// Shortest time limit of a job in seconds.
 const LONG_ENOUGH: f64 = 10.0;
 
-/// The goal that was set for a case.
+/// Goal for the time of a case.
 #[derive(Clone, Copy)]
 enum Asked {
-    /// Seconds of the passes, at most.
+    /// Largest number of seconds of the passes.
     Seconds(f64),
-    /// Seconds from the document to the last pass, at most.
+    /// Largest number of seconds from the document to the last pass.
     Whole(f64),
-    /// Times of the passes of the first row, at most.
+    /// Largest time of the passes as a multiple of that of the first row.
     TimesFirst(f64),
-    /// Times of the passes of the row before, at most.
+    /// Largest time of the passes as a multiple of that of the row before.
     TimesBefore(f64),
 }
 
-/// A case that is rendered until its outputs have an error at 95 %, or as its own document says.
+/// Case that is rendered until its outputs have an error at 95 %, or by the stop rule of its own document.
 struct Row {
     name: &'static str,
     case: Case,
@@ -107,11 +107,11 @@ fn rows(settings: &Settings) -> Result<Vec<Row>, ReportError> {
     ])
 }
 
-/// The runs of a row.
+/// Runs of a row.
 struct Measured {
     runs: Vec<Run>,
     method: String,
-    /// Methods that came as far in less than two thirds of the time.
+    /// Methods that were as accurate in less than two thirds of the time.
     faster: Vec<&'static str>,
 }
 
@@ -135,7 +135,7 @@ fn measure(row: &Row, settings: &Settings) -> Result<Measured, ReportError> {
     for other in OTHERS.into_iter().filter(|other| met && !names.contains(other)) {
         let mut case = until(seconds);
         case.document["method"] = json!(other);
-        // what refuses is no other
+        // methods that refuse the case are left out
         let Ok(prepared) = case.prepare() else { continue };
         if Run::of(&prepared, 0.0).is_ok_and(|run| run.met && run.passes < seconds) {
             faster.push(other);
@@ -144,7 +144,7 @@ fn measure(row: &Row, settings: &Settings) -> Result<Measured, ReportError> {
     Ok(Measured { runs, method: names.join(", "), faster })
 }
 
-/// The rows with what was measured, on the current pool.
+/// Measures all rows on the current pool.
 pub fn section(settings: &Settings, progress: Progress) -> Result<Section, ReportError> {
     let rows = rows(settings)?;
     let mut cells: Vec<Vec<String>> = Vec::new();

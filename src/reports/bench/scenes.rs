@@ -1,4 +1,4 @@
-//! The scenes of the benchmarks: those of `tests/reference/scenes`, and what is made of them.
+//! Scenes of the benchmarks: those of `tests/reference/scenes`, and variations of them.
 
 use std::path::Path;
 
@@ -13,37 +13,37 @@ const THESIS_ROOM: &str = include_str!("../../../examples/thesis_room.json");
 /// Side of the room of S1 to S3 in metres.
 pub const ROOM_M: f64 = 2.032;
 
-/// Diameter of their tubes in metres.
+/// Diameter of the tubes of S1 to S3 in metres.
 pub const DIAMETER_M: f64 = 0.254;
 
-/// A JSON file.
+/// Reads a JSON file.
 pub fn read(file: &Path) -> Result<Value, ReportError> {
     let failed = |reason: String| ReportError::Case(format!("{} cannot be read: {reason}", file.display()));
     let text = std::fs::read_to_string(file).map_err(|error| failed(error.to_string()))?;
     serde_json::from_str(&text).map_err(|error| failed(error.to_string()))
 }
 
-/// The scene S1, S2, S3, S3_mesh or S4.
+/// Reads the scene S1, S2, S3, S3_mesh or S4.
 pub fn stored(settings: &Settings, name: &str) -> Result<Case, ReportError> {
     let folder = settings.reference.join("scenes");
     Ok(Case::beside(read(&folder.join(format!("{name}.json")))?, &folder))
 }
 
-/// The room of the thesis with its view, as `skyduct demo` renders it: to its own accuracies.
+/// Returns the room of the thesis with its view, as `skyduct demo` renders it: to its own accuracies.
 pub fn demo() -> Result<Case, ReportError> {
     let document = serde_json::from_str(THESIS_ROOM);
     let document: Value = document.map_err(|error| ReportError::Case(format!("examples/thesis_room.json: {error}")))?;
     Ok(Case::beside(document, Path::new("examples")))
 }
 
-/// S1 with another tube.
+/// Returns S1 with another tube.
 pub fn with_tube(settings: &Settings, tube: Value) -> Result<Case, ReportError> {
     let mut case = stored(settings, "S1")?;
     case.document["tubes"] = json!([tube]);
     Ok(case)
 }
 
-/// The tube of S1 with other segments.
+/// Returns the tube of S1 with other segments.
 pub fn tube(segments: Value) -> Value {
     json!({
         "centre_m": [0.5 * ROOM_M, 0.5 * ROOM_M], "diameter_m": DIAMETER_M, "reflectance": 0.98, "segments": segments,
@@ -51,7 +51,7 @@ pub fn tube(segments: Value) -> Value {
     })
 }
 
-/// The tube of S1 as a mesh with the materials of [`super::meshes::elbow`].
+/// Returns the tube of S1 as a mesh with the materials of [`super::meshes::elbow`].
 pub fn mesh_tube() -> Value {
     json!({
         "mesh": "tube.obj", "unit": "m", "centre_m": [0.5 * ROOM_M, 0.5 * ROOM_M], "opening_diameter_m": DIAMETER_M,
@@ -63,14 +63,14 @@ pub fn mesh_tube() -> Value {
     })
 }
 
-/// S1 with a number of points on each side of its grid.
+/// Returns S1 with a number of points on each side of its grid.
 pub fn points(settings: &Settings, side: u32) -> Result<Case, ReportError> {
     let mut case = stored(settings, "S1")?;
     case.document["grids"][0]["cells"] = json!([side, side]);
     Ok(case)
 }
 
-/// A hall of 8 x 8 x 3 m with a number of tubes of S1 on each side of a net, and 16 x 16 points on its floor.
+/// Returns a hall of 8 x 8 x 3 m with `side` x `side` tubes of S1, and 16 x 16 points on its floor.
 pub fn tubes(settings: &Settings, side: u32) -> Result<Case, ReportError> {
     let mut case = stored(settings, "S1")?;
     let at = |k: u32| 8.0 * (f64::from(k) + 0.5) / f64::from(side);
@@ -87,7 +87,7 @@ pub fn tubes(settings: &Settings, side: u32) -> Result<Case, ReportError> {
     Ok(case)
 }
 
-/// S1 with a number of boxes, at most 64, spread over the floor between the points of its grid.
+/// Returns S1 with a number of boxes, at most 64, spread over the floor between the points of its grid.
 pub fn boxes(settings: &Settings, number: usize) -> Result<Case, ReportError> {
     let mut case = stored(settings, "S1")?;
     let places = (0..number).map(|k| 64 * k / number.max(1)).map(|place| [place % 8 + 1, place / 8 + 1]);
@@ -95,7 +95,7 @@ pub fn boxes(settings: &Settings, number: usize) -> Result<Case, ReportError> {
     Ok(case)
 }
 
-/// A box between four neighbours of 9 x 9 points.
+/// Returns a box between four neighbours of 9 x 9 points.
 fn block(x: usize, y: usize) -> Value {
     let centre = |k: usize| ROOM_M * k as f64 / 9.0;
     json!({
@@ -104,7 +104,7 @@ fn block(x: usize, y: usize) -> Value {
     })
 }
 
-/// S1 with a luminaire in its ceiling beside the tube.
+/// Adds a luminaire to the ceiling of S1, beside the tube.
 pub fn with_luminaire(mut document: Value) -> Value {
     document["room"]["luminaires"] = json!([{
         "kind": "rectangle", "corner_m": [0.2, 0.2, ROOM_M], "edge_u_m": [0.0, 0.4, 0.0], "edge_v_m": [0.4, 0.0, 0.0],

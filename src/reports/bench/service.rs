@@ -1,4 +1,4 @@
-//! What the service takes for jobs over HTTP.
+//! Latency and throughput of the service for jobs over HTTP.
 
 use serde_json::{Value, json};
 
@@ -8,24 +8,24 @@ use super::settings::Settings;
 use crate::page::{ReportError, Section, Table};
 use skyduct::figure::ticks::significant;
 
-/// Seconds on the wall from a request to its answer.
+/// Wall-clock seconds from requests to answers, and throughput.
 pub struct Latencies {
-    /// S1 to 1 %, one client.
+    /// Latencies of S1 to 1 %, one client.
     pub one: Vec<f64>,
-    /// A tube that is dragged, one client.
+    /// Latencies of a room with a tube that is dragged, one client.
     pub dragged: Vec<f64>,
-    /// Clients at once, and the jobs that they had answered in each second.
+    /// Number of concurrent clients, whose answered jobs `jobs_per_second` counts.
     pub clients: usize,
     pub jobs_per_second: f64,
 }
 
-/// S1 to 1 %, with a seed.
+/// Returns the document of S1 to 1 %, with a seed.
 pub fn small_job(settings: &Settings, seed: u64) -> Result<Value, ReportError> {
     Ok(scenes::stored(settings, "S1")?.to(0.01, settings.longest_job()).seed(seed).document)
 }
 
-/// A room of 4 x 6 x 2.7 m with two tubes, at a step of one tube's way across it, as the page asks for it while a hand moves:
-/// 16 x 24 points to 5 %, no picture.
+/// Returns the document of a room of 4 x 6 x 2.7 m with two tubes, one of them at a step of its path across the room, as the
+/// page requests it while a user drags the tube: 16 x 24 points to 5 %, no picture.
 pub fn dragged(step: u32) -> Value {
     let tube = |x: f64, y: f64| {
         json!({

@@ -1,4 +1,4 @@
-//! What each part of a benchmark is given: how much it measures, and who hears how far it is.
+//! Settings of benchmarks: the amount of measurement, and a callback for its progress.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,41 +9,42 @@ use super::peers::Beside;
 /// Amount of measurement.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// All is shortened to about a minute, for a trial.
+    /// True for a trial, which takes about a minute.
     pub quick: bool,
     /// Folder of the scenes and of their references, `tests/reference`.
     pub reference: PathBuf,
-    /// What other programs did beside, if they were to.
+    /// Results of other programs that ran before this benchmark, if any were to run.
     pub beside: Option<Arc<Beside>>,
 }
 
 impl Settings {
-    /// `full` of the whole benchmark, `quick` of a trial.
+    /// Returns `full` for the whole benchmark, `quick` for a trial.
     pub fn either<T>(&self, full: T, quick: T) -> T {
         if self.quick { quick } else { full }
     }
 
-    /// What other programs did beside, if they were to.
+    /// Returns the results of other programs that ran before this benchmark, if any were to run.
     pub fn beside(&self) -> Option<&Beside> {
         self.beside.as_deref()
     }
 
-    /// How often a number is measured.
+    /// Returns the limits for repeating a measurement.
     pub fn repeats(&self) -> Repeats {
         self.either(Repeats { most: 15, seconds: 6.0 }, Repeats { most: 2, seconds: 0.2 })
     }
 
-    /// The same of jobs to an accuracy: how many passes one takes is chance, and the median of 15 may be a fifth off.
+    /// Returns the limits for repeating jobs that run to an accuracy: their number of passes is random, and the median of 15
+    /// may be a fifth off.
     pub fn repeats_to_accuracy(&self) -> Repeats {
         self.either(Repeats { most: 61, ..self.repeats() }, self.repeats())
     }
 
-    /// Seconds after which one job ends, accurate or not.
+    /// Returns the seconds after which a job ends, accurate or not.
     pub fn longest_job(&self) -> f64 {
         self.either(20.0, 1.0)
     }
 
-    /// Sentence for a page that a trial has written.
+    /// Returns the sentence that marks the page of a trial; empty for the whole benchmark.
     pub fn remark(&self) -> &'static str {
         self.either(
             "",
@@ -52,7 +53,8 @@ impl Settings {
     }
 }
 
-/// Hears how far a benchmark is, by a share 0..1 and what is measured next.
+/// Progress of a benchmark, or of a part of it: a callback with the fraction 0..1 that is done and the name of the next
+/// measurement.
 #[derive(Clone, Copy)]
 pub struct Progress<'a> {
     hear: &'a (dyn Fn(f64, &str) + Sync),
@@ -61,18 +63,18 @@ pub struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// The progress of everything.
+    /// Creates the progress of the whole benchmark.
     pub fn new(hear: &'a (dyn Fn(f64, &str) + Sync)) -> Self {
         Self { hear, from: 0.0, to: 1.0 }
     }
 
-    /// The progress of a part of this, between two shares 0..1.
+    /// Returns the progress of a part of this, between two fractions 0..1.
     pub fn part(&self, from: f64, to: f64) -> Self {
         let at = |share: f64| self.from + share * (self.to - self.from);
         Self { from: at(from), to: at(to), ..*self }
     }
 
-    /// Tells that step `done` of `all` begins, counted from 0.
+    /// Reports that step `done` of `all` begins, counted from 0.
     pub fn step(&self, done: usize, all: usize, what: &str) {
         let share = done as f64 / all.max(1) as f64;
         (self.hear)(self.from + share * (self.to - self.from), what);

@@ -1,4 +1,4 @@
-//! The page on what accuracy costs by each method, and on whether errors are what jobs say.
+//! Page on the cost of accuracy by each method, and on the validity of reported errors.
 
 use std::path::Path;
 
@@ -21,13 +21,13 @@ use skyduct::study::reference::ReferenceRequest;
 use skyduct::study::run::{Step, StudyError, run as run_study};
 use skyduct::study::{Study, StudyRequest};
 
-/// Relative errors that are asked for, at 95 %.
+/// Requested relative errors, at 95 % confidence.
 const ASKED: [f64; 5] = [0.1, 0.05, 0.02, 0.01, 0.005];
 
-/// Methods that a figure has room for, the cheapest ones.
+/// Largest number of methods in a figure: the cheapest ones.
 const MOST_SERIES: usize = 6;
 
-/// A scene that is studied.
+/// Scene that is studied.
 struct Subject {
     name: &'static str,
     file: &'static str,
@@ -36,7 +36,7 @@ struct Subject {
     reference: ReferenceRequest,
 }
 
-/// Runs all studies, and counts how often the intervals of jobs with up to `seeds` seeds hold the truth.
+/// Runs all studies, and counts how often the confidence intervals of jobs with up to `seeds` seeds contain the truth.
 pub fn run(settings: &Settings, seeds: u64, progress: Progress) -> Result<Report, ReportError> {
     let subjects = subjects(settings)?;
     let all = subjects.len();
@@ -65,12 +65,12 @@ pub fn run(settings: &Settings, seeds: u64, progress: Progress) -> Result<Report
 }
 
 impl Settings {
-    /// Runs of each method to each error.
+    /// Returns the number of runs of each method to each error.
     fn study_seeds(&self) -> u64 {
         self.either(3, 2)
     }
 
-    /// Seconds after which a run of a study ends.
+    /// Returns the seconds after which a run of a study ends.
     fn study_seconds(&self) -> f64 {
         self.either(1.5, 0.1)
     }
@@ -158,7 +158,7 @@ fn office() -> Value {
 }
 
 fn section(settings: &Settings, subject: &Subject, progress: Progress) -> Result<Section, ReportError> {
-    // what `auto` takes is among the others
+    // the method that `auto` chooses is among the others
     let methods = method::names().filter(|name| *name != "auto").map(str::to_owned).collect();
     let request = StudyRequest {
         seeds: settings.study_seeds(),
@@ -186,7 +186,7 @@ fn section(settings: &Settings, subject: &Subject, progress: Progress) -> Result
     })
 }
 
-/// Method x error asked: time, error told, actual error.
+/// Formats the table of methods by requested errors: time, reported error, actual error.
 fn table(study: &Study) -> Table {
     let cells = study.cells();
     let asked: Vec<f64> = ASKED.into_iter().filter(|asked| cells.iter().any(|cell| cell.asked == *asked)).collect();
@@ -217,7 +217,7 @@ fn table(study: &Study) -> Table {
 
 fn figure(settings: &Settings, subject: &Subject, study: &Study) -> Result<Figure, ReportError> {
     let mut series = study.series();
-    // cost times squared error: what one figure of merit tells
+    // time times squared error, a figure of merit
     let price =
         |line: &[(f64, f64)]| line.iter().map(|(seconds, error)| seconds * error * error).fold(f64::INFINITY, f64::min);
     series.sort_by(|a, b| price(&a.line).total_cmp(&price(&b.line)));

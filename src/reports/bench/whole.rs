@@ -1,4 +1,4 @@
-//! Whole jobs in processes of their own: where their time goes, and how much memory they take.
+//! Whole jobs in processes of their own: the times of their parts, and their memory.
 
 use std::path::Path;
 
@@ -14,35 +14,35 @@ use skyduct::job::cancel::Stop;
 use skyduct::job::passes::RenderError;
 use skyduct::job::saved_files::{Saved, SavedFigures, results};
 
-/// A job of a table, to be measured in a process of its own.
+/// Job of a table, to be measured in a process of its own.
 pub struct WholeJob {
     pub name: &'static str,
     pub document: Value,
 }
 
-/// What one process spent on a job, in processor seconds of all its threads.
+/// Cost of the parts of a job in one process, in processor seconds of all its threads.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parts {
-    /// From the document to the first pass.
+    /// Time from the document to the first pass.
     pub set_up: f64,
     pub passes: f64,
-    /// Reports on tubes.
+    /// Time of the reports on tubes.
     pub reports: f64,
-    /// All other files that `render` saves.
+    /// Time of all other files that `render` saves.
     pub files: f64,
-    /// Largest size of the process in memory; 0 where the system does not tell it.
+    /// Peak memory of the process in bytes; 0 where the system does not report it.
     pub peak_bytes: u64,
 }
 
-/// What was measured by other processes.
+/// Measurements of other processes.
 pub struct Processes {
-    /// The jobs by name, each measured some times.
+    /// Jobs by name, each measured several times.
     pub jobs: Vec<(&'static str, Vec<Parts>)>,
-    /// Seconds on the wall of `skyduct render` of S1 to 1 %.
+    /// Wall-clock seconds of `skyduct render` of S1 to 1 %.
     pub render: Quartiles,
 }
 
-/// The jobs that are measured; their meshes lie in the folder `scenes` of the references.
+/// Returns the jobs that are measured; their meshes are in the folder `scenes` of the references.
 pub fn jobs(settings: &Settings) -> Result<Vec<WholeJob>, ReportError> {
     let seconds = settings.longest_job();
     let mut jobs: Vec<(&'static str, Case)> = Vec::new();
@@ -57,7 +57,7 @@ pub fn jobs(settings: &Settings) -> Result<Vec<WholeJob>, ReportError> {
     Ok(jobs.into_iter().map(|(name, Case { document, .. })| WholeJob { name, document }).collect())
 }
 
-/// Renders a job and makes the files that `render` saves, and says what that took this process: it is to do nothing else.
+/// Renders a job, makes the files that `render` saves, and returns the cost of both; this process must do nothing else.
 pub fn measure(document: Value, meshes: &Path) -> Result<Parts, ReportError> {
     let (prepared, set_up) = processor_seconds(|| Case::beside(document, meshes).prepare());
     let prepared = prepared?;
@@ -67,7 +67,7 @@ pub fn measure(document: Value, meshes: &Path) -> Result<Parts, ReportError> {
     if let Some(reason) = prepared.no_results(rendered.stopped_by, estimate) {
         return Err(ReportError::Case(reason));
     }
-    // a tube's numbers are computed for the first file that has them
+    // the reports on a tube are computed for the first file that needs them
     let tubes =
         prepared.result_names().into_iter().filter(|name| name.starts_with("tubes/") && name.ends_with(".json"));
     let (reports, of_reports) =
@@ -83,19 +83,19 @@ pub fn measure(document: Value, meshes: &Path) -> Result<Parts, ReportError> {
     Ok(Parts { set_up, passes, reports: of_reports, files: of_files, peak_bytes: peak_bytes() })
 }
 
-/// Largest size of this process in memory so far; 0 where the system does not tell it.
+/// Returns the peak memory of this process so far in bytes; 0 where the system does not report it.
 fn peak_bytes() -> u64 {
     std::fs::read_to_string("/proc/self/status").map_or(0, |status| peak_in(&status))
 }
 
-/// The largest resident size that a status of Linux tells.
+/// Finds the largest resident size in bytes in `/proc/self/status` of Linux; 0 if it is not there.
 fn peak_in(status: &str) -> u64 {
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let kibibytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<u64>().ok());
     kibibytes.unwrap_or(0) * 1024
 }
 
-/// Share of the reports in all of a job.
+/// Returns the fraction of a job's time that its reports take.
 fn share_of_reports(Parts { set_up, passes, reports, files, .. }: &Parts) -> f64 {
     reports / (set_up + passes + reports + files)
 }

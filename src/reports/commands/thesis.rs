@@ -8,10 +8,10 @@ use crate::{markdown, thesis};
 
 #[derive(Debug, clap::Args)]
 pub struct ThesisArgs {
-    /// Folder that the report goes to: thesis.md, and its figures in thesis/
+    /// Folder for the report: thesis.md, and its figures in thesis/
     #[arg(long, default_value = "docs")]
     out: PathBuf,
-    /// Passes of the longest series; all other numbers of passes are shares of it
+    /// Passes of the longest series; all other numbers of passes are proportional to it
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u64).range(1..=65_536))]
     passes: u64,
 }

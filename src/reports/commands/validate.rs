@@ -8,7 +8,7 @@ use crate::{markdown, validation};
 
 #[derive(Debug, clap::Args)]
 pub struct ValidateArgs {
-    /// Folder that the report goes to: validation.md, and its figures in validation/
+    /// Folder for the report: validation.md, and its figures in validation/
     #[arg(long, default_value = "docs")]
     out: PathBuf,
     /// Folder of the reference numbers

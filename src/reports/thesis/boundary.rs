@@ -1,4 +1,4 @@
-//! Energy at the boundaries: discs that reach over a wall (PPM's flat-disc estimate, the thesis' section 6.1).
+//! Energy loss at boundaries: gather discs that reach over a wall (PPM's flat-disc estimate, the thesis' section 6.1).
 
 use std::f64::consts::PI;
 
@@ -22,29 +22,29 @@ use skyduct::scene::Face;
 use skyduct::statistics::Moments;
 use skyduct::traceable::SurfaceId;
 
-/// Passes of the full report.
+/// Passes in the full report.
 const PASSES: u64 = 128;
 
 /// Cells of the grid along x, fine enough for six of them within a radius of the wall, and along y.
 const CELLS: [usize; 2] = [121, 5];
 
-/// Sensors along x that are compared.
+/// Number of sensors along x that are compared, counted from the wall.
 const COMPARED: usize = 8;
 
-/// The largest difference of measured and expected ratios: four standard errors, and the illuminance's change along y
-/// within a disc, which the expectation leaves out.
+/// Tolerances of the difference between measured and expected ratios: a number of standard errors, and a fraction for the
+/// illuminance's change along y within a disc, which the expectation leaves out.
 const STANDARD_ERRORS: f64 = 4.0;
 const LEFT_OUT: f64 = 0.003;
 
-/// Strips of a disc over which the illuminance is averaged.
+/// Number of strips of a disc over which the illuminance is averaged.
 const STRIPS: usize = 400;
 
-/// Share of a disc that lies on a surface when its centre is `x` radii from a straight edge.
+/// Returns the fraction of a disc that lies on a surface when its centre is `x` radii from a straight edge.
 fn inside_share(x: f64) -> f64 {
     if x >= 1.0 { 1.0 } else { 1.0 - (libm::acos(x) - x * (1.0 - x * x).sqrt()) / PI }
 }
 
-/// Mean of a function of x, in radii from the edge, over the part of a disc around `x` that lies on the surface.
+/// Averages a function of x, in radii from the edge, over the part of a disc around `x` that lies on the surface.
 fn mean_on_disc(x: f64, value: impl Fn(f64) -> f64) -> f64 {
     let (mut sum, mut area) = (0.0, 0.0);
     for strip in 0..STRIPS {
@@ -58,7 +58,7 @@ fn mean_on_disc(x: f64, value: impl Fn(f64) -> f64) -> f64 {
     sum / area
 }
 
-/// Values at equal steps, the first at half a step: straight lines between them, and beyond the first two.
+/// Interpolates linearly between values at equal steps, the first at half a step, and extrapolates beyond the ends.
 fn between(values: &[f64], step: f64, x: f64) -> f64 {
     let position = (x / step - 0.5).max(-0.5);
     let low = (position.max(0.0) as usize).min(values.len() - 2);
@@ -99,7 +99,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
     let profile: Vec<f64> = (0..CELLS[0])
         .map(|i| (0..CELLS[1]).map(|j| truth.illuminance_lux(j * CELLS[0] + i)).sum::<f64>() / CELLS[1] as f64)
         .collect();
-    // what a clipped disc sees beyond its centre's illuminance: it lies to one side
+    // a clipped disc lies to one side of its centre, so that its mean differs from the illuminance there
     let step = grid.cell_size_m[0] / radius;
     let one_sided = |i: usize| mean_on_disc(x(i), |x| between(&profile, step, x)) / profile[i];
     let expected_whole = |i: usize| inside_share(x(i)) * one_sided(i);
@@ -209,8 +209,8 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
     }])
 }
 
-/// Share that whole discs lose on a square floor; `radius` in sides: four rims of width 1, whose mean loss over their
-/// width is the integral of 1 - [`inside_share`], 2 / (3 pi).
+/// Returns the fraction of the light that whole discs lose on a square floor; `radius` in sides of the floor: four rims of one
+/// radius, whose mean loss is the integral of 1 - [`inside_share`], 2 / (3 pi).
 pub fn mean_loss(radius: f64) -> f64 {
     4.0 * radius * 2.0 / (3.0 * PI)
 }

@@ -1,4 +1,4 @@
-//! Jobs of the report, and what becomes of those that this program refuses.
+//! Jobs of the report, some of which this program may refuse.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::page::ReportError;
 use crate::run::prepare;
 use skyduct::job::prepare::Prepared;
 
-/// A job of the report: what it is called, and its document.
+/// Job of the report: its name and its document.
 pub struct Case {
     pub name: String,
     pub document: Value,
@@ -21,19 +21,19 @@ impl Case {
         Self { name: name.to_owned(), document }
     }
 
-    /// Ready to render, or why this program does not compute it.
+    /// Prepares the job for rendering; the error is the reason why this program refuses it.
     pub fn prepare(&self) -> Result<Prepared, String> {
         prepare(&self.document, Path::new("")).map_err(|errors| errors.to_string().replace('\n', "; "))
     }
 }
 
-/// Results of some cases in their order, and a sentence for each case that this program refuses.
+/// Results of some cases in order, and a sentence for each case that this program refuses.
 pub struct Tried<T> {
     pub results: Vec<T>,
     pub left_out: String,
 }
 
-/// Runs the cases that this program computes.
+/// Runs the cases that this program accepts, two at a time; an error if it refuses all of them.
 pub fn try_all<T: Send>(
     cases: Vec<Case>,
     work: impl Fn(Case, &Prepared) -> Result<T, ReportError> + Sync,

@@ -1,4 +1,4 @@
-//! What could make photon mapping in the thesis brighter than HOLIGILM: changes of the scene, each with the factor it brings.
+//! Possible causes for photon mapping in the thesis being brighter than HOLIGILM: changes of the scene, each with its factor.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -13,10 +13,10 @@ use crate::page::ReportError;
 use crate::run::render;
 use skyduct::estimate::{GridEstimate, TubeEstimate};
 
-/// Uniform reflectances tried.
+/// Uniform reflectances that are tried.
 const REFLECTANCES: [f64; 3] = [0.1, 0.2, 0.3];
 
-/// A change of the scene and the mean illuminance of the floor by HOLIGILM.
+/// Change of the scene, with the mean illuminance of the floor by HOLIGILM.
 pub struct Cause {
     pub name: String,
     pub mean_lux: f64,
@@ -32,9 +32,9 @@ impl Cause {
 
 pub struct Causes {
     pub list: Vec<Cause>,
-    /// Share of the light at the collector an hour later that would have to come into the room for HOLIGILM's mean.
+    /// Fraction of the light at the collector an hour later that would have to come into the room for HOLIGILM's mean.
     pub transmission_later: f64,
-    /// Uniform reflectance that gives the thesis' excess of PPM.
+    /// Uniform reflectance at which the factor is that of the thesis' PPM over HOLIGILM.
     pub reflectance: Option<f64>,
 }
 
@@ -125,7 +125,7 @@ pub fn causes(settings: &Settings) -> Result<Causes, ReportError> {
     Ok(Causes { list, transmission_later, reflectance: interpolated(&factors, PPM.excess()) })
 }
 
-/// y at `x` by straight lines between points of ascending x.
+/// Interpolates y at `x` linearly between points of ascending x; `None` outside of them.
 pub fn interpolated(points: &[(f64, f64)], x: f64) -> Option<f64> {
     let pair = points.windows(2).find(|pair| pair[0].0 <= x && x <= pair[1].0)?;
     let share = (x - pair[0].0) / (pair[1].0 - pair[0].0);

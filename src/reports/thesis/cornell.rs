@@ -1,4 +1,4 @@
-//! The Cornell box: photon mapping against path tracing (the thesis' section 6.1).
+//! Cornell box: photon mapping against path tracing (the thesis' section 6.1).
 
 use super::case::{Case, Tried, try_all};
 use super::distance::{Spread, difference, euclidean, lengths};
@@ -21,19 +21,19 @@ const PASSES: u64 = 256;
 const REFERENCE_PASSES: u64 = 256;
 const REFERENCE_PATHS: u64 = 16;
 
-/// Share of pixels beyond either end of a scale.
+/// Fraction of pixels beyond either end of a colour scale.
 const TRIM: f64 = 0.002;
 
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
-/// The largest root mean square of z that noise and estimated bias explain.
+/// Largest root mean square of z that noise and estimated bias explain.
 const LARGEST_RMS_Z: f64 = 1.25;
 
-/// A rendered contender.
+/// Result of one method.
 struct Rendered {
     name: String,
     first_radius_m: f64,
-    /// Share of the first disc that lies on its surface, per pixel.
+    /// Fraction of the first disc that lies on its surface, per pixel.
     shares: Vec<f64>,
     recording: Recording,
 }
@@ -186,7 +186,7 @@ fn channel_table(sight: &Sight, all: &[Rendered], reference: &Rendered) -> Table
     }
 }
 
-/// z of blocks and luminance of zones, where the first disc reaches over an edge and elsewhere.
+/// Compares z of blocks and luminance of zones with the reference, where the first disc reaches over an edge and elsewhere.
 fn boundary_table(sight: &Sight, all: &[Rendered], reference: &Rendered, zones: &[Vec<usize>]) -> (Table, Vec<Check>) {
     let mut rows = Vec::new();
     let mut checks = Vec::new();
@@ -240,7 +240,7 @@ fn boundary_table(sight: &Sight, all: &[Rendered], reference: &Rendered, zones: 
     (table, checks)
 }
 
-/// Root mean square of z over some blocks.
+/// Root mean square of z over some blocks, and their number.
 struct BlockZ {
     rms: f64,
     count: usize,
@@ -332,7 +332,7 @@ fn figures(sight: &Sight, all: &[Rendered], reference: &Rendered) -> Result<Vec<
     ])
 }
 
-/// A title that fits a picture.
+/// Shortens a title to fit a picture.
 fn short(name: &str) -> String {
     name.replace(", thesis' settings", " thesis").replace(", own settings", " own")
 }

@@ -1,18 +1,18 @@
-//! How far two RGB images are apart: the measures of the thesis' section 6.1.
+//! Distances between two RGB images: the measures of the thesis' section 6.1.
 
-/// Euclidean distance of the three channels of each pixel; channels interleaved.
+/// Computes the Euclidean distance of the three channels of each pixel; channels are interleaved.
 pub fn euclidean(image: &[f64], reference: &[f64]) -> Vec<f64> {
     let pixels = image.chunks_exact(3).zip(reference.chunks_exact(3));
     pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()).collect()
 }
 
-/// Difference of one channel (0..3) of each pixel: image minus reference.
+/// Computes the difference of one channel (0..3) of each pixel: image minus reference.
 pub fn difference(image: &[f64], reference: &[f64], channel: usize) -> Vec<f64> {
     let of = |image: &[f64]| image.iter().skip(channel).step_by(3).copied().collect::<Vec<_>>();
     of(image).into_iter().zip(of(reference)).map(|(a, b)| a - b).collect()
 }
 
-/// Length of the three channels of each pixel as a vector.
+/// Computes the length of each pixel's three channels as a vector.
 pub fn lengths(image: &[f64]) -> Vec<f64> {
     euclidean(image, &vec![0.0; image.len()])
 }
@@ -20,16 +20,16 @@ pub fn lengths(image: &[f64]) -> Vec<f64> {
 /// Lowest, highest and mean of a set of values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Least value; infinite of none.
+    /// Least value; infinity for an empty set.
     pub lowest: f64,
-    /// Greatest value; minus infinity of none.
+    /// Greatest value; minus infinity for an empty set.
     pub highest: f64,
-    /// Mean value; not a number of none.
+    /// Mean value; NaN for an empty set.
     pub mean: f64,
 }
 
 impl Spread {
-    /// Lowest, highest and mean of the values whose index `counts` accepts; the mean of none is not a number.
+    /// Computes lowest, highest and mean of the values whose index `counts` accepts.
     pub fn of(values: &[f64], counts: impl Fn(usize) -> bool) -> Self {
         let (mut lowest, mut highest, mut sum, mut number) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0);
         for (_, value) in values.iter().enumerate().filter(|(index, _)| counts(*index)) {
@@ -42,7 +42,7 @@ impl Spread {
     }
 }
 
-/// Slope of ln y over ln x by least squares; not a number with fewer than two points.
+/// Fits the slope of ln y over ln x by least squares; NaN with fewer than two points.
 pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
     let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (libm::log(*x), libm::log(*y))).collect();
     let number = logs.len() as f64;

@@ -1,4 +1,4 @@
-//! The 17 % by which the thesis' photon mapping exceeds HOLIGILM, and its hot pixels (section 6.2).
+//! Excess of 17 % of the thesis' photon mapping over HOLIGILM, and its hot pixels (section 6.2).
 
 use std::f64::consts::PI;
 
@@ -22,20 +22,20 @@ use skyduct::sampling::Key;
 use skyduct::scene::Face;
 use skyduct::traceable::SurfaceId;
 
-/// Photons per first disc and pass for which updates are simulated, descending.
+/// Expected photons per first disc and pass for which updates are simulated, descending.
 const EXPECTED: [f64; 6] = [0.44, 0.2, 0.1, 0.05, 0.02, 0.01];
 
-/// The rules that are compared.
+/// Update rules that are compared.
 const RULES: [(&str, Faults); 3] =
     [("as printed", Faults::PRINTED), ("as printed, whole counts", Faults::PRINTED_WHOLE), ("right", Faults::NONE)];
 
 /// Relative distance to a factor of the thesis within which a cause counts as fitting.
 const NEAR: f64 = 0.02;
 
-/// Number of the cases of [`EXPECTED`] that are tried on the floor under the pipe.
+/// Number of the cases of [`EXPECTED`], from the first, that are also run on the floor under the pipe.
 const ON_FLOOR: usize = 3;
 
-/// Area of the first gather disc.
+/// Area of the first gather disc in m2.
 const FIRST_AREA_M2: f64 = PI * INITIAL_RADIUS_M * INITIAL_RADIUS_M;
 
 /// Passes over which the photons on the floor are counted.
@@ -67,7 +67,8 @@ fn simulate(settings: &Settings) -> Vec<(f64, Vec<Uniform>)> {
     })
 }
 
-/// Photons per first disc and pass at which the rule as printed has this excess: ln of the number against ln of the excess.
+/// Computes the photons per first disc and pass at which the printed rule has this factor, by interpolating ln of the number
+/// against ln of the excess.
 fn needed_photons(simulated: &[(f64, Vec<Uniform>)], factor: f64) -> Option<f64> {
     let points: Vec<(f64, f64)> = simulated
         .iter()
@@ -77,16 +78,16 @@ fn needed_photons(simulated: &[(f64, Vec<Uniform>)], factor: f64) -> Option<f64>
     interpolated(&points, libm::log(factor - 1.0)).map(libm::exp)
 }
 
-/// The floor of the room, direct light alone.
+/// Floor of the room with direct light alone.
 struct Floor {
     document: Value,
-    /// Photons per first disc and pass with all photons of a pass in the collector.
+    /// Photons per first disc and pass if all photons of a pass enter the collector.
     expected_at_full: f64,
-    /// True mean illuminance.
+    /// True mean illuminance in lx.
     true_lux: f64,
 }
 
-/// Illuminances that the rules make of the photons on one floor.
+/// Illuminances that the rules compute from the same photons on one floor.
 struct Live {
     photons: u64,
     /// Photons expected per first disc and pass.
@@ -108,7 +109,7 @@ impl Floor {
         Ok(Self { document, expected_at_full, true_lux: mean_of(&truth)? })
     }
 
-    /// Applies all rules to the same photons; a first disc gets `expected` of them in a pass.
+    /// Applies all rules to the same photons, of which a first disc gets `expected` per pass.
     fn update(&self, settings: &Settings, expected: f64) -> Result<Live, ReportError> {
         let share = expected / self.expected_at_full;
         let photons = ((settings.photons_per_pass as f64 * share).round() as u64).max(1);
@@ -150,7 +151,7 @@ impl Live {
         self.rules[rule].iter().sum::<f64>() / self.rules[rule].len() as f64
     }
 
-    /// The highest value and its point.
+    /// Returns the highest value and its point.
     fn highest(&self, rule: usize) -> (f64, [usize; 2]) {
         let values = self.rules[rule].iter().enumerate();
         let (index, value) =
@@ -329,7 +330,7 @@ fn floor_table(floor: &Floor, live: &[Live]) -> Table {
     }
 }
 
-/// Says how much of the excess the update can explain, by the mean and by the hottest pixel.
+/// Describes how much of the excess the update can explain, by the mean and by the hottest pixel.
 fn judgement(
     settings: &Settings,
     simulated: &[(f64, Vec<Uniform>)],

@@ -1,4 +1,4 @@
-//! The floor under the light pipe, by every method (the thesis' section 6.2).
+//! Illuminance of the floor under the light pipe by every method (the thesis' section 6.2).
 
 use serde_json::{Value, json};
 
@@ -18,7 +18,7 @@ use skyduct::figure::ticks::Steps;
 use skyduct::output::png;
 use skyduct::scene::Grid;
 
-/// Passes of the full report, where a method has any.
+/// Passes of the methods in the full report.
 const PHOTON_MAPPING_PASSES: u64 = printed::ILLUMINANCE_PASSES;
 const OTHER_PASSES: u64 = 64;
 const BIDIRECTIONAL_PASSES: u64 = 16;
@@ -103,11 +103,12 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
 const COLUMNS: [&str; 8] =
     ["method", "mean", "standard error of the mean", "highest", "at", "lowest", "uniformity", "passes"];
 
-/// Every method that this program knows; direct light is not gathered, so that radii are nothing to it.
+/// Returns a case for every method of this program. Scheduled radii and own settings are compared with interreflection only,
+/// because direct light is not gathered and does not depend on them.
 fn cases(floor: &Value, interreflection: bool, settings: &Settings) -> Vec<Case> {
     let photon_mapping = scenes::passes(floor.clone(), settings.share(PHOTON_MAPPING_PASSES));
     let other = scenes::passes(floor.clone(), settings.share(OTHER_PASSES));
-    // at points SPPM would be PPM: its values are of regions
+    // at points SPPM would be PPM: it gets averages over cells
     let mut regions = photon_mapping.clone();
     regions["grids"][0]["estimate"] = "cell_average".into();
     let scheduled = |kind: &str| {
@@ -202,7 +203,7 @@ fn maps(floors: &[Floor], interreflection: bool) -> Result<Figure, ReportError> 
     })
 }
 
-/// Title short enough for a map.
+/// Shortens a title to fit a map.
 fn short(name: &str) -> String {
     name.replace("Jenkins, Muneer and Kubie", "Jenkins")
         .replace("bidirectional path tracing", "bidirectional")
@@ -211,7 +212,7 @@ fn short(name: &str) -> String {
         .replace(", own settings", " own")
 }
 
-/// Series of illuminances along the row of cells through the middle.
+/// Returns series of illuminances along the row of cells through the middle.
 fn profile(floors: &[Floor], interreflection: bool) -> Vec<Series> {
     let light = if interreflection { "total" } else { "direct" };
     let along = |floor: &Floor| {

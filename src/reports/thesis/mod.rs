@@ -1,7 +1,8 @@
-//! "The thesis, reproduced": what A. Schou found in 2012 beside what this program finds, and what was left open there.
+//! Report "The thesis, reproduced": the findings of A. Schou in 2012 beside those of this program, and the questions that the
+//! thesis left open.
 //!
-//! Every number of ours comes from a live run; those that the thesis prints stand in `printed`. A report holds no times,
-//! so that the same settings give the same bytes.
+//! All numbers of this program come from live runs; those that the thesis prints are in `printed`. The report contains no
+//! times, so that the same settings give the same bytes.
 
 mod boundary;
 mod case;

@@ -1,4 +1,4 @@
-//! Photons on the floor of the room, as the thesis' photon map holds them: all light, the direct part too.
+//! Photons on the floor of the room, direct light included, as in the thesis' photon map.
 
 use std::path::Path;
 
@@ -17,12 +17,12 @@ use skyduct::sampling::{Key, PathSamples, Stream};
 use skyduct::scene::Face;
 use skyduct::traceable::{SurfaceId, TraceableScene};
 
-/// Photons that one task traces: fixed, so that their order is that of any number of threads.
+/// Number of photons that one task traces: fixed, so that their order is the same on any number of threads.
 const CHUNK: u64 = 1024;
 
 const FLOOR: SurfaceId = SurfaceId::of_face(Face::Floor);
 
-/// A room whose floor is watched.
+/// Room whose photons on the floor are collected.
 pub struct FloorPhotons {
     pub traceable: TraceableScene,
     emission: Emission,
@@ -35,7 +35,7 @@ impl FloorPhotons {
         Ok(Self { emission: Emission::new(&traceable, photons_per_pass), key: Key::new(seed), traceable })
     }
 
-    /// Photons that arrive on the floor in a pass; the flux of a pass is that of the scene.
+    /// Traces a pass and returns the photons that arrive on the floor; the flux of a pass is that of the scene.
     pub fn pass(&self, number: u64) -> Vec<Photon<1>> {
         let (photons, key) = (self.emission.photons(), self.key.stream(Stream::Pass, number));
         let chunks: Vec<Vec<Photon<1>>> = (0..photons.div_ceil(CHUNK))

@@ -1,19 +1,19 @@
-//! Numbers that the thesis prints (A. Schou, Investigation of light pipe simulation algorithms, DTU, IMM-B.Sc-2012-01).
+//! Numbers printed in the thesis (A. Schou, Investigation of light pipe simulation algorithms, DTU, IMM-B.Sc-2012-01).
 
-/// Euclidean distance to the path-traced Cornell box, in the units of its renderer (section 6.1).
+/// Euclidean distance to the path-traced Cornell box, in the units of the thesis' renderer (section 6.1).
 pub struct CornellBox {
     pub method: &'static str,
     pub iterations: u64,
     pub distance_lowest: f64,
     pub distance_highest: f64,
-    /// Mean distance with the lamp, which the thesis' photon mapping did not show, and without it.
+    /// Mean distance with the lamp, which the thesis' photon mapping did not show; `distance_mean` is without it.
     pub distance_mean_with_lamp: f64,
     pub distance_mean: f64,
     /// Mean difference of the red channel, the largest of the three.
     pub red_mean: f64,
 }
 
-/// Section 6.1; iterations from figure 6.1.
+/// Distances of section 6.1; iterations from figure 6.1.
 pub const CORNELL_BOX: [CornellBox; 2] = [
     CornellBox {
         method: "PPM",
@@ -38,16 +38,16 @@ pub const CORNELL_BOX: [CornellBox; 2] = [
 /// Illuminance of the floor under the light pipe in lx (section 6.2).
 pub struct Illuminance {
     pub method: &'static str,
-    /// Number of passes of 100 000 photons; none for HOLIGILM.
+    /// Number of passes of 100 000 photons; `None` for HOLIGILM.
     pub iterations: Option<u64>,
     pub mean_lux: f64,
     pub highest_lux: f64,
-    /// Pixel of the highest value; for HOLIGILM "right under the light pipe".
+    /// Pixel of the highest value; `None` for HOLIGILM, where it is "right under the light pipe".
     pub highest_at: Option<[u32; 2]>,
 }
 
 impl Illuminance {
-    /// Mean illuminance as a multiple of HOLIGILM's.
+    /// Returns the mean illuminance as a multiple of HOLIGILM's.
     pub fn excess(&self) -> f64 {
         self.mean_lux / HOLIGILM.mean_lux
     }
@@ -72,7 +72,7 @@ pub const SPPM: Illuminance = Illuminance {
 pub const HOLIGILM: Illuminance =
     Illuminance { method: "HOLIGILM", iterations: None, mean_lux: 29.7978, highest_lux: 40.2, highest_at: None };
 
-/// Settings of both methods (section 6.3): photons per pass, weight, initial radius of 0.3 inch.
+/// Settings of both methods (section 6.3): photons per pass, alpha, initial radius of 0.3 inch in metres.
 pub const PHOTONS_PER_PASS: u64 = 100_000;
 pub const ALPHA: f64 = 0.8;
 pub const INITIAL_RADIUS_M: f64 = 0.3 * INCH_M;
@@ -80,7 +80,7 @@ pub const INITIAL_RADIUS_M: f64 = 0.3 * INCH_M;
 /// Photon passes of the illuminance pictures (section 6.2).
 pub const ILLUMINANCE_PASSES: u64 = 200;
 
-/// Upper bound of the illuminance pictures (figures 6.4 and 6.5).
+/// Upper bound of the colour scale of the illuminance pictures (figures 6.4 and 6.5).
 pub const ILLUMINANCE_BOUND_LUX: f64 = 100.0;
 
 /// Passes of the pictures of figures 6.7 and 6.8.

@@ -1,4 +1,4 @@
-//! Progress with the passes (the thesis' section 6.3, figures 6.7 and 6.8).
+//! Error by the number of passes (the thesis' section 6.3, figures 6.7 and 6.8).
 
 use super::case::{Case, Tried, try_all};
 use super::distance::logarithmic_slope;
@@ -20,7 +20,7 @@ use skyduct::output::png;
 const REFERENCE_PASSES: u64 = 1024;
 const REFERENCE_PATHS: u64 = 4;
 
-/// Passes from which on slopes are fitted.
+/// Pass from which on slopes are fitted.
 const FITTED_FROM: u64 = 4;
 
 /// Files of the pictures by the names of [`contenders`].
@@ -34,7 +34,7 @@ const PICTURES: [(&str, &str); 4] = [
 struct Rendered {
     name: String,
     recording: Recording,
-    /// Relative root mean square error by passes.
+    /// Relative root mean square error by the number of passes.
     errors: Vec<(u64, f64)>,
 }
 
@@ -89,8 +89,8 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
     }])
 }
 
-/// Root mean square over `pixels` of the luminance's error, minus the variance of the reference, over their mean; zero
-/// where the reference's noise is all there is.
+/// Computes the root mean square over `pixels` of the luminance's error, minus the variance of the reference, over their mean;
+/// 0 where that variance exceeds it.
 fn relative_error(mean: &[f64], reference: &FilmEstimate, pixels: &[usize]) -> f64 {
     let luminance = |pixel: usize| {
         let channels = mean[3 * pixel..3 * pixel + 3].iter().zip(REC709_LUMINANCE);
@@ -174,7 +174,7 @@ fn figures(rendered: &[Rendered], reference: &FilmEstimate) -> Result<Vec<Figure
     Ok(figures)
 }
 
-/// The ends of the line of this slope through the middle of the points.
+/// Returns the ends of the line with this slope through the middle of the points, in double logarithms.
 fn fit(points: &[(f64, f64)], slope: f64) -> Vec<(f64, f64)> {
     let number = points.len() as f64;
     let middle = |of: fn(&(f64, f64)) -> f64| points.iter().map(|point| libm::log(of(point))).sum::<f64>() / number;

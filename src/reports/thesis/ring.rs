@@ -1,4 +1,4 @@
-//! The bright ring in the ceiling around the diffuser (the thesis' section 6.3).
+//! Bright ring in the ceiling around the diffuser (the thesis' section 6.3).
 
 use std::f64::consts::PI;
 
@@ -21,22 +21,22 @@ use skyduct::statistics::Moments;
 const PASSES: u64 = 64;
 const PATHS: u64 = 8;
 
-/// Side of the picture over that of the other pictures: the ring is narrow.
+/// Side of the picture relative to that of the other pictures: the ring is narrow.
 const ENLARGED: f64 = 1.5;
 
-/// Half the side of the part of the ceiling that is seen, in metres.
+/// Half the side of the visible part of the ceiling in metres.
 const HALF_SIDE_M: f64 = 0.18;
 
 /// Height of the eye in metres.
 const EYE_M: f64 = 0.3;
 
-/// Passes after which the faulty ring is computed.
+/// Numbers of passes for which the faulty ring is computed.
 const AFTER: [u64; 2] = [1, 1024];
 
-/// Rings, in multiples of the thesis' radius beyond the diffuser.
+/// Inner and outer distances of the rings beyond the rim of the diffuser, in multiples of the thesis' radius.
 const RINGS: [[f64; 2]; 2] = [[0.0, 1.0], [1.0, 4.0]];
 
-/// Combined standard errors within which photon mapping and path tracing agree.
+/// Number of combined standard errors within which photon mapping and path tracing must agree.
 const STANDARD_ERRORS: f64 = 4.0;
 
 pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>, ReportError> {
@@ -141,7 +141,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
     }])
 }
 
-/// The closed room seen from under the pipe.
+/// Returns the document of the closed room, with a view of the ceiling from under the pipe.
 fn view(settings: &Settings) -> Result<Value, ReportError> {
     let mut document = scenes::room()?;
     let middle = 0.5 * scenes::ROOM_M;
@@ -156,7 +156,7 @@ fn view(settings: &Settings) -> Result<Value, ReportError> {
     Ok(document)
 }
 
-/// Pixels that lie in a ring whole, as far as their neighbours' centres tell.
+/// Returns the pixels that lie entirely in a ring, judged by their centres with a margin of half a pixel's diagonal.
 fn pixels_in(sight: &Sight, [from, to]: [f64; 2]) -> Vec<usize> {
     let axis = DVec3::new(0.5 * scenes::ROOM_M, 0.5 * scenes::ROOM_M, scenes::ROOM_M);
     // half a pixel's diagonal on the ceiling
@@ -171,14 +171,15 @@ fn pixels_in(sight: &Sight, [from, to]: [f64; 2]) -> Vec<usize> {
     (0..sight.size_px[0] * sight.size_px[1]).filter(within).collect()
 }
 
-/// Radius of the thesis in its pass of this number with photons in every pass: R_0 sqrt(Gamma(n + alpha) / (Gamma(alpha)
-/// Gamma(n + 1))) after n of them, here n = `pass` - 1.
+/// Computes the thesis' radius in m in the pass of this number, with photons in every pass: R_0 sqrt(Gamma(n + alpha) /
+/// (Gamma(alpha) Gamma(n + 1))) after n of them, here n = `pass` - 1.
 fn radius_after(pass: u64) -> f64 {
     let product: f64 = (1..pass).map(|i| (i as f64 - 1.0 + printed::ALPHA) / i as f64).product();
     printed::INITIAL_RADIUS_M * product.sqrt()
 }
 
-/// Mean luminance of a ring of the ceiling from the light of the diffuser alone, were it counted, in cd/m2.
+/// Computes the mean luminance in cd/m2 of a ring of the ceiling if discs counted the light on the diffuser, from this light
+/// alone.
 fn faulty_luminance(on_diffuser_lux: f64, [from, to]: [f64; 2], pass: u64) -> f64 {
     const STEPS: usize = 400;
     let (disc, pipe) = (radius_after(pass), scenes::PIPE_RADIUS_M);
@@ -196,7 +197,7 @@ fn faulty_luminance(on_diffuser_lux: f64, [from, to]: [f64; 2], pass: u64) -> f6
 mod tests {
     use super::*;
 
-    /// Table of R_n / R_0 for alpha = 0.8 after n passes that all find photons in proportion to their area.
+    /// Compares R_n / R_0 for alpha = 0.8 with a table, after n passes that all find photons in proportion to their area.
     #[test]
     fn radii_of_the_thesis() {
         for (passes, ratio) in [(10, 0.733266), (200, 0.545495), (1024, 0.463376)] {

@@ -1,4 +1,4 @@
-//! The scenes of the thesis as job documents.
+//! Scenes of the thesis as job documents.
 
 use serde_json::{Value, json};
 
@@ -15,13 +15,13 @@ pub const PIPE_RADIUS_M: f64 = 5.0 * printed::INCH_M;
 /// Reflectance of the ceiling of the room without colours.
 pub const CEILING_REFLECTANCE: f64 = 0.7;
 
-/// Fixed points of each pixel in PPM, the fewest that tell what a pixel's other points add; the thesis has one.
+/// Fixed points of each pixel in PPM (the thesis has one): the fewest from which the error of choosing them can be estimated.
 pub const POINTS_PER_PIXEL: u32 = 2;
 
 const CORNELL_BOX: &str = include_str!("../../../examples/cornell_box.json");
 const HOLIGILM: &str = include_str!("../../../examples/holigilm_thesis.json");
 
-/// Gives a document a number of passes; the accuracy is for solvers, which have none.
+/// Returns a document with a fixed number of passes; its relative errors are for solvers, which have no passes.
 pub fn passes(mut document: Value, passes: u64) -> Value {
     document["stop"] = json!({
         "relative_error": 1e-4, "view_relative_error": 1e-4, "max_passes": passes, "max_seconds": 1e9,
@@ -29,14 +29,14 @@ pub fn passes(mut document: Value, passes: u64) -> Value {
     document
 }
 
-/// The Cornell box of `examples/cornell_box.json` (section 6.1).
+/// Returns the Cornell box of `examples/cornell_box.json` (section 6.1).
 pub fn cornell_box(settings: &Settings) -> Result<Value, ReportError> {
     let mut document = example("cornell_box.json", CORNELL_BOX)?;
     document["views"][0]["size_px"] = json!([settings.size_px, settings.size_px]);
     Ok(document)
 }
 
-/// A Cornell box of 80 inches without blocks, lit by the pipe alone, open toward the eye (figures 6.7 and 6.8).
+/// Returns a Cornell box of 80 inches without blocks, lit by the pipe alone, open toward the eye (figures 6.7 and 6.8).
 pub fn pipe_box(settings: &Settings) -> Result<Value, ReportError> {
     let cornell = example("cornell_box.json", CORNELL_BOX)?;
     let mut document = room()?;
@@ -52,9 +52,9 @@ pub fn pipe_box(settings: &Settings) -> Result<Value, ReportError> {
     Ok(document)
 }
 
-/// The room of the illuminance comparison (section 6.2) with a grid of `cells` x `cells` points on its floor, by
-/// `examples/holigilm_thesis.json`: 519 lm of sky light through the pipe, no sun; floor, walls and ceiling reflect 0.2, 0.5
-/// and 0.7 where interreflection is on.
+/// Returns the room of the illuminance comparison (section 6.2) with a grid of `cells` on its floor, made from
+/// `examples/holigilm_thesis.json`: 519 lm of sky light through the pipe, no sun; floor, walls and ceiling reflect 0.2, 0.5 and
+/// 0.7 where interreflection is on.
 pub fn floor(cells: [usize; 2], interreflection: bool) -> Result<Value, ReportError> {
     let mut document = room()?;
     document["grids"] = json!([{ "name": "floor", "height_m": 0.0, "cells": cells }]);
@@ -64,7 +64,7 @@ pub fn floor(cells: [usize; 2], interreflection: bool) -> Result<Value, ReportEr
     Ok(document)
 }
 
-/// The closed room without grids and views.
+/// Returns the closed room without grids and views.
 pub fn room() -> Result<Value, ReportError> {
     let mut document = example("holigilm_thesis.json", HOLIGILM)?;
     document["name"] = "The thesis' room".into();
@@ -77,7 +77,7 @@ pub fn room() -> Result<Value, ReportError> {
     Ok(document)
 }
 
-/// `ppm` or `sppm` with the settings of the thesis (section 6.3), radii by each point's own photons as there.
+/// Returns `ppm` or `sppm` with the settings of the thesis (section 6.3), and radii by each point's own photons as there.
 pub fn thesis_method(kind: &str, settings: &Settings) -> Value {
     let mut method = own_method(kind, settings);
     method["initial_radius_m"] = printed::INITIAL_RADIUS_M.into();
@@ -86,7 +86,7 @@ pub fn thesis_method(kind: &str, settings: &Settings) -> Value {
     method
 }
 
-/// `ppm` or `sppm` with this program's radius and alpha.
+/// Returns `ppm` or `sppm` with this program's radius and alpha.
 pub fn own_method(kind: &str, settings: &Settings) -> Value {
     let mut method = json!({ "kind": kind, "photons_per_pass": settings.photons_per_pass });
     if kind == "ppm" {
@@ -99,7 +99,7 @@ fn example(file: &str, text: &str) -> Result<Value, ReportError> {
     serde_json::from_str(text).map_err(|error| ReportError::Case(format!("examples/{file}: {error}")))
 }
 
-/// Takes a field out of a document.
+/// Removes a field from a document.
 pub fn remove(document: &mut Value, field: &str) {
     if let Some(fields) = document.as_object_mut() {
         fields.remove(field);

@@ -1,32 +1,32 @@
-//! What each part of the report is given: the amount of computation, and who hears its name.
+//! Settings of the report: the amount of computation, and a callback for its progress.
 
 use super::printed;
 
 /// Amount of computation of the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Passes of the longest series; all other numbers of passes are shares of it.
+    /// Passes of the longest series; all other numbers of passes are proportional to it.
     pub passes: u64,
-    /// Photons of each pass of the methods that follow light from its sources.
+    /// Photons per pass of the methods that trace light from its sources.
     pub photons_per_pass: u64,
-    /// Side of the pictures.
+    /// Side of the pictures in pixels.
     pub size_px: usize,
-    /// Cells along each side of the floor's grid; an odd number, so that one is under the pipe.
+    /// Cells along each side of the floor's grid; odd, so that one is under the pipe.
     pub cells: usize,
     /// Hit points along each side of the floor for the printed update.
     pub points: usize,
-    /// Discs of the simulated updates.
+    /// Number of discs in simulations of the updates.
     pub discs: u64,
 }
 
-/// Passes for which the shares of [`Settings::share`] are given.
+/// Passes of the longest series to which the argument of [`Settings::share`] refers.
 pub const FULL_PASSES: u64 = 1024;
 
-/// Fewer tell no standard error.
+/// Fewest passes of a job: fewer give no standard error.
 const LEAST_PASSES: u64 = 8;
 
 impl Settings {
-    /// The settings of the report with `passes` in the longest series.
+    /// Creates the settings of the report with `passes` in the longest series.
     pub fn new(passes: u64) -> Self {
         Self {
             passes,
@@ -38,11 +38,11 @@ impl Settings {
         }
     }
 
-    /// Passes of a job that has `full` when the longest series has 1024.
+    /// Returns the passes of a job that has `full` of them when the longest series has 1024; at least 8.
     pub fn share(&self, full: u64) -> u64 {
         (full * self.passes).div_ceil(FULL_PASSES).max(LEAST_PASSES)
     }
 }
 
-/// Hears the name of each part before it runs.
+/// Callback with the name of each part before it runs.
 pub type Progress<'a> = &'a (dyn Fn(&str) + Sync);

@@ -1,8 +1,8 @@
-//! Work on several items at the same time.
+//! Parallel work on several items.
 
 use std::sync::{Mutex, PoisonError};
 
-/// Runs `work` on all `items`, two at a time: half of a photon pass is on one thread.
+/// Runs `work` on all `items`, two at a time, because half of a photon pass is on one thread.
 pub fn side_by_side<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let count = items.len();
     let queue = Mutex::new(items.into_iter().enumerate());

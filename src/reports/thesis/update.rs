@@ -1,38 +1,39 @@
-//! The update of a hit point as the thesis' Appendix A prints it, with its faults, beside the right one.
+//! Update of a hit point as the thesis' Appendix A prints it, with its faults, beside the correct one.
 
 use skyduct::sampling::{Key, PathRandom};
 use skyduct::statistics::Moments;
 
-/// Faults of Appendix A, lines 21 to 49, each on its own.
+/// Faults of Appendix A, lines 21 to 49, which can be switched on one by one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Faults {
-    /// The flux is scaled to the new radius, and divided by the area of the old one (lines 41 and 47).
+    /// Division by the area of the old radius of a flux that is scaled to the new one (lines 41 and 47).
     pub old_radius: bool,
-    /// A pass that finds no photon keeps the value of the last one that did, divided by fewer emitted photons (line 21).
+    /// Stale values: a pass that finds no photon keeps the value of the last one that did, divided by fewer emitted photons
+    /// (line 21).
     pub stale: bool,
-    /// The accumulated count is a whole number (section 5.5.2), while alpha M is none.
+    /// Accumulated counts rounded down to whole numbers (section 5.5.2), although alpha M is not whole.
     pub whole_counts: bool,
 }
 
 impl Faults {
-    /// The right update.
+    /// Correct update.
     pub const NONE: Self = Self { old_radius: false, stale: false, whole_counts: false };
-    /// The printed code with counts that keep their fraction.
+    /// Printed code, with counts that keep their fraction.
     pub const PRINTED: Self = Self { old_radius: true, stale: true, whole_counts: false };
-    /// The printed code with the printed data structure.
+    /// Printed code with the printed data structure, i.e. whole counts.
     pub const PRINTED_WHOLE: Self = Self { old_radius: true, stale: true, whole_counts: true };
 }
 
 /// State that progressive photon mapping keeps of one point (Hachisuka, Ogaki and Jensen 2008).
 #[derive(Clone, Copy, Debug)]
 pub struct HitPoint {
-    /// Search radius over the first one, squared.
+    /// Search radius relative to the first one, squared.
     radius_squared: f64,
     /// Accumulated photon count N.
     count: f64,
     /// Accumulated flux tau.
     flux: f64,
-    /// Value that is shown: flux per area of the first disc and emitted photon.
+    /// Displayed value: flux per area of the first disc and per emitted photon.
     shown: f64,
 }
 
@@ -43,12 +44,13 @@ impl Default for HitPoint {
 }
 
 impl HitPoint {
-    /// Search radius over the first one.
+    /// Returns the search radius relative to the first one.
     pub fn radius(&self) -> f64 {
         self.radius_squared.sqrt()
     }
 
-    /// Takes the `found` photons of a pass, of `flux` together; `emitted` photons in all passes so far, this one included.
+    /// Adds the `found` photons of a pass, with the sum of their `flux`; `emitted`: photons emitted in all passes so far, this
+    /// one included.
     pub fn update(&mut self, found: f64, flux: f64, emitted: f64, alpha: f64, faults: Faults) {
         let old = self.radius_squared;
         if found > 0.0 {
@@ -66,24 +68,24 @@ impl HitPoint {
         }
     }
 
-    /// Flux per area of the first disc and emitted photon, as it would be shown now.
+    /// Returns the displayed value: flux per area of the first disc and per emitted photon.
     pub fn shown(&self) -> f64 {
         self.shown
     }
 }
 
-/// Ratio of an update's result to the right value, for a uniform irradiance.
+/// Ratio of an update's result to the true value, for a uniform irradiance.
 #[derive(Clone, Copy, Debug)]
 pub struct Uniform {
-    /// Ratio over the discs.
+    /// Moments of the ratio over the discs.
     pub ratio: Moments,
-    /// Largest ratio of a disc.
+    /// Largest ratio of any disc.
     pub highest: f64,
-    /// Mean radius over the first one.
+    /// Mean radius relative to the first one.
     pub radius: f64,
 }
 
-/// `discs` hit points under a uniform irradiance of `expected` photons per first disc and pass, after `passes`.
+/// Simulates `discs` hit points under a uniform irradiance of `expected` photons per first disc and pass, for `passes`.
 pub fn uniform(expected: f64, passes: u64, alpha: f64, faults: Faults, discs: u64, key: Key) -> Uniform {
     let (mut ratio, mut highest, mut radius) = (Moments::default(), 0.0f64, Moments::default());
     for disc in 0..discs {
@@ -101,7 +103,7 @@ pub fn uniform(expected: f64, passes: u64, alpha: f64, faults: Faults, discs: u6
     Uniform { ratio, highest, radius: radius.mean }
 }
 
-/// A Poisson variable of a small mean: exponential waiting times, as products of uniform numbers (Knuth).
+/// Draws a Poisson variable of a small mean: exponential waiting times, as products of uniform numbers (Knuth).
 fn poisson(mean: f64, random: &mut PathRandom) -> f64 {
     let end = libm::exp(-mean);
     let (mut product, mut count) = (random.uniform(), 0.0);

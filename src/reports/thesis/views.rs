@@ -1,4 +1,4 @@
-//! Views of the report: what their pixels see, and films recorded while they are rendered.
+//! Views of the report: the surfaces that their pixels see, and films recorded while they are rendered.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// Sight of the first view of a document.
+    /// Finds the surfaces that the first view of a document sees.
     pub fn of(document: &Value) -> Result<Self, ReportError> {
         let (scene, traceable) = compile(document, Path::new(""))?;
         let view = scene.views.first().ok_or_else(|| ReportError::Case("a document without a view".to_owned()))?;
@@ -49,18 +49,19 @@ impl Sight {
         self.hits[pixel].is_some()
     }
 
-    /// True if a pixel and its eight neighbours see surfaces of the room and its objects: no lamp, opening or outside.
+    /// True if a pixel and its eight neighbours see surfaces of the room and its objects: no luminaire, opening or outside.
     pub fn off_sources(&self, pixel: usize) -> bool {
         self.around(pixel).all(|pixel| self.surface(pixel).is_some())
     }
 
-    /// True if a pixel and its eight neighbours see one surface.
+    /// True if a pixel and its eight neighbours see the same surface.
     pub fn on_one_surface(&self, pixel: usize) -> bool {
         let own = self.surface(pixel);
         own.is_some() && self.around(pixel).all(|pixel| self.surface(pixel) == own)
     }
 
-    /// The share of a disc around the point that each pixel sees that lies on the surface there; 1 where no disc is.
+    /// Computes, for each pixel, the fraction of a disc around the point it sees that lies on the surface there; 1 for pixels
+    /// without a surface.
     pub fn disc_shares(&self, radius: f64) -> Vec<f64> {
         let domains = Surfaces::new(&self.traceable).faces;
         let share = |pixel: usize| {
@@ -86,17 +87,17 @@ impl Sight {
     }
 }
 
-/// A film, what it was like earlier, and the mean luminance of some zones of it.
+/// Film with its earlier states, and the mean luminance of some zones of it.
 pub struct Recording {
     pub film: FilmEstimate,
-    /// Passes so far, and the mean of every channel.
+    /// Earlier states: number of passes, and the mean of every channel.
     pub earlier: Vec<(u64, Vec<f64>)>,
-    /// Moments of each zone, one replicate per pass.
+    /// Moments of the luminance of each zone in cd/m2, one replicate per pass.
     pub zones: Vec<Moments>,
     pub estimate: Estimate,
 }
 
-/// Renders the first view of a job; `at`: passes whose film is kept, `zones`: pixels of each.
+/// Renders the first view of a job; `at`: numbers of passes after which the film is kept, `zones`: pixels of each zone.
 pub fn record(prepared: &Prepared, at: &[u64], zones: &[Vec<usize>]) -> Result<Recording, ReportError> {
     let mut earlier = Vec::new();
     let mut moments = vec![Moments::default(); zones.len()];
@@ -123,7 +124,7 @@ pub const SPPM_THESIS: &str = "SPPM, thesis' settings";
 pub const PPM_OWN: &str = "PPM, own settings";
 pub const SPPM_OWN: &str = "SPPM, own settings";
 
-/// PPM and SPPM with the thesis' and with own settings.
+/// Returns cases of PPM and SPPM with the thesis' and with own settings.
 pub fn contenders(document: &Value, settings: &Settings) -> [Case; 4] {
     let case = |name: &str, method: Value| Case::new(name, document.clone(), method);
     [
@@ -134,7 +135,7 @@ pub fn contenders(document: &Value, settings: &Settings) -> [Case; 4] {
     ]
 }
 
-/// Radius of the first pass of a method's document in a room of this shortest edge.
+/// Returns the radius in m of the first pass of a method's document, in a room of this shortest edge.
 pub fn first_radius_m(method: &Value, shortest_edge_m: f64) -> f64 {
     let own = skyduct::integrator::photon_map::progressive::DEFAULT_RADIUS_SHARE * shortest_edge_m;
     method["initial_radius_m"].as_f64().unwrap_or(own)
@@ -144,7 +145,7 @@ pub fn image(film: &FilmEstimate) -> Image<'_> {
     Image { size_px: film.size_px, channels: film.channels, values: &film.mean }
 }
 
-/// A film of these values as the eye adapted to `film` sees it, twice as large.
+/// Tone-maps these values by the adaptation of the eye to `film`, twice as large.
 pub fn tone_mapped_like(film: &FilmEstimate, values: &[f64]) -> Result<Raster, OutputError> {
     Ok(png::ToneMapping::of(image(film))?.apply(Image { values, ..image(film) })?.enlarged(2))
 }

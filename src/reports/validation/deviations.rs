@@ -6,7 +6,7 @@ use crate::page::Check;
 pub struct Deviations {
     name: String,
     compared: usize,
-    /// The largest deviation so far, without its sign.
+    /// Largest absolute deviation so far.
     pub worst: f64,
 }
 
@@ -15,7 +15,7 @@ impl Deviations {
         Self { name: name.into(), compared: 0, worst: 0.0 }
     }
 
-    /// `deviation` of any sign; one that is not a number counts as infinite.
+    /// Adds a deviation of any sign; NaN counts as infinite.
     pub fn add(&mut self, deviation: f64) {
         self.compared += 1;
         self.worst = if deviation.is_nan() { f64::INFINITY } else { self.worst.max(deviation.abs()) };

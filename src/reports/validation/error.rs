@@ -1,9 +1,9 @@
-//! What keeps the validation report from being made.
+//! Errors of the validation report.
 
 use crate::page::ReportError;
 use skyduct::output::OutputError;
 
-/// Why the validation report cannot be made.
+/// Error that prevents the validation report.
 #[derive(Debug, thiserror::Error)]
 pub enum ValidationError {
     #[error("{file}: {reason}")]

@@ -1,4 +1,4 @@
-//! Rooms lit by luminaires, panes and roof openings, against closed forms: cases of the kind of CIE 171:2006.
+//! Rooms lit by luminaires, panes and roof openings, against closed forms: cases like those of CIE 171:2006.
 
 use std::path::Path;
 
@@ -20,10 +20,10 @@ use skyduct::optics::fresnel::slab_transmittance;
 use skyduct::sky::opening::illuminance_through_rectangle;
 use skyduct::sky::{Sky, SkyDistribution, direction};
 
-/// Flux of every luminaire here in lm.
+/// Flux of every luminaire in lm.
 const FLUX_LM: f64 = 10_000.0;
 
-/// Reflectances of the closed rooms, and the mean indirect illuminance of a 4 m cube with 10 000 lm in it.
+/// Reflectances of the closed rooms.
 const REFLECTANCES: [f64; 11] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95];
 
 pub fn section(reference: &Path) -> Result<Section, ValidationError> {
@@ -51,8 +51,8 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
     })
 }
 
-/// Deviation of a row of the table of sky components in units of its tolerance; `None` for wall points under the edge of
-/// the wide opening and skies with a cusp, where the reference does not resolve the sun's image.
+/// Returns the deviation of a row of the table of sky components in units of its tolerance; `None` for wall points under the
+/// edge of the wide opening and skies with a cusp, where the reference does not resolve the sun's image.
 pub fn roof_opening_deviation(row: &Row) -> Result<Option<f64>, ValidationError> {
     let side = row.number("opening_m")?;
     let cusp = cie_type(row.text("cie_type")?)?.parameters().is_some_and(|[_, _, c, ..]| c > 0.0);
@@ -77,7 +77,7 @@ pub fn roof_opening_deviation(row: &Row) -> Result<Option<f64>, ValidationError>
     Ok(Some((per_cent * lux - truth) / (1e-5 * truth + 0.5e-5 + per_cent * error)))
 }
 
-/// A room of `size_m` whose faces all have the same reflectance, lit by one luminaire.
+/// Returns the document of a room of `size_m` whose faces all have the same reflectance, lit by one luminaire.
 fn room(size_m: [f64; 3], reflectance: f64, luminaire: Value, grids: Value, relative_error: f64) -> Value {
     let surface = json!({ "reflectance": reflectance });
     json!({
@@ -93,7 +93,7 @@ fn room(size_m: [f64; 3], reflectance: f64, luminaire: Value, grids: Value, rela
     })
 }
 
-/// Rectangular luminaire of 10 000 lm.
+/// Returns a rectangular luminaire of 10 000 lm from a corner and two edges.
 fn luminaire(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Value {
     let area = DVec3::from(u).cross(DVec3::from(v)).length();
     json!({
@@ -102,9 +102,10 @@ fn luminaire(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Value {
     })
 }
 
-/// Illuminance along a line under a small and under a 1 x 1 m source in the ceiling of a black 4 x 4 x 3 m room.
+/// Compares the illuminance of the floor under a small and under a 1 x 1 m source in the ceiling of a black 4 x 4 x 3 m room
+/// with closed forms.
 fn sources(reference: &Path) -> Result<(Vec<Check>, Table), ValidationError> {
-    // 17 cells of 0.25 m from -2.125 to 2.125 would leave the room: the line x = 0, 0.5, 1, 1.5 of 8 x 8 cells
+    // 8 x 8 cells of 0.5 m; the table shows a row of them, 0.25 m off the axis
     let grid = json!([{ "name": "floor", "height_m": 0.0, "cells": [8, 8], "estimate": "point" }]);
     let mut rows = Vec::new();
     let mut checks = Vec::new();
@@ -119,7 +120,7 @@ fn sources(reference: &Path) -> Result<(Vec<Check>, Table), ValidationError> {
             let point = DVec2::new(prepared.grids()[0].x_m[i] - 2.0, prepared.grids()[0].y_m[j] - 2.0);
             let truth = source_closed_form(side, point);
             let (value, error) = (lux(&estimate, sensor), standard_error(&estimate, sensor));
-            // where the engine itself uses a closed form only rounding is left
+            // only rounding is left where the engine itself uses a closed form
             deviations.add((value - truth) / error.max(1e-4 * truth));
             if i >= 4 && j == 4 {
                 let cells = [format!("{:.2}", point.x), with_standard_error(value, error, 3), format!("{truth:.3}")];
@@ -138,8 +139,8 @@ fn sources(reference: &Path) -> Result<(Vec<Check>, Table), ValidationError> {
     Ok((checks, table))
 }
 
-/// Illuminance under a square Lambertian source of 10 000 lm at 3 m: the sum of four rectangles with a corner above the
-/// point (textbook configuration factor of a parallel rectangle).
+/// Computes the illuminance under a square Lambertian source of 10 000 lm at 3 m: the sum of four rectangles with a corner
+/// above the point (textbook configuration factor of a parallel rectangle).
 fn source_closed_form(side: f64, point: DVec2) -> f64 {
     let factor = |a: f64, b: f64| {
         let (x, y) = (a / 3.0, b / 3.0);
@@ -152,7 +153,7 @@ fn source_closed_form(side: f64, point: DVec2) -> f64 {
     sum * FLUX_LM / (side * side)
 }
 
-/// Lossless panes: transmittance against the angle of incidence, printed values of the closed form.
+/// Compares the transmittance of lossless panes by angle of incidence with printed values of the closed form.
 fn glass() -> (Deviations, Table) {
     let printed = [
         (1.52, [0.9183, 0.9160, 0.9095, 0.8912, 0.8435, 0.7247, 0.4560, 0.2456]),
@@ -181,7 +182,8 @@ fn glass() -> (Deviations, Table) {
     )
 }
 
-/// Light of a luminaire in the floor, seen by sensors that look up at the ceiling, the only surface that is not black.
+/// Compares the light of a luminaire in the floor that the ceiling, the only surface that is not black, reflects to upward
+/// sensors with a quadrature.
 fn diffuse_reflection(reference: &Path) -> Result<(Deviations, Table), ValidationError> {
     const CEILING: f64 = 0.6;
     let source = luminaire([1.95, 1.95, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]);
@@ -210,8 +212,8 @@ fn diffuse_reflection(reference: &Path) -> Result<(Deviations, Table), Validatio
     Ok((deviations, table))
 }
 
-/// The configuration factors of source to ceiling and ceiling to point, by the midpoint rule over the ceiling; its error
-/// is far below the engine's.
+/// Computes the light reflected to a point from the configuration factors of source to ceiling and ceiling to point, by the
+/// midpoint rule over the ceiling; its error is far below the engine's.
 fn reflected_closed_form(point: DVec3, reflectance: f64) -> f64 {
     const STEPS: usize = 200;
     let step = 4.0 / STEPS as f64;
@@ -229,9 +231,9 @@ fn reflected_closed_form(point: DVec3, reflectance: f64) -> f64 {
     sum * reflectance / std::f64::consts::PI * step * step
 }
 
-/// Closed 4 m cubes of one reflectance: the mean of the six faces is exactly flux / (area (1 - reflectance)), whatever the
-/// source. A source in one face lights its own, the opposite and four equal faces, so that three positions of the source
-/// give the mean of all faces from the floor alone.
+/// Compares closed 4 m cubes of one reflectance with the closed form: the mean of the six faces is exactly flux / (area (1 -
+/// reflectance)) for any source. A source in one face lights its own, the opposite and four equal faces, so that three
+/// positions of the source give the mean of all faces from the floor alone.
 fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, Figure), ValidationError> {
     let grids = json!([{ "name": "floor", "height_m": 0.0, "cells": [4, 4], "estimate": "cell_average" }]);
     // luminaires are black: these take 1e-6 of the area, and 2e-5 of the light at the highest reflectance

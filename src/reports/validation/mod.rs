@@ -1,4 +1,4 @@
-//! The validation report: closed forms, published formulae and independent references against live runs.
+//! Validation report: closed forms, published formulae and independent references against live runs.
 //!
 //! "Validated against" a case means: the values agree within their stated errors (deterministic ones), or within four
 //! combined standard errors (random ones). The cases modelled on CIE 171 have references recomputed from closed forms.
@@ -18,7 +18,7 @@ use crate::page::{Report, Section};
 
 pub use error::ValidationError;
 
-/// Runs all cases with the references in the folder `reference`; `progress` hears the title of each section before it
+/// Runs all cases with the references in the folder `reference`; `progress` is called with the title of each section before it
 /// runs.
 pub fn run(reference: &Path, progress: impl Fn(&str)) -> Result<Report, ValidationError> {
     type Run = fn(&Path) -> Result<Section, ValidationError>;

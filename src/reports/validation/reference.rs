@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::error::ValidationError;
 use skyduct::sky::CieType;
 
-/// Rows of a CSV file by the names in its header.
+/// CSV file whose rows are read by the names in its header.
 pub struct CsvTable {
     file: String,
     head: Vec<String>,
@@ -27,7 +27,7 @@ impl CsvTable {
     }
 }
 
-/// One row of a table.
+/// Row of a table.
 pub struct Row<'a> {
     table: &'a CsvTable,
     cells: &'a [String],
@@ -48,7 +48,7 @@ impl Row<'_> {
     }
 }
 
-/// Cells of one line; commas within quotes do not count.
+/// Splits a line into cells; commas within quotes do not separate.
 fn cells(line: &str) -> Vec<String> {
     let mut quoted = false;
     let mut cells = vec![String::new()];
@@ -71,7 +71,7 @@ pub fn json(folder: &Path, file: &str) -> Result<Value, ValidationError> {
     serde_json::from_str(&text).map_err(|error| failed(file, error))
 }
 
-/// All numbers of nested arrays, in order.
+/// Returns all numbers of nested arrays, in order.
 pub fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(values) => values.iter().flat_map(numbers).collect(),
@@ -83,7 +83,7 @@ pub fn failed(file: &str, reason: impl ToString) -> ValidationError {
     ValidationError::Reference { file: file.to_owned(), reason: reason.to_string() }
 }
 
-/// The sky type whose number a reference has in `text`.
+/// Parses the number of a sky type; an error if there is no such type.
 pub fn cie_type(text: &str) -> Result<CieType, ValidationError> {
     let number = text.parse().ok().and_then(CieType::new);
     number.ok_or_else(|| failed("sky type", format!("{text:?} is not 1..16")))

@@ -10,10 +10,10 @@ use super::reference::{failed, json as read_json, numbers};
 use crate::page::{Section, Table, with_standard_error};
 use crate::run::render;
 
-/// The room of the thesis, as an example to run.
+/// Document of the thesis' room, from the examples.
 const THESIS: &str = include_str!("../../../examples/holigilm_thesis.json");
 
-/// Scene, reference, whether cells are averaged, the share of systematic difference that facets explain.
+/// Scene, reference, true for averages over cells, and the fraction of systematic difference that facets explain.
 const SCENES: [(&str, &str, bool, f64); 8] = [
     ("S1", "S1.exact.point", false, 0.0),
     ("S1", "S1.exact.cell_average", true, 0.0),
@@ -33,7 +33,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         let truth = read_json(reference, &format!("scenes/{truth_name}.reference.json"))?;
         let (values, errors) = (numbers(&truth["illuminance_lux"]), numbers(&truth["standard_error_lux"]));
         let mut document = read_json(reference, &format!("scenes/{scene}.json"))?;
-        // a standard error of 0.5 %: the stop rule counts 1.96 of them
+        // a standard error of 0.5 %: the stop rule is 1.96 times that
         document["stop"] = json!({ "relative_error": 0.0098, "max_seconds": 300 });
         if averaged {
             document["grids"][0]["estimate"] = Value::from("cell_average");
@@ -76,7 +76,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
     })
 }
 
-/// The HOLIGILM case of Schou 2012: direct light of a Lambertian disc, 519 lm into the room.
+/// Validates the HOLIGILM case of Schou 2012: direct light of a Lambertian disc, 519 lm into the room.
 pub fn thesis(reference: &Path) -> Result<Section, ValidationError> {
     let document: Value =
         serde_json::from_str(THESIS).map_err(|error| failed("examples/holigilm_thesis.json", error))?;

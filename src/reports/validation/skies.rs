@@ -16,7 +16,7 @@ use skyduct::sky::sun::beam_normal_illuminance_lux;
 use skyduct::sky::zenith::{default_formula, typical_turbidity, zenith_luminance_cd_m2};
 use skyduct::sky::{CieType, SkyDistribution, direction};
 
-/// Types whose curves are drawn.
+/// CIE sky types whose curves are drawn.
 const DRAWN: [u8; 5] = [1, 5, 7, 12, 15];
 
 pub fn section(reference: &Path) -> Result<Section, ValidationError> {

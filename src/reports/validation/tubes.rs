@@ -21,16 +21,16 @@ use skyduct::sampling::{Key, PathRandom, warp};
 use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
 use skyduct::statistics::Moments;
 
-/// Radius of all tubes here, in metres: only lengths in diameters count.
+/// Radius of all tubes in metres.
 const RADIUS: f64 = 0.127;
 
-/// Rays in each of eight replicates.
+/// Number of rays in each of eight replicates.
 const RAYS: u64 = 1024;
 
-/// Random rays through each elbow.
+/// Number of random rays through each elbow.
 const ELBOW_RAYS: u32 = 100_000;
 
-/// Aspect ratio of the drawn curves.
+/// Aspect ratio (length over diameter) of the drawn curves.
 const DRAWN_ASPECT: f64 = 4.0;
 
 pub fn section(reference: &Path) -> Result<Section, ValidationError> {
@@ -155,7 +155,7 @@ fn elbows(reference: &Path) -> Result<(Deviations, Table), ValidationError> {
     Ok((deviations, table))
 }
 
-/// Forward and back-reflected shares of isotropic or axial light that enters an elbow of two equal pieces.
+/// Computes the forward and back-reflected fractions of isotropic or axial light that enters an elbow of two equal pieces.
 fn elbow(bend_deg: f64, reflectance: f64, isotropic: bool, key: Key) -> [Moments; 2] {
     let (sin, cos) = libm::sincos(bend_deg.to_radians());
     let axis = DVec3::new(sin, 0.0, cos);

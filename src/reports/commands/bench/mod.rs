@@ -1,4 +1,4 @@
-//! `skyduct-reports bench`: what accuracy and effects cost on this machine.
+//! `skyduct-reports bench`: measures the cost of accuracy and of effects on this machine.
 
 mod peers;
 mod processes;
@@ -28,27 +28,28 @@ pub struct BenchArgs {
 
 #[derive(Debug, clap::Subcommand)]
 enum Subject {
-    /// What accuracy costs, how cost grows, where the time of a job goes: performance.md, in at most half an hour
+    /// Measure the time to an accuracy, the growth of cost, and the parts of a job's time: performance.md, in at most half an
+    /// hour
     Performance(PerformanceArgs),
-    /// What accuracy costs by each method against references, and how often intervals hold the truth: accuracy.md, in about half an
-    /// hour on two processors
+    /// Measure the cost of accuracy by each method against references, and how often confidence intervals contain the truth:
+    /// accuracy.md, in about half an hour on two processors
     Accuracy(AccuracyArgs),
-    /// What each effect of light costs: effects.md, in some minutes
+    /// Measure the cost of each effect of light: effects.md, in some minutes
     Effects(PageArgs),
-    /// Render the document on standard input and print what that took, as JSON
+    /// Render the document on standard input and print its cost as JSON
     #[command(hide = true)]
     Job(JobArgs),
 }
 
 #[derive(Debug, clap::Args)]
 struct PageArgs {
-    /// Folder that the page goes to, with its figures
+    /// Folder for the page and its figures
     #[arg(long, default_value = "docs")]
     out: PathBuf,
     /// Folder of the scenes and their references
     #[arg(long, default_value = "tests/reference")]
     reference: PathBuf,
-    /// Measure less and less often, in about a minute, for a trial
+    /// Measure less, and less often, in about a minute, for a trial
     #[arg(long)]
     quick: bool,
 }
@@ -65,7 +66,7 @@ struct PerformanceArgs {
 struct AccuracyArgs {
     #[command(flatten)]
     page: PageArgs,
-    /// Most seeds of each method to each error, over which intervals are counted
+    /// Largest number of seeds of each method to each error, over which intervals are counted
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(2..))]
     seeds: u64,
 }

@@ -1,4 +1,5 @@
-//! Other programs on the same scenes, run by a folder of scripts: Radiance, Mitsuba, LuxCore and Embree, those that are installed.
+//! Other programs on the same scenes (Radiance, Mitsuba, LuxCore and Embree), run by a folder of scripts where they are
+//! installed.
 //!
 //! The folder has a Python script for each program, which takes a scene and a number of processor seconds, and writes its runs to
 //! `results/*.json`; `gen_scenes.py`, which writes the scenes; and `embree_rays.cpp`. The scripts run in a copy of it.
@@ -17,23 +18,23 @@ use skyduct::cli::temporary_folder::TemporaryFolder;
 
 #[derive(Debug, clap::Args)]
 pub struct PeersArgs {
-    /// Folder of scripts that run other programs on the same scenes; those that are installed are run before
+    /// Folder of scripts that run other programs on the same scenes; the installed ones run before the benchmark
     #[arg(long, value_name = "FOLDER")]
     peers: Option<PathBuf>,
-    /// Python that has their packages
+    /// Python interpreter that has the packages of these programs
     #[arg(long, value_name = "PROGRAM", default_value = "python3", requires = "peers")]
     python: PathBuf,
-    /// Processor seconds of each of their runs
+    /// Processor seconds of each run of these programs
     #[arg(long, value_name = "S", default_value_t = 10, requires = "peers", value_parser = clap::value_parser!(u64).range(1..))]
     peer_seconds: u64,
 }
 
-/// A script that runs a program.
+/// Script that runs a program.
 struct Script {
     program: &'static str,
-    /// The Python package that it needs.
+    /// Python package that the script needs.
     package: &'static str,
-    /// Its name and what it is given; `{seconds}` stands for processor seconds.
+    /// File name and arguments of the script; `{seconds}` stands for processor seconds.
     words: &'static [&'static str],
 }
 
@@ -53,7 +54,7 @@ const SCRIPTS: [Script; 11] = [
     luxcore(&["run_luxcore.py", "S2", "BIDIRCPU", "{seconds}", "1"]),
 ];
 
-/// Time on the wall after which a script is ended; what it has written by then counts.
+/// Wall-clock time after which a script is killed; its results until then count.
 const LONGEST: Duration = Duration::from_secs(240);
 
 const fn radiance(words: &'static [&'static str]) -> Script {
@@ -75,13 +76,13 @@ impl PeersArgs {
     }
 }
 
-/// Runs what is installed; nothing without a folder.
+/// Runs the programs that are installed; `None` without a folder of scripts.
 pub fn measure(args: &PeersArgs, settings: &Settings, progress: Progress) -> anyhow::Result<Option<Beside>> {
     let Some(folder) = &args.peers else { return Ok(None) };
     let copy = TemporaryFolder::new("peers")?;
     let peers = copy.path().join("peers");
     copy_files(folder, &peers).with_context(|| format!("{} cannot be copied", folder.display()))?;
-    // where the scripts look for the references
+    // the folder in which the scripts look for the references
     let references = settings.reference.join("scenes");
     copy_files(&references, &copy.path().join("reference/scenes"))
         .with_context(|| format!("{} cannot be copied", references.display()))?;
@@ -125,15 +126,16 @@ fn python(args: &PeersArgs, folder: &Path, words: &[String]) -> anyhow::Result<(
     output(Command::new(&args.python).args(words).current_dir(folder)).map(drop)
 }
 
-/// What a program prints; of one that takes too long or fails, the last line of its complaints.
+/// Runs a command and returns its standard output; an error if it takes too long, or fails (with the last line of its standard
+/// error).
 fn output(command: &mut Command) -> anyhow::Result<String> {
-    // a group of its own, which ends with it
+    // a process group of its own, so that its children end with it
     command.process_group(0).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().context("it cannot be started")?;
     let reading = [child.stdout.take().map(boxed), child.stderr.take().map(boxed)].map(|pipe| {
         std::thread::spawn(move || {
             let mut bytes = Vec::new();
-            // what cannot be read is not there
+            // output that cannot be read counts as empty
             pipe.map(|mut pipe| pipe.read_to_end(&mut bytes));
             String::from_utf8_lossy(&bytes).into_owned()
         })
@@ -154,7 +156,7 @@ fn boxed(pipe: impl std::io::Read + Send + 'static) -> Box<dyn std::io::Read + S
     Box::new(pipe)
 }
 
-/// How a program ended; `None` where it was ended.
+/// Waits for a process and returns its exit status; `None` if it was killed after [`LONGEST`].
 fn wait(child: &mut Child) -> anyhow::Result<Option<ExitStatus>> {
     let start = Instant::now();
     while start.elapsed() < LONGEST {
@@ -170,7 +172,7 @@ fn wait(child: &mut Child) -> anyhow::Result<Option<ExitStatus>> {
     Ok(None)
 }
 
-/// Builds the program that follows rays by Embree and runs it.
+/// Builds the program that traces rays with Embree, and runs it.
 fn embree(folder: &Path) -> anyhow::Result<EmbreeRate> {
     let words = ["-O3", "-march=native", "embree_rays.cpp", "-lembree3", "-lpthread", "-o", "embree_rays"];
     output(Command::new("g++").args(words).current_dir(folder)).context("it cannot be built")?;
@@ -186,7 +188,7 @@ fn embree(folder: &Path) -> anyhow::Result<EmbreeRate> {
     Ok(EmbreeRate { one_by_one, in_streams })
 }
 
-/// All runs that scripts have written; what of them is no list of runs is passed over, and without a script there is no folder.
+/// Reads all runs that scripts have written; files that are not lists of runs are skipped, and a missing folder has none.
 fn records(folder: &Path) -> Vec<Record> {
     let entries = std::fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();

@@ -1,4 +1,5 @@
-//! What processes of this program take: jobs for their parts and memory, and `skyduct render` from start to end.
+//! Measurements of processes of this program: jobs with the times of their parts and memory, and `skyduct render` from start to
+//! end.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -41,7 +42,7 @@ fn parts(program: &Path, meshes: &Path, job: &WholeJob) -> anyhow::Result<Parts>
     serde_json::from_slice(&output.stdout).with_context(|| format!("the process of {} gave no numbers", job.name))
 }
 
-/// Seconds on the wall of `skyduct render` of S1 to 1 %.
+/// Measures the wall-clock seconds of `skyduct render` of S1 to 1 %.
 fn render(program: &Path, settings: &Settings) -> anyhow::Result<Quartiles> {
     let folder = TemporaryFolder::new("bench")?;
     let job = folder.path().join("job.json");

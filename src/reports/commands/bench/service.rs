@@ -1,4 +1,4 @@
-//! What the service takes for jobs over the loopback.
+//! Latency and throughput of the service for jobs over loopback.
 
 use std::time::{Duration, Instant};
 
@@ -12,13 +12,13 @@ use skyduct::cli::config::{Config, Flags};
 use skyduct::cli::serve::{RunningService, runtime};
 use skyduct::cli::temporary_folder::TemporaryFolder;
 
-/// Clients at once.
+/// Number of concurrent clients.
 const CLIENTS: usize = 4;
 
-/// Requests before the first one that counts.
+/// Number of requests before the first one that counts.
 const WARM_UP: u64 = 3;
 
-/// Seconds that a request waits for its job at most.
+/// Longest time in seconds that a request waits for its job.
 const WAIT: u32 = 30;
 
 pub fn measure(settings: &Settings, progress: Progress) -> anyhow::Result<Latencies> {
@@ -54,7 +54,7 @@ async fn of_service(settings: &Settings, url: &str, progress: Progress<'_>) -> a
     Ok(Latencies { one, dragged: of_dragged, clients: CLIENTS, jobs_per_second })
 }
 
-/// Seconds on the wall until a job is answered with its grids.
+/// Measures the wall-clock seconds until a job is answered with its grids.
 async fn request(client: &Client, document: &Value) -> anyhow::Result<f64> {
     let document = document.to_string().into_bytes();
     let start = Instant::now();
@@ -63,7 +63,7 @@ async fn request(client: &Client, document: &Value) -> anyhow::Result<f64> {
     if job["grid_results"].is_object() { Ok(seconds) } else { bail!("a job was not done in time: {}", job["status"]) }
 }
 
-/// Jobs answered in a second, to clients that ask again as soon as they have an answer.
+/// Measures the jobs answered per second, to clients that send the next request as soon as they have an answer.
 async fn at_once(settings: &Settings, client: &Client) -> anyhow::Result<f64> {
     let seconds = settings.either(10.0, 1.0);
     let start = Instant::now();

@@ -1,4 +1,4 @@
-//! EnergyPlus' tube code: beam transmittances and daylight factors.
+//! Comparison with EnergyPlus' tube code: beam transmittances and daylight factors.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::page::{Table, with_standard_error};
 use crate::run::render;
 use skyduct::guide::transmittance::beam_transmission;
 
-/// Ratios of the beam transmittances of two tubes that differ in mirror or length alone.
+/// Compares ratios of the beam transmittances of two tubes that differ in mirror or length alone.
 pub fn beams() -> (Deviations, Table) {
     let mut deviations = Deviations::new("beam transmittance of two tubes, their ratio, against EnergyPlus");
     let rows = ENERGYPLUS_BEAMS.map(|(altitude_deg, upper, lower, theirs)| {
@@ -43,7 +43,7 @@ pub fn beams() -> (Deviations, Table) {
     (deviations, table)
 }
 
-/// Daylight factor over the diffuse transmittance of the tube, in a black room and in reflecting ones.
+/// Compares the daylight factor over the diffuse transmittance of the tube, in a black room and in reflecting ones.
 pub fn rooms(reference: &Path) -> Result<([Deviations; 2], Table), ValidationError> {
     let mut black = Deviations::new("daylight factor over transmittance in a black room, against EnergyPlus");
     let mut reflecting = Deviations::new("the same in rooms of reflectance 0.2 to 0.8, against EnergyPlus");
@@ -73,7 +73,7 @@ pub fn rooms(reference: &Path) -> Result<([Deviations; 2], Table), ValidationErr
                 "stop": { "relative_error": 0.002, "max_seconds": 60 },
             });
             let (_, estimate) = render(&document, reference)?;
-            // lux on the floor over what a level aperture under the same exitance of the tube would have
+            // the flux through the opening over its area is the outdoor illuminance times the transmittance of the tube
             let area = 0.25 * std::f64::consts::PI * DIAMETER_M * DIAMETER_M;
             let per_lux = 100.0 * area / estimate.tubes[0].into_room.mean;
             let (ours, error) =
@@ -107,5 +107,5 @@ pub fn rooms(reference: &Path) -> Result<([Deviations; 2], Table), ValidationErr
     Ok(([black, reflecting], table))
 }
 
-/// Diameter of the tube: that of tube 1 of EnergyPlus' example.
+/// Diameter of the tube in m: that of tube 1 of EnergyPlus' example.
 const DIAMETER_M: f64 = 0.3556;

@@ -1,4 +1,4 @@
-//! Default levels of sky and sun against averages of measured skies.
+//! Default levels of sky and sun, against averages of measured skies.
 
 use super::printed::{Kind, Light};
 use crate::page::Table;
@@ -9,7 +9,7 @@ use skyduct::sky::{CieType, IesSky, Sky, SkyDistribution, direction};
 /// Altitudes of the sun in degrees.
 const ALTITUDES_DEG: [f64; 6] = [10.0, 20.0, 35.0, 50.0, 60.0, 70.0];
 
-/// The sky of a type at its default level, the sun due south.
+/// Returns the sky of a type at its default level, with the sun due south.
 pub fn sky(cie_type: CieType, altitude_deg: f64) -> Sky {
     let altitude = altitude_deg.to_radians();
     let distribution = SkyDistribution::new(cie_type, direction(altitude, std::f64::consts::PI));
@@ -18,7 +18,7 @@ pub fn sky(cie_type: CieType, altitude_deg: f64) -> Sky {
     Sky { distribution, zenith_luminance_cd_m2 }
 }
 
-/// Normal illuminance in lux of the beam beside [`sky`].
+/// Returns the normal illuminance in lux of the sun's beam that goes with [`sky`]; 0 for sunless types.
 pub fn beam_lux(cie_type: CieType, altitude_deg: f64) -> f64 {
     if cie_type.is_sunless() {
         return 0.0;
@@ -26,7 +26,7 @@ pub fn beam_lux(cie_type: CieType, altitude_deg: f64) -> f64 {
     beam_normal_illuminance_lux(altitude_deg.to_radians(), typical_turbidity(cie_type))
 }
 
-/// The types that stand for a maker's sky, the darker first, with the altitude of the sun in degrees.
+/// Returns the sky types that bound a maker's sky, the darker first, and the altitude of the sun in degrees.
 pub fn types(light: Light) -> ([CieType; 2], f64) {
     match light {
         Light::Clear(altitude_deg) => ([CIE_CLEAR; 2], altitude_deg),
@@ -45,7 +45,7 @@ const fn cie(number: u8) -> CieType {
     }
 }
 
-/// Illuminances of the defaults beside the formulae of the IES, with the deviation.
+/// Tabulates illuminances of the default levels beside those of the IES formulae, with the deviations.
 pub fn table() -> Table {
     let rows = ALTITUDES_DEG.iter().flat_map(|&altitude_deg| {
         let altitude = altitude_deg.to_radians();

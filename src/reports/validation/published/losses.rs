@@ -1,4 +1,4 @@
-//! What a bend and a metre of a pipe cost.
+//! Losses of pipes by bends and by length.
 
 use glam::DVec3;
 
@@ -18,13 +18,13 @@ const DIAMETER_M: f64 = 0.33;
 /// Length of each of the three pieces of a pipe with two equal and opposite bends, in metres.
 const PIECE_M: f64 = 0.4;
 
-/// Rays in each of eight replicates.
+/// Number of rays in each of eight replicates.
 const RAYS: u64 = 1 << 15;
 
 const MIRRORS: [f64; 4] = [0.95, 0.96, 0.98, 0.995];
 
-/// Loss per bend: one less the root of the flux that passes over that of the straight pipe of the same axis, in percent, with
-/// its standard error.
+/// Tabulates the loss per bend in percent with its standard error: 1 less the square root of the flux that passes over that of
+/// the straight pipe with an axis of the same length.
 pub fn bends() -> Table {
     let overcast = levels::sky(CieType::TRADITIONAL_OVERCAST, 45.0);
     let mut rows: Vec<Vec<String>> = Vec::new();
@@ -62,13 +62,14 @@ fn row(cells: [String; 2], (loss, error): (f64, f64)) -> Vec<String> {
     ["this program".to_owned()].into_iter().chain(cells).chain([value]).collect()
 }
 
-/// A sky of the same level with its sun elsewhere at the same altitude.
+/// Returns a sky of the same level with its sun in another direction at the same altitude.
 fn sky_toward(sky: &Sky, sun: DVec3) -> Sky {
     let distribution = skyduct::sky::SkyDistribution::new(sky.distribution.sky_type(), sun);
     Sky { distribution, zenith_luminance_cd_m2: sky.zenith_luminance_cd_m2 }
 }
 
-/// Loss per bend under a sky and, by direction and normal illuminance, a sun; with its standard error.
+/// Computes the loss per bend as a fraction, with its standard error, under a sky and an optional sun, given by direction and
+/// normal illuminance in lux.
 fn loss(sky: &Sky, sun: Option<(DVec3, f64)>, reflectance: f64, bend_deg: f64) -> (f64, f64) {
     let radius = 0.5 * DIAMETER_M;
     let leaning = direction((90.0 - bend_deg).to_radians(), 90f64.to_radians());
@@ -92,7 +93,7 @@ fn loss(sky: &Sky, sun: Option<(DVec3, f64)>, reflectance: f64, bend_deg: f64) -
     (1.0 - kept, 0.5 * variance.sqrt() / (straight * kept))
 }
 
-/// Loss per metre between pipes of 1 and 3 m, in closed form.
+/// Tabulates the loss per metre between pipes of 1 and 3 m, in closed form.
 pub fn metres() -> Table {
     let overcast = levels::sky(CieType::TRADITIONAL_OVERCAST, 45.0);
     let mut rows = vec![vec![

@@ -1,4 +1,4 @@
-//! Makers' figures of light into rooms, between bounds, and the transmittance of acrylic.
+//! Makers' figures of the flux into rooms against computed bounds, and the transmittance of acrylic.
 
 use super::levels::{beam_lux, sky, types};
 use super::printed::{ACRYLIC, DOME_TRANSMITTANCE, Kind, MAKERS, MakersFlux};
@@ -7,7 +7,7 @@ use skyduct::guide::transmittance::{beam_transmission, sky_exitance};
 use skyduct::optics::fresnel::slab_transmittance;
 use skyduct::sky::CieType;
 
-/// Published flux into the room between what the worst and the best tube of its kind would give.
+/// Compares published fluxes into the room with those of the worst and of the best tube of each kind.
 pub fn fluxes() -> Table {
     let rows = MAKERS.iter().map(|figure| {
         let ([darker, brighter], altitude_deg) = types(figure.light);
@@ -39,7 +39,8 @@ pub fn fluxes() -> Table {
     }
 }
 
-/// Flux in lm through dome, straight pipe (length in m, mirror) and diffuser under a sky and its sun, in closed form.
+/// Computes the flux in lm through dome, straight pipe (length in m, mirror) and diffuser under a sky and its sun, in closed
+/// form.
 fn flux(figure: &MakersFlux, tube: [f64; 3], cie_type: CieType, altitude_deg: f64) -> f64 {
     let [length_m, reflectance, diffuser] = tube;
     let aspect = length_m / figure.diameter_m;
@@ -51,7 +52,7 @@ fn flux(figure: &MakersFlux, tube: [f64; 3], cie_type: CieType, altitude_deg: f6
     exitance * area * DOME_TRANSMITTANCE * diffuser
 }
 
-/// A sheet of acrylic at normal incidence.
+/// Compares the transmittance of a sheet of acrylic at normal incidence with the published one.
 pub fn acrylic() -> Table {
     let (index, measured) = ACRYLIC;
     let row = |name: &str, optical_depth: f64| {

@@ -1,4 +1,4 @@
-//! Published and measured numbers: what can be compared with numbers from outside, each row with what it is.
+//! Comparisons with published and measured numbers; each row states the kind of its number.
 
 mod energyplus;
 mod levels;
@@ -12,7 +12,7 @@ use std::path::Path;
 use super::error::ValidationError;
 use crate::page::Section;
 
-/// Our numbers beside those of others; `reference` is where a job's meshes would be.
+/// Compares our numbers with published ones; `reference` is the folder in which meshes of jobs would be.
 pub fn section(reference: &Path) -> Result<Section, ValidationError> {
     let (rooms, rooms_table) = energyplus::rooms(reference)?;
     let (beams, beams_table) = energyplus::beams();

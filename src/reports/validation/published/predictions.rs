@@ -1,4 +1,4 @@
-//! Our numbers for measured tubes whose values nobody here has read.
+//! Predictions for measured tubes whose published values have not been read.
 
 use super::levels;
 use super::printed::{Kind, LAMP_TUBES, OVERCAST_TUBE};
@@ -6,10 +6,10 @@ use crate::page::Table;
 use skyduct::guide::transmittance::{beam_transmission, sky_exitance};
 use skyduct::sky::{CieType, Sky};
 
-/// Altitudes of the light in degrees.
+/// Altitudes of the parallel light in degrees.
 const ALTITUDES_DEG: [f64; 7] = [20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0];
 
-/// Diffuse transmissions of a tube under an artificial sky.
+/// Predicts the diffuse transmission of a tube under an artificial sky.
 pub fn overcast() -> Table {
     let tube = &OVERCAST_TUBE;
     let overcast = levels::sky(CieType::TRADITIONAL_OVERCAST, 45.0);
@@ -30,7 +30,7 @@ pub fn overcast() -> Table {
     }
 }
 
-/// Transmissions of parallel light by its altitude.
+/// Predicts the transmission of parallel light by its altitude.
 pub fn beams() -> Table {
     let mut rows = Vec::new();
     for tube in &LAMP_TUBES {

@@ -1,18 +1,18 @@
-//! Numbers of others with their sources: another program's runs, formulae fitted to measurements, makers' figures, and the
-//! sizes of tubes that were measured. None of them is a measurement of a tube whose inputs are all stated.
+//! Published numbers with their sources: another program's runs, formulae fitted to measurements, makers' figures, and the
+//! sizes of measured tubes. None of them is a measurement of a tube whose inputs are all stated.
 
-/// Kind of a number of others, or of one of ours beside it; stands in every row.
+/// Kind of a published number, or of one of ours beside it; printed in every row.
 #[derive(Clone, Copy)]
 pub enum Kind {
-    /// A measurement.
+    /// Measurement.
     Measured,
-    /// A formula that its authors fitted to measurements.
+    /// Formula that its authors fitted to measurements.
     Fit,
-    /// A maker's or a handbook's figure without its conditions.
+    /// Figure of a maker or a handbook, without its conditions.
     Maker,
-    /// Another program.
+    /// Result of another program.
     Program,
-    /// This program's number for a measured tube whose values nobody here has read.
+    /// This program's number for a measured tube whose published values have not been read.
     Prediction,
 }
 
@@ -29,24 +29,25 @@ impl Kind {
     }
 }
 
-/// EnergyPlus 25.2.0, own runs: `DaylightingDevice:Tubular` under a flat roof, split-flux daylighting, weather with 20 W/m2
-/// diffuse and no beam, for which its sky is the traditional overcast one. Room 4 x 4 x 3 m, tube 0.3556 m wide and 1.4 m
-/// long in its middle, mirror 0.95, dome and diffuser T = 0.998. Reflectance of all surfaces, daylight factor in percent of
-/// the floor below the diffuser.
+/// Daylight factors of EnergyPlus 25.2.0, own runs: reflectance of all surfaces, daylight factor in percent of the floor below
+/// the diffuser. `DaylightingDevice:Tubular` under a flat roof, split-flux daylighting, weather with 20 W/m2 diffuse and no
+/// beam, for which its sky is the traditional overcast one. Room 4 x 4 x 3 m, tube 0.3556 m wide and 1.4 m long in its middle,
+/// mirror 0.95, dome and diffuser T = 0.998.
 pub const ENERGYPLUS_ROOMS: [(f64, f64); 4] = [(0.0, 0.25858), (0.2, 0.28141), (0.5, 0.34984), (0.8, 0.62234)];
 
-/// The same runs' output "Diffuse Visible Transmittance" of the whole tube, by which the daylight factors are divided.
+/// Diffuse transmittance of the whole tube in the runs of [`ENERGYPLUS_ROOMS`], by which the daylight factors are divided
+/// (output "Diffuse Visible Transmittance").
 pub const ENERGYPLUS_DIFFUSE_TRANSMITTANCE: f64 = 0.73760;
 
-/// A straight tube: aspect ratio (length over diameter) and reflectance.
+/// Straight tube: aspect ratio (length over diameter) and reflectance.
 pub type Tube = (f64, f64);
 
 /// Aspect ratios of tubes 1 and 2 of EnergyPlus' example `DaylightingDeviceTubular.idf`: 1.4 and 2.2 m by 0.3556 m.
 const EXAMPLE_1: f64 = 1.4 / 0.3556;
 const EXAMPLE_2: f64 = 2.2 / 0.3556;
 
-/// EnergyPlus 25.2.0, own runs, output "Tubular Daylighting Device Beam Visible Transmittance": the altitude of the sun in
-/// degrees, two tubes with the same dome and diffuser, and the ratio of their beam transmittances.
+/// Beam transmittances of EnergyPlus 25.2.0, own runs, output "Tubular Daylighting Device Beam Visible Transmittance": the
+/// altitude of the sun in degrees, two tubes with the same dome and diffuser, and the ratio of their beam transmittances.
 pub const ENERGYPLUS_BEAMS: [(f64, Tube, Tube, f64); 9] = [
     (24.993, (2.4, 0.90), (2.4, 0.995), 0.53363),
     (38.679, (2.4, 0.90), (2.4, 0.995), 0.68986),
@@ -59,7 +60,7 @@ pub const ENERGYPLUS_BEAMS: [(f64, Tube, Tube, f64); 9] = [
     (71.409, (EXAMPLE_2, 0.95), (EXAMPLE_1, 0.95), 0.95305),
 ];
 
-/// Loss per bend in percent: what is published, and by whom.
+/// Published losses per bend in percent, with their kind and source.
 pub const BEND_LOSS: [(f64, Kind, &str); 2] = [
     (
         8.0,
@@ -73,40 +74,40 @@ pub const BEND_LOSS: [(f64, Kind, &str); 2] = [
     ),
 ];
 
-/// Loss per metre in percent; the same handbook, which states neither diameter, mirror nor sky.
+/// Published loss per metre in percent, from the handbook of [`BEND_LOSS`], which states neither diameter, mirror nor sky.
 pub const LENGTH_LOSS: f64 = 3.0;
 
-/// Flux in lm of a lamp of 60 W: from an assumed 700 to Appropedia's 890.
+/// Bounds of the flux in lm of a lamp of 60 W: an assumed 700, and Appropedia's 890.
 const LAMP_60_W: (f64, f64) = (700.0, 890.0);
 
-/// Flux in lm of a lamp of 100 W, assumed.
+/// Assumed flux in lm of a lamp of 100 W.
 const LAMP_100_W: f64 = 1350.0;
 
-/// Sky of a maker's figure and the altitude of the sun in degrees, assumed where it is not stated.
+/// Sky of a maker's figure with the altitude of the sun in degrees, assumed where it is not stated.
 #[derive(Clone, Copy)]
 pub enum Light {
-    /// Type 12 and its sun.
+    /// Type 12 with its sun.
     Clear(f64),
-    /// Type 1, the darker, and type 3, the brighter bound.
+    /// Type 1 as the darker, and type 3 as the brighter bound.
     Overcast(f64),
 }
 
-/// A maker's figure of the flux into a room, and the tube in bounds: its length in m, mirror and transmittance of the diffuser
-/// that pass least and most, because none of them is stated.
+/// Maker's figure of the flux into a room, with bounds of the tube, because its data are not stated: length in m, reflectance
+/// of the mirror and transmittance of the diffuser that transmit least and most.
 pub struct MakersFlux {
     pub product: &'static str,
     pub diameter_m: f64,
     pub light: Light,
     pub least: [f64; 3],
     pub most: [f64; 3],
-    /// Published flux in lm.
+    /// Bounds of the published flux in lm.
     pub flux_lm: (f64, f64),
-    /// True where the figure says "more than".
+    /// True if the published flux is a lower bound ("more than").
     pub or_more: bool,
     pub source: &'static str,
 }
 
-/// Transmittance of all makers' domes, assumed.
+/// Assumed transmittance of all makers' domes.
 pub const DOME_TRANSMITTANCE: f64 = 0.92;
 
 const SILSOE: &str = "Silsoe Research Institute for Glidevale, news of 2006, in lamps of 60 W";
@@ -117,7 +118,7 @@ const SMALL: ([f64; 3], [f64; 3]) = ([2.0, 0.95, 0.5], [1.0, 0.98, 0.9]);
 const LONG: ([f64; 3], [f64; 3]) = ([3.0, 0.95, 0.5], [1.0, 0.98, 0.9]);
 const BRIGHT: ([f64; 3], [f64; 3]) = ([3.0, 0.98, 0.6], [1.2, 0.997, 0.9]);
 
-/// All makers' figures.
+/// Published figures of all makers.
 pub const MAKERS: [MakersFlux; 9] = [
     flux("250 mm, clear summer day", 0.25, Light::Clear(60.0), SMALL, lamps(4.0), false, SILSOE),
     flux("530 mm, clear summer day", 0.53, Light::Clear(60.0), SMALL, lamps(8.0), true, SILSOE),
@@ -178,11 +179,11 @@ const fn flux(
     MakersFlux { product, diameter_m, light, least, most, flux_lm, or_more, source }
 }
 
-/// Refractive index of acrylic and the least transmittance for light of a 3 mm sheet at normal incidence (International Journal
-/// of Polymer Science, article 610132 of the year 2013, table 2: above 0.92).
+/// Refractive index of acrylic, and the least transmittance for light of a 3 mm sheet at normal incidence (International
+/// Journal of Polymer Science, article 610132 of the year 2013, table 2: above 0.92).
 pub const ACRYLIC: (f64, f64) = (1.49, 0.92);
 
-/// A measured tube whose values nobody here has read: its sizes in m and the source.
+/// Measured tube whose published values have not been read: its sizes in m, and the source.
 pub struct MeasuredTube {
     pub source: &'static str,
     pub diameters_m: &'static [f64],
