@@ -34,7 +34,13 @@ pub mod figure;
 
 pub mod document;
 
-pub mod job;
+pub mod engine;
+
+pub mod predict;
+
+pub mod present;
+
+pub mod queue;
 
 pub mod study;
 

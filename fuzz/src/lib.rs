@@ -12,8 +12,8 @@ use skyduct::document::{DocumentErrors, JobDocument, MeshSource, ValidJob, to_sc
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::http::last_event_id::last_event_id as id_of;
-use skyduct::job::prepare::prepare_document;
 use skyduct::optics::{Diffuser, Mirror};
+use skyduct::present::prepared::prepare_document;
 use skyduct::scene::{Scene, TubeShape};
 
 /// Sensors and pixels of a document that is prepared: what many of them take is not looked for here.

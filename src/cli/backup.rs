@@ -8,9 +8,9 @@ use uuid::Uuid;
 
 use crate::cli::config::{Config, Flags};
 use crate::db::backup::{DatabaseCopy, Missing};
-use crate::job::backup::{Copied, copy_files};
-use crate::job::ownership::NOTE;
-use crate::job::private_folder::{create_private_folder, make_private_files};
+use crate::queue::backup::{Copied, copy_files};
+use crate::queue::ownership::NOTE;
+use crate::queue::private_folder::{create_private_folder, make_private_files};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct BackupArgs {

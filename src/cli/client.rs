@@ -46,7 +46,7 @@ pub enum News<'a> {
 impl JobEvent {
     /// True if the job ends with this event.
     pub fn is_final(&self) -> bool {
-        crate::job::store::is_final_event(&self.name)
+        crate::queue::store::is_final_event(&self.name)
     }
 }
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cli::telemetry::Log;
 use crate::http::{self, Limits};
-use crate::job::retention::Retention;
+use crate::queue::retention::Retention;
 
 const DEFAULTS: &str = include_str!("../../config/default.toml");
 const ENVIRONMENT_PREFIX: &str = "SKYDUCT_";

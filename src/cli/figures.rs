@@ -1,6 +1,6 @@
 //! Choice of the figures that a command saves.
 
-use crate::job::saved_files::SavedFigures;
+use crate::present::saved_files::SavedFigures;
 
 #[derive(Debug, clap::Args)]
 pub struct FiguresArgs {

@@ -10,9 +10,9 @@ use super::predictions_table::predictions_table;
 use super::render::read_job;
 use crate::document::Warning;
 use crate::document::result::{MethodResult, PlanResult};
-use crate::job::memory::default_limit_bytes;
-use crate::job::pilot;
-use crate::job::prepare::prepare;
+use crate::engine::memory::default_limit_bytes;
+use crate::predict::pilot;
+use crate::present::prepared::prepare;
 
 #[derive(Debug, clap::Args)]
 pub struct PlanArgs {

@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use super::results_table::table;
 use crate::figure::ticks::FARTHEST_SECONDS;
-use crate::job::predictions::{MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions};
+use crate::predict::predictions::{
+    MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions,
+};
 
 /// Formats the tables of the grids and of the views, each followed by the methods without a prediction and their reasons.
 pub fn predictions_table(predictions: &Predictions) -> String {
@@ -106,7 +108,7 @@ mod tests {
     use super::*;
     use crate::document::RefusalName;
     use crate::integrator::method::RefusalCode;
-    use crate::job::predictions::RefusalResult;
+    use crate::predict::predictions::RefusalResult;
 
     #[test]
     fn the_cheapest_is_marked_and_what_is_not_known_has_its_reason() {

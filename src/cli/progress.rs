@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::engine::progress::PassReport;
 use crate::estimate::StopRule;
 use crate::figure::ticks::foretold_duration;
-use crate::job::forecast::{Forecast, WaitingFor};
-use crate::job::progress::PassReport;
+use crate::predict::forecast::{Forecast, WaitingFor};
 
 /// Number of steps of the progress bar.
 const STEPS: u64 = 1000;

@@ -15,15 +15,15 @@ use super::progress::Progress;
 use super::results_table::print_results;
 use crate::document::read::json;
 use crate::document::{DocumentErrors, FieldError};
-use crate::job::cancel::{Stop, StopReason};
-use crate::job::convergence::is_kept;
-use crate::job::forecast::Forecast;
-use crate::job::memory::default_limit_bytes;
-use crate::job::passes::{Rendered, warm_up};
-use crate::job::pilot;
-use crate::job::prepare::{Prepared, prepare};
-use crate::job::progress::{PassReport, StoppedBy};
-use crate::job::saved_files::{Saved, SavedFigures, results};
+use crate::engine::cancel::{Stop, StopReason};
+use crate::engine::convergence::is_kept;
+use crate::engine::memory::default_limit_bytes;
+use crate::engine::passes::{Rendered, warm_up};
+use crate::engine::progress::{PassReport, StoppedBy};
+use crate::predict::forecast::Forecast;
+use crate::predict::pilot;
+use crate::present::prepared::{Prepared, prepare};
+use crate::present::saved_files::{Saved, SavedFigures, results};
 
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {

@@ -20,15 +20,15 @@ use crate::cli::config::{Config, Flags, Role};
 use crate::cli::{metrics, telemetry};
 use crate::db::SqliteStore;
 use crate::http::{self, Access, Permits, Readiness, Service, StudyFiles, WatchedJobs, WatchedStudies};
-use crate::job::artifacts::Artifacts;
-use crate::job::file_lock::FileLock;
-use crate::job::live::LiveJobs;
-use crate::job::meshes::Meshes;
-use crate::job::ownership;
-use crate::job::private_folder::{create_private_folder, make_private_files};
-use crate::job::retention::{self, Deleted, Retention};
-use crate::job::store::Store;
-use crate::job::worker::Worker;
+use crate::queue::artifacts::Artifacts;
+use crate::queue::file_lock::FileLock;
+use crate::queue::live::LiveJobs;
+use crate::queue::meshes::Meshes;
+use crate::queue::ownership;
+use crate::queue::private_folder::{create_private_folder, make_private_files};
+use crate::queue::retention::{self, Deleted, Retention};
+use crate::queue::store::Store;
+use crate::queue::worker::Worker;
 
 /// Longest time in which a stopping service ends open requests and the running pass and gives back the lease.
 const STOP_TIME: Duration = Duration::from_secs(8);

@@ -9,7 +9,7 @@ use super::mesh_files::MeshFiles;
 use super::render::{cancel_on_interrupt, read_job, write};
 use super::study_progress::{Left, StudyProgress};
 use crate::document::{DocumentErrors, FieldError, method};
-use crate::job::cancel::{Stop, StopReason};
+use crate::engine::cancel::{Stop, StopReason};
 use crate::study::StudyRequest;
 use crate::study::picture_request::{PictureRequest, PicturesWanted, ten_five_two_and_one_percent};
 use crate::study::reference::ReferenceRequest;

@@ -15,10 +15,10 @@ use crate::cli::render::read_job;
 use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
-use crate::job::convergence_files::convergence_names;
-use crate::job::events::Pass;
-use crate::job::results::{GridFormat, Output, ViewFormat, result_outputs};
-use crate::job::saved_files::{REPORT, SavedFigures};
+use crate::present::convergence_files::convergence_names;
+use crate::present::results::{GridFormat, Output, ViewFormat, result_outputs};
+use crate::present::saved_files::{REPORT, SavedFigures};
+use crate::queue::events::Pass;
 
 #[derive(Debug, clap::Args)]
 pub struct SubmitArgs {

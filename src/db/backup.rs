@@ -10,7 +10,7 @@ use sqlx::{ConnectOptions, Connection, SqliteConnection};
 
 use super::jobs;
 use super::sql::{now_ms, store_error};
-use crate::job::store::StoreError;
+use crate::queue::store::StoreError;
 
 /// A copy of a database as it was at one moment.
 pub struct DatabaseCopy {

@@ -5,9 +5,9 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Encode, QueryBuilder, Sqlite, SqliteConnection, Type};
 
-use crate::job::events::EventData;
-use crate::job::progress::{PassReport, Progress};
-use crate::job::store::*;
+use crate::engine::progress::{PassReport, Progress};
+use crate::queue::events::EventData;
+use crate::queue::store::*;
 
 use super::rows::{signed, to_json};
 use super::sql::{now_ms, store_error, waits_for_none};

@@ -4,11 +4,11 @@
 
 use sqlx::{Row, SqliteConnection};
 
-use crate::job::convergence::is_kept;
-use crate::job::events::{Cancelled, Failed, Image, Pass, Restarted, Succeeded};
-use crate::job::progress::{PassReport, StoppedBy};
-use crate::job::spent::Spent;
-use crate::job::store::*;
+use crate::engine::convergence::is_kept;
+use crate::engine::progress::{PassReport, StoppedBy};
+use crate::engine::spent::Spent;
+use crate::queue::events::{Cancelled, Failed, Image, Pass, Restarted, Succeeded};
+use crate::queue::store::*;
 
 use super::change::{JobChange, Line};
 use super::rows::{self, name_of, signed, to_json};

@@ -3,7 +3,7 @@
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
-use crate::job::store::StoreError;
+use crate::queue::store::StoreError;
 
 use super::sql::store_error;
 

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-use crate::job::file_lock::FileLock;
-use crate::job::store::StoreError;
+use crate::queue::file_lock::FileLock;
+use crate::queue::store::StoreError;
 
 /// Oldest version of SQLite that is accepted: older ones can corrupt the database when a checkpoint meets a WAL reset.
 const OLDEST_SQLITE: (u32, u32, u32) = (3, 51, 3);

@@ -8,9 +8,9 @@ use uuid::Uuid;
 
 use crate::document::Warning;
 use crate::document::result::Known;
-use crate::job::events::{Cancelled, EventData, Planned, PlannedBesidePlan, Queued};
-use crate::job::progress::{PassReport, Progress, StoppedBy};
-use crate::job::store::*;
+use crate::engine::progress::{PassReport, Progress, StoppedBy};
+use crate::queue::events::{Cancelled, EventData, Planned, PlannedBesidePlan, Queued};
+use crate::queue::store::*;
 
 use super::change::{JobChange, Line};
 use super::rows::{self, head_columns, job_columns, signed, to_json, to_value};

@@ -18,7 +18,7 @@ use sqlx::{Row, SqlitePool};
 use uuid::Uuid;
 
 use super::sql::store_error;
-use crate::job::store::StoreError;
+use crate::queue::store::StoreError;
 
 pub(super) struct Log {
     file: PathBuf,

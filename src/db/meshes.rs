@@ -2,7 +2,7 @@
 
 use sqlx::SqliteConnection;
 
-use crate::job::store::*;
+use crate::queue::store::*;
 
 use super::rows::{self, signed, to_json};
 use super::sql::{now_ms, store_error};

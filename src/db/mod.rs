@@ -35,8 +35,8 @@ use self::guard::{check_names, check_version, lock};
 use self::log::Log;
 use self::migrations::migrations;
 use self::sql::store_error;
-use crate::job::file_lock::FileLock;
-use crate::job::store::*;
+use crate::queue::file_lock::FileLock;
+use crate::queue::store::*;
 
 /// Number of changes kept for a slow listener; one that is further behind gets an error and reads the store instead.
 const CHANGES_KEPT: usize = 1024;

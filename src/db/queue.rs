@@ -7,7 +7,7 @@ use std::time::Duration;
 use sqlx::{Row, SqliteConnection};
 use uuid::Uuid;
 
-use crate::job::store::*;
+use crate::queue::store::*;
 
 use super::change::JobChange;
 use super::commit::finish_job;

@@ -2,7 +2,7 @@
 
 use sqlx::{Row, SqliteConnection};
 
-use crate::job::store::*;
+use crate::queue::store::*;
 
 use super::sql::{now_ms, store_error};
 

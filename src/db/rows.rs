@@ -8,10 +8,10 @@ use sqlx::Row;
 use sqlx::sqlite::SqliteRow;
 use uuid::Uuid;
 
-use crate::job::progress::{PassReport, Progress, StoppedBy};
-use crate::job::shared_fields::joined;
-use crate::job::spent::Spent;
-use crate::job::store::*;
+use crate::engine::progress::{PassReport, Progress, StoppedBy};
+use crate::engine::spent::Spent;
+use crate::queue::shared_fields::joined;
+use crate::queue::store::*;
 
 use super::sql::store_error;
 

@@ -1,6 +1,6 @@
 //! Parts of all statements: the database's clock, and the meaning of its errors.
 
-use crate::job::store::StoreError;
+use crate::queue::store::StoreError;
 
 /// SQL expression for the milliseconds since 1970 by the database's clock, the only clock with which leases are compared.
 macro_rules! now_ms {

@@ -10,8 +10,8 @@ use uuid::Uuid;
 
 use super::sql::store_error;
 use super::{Durability, SqliteStore, commit, equal, jobs, meshes, queue, record, studies};
-use crate::job::progress::PassReport;
-use crate::job::store::*;
+use crate::engine::progress::PassReport;
+use crate::queue::store::*;
 
 /// Statement by which a deletion gives up to 1024 free pages (4 kB each) back to the disk; later deletions give back the rest.
 const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";

@@ -5,7 +5,7 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
-use crate::job::store::*;
+use crate::queue::store::*;
 
 use super::change::Line;
 use super::jobs;

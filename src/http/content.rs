@@ -12,8 +12,8 @@ use utoipa::ToSchema;
 
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
-use crate::job::artifacts::Artifacts;
-use crate::job::store::Artifact;
+use crate::queue::artifacts::Artifacts;
+use crate::queue::store::Artifact;
 
 /// Content of a binary file.
 #[derive(ToSchema)]

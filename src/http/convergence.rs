@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
+use crate::engine::progress::PassReport;
 use crate::figure::FigureFormat;
 use crate::figure::paint::Scale;
 use crate::http::content::Binary;
@@ -14,9 +15,8 @@ use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::internal;
 use crate::http::{App, Service, content};
-use crate::job::convergence_files::{self, ErrorHistory};
-use crate::job::progress::PassReport;
-use crate::job::subject::Subject;
+use crate::present::convergence_files::{self, ErrorHistory};
+use crate::present::subject::Subject;
 
 /// Default number of rows of the convergence table in one answer.
 const DEFAULT_ROWS: u32 = 1000;

@@ -19,7 +19,7 @@ use crate::http::parameters::CHECKED;
 use crate::http::problem::Problem;
 use crate::http::studies::watched::StudyEvent;
 use crate::http::yaml;
-use crate::job::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, Started, Succeeded};
+use crate::queue::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, Started, Succeeded};
 
 #[derive(OpenApi)]
 #[openapi(

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use crate::job::events::{Cancelled, EventData, Failed, Image, Pass, Planned, Queued, Restarted, Started, Succeeded};
+use crate::queue::events::{Cancelled, EventData, Failed, Image, Pass, Planned, Queued, Restarted, Started, Succeeded};
 
 /// An event of a job's stream.
 #[derive(ToSchema)]

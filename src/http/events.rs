@@ -22,8 +22,8 @@ use crate::http::places::Place;
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::watched::{EVENTS_AT_ONCE, News, SentEvent, WatchedJobs};
 use crate::http::{App, Service};
-use crate::job::events::{EventData, Restarted};
-use crate::job::store::{Event, JobHead, StoreError};
+use crate::queue::events::{EventData, Restarted};
+use crate::queue::store::{Event, JobHead, StoreError};
 
 pub(super) const HEARTBEAT: Duration = Duration::from_secs(15);
 /// Time that a client waits after a lost connection before it comes back.

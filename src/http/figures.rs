@@ -14,9 +14,9 @@ use crate::http::problem::{Path, Problem, Query};
 use crate::http::report::sheet;
 use crate::http::results::internal;
 use crate::http::{App, Service};
-use crate::job::report::OVERVIEW;
-use crate::job::site_figure::{SiteFacts, SiteFigure, site_figure};
-use crate::job::subject::Subject;
+use crate::present::report::OVERVIEW;
+use crate::present::site_figure::{SiteFacts, SiteFigure, site_figure};
+use crate::present::subject::Subject;
 
 /// Representations of a figure.
 const FORMATS: [Format; 3] = [Format::Svg, Format::Png, Format::Pdf];

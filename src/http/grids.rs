@@ -16,8 +16,8 @@ use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::{file_now, found, internal, result_file};
 use crate::http::{App, Service};
-use crate::job::grid_figure::{GridWishes, Quantity, difference_figure, grid_figure};
-use crate::job::subject::Subject;
+use crate::present::grid_figure::{GridWishes, Quantity, difference_figure, grid_figure};
+use crate::present::subject::Subject;
 
 /// Representations of a grid.
 const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Png, Format::Svg, Format::Pdf];

@@ -7,7 +7,7 @@ use metrics_process::Collector;
 
 use crate::http::App;
 use crate::http::problem::Problem;
-use crate::job::store::JobStatus;
+use crate::queue::store::JobStatus;
 
 /// Answers as long as the process lives; checks nothing else.
 #[utoipa::path(get, path = "/livez", operation_id = "livez", tag = "operation",

@@ -4,12 +4,12 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use crate::engine::cancel::CancelOnDrop;
+use crate::engine::memory::default_limit_bytes;
 use crate::http::places::Places;
 use crate::http::problem::Problem;
 use crate::http::turns::{Line, Turn};
-use crate::job::cancel::CancelOnDrop;
-use crate::job::memory::default_limit_bytes;
-use crate::job::store::MostWaiting;
+use crate::queue::store::MostWaiting;
 
 /// Range of [`Limits::max_seconds`]; NaN is outside of it.
 const MAX_SECONDS: RangeInclusive<f64> = 1e-3..=1e9;

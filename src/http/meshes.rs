@@ -17,8 +17,8 @@ use crate::http::limits::permit;
 use crate::http::problem::{Path, Problem};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::uploads::Upload;
-use crate::job::meshes::UploadError;
-use crate::job::store::{Mesh, MeshDeletion};
+use crate::queue::meshes::UploadError;
+use crate::queue::store::{Mesh, MeshDeletion};
 
 /// Longest time that an upload waits while other meshes are read.
 const WAIT_FOR_OTHERS: Duration = Duration::from_secs(10);

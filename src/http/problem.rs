@@ -11,8 +11,8 @@ use utoipa::ToSchema;
 
 use crate::document::{DocumentErrors, FieldError};
 use crate::http::problem_kind::ProblemKind;
-use crate::job::artifacts::ArtifactError;
-use crate::job::store::StoreError;
+use crate::queue::artifacts::ArtifactError;
+use crate::queue::store::StoreError;
 
 /// Reason why a request was refused or failed (RFC 9457).
 #[derive(Clone, Debug, Serialize, ToSchema)]

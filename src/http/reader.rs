@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use crate::http::Service;
 use crate::http::watched::{EVENTS_AT_ONCE, News, SentEvent, WatchedJobs};
-use crate::job::store::{Change, JobHead, StoreError};
+use crate::queue::store::{Change, JobHead, StoreError};
 
 /// Largest number of events that a stream may be behind the reader; one further behind reads the store itself.
 const BEHIND: usize = 128;

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::Mutex;
 
-use crate::job::artifacts::Artifacts;
-use crate::job::store::Store;
+use crate::queue::artifacts::Artifacts;
+use crate::queue::store::Store;
 
 /// Time for which the result of a successful check is valid.
 const LOOK_AGAIN: Duration = Duration::from_secs(5);

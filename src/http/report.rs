@@ -15,11 +15,11 @@ use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem};
 use crate::http::results::{file_now, internal};
 use crate::http::{App, Service};
-use crate::job::report;
-use crate::job::results::FirstOutputs;
-use crate::job::store::Job;
-use crate::job::subject::Subject;
 use crate::output::{OutputError, png};
+use crate::present::report;
+use crate::present::results::FirstOutputs;
+use crate::present::subject::Subject;
+use crate::queue::store::Job;
 
 /// Content security policy of the page: its style and its figures come from this service, and nothing runs.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; img-src 'self'; frame-ancestors 'none'; \

@@ -10,16 +10,16 @@ use uuid::Uuid;
 
 use crate::document::result::TubeResult;
 use crate::document::result::tube_report::TubeReport;
+use crate::engine::checkpoint;
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem};
 use crate::http::{App, Service, content};
-use crate::job::checkpoint;
-use crate::job::live::{LiveJob, MadeFile};
-use crate::job::prepare::prepare;
-use crate::job::results;
-use crate::job::results::ResultFile;
+use crate::present::prepared::prepare;
+use crate::present::results;
+use crate::present::results::ResultFile;
+use crate::queue::live::{LiveJob, MadeFile};
 
 /// Longest time that a reader of a running job waits for the end of a pass.
 const WAIT_FOR_PASS: Duration = Duration::from_secs(20);

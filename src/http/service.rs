@@ -13,11 +13,11 @@ use crate::http::readiness::Readiness;
 use crate::http::studies::made::StudyFiles;
 use crate::http::studies::watched::WatchedStudies;
 use crate::http::watched::WatchedJobs;
-use crate::job::artifacts::Artifacts;
-use crate::job::deletion::Deletion;
-use crate::job::live::LiveJobs;
-use crate::job::meshes::Meshes;
-use crate::job::store::Store;
+use crate::queue::artifacts::Artifacts;
+use crate::queue::deletion::Deletion;
+use crate::queue::live::LiveJobs;
+use crate::queue::meshes::Meshes;
+use crate::queue::store::Store;
 
 /// State that any handler may need.
 pub struct Service {

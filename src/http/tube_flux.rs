@@ -11,7 +11,7 @@ use crate::http::in_time::Deadline;
 use crate::http::jobs::posted::Body;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
-use crate::job::tube_flux::{TimeThereIs, TubeFluxError, tube_flux};
+use crate::present::tube_flux::{TimeThereIs, TubeFluxError, tube_flux};
 
 /// Fraction of its time limit that a request waits for a turn at the most, and fraction that the computation may take.
 const WAITING: f64 = 0.5;

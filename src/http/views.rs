@@ -7,6 +7,7 @@ use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
+use crate::engine::convergence::PREVIEW_PASSES;
 use crate::figure::FigureFormat;
 use crate::figure::axes::Spacing;
 use crate::figure::paint::Scale;
@@ -17,12 +18,11 @@ use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::{file_now, internal, result_file};
 use crate::http::{App, Service};
-use crate::job::convergence::PREVIEW_PASSES;
-use crate::job::results::progress_image;
-use crate::job::subject::Subject;
-use crate::job::view_figure::{ViewWishes, captioned_figure, false_colour_figure};
 use crate::output::png::{self, ToneMapping};
 use crate::output::{OutputError, exr};
+use crate::present::results::progress_image;
+use crate::present::subject::Subject;
+use crate::present::view_figure::{ViewWishes, captioned_figure, false_colour_figure};
 
 /// Representations of a view.
 const FORMATS: [Format; 4] = [Format::Png, Format::Exr, Format::Svg, Format::Pdf];

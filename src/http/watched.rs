@@ -9,8 +9,8 @@ use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use crate::http::event_schemas::ImageEvent;
-use crate::job::events::{EventData, Image};
-use crate::job::store::{Event, is_final_event};
+use crate::queue::events::{EventData, Image};
+use crate::queue::store::{Event, is_final_event};
 
 /// Number of events read at once, which bounds the memory of a stream that catches up.
 pub const EVENTS_AT_ONCE: u32 = 64;

@@ -1,7 +1,7 @@
 //! Page of a report: sections with checks, tables and figures.
 
 use skyduct::document::DocumentErrors;
-use skyduct::job::passes::RenderError;
+use skyduct::engine::passes::RenderError;
 use skyduct::output::OutputError;
 
 /// Page of a report with its figures.

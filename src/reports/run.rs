@@ -7,12 +7,12 @@ use serde_json::Value;
 
 use super::page::ReportError;
 use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
+use skyduct::engine::cancel::Stop;
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
-use skyduct::job::cancel::Stop;
-use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::plan::{self, Effects};
+use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::scene::Scene;
 use skyduct::traceable::TraceableScene;
 

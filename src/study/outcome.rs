@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::compare::Deviation;
 use super::request::RunKey;
-use crate::job::progress::StoppedBy;
+use crate::engine::progress::StoppedBy;
 
 /// A run of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

@@ -6,10 +6,10 @@ use super::compare::Values;
 use super::outcome::{Refused, RenderedReference, Run, RunCost, Study};
 use super::request::{RunKey, StudyRequest};
 use crate::document::{DocumentErrors, JobDocument, MeshSource};
+use crate::engine::cancel::Stop;
+use crate::engine::passes::{RenderError, Rendered};
 use crate::figure::ticks::{duration, significant};
-use crate::job::cancel::Stop;
-use crate::job::passes::{RenderError, Rendered};
-use crate::job::prepare::{Prepared, prepare_document};
+use crate::present::prepared::{Prepared, prepare_document};
 
 /// Reason why a study cannot be completed.
 #[derive(Debug, thiserror::Error)]

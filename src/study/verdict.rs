@@ -125,7 +125,7 @@ mod tests {
     use super::super::outcome::tests::run;
     use super::super::outcome::{Refused, Run};
     use super::*;
-    use crate::job::progress::StoppedBy;
+    use crate::engine::progress::StoppedBy;
 
     #[test]
     fn the_cheapest_is_named_with_what_the_others_cost() {

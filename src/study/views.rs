@@ -7,11 +7,11 @@ use super::picture_request::{PictureKey, PictureRequest};
 use super::pictures::{Film, Pictures, Shown};
 use super::run::{StudyError, of_method_alone};
 use crate::document::{DocumentErrors, JobDocument, MeshSource};
+use crate::engine::cancel::Stop;
+use crate::engine::passes::RenderError;
 use crate::figure::ticks::{duration, significant};
-use crate::job::cancel::Stop;
-use crate::job::passes::RenderError;
-use crate::job::prepare::{Prepared, prepare_document};
 use crate::output::OutputError;
+use crate::present::prepared::{Prepared, prepare_document};
 
 /// Progress of the pictures: the next job, and the number of finished ones.
 pub struct PicturesStep<'a> {

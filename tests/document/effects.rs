@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::errors::WarningCode;
 use skyduct::document::{JobDocument, to_scene};
-use skyduct::job::prepare::{Prepared, prepare};
 use skyduct::plan::{EffectKind, EffectPlan, EffectRequest, Effects};
+use skyduct::present::prepared::{Prepared, prepare};
 use skyduct::scene::Scene;
 
 fn examples() -> Vec<PathBuf> {

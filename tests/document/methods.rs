@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use skyduct::document::method::settings_json;
 use skyduct::document::{FieldErrorCode, MethodDocument, RefusalName};
 use skyduct::integrator::method::RefusalCode;
-use skyduct::job::prepare::prepare;
 use skyduct::plan::MethodRequest;
+use skyduct::present::prepared::prepare;
 
 fn read(value: &Value) -> MethodDocument {
     serde_json::from_value(value.clone()).unwrap_or_else(|error| panic!("{value}: {error}"))
@@ -97,7 +97,7 @@ fn reasons_fit_the_tubes() {
         change(&mut document);
         let prepared =
             prepare(document.to_string().as_bytes(), &SquarePipe).unwrap_or_else(|errors| panic!("{errors:?}"));
-        let grids = prepared.plan.methods.grids.unwrap();
+        let grids = prepared.plan.methods.grids.clone().unwrap();
         assert_eq!(grids.method.name(), "two_stage", "{}", grids.reason);
         grids.reason
     };

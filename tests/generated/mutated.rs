@@ -4,8 +4,8 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use serde_json::{Map, Value, json};
 use skyduct::document::{DocumentErrors, to_scene};
-use skyduct::job::cancel::Stop;
-use skyduct::job::prepare::prepare_document;
+use skyduct::engine::cancel::Stop;
+use skyduct::present::prepared::prepare_document;
 
 use crate::generator::{self, Kind, Meshes};
 use crate::render::{Case, METHODS, cases, config, sound};

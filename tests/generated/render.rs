@@ -6,11 +6,11 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use serde_json::{Value, json};
 use skyduct::document::{FieldErrorCode, JobDocument, WarningCode};
+use skyduct::engine::cancel::Stop;
 use skyduct::estimate::Estimate;
 use skyduct::estimate::grid_statistics::GridStatistics;
 use skyduct::integrator::Method;
-use skyduct::job::cancel::Stop;
-use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::present::prepared::{Prepared, prepare_document};
 
 use crate::generator::Meshes;
 use crate::judge::Measured;

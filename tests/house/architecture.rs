@@ -19,7 +19,10 @@ const LEVELS: &[&[&str]] = &[
     &["output"],
     &["figure"],
     &["document"],
-    &["job"],
+    &["engine"],
+    &["predict"],
+    &["present"],
+    &["queue"],
     &["study"],
     &["db", "http", "cli"],
     &["reports", "main"],
@@ -52,7 +55,7 @@ const NOT_IN_PHYSICS: &[&str] = &[
 /// A duration is a number; what asks for the time is a clock.
 const CLOCKS: &[&str] = &["Instant::now", "SystemTime::now"];
 
-const TOKIO_ROOMS: &[&str] = &["http", "db", "cli", "job", "main", "reports"];
+const TOKIO_ROOMS: &[&str] = &["http", "db", "cli", "queue", "main", "reports"];
 
 /// Crates with one user each.
 const SINGLE_USERS: &[(&str, &str)] = &[
@@ -242,7 +245,7 @@ fn imports_run_one_way() {
 fn climbing_imports_are_seen() {
     let bad = [
         ("sky/cie.rs", "use crate::document::Warning;"),
-        ("sky/mod.rs", "use crate::{geometry::obj, job::passes::{Chunk, Rendered}};"),
+        ("sky/mod.rs", "use crate::{geometry::obj, engine::passes::{Chunk, Rendered}};"),
         ("sky/cie.rs", "fn f() -> crate::http::State { todo!() }"),
         ("sky/cie.rs", "use super::super::estimate::Estimate;"),
         ("scene/mod.rs", "use super::plan::Plan;"),
@@ -256,7 +259,7 @@ fn climbing_imports_are_seen() {
         ("document/parse.rs", "tokio::spawn(f)"),
         ("guide/mesh.rs", "use obvhs::bvh2::Bvh2;"),
         ("document/mesh.rs", "obvhs::Bvh2::new(path)"),
-        ("job/results.rs", "use exr::prelude::*;"),
+        ("present/results.rs", "use exr::prelude::*;"),
         ("nowhere/mod.rs", ""),
     ];
     for (path, text) in bad {
@@ -268,10 +271,10 @@ fn climbing_imports_are_seen() {
 fn falling_imports_are_not() {
     let good = [
         ("sky/cie.rs", "use crate::sampling::warp; use super::zenith; use crate::sky::Sky;"),
-        ("http/jobs.rs", "use crate::job::prepare::Prepared; use tokio::sync::Mutex;"),
+        ("http/jobs.rs", "use crate::present::prepared::Prepared; use tokio::sync::Mutex;"),
         ("guide/mesh.rs", "// use crate::document::X;\n/* crate::http::Y */ let s = \"crate::db::Z\";"),
         ("guide/mesh.rs", "let s = r#\"use crate::db::\"Z\"; \"#; let r = 1;"),
-        ("job/results.rs", "use crate::output::{csv, exr}; fn f() { exr::encode() }"),
+        ("present/results.rs", "use crate::output::{csv, exr}; fn f() { exr::encode() }"),
         ("output/mod.rs", "pub mod exr; fn f() { exr::encode() }"),
         ("geometry/wide_tree.rs", "use obvhs::bvh2::Bvh2;"),
         ("cli/serve.rs", "use crate::{db, http};"),

@@ -7,11 +7,11 @@ use std::sync::atomic::AtomicBool;
 use gauss_quad::GaussLegendre;
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
+use skyduct::engine::progress::StoppedBy;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::disc::disc_irradiance;
 use skyduct::guide::mesh::Part;
 use skyduct::guide::{End, Guide, MeshGuide};
-use skyduct::job::progress::StoppedBy;
 use skyduct::sampling::{Key, PathRandom, warp};
 use skyduct::scene::{EstimateKind, Face, Scene, Tube};
 use skyduct::statistics::Moments;
@@ -19,7 +19,7 @@ use skyduct::statistics::Moments;
 use crate::given::{base, refused, with};
 use crate::jobs::{Obj, cube, lux, prepared, rendered};
 use crate::scenes::{self, RADIUS, SIDE, daylight, lambertian, light_tracing, panel, run, straight, values};
-use skyduct::job::spent::Spent;
+use skyduct::engine::spent::Spent;
 
 /// Surfaces of revolution around the z axis.
 struct Turned(TriangleMesh);

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, MeshSource, WarningCode, to_scene};
+use skyduct::engine::cancel::Stop;
+use skyduct::engine::progress::StoppedBy;
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
-use skyduct::job::cancel::Stop;
-use skyduct::job::prepare::{Prepared, prepare_document};
-use skyduct::job::progress::StoppedBy;
+use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::scene::Daylight;
 
 /// One OBJ file, under every id.

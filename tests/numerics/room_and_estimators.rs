@@ -11,12 +11,12 @@ use serde_json::json;
 use skyduct::analytic::holigilm::Holigilm;
 use skyduct::analytic::{Solution, Solver};
 use skyduct::document::JobDocument;
+use skyduct::engine::checkpoint::encode;
 use skyduct::estimate::{EnergyLedger, Estimate};
 use skyduct::integrator::deterministic::installation;
 use skyduct::integrator::photon::chunks::MOST_CHUNK;
 use skyduct::integrator::photon_map::progressive::{Radii, Radius};
 use skyduct::integrator::sppm;
-use skyduct::job::checkpoint::encode;
 use skyduct::optics::Diffuser;
 use skyduct::scene::{EstimateKind, Scene};
 use skyduct::statistics::Moments;
@@ -257,7 +257,7 @@ fn sensors_stand_inside_the_room() {
     }
 }
 
-fn bits(prepared: &skyduct::job::prepare::Prepared, threads: usize) -> Vec<u8> {
+fn bits(prepared: &skyduct::present::prepared::Prepared, threads: usize) -> Vec<u8> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     encode(&pool.install(|| rendered(prepared)).0)
 }

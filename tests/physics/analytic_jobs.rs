@@ -7,13 +7,13 @@ use crate::documents::{Folder, add_pass, refusal};
 use crate::scenes::traceable;
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, MethodDocument, WarningCode, to_scene};
+use skyduct::engine::cancel::Stop;
+use skyduct::engine::progress::StoppedBy;
 use skyduct::estimate::Estimate;
 use skyduct::guide::transmittance::sky_exitance;
 use skyduct::integrator::method::RefusalCode;
-use skyduct::job::cancel::Stop;
-use skyduct::job::prepare::{Prepared, prepare_document};
-use skyduct::job::progress::StoppedBy;
 use skyduct::plan::Methods;
+use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
 
 /// A change to a document.

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use serde_json::{Value, json};
 use skyduct::document::JobDocument;
-use skyduct::job::cancel::Stop;
-use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::engine::cancel::Stop;
+use skyduct::present::prepared::{Prepared, prepare_document};
 
 use crate::documents::{Folder, prepare, render};
 

@@ -4,11 +4,11 @@
 
 use serde_json::{Value, json};
 use skyduct::document::JobDocument;
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
 use skyduct::estimate::Estimate;
 use skyduct::estimate::residual::Residuals;
-use skyduct::job::prepare::{Prepared, prepare_document};
-use skyduct::job::progress::StoppedBy;
-use skyduct::job::spent::Spent;
+use skyduct::present::prepared::{Prepared, prepare_document};
 
 use crate::documents::Folder;
 use crate::judge::{Measured, compare, each};

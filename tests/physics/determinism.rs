@@ -2,9 +2,9 @@
 
 use crate::documents::{add_pass, prepare};
 use serde_json::json;
+use skyduct::engine::checkpoint::{decode, encode};
 use skyduct::integrator::photon_map::progressive::Carried;
-use skyduct::job::checkpoint::{decode, encode};
-use skyduct::job::prepare::Prepared;
+use skyduct::present::prepared::Prepared;
 
 /// The first passes on a pool of `threads`; through a checkpoint after every third when `interrupted`.
 fn bits(prepared: &Prepared, passes: u64, threads: usize, interrupted: bool) -> Vec<u8> {

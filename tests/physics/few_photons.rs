@@ -9,11 +9,11 @@ use crate::scenes::{
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use skyduct::document::WarningCode;
+use skyduct::engine::cancel::Stop;
+use skyduct::engine::progress::StoppedBy;
 use skyduct::integrator::photon_mapping::{self, PhotonMapping};
 use skyduct::integrator::ppm::{self, Ppm};
 use skyduct::integrator::{Integrator, sppm};
-use skyduct::job::cancel::Stop;
-use skyduct::job::progress::StoppedBy;
 use skyduct::scene::{EstimateKind, Grid, Scene};
 
 /// Every method that counts the photons of its sensors, with few of them in a pass.

@@ -2,10 +2,10 @@
 
 use serde_json::{Value, json};
 use skyduct::document::JobDocument;
+use skyduct::engine::cancel::Stop;
+use skyduct::engine::progress::StoppedBy;
 use skyduct::estimate::{Estimate, grid_statistics};
-use skyduct::job::cancel::Stop;
-use skyduct::job::prepare::{Prepared, prepare_document};
-use skyduct::job::progress::StoppedBy;
+use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::statistics::interval::two_sided_student_quantile;
 
 use crate::documents::Beside;

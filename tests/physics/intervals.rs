@@ -1,8 +1,8 @@
 //! Whether jobs that end as soon as they are good enough tell honest errors: how often the intervals of many seeds hold the truth.
 
 use serde_json::json;
+use skyduct::engine::cancel::Stop;
 use skyduct::estimate::grid_statistics;
-use skyduct::job::cancel::Stop;
 use skyduct::statistics::interval::two_sided_student_quantile;
 
 use crate::documents::prepare;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
+use skyduct::engine::checkpoint::encode;
 use skyduct::guide::performance;
 use skyduct::integrator::light_tracing::LightTracing;
 use skyduct::integrator::{Integrator, Pass};
-use skyduct::job::checkpoint::encode;
 use skyduct::optics::Surface;
 use skyduct::plan::left_out::left_out;
 use skyduct::plan::{self, EffectKind, EffectRequest, Effects};

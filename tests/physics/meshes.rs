@@ -7,13 +7,13 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, MeshSource, WarningCode};
+use skyduct::engine::checkpoint::encode;
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
 use skyduct::geometry::{Dropped, TriangleMesh};
 use skyduct::guide::mesh::Part;
 use skyduct::guide::{End, Guide, MeshGuide};
-use skyduct::job::checkpoint::encode;
-use skyduct::job::prepare::{Prepared, prepare_document};
-use skyduct::job::progress::StoppedBy;
-use skyduct::job::spent::Spent;
+use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::sampling::{Key, PathRandom, warp};
 
 const RADIUS: f64 = 0.127;
@@ -331,7 +331,7 @@ fn dropped_triangles_are_told() {
     let mut mesh = tube(96, Cover::Flat);
     assert_eq!(prepare(mesh_tube(Cover::Flat), mesh.clone()).warnings, []);
     mesh.dropped = Dropped { without_area: 2, repeated: 3 };
-    let warnings = prepare(mesh_tube(Cover::Flat), mesh).warnings;
+    let warnings = prepare(mesh_tube(Cover::Flat), mesh).warnings.clone();
     assert_eq!(warnings.len(), 1);
     assert_eq!(warnings[0].code, WarningCode::DroppedTriangles);
     assert!(warnings[0].detail.starts_with("/tubes/0/mesh: of the file's triangles 2 have no area and 3 "));

@@ -7,12 +7,12 @@ use crate::reference;
 use crate::scenes::{RADIUS, SIDE, disc_room, run, traceable, values};
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, WarningCode};
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing::{self, PathTracing};
 use skyduct::integrator::two_stage;
-use skyduct::job::progress::StoppedBy;
-use skyduct::job::spent::Spent;
 use skyduct::scene::{EstimateKind, Grid};
 
 /// Where only chance finds the sun's disc the method is refused with the reason.

@@ -7,10 +7,10 @@ use crate::scenes::{
 };
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob, WarningCode};
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::photon_mapping::Settings;
-use skyduct::job::progress::StoppedBy;
-use skyduct::job::spent::Spent;
 use skyduct::scene::{EstimateKind, Grid, Scene};
 
 fn quick() -> Settings {

@@ -2,8 +2,8 @@
 
 use crate::documents::prepare;
 use serde_json::{Value, json};
-use skyduct::job::pilot;
-use skyduct::job::prepare::Prepared;
+use skyduct::predict::pilot;
+use skyduct::present::prepared::Prepared;
 use skyduct::statistics::interval::two_sided_student_quantile;
 
 const PASSES: u64 = 32;

@@ -17,8 +17,8 @@ use skyduct::integrator::path_tracing;
 use skyduct::integrator::photon_map::progressive::Radius;
 use skyduct::integrator::ppm;
 use skyduct::integrator::sppm;
-use skyduct::job::prepare::prepare_document;
 use skyduct::optics::{Diffuser, Specular, Surface};
+use skyduct::present::prepared::prepare_document;
 use skyduct::scene::{EstimateKind, Face, Grid, Luminaire, Scene, View};
 use skyduct::statistics::Moments;
 

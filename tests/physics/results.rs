@@ -3,9 +3,9 @@
 use crate::documents::{first_passes, prepare};
 use crate::schema::DESCRIPTION;
 use serde_json::{Value, json};
-use skyduct::job::prepare::Prepared;
-use skyduct::job::progress::StoppedBy;
-use skyduct::job::spent::Spent;
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
+use skyduct::present::prepared::Prepared;
 
 /// Two equal tubes, a longer one, a grid and a small view.
 fn three_tubes() -> Prepared {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 use serde_json::json;
-use skyduct::job::cancel::Stop;
+use skyduct::engine::cancel::Stop;
 use skyduct::scene::View;
 
 use crate::documents::prepare;

@@ -13,8 +13,8 @@ use skyduct::integrator::lamp::flux::patched_flux;
 use skyduct::integrator::method::Task;
 use skyduct::integrator::room_matrix::PATCHES;
 use skyduct::integrator::two_stage::{Settings, TwoStage};
-use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::optics::Surface;
+use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::sampling::Key;
 use skyduct::scene::{BoxObject, EstimateKind, Face, Scene};
 

@@ -1,10 +1,10 @@
 //! Grids and views by methods of their own end each when it is as accurate as asked.
 
 use serde_json::json;
+use skyduct::engine::cancel::Stop;
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
 use skyduct::estimate::Estimate;
-use skyduct::job::cancel::Stop;
-use skyduct::job::progress::StoppedBy;
-use skyduct::job::spent::Spent;
 
 use crate::documents::prepare;
 

@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, WarningCode};
-use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::optics::Surface;
+use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::scene::{BoxObject, EstimateKind, Grid};
 use skyduct::traceable::{RoomObject, Taken};
 
@@ -126,7 +126,7 @@ fn a_cell_covered_in_part_has_the_mean_of_what_is_free() {
 /// A grid of which nothing is left is refused by its pointer, with the object that takes it.
 #[test]
 fn a_grid_inside_solids_as_a_whole_is_refused() {
-    let mut document = half_covered("point", [4, 3]).document;
+    let mut document = half_covered("point", [4, 3]).document.clone();
     document["grids"][0]["cells"] = json!([1, 1]);
     document["room"]["objects"][0]["size_m"][0] = document["room"]["size_m"][0].clone();
     document["room"]["objects"][0]["position_m"][0] = json!(0.5 * document["room"]["size_m"][0].as_f64().unwrap());
@@ -140,7 +140,7 @@ fn a_grid_inside_solids_as_a_whole_is_refused() {
 #[test]
 fn an_eye_inside_a_solid_is_refused() {
     let refused = |eye: [f64; 3]| {
-        let mut document = half_covered("point", [4, 3]).document;
+        let mut document = half_covered("point", [4, 3]).document.clone();
         document["views"] = json!([{ "name": "v", "eye_m": eye, "look_at_m": [1.9, 1.0, 1.0], "size_px": [8, 8] }]);
         document["method"] = json!("path_tracing");
         let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();

@@ -1,7 +1,7 @@
 //! Studies: runs are compared with a reference that shares nothing with them, and their errors are what jobs tell.
 
 use serde_json::{Value, json};
-use skyduct::job::cancel::{Stop, StopReason};
+use skyduct::engine::cancel::{Stop, StopReason};
 use skyduct::study::StudyRequest;
 use skyduct::study::picture_request::{PictureRequest, PicturesWanted};
 use skyduct::study::run::{StudyError, run};

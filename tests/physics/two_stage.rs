@@ -4,9 +4,9 @@ use crate::documents::{Folder, first_passes, refusal};
 use crate::reference;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob};
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
 use skyduct::integrator::method::RefusalCode;
-use skyduct::job::progress::StoppedBy;
-use skyduct::job::spent::Spent;
 
 fn by_stages(document: &mut Value) {
     document["method"] = "two_stage".into();
@@ -19,8 +19,8 @@ fn document(edit: impl FnOnce(&mut Value)) -> Result<ValidJob, DocumentErrors> {
     JobDocument::parse(document.to_string().as_bytes())
 }
 
-fn job(edit: impl FnOnce(&mut Value)) -> Result<skyduct::job::prepare::Prepared, DocumentErrors> {
-    skyduct::job::prepare::prepare_document(&document(edit)?, &Folder)
+fn job(edit: impl FnOnce(&mut Value)) -> Result<skyduct::present::prepared::Prepared, DocumentErrors> {
+    skyduct::present::prepared::prepare_document(&document(edit)?, &Folder)
 }
 
 /// Closures without a Lambertian part are refused with what can compute them, light through a clear zone that a bend sends back to points,

@@ -5,12 +5,12 @@ use std::sync::mpsc;
 
 use crate::common::{PATIENCE, small_job};
 use skyduct::document::MeshSource;
+use skyduct::engine::cancel::Stop;
+use skyduct::engine::passes::SoFar;
+use skyduct::engine::progress::PassReport;
+use skyduct::engine::spent::Spent;
 use skyduct::geometry::TriangleMesh;
-use skyduct::job::cancel::Stop;
-use skyduct::job::passes::SoFar;
-use skyduct::job::prepare::prepare;
-use skyduct::job::progress::PassReport;
-use skyduct::job::spent::Spent;
+use skyduct::present::prepared::prepare;
 
 struct NoMeshes;
 

@@ -6,13 +6,13 @@ use std::time::Duration;
 use proptest::prelude::*;
 use serde_json::json;
 use skyduct::db::SqliteStore;
-use skyduct::job::progress::{PassReport, Progress, StoppedBy};
-use skyduct::job::store::*;
+use skyduct::engine::progress::{PassReport, Progress, StoppedBy};
+use skyduct::queue::store::*;
 use tempfile::TempDir;
 use uuid::Uuid;
 
 use crate::common::{most, new_job};
-use skyduct::job::spent::Spent;
+use skyduct::engine::spent::Spent;
 
 const LEASE: Duration = Duration::from_secs(600);
 const ANY: Turn = Turn { stay_with: None, later_first: false, short: false, most_deaths: MAX_DEATHS };

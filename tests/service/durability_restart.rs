@@ -11,7 +11,7 @@ use eventsource_stream::Eventsource;
 use futures::StreamExt;
 use reqwest::StatusCode;
 use serde_json::{Value, json};
-use skyduct::job::convergence::is_kept;
+use skyduct::engine::convergence::is_kept;
 
 /// Starts the service with this number of render threads.
 fn start(data: &Path, threads: &str) -> Server {

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use skyduct::db::SqliteStore;
-use skyduct::job::progress::{PassReport, Progress, StoppedBy};
-use skyduct::job::store::*;
+use skyduct::engine::progress::{PassReport, Progress, StoppedBy};
+use skyduct::queue::store::*;
 use sqlx::{ConnectOptions, Connection, Row, sqlite::SqliteConnectOptions};
 use tempfile::TempDir;
 use uuid::Uuid;

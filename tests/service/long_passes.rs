@@ -3,7 +3,7 @@
 use reqwest::Method;
 use serde_json::{Value, json};
 use skyduct::db::SqliteStore;
-use skyduct::job::store::*;
+use skyduct::queue::store::*;
 use sqlx::{ConnectOptions, Connection, sqlite::SqliteConnectOptions};
 use std::time::Duration;
 

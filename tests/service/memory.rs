@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use crate::common::{TestService, problem, small_job};
 use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
-use skyduct::job::prepare::prepare;
+use skyduct::present::prepared::prepare;
 
 /// Views of a million pixels in all, photons that a pass keeps, vertices of light paths, fixed points with statistics, and
 /// factors between patches: what memory goes to.

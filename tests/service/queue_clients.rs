@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use reqwest::Method;
 use skyduct::db::SqliteStore;
-use skyduct::job::progress::{Progress, StoppedBy};
-use skyduct::job::store::*;
+use skyduct::engine::progress::{Progress, StoppedBy};
+use skyduct::queue::store::*;
 use tempfile::TempDir;
 use uuid::Uuid;
 

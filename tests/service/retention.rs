@@ -7,7 +7,7 @@ use crate::studies::{request, wait_for};
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 use skyduct::cli::serve::RunningService;
-use skyduct::job::retention::Retention;
+use skyduct::queue::retention::Retention;
 
 async fn delete(service: &TestService, query: &str) -> Value {
     let answer = service.request(Method::DELETE, &format!("/v1/jobs?{query}")).send().await.unwrap();

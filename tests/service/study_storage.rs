@@ -6,7 +6,7 @@ use std::time::Instant;
 use reqwest::StatusCode;
 use serde_json::{Value, json};
 use skyduct::db::SqliteStore;
-use skyduct::job::store::Store;
+use skyduct::queue::store::Store;
 use skyduct::study::StudyRequest;
 use skyduct::study::request::RunKey;
 

@@ -4,16 +4,16 @@ use crate::schema;
 use std::sync::Arc;
 
 use skyduct::document::{JobDocument, MeshSource, ValidJob, to_scene};
+use skyduct::engine::cancel::Stop;
+use skyduct::engine::passes::Rendered;
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::integrator::method::Refusal;
-use skyduct::job::cancel::Stop;
-use skyduct::job::passes::Rendered;
-use skyduct::job::prepare::{Prepared, prepare_document};
-use skyduct::job::progress::StoppedBy;
-use skyduct::job::spent::Spent;
 use skyduct::plan::{self, Effects, Methods};
+use skyduct::present::prepared::{Prepared, prepare_document};
 
 /// Meshes beside the reference scenes.
 pub struct Folder;

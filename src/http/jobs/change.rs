@@ -13,7 +13,7 @@ use uuid::Uuid;
 use super::resource::JobResource;
 use crate::http::App;
 use crate::http::problem::{Path, Problem, Query};
-use crate::job::store::*;
+use crate::queue::store::*;
 
 /// Stops the job within one pass; results computed so far stay readable.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs", params(("id" = Uuid, Path)),

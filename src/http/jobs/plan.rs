@@ -14,9 +14,9 @@ use crate::http::App;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Problem, Query};
 use crate::http::turns::Line;
-use crate::job::pilot;
-use crate::job::predictions::Predictions;
-use crate::job::prepare::Prepared;
+use crate::predict::pilot;
+use crate::predict::predictions::Predictions;
+use crate::present::prepared::Prepared;
 
 /// Plan of a document.
 #[derive(Serialize, ToSchema)]

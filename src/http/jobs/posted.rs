@@ -17,8 +17,8 @@ use crate::http::places::Place;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 use crate::http::turns::Turn;
-use crate::job::computation::{canonical_hash, computation};
-use crate::job::prepare::{Prepared, prepare_document};
+use crate::present::prepared::{Prepared, prepare_document};
+use crate::queue::computation::{canonical_hash, computation};
 
 /// Least number of bytes of a document for each value in it: a table of short numbers has a value for every five bytes, and no
 /// document has more.

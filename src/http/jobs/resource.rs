@@ -10,12 +10,12 @@ use uuid::Uuid;
 
 use crate::document::result::{JobResults, PlanResult};
 use crate::document::{JobDocument, Warning};
+use crate::engine::progress::{Progress, StoppedBy};
 use crate::figure::FigureFormat;
-use crate::job::predictions::Predictions;
-use crate::job::progress::{Progress, StoppedBy};
-use crate::job::report::OVERVIEW;
-use crate::job::site_figure::SiteFigure;
-use crate::job::store::*;
+use crate::predict::predictions::Predictions;
+use crate::present::report::OVERVIEW;
+use crate::present::site_figure::SiteFigure;
+use crate::queue::store::*;
 
 /// Job with its document, its plan, its progress and its results.
 #[derive(Serialize, ToSchema)]

@@ -10,7 +10,7 @@ use uuid::Uuid;
 use super::resource::{JobResource, JobSummary};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, content};
-use crate::job::store::*;
+use crate::queue::store::*;
 
 const DEFAULT_PAGE: u32 = 50;
 const MAX_PAGE: u32 = 500;

@@ -21,8 +21,8 @@ use crate::http::places::{Whose, count_refusal};
 use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
-use crate::job::prepare::Prepared;
-use crate::job::store::*;
+use crate::present::prepared::Prepared;
+use crate::queue::store::*;
 
 /// Largest number of characters of an `Idempotency-Key`.
 const MAX_KEY_LENGTH: usize = 255;

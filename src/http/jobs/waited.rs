@@ -20,7 +20,7 @@ use crate::http::places::Place;
 use crate::http::prefer::PREFERENCE_APPLIED;
 use crate::http::problem::Problem;
 use crate::http::{App, Service};
-use crate::job::store::*;
+use crate::queue::store::*;
 
 /// Longest wait, whatever the client prefers; shorter if the time limit of requests is.
 const LONGEST: Duration = Duration::from_secs(60);

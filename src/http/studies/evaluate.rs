@@ -10,7 +10,7 @@ use super::part::StudyPart;
 use super::resource::{StudyJob, StudyResource, StudySummary};
 use crate::http::Service;
 use crate::http::problem::Problem;
-use crate::job::store::*;
+use crate::queue::store::*;
 use crate::study::Study;
 use crate::study::compare::Deviation;
 use crate::study::outcome::{RenderedReference, Run, RunCost};

@@ -12,7 +12,7 @@ use crate::http::Service;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::http::results::internal;
-use crate::job::store::*;
+use crate::queue::store::*;
 use crate::study::compare::{Deviation, Values};
 
 /// Evaluated result of a job, as it is stored.

@@ -11,7 +11,7 @@ use super::resource::StudyJob;
 use crate::http::Service;
 use crate::http::problem::Problem;
 use crate::http::results::internal;
-use crate::job::store::*;
+use crate::queue::store::*;
 use crate::study::StudyRequest;
 
 /// Stored study with the present state of its jobs.

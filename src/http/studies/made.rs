@@ -10,7 +10,7 @@ use uuid::Uuid;
 
 use crate::http::content::none_match;
 use crate::http::problem::Problem;
-use crate::job::store::*;
+use crate::queue::store::*;
 
 /// Largest number of bytes of made files that are kept; the newest one is kept in any case.
 const MOST_KEPT_BYTES: usize = 32 << 20;

@@ -10,7 +10,7 @@ use uuid::Uuid;
 
 use super::watched::{StudyJobs, StudyNow, WatchedStudies};
 use crate::http::Service;
-use crate::job::store::{Change, JobStatus, StoreError, StudyProgress};
+use crate::queue::store::{Change, JobStatus, StoreError, StudyProgress};
 
 /// Shortest time between two reads of a study.
 const LOOK_PAUSE: Duration = Duration::from_millis(100);

@@ -8,8 +8,8 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::part::StudyPart;
-use crate::job::progress::StoppedBy;
-use crate::job::store::*;
+use crate::engine::progress::StoppedBy;
+use crate::queue::store::*;
 use crate::study::StudyRequest;
 use crate::study::files::StudyReport;
 use crate::study::outcome::Refused;

@@ -10,8 +10,8 @@ use uuid::Uuid;
 
 use super::part::StudyPart;
 use super::resource::{StudyJob, StudyStatus};
-use crate::job::progress::Progress;
-use crate::job::store::{JobHead, JobStatus, StudyProgress, StudyStep};
+use crate::engine::progress::Progress;
+use crate::queue::store::{JobHead, JobStatus, StudyProgress, StudyStep};
 
 /// Studies that have open streams now.
 #[derive(Default)]

@@ -9,10 +9,10 @@ use super::measure::{Quartiles, Repeats, processor_seconds};
 use crate::page::ReportError;
 use crate::run::Folder;
 use skyduct::document::{JobDocument, MeshSource};
+use skyduct::engine::cancel::Stop;
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
-use skyduct::job::cancel::Stop;
-use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
 
 /// Confidence of all jobs.

@@ -12,8 +12,8 @@ use super::settings::{Progress, Settings};
 use crate::page::{Report, ReportError, Section, Table};
 use skyduct::estimate::Estimate;
 use skyduct::figure::ticks::significant;
-use skyduct::job::prepare::Prepared;
 use skyduct::plan::EffectKind;
+use skyduct::present::prepared::Prepared;
 
 /// Standard error to which all jobs run: some milliseconds of work.
 const ASKED: f64 = 0.005;

@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use crate::page::ReportError;
+use skyduct::engine::spent::Clocks;
 use skyduct::figure::ticks::significant;
-use skyduct::job::spent::Clocks;
 pub use skyduct::study::outcome::Quartiles;
 
 /// Limits for repeating a measurement: at most `most` times, but not again after `seconds`; once in any case.

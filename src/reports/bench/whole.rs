@@ -10,9 +10,9 @@ use super::measure::{Quartiles, as_time, mebibytes, percent, processor_seconds, 
 use super::scenes;
 use super::settings::Settings;
 use crate::page::{ReportError, Section, Table};
-use skyduct::job::cancel::Stop;
-use skyduct::job::passes::RenderError;
-use skyduct::job::saved_files::{Saved, SavedFigures, results};
+use skyduct::engine::cancel::Stop;
+use skyduct::engine::passes::RenderError;
+use skyduct::present::saved_files::{Saved, SavedFigures, results};
 
 /// Job of a table, to be measured in a process of its own.
 pub struct WholeJob {

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::side_by_side::side_by_side;
 use crate::page::ReportError;
 use crate::run::prepare;
-use skyduct::job::prepare::Prepared;
+use skyduct::present::prepared::Prepared;
 
 /// Job of the report: its name and its document.
 pub struct Case {

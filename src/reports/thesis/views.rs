@@ -13,8 +13,8 @@ use crate::run::{compile, render_all};
 use skyduct::estimate::{Estimate, FilmEstimate};
 use skyduct::integrator::backward::room_entry::enter_room;
 use skyduct::integrator::photon_map::surfaces::Surfaces;
-use skyduct::job::prepare::Prepared;
 use skyduct::output::{Image, OutputError, Raster, png};
+use skyduct::present::prepared::Prepared;
 use skyduct::statistics::Moments;
 use skyduct::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 

@@ -12,8 +12,8 @@ use skyduct::cli::serve::RunningService;
 use skyduct::document::MeshSource;
 use skyduct::document::result::PlanResult;
 use skyduct::geometry::TriangleMesh;
-use skyduct::job::prepare::prepare;
-use skyduct::job::store::{MostWaiting, NewJob};
+use skyduct::present::prepared::prepare;
+use skyduct::queue::store::{MostWaiting, NewJob};
 use tempfile::TempDir;
 use uuid::Uuid;
 

@@ -1,0 +1,11 @@
+//! Rendering of a job: its preparation, its passes in order, and their checkpoints.
+
+pub mod cancel;
+pub mod checkpoint;
+pub mod convergence;
+pub(crate) mod integrators;
+pub(crate) mod memory;
+pub mod passes;
+pub mod prepare;
+pub mod progress;
+pub mod spent;

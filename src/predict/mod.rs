@@ -1,0 +1,7 @@
+//! Predictions: the time and the error of a job before it runs, and its end while it runs.
+
+pub mod forecast;
+pub mod pilot;
+pub(crate) mod pilot_passes;
+pub(crate) mod pilot_sample;
+pub mod predictions;

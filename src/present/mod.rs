@@ -1,0 +1,18 @@
+//! Presentation of results: tables, figures and files, from an estimate or from stored files.
+
+pub mod cache;
+pub mod convergence_files;
+pub(crate) mod grid_figure;
+pub(crate) mod light_paths;
+pub(crate) mod phrases;
+pub mod prepared;
+pub(crate) mod report;
+pub(crate) mod results;
+pub mod saved_files;
+pub(crate) mod site_figure;
+pub(crate) mod subject;
+pub(crate) mod tube_figure;
+pub(crate) mod tube_flux;
+pub(crate) mod tube_performance;
+pub(crate) mod tube_report;
+pub(crate) mod view_figure;

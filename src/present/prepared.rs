@@ -1,0 +1,52 @@
+//! A prepared job together with what is made of it for its results.
+
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
+
+use super::subject::Subject;
+use super::tube_performance::TubePerformance;
+use crate::document::{DocumentErrors, MeshSource, ValidJob};
+use crate::engine::prepare::{self, RenderJob};
+use crate::predict::predictions::Predictions;
+
+/// Job that is ready to render and to be presented: immutable, shared by threads.
+pub struct Prepared {
+    job: RenderJob,
+    /// Times that each method would take, where a pilot was requested.
+    pub(super) predictions: Option<Predictions>,
+    /// Description of the job for its figures, made on first use.
+    pub(super) subject: OnceLock<Subject>,
+    /// Performance of each tube by itself, for its reports, computed on first use.
+    pub(super) performances: Vec<OnceLock<Arc<TubePerformance>>>,
+}
+
+/// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
+pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+    Ok(Prepared::new(prepare::prepare(document, meshes)?))
+}
+
+/// Prepares a parsed document: builds and plans its scene, and refuses requests that the plan cannot meet.
+pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+    Ok(Prepared::new(prepare::prepare_document(document, meshes)?))
+}
+
+impl Prepared {
+    fn new(job: RenderJob) -> Self {
+        let performances = job.scene.tubes.iter().map(|_| OnceLock::new()).collect();
+        Self { job, predictions: None, subject: OnceLock::new(), performances }
+    }
+
+    /// Keeps the predictions of a pilot, for the job's results and for the figure of its convergence.
+    pub fn foretell(&mut self, predictions: Predictions) {
+        self.subject = OnceLock::new();
+        self.predictions = Some(predictions);
+    }
+}
+
+impl Deref for Prepared {
+    type Target = RenderJob;
+
+    fn deref(&self) -> &RenderJob {
+        &self.job
+    }
+}

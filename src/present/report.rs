@@ -1,0 +1,299 @@
+//! Report on a job on one sheet: its inputs, its methods with their reasons, its results, and their errors.
+
+use serde_json::Value;
+
+use super::grid_figure::{GridWishes, plan_map};
+use super::phrases::{in_words, quantity};
+use super::results::FirstOutputs;
+use super::site_figure::{SiteFacts, longer_section};
+use super::subject::Subject;
+use crate::VERSION;
+use crate::figure::plan_map::PlanMap;
+use crate::figure::sheet::{Sheet, SheetFigure, SheetPart};
+use crate::figure::ticks::{duration, short, significant, with_error};
+use crate::figure::{Heading, view_picture};
+use crate::output::OutputError;
+
+/// Name of the figure that has plan, section and picture side by side, among those of the site.
+pub const OVERVIEW: &str = "overview";
+
+/// Confidence of the intervals of a report.
+const CONFIDENCE: f64 = 0.95;
+
+/// Largest number of rows of a table: a hundred tubes are a list, not a report.
+const MOST_ROWS: usize = 8;
+
+/// Makes the report on a job.
+///
+/// `job` is the job as the service returns it (document, plan, warnings, `stopped_by`, and the results as far as they are known), `footer`
+/// names the program that made the report.
+pub fn report(subject: &Subject, job: &Value, outputs: &FirstOutputs, footer: String) -> Result<Sheet, OutputError> {
+    let mut figures = Vec::new();
+    if let Some(grid) = &outputs.grid {
+        let heading = Heading::of(format!("{}, {} m above the floor", grid.name, grid.height_m));
+        let map = plan_map(subject, grid, GridWishes::default());
+        let drawing = PlanMap { heading, ..map }.draw()?;
+        figures.push(SheetFigure { name: format!("grids/{}", grid.name), drawing });
+    }
+    let facts = SiteFacts::of(job);
+    if let Some((section, drawing)) = longer_section(subject, &facts) {
+        figures.push(SheetFigure { name: format!("figures/{}", section.name()), drawing });
+    }
+    if let Some((name, picture)) = &outputs.view {
+        let drawing = view_picture::captioned(&Heading::of(name.as_str()), picture.clone(), "");
+        figures.push(SheetFigure { name: format!("views/{name}"), drawing });
+    }
+    Ok(Sheet {
+        title: subject.name().to_owned(),
+        lines: vec![subject.circumstances()],
+        figures,
+        parts: vec![grids(job), tubes(job), inputs(&job["document"]), method(job), effects(job), notes(job)],
+        footer,
+    })
+}
+
+/// Returns the name and version of the program that makes reports.
+pub fn made_by() -> String {
+    format!("skyduct {VERSION}")
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], Vec::as_slice)
+}
+
+fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or("")
+}
+
+/// Writes a value with half the width of its interval.
+fn with_interval(value: &Value, standard_error: &Value, coverage_factor: &Value) -> String {
+    let Some(value) = value.as_f64() else { return "–".to_owned() };
+    let half = standard_error.as_f64().zip(coverage_factor.as_f64()).map(|(error, factor)| factor * error);
+    half.filter(|half| *half > 0.0).map_or_else(|| significant(value, 4), |half| with_error(value, half))
+}
+
+fn percent(share: &Value) -> String {
+    share.as_f64().map_or_else(|| "–".to_owned(), |share| format!("{} %", significant(100.0 * share, 3)))
+}
+
+/// Makes a table of the first rows, with the number of the others.
+fn table(title: String, head: &[&str], rows: impl ExactSizeIterator<Item = Vec<String>>) -> SheetPart {
+    let more = rows.len().saturating_sub(MOST_ROWS);
+    let mut rows: Vec<_> = rows.take(MOST_ROWS).collect();
+    if more > 0 {
+        rows.push(vec![format!("and {more} more")]);
+    }
+    SheetPart::Table { title, head: head.iter().map(|name| (*name).to_owned()).collect(), rows }
+}
+
+fn grids(job: &Value) -> SheetPart {
+    let rows = list(&job["grids"]).iter().map(|grid| {
+        let of = &grid["statistics"];
+        let of_name =
+            |name: &str| with_interval(&of[name], &of[format!("{name}_standard_error")], &of["coverage_factor"]);
+        let factor = |name: &str| {
+            let factor = of["daylight_factor_percent"][name].as_f64();
+            factor.map_or_else(|| "–".to_owned(), |factor| significant(factor, 3))
+        };
+        vec![
+            text(&grid["name"]).to_owned(),
+            of_name("mean_lux"),
+            of_name("median_lux"),
+            of_name("min_lux"),
+            of_name("max_lux"),
+            of_name("uniformity"),
+            factor("mean"),
+        ]
+    });
+    let head = ["grid", "mean, lx", "median, lx", "least, lx", "greatest, lx", "uniformity", "daylight factor, %"];
+    table("Illuminance; ± is half an interval of 95 %".to_owned(), &head, rows)
+}
+
+fn tubes(job: &Value) -> SheetPart {
+    let rows = list(&job["tubes"]).iter().enumerate().map(|(index, tube)| {
+        let flux = |place: &str| {
+            let of = &tube[place];
+            with_interval(&of["flux_lm"], &of["standard_error_lm"], &of["coverage_factor"])
+        };
+        vec![
+            index.to_string(),
+            flux("at_collector"),
+            flux("at_diffuser"),
+            flux("into_room"),
+            percent(&tube["transmission_efficiency"]),
+            percent(&tube["level_aperture_efficiency"]),
+        ]
+    });
+    let head = [
+        "tube",
+        "at the collector, lm",
+        "at the diffuser, lm",
+        "into the room, lm",
+        "efficiency",
+        "of a level aperture",
+    ];
+    table("Tubes".to_owned(), &head, rows)
+}
+
+fn fact(name: &str, words: impl Into<String>) -> (String, String) {
+    (name.to_owned(), words.into())
+}
+
+fn inputs(document: &Value) -> SheetPart {
+    let room = &document["room"];
+    let size: Vec<String> =
+        list(&room["size_m"]).iter().filter_map(Value::as_f64).map(|edge| edge.to_string()).collect();
+    let mut facts = vec![fact("room", format!("{} m; {}", size.join(" × "), in_words(&room["surfaces"])))];
+    for (name, things) in [("objects", "objects"), ("luminaires", "luminaires")] {
+        let count = list(&room[things]).len();
+        if count > 0 {
+            facts.push(fact(name, count.to_string()));
+        }
+    }
+    facts.extend(kinds_of_tubes(list(&document["tubes"])));
+    let stop = &document["stop"];
+    let limits = ["relative_error", "view_relative_error", "confidence", "max_passes", "max_seconds"];
+    let limits = limits.iter().filter(|name| stop[**name].is_number()).map(|name| quantity(name, &stop[*name]));
+    facts.push(fact("asked for", limits.collect::<Vec<_>>().join(", ")));
+    SheetPart::Facts { title: "Inputs".to_owned(), facts }
+}
+
+/// Describes the tubes; those that differ by their places only are described once.
+fn kinds_of_tubes(tubes: &[Value]) -> Vec<(String, String)> {
+    let mut kinds: Vec<(Value, Vec<usize>)> = Vec::new();
+    for (index, tube) in tubes.iter().enumerate() {
+        let mut kind = tube.clone();
+        if let Some(fields) = kind.as_object_mut() {
+            fields.remove("centre_m");
+        }
+        match kinds.iter_mut().find(|(other, _)| *other == kind) {
+            Some((_, numbers)) => numbers.push(index),
+            None => kinds.push((kind, vec![index])),
+        }
+    }
+    let place = |index: &usize| {
+        let centre: Vec<String> = list(&tubes[*index]["centre_m"]).iter().map(Value::to_string).collect();
+        format!("({})", centre.join(", "))
+    };
+    let told = kinds.iter().take(MOST_ROWS).map(|(kind, numbers)| {
+        let (first, places) = (numbers[0], numbers.iter().take(MOST_ROWS).map(place).collect::<Vec<_>>().join(", "));
+        let more = numbers.len().saturating_sub(MOST_ROWS);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let name = match numbers.len() {
+            1 => format!("tube {first}"),
+            count => format!("{count} tubes like {first}"),
+        };
+        (name, format!("{}; at {places}{more}", in_words(kind)))
+    });
+    told.collect()
+}
+
+fn method(job: &Value) -> SheetPart {
+    let methods = &job["plan"]["methods"];
+    let mut facts = Vec::new();
+    for (name, of) in [("grids", "grids"), ("views", "views")] {
+        let method = &methods[of];
+        if let Some(kind) = method["name"].as_str() {
+            facts.push(fact(name, format!("{}: {}", kind.replace('_', " "), text(&method["reason"]))));
+        }
+    }
+    let (accuracy, timing) = (&job["accuracy"], &job["timing"]);
+    let reached = [("relative_error", "grids"), ("view_relative_error", "views")];
+    let reached = reached.iter().filter_map(|(error, of)| {
+        let error = accuracy[*error].as_f64()?;
+        Some(format!("{of} ± {} %", significant(100.0 * error, 2)))
+    });
+    let reached: Vec<String> = reached.collect();
+    if let (Some(passes), Some(seconds)) = (timing["passes"].as_u64(), timing["seconds"].as_f64()) {
+        let stopped = text(&job["stopped_by"]).replace('_', " ");
+        let confidence = accuracy["confidence"].as_f64().unwrap_or(CONFIDENCE);
+        let reached = if reached.is_empty() { "not known".to_owned() } else { reached.join(", ") };
+        let (seconds, confidence) = (duration(seconds, 2), short(100.0 * confidence));
+        facts.push(fact(
+            "accuracy",
+            format!(
+                "{reached} at a confidence of {confidence} %, after {passes} passes and {seconds}; ended by {stopped}"
+            ),
+        ));
+    }
+    let provenance = &job["provenance"];
+    for (name, of) in [("sky", "zenith"), ("sun", "sun")] {
+        if provenance[of].is_object() {
+            facts.push(fact(name, in_words(&provenance[of])));
+        }
+    }
+    SheetPart::Facts { title: "Method".to_owned(), facts }
+}
+
+fn effects(job: &Value) -> SheetPart {
+    let facts = list(&job["plan"]["effects"]).iter().map(|effect| {
+        let on = if effect["on"].as_bool() == Some(true) { "simulated" } else { "not simulated" };
+        (text(&effect["name"]).replace('_', " "), format!("{on}: {}", text(&effect["reason"])))
+    });
+    SheetPart::Facts { title: "What is simulated, and what is not".to_owned(), facts: facts.collect() }
+}
+
+fn notes(job: &Value) -> SheetPart {
+    let warnings = list(&job["warnings"]).iter().chain(list(&job["render_warnings"]));
+    let facts =
+        warnings.map(|warning| (text(&warning["code"]).replace(['_', '-'], " "), text(&warning["detail"]).to_owned()));
+    SheetPart::Facts { title: "To be known".to_owned(), facts: facts.collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::present::subject::tests::document;
+
+    fn job() -> Value {
+        let mut document = document();
+        let mut second = document["tubes"][0].clone();
+        second["centre_m"] = json!([2.0, 3.0]);
+        document["tubes"].as_array_mut().unwrap().extend([second, json!({ "diameter_m": 1, "centre_m": [1, 1] })]);
+        json!({
+            "document": document, "stopped_by": "relative_error",
+            "plan": { "effects": [{ "name": "guide_return", "on": false, "reason": "no light comes back" }],
+                      "methods": { "grids": { "name": "placed_vertices", "reason": "because" }, "views": null } },
+            "accuracy": { "relative_error": 0.0123, "confidence": 0.95, "passes": 8 },
+            "timing": { "passes": 8, "seconds": 0.0021 },
+            "grids": [{ "name": "floor", "statistics": { "mean_lux": 211.0437, "mean_lux_standard_error": 0.3, "coverage_factor": 2.3646,
+                        "uniformity": null } }],
+            "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": null }, "transmission_efficiency": 0.481 }],
+            "warnings": [{ "code": "low_sun", "detail": "the sun is low" }]
+        })
+    }
+
+    #[test]
+    fn a_report_tells_inputs_method_results_and_errors() {
+        let job = job();
+        let subject = Subject::new(&job["document"], &job["plan"]);
+        let sheet = report(&subject, &job, &FirstOutputs::default(), "skyduct".to_owned()).unwrap();
+        let said: Vec<String> = sheet
+            .parts
+            .iter()
+            .flat_map(|part| match part {
+                SheetPart::Table { rows, .. } => rows.concat(),
+                SheetPart::Facts { facts, .. } => {
+                    facts.iter().map(|(name, words)| format!("{name}: {words}")).collect()
+                }
+            })
+            .collect();
+        for words in [
+            // Student's quantile for seven degrees of freedom, 2.3646, times the standard error
+            "211.04 ± 0.71",
+            "2884",
+            "48.1 %",
+            "2 tubes like 0: collector (open), diameter 0.3 m",
+            "at (1.5, 1.5), (2.0, 3.0)",
+            "tube 2: diameter 1 m",
+            "grids: placed vertices: because",
+            "grids ± 1.2 % at a confidence of 95 %, after 8 passes and 2.1 ms; ended by relative error",
+            "guide return: not simulated: no light comes back",
+            "low sun: the sun is low",
+        ] {
+            assert!(said.iter().any(|part| part.contains(words)), "{words} is not in {said:#?}");
+        }
+    }
+}

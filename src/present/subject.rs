@@ -1,0 +1,159 @@
+//! Data of a job that figures print beside their values: its name, place, time, sky and methods.
+
+use jiff::Timestamp;
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::document::result::PlanResult;
+use crate::document::sky::LocationDocument;
+use crate::document::{JobDocument, ValidJob};
+use crate::figure::heading::SEPARATOR;
+use crate::predict::predictions::Predictions;
+use crate::sky::SkyType;
+
+/// Job as figures describe it, from the data that are kept of every job.
+pub struct Subject {
+    /// Document; `None` for a job that an older version accepted and this one would refuse.
+    pub document: Option<ValidJob>,
+    /// Times that each method would take, where a pilot was requested before the job ran.
+    pub predictions: Option<Predictions>,
+    grids: Option<String>,
+    views: Option<String>,
+}
+
+impl Subject {
+    /// Reads a document with its defaults filled in and its plan, both as the service returns them.
+    pub fn new(document: &Value, plan: &Value) -> Self {
+        let methods = PlanResult::deserialize(plan).ok().map(|plan| plan.methods);
+        let grids = methods.as_ref().and_then(|methods| Some(in_words(&methods.grids.as_ref()?.name)));
+        let views = methods.as_ref().and_then(|methods| Some(in_words(&methods.views.as_ref()?.name)));
+        Self { document: JobDocument::from_value(document.clone()).ok(), predictions: None, grids, views }
+    }
+
+    /// Adds the times that were predicted for the job.
+    #[must_use]
+    pub fn foretold(self, predictions: Option<Predictions>) -> Self {
+        Self { predictions, ..self }
+    }
+
+    /// Returns the name of the job, or "unnamed job".
+    pub fn name(&self) -> &str {
+        self.document.as_ref().and_then(|document| document.name.as_deref()).unwrap_or("unnamed job")
+    }
+
+    /// Describes place, time and sky in one line.
+    pub fn circumstances(&self) -> String {
+        let Some(document) = &self.document else { return String::new() };
+        let sky = document.sky.as_ref();
+        let sun = sky.and_then(|sky| sky.sun_position.as_ref());
+        let sun = sun.map(|sun| format!("sun at altitude {}°, azimuth {}°", sun.altitude_deg, sun.azimuth_deg));
+        let pieces = [
+            document.location.as_ref().map(place),
+            document.time.as_deref().map(time),
+            sun,
+            Some(sky.and_then(|sky| sky.sky_type()).map_or_else(|| "no sky".to_owned(), sky_in_words)),
+        ];
+        pieces.into_iter().flatten().collect::<Vec<_>>().join(SEPARATOR)
+    }
+
+    /// Returns the method of the grids, in words.
+    pub fn grids_method(&self) -> Option<&str> {
+        self.grids.as_deref()
+    }
+
+    /// Returns the method of the views, in words.
+    pub fn views_method(&self) -> Option<&str> {
+        self.views.as_deref()
+    }
+}
+
+fn in_words(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+fn place(location: &LocationDocument) -> String {
+    let side = |degrees: f64, positive: &str, negative: &str| {
+        format!("{:.2}° {}", degrees.abs(), if degrees < 0.0 { negative } else { positive })
+    };
+    format!("{}, {}", side(location.latitude_deg, "N", "S"), side(location.longitude_deg, "E", "W"))
+}
+
+/// Formats date, time and offset as they are written, without seconds where these are zero.
+fn time(text: &str) -> String {
+    // what is no time was refused when the document was read
+    if text.parse::<Timestamp>().is_err() {
+        return text.to_owned();
+    }
+    let (date, rest) = text.split_at_checked(10).unwrap_or((text, ""));
+    let rest = rest.trim_start_matches(['T', 't', ' ']);
+    let begins_offset = |character: char| matches!(character, '+' | '-' | 'Z' | 'z');
+    let (clock, offset) = rest.split_at(rest.find(begins_offset).unwrap_or(rest.len()));
+    let clock = if clock.len() == 8 { clock.strip_suffix(":00").unwrap_or(clock) } else { clock };
+    let offset = if matches!(offset, "Z" | "z") { "UTC" } else { offset };
+    format!("{date} {clock} {offset}").trim_end().to_owned()
+}
+
+fn sky_in_words(sky: SkyType) -> String {
+    match sky {
+        SkyType::Cie(cie) => format!("{} (CIE type {})", cie.description(), cie.number()),
+        SkyType::Ies(ies) => format!("{} sky", in_words(ies.name())),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::sync::Arc;
+
+    use serde_json::json;
+
+    use super::*;
+    use crate::document::MeshSource;
+    use crate::geometry::TriangleMesh;
+
+    pub struct NoMeshes;
+
+    impl MeshSource for NoMeshes {
+        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
+            Err("none".to_owned())
+        }
+    }
+
+    /// Returns the document of a room with a tube, a grid and a location.
+    pub fn document() -> Value {
+        json!({
+            "name": "bath", "location": { "latitude_deg": 55.676, "longitude_deg": -12.568 },
+            "time": "2026-03-21T12:00:00+01:00", "sky": { "cie_type": 12 }, "room": { "size_m": [4, 6, 2.7] },
+            "grids": [{ "name": "floor", "height_m": 0.8, "cells": [2, 2] }], "stop": { "relative_error": 0.01 },
+            "tubes": [{ "centre_m": [1.5, 1.5], "diameter_m": 0.3, "reflectance": 0.98, "segments": [{ "length_m": 1 }],
+                        "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }]
+        })
+    }
+
+    #[test]
+    fn a_job_is_named_by_what_explains_its_numbers() {
+        let document = document();
+        let method = |name: &str| json!({ "name": name, "settings": {}, "reason": "" });
+        let plan =
+            json!({ "effects": [], "guides": [], "methods": { "grids": method("light_tracing"), "views": null } });
+        let subject = Subject::new(&document, &plan);
+        assert_eq!(subject.name(), "bath");
+        assert_eq!((subject.grids_method(), subject.views_method()), (Some("light tracing"), None));
+        let words = subject.circumstances();
+        assert!(words.starts_with("55.68° N, 12.57° W · 2026-03-21 12:00 +01:00 · "), "{words}");
+        assert!(words.ends_with("(CIE type 12)"), "{words}");
+        let unknown = Subject::new(&json!({ "no": "job" }), &json!(null));
+        assert_eq!((unknown.name(), unknown.circumstances().as_str()), ("unnamed job", ""));
+    }
+
+    #[test]
+    fn times_are_written_short() {
+        for (text, written) in [
+            ("2011-09-15T15:00:00+02:00", "2011-09-15 15:00 +02:00"),
+            ("2011-09-15T15:00:30Z", "2011-09-15 15:00:30 UTC"),
+            ("2011-09-15T15:00:00Z", "2011-09-15 15:00 UTC"),
+            ("noon", "noon"),
+        ] {
+            assert_eq!(time(text), written);
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Data of a job's events; a store keeps them as JSON, readers get them in order.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::records::JobProblem;
+use crate::document::Warning;
+use crate::document::result::{Known, PlanResult};
+use crate::engine::progress::{PassReport, Progress, StoppedBy};
+use crate::predict::forecast::Forecast;
+
+/// Data of one kind of event.
+pub trait EventData: Serialize {
+    /// Name of the kind in the stream of events.
+    const NAME: &'static str;
+}
+
+/// Event `queued`: the job waits.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = QueuedEvent)]
+pub struct Queued {
+    /// Id of the job.
+    pub job: Uuid,
+    /// Name of the job, free text from its document.
+    pub name: Option<String>,
+}
+
+/// Event `planned`: what is simulated and what is not, and what is known before the first pass.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = PlannedEvent)]
+pub struct Planned {
+    /// Effects, guides and methods, with reasons.
+    pub plan: PlanResult,
+    /// Notes on the document and on its methods.
+    pub warnings: Vec<Warning>,
+    /// Fields that the summary of the results will have, too.
+    #[serde(flatten)]
+    pub known: Known,
+}
+
+/// Data of [`Planned`] as a store keeps it: without the plan, which is kept with the job.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlannedBesidePlan<'a> {
+    /// Notes on the document and on its methods.
+    pub warnings: &'a [Warning],
+    /// Fields that the summary of the results will have, too.
+    #[serde(flatten)]
+    pub known: &'a Known,
+}
+
+/// Event `started`: rendering has begun; there are no results yet.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = StartedEvent)]
+pub struct Started {}
+
+/// Event `pass`: a pass is done. Passes 1 to 64 are reported, then those nearest to powers of 2^(1/8), and the last one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PassEvent)]
+pub struct Pass {
+    /// Totals up to this pass.
+    #[serde(flatten)]
+    pub report: PassReport,
+    /// Forecast from the passes so far.
+    #[serde(flatten)]
+    pub forecast: Forecast,
+}
+
+/// Event `image`: there is a new progress image.
+#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
+pub struct Image {
+    /// Name of the view.
+    pub view: String,
+    /// Number of passes that the image shows.
+    pub passes: u64,
+}
+
+/// Event `restarted`: passes are rendered again, because their stored state is damaged or missing; they are not reported twice.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = RestartedEvent)]
+pub struct Restarted {
+    /// First pass that is rendered again, from 1.
+    pub from_pass: u64,
+    /// Description of the damage.
+    pub reason: String,
+}
+
+/// Event `succeeded`: the job has ended with all results.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = SucceededEvent)]
+pub struct Succeeded {
+    /// Reason why the job ended.
+    pub stopped_by: StoppedBy,
+    /// Progress up to the last pass.
+    pub progress: Progress,
+}
+
+/// Event `failed`: the job was ended by a fault that is not its document's.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = FailedEvent)]
+pub struct Failed {
+    /// Description of the failure.
+    pub problem: JobProblem,
+}
+
+/// Event `cancelled`: the job was stopped; what was computed before stays readable.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = CancelledEvent)]
+pub struct Cancelled {
+    /// Reason why the job ended.
+    pub stopped_by: StoppedBy,
+    /// Progress up to the last pass.
+    pub progress: Progress,
+}
+
+impl From<PassReport> for Pass {
+    /// Makes an event without a forecast.
+    fn from(report: PassReport) -> Self {
+        Self { report, forecast: Forecast::default() }
+    }
+}
+
+impl EventData for Queued {
+    const NAME: &'static str = "queued";
+}
+
+impl EventData for PlannedBesidePlan<'_> {
+    const NAME: &'static str = Planned::NAME;
+}
+
+impl EventData for Planned {
+    const NAME: &'static str = "planned";
+}
+
+impl EventData for Started {
+    const NAME: &'static str = "started";
+}
+
+impl EventData for Pass {
+    const NAME: &'static str = "pass";
+}
+
+impl EventData for Image {
+    const NAME: &'static str = "image";
+}
+
+impl EventData for Restarted {
+    const NAME: &'static str = "restarted";
+}
+
+impl EventData for Succeeded {
+    const NAME: &'static str = "succeeded";
+}
+
+impl EventData for Failed {
+    const NAME: &'static str = "failed";
+}
+
+impl EventData for Cancelled {
+    const NAME: &'static str = "cancelled";
+}

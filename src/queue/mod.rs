@@ -1,0 +1,18 @@
+//! The queue of jobs: the traits that the store implements, the artifacts, and the worker that claims chunks and renders them.
+
+pub(crate) mod artifacts;
+pub(crate) mod backup;
+pub mod computation;
+pub(crate) mod deletion;
+pub mod events;
+pub(crate) mod file_lock;
+pub(crate) mod live;
+pub(crate) mod meshes;
+pub(crate) mod ownership;
+pub(crate) mod private_folder;
+pub mod records;
+pub mod retention;
+pub mod shared_fields;
+pub mod store;
+pub mod studies;
+pub(crate) mod worker;

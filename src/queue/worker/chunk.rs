@@ -1,0 +1,138 @@
+//! Chunk on the render pool: its passes, and their outcome.
+
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use tokio::sync::mpsc;
+
+use super::kept::Current;
+use crate::engine::cancel::{Stop, StopReason};
+use crate::engine::checkpoint;
+use crate::engine::convergence::{PREVIEW_PASSES, is_kept};
+use crate::engine::passes::{RenderError, SoFar};
+use crate::engine::progress::{PassReport, Progress, StoppedBy};
+use crate::predict::forecast::Forecast;
+use crate::present::results::ResultFile;
+use crate::queue::events::Pass;
+
+/// Render time after which the first passes of a job are committed, and after which later ones are, and other jobs have their turn: about
+/// this much work is lost when a process ends. A commit takes some milliseconds.
+const FIRST_CHUNK: Duration = Duration::from_millis(250);
+const CHUNK: Duration = Duration::from_secs(2);
+
+/// Chunk on the render pool: the next passes of a job, as many as fit its time.
+pub(super) struct ChunkRun {
+    pub current: Current,
+    pub stop: Stop,
+    pub tell: mpsc::UnboundedSender<News>,
+}
+
+/// Reports of the pool while it renders.
+pub(super) enum News {
+    Pass(Pass),
+    Images { passes: u64, images: Vec<(String, Vec<u8>)> },
+}
+
+/// Outcomes of a chunk.
+pub(super) enum Ended {
+    Continue {
+        state: Bytes,
+        next: std::ops::Range<u64>,
+    },
+    Finish {
+        stopped_by: StoppedBy,
+        summary: Option<serde_json::Value>,
+        files: Vec<ResultFile>,
+        /// Last pass of the job; `None` when no pass was done.
+        last_pass: Option<Box<Pass>>,
+    },
+}
+
+impl ChunkRun {
+    /// Renders the chunk. Returns the job after it, and how the chunk ended: `None` when nothing of it counts.
+    pub fn run(self) -> (Current, Result<Option<Ended>, RenderError>) {
+        let Self { mut current, stop, tell } = self;
+        let ended = render_chunk(&mut current, &stop, &tell);
+        (current, ended)
+    }
+}
+
+fn render_chunk(
+    current: &mut Current,
+    stop: &Stop,
+    tell: &mpsc::UnboundedSender<News>,
+) -> Result<Option<Ended>, RenderError> {
+    if stop.reason() == Some(StopReason::Cancelled) {
+        return finish(current, StoppedBy::Cancelled).map(Some);
+    }
+    let (begun, most) = (Instant::now(), if current.merged.passes == 0 { FIRST_CHUNK } else { CHUNK });
+    loop {
+        let stopped = one_pass(current, stop, tell)?;
+        if stop.reason() == Some(StopReason::Abandoned) {
+            return Ok(None);
+        }
+        if let Some(stopped) = stopped {
+            return finish(current, stopped).map(Some);
+        }
+        if begun.elapsed() >= most || stop.reason().is_some() {
+            let state = Bytes::from(checkpoint::encode(&current.merged));
+            current.bytes = state.len() as u64;
+            current.next_chunk += 1;
+            return Ok(Some(Ended::Continue { state, next: current.prepared.passes_after(current.merged.passes) }));
+        }
+    }
+}
+
+/// Adds a pass to the job and reports it; returns the reason why the job ends with it, if it does.
+fn one_pass(
+    current: &mut Current,
+    stop: &Stop,
+    tell: &mpsc::UnboundedSender<News>,
+) -> Result<Option<StoppedBy>, RenderError> {
+    let Current { prepared, live, merged, spent, forecaster, .. } = current;
+    let mut heard = |report: &PassReport, so_far: SoFar<'_>| {
+        live.publish(so_far.estimate);
+        // other passes are not reported
+        let forecast = match is_kept(report.passes) {
+            true => forecaster.after(report, so_far.waiting_for),
+            false => Forecast::default(),
+        };
+        // the receiver outlives the render
+        let _ = tell.send(News::Pass(Pass { report: *report, forecast }));
+        if PREVIEW_PASSES.contains(&report.passes) && prepared.has_views() {
+            let images = prepared.preview_images(so_far.estimate);
+            let _ = tell.send(News::Images { passes: report.passes, images });
+        }
+    };
+    prepared.render_pass(merged, spent, stop, &mut heard)
+}
+
+fn finish(current: &mut Current, stopped_by: StoppedBy) -> Result<Ended, RenderError> {
+    if current.merged.passes == 0 {
+        return Ok(Ended::Finish { stopped_by, summary: None, files: Vec::new(), last_pass: None });
+    }
+    let files = current.prepared.kept_files(&current.merged)?;
+    let summary = current.prepared.summary_json(&current.merged, current.spent, stopped_by);
+    let report = current.prepared.report(&current.merged, current.spent);
+    let forecast = current.forecaster.after(&report, None);
+    Ok(Ended::Finish {
+        stopped_by,
+        summary: Some(summary),
+        files,
+        last_pass: Some(Box::new(Pass { report, forecast })),
+    })
+}
+
+pub(super) fn progress_of(current: &Current) -> Progress {
+    let accuracy = current.prepared.accuracy(&current.merged);
+    Progress {
+        passes: current.merged.passes,
+        photons: current.merged.photons,
+        rays: current.merged.rays,
+        seconds: current.spent.seconds,
+        relative_error: accuracy.grids.filter(|error| error.is_finite()),
+        view_relative_error: accuracy.views.filter(|error| error.is_finite()),
+        chunks: current.next_chunk,
+        cpu_seconds: current.spent.cpu_seconds,
+    }
+}
