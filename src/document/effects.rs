@@ -43,7 +43,7 @@ pub(crate) fn check_effects(effects: &Effects, checks: &mut Checks) {
     for name in effects.keys().filter(|name| EffectKind::from_name(name).is_none()) {
         let known = EffectKind::ALL.map(EffectKind::name);
         let hint = hints::did_you_mean(name, known).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
-        let detail = format!("no effect has this name; there are {}{hint}", known.join(", "));
+        let detail = format!("unknown effect; the effects are {}{hint}", known.join(", "));
         checks.refuse(format!("/effects/{}", escape(name)), detail);
     }
 }
@@ -53,8 +53,8 @@ pub struct EffectSwitches;
 
 impl PartialSchema for EffectSwitches {
     fn schema() -> RefOr<Schema> {
-        let description = "Effects of the plan by name; those that are absent are `auto`. With `glossy` off, surfaces absorb \
-                           the light of their `specular` share.";
+        let description = "Switches of the plan's effects by name; those left out are `auto`. With `glossy` off, \
+                           surfaces absorb what they would reflect by `specular`.";
         let switch = || Ref::from_schema_name(EffectSwitch::name());
         EffectKind::ALL
             .iter()

@@ -170,7 +170,10 @@ impl JobDocument {
             checks.refuse("/sky", "required unless `tubes` is empty");
         }
         if self.room.surfaces.ceiling.open {
-            checks.refuse("/room/surfaces/ceiling/open", "a tube's opening needs a closed ceiling");
+            checks.refuse(
+                "/room/surfaces/ceiling/open",
+                "must be false, because the openings of `tubes` need a closed ceiling",
+            );
         }
     }
 
@@ -180,7 +183,8 @@ impl JobDocument {
         match (sky.sun_position, &self.location, &self.time) {
             (Some(_), None, None) | (None, Some(_), Some(_)) => {}
             (Some(_), _, _) => {
-                let detail = "given beside `location` or `time`: exactly one of `sky.sun_position` and (`location` and `time`) says where the sun is";
+                let detail = "must be left out if `location` or `time` is given: the sun's position is either this one \
+                              or follows from `location` and `time`";
                 checks.refuse("/sky/sun_position", detail);
             }
             (None, None, None) => {
@@ -246,8 +250,10 @@ impl JobDocument {
             for (index, tube) in self.tubes.iter().enumerate() {
                 let Opening { centre, diameter_m, .. } = tube.opening();
                 if covers(sheet, ceiling, centre, 0.5 * diameter_m) {
-                    checks
-                        .refuse(format!("/room/luminaires/{number}"), format!("covers the opening of /tubes/{index}"));
+                    checks.refuse(
+                        format!("/room/luminaires/{number}"),
+                        format!("must not cover the opening of /tubes/{index}"),
+                    );
                 }
             }
         }

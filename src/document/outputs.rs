@@ -159,7 +159,7 @@ pub(crate) fn check_outputs(
     if let Some(index) = grids.iter().position(|grid| grid.responses).filter(|_| in_parts) {
         checks.refuse(
             format!("/grids/{index}/responses"),
-            "must not be asked for beside `components` of a grid of the same job",
+            "must be false if a grid of the same job has `components`: use two jobs",
         );
     }
     names.clear();
@@ -187,7 +187,7 @@ fn check_name<'a>(pointer: &str, name: &'a str, names: &mut BTreeSet<&'a str>, c
         let letters = "letters, digits, `.`, `_` or `-`, and begin with a letter or digit";
         checks.refuse(pointer, format!("must have {least}..{most} {letters}, but is {name:?}"));
     } else if !names.insert(name) {
-        checks.refuse(pointer, format!("must be unique, but {name:?} stands before"));
+        checks.refuse(pointer, format!("must be unique, but {name:?} is used before"));
     }
 }
 
@@ -210,7 +210,8 @@ fn check_grid(pointer: &str, grid: &GridDocument, room_size_m: Option<[f64; 3]>,
     if !margins.contains(grid.margin_m) {
         let pointer = format!("{pointer}/margin_m");
         let hint = hints::of_number(&pointer, grid.margin_m, |meant| margins.contains(meant));
-        let detail = format!("must be >= 0 and < {widest} m (half the room), but is {}{hint}", grid.margin_m);
+        let detail =
+            format!("must be >= 0 and < {widest} m (half the room's shorter edge), but is {}{hint}", grid.margin_m);
         checks.refuse(pointer, detail);
     }
 }

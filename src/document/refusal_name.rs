@@ -24,7 +24,7 @@ impl<'de> Deserialize<'de> for RefusalName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = Cow::<str>::deserialize(deserializer)?;
         let known = RefusalCode::ALL.iter().find(|code| code.code() == text);
-        known.map(|code| Self(*code)).ok_or_else(|| D::Error::custom(format!("there is no refusal {text}")))
+        known.map(|code| Self(*code)).ok_or_else(|| D::Error::custom(format!("unknown refusal code {text}")))
     }
 }
 

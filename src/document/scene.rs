@@ -68,8 +68,8 @@ fn dropped_triangles(document: &JobDocument, scene: &Scene) -> Vec<Warning> {
         .filter(|(_, dropped)| *dropped != Dropped::default())
         .map(|(pointer, Dropped { without_area, repeated })| {
             let detail = format!(
-                "{pointer}: of the file's triangles {without_area} have no area and {repeated} stand there already; they \
-                 were left out"
+                "{pointer}: {without_area} triangles of the file have no area and {repeated} repeat others; they were \
+                 left out"
             );
             Warning { code: WarningCode::DroppedTriangles, detail }
         })

@@ -23,15 +23,17 @@ pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec
             EstimateKind::CellAverage => ("cells", true),
         };
         if inside == all {
-            let detail = format!("all {things} lie inside solids ({objects}): choose another height or other objects");
+            let detail =
+                format!("all {things} lie inside solids ({objects}): choose another height or move the objects");
             checks.refuse(format!("/grids/{number}"), detail);
             continue;
         }
         let mut detail = format!(
-            "/grids/{number}: {inside} of {all} {things} lie inside solids ({objects}): they have no value and are in no statistic"
+            "/grids/{number}: {inside} of {all} {things} lie inside solids ({objects}): they have no value and are \
+             left out of all statistics"
         );
         if cells && partly > 0 {
-            detail += &format!("; {partly} lie in them in part, and their values are means over the part that is free");
+            detail += &format!("; {partly} lie partly inside, and their values are means over the free part");
         }
         warnings.push(Warning { code: WarningCode::PointsInsideSolids, detail });
         grid.free = Some(taken.free.into());
@@ -40,9 +42,7 @@ pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec
         let around = solids_around(scene, view.eye);
         if !around.is_empty() {
             let objects = pointers(document, &around);
-            let detail = format!(
-                "lies inside a solid ({objects}), where nothing is seen: choose another place or other objects"
-            );
+            let detail = format!("lies inside a solid ({objects}), where nothing is seen: move the eye or the object");
             checks.refuse(format!("/views/{number}/eye_m"), detail);
         }
     }

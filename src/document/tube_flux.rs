@@ -96,7 +96,8 @@ impl TubeFluxDocument {
         count("/times", self.times.len(), &TIMES);
         let pairs = self.skies.len().saturating_mul(self.times.len());
         if pairs > SKIES_TIMES_TIMES {
-            let detail = format!("skies times times must be <= {SKIES_TIMES_TIMES}, but are {pairs}");
+            let detail =
+                format!("the number of skies times the number of times must be <= {SKIES_TIMES_TIMES}, but is {pairs}");
             checks.refuse_as(FieldErrorCode::TooMany, "/times", detail);
         }
         if !RELATIVE_FLUX_ERROR.contains(self.relative_error) {

@@ -100,7 +100,7 @@ impl Study {
                 methods.push(&cell.method);
             }
         }
-        let mut rows = vec![std::iter::once("processor seconds to".to_owned()).collect::<Vec<_>>()];
+        let mut rows = vec![std::iter::once("processor seconds to reach".to_owned()).collect::<Vec<_>>()];
         rows[0].extend(errors.iter().map(|error| format!("{} %", significant(100.0 * error, 2))));
         for method in methods {
             let mut row = vec![method.to_owned()];

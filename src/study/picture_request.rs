@@ -54,7 +54,7 @@ impl PicturesWanted {
                 let detail = if !(*value > 0.0 && *value < most) {
                     format!("must be > 0 and < {most}, but is {value}")
                 } else if values[..index].contains(value) {
-                    format!("{value} stands there twice")
+                    format!("{value} is listed twice")
                 } else {
                     continue;
                 };
@@ -63,7 +63,7 @@ impl PicturesWanted {
             }
         }
         if self.seconds.is_empty() && self.relative_errors.is_empty() {
-            errors.push(FieldError::new(at, "neither seconds nor relative errors of pictures are named"));
+            errors.push(FieldError::new(at, "at least one value in `seconds` or `relative_errors` is needed"));
         }
     }
 }

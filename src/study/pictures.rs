@@ -301,7 +301,7 @@ impl Picture {
     /// Returns the picture's title: method, requested error if any, time and actual error.
     pub fn title(&self) -> String {
         let percent = |share: f64| format!("{} %", significant(100.0 * share, 2));
-        let error = self.actual_relative_error.map_or("no pass in time".to_owned(), percent);
+        let error = self.actual_relative_error.map_or("no pass finished in time".to_owned(), percent);
         let asked = self.asked_relative_error.map_or(String::new(), |asked| format!("{} asked, ", percent(asked)));
         format!("{}: {asked}{}, {error}", self.method, duration(self.seconds, 2))
     }

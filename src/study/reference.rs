@@ -64,13 +64,15 @@ impl ReferenceRequest {
             ("seconds", self.seconds.is_some()),
         ] {
             if is_given {
-                let detail = "values of the reference are given (/reference/grids): nothing is rendered for it";
+                let detail = "must be left out, because /reference/grids gives the values of the reference and nothing \
+                              is rendered for it";
                 errors.push(FieldError::new(format!("/reference/{name}"), detail));
             }
         }
         let of_job = job["grids"].as_array().map_or(&[][..], Vec::as_slice);
         if grids.len() != of_job.len() {
-            let detail = format!("must be as many as the job has, {}, but are {}", of_job.len(), grids.len());
+            let detail =
+                format!("must have one entry for each of the job's {} grids, but has {}", of_job.len(), grids.len());
             errors.push(FieldError::new("/reference/grids", detail));
         }
         for (index, (grid, of_job)) in grids.iter().zip(of_job).enumerate() {
@@ -106,7 +108,7 @@ fn wrong(rows: &[Vec<Option<f64>>], cells: &Value, pointer: &str) -> Option<Fiel
     if rows.len() != lines || rows.iter().any(|row| row.len() != columns) {
         return Some(FieldError::new(
             pointer,
-            format!("must be {lines} rows of {columns} numbers, as the grid has cells"),
+            format!("must have {lines} rows of {columns} numbers, one for each cell of the grid"),
         ));
     }
     let places = rows.iter().enumerate().flat_map(|(j, row)| row.iter().enumerate().map(move |(i, lux)| (j, i, *lux)));

@@ -168,7 +168,7 @@ impl StudyRequest {
                 let known: Vec<&str> = method::names().collect();
                 refuse(bad, pointer, format!("must be one of {}, but is {name:?}", known.join(", ")));
             } else if field == "/methods" && !seen.insert(name) {
-                refuse(bad, pointer, format!("{name} stands there twice"));
+                refuse(bad, pointer, format!("{name} is listed twice"));
             }
         }
         if self.relative_errors.is_empty() {
@@ -178,7 +178,7 @@ impl StudyRequest {
             if !(*error > 0.0 && *error < 1.0) {
                 refuse(too_far, format!("/relative_errors/{index}"), format!("must be > 0 and < 1, but is {error}"));
             } else if self.relative_errors[..index].contains(error) {
-                refuse(bad, format!("/relative_errors/{index}"), format!("{error} stands there twice"));
+                refuse(bad, format!("/relative_errors/{index}"), format!("{error} is listed twice"));
             }
         }
         if !(1..=MOST_SEEDS).contains(&self.seeds) {

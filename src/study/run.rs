@@ -29,7 +29,7 @@ pub enum StudyError {
         of: usize,
     },
     /// The reference has no values.
-    #[error("the reference by {method} has no values after {seconds} s: allow more seconds, or another method")]
+    #[error("the reference by {method} has no values after {seconds} s: allow more seconds, or choose another method")]
     NoReference {
         /// Method of the reference.
         method: String,
@@ -76,7 +76,7 @@ pub fn run(
         (Some(known), _) => (known, None),
         (None, Some(reference)) => {
             let (method, seconds) = (reference.method_names(), reference.stop.max_seconds);
-            let next = format!("reference by {method}, {} at most", duration(seconds, 2));
+            let next = format!("reference by {method}, at most {}", duration(seconds, 2));
             heard(&Step { done: 0, of, next, seconds_left: None, so_far: None });
             let rendered = rendered(reference, stop)?;
             if stop.reason().is_some() {

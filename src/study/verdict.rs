@@ -9,7 +9,7 @@ impl Study {
     pub fn verdict(&self) -> String {
         let cells = self.cells();
         if cells.is_empty() {
-            return "No run has given values.".to_owned();
+            return "No run has computed any values.".to_owned();
         }
         let mut sentences = vec![costs(&cells)];
         sentences.extend(others(&cells));
@@ -18,15 +18,15 @@ impl Study {
         sentences.extend(formulas(&cells));
         let refused: Vec<&str> = self.refused.iter().map(|refused| refused.method.as_str()).collect();
         if !refused.is_empty() {
-            sentences.push(format!("Not able to compute this: {}.", refused.join(", ")));
+            sentences.push(format!("These methods cannot compute this job: {}.", refused.join(", ")));
         }
         let error = self.reference_error().map_or("unknown".to_owned(), percent);
         sentences.push(match &self.reference {
             Some(RenderedReference { method, seconds }) => format!(
-                "Errors are against a reference by {method} of {error} standard error, which took {}.",
+                "Errors are deviations from a reference by {method} with a standard error of {error}, which took {}.",
                 duration(*seconds, 3)
             ),
-            None => format!("Errors are against given values of {error} standard error."),
+            None => format!("Errors are deviations from given values with a standard error of {error}."),
         });
         sentences.join(" ")
     }
@@ -70,8 +70,9 @@ fn others(cells: &[Cell]) -> Option<String> {
         others.map(|cell| (cell.cpu_seconds.median / best.cpu_seconds.median, cell.method.as_str())).collect();
     factors.sort_by(|a, b| a.0.total_cmp(&b.0));
     let told: Vec<String> =
-        factors.iter().map(|(factor, method)| format!("{method} {} times", significant(*factor, 2))).collect();
-    (!told.is_empty()).then(|| format!("To {}, others take longer: {}.", percent(best.asked), told.join(", ")))
+        factors.iter().map(|(factor, method)| format!("{method} {} times as long", significant(*factor, 2))).collect();
+    (!told.is_empty())
+        .then(|| format!("To reach {}, the others take longer: {}.", percent(best.asked), told.join(", ")))
 }
 
 /// Returns the range of the ratios of actual errors (root mean squares) to reported ones, and the fraction of intervals that
@@ -86,7 +87,8 @@ fn honesty(study: &Study, cells: &[Cell]) -> Option<String> {
         let [least, most] = [least, most].map(|share| significant(share, 2));
         let shares = if least == most { least } else { format!("{least} to {most}") };
         format!(
-            "Actual errors (root mean square) are {shares} of those told at {}; {} of the intervals hold the reference.",
+            "Actual errors (root mean square) are {shares} times those reported at a confidence of {}; {} of the \
+             confidence intervals contain the reference.",
             percent(study.confidence),
             percent(held)
         )
@@ -114,7 +116,7 @@ fn formulas(cells: &[Cell]) -> Option<String> {
     let mut told: Vec<String> = cells
         .iter()
         .filter(|cell| cell.formula)
-        .map(|cell| format!("{} is {} off, and tells no error.", cell.method, percent(cell.actual)))
+        .map(|cell| format!("{} is off by {} and reports no error.", cell.method, percent(cell.actual)))
         .collect();
     told.dedup();
     (!told.is_empty()).then(|| told.join(" "))
@@ -147,12 +149,12 @@ mod tests {
         };
         let words = study.verdict();
         for part in
-            ["The cheapest method is a: 5.0 % takes", "1.0 % takes", "b 4.0 times", "c (1.0 %)", "compute this: d."]
+            ["The cheapest method is a: 5.0 % takes", "1.0 % takes", "b 4.0 times", "c (1.0 %)", "compute this job: d."]
         {
             assert!(words.contains(part), "{part}: {words}");
         }
-        assert!(words.contains("e is 30 % off, and tells no error.") && !words.contains("e (1.0 %)"), "{words}");
-        assert!(words.contains("0.50 to 2.0 of those told at 95 %"), "{words}");
-        assert_eq!(Study::default().verdict(), "No run has given values.");
+        assert!(words.contains("e is off by 30 % and reports no error.") && !words.contains("e (1.0 %)"), "{words}");
+        assert!(words.contains("0.50 to 2.0 times those reported at a confidence of 95 %"), "{words}");
+        assert_eq!(Study::default().verdict(), "No run has computed any values.");
     }
 }

@@ -48,7 +48,7 @@ pub fn run(
     let most_seconds_left = |done: usize| keys[done..].iter().map(|key| request.most_seconds_of(key)).sum();
     let reference = prepare(request.document(&PictureKey::Reference))?;
     let (method, seconds) = (reference.method_names(), reference.stop.max_seconds);
-    let next = format!("reference by {method}, {} at most", duration(seconds, 2));
+    let next = format!("reference by {method}, at most {}", duration(seconds, 2));
     heard(&PicturesStep { done: 0, of, next, most_seconds_left: most_seconds_left(0), so_far: None });
     let truth = shown(&reference, stop)?;
     if stop.reason().is_some() {

@@ -29,7 +29,7 @@ fn every_bound_names_its_field() {
         ("/sky/sun_position", Value::Null, "location"),
         ("/sky/zenith_luminance_cd_m2", json!(-1), "0.."),
         ("/sky/direct_normal_illuminance_lux", json!(1e12), "1000000000"),
-        ("/sky/luminous_turbidity", json!(3), "at most one"),
+        ("/sky/luminous_turbidity", json!(3), "only one of"),
         ("/sky/turbidity", json!(3), "unknown field"),
         // room
         ("/room/size_m", json!([1, 2]), "length 2"),
@@ -101,7 +101,7 @@ fn every_bound_names_its_field() {
         ("/stop/confidence", json!(1), "< 1"),
         ("/stop/max_passes", json!(0), "1.."),
         ("/stop/max_seconds", json!(-5), "> 0"),
-        ("/effects/bloom", json!("on"), "no effect"),
+        ("/effects/bloom", json!("on"), "unknown effect"),
         ("/effects/glossy", json!("maybe"), "unknown variant"),
         ("/seed", json!(-1), "invalid value"),
         ("/seed", json!(1.5), "invalid type"),

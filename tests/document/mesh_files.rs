@@ -124,5 +124,5 @@ fn tubes_in_other_axes() {
     let lying = refused("/tubes/0/up", json!("z"));
     assert!(lying.contains("`\"up\": \"y\"` it would fit"), "{lying}");
     let aside = refused("/tubes/0/mesh", json!("aside"));
-    assert!(aside.contains("origin must be the centre of the opening") && aside.contains("move it there"), "{aside}");
+    assert!(aside.contains("origin must be the centre of the opening") && aside.contains("move the mesh"), "{aside}");
 }

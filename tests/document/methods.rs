@@ -105,10 +105,10 @@ fn reasons_fit_the_tubes() {
     let mixed = json!({ "kind": "mixed", "lambertian_radius_m": 0.06, "inner": "lambertian",
                         "lambertian_transmittance": 0.6, "clear_transmittance": 0.9 });
     let lamps = [reason(&|_| ()), reason(&|document| document["room"]["objects"] = desk.clone())];
-    assert!(lamps.iter().all(|reason| reason.contains("what leaves the diffusers")), "{lamps:?}");
+    assert!(lamps.iter().all(|reason| reason.contains("light that leaves the diffusers")), "{lamps:?}");
     assert!(lamps[1].contains("coarse radiosity solution"), "{lamps:?}");
     let in_part = reason(&|document| document["tubes"][0]["diffuser"] = mixed.clone());
-    assert!(in_part.contains("Lambertian zones") && in_part.contains("traced beside"), "{in_part}");
+    assert!(in_part.contains("Lambertian zones") && in_part.contains("traced separately"), "{in_part}");
     let electric = reason(&|document| {
         document["tubes"] = json!([]);
         document.as_object_mut().unwrap().remove("sky");

@@ -36,7 +36,7 @@ fn luminaires() {
         ("kind", json!("disc"), "kind", "unknown variant"),
         ("flux_lm", json!(1), "flux_lm", "unknown field"),
         // the opening has the radius 0.127 around (1.016, 1.016): 0.126 from its centre is covered, 0.128 is not
-        ("corner_m", json!([1.142, 1.0, 2.032]), "", "covers the opening of /tubes/0"),
+        ("corner_m", json!([1.142, 1.0, 2.032]), "", "must not cover the opening of /tubes/0"),
         // the box stands on (0.2, 0.2)..(0.8, 0.8) and is 0.75 high
         ("corner_m", json!([0.75, 0.4, 0.3]), "", "/room/objects/0"),
         ("corner_m", json!([0.3, 0.3, 0.75]), "", "/room/objects/0"),
@@ -61,7 +61,7 @@ fn luminaires() {
         second["edge_u_m"] = edge_u;
         with(document, "/room/luminaires/-", second)
     };
-    refused(&twice(electric(), json!([0, 0.1, 0])), "/room/luminaires/1", "overlaps /room/luminaires/0");
+    refused(&twice(electric(), json!([0, 0.1, 0])), "/room/luminaires/1", "overlap /room/luminaires/0");
     let hanging = with(electric(), "/room/luminaires/0/corner_m/2", json!(1.5));
     assert!(parse(&twice(hanging, json!([0, -0.1, 0]))).is_ok());
 }

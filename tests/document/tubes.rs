@@ -163,7 +163,7 @@ fn measured_diffusers_are_read_and_judged() {
             "/btdf_per_sr/1",
             json!([0.35, 0.35, 0.35]),
             "/btdf_per_sr/1",
-            "at incidence 60 degrees the diffuser sends out 1.41",
+            "at an incidence of 60 degrees it scatters 1.41",
         ),
         ("/btdf_per_sr", json!([[0, 0, 0], [0, 0, 0]]), "/btdf_per_sr", "one row for each of the 3"),
         ("/brdf_per_sr/2", json!([0, 0]), "/brdf_per_sr/2", "one value for each of the 3"),
@@ -204,7 +204,7 @@ fn tubes_share_no_space() {
     let met = errors(vec![tube(0.4, leaning(90.0)), tube(1.6, leaning(270.0))]);
     let [met] = met.as_slice() else { panic!("{met:?}") };
     assert!(met.starts_with("/tubes/1/segments/1: passes through /tubes/0/segments/1: near [1, 1, "), "{met}");
-    assert!(met.contains("within 0.0000 m, and their radii are 0.254 m together"), "{met}");
+    assert!(met.contains("within 0.0000 m, but their radii add up to 0.254 m"), "{met}");
     for crossing in [
         vec![tube(0.4, leaning(90.0)), tube(1.6, upright.clone())],
         vec![tube(0.4, upright.clone()), tube(1.6, leaning(270.0))],

@@ -342,8 +342,13 @@ fn documents() {
         ("position_m", json!([1.2, 1.2, 1.8]), "position_m/2", "from 1.8 m to 2.3 m"),
         ("position_m", json!([1.2, 1e9, 0]), "position_m/1", "1000000"),
         ("rotation_deg", json!(400), "rotation_deg", "-360..360"),
-        ("surfaces", json!({ "top": { "reflectance": 0.5 } }), "surfaces", "\"side\" has no surface"),
-        ("surfaces/lid", json!({ "reflectance": 0.5 }), "surfaces/lid", "it has \"side\", \"top\""),
+        (
+            "surfaces",
+            json!({ "top": { "reflectance": 0.5 } }),
+            "surfaces",
+            "needs a surface for the mesh's material \"side\"",
+        ),
+        ("surfaces/lid", json!({ "reflectance": 0.5 }), "surfaces/lid", "its materials are \"side\", \"top\""),
         ("surfaces/top", json!({ "reflectance": 1.0 }), "surfaces/top/reflectance", "albedo"),
         ("surfaces/top", json!({ "open": true }), "surfaces/top/open", "only a face"),
     ] {

@@ -206,8 +206,8 @@ fn a_round_mesh_with_an_elbow_is_the_bent_guide() {
 fn other_bends_keep_their_facets() {
     type Edit = fn(&mut TriangleMesh);
     let cases: [(&str, f64, Edit); 4] = [
-        ("no row of cylinders", 30.0, |mesh| mesh.positions[100].x += 1e-3),
-        ("holes, or is not one simple wall", 30.0, |mesh| {
+        ("does not consist of cylinders", 30.0, |mesh| mesh.positions[100].x += 1e-3),
+        ("holes, or is not a single wall", 30.0, |mesh| {
             mesh.triangles.remove(7);
             mesh.triangle_materials.remove(7);
         }),
@@ -229,7 +229,7 @@ fn other_bends_keep_their_facets() {
 fn other_meshes_keep_their_facets() {
     type Edit = fn(&mut Value, &mut TriangleMesh);
     let cases: [(&str, u32, Edit); 8] = [
-        ("asked for in the document", 96, |tube, _| tube["recognise"] = json!(false)),
+        ("`recognise` set to false", 96, |tube, _| tube["recognise"] = json!(false)),
         ("at least 16 sides", 12, |_, _| {}),
         ("collector reflects", 96, |tube, _| tube["parts"]["cover"]["reflectance"] = json!(0.05)),
         ("not a straight vertical cylinder", 96, |_, mesh| mesh.positions[100].x += 1e-4),
@@ -334,5 +334,5 @@ fn dropped_triangles_are_told() {
     let warnings = prepare(mesh_tube(Cover::Flat), mesh).warnings.clone();
     assert_eq!(warnings.len(), 1);
     assert_eq!(warnings[0].code, WarningCode::DroppedTriangles);
-    assert!(warnings[0].detail.starts_with("/tubes/0/mesh: of the file's triangles 2 have no area and 3 "));
+    assert!(warnings[0].detail.starts_with("/tubes/0/mesh: 2 triangles of the file have no area and 3 repeat"));
 }

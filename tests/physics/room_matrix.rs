@@ -270,7 +270,7 @@ fn documents_ask_for_responses() {
         document["grids"][0]["height_m"] = json!(2.0);
     });
     assert!(
-        pointer == "/grids/0/responses" && detail.contains("nearer to a sensor than its radius"),
+        pointer == "/grids/0/responses" && detail.contains("farther from an opening than the opening's radius"),
         "{pointer}: {detail}"
     );
 }

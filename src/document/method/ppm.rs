@@ -89,7 +89,9 @@ impl MethodSettings for PpmMethod {
         let of_views = points_of_views(views, self.samples_per_pixel);
         for (name, points) in [("samples_per_sensor", of_grids), ("samples_per_pixel", of_views)] {
             if points > MOST_FIXED_POINTS {
-                let detail = format!("at most {MOST_FIXED_POINTS} fixed points in all, but there are {points}");
+                let detail = format!(
+                    "must give at most {MOST_FIXED_POINTS} samples over all sensors or pixels, but gives {points}"
+                );
                 checks.refuse(format!("/method/{name}"), detail);
             }
         }

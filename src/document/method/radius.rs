@@ -39,7 +39,10 @@ impl RadiusKind {
     /// Adds a fault if there are more points than statistics can be kept for.
     pub(crate) fn check_points(self, points: u64, checks: &mut Checks) {
         if self == Self::PerPoint && points > MOST_POINTS {
-            let detail = format!("per_point keeps the radii of at most {MOST_POINTS} points, but there are {points}");
+            let detail = format!(
+                "per_point allows at most {MOST_POINTS} samples over all sensors and pixels, but there are {points}: \
+                 use `schedule` or fewer samples"
+            );
             checks.refuse("/method/radius", detail);
         }
     }

@@ -55,8 +55,8 @@ impl MeasuredDocument {
             Ok(_) => {}
             Err(TableError::Gain { row, share }) => {
                 let detail = format!(
-                    "at incidence {} degrees the diffuser sends out {share} of the light that it gets (2 pi int f cos sin, \
-                     transmitted and reflected): must be <= 1",
+                    "must scatter at most the light that it receives, but at an incidence of {} degrees it scatters \
+                     {share} times as much (2 pi int f cos sin, transmitted plus reflected)",
                     self.incidence_deg[row]
                 );
                 checks.refuse(format!("{pointer}/btdf_per_sr/{row}"), detail);

@@ -24,7 +24,8 @@ pub(crate) fn check_angles(
     }
     for (index, end) in [(0, 0.0), (rows - 1, 90.0)] {
         if angles_deg[index] != end {
-            let detail = format!("must be {end}: the angles run from 0 to 90; it is {}", angles_deg[index]);
+            let detail =
+                format!("must be {end}, because the angles run from 0 to 90 degrees, but is {}", angles_deg[index]);
             checks.refuse(format!("{pointer}/{index}"), detail);
             return false;
         }

@@ -79,7 +79,9 @@ impl Strict<'_> {
             return Ok(());
         }
         let most = self.most;
-        Err(E::custom(format!("the document has more than {most} values (an object counts as nine); they end here")))
+        Err(E::custom(format!(
+            "the document may have at most {most} values (an object counts as nine); the limit is reached here"
+        )))
     }
 }
 

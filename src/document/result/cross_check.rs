@@ -41,9 +41,11 @@ impl CrossCheckResult {
         let seen = relative_error
             .map_or(String::new(), |error| format!(", at a relative standard error of {:.2} %", 100.0 * error));
         let verdict = if discrepancy.is_too_much() {
-            format!("{method} finds other values{seen}: one of the two methods is wrong here")
+            format!(
+                "{method} differs by more than the standard errors allow{seen}: one of the two methods is wrong here"
+            )
         } else {
-            format!("{method} finds the same within the standard errors{seen}")
+            format!("{method} agrees within the standard errors{seen}")
         };
         Self {
             method: method.to_owned(),

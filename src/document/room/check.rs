@@ -56,7 +56,10 @@ fn check_luminaires(room: &RoomDocument, checks: &mut Checks) -> Vec<(usize, She
                 }
             }
             if let Some((other, _)) = sheets.iter().find(|(_, other)| overlap(&sheet, other)) {
-                checks.refuse(pointer.clone(), format!("overlaps /room/luminaires/{other} in the same plane"));
+                checks.refuse(
+                    pointer.clone(),
+                    format!("must not overlap /room/luminaires/{other}, which lies in the same plane"),
+                );
             }
             in_room.push((index, sheet.clone()));
         }

@@ -74,7 +74,7 @@ pub(crate) fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, chec
     let (corner, u, v) = (DVec3::from(corner_m), DVec3::from(edge_u_m), DVec3::from(edge_v_m));
     for (name, edge) in [("edge_u_m", u), ("edge_v_m", v)] {
         if edge.length() < SHORTEST_EDGE_M {
-            let detail = format!("must be at least {SHORTEST_EDGE_M} m long, but has {} m", edge.length());
+            let detail = format!("must be at least {SHORTEST_EDGE_M} m long, but is {} m", edge.length());
             checks.refuse(format!("{pointer}/{name}"), detail);
             ok = false;
         }
@@ -114,7 +114,8 @@ pub(crate) fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: 
             outward * sheet.normal[axis] > 0.0 && (from - plane).abs() <= TOUCHING_M && (to - plane).abs() <= TOUCHING_M
         };
         if leaves(0.0, -1.0) || leaves(room, 1.0) {
-            let detail = "lies on the room's boundary and emits out of the room: light leaves along edge_u x edge_v";
+            let detail = "the luminaire lies on the room's boundary and emits out of the room, along edge_u_m x \
+                          edge_v_m: swap the two edges";
             checks.refuse(format!("{pointer}/edge_v_m"), detail);
         }
     }

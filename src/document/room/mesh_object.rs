@@ -118,7 +118,7 @@ fn surfaces(
 ) -> Vec<Surface> {
     let names = || mesh.materials.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
     for name in by_name.keys().filter(|name| !mesh.materials.contains(name)) {
-        let detail = format!("the mesh has no material of this name; it has {}", names());
+        let detail = format!("the mesh has no material of this name; its materials are {}", names());
         checks.refuse(format!("{pointer}/surfaces/{}", escape(name)), detail);
     }
     let mut surfaces = Vec::with_capacity(mesh.materials.len());
@@ -126,7 +126,7 @@ fn surfaces(
         match by_name.get(name).and_then(SurfaceDocument::surface) {
             Some(surface) => surfaces.push(surface),
             None => {
-                let detail = format!("the mesh's material {name:?} has no surface; its materials are {}", names());
+                let detail = format!("needs a surface for the mesh's material {name:?}; its materials are {}", names());
                 checks.refuse(format!("{pointer}/surfaces"), detail);
             }
         }

@@ -63,8 +63,8 @@ fn refuse(lying: &[[DVec2; 3]], number: usize, tubes: &[TubeDocument], checks: &
         let share = lying.iter().map(area).sum::<f64>() / (std::f64::consts::PI * radius * radius);
         if share > UNCOVERED {
             let detail = format!(
-                "lies in the plane of the ceiling over the opening of /tubes/{tube}, or a part of it: leave the opening free, or let the \
-                 object end below the ceiling"
+                "covers the opening of /tubes/{tube}, or a part of it, in the plane of the ceiling: leave the opening \
+                 free, or let the object end below the ceiling"
             );
             checks.refuse(format!("/room/objects/{number}"), detail);
         }

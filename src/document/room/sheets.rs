@@ -67,8 +67,8 @@ pub fn one_sheet_each(
                 (numbers[owner], name)
             });
             let detail = format!(
-                "a polygon of the material {:?} lies on one of /room/objects/{} of the material {:?} that faces the same side, at \
-                 {}: which of them is seen cannot be told; {ONE_SIDE}",
+                "a polygon of the material {:?} lies on one of /room/objects/{} of the material {:?} that faces the \
+                 same side, at {}, so that it is undefined which one is seen: remove one of them; {ONE_SIDE}",
                 other.1,
                 one.0,
                 one.1,
@@ -116,7 +116,7 @@ fn overlaps_of_objects(
 }
 
 /// Rule for the side that a polygon faces, appended to errors about coincident polygons of two materials.
-const ONE_SIDE: &str = "a polygon faces the side from which its corners go counter-clockwise";
+const ONE_SIDE: &str = "a polygon faces the side from which its corners run counter-clockwise";
 
 /// Returns the reason, as a sentence, why a mesh with contradictory polygons is refused.
 pub fn untold_words(untold: Untold, mesh: &TriangleMesh) -> String {
@@ -126,8 +126,8 @@ pub fn untold_words(untold: Untold, mesh: &TriangleMesh) -> String {
             let [one, other] =
                 triangles.map(|number| &mesh.materials[mesh.triangle_materials[number as usize] as usize]);
             format!(
-                "polygons of the materials {one:?} and {other:?} lie on each other and face the same side, at {}: which of them is \
-                 seen cannot be told; {ONE_SIDE}",
+                "polygons of the materials {one:?} and {other:?} lie on each other and face the same side, at {}, so \
+                 that it is undefined which one is seen: remove one of them; {ONE_SIDE}",
                 place(at)
             )
         }

@@ -69,10 +69,13 @@ pub(crate) fn check_surface(pointer: &str, surface: &SurfaceDocument, of: Owner,
     }
     match surface.reflectance {
         Some(_) if surface.open => {
-            checks.refuse(format!("{pointer}/reflectance"), "an open surface is missing and reflects nothing");
+            checks.refuse(
+                format!("{pointer}/reflectance"),
+                "must be left out if the surface is `open`: an open surface reflects nothing",
+            );
         }
         None if !surface.open => {
-            checks.refuse(format!("{pointer}/reflectance"), "required, but missing, unless the surface is `open`");
+            checks.refuse(format!("{pointer}/reflectance"), "required unless the surface is `open`");
         }
         None => {}
         Some(reflectance) => {
@@ -94,7 +97,7 @@ fn check_specular(pointer: &str, surface: &SurfaceDocument, checks: &mut Checks)
         let pointer = format!("{pointer}/specular");
         let some = specular.rgb().into_iter().any(|value| value > 0.0);
         if surface.open && some {
-            checks.refuse(&pointer, "an open surface is missing and reflects nothing");
+            checks.refuse(&pointer, "must be left out if the surface is `open`: an open surface reflects nothing");
         } else if specular.check(&pointer, checks) && some {
             let diffuse = surface.reflectance.unwrap_or_default().rgb();
             let albedo = specular.rgb().into_iter().zip(diffuse).map(|(s, d)| s + d).fold(0.0, f64::max);

@@ -35,7 +35,7 @@ pub(crate) fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
         (None, Some(_)) => {}
         (None, None) => checks.refuse("/sky/cie_type", "required, unless `preset` is given"),
         (Some(_), Some(_)) => {
-            checks.refuse("/sky/preset", "given beside `cie_type`: exactly one of them names the sky")
+            checks.refuse("/sky/preset", "must be left out if `cie_type` is given: only one of them may name the sky")
         }
     }
     if let Some(position) = &sky.sun_position {
@@ -59,7 +59,8 @@ fn check_level(sky: &SkyDocument, checks: &mut Checks) {
     let given = levels.iter().filter_map(|(pointer, level, range)| Some((*pointer, (*level)?, *range)));
     for (index, (pointer, level, range)) in given.enumerate() {
         if index > 0 {
-            let detail = "at most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux`, `dv_ev` and `luminous_turbidity` sets the level";
+            let detail = "only one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux`, `dv_ev` and \
+                          `luminous_turbidity` may set the sky's level";
             checks.refuse(pointer, detail);
         }
         checks.number(pointer, level, range);
@@ -67,12 +68,12 @@ fn check_level(sky: &SkyDocument, checks: &mut Checks) {
     let not_turbid = sky.cie_type.filter(|cie_type| !TURBID_TYPES.contains(cie_type));
     if let Some(cie_type) = not_turbid.filter(|_| sky.luminous_turbidity.is_some()) {
         let (least, most) = (TURBID_TYPES.start(), TURBID_TYPES.end());
-        let detail = format!("only of the CIE types {least}..{most}, but the type is {cie_type}");
+        let detail = format!("allowed only for the CIE types {least}..{most}, but `cie_type` is {cie_type}");
         checks.refuse("/sky/luminous_turbidity", detail);
     }
     for (pointer, level) in [("/sky/dv_ev", sky.dv_ev), ("/sky/luminous_turbidity", sky.luminous_turbidity)] {
         if level.is_some() && sky.preset.is_some() {
-            checks.refuse(pointer, "only of CIE types: a preset has its own level");
+            checks.refuse(pointer, "allowed only with `cie_type`: a preset has its own level");
         }
     }
 }

@@ -75,7 +75,7 @@ pub(crate) fn daylight(
     warnings: &mut Vec<Warning>,
 ) -> Option<Explained> {
     let Some(sky_type) = sky.sky_type() else {
-        checks.refuse("/sky/cie_type", "must be 1..16, or absent beside a `preset`");
+        checks.refuse("/sky/cie_type", "must be within 1..16, or left out if `preset` is given");
         return None;
     };
     let apparent = match sun_position(sky, around) {
@@ -214,9 +214,10 @@ impl TypicalOvercast {
             return;
         }
         let detail = format!(
-            "the level is the typical one of {sky_type}, Dv/Ev = {}: {:.0} lx on the horizontal, {:.2} of the mean of measured \
-             overcast skies ({:.0} lx for this sun, IES 1984); all lux are in proportion to it, daylight factors are not; \
-             `diffuse_horizontal_illuminance_lux` or `dv_ev` set another level, and the preset `ies_overcast` has the mean",
+            "the sky's level is the typical one of {sky_type}, Dv/Ev = {}: {:.0} lx on the horizontal, {:.2} times the \
+             mean of measured overcast skies ({:.0} lx at this solar altitude, IES 1984); all illuminances are \
+             proportional to it, daylight factors do not depend on it; set another level with \
+             `diffuse_horizontal_illuminance_lux` or `dv_ev`, or use the mean with the preset `ies_overcast`",
             self.dv_ev,
             self.lux,
             self.ratio(),
@@ -239,7 +240,8 @@ fn warn_of_implausible(daylight: &Daylight, altitude: f64, warnings: &mut Vec<Wa
     let beam = daylight.sun.map_or(0.0, |sun| sun.normal_illuminance_lux);
     if beam > EXTRATERRESTRIAL_LUX {
         warn(format!(
-            "the beam has {beam:.0} lx, more than the sun outside the atmosphere ({EXTRATERRESTRIAL_LUX:.0} lx)"
+            "the sun's beam has a normal illuminance of {beam:.0} lx, more than the sun outside the atmosphere \
+             ({EXTRATERRESTRIAL_LUX:.0} lx)"
         ));
     }
 }

@@ -34,7 +34,7 @@ pub fn instant(time: &str) -> Result<UtcInstant, String> {
 
 /// Parses a local date and time in RFC 3339 without an offset, with or without seconds. The error is a sentence for the user.
 pub fn local(time: &str) -> Result<DateTime, String> {
-    let shape = "must be a date and the time of a clock, such as 2011-09-15T15:00";
+    let shape = "must be a local date and time, such as 2011-09-15T15:00";
     match rfc_3339_shape(time) {
         Shape::NoOffset => DateTime::from_str(time).map_err(|error| format!("{shape}: {error}")),
         Shape::Complete => Err(format!("{shape}, without an offset, but is {time:?}")),

@@ -96,7 +96,7 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
         end += axes[index] * segment.length_m;
         let lowest = end.z - radius * axes[index].truncate().length();
         if index > 0 && lowest < 0.0 {
-            let detail = format!("the guide must stay above the ceiling, but reaches {lowest} m");
+            let detail = format!("the guide must stay above the ceiling (0 m), but reaches down to {lowest} m");
             checks.refuse(format!("{pointer}/tilt_deg"), detail);
         }
     }

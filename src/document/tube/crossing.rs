@@ -32,8 +32,8 @@ pub(crate) fn check_crossings(tubes: &[TubeDocument], checks: &mut Checks) {
         };
         let (distance, place) = own.axes_apart(theirs);
         let detail = format!(
-            "passes through /tubes/{other}/segments/{}: near {place} m their axes come within {distance:.4} m, and their radii are \
-             {} m together",
+            "passes through /tubes/{other}/segments/{}: near {place} m their axes come within {distance:.4} m, but \
+             their radii add up to {} m",
             theirs.segment,
             own.radius + theirs.radius
         );

@@ -120,7 +120,7 @@ fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<Triangle
 fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks: &mut Checks) -> Vec<Part> {
     let names = || mesh.materials.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
     for name in document.parts.keys().filter(|name| !mesh.materials.contains(name)) {
-        let detail = format!("the mesh has no material of this name; it has {}", names());
+        let detail = format!("the mesh has no material of this name; its materials are {}", names());
         checks.refuse(format!("{pointer}/parts/{}", escape(name)), detail);
     }
     let mut parts = Vec::with_capacity(mesh.materials.len());
@@ -132,7 +132,7 @@ fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks
             Some(PartDocument::Pipe(part)) => Part::Pipe { reflectance: part.reflectance.mirror() },
             Some(PartDocument::Diffuser(_)) => Part::Diffuser,
             None => {
-                let detail = format!("the mesh's material {name:?} has no part; its materials are {}", names());
+                let detail = format!("needs a part for the mesh's material {name:?}; its materials are {}", names());
                 checks.refuse(format!("{pointer}/parts"), detail);
                 continue;
             }
@@ -156,7 +156,8 @@ fn check_extent(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh,
     };
     if lowest.truncate().max_element() > 0.0 || highest.truncate().min_element() < 0.0 {
         let detail = format!(
-            "{unit}, the mesh's origin must be the centre of the opening, but it reaches from ({}, {}) m to ({}, {}) m: move it there",
+            "{unit}, the mesh's origin must be the centre of the opening, but the mesh lies beside it, from ({}, {}) m \
+             to ({}, {}) m: move the mesh",
             lowest.x, lowest.y, highest.x, highest.y
         );
         checks.refuse(format!("{pointer}/mesh"), detail);
@@ -185,7 +186,9 @@ fn check_extent(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh,
             Part::Pipe { .. } | Part::Collector { .. } => {
                 let lowest = corners().fold(f64::INFINITY, f64::min);
                 if lowest < -tolerance {
-                    let detail = format!("{unit}, nothing may hang below the ceiling, but it reaches z = {lowest} m");
+                    let detail = format!(
+                        "{unit}, no part may hang below the ceiling z = 0, but this one reaches down to z = {lowest} m"
+                    );
                     checks.refuse(part_pointer, detail);
                 }
             }

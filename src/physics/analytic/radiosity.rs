@@ -38,7 +38,7 @@ pub struct Radiosity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unsolved {
     /// A closed room absorbs nothing, or next to nothing.
-    #[error("the room absorbs nothing: its interreflection has no limit")]
+    #[error("the room absorbs no light, so interreflection has no finite solution: lower the reflectances")]
     NoLimit,
     /// The computation was cancelled.
     #[error("the computation was cancelled")]

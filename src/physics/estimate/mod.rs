@@ -204,7 +204,7 @@ impl Estimate {
         let books = ledger.values_mut().into_iter().any(|value| !value.is_finite());
         grid_or_view
             .or_else(|| tubes.map(|number| format!("the flux through tube {number}")))
-            .or_else(|| books.then(|| "the balance of energy".to_owned()))
+            .or_else(|| books.then(|| "the energy balance".to_owned()))
     }
 }
 

@@ -33,7 +33,7 @@ pub struct Overlap {
 
 /// Error of a mesh with more overlapping or narrow triangles than can be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("too many of its polygons lie on each other, or are too long and narrow, to be told apart")]
+#[error("too many polygons lie on each other, or are too long and narrow, to be compared: simplify the mesh")]
 pub struct TooMany;
 
 /// Returns the distance in m within which positions of a mesh are taken as equal; 0 without triangles.

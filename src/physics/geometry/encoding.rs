@@ -16,8 +16,8 @@ pub fn utf8(bytes: &[u8]) -> Result<Cow<'_, [u8]>, &'static str> {
         [0xfe, 0xff, rest @ ..] => Ok(utf16(rest, u16::from_be_bytes)),
         [1..=255, 0, 1..=255, 0, ..] => Ok(utf16(bytes, u16::from_le_bytes)),
         [0, 1..=255, 0, 1..=255, ..] => Ok(utf16(bytes, u16::from_be_bytes)),
-        [0x1f, 0x8b, ..] => Err("is compressed (gzip): unpack it before"),
-        [b'P', b'K', 3, 4, ..] => Err("is an archive (ZIP): unpack it before"),
+        [0x1f, 0x8b, ..] => Err("is compressed (gzip): unpack it first"),
+        [b'P', b'K', 3, 4, ..] => Err("is an archive (ZIP): unpack it first"),
         _ => Ok(Cow::Borrowed(bytes)),
     }
 }

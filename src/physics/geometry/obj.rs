@@ -77,7 +77,7 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
         let line = utf8(&bytes[..limits.bytes]).map_or(1, |text| lines(&text).count());
         return Err(ObjError {
             line,
-            detail: format!("a file has at most {} bytes, not {}", limits.bytes, bytes.len()),
+            detail: format!("a file may have at most {} bytes, not {}", limits.bytes, bytes.len()),
         });
     }
     let text = utf8(bytes).map_err(|reason| ObjError { line: 1, detail: format!("the file {reason}") })?;
@@ -96,7 +96,7 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
     reader.finish().map_err(|detail| ObjError { line: statements.lines_read(), detail })
 }
 
-const STOPPED: &str = "reading was stopped at this line: it took too long, or nobody waits for it any more";
+const STOPPED: &str = "reading stopped at this line: it took too long, or the request was cancelled";
 
 /// Reads a file statement by statement into an [`Assembly`].
 struct Reader<'a> {
@@ -149,7 +149,7 @@ impl<'a> Reader<'a> {
     fn statement(&mut self, statement: &Statement) -> Result<(), String> {
         let bytes = statement.bytes;
         if bytes > self.limits.line_bytes {
-            return Err(format!("a line has at most {} bytes, not {bytes}", self.limits.line_bytes));
+            return Err(format!("a line may have at most {} bytes, not {bytes}", self.limits.line_bytes));
         }
         let (keyword, rest) = statement.keyword();
         match keyword {
@@ -162,7 +162,11 @@ impl<'a> Reader<'a> {
 
     fn switch_material(&mut self, name: &str) -> Result<(), String> {
         if name.len() > self.limits.name_bytes {
-            return Err(format!("a material name has at most {} bytes, not {}", self.limits.name_bytes, name.len()));
+            return Err(format!(
+                "a material name may have at most {} bytes, not {}",
+                self.limits.name_bytes,
+                name.len()
+            ));
         }
         if self.name == name {
             return Ok(());
@@ -200,7 +204,7 @@ impl<'a> Reader<'a> {
         }
         let mut position = [0.0; 3];
         for (count, coordinate) in position.iter_mut().enumerate() {
-            let text = numbers[count].ok_or_else(|| format!("a vertex has three coordinates, not {count}"))?;
+            let text = numbers[count].ok_or_else(|| format!("a vertex needs three coordinates, not {count}"))?;
             *coordinate = number(text)? / weight;
         }
         if position.iter().any(|coordinate| !coordinate.is_finite()) {
@@ -250,7 +254,8 @@ impl<'a> Reader<'a> {
         let triangles = polygon::triangulate(&self.corners, &mut self.effort).map_err(|reason| match reason {
             Untriangulated::Cancelled => STOPPED.to_owned(),
             Untriangulated::TooCostly => format!(
-                "this concave face of {corners} corners, with the concave faces before it, costs too much to triangulate: split it"
+                "this concave face of {corners} corners and the concave faces before it take too long to triangulate: \
+                 split them into triangles"
             ),
         })?;
         for triangle in triangles {

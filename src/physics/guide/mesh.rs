@@ -45,10 +45,13 @@ pub enum Part {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshGuideError {
     /// No triangles that rays could meet: the mesh has neither a pipe nor a collector.
-    #[error("the mesh has no triangles with the role pipe or collector")]
+    #[error(
+        "no triangle of the mesh belongs to a pipe or a collector: give a material of the mesh one of these roles in \
+         `parts`"
+    )]
     Empty,
     /// No single loop of edges at the upper end that a cap could close, for a pipe without a collector.
-    #[error("without a collector the pipe's upper end must be a closed loop of edges, which was not found")]
+    #[error("without a collector, the pipe's upper end must be one closed loop of edges, but none was found")]
     NoUpperEnd,
 }
 

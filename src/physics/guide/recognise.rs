@@ -142,7 +142,7 @@ fn reflectance(mesh: &TriangleMesh, parts: &[Part]) -> Result<Mirror, &'static s
 /// Describes a mesh that keeps its facets because the document requests it; takes the arguments of [`recognise`].
 pub fn keep_facets(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section {
     let pipe = Surface::new(mesh, parts, |part| matches!(part, Part::Pipe { .. }));
-    Section::Facets { sides: sides(&pipe, radius * TOLERANCE), reason: "asked for in the document" }
+    Section::Facets { sides: sides(&pipe, radius * TOLERANCE), reason: "the document has `recognise` set to false" }
 }
 
 /// Edges of one part of a mesh, with the number of triangles at each.
@@ -237,7 +237,7 @@ fn cylinder(
         deviation = deviation.max(off);
     }
     if !pipe.is_manifold() || pipe.edges().any(|(a, b)| turn_between(a, b) > MOST_TURN) {
-        return Err("its pipe is not a simple wall of at least 16 sides");
+        return Err("its pipe is not a single wall of at least 16 sides");
     }
     for (a, b) in pipe.boundary() {
         let off = |z: f64| (a.z - z).abs().max((b.z - z).abs());
@@ -249,7 +249,7 @@ fn cylinder(
     }
     let ((lower, sides), (upper, _)) = (pipe.turn_at(0.0, tolerance), pipe.turn_at(length, tolerance));
     if (lower - TAU).abs() > 1e-6 || (upper - TAU).abs() > 1e-6 {
-        return Err("its pipe does not go round once");
+        return Err("its pipe does not go exactly once around its axis");
     }
     let collector_transmittance = cover(mesh, parts, radius, length, &mut deviation)?;
     Ok(RecognisedCylinder { radius, length, sides, deviation, reflectance, collector_transmittance })

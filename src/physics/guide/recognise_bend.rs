@@ -50,7 +50,7 @@ pub(super) fn bend(
         return Err(NOT_STRAIGHT);
     }
     if nodes.len() > MOST_SEGMENTS + 1 {
-        return Err("its pipe is no row of a few straight pieces");
+        return Err("its pipe does not consist of a few straight pieces");
     }
     let (first, last) = (centres[0], centres[centres.len() - 1]);
     let segments: Vec<(f64, DVec3)> = nodes
@@ -90,11 +90,11 @@ pub(super) fn bend(
         let axis = segments[around.start].1;
         let (turn, largest) = pipe.turn(ring, centres[number], axis);
         if (turn - TAU).abs() > 1e-6 || largest > most_turn {
-            return Err("its pipe is not a simple wall of at least 16 sides");
+            return Err("its pipe is not a single wall of at least 16 sides");
         }
     }
     if deviation > tolerance {
-        return Err("its pipe is no row of cylinders of the opening's diameter");
+        return Err("its pipe does not consist of cylinders of the opening's diameter");
     }
     Ok(Bend { segments, end: last, sides: rings[0].len(), deviation })
 }
@@ -208,7 +208,7 @@ impl Pipe {
         }
         let is_end = |place: &u32| ring_of.get(place).is_some_and(|ring| *ring == 0 || *ring + 1 == rings.len());
         if !self.is_manifold || ring_of.len() != self.positions.len() || !self.border.keys().all(is_end) {
-            return Err("its pipe has holes, or is not one simple wall");
+            return Err("its pipe has holes, or is not a single wall");
         }
         Ok(rings)
     }

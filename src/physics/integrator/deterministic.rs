@@ -36,11 +36,11 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
     let thin =
         |collector: &Collector| matches!(collector, Collector::Open | Collector::Flat { .. } | Collector::Dome { .. });
     let (code, what) = if traceable.enclosure.as_box().is_none() {
-        (RefusalCode::RoomShape, "rooms that are no boxes")
+        (RefusalCode::RoomShape, "rooms that are not boxes")
     } else if traceable.tubes.iter().any(|tube| tube.hangs) {
         (RefusalCode::RoomShape, "openings that hang below the ceiling")
     } else if scene.channels != Channels::Photopic {
-        (RefusalCode::Colours, "colours")
+        (RefusalCode::Colours, "coefficients given as red, green, blue")
     } else if scene.tubes.iter().any(|tube| cylinders(&tube.shape).is_none()) {
         // meshes recognised as cylinders too: the formulae take their lengths from the document
         (RefusalCode::MeshTubes, "tubes given as meshes")
@@ -59,7 +59,7 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
     } else {
         return None;
     };
-    Some(Refusal::new(code, format!("it computes no {what}")))
+    Some(Refusal::new(code, format!("its formulas do not cover {what}")))
 }
 
 /// Returns the cylinders of a tube; `None` if it is given as a mesh.

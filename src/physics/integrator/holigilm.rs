@@ -86,13 +86,13 @@ fn refuses_bent_or_lossless(task: &Task) -> Option<Refusal> {
         .iter()
         .all(|face| face.surface.is_some_and(|surface| surface.reflectance[0] >= 1.0));
     if bent_and_clear && task.has_points() && traceable.sun.is_some() {
-        let detail = "it finds no sunlight at points through a clear closure of a bent tube";
-        Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail).or("the estimate cell_average"))
+        let detail = "it cannot compute sunlight that reaches points through a clear closure of a bent tube";
+        Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail).or("`estimate` cell_average"))
     } else if bent_and_clear && traceable.guide_return && traceable.interreflection {
-        let detail = "it does not follow light from the room that a bent tube with a clear closure sends back";
-        Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail).or("the effect guide_return switched off"))
+        let detail = "it cannot compute light from the room that a bent tube with a clear closure sends back";
+        Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail).or("the effect `guide_return` off"))
     } else if traceable.interreflection && lossless {
-        let detail = "a room whose surfaces absorb nothing has no limit of its interreflection";
+        let detail = "the room absorbs no light, so interreflection has no finite solution";
         Some(Refusal::new(RefusalCode::LosslessRoom, detail))
     } else {
         None

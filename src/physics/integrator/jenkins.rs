@@ -42,10 +42,10 @@ impl Described for Settings {
         refuses(task).or_else(|| {
             let bent = task.scene.tubes.iter().filter_map(|tube| cylinders(&tube.shape)).any(|tube| bends(tube) > 0);
             if bent && self.bend_factor.is_none() {
-                let detail = "no published value of what a bend loses holds for all tubes";
+                let detail = "the loss of a bend must be given, because no published value holds for all tubes";
                 Some(Refusal::new(RefusalCode::SettingMissing, detail).or("the setting `bend_factor`"))
             } else if !task.traceable.interreflection && reflects(task.scene) {
-                let detail = "its coefficient holds the reflections of a room: they cannot be switched off";
+                let detail = "its coefficient includes the reflections of a room, which cannot be switched off";
                 Some(Refusal::new(RefusalCode::InterreflectionOff, detail))
             } else {
                 None
@@ -58,9 +58,9 @@ impl Described for Settings {
         Some(Caveat {
             code: CaveatCode::FluxExcess,
             detail: format!(
-                "semi-empirical: over the whole plane the formula gives {excess:.3} times the flux that the tube puts into \
-                 the room; its coefficient {coefficient} was fitted with the reflections of a room in it, and the \
-                 reflectances of this room do not enter; no estimate of the error exists"
+                "the formula is semi-empirical: summed over the whole plane it gives {excess:.3} times the flux that \
+                 the tube sends into the room; its coefficient {coefficient} includes the reflections of the room \
+                 where it was fitted, the reflectances of this room have no influence, and the error is unknown"
             ),
         })
     }

@@ -24,10 +24,10 @@ pub struct MeasuredDiffuser {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TableError {
     /// Angles or values that do not make up a table.
-    #[error("the table has no value >= 0 for each pair of angles from 0 to 90 degrees")]
+    #[error("the table must have a value >= 0 for each pair of angles from 0 to 90 degrees")]
     Shape,
     /// A row that gives more light than it gets, by more than rounding.
-    #[error("row {row} sends out {share} of the light that it gets")]
+    #[error("row {row} scatters {share} times the light that it receives, but at most 1 is possible")]
     Gain {
         /// Number of the row, from 0, counted by angles of incidence.
         row: usize,

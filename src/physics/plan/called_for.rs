@@ -29,7 +29,7 @@ impl<'a> Remaining<'a> {
     fn interreflection(&self) -> Result<String, String> {
         let albedo = |surface: &Surface| if self.glossy { surface.albedo() } else { surface.reflectance };
         let brightest = self.surfaces().flat_map(albedo).fold(0.0, f64::max);
-        let all = if self.objects && self.glossy { "" } else { "beside what is left out, " };
+        let all = if self.objects && self.glossy { "" } else { "apart from what is left out, " };
         match brightest > 0.0 {
             true => Ok(format!("{all}surfaces reflect up to {:.0} %", 100.0 * brightest)),
             false => Err(format!("{all}every surface is black")),
@@ -117,7 +117,7 @@ fn luminaires(scene: &Scene) -> Result<String, String> {
 fn objects(scene: &Scene) -> Result<String, String> {
     match (scene.room.boxes.len() + scene.room.meshes.len(), scene.room.luminaires.len()) {
         (0, 0) => Err("the room is an empty box, which is convex: nothing stands between two of its points".to_owned()),
-        (0, _) => Err("no boxes and no meshes are in the room; its luminaires stop light all the same".to_owned()),
+        (0, _) => Err("the room has no boxes and no meshes, but its luminaires still block light".to_owned()),
         (count, _) => Ok(format!("{count} in the room")),
     }
 }

@@ -71,7 +71,7 @@ impl Methods {
     fn requested(method: &Method, request: &MethodRequest, task: &Task) -> Self {
         let mut reason = match request {
             MethodRequest::InPlaceOf(former, _) => {
-                format!("asked for in the document as {former}, of which it has taken the place")
+                format!("asked for in the document as {former}, which it replaces")
             }
             _ => "asked for in the document".to_owned(),
         };
@@ -91,7 +91,11 @@ impl Methods {
     pub fn in_parts(self, task: &Task) -> Result<Self, Refusal> {
         let of_grids = self.grids.iter().map(|choice| &choice.method);
         if let Some(method) = of_grids.into_iter().find(|method| method.described().passes() != Passes::Independent) {
-            let detail = format!("parts add up in independent passes, and {} has none", method.name());
+            let detail = format!(
+                "`components` need a method with independent passes, which {} does not have: use auto or another \
+                 method",
+                method.name()
+            );
             return Err(Refusal::new(RefusalCode::DependentPasses, detail));
         }
         Ok(Self { parts: Some(Component::passes(task.traceable)), ..self })
@@ -105,18 +109,18 @@ impl Methods {
         if let MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) = request
             && !self.grids.iter().all(tells)
         {
-            let detail = format!("{} tells no responses: use auto or {}", method.name(), instead.name());
+            let detail = format!("{} cannot report `responses`: use auto or {}", method.name(), instead.name());
             return Err(Refusal::new(RefusalCode::NoResponses, detail));
         }
         let of_room = || room_matrix::refuses(task);
         if let Some(refusal) = of_room().or_else(|| instead.described().refuses(&task.without_views())) {
-            let detail = format!("{} cannot tell responses: {}", instead.name(), refusal.detail);
+            let detail = format!("{} cannot report `responses`: {}", instead.name(), refusal.detail);
             return Err(Refusal { detail, ..refusal });
         }
         if self.grids.iter().all(tells) {
             return Ok(self);
         }
-        let reason = "the responses of the room are asked for".to_owned();
+        let reason = "the document asks for the `responses` of a grid".to_owned();
         Ok(Self { grids: Some(MethodChoice { method: instead, reason }), ..self })
     }
 
@@ -124,15 +128,21 @@ impl Methods {
     /// grids' method has no passes.
     pub fn checked(self, task: &Task) -> Result<Self, Refusal> {
         let Some(grids) = &self.grids else {
-            return Err(Refusal::new(RefusalCode::NoSecondMethod, "grids are checked, and the job has none"));
+            return Err(Refusal::new(
+                RefusalCode::NoSecondMethod,
+                "`cross_check` compares grids, and the job has none",
+            ));
         };
         let first = &grids.method;
         if first.described().passes() == Passes::None {
-            let detail = format!("passes are checked by passes, and {} has none", first.name());
+            let detail = format!("`cross_check` needs a method that computes in passes, and {} does not", first.name());
             return Err(Refusal::new(RefusalCode::DependentPasses, detail));
         }
         let Some(check) = check_of(first, &task.without_views()) else {
-            let detail = format!("no method but {} computes these grids with honest errors", first.name());
+            let detail = format!(
+                "`cross_check` needs a second method, but only {} computes these grids with reliable errors",
+                first.name()
+            );
             return Err(Refusal::new(RefusalCode::NoSecondMethod, detail));
         };
         Ok(Self { check: Some(check), ..self })
@@ -162,8 +172,8 @@ fn for_grids(task: &Task) -> MethodChoice {
         return MethodChoice { method: Method::TwoStage(paths), reason: two_stage_reason(task.traceable) };
     }
     if task.has_placed_sensors() {
-        let reason =
-            "unbiased at sensors of any place and direction, by what closures pass unscattered as well".to_owned();
+        let reason = "unbiased at sensors of any position and direction, also for light that closures pass unscattered"
+            .to_owned();
         return MethodChoice { method: Method::PathTracing(path_tracing::Settings::default()), reason };
     }
     let unseen = || light_tracing::refuses_points(task.traceable).map(|refusal| refusal.detail);
@@ -175,7 +185,7 @@ fn for_grids(task: &Task) -> MethodChoice {
     let (method, reason) = match (rare, close) {
         (None, None) => (
             Method::LightTracing(light_tracing::Settings::default()),
-            "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
+            "unbiased: connects every scattering of light to every sensor in closed form".to_owned(),
         ),
         (None, Some(close)) if both_ways.refuses(task).is_none() => (Method::Bidirectional(both_ways), close),
         // it gathers over the room, not at the sensor: a tenth of the time that sppm takes to the same error
@@ -191,15 +201,15 @@ fn two_stage_reason(scene: &TraceableScene) -> String {
     let (found, beside) = if scene.tubes.is_empty() {
         ("luminaires alone light the room", "")
     } else if all_lamps(&scene.tubes) {
-        ("what leaves the diffusers of the tubes is found once for all sensors", "")
+        ("light that leaves the diffusers of the tubes is computed once for all sensors", "")
     } else {
         (
-            "what the Lambertian zones of the tubes send is found once for all sensors",
-            "; what passes unscattered is traced beside",
+            "light that leaves the Lambertian zones of the closures is computed once for all sensors",
+            "; light that passes unscattered is traced separately",
         )
     };
-    let reflected =
-        "sensors gather what surfaces reflect from a coarse radiosity solution, and paths find what that leaves out";
+    let reflected = "sensors gather reflected light from a coarse radiosity solution, and paths compute what that \
+                     solution leaves out";
     format!("{found}; {reflected}{beside}")
 }
 
@@ -229,7 +239,7 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
         !is_alike && method.name() != first.name() && refuses(method, task).is_none() && described.warns(task).is_none()
     };
     let method = candidates.into_iter().flatten().find(is_able)?;
-    let reason = format!("checks {}: it finds the same light in another way", first.name());
+    let reason = format!("checks {}: it computes the same light independently", first.name());
     Some(MethodChoice { method, reason })
 }
 
@@ -237,16 +247,18 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
 fn for_views(task: &Task) -> MethodChoice {
     let paths = two_stage::Settings { samples_per_pixel: 1, ..two_stage::Settings::default() };
     if paths.refuses(task).is_none() && paths.warns(task).is_none() {
-        let reason = "unbiased: what leaves diffusers is found once, and paths from the eye count it, and luminaires, in closed form";
+        let reason = "unbiased: light that leaves diffusers is computed once, and paths from the eye receive it, and \
+                      that of luminaires, in closed form";
         return MethodChoice { method: Method::TwoStage(paths), reason: reason.to_owned() };
     }
     let both_ways = bidirectional::Settings::default();
     if both_ways.refuses(task).is_none() && both_ways.warns(task).is_none() {
-        let reason =
-            "unbiased: paths from the eye meet those from the sky and the sun, which clear closures let through";
+        let reason = "unbiased: paths from the eye are connected with paths from the sky and the sun, which clear \
+                      closures let through";
         return MethodChoice { method: Method::Bidirectional(both_ways), reason: reason.to_owned() };
     }
-    let reason = "sees light through clear closures and mirrors, which no eye ray finds by chance".to_owned();
+    let reason = "its photons find light through clear closures and mirrors, which paths from the eye alone would miss"
+        .to_owned();
     MethodChoice { method: Method::Sppm(sppm::Settings::default()), reason }
 }
 
@@ -257,7 +269,7 @@ pub fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
         return Some(Refusal::new(RefusalCode::GridsOnly, "it computes grids only"));
     }
     if !described.knows().any_sensors && task.has_placed_sensors() {
-        return Some(Refusal::new(RefusalCode::PlacedSensors, "it computes level sensors that look up only"));
+        return Some(Refusal::new(RefusalCode::PlacedSensors, "it computes only horizontal sensors that face upward"));
     }
     described.refuses(task)
 }
@@ -266,6 +278,7 @@ pub fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
 fn with_advice(refusal: Refusal, method: &Method, best: &Methods) -> Refusal {
     let instead = refusal.instead.map_or(String::new(), |instead| format!("{instead}, or "));
     let (name, best) = (method.name(), best.names().join(" and "));
-    let detail = format!("not supported by {name}: {}; use {instead}auto, which takes {best} here", refusal.detail);
+    let detail =
+        format!("{name} cannot compute this: {}; use {instead}auto, which chooses {best} here", refusal.detail);
     Refusal { detail, ..refusal }
 }

@@ -58,12 +58,12 @@ impl Effects {
             let remaining = if stays(kind) { rest } else { everything };
             let (on, called_for, reason) = match (remaining.calls_for(kind), wish(kind)) {
                 (Err(reason), EffectRequest::On) if kind.can_be_followed_in_vain() => {
-                    (true, false, format!("asked for in the document, but {reason}: changes nothing"))
+                    (true, false, format!("asked for in the document, but without influence: {reason}"))
                 }
                 (Err(reason), _) => (false, false, reason),
                 (Ok(_), EffectRequest::Off) if kind.can_be_left_out() => (false, true, switched_off(scene, kind)),
                 (Ok(reason), EffectRequest::Off) => {
-                    (true, true, format!("{reason}; part of the scene, which cannot be switched off"))
+                    (true, true, format!("{reason}; it belongs to the scene and cannot be switched off"))
                 }
                 (Ok(reason), _) => (true, true, reason),
             };
@@ -102,9 +102,12 @@ fn switched_off(scene: &Scene, kind: EffectKind) -> String {
     let what = match kind {
         EffectKind::Glossy => ": surfaces absorb the light of their `specular` share".to_owned(),
         EffectKind::Objects => {
-            format!(": {} in the room stop no light and reflect none", scene.room.boxes.len() + scene.room.meshes.len())
+            format!(
+                ": {} in the room neither block nor reflect light",
+                scene.room.boxes.len() + scene.room.meshes.len()
+            )
         }
-        EffectKind::Interreflection => ": surfaces reflect light to cameras alone".to_owned(),
+        EffectKind::Interreflection => ": surfaces reflect light to cameras only".to_owned(),
         _ => String::new(),
     };
     format!("switched off in the document{what}")

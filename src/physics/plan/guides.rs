@@ -41,7 +41,7 @@ impl GuideKind {
 }
 
 const STRAIGHT: &str = "straight cylinder: exit point, direction and number of reflections in closed form";
-const BENT: &str = "cylinders with mitred elbows: closed form between elbows, stepped through them";
+const BENT: &str = "cylinders with mitred elbows: closed form from elbow to elbow";
 
 fn recognised(tube: &TraceableTube) -> GuidePlan {
     if let Some(Section::Bend(bend)) = &tube.section {
@@ -104,8 +104,8 @@ fn domed(guide: &DomedGuide) -> GuidePlan {
     };
     let axial = slab_transmittance(1.0, index, absorption * (outer - inner));
     let reason = format!(
-        "{pipe}; light is traced through the faces of the dome, refractive index {index}, which passes {axial:.4} of \
-         axial light"
+        "{pipe}; light is traced through the faces of the dome, refractive index {index}, which transmits {axial:.4} \
+         of axial light"
     );
     GuidePlan { kind, reason }
 }
@@ -117,7 +117,9 @@ pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
         plan.reason.push_str(&measured(&tube.diffuser));
         let own = &scene.tubes[index];
         if let Some(first) = scene.tubes[..index].iter().position(|other| same_guide(own, other)) {
-            plan.reason.push_str(&format!("; the same guide as that of tube {first}: one transmission for both"));
+            plan.reason.push_str(&format!(
+                "; its guide equals that of tube {first}, and the transmission is computed once for both"
+            ));
         }
         plan
     };

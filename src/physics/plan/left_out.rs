@@ -53,7 +53,7 @@ impl LeftOut {
             EffectKind::Sky | EffectKind::Sun | EffectKind::Luminaires => {
                 format!("{share} of the light that comes into the room is left out")
             }
-            EffectKind::Objects => format!("{share} of the light in the room meets them"),
+            EffectKind::Objects => format!("{share} of the light in the room meets the objects"),
             _ => format!("{share} of the light that falls on the room's surfaces is left out"),
         }
     }

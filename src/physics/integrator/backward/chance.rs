@@ -9,7 +9,7 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
     scene.sun?;
     let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
     if scene.tubes.iter().any(clear) {
-        let detail = "the sun's beam through a clear closure is found by chance only";
+        let detail = "its paths meet the sun's beam through a clear closure only by chance";
         Some(Refusal::new(RefusalCode::SunThroughClearClosures, detail))
     } else {
         sun_by_mirrors(scene)
@@ -20,8 +20,8 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
 /// or narrow lobes reflect the sun.
 pub fn sun_by_mirrors(scene: &TraceableScene) -> Option<Refusal> {
     scene.sun?;
-    let detail =
-        "the sun's beam by way of a mirror or of a glossy surface of roughness below 0.2 is found by chance only";
+    let detail = "its paths meet the sun's beam by way of a mirror, or of a glossy surface of roughness below 0.2, \
+                  only by chance";
     let narrow = scene.specular_surfaces().any(SurfaceOptics::is_narrow);
     narrow.then(|| Refusal::new(RefusalCode::SunByMirrors, detail))
 }
@@ -44,8 +44,8 @@ pub fn mirrors(method: &str, scene: &TraceableScene) -> Option<Caveat> {
     has_mirrors(scene).then(|| Caveat {
         code: CaveatCode::MirrorsByChance,
         detail: format!(
-            "{method} finds a diffuser or luminaire that a mirror shows to a sensor by chance: as long as few paths have, the \
-             standard error is too small; cell averages by light_tracing do not have this fault"
+            "{method} finds a diffuser or luminaire that a sensor sees in a mirror only by chance: while few paths \
+             have found it, the standard error is too small; light_tracing with `estimate` cell_average avoids this"
         ),
     })
 }
@@ -56,9 +56,9 @@ pub fn mirrors_at_cells(method: &str, scene: &TraceableScene) -> Option<Caveat> 
     has_mirrors(scene).then(|| Caveat {
         code: CaveatCode::MirrorsRarely,
         detail: format!(
-            "{method} finds some of the light that mirrors send to cells by rare and bright paths: the standard errors of cells \
-             between mirrors, or between a mirror and a glossy surface, are too small; light_tracing does not have this \
-             fault"
+            "{method} finds some of the light that mirrors send to cells by rare, very bright paths: the standard \
+             errors of cells between mirrors, or between a mirror and a glossy surface, are too small; light_tracing \
+             avoids this"
         ),
     })
 }
@@ -72,8 +72,8 @@ pub fn mirrors_in_gloss(method: &str, task: &Task) -> Option<Caveat> {
     is_by_chance.then(|| Caveat {
         code: CaveatCode::MirrorsRarely,
         detail: format!(
-            "{method} finds the light that a mirror sends to a glossy surface, and it to the eye, by rare and bright paths: the \
-             standard errors of pixels there are too small"
+            "{method} finds light that goes from a mirror by a glossy surface to the eye by rare, very bright paths: \
+             the standard errors of these pixels are too small"
         ),
     })
 }

@@ -20,18 +20,19 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
         let seen = |surface: &SurfaceOptics| surface.is_mirror() && task.views.is_empty() && !points;
         if scene.specular_surfaces().any(|surface| surface.is_narrow() && !seen(surface)) {
             let detail =
-                "the sun's light in a mirror or a glossy surface of roughness below 0.2 is found by chance only";
+                "it finds the sun's light in a mirror, or in a glossy surface of roughness below 0.2, only by chance";
             return Some(Refusal::new(RefusalCode::SunByMirrors, detail));
         }
         if clear_and_not_straight() && (scene.guide_return || points) {
             let detail =
-                "the sun's light through a clear closure of a tube that is not straight is found by chance only";
+                "it finds the sun's light through a clear closure of a tube that is not straight only by chance";
             return Some(Refusal::new(RefusalCode::SunThroughClearClosures, detail));
         }
     }
     let reflects = scene.all_optics().any(|surface| surface.gathers() || surface.is_specular());
     if !task.views.is_empty() && !scene.interreflection && reflects {
-        let detail = "its photons end at the first surface where interreflection is off, before the eye can see them";
+        let detail = "with interreflection off, its photons end at the first surface, before they can be connected to \
+                      the eye";
         return Some(Refusal::new(RefusalCode::InterreflectionOff, detail));
     }
     None

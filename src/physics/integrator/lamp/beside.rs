@@ -34,11 +34,11 @@ pub fn all_lamps(tubes: &[TraceableTube]) -> bool {
 
 /// Returns the reason why paths cannot be cut at all closures, if light leaves one otherwise than from a Lambertian sheet.
 pub fn refuses_all_but_lamps(tubes: &[TraceableTube]) -> Option<Refusal> {
-    let cut = "the path is cut at Lambertian diffusers, but";
+    let cut = "it takes closures as Lambertian sources, but";
     if tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some()) {
-        Some(Refusal::new(RefusalCode::ClearClosures, format!("{cut} a closure lets light pass unscattered")))
+        Some(Refusal::new(RefusalCode::ClearClosures, format!("{cut} a closure passes light unscattered")))
     } else if tubes.iter().any(|tube| tube.diffuser.measured().is_some()) {
-        let detail = format!("{cut} light leaves a measured one by its direction of incidence");
+        let detail = format!("{cut} a measured diffuser scatters light depending on its direction of incidence");
         Some(Refusal::new(RefusalCode::MeasuredDiffusers, detail))
     } else {
         None
@@ -60,8 +60,9 @@ pub fn refuses_beside(task: &Task) -> Option<Refusal> {
 
 /// Converts a refusal by light tracing into one of a method that follows some light by it.
 pub fn of_light_tracing(refusal: Refusal) -> Refusal {
-    let detail = format!("what closures do not scatter evenly is followed by light tracing, and {}", refusal.detail);
-    Refusal { detail, ..refusal }.or("the estimate cell_average")
+    let detail =
+        format!("light that closures do not scatter evenly is computed by light tracing, and {}", refusal.detail);
+    Refusal { detail, ..refusal }.or("`estimate` cell_average")
 }
 
 /// Number of photons of a pass where light of one tube enters beside the Lambertian part, and the power of the number of such tubes by

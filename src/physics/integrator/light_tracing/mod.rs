@@ -75,7 +75,7 @@ impl Described for Settings {
     fn refuses(&self, task: &Task) -> Option<Refusal> {
         let unseen = || task.has_points().then(|| refuses_points(task.traceable)).flatten();
         let refusal = unseen().or_else(|| dishonest_points(task.traceable, task.grids));
-        refusal.map(|refusal| refusal.or("the estimate cell_average"))
+        refusal.map(|refusal| refusal.or("`estimate` cell_average"))
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {

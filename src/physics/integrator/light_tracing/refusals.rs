@@ -8,7 +8,9 @@ use crate::traceable::TraceableScene;
 /// Returns the reason why another method computes point sensors of a scene better, if one does.
 pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
     let narrow = scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_narrow);
-    narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
+    narrow.then_some(
+        "light tracing connects point sensors to glossy surfaces of roughness below 0.2 by rare, very bright paths",
+    )
 }
 
 /// Returns the reason why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be connected; in a
@@ -18,12 +20,14 @@ pub fn refuses_points(scene: &TraceableScene) -> Option<Refusal> {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
     });
     let (code, detail) = if scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_mirror) {
-        (RefusalCode::MirrorsAtPoints, "point sensors cannot find light that a mirror reflects")
+        (RefusalCode::MirrorsAtPoints, "light tracing cannot compute light that a mirror reflects to a point sensor")
     } else if bent_and_clear && scene.sun.is_some() {
-        let detail = "point sensors cannot find the sun's beam through a clear closure of a bent, domed or meshed tube";
+        let detail = "light tracing cannot compute the sun's beam that reaches a point sensor through a clear closure \
+                      of a bent, domed or meshed tube";
         (RefusalCode::ClearClosuresOfBentTubes, detail)
     } else if bent_and_clear && scene.guide_return {
-        let detail = "point sensors cannot find light that a bent, domed or meshed tube with a clear closure sends back into the room";
+        let detail = "light tracing cannot compute light that a bent, domed or meshed tube with a clear closure sends \
+                      back to a point sensor";
         (RefusalCode::ClearClosuresOfBentTubes, detail)
     } else {
         return None;

@@ -34,9 +34,9 @@ fn refusal_of_nearest(close: impl Iterator<Item = ClosePoint>, grids: &[Grid]) -
         _ => ("a surface", ""),
     };
     let detail = format!(
-        "connections to point sensors nearer to {than} than 1 % of the room's shortest edge{or} ({near:.3e} m) are rare and \
-         bright, and the sensor in row {row}, column {column} (from 0, south-west) of the grid {:?} is {distance:.3e} m \
-         from {surface}",
+        "connections to point sensors nearer to {than} than 1 % of the room's shortest edge{or} ({near:.3e} m) are \
+         rare and very bright, so that the standard error is too small, and the sensor in row {row}, column {column} \
+         (from 0, south-west) of the grid {:?} is {distance:.3e} m from {surface}",
         grid.name
     );
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))

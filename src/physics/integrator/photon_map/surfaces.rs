@@ -52,17 +52,17 @@ impl Uncut {
     pub fn caveat(self, method: &str) -> Caveat {
         let what = match self {
             Self::OpenMesh => {
-                "a mesh that is not closed stands on a face or goes through it: kernels within one radius of it also find the \
-                 photons on its other side"
+                "a mesh that is not closed stands on a face or goes through it: within one gather radius of it, \
+                 photons on its other side are counted too"
             }
             Self::TooManyFacets => {
-                "meshes of too many facets touch each other: of the smaller facets nothing is taken away where others stand \
-                 on them, and kernels there find too few photons"
+                "meshes of too many facets touch each other: on the smaller facets, areas that other facets cover are \
+                 not subtracted, and too few photons are counted beside them"
             }
         };
         Caveat {
             code: CaveatCode::KernelsNotCut,
-            detail: format!("{method}: {what}; the methods that trace paths have no kernels"),
+            detail: format!("{method}: {what}; methods that trace paths do not have this error"),
         }
     }
 }

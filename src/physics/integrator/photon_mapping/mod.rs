@@ -85,7 +85,7 @@ impl Described for Settings {
     }
 
     fn remark(&self) -> Option<&'static str> {
-        Some("the bias of its gather radius does not shrink with passes: its estimate is part of every error")
+        Some("the bias of its gather radius does not shrink with more passes; its estimate is included in every error")
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {

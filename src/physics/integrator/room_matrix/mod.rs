@@ -51,8 +51,8 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
     };
     let grid = task.grids.iter().find(is_near)?;
     let detail = format!(
-        "light of an opening that is nearer to a sensor than its radius is rare and bright, and a sensor of the grid {:?} lies so \
-         near",
+        "every sensor must be farther from an opening than the opening's radius, but a sensor of the grid {:?} is \
+         nearer",
         grid.name
     );
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))

@@ -98,7 +98,7 @@ impl Described for Settings {
     }
 
     fn remark(&self) -> Option<&'static str> {
-        Some("photons to the diffusers, then backward paths in the room")
+        Some("photons are traced to the diffusers, and paths backward from sensors and cameras in the room")
     }
 
     fn knows(&self) -> Knows {
