@@ -36,7 +36,7 @@ pub(super) fn run(args: BackupArgs) -> anyhow::Result<()> {
     let config = Config::load(file.as_deref(), &flags)?;
     let database = config.database_file()?;
     if !database.is_file() {
-        bail!("there is no database {}: name the service's data folder by --data", database.display());
+        bail!("there is no database {}: give the service's data folder with --data", database.display());
     }
     make_private_files();
     make_empty_folder(&folder)?;
@@ -46,16 +46,17 @@ pub(super) fn run(args: BackupArgs) -> anyhow::Result<()> {
         backup.with_context(|| format!("the backup in {} is not complete: delete it", folder.display()))?;
     let Copied { linked, copied, .. } = files;
     println!(
-        "{jobs} jobs in {}: the database, {linked} files linked and {copied} copied; start it by skyduct serve --data {}",
+        "{jobs} jobs backed up in {}: the database, {linked} files linked and {copied} copied; start a service from \
+         it with skyduct serve --data {}",
         folder.display(),
         folder.display()
     );
     if missing.deleted > 0 {
-        println!("{} jobs and meshes that were deleted meanwhile are not in it", missing.deleted);
+        println!("{} jobs and meshes that were deleted meanwhile are not in the backup", missing.deleted);
     }
     if missing.damaged > 0 {
         bail!(
-            "{} files of results are missing in {}, too; all else is in the backup",
+            "{} result files are missing in {}, and therefore in the backup; everything else is in it",
             missing.damaged,
             config.data.display()
         );
@@ -82,7 +83,7 @@ async fn backup(data: &Path, database: &Path, folder: &Path) -> anyhow::Result<B
     let part = folder.join("skyduct.db.part");
     let mut copy = DatabaseCopy::make(database, &part).await?;
     let keys = copy.referenced_keys().await?;
-    let files = copy_files(&data.join("artifacts"), &artifacts, keys).context("the files of the results")?;
+    let files = copy_files(&data.join("artifacts"), &artifacts, keys).context("the result files cannot be copied")?;
     let missing = copy.without(&files.missing).await?;
     let jobs = copy.jobs().await?;
     copy.finish(&identity).await?;
@@ -97,7 +98,7 @@ fn make_empty_folder(folder: &Path) -> anyhow::Result<()> {
     let unusable = || format!("the folder {} cannot be used", folder.display());
     create_private_folder(folder).with_context(unusable)?;
     if fs::read_dir(folder).with_context(unusable)?.next().is_some() {
-        bail!("{} is not empty: a backup takes a folder of its own", folder.display());
+        bail!("{} is not empty: a backup needs an empty or new folder", folder.display());
     }
     let path = folder.canonicalize().with_context(unusable)?;
     if let Some(parent) = path.parent() {

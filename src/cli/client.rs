@@ -77,7 +77,7 @@ impl Client {
             return Err(DocumentErrors::from(FieldError::new(pointer, detail)).into());
         }
         let mesh: Value = success(response).await?.json().await?;
-        Ok(mesh["id"].as_str().context("the service gave the mesh no id")?.to_owned())
+        Ok(mesh["id"].as_str().context("the service's answer has no id of the mesh")?.to_owned())
     }
 
     /// Posts a job document and returns the job, with `predict` including the predicted time of each method. `key` makes the
@@ -148,7 +148,7 @@ impl Client {
             }
             silent_attempts += 1;
             if silent_attempts > MAX_ATTEMPTS {
-                bail!("{} does not answer any more; the job goes on there", self.name);
+                bail!("{} no longer answers; the job continues there", self.name);
             }
             tokio::time::sleep(RECONNECT_PAUSE).await;
         }

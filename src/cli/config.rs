@@ -88,12 +88,16 @@ impl Config {
             .extract()
             .context("the configuration is not valid")?;
         if config.role != Role::All {
-            anyhow::bail!("role: api and worker need a database that several processes share: not supported yet");
+            anyhow::bail!(
+                "role: must be all; api and worker need a database that several processes share, which is not \
+                 supported yet"
+            );
         }
         if !config.listen.ip().is_loopback() && !config.insecure {
             anyhow::bail!(
-                "listen: {}: anybody who reaches this address could read, start and delete jobs, because the service has no keys \
-                 yet; listen on 127.0.0.1 behind a proxy that checks who calls, or agree with --insecure (insecure = true)",
+                "listen: {}: anybody who reaches this address could read, start and delete jobs, because the service \
+                 does not authenticate clients yet; listen on 127.0.0.1 behind a proxy that does, or accept this with \
+                 --insecure (insecure = true)",
                 config.listen
             );
         }
@@ -116,7 +120,7 @@ impl Config {
             Some(url) => match url.strip_prefix("sqlite:") {
                 Some(file) if !file.is_empty() => Ok(file.strip_prefix("//").unwrap_or(file).into()),
                 // the value is not printed: it may contain a password
-                _ => anyhow::bail!("database: only sqlite:FILE is supported yet"),
+                _ => anyhow::bail!("database: must be sqlite:FILE; no other database is supported yet"),
             },
         }
     }
@@ -246,9 +250,9 @@ mod tests {
             }
         }
         let refused = refusal("[limits]\nbody_bytes_per_client = 100_000");
-        assert_eq!(refused, "limits.body_bytes_per_client: must be at least document_bytes, 1048576, but is 100000");
+        assert_eq!(refused, "limits.body_bytes_per_client: must be at least document_bytes (1048576), but is 100000");
         let refused = refusal("[limits]\nmesh_bytes = 100_000_000");
-        assert_eq!(refused, "limits.upload_bytes_per_client: must be at least mesh_bytes, 100000000, but is 67108864");
+        assert_eq!(refused, "limits.upload_bytes_per_client: must be at least mesh_bytes (100000000), but is 67108864");
         for host in ["https://render.example", "", "render.example/x"] {
             assert!(refusal(&format!("allowed_hosts = [{host:?}]")).contains("allowed_hosts: "), "{host}");
         }

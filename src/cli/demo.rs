@@ -55,7 +55,7 @@ async fn show(service: &RunningService, args: &DemoArgs) -> anyhow::Result<()> {
     print_results(&job);
     println!("page:    {}{}", service.url(), job["links"]["page"].as_str().unwrap_or("/"));
     if !args.exit {
-        println!("serving on; Ctrl-C ends it");
+        println!("the service keeps running; stop it with Ctrl-C");
         std::future::pending::<()>().await;
     }
     Ok(())

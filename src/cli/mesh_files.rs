@@ -30,14 +30,14 @@ impl MeshFiles {
         let relative = Path::new(name);
         let plain = |component| matches!(component, Component::Normal(_) | Component::CurDir);
         if name.contains('\0') || !relative.components().all(plain) {
-            return Err(format!("{name:?} must be a file at or below the job file's folder"));
+            return Err(format!("{name:?} must be a file in the job file's folder or below it"));
         }
         let missing = |error: std::io::Error| format!("{name:?} cannot be read: {error}");
         let folder = self.folder.canonicalize().map_err(missing)?;
         let file = folder.join(relative).canonicalize().map_err(missing)?;
         // a symbolic link may lead anywhere
         if !file.starts_with(&folder) {
-            return Err(format!("{name:?} must be a file at or below the job file's folder"));
+            return Err(format!("{name:?} must be a file in the job file's folder or below it"));
         }
         if !file.is_file() {
             return Err(format!("{name:?} is not a file"));
@@ -52,7 +52,7 @@ impl MeshSource for MeshFiles {
         let unreadable = |error: std::io::Error| format!("{id:?} cannot be read: {error}");
         let size = file.metadata().map_err(unreadable)?.len();
         if size > self.limits.bytes as u64 {
-            return Err(format!("{id:?} has {size} bytes; a mesh has at most {}", self.limits.bytes));
+            return Err(format!("{id:?} has {size} bytes, but a mesh may have at most {}", self.limits.bytes));
         }
         let bytes = std::fs::read(&file).map_err(unreadable)?;
         parse_obj(&bytes, self.limits).map(Arc::new).map_err(|error| format!("{id}: {error}"))

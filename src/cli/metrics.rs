@@ -12,14 +12,18 @@ const SECONDS: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 const COUNTERS: [(&str, &str); 7] = [
     (
         "skyduct_event_reads_total",
-        "Reads of events from the store, by whom: the reader of all streams of a job, or one stream",
+        "Reads of events from the database, by who reads: the reader of all streams of a job, or one stream",
     ),
     ("skyduct_http_requests_total", "Requests that were answered, by method, route and status"),
     ("skyduct_jobs_finished_total", "Jobs that ended since the process started, by status"),
     ("skyduct_jobs_submitted_total", "Jobs that were queued since the process started, those of studies included"),
-    ("skyduct_jobs_taken_over_total", "Jobs that took the results of an equal one since the process started"),
+    ("skyduct_jobs_taken_over_total", "Jobs that reused the results of an equal one since the process started"),
     ("skyduct_passes_total", "Passes that were rendered since the process started"),
-    ("skyduct_refused_total", "Requests and connections that a limit refused, by its setting and by whose limit it is"),
+    (
+        "skyduct_refused_total",
+        "Requests and connections that a limit refused, by its setting and by whether it is that of a client or of \
+         the service",
+    ),
 ];
 
 const GAUGES: [(&str, &str); 10] = [
@@ -29,14 +33,17 @@ const GAUGES: [(&str, &str); 10] = [
     ("skyduct_job_photons", "Photons of the job whose chunk ended last, from its first pass on"),
     ("skyduct_jobs", "Jobs that wait or run now, by status"),
     ("skyduct_stored_bytes", "Bytes of the files of all jobs"),
-    ("skyduct_uploads", "Uploads of meshes that arrive now"),
+    ("skyduct_uploads", "Uploads of meshes in progress"),
     ("skyduct_waits", "Posts that wait for the end of their job now"),
     ("skyduct_watched_jobs", "Jobs whose events are read now for open streams"),
     ("skyduct_watched_studies", "Studies whose events are read now for open streams"),
 ];
 
 const HISTOGRAMS: [(&str, &str); 3] = [
-    ("skyduct_http_request_seconds", "Time from a request's head to the head of its answer, by route"),
+    (
+        "skyduct_http_request_seconds",
+        "Time from receiving a request's head to sending the head of its answer, by route",
+    ),
     ("skyduct_job_seconds", "Render time of jobs that ended, by status"),
     ("skyduct_job_wait_seconds", "Time from a job's submission to its first pass"),
 ];

@@ -61,7 +61,7 @@ impl Arguments {
             Some(command) => command,
             None if std::io::stdout().is_terminal() => Command::Serve(serve::ServeArgs::default()),
             None => {
-                let why = "without a command, the service starts on a terminal only";
+                let why = "a command is required unless standard output is a terminal";
                 Self::command().error(ErrorKind::MissingSubcommand, why).exit()
             }
         };

@@ -15,8 +15,8 @@ pub fn predictions_table(predictions: &Predictions) -> String {
     // writing to a string cannot fail
     let _ = writeln!(
         text,
-        "seconds to a relative error, of {:.0} %, on {threads} threads with nothing else to do (tried for {pilot_seconds:.2} s); * the \
-         cheapest",
+        "predicted seconds to each relative error (at {:.0} % confidence) on {threads} otherwise idle threads, from \
+         trials of {pilot_seconds:.2} s; * cheapest",
         100.0 * confidence
     );
     for (name, output) in [("grids", grids), ("views", views)] {
@@ -55,7 +55,7 @@ fn add_output(text: &mut String, output_name: &str, output: &OutputPredictions) 
         let _ = writeln!(text, "  {}: {reason}", methods.join(", "));
     }
     if let Some(cheapest) = &output.cheapest {
-        let _ = writeln!(text, "  to the {} % asked for: {cheapest}", percent(output.asked_relative_error));
+        let _ = writeln!(text, "  cheapest to the requested {} %: {cheapest}", percent(output.asked_relative_error));
     }
 }
 

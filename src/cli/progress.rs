@@ -75,7 +75,7 @@ fn describe(report: &PassReport, forecast: &Forecast) -> String {
         text += &format!("  {} left", foretold_duration(left));
     }
     if forecast.waiting_for == Some(WaitingFor::LeastPasses) {
-        text += ", until enough passes tell the error";
+        text += ", until there are enough passes to estimate the error";
     }
     text
 }
@@ -131,6 +131,9 @@ mod tests {
         );
         assert_eq!(describe(&report(), &left(Some(2e83), None)), format!("{errors}  > 1 h left"));
         let floor = describe(&report(), &left(Some(0.5), Some(WaitingFor::LeastPasses)));
-        assert!(floor.starts_with(errors) && floor.ends_with(" left, until enough passes tell the error"), "{floor}");
+        assert!(
+            floor.starts_with(errors) && floor.ends_with(" left, until there are enough passes to estimate the error"),
+            "{floor}"
+        );
     }
 }

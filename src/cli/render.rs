@@ -58,7 +58,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
         eprintln!("{}", predictions_table(&predictions).trim_matches('\n'));
         prepared.foretell(predictions);
     }
-    std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
+    std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be created", args.out.display()))?;
 
     let stop = cancel_on_interrupt()?;
     let (rendered, passes) = std::thread::scope(|scope| {
@@ -131,7 +131,7 @@ pub fn cancel_on_interrupt() -> anyhow::Result<Stop> {
     let stop = Stop::default();
     let interrupted = stop.clone();
     let runtime =
-        tokio::runtime::Builder::new_current_thread().enable_all().build().context("signals cannot be listened to")?;
+        tokio::runtime::Builder::new_current_thread().enable_all().build().context("cannot listen for signals")?;
     std::thread::spawn(move || {
         runtime.block_on(async {
             while next_interrupt().await.is_ok() {
@@ -189,7 +189,7 @@ pub fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let open = || File::options().write(true).create(true).truncate(false).open(&file);
     let opened = match open() {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+            std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be created", folder.display()))?;
             open()
         }
         opened => opened,

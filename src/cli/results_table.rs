@@ -49,11 +49,11 @@ fn results_table(job: &Value) -> String {
         ]
     });
     if let Some(verdict) = job["cross_check"]["verdict"].as_str() {
-        text.push_str(&format!("second opinion: {verdict}\n"));
+        text.push_str(&format!("cross-check: {verdict}\n"));
     }
     table(&mut text, vec!["tube", "into the room, lm", "efficiency, %"], tubes.collect());
     if text.contains(" +- ") {
-        text.push_str("+- is half an interval of 95 %\n");
+        text.push_str("+- is the half-width of the 95 % confidence interval\n");
     }
     text
 }
@@ -137,7 +137,7 @@ mod tests {
         let text = results_table(&job);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 7, "{text}");
-        assert_eq!(lines[6], "+- is half an interval of 95 %");
+        assert_eq!(lines[6], "+- is the half-width of the 95 % confidence interval");
         assert_eq!(
             lines[1],
             "floor  211.04 +- 0.62  187.2 +- 2.2  51.0 +- 1.8   0.2420 +- 0.0094  0.4070, 0.4030, 0.2550"

@@ -91,8 +91,8 @@ pub fn runtime() -> anyhow::Result<Runtime> {
 
 /// Waits for SIGTERM or SIGINT; a second signal exits the process immediately.
 pub async fn wait_for_signal() -> anyhow::Result<()> {
-    let mut terminate = signal(SignalKind::terminate()).context("SIGTERM cannot be watched")?;
-    let mut interrupt = signal(SignalKind::interrupt()).context("SIGINT cannot be watched")?;
+    let mut terminate = signal(SignalKind::terminate()).context("cannot listen for SIGTERM")?;
+    let mut interrupt = signal(SignalKind::interrupt()).context("cannot listen for SIGINT")?;
     tokio::select! {
         _ = terminate.recv() => tracing::info!("SIGTERM: stopping"),
         _ = interrupt.recv() => tracing::info!("SIGINT: stopping"),
@@ -124,7 +124,7 @@ impl RunningService {
     /// database and artifacts do not belong together, or the address is taken.
     pub async fn start(config: Config) -> anyhow::Result<Self> {
         create_private_folder(&config.data)
-            .with_context(|| format!("the data folder {} cannot be made", config.data.display()))?;
+            .with_context(|| format!("the data folder {} cannot be created", config.data.display()))?;
         let lock = lock(&config.data)?;
         let listener =
             TcpListener::bind(config.listen).await.with_context(|| format!("cannot listen on {}", config.listen))?;
@@ -154,7 +154,7 @@ impl RunningService {
             .with_context(|| format!("{} and {} cannot be used", database.display(), folder.display()))?;
         let died = record.identity.is_some() && !record.ended_well;
         if died {
-            tracing::warn!("the process before this one did not end by itself: looking for damage");
+            tracing::warn!("the previous process did not shut down cleanly: checking the database for damage");
             store.check().await.with_context(|| format!("{} cannot be used", database.display()))?;
         }
         let sweep = ownership::files_to_sweep(store.as_ref(), &artifacts, &record).await?;
@@ -162,10 +162,10 @@ impl RunningService {
         // the lock excludes other processes: any lease was left by one that ended
         let taken_back = store.take_back(died).await?;
         if taken_back.ready > 0 {
-            tracing::info!(chunks = taken_back.ready, "chunks of a process that ended are ready again");
+            tracing::info!(chunks = taken_back.ready, "chunks left by the previous process are queued again");
         }
         for job in taken_back.failed {
-            tracing::error!(%job, "the job failed: processes died while rendering it");
+            tracing::error!(%job, "the job failed: the process died repeatedly while rendering it");
         }
         let shutdown = CancellationToken::new();
         let live = Arc::new(LiveJobs::default());
@@ -214,7 +214,7 @@ impl RunningService {
         let ended = async { futures::future::join(self.server, self.worker).await };
         let in_time = tokio::time::timeout(STOP_TIME, ended).await.is_ok();
         if let Err(error) = self.store.set_serving(false).await {
-            tracing::warn!(%error, "the next start will take this end for a crash");
+            tracing::warn!(%error, "the clean shutdown cannot be recorded: the next start will treat it as a crash");
         }
         if in_time {
             self.store.close().await;

@@ -49,13 +49,13 @@ pub struct StudyArgs {
 
 /// Runs a study and writes its files. Errors of the document are [`DocumentErrors`].
 pub fn run(args: StudyArgs) -> anyhow::Result<()> {
-    let unreadable = |error| DocumentErrors::from(FieldError::new("", format!("no JSON: {error}")));
+    let unreadable = |error| DocumentErrors::from(FieldError::new("", format!("not JSON: {error}")));
     let job: Value = serde_json::from_slice(&read_job(&args.job)?).map_err(unreadable)?;
     let methods = match args.methods.is_empty() {
         true => method::names().map(str::to_owned).collect(),
         false => args.methods.clone(),
     };
-    std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
+    std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be created", args.out.display()))?;
     let progress = StudyProgress::new();
     let told =
         if args.views { of_views(&args, job, methods, &progress) } else { of_grids(&args, job, methods, &progress) };
@@ -147,7 +147,7 @@ impl Growing<'_> {
         self.written?;
         study.map_err(|error| match (&error, self.file) {
             (StudyError::Cancelled { .. } | StudyError::Render(_), Some(file)) => {
-                anyhow!("{error}; table in {}", self.out.join(file).display())
+                anyhow!("{error}; the results so far are in {}", self.out.join(file).display())
             }
             _ => of_document(error),
         })

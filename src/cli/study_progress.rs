@@ -52,7 +52,7 @@ pub enum Left {
 fn line(done: usize, of: usize, next: &str, left: Option<Left>) -> String {
     let left = match left {
         Some(Left::About(seconds)) if seconds > 0.0 => format!(", about {} left", duration(seconds, 2)),
-        Some(Left::AtMost(seconds)) if seconds > 0.0 => format!(", {} left at most", duration(seconds, 2)),
+        Some(Left::AtMost(seconds)) if seconds > 0.0 => format!(", at most {} left", duration(seconds, 2)),
         _ => String::new(),
     };
     format!("{done} of {of} runs{left}: {next}")
@@ -69,7 +69,7 @@ mod tests {
             line(12, 60, next, Some(Left::About(200.0))),
             "12 of 60 runs, about 3.3 min left: path_tracing to 2.0 %"
         );
-        assert_eq!(line(1, 9, next, Some(Left::AtMost(30.0))), "1 of 9 runs, 30 s left at most: path_tracing to 2.0 %");
+        assert_eq!(line(1, 9, next, Some(Left::AtMost(30.0))), "1 of 9 runs, at most 30 s left: path_tracing to 2.0 %");
         assert_eq!(line(0, 60, "reference", None), "0 of 60 runs: reference");
         assert_eq!(line(60, 60, "done", Some(Left::About(0.0))), "60 of 60 runs: done");
     }

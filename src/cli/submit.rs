@@ -69,8 +69,9 @@ pub async fn submit_and_download(
         None => document,
     };
     let job = client.submit(document, predict, &Uuid::new_v4().to_string()).await?;
-    let path = job["links"]["self"].as_str().context("the service gave the job no path")?.to_owned();
-    let events = job["links"]["events"].as_str().context("the service gave the job no events")?.to_owned();
+    let path = job["links"]["self"].as_str().context("the service's answer has no path of the job")?.to_owned();
+    let events =
+        job["links"]["events"].as_str().context("the service's answer has no path of the job's events")?.to_owned();
     let progress = Progress::new(stop_rule(&job)?);
     let last = client.follow(&events, |news| match news {
         News::Event(event) => {
@@ -80,9 +81,9 @@ pub async fn submit_and_download(
                 progress.pass_done(&pass.report, &pass.forecast);
             }
         }
-        News::Lost => progress.note("connection lost, waiting"),
+        News::Lost => progress.note("connection lost, reconnecting"),
         News::Back(event) => match event.data["passes"].as_u64() {
-            Some(passes) => progress.note(&format!("back at pass {passes}")),
+            Some(passes) => progress.note(&format!("reconnected at pass {passes}")),
             None => progress.note("back"),
         },
     });
@@ -96,7 +97,7 @@ pub async fn submit_and_download(
     let job = client.json(&path).await?;
     download(client, &job, out, figures).await?;
     if last.name == "cancelled" {
-        bail!("the job was cancelled; what it had computed is in {}", out.display());
+        bail!("the job was cancelled; the results so far are in {}", out.display());
     }
     Ok(job)
 }
@@ -133,7 +134,7 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
     if job["progress"]["passes"].as_u64() == Some(0) {
         return write(out, "result.json", &serde_json::to_vec_pretty(job)?);
     }
-    let this = job["links"]["self"].as_str().context("the service gave the job no path")?;
+    let this = job["links"]["self"].as_str().context("the service's answer has no path of the job")?;
     let names = |outputs: &str| -> Vec<&str> {
         let outputs = job["document"][outputs].as_array().into_iter().flatten();
         outputs.filter_map(|output| output["name"].as_str()).collect()
@@ -158,7 +159,7 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
     for (name, links) in job["links"]["figures"].as_object().into_iter().flatten() {
         for format in figures.formats() {
             let suffix = format.suffix();
-            let path = links[suffix].as_str().context("the service gave a figure no path")?;
+            let path = links[suffix].as_str().context("the service's answer has no path of a figure")?;
             write(out, &format!("figures/{name}.{suffix}"), &client.bytes(path).await?)?;
         }
     }
@@ -174,18 +175,19 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
 fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let relative = Path::new(name);
     if !relative.components().all(|component| matches!(component, Component::Normal(_))) {
-        bail!("the service named a file {name:?}");
+        bail!("the service named a file outside the output folder: {name:?}");
     }
     let file = out.join(relative);
     let folder = file.parent().unwrap_or(out);
-    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be created", folder.display()))?;
     std::fs::write(&file, bytes).with_context(|| format!("{} cannot be written", file.display()))
 }
 
 /// Returns the stop rule of the job, for the progress bar.
 fn stop_rule(job: &Value) -> anyhow::Result<StopRule> {
     let stop = &job["document"]["stop"];
-    let number = |name: &str| stop[name].as_f64().with_context(|| format!("the service gave the job no stop.{name}"));
+    let number =
+        |name: &str| stop[name].as_f64().with_context(|| format!("the service's answer has no stop.{name} of the job"));
     Ok(StopRule {
         relative_error: number("relative_error")?,
         view_relative_error: number("view_relative_error")?,

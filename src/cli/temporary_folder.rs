@@ -11,7 +11,7 @@ impl TemporaryFolder {
     /// Creates a folder; `purpose` is part of its name.
     pub fn new(purpose: &str) -> anyhow::Result<Self> {
         let folder = std::env::temp_dir().join(format!("skyduct-{purpose}-{}", uuid::Uuid::new_v4()));
-        std::fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+        std::fs::create_dir_all(&folder).with_context(|| format!("{} cannot be created", folder.display()))?;
         Ok(Self(folder))
     }
 

@@ -96,7 +96,10 @@ impl DatabaseCopy {
             .await
             .map_err(store_error)?;
         if identified.rows_affected() == 0 {
-            return Err(StoreError::Failed("no service of this version has started on the database".to_owned()));
+            return Err(StoreError::Failed(
+                "no service of this version has used the database yet: start one on it, then make the backup"
+                    .to_owned(),
+            ));
         }
         self.copy.close().await.map_err(store_error)?;
         self.original.close().await.map_err(store_error)

@@ -26,7 +26,8 @@ pub(super) fn check_names(file: &File, path: &Path) -> Result<(), StoreError> {
     match file.metadata().map_err(|error| failed(error.to_string()))?.nlink() {
         0 | 1 => Ok(()),
         names => Err(failed(format!(
-            "the file has {names} names (hard links), and a database must have one: remove the others, or copy the file"
+            "the file has {names} names (hard links), but a database must have only one: remove the others, or copy \
+             the file"
         ))),
     }
 }
@@ -39,7 +40,7 @@ pub(super) fn check_version(version: &str) -> Result<(), StoreError> {
     if found < OLDEST_SQLITE {
         let (major, minor, patch) = OLDEST_SQLITE;
         return Err(StoreError::Failed(format!(
-            "SQLite {version} is linked; {major}.{minor}.{patch} or newer is needed"
+            "the program is linked to SQLite {version}, but needs {major}.{minor}.{patch} or newer"
         )));
     }
     Ok(())

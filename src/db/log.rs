@@ -56,7 +56,8 @@ impl Log {
         }
         let number = self.begun.fetch_add(1, Ordering::SeqCst) + 1;
         if let Err(error) = self.sync().await {
-            tracing::warn!(%error, file = %self.file.display(), "the disk refuses the log; it is taken into the database");
+            tracing::warn!(%error, file = %self.file.display(), "the write-ahead log cannot be synced to the disk; it \
+                                                                 is written into the database instead");
             self.checkpoint().await?;
         }
         *safe_by = number;
@@ -78,7 +79,7 @@ impl Log {
         let [busy, in_log, written] = [0, 1, 2].map(|column| row.try_get::<i64, _>(column));
         match (busy.map_err(store_error)?, in_log.map_err(store_error)?, written.map_err(store_error)?) {
             (0, in_log, written) if in_log == written => Ok(()),
-            _ => Err(StoreError::Unavailable("the log cannot be taken into the database now".to_owned())),
+            _ => Err(StoreError::Unavailable("the write-ahead log cannot be written into the database now".to_owned())),
         }
     }
 

@@ -21,7 +21,9 @@ pub(super) async fn add(tx: &mut SqliteConnection, mesh: Mesh) -> Result<Mesh, S
     .execute(&mut *tx)
     .await
     .map_err(store_error)?;
-    self::mesh(tx, &mesh.id).await?.ok_or_else(|| StoreError::Failed("the new mesh is not there".into()))
+    self::mesh(tx, &mesh.id)
+        .await?
+        .ok_or_else(|| StoreError::Failed("the mesh that was just stored is missing in the database".into()))
 }
 
 pub(super) async fn mesh(connection: &mut SqliteConnection, id: &str) -> Result<Option<Mesh>, StoreError> {

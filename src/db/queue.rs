@@ -210,7 +210,7 @@ pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<T
             .map_err(store_error)?;
     let mut failed = Vec::new();
     for job in given_up {
-        let detail = format!("the process died {MAX_DEATHS} times while rendering it");
+        let detail = format!("the process died {MAX_DEATHS} times while rendering this job");
         let finish = Finish::failed("The process died", detail);
         finish_job(tx, JobChange::new(&job), &finish).await?;
         failed.extend(Uuid::parse_str(&job));

@@ -94,7 +94,8 @@ pub(super) fn whole(row: &SqliteRow, column: &str, shared: &str) -> Result<Value
         return json(row, column);
     }
     let (own, shared): (String, Option<String>) = (get(row, column)?, get(row, shared)?);
-    let shared = shared.ok_or_else(|| StoreError::Failed("a job's study is gone".to_owned()))?;
+    let shared =
+        shared.ok_or_else(|| StoreError::Failed("the study of a job is missing in the database".to_owned()))?;
     joined(&shared, &own).map_err(|_| broken(column, &own))
 }
 
@@ -174,11 +175,13 @@ pub(super) fn name_of(value: &StoppedBy) -> Result<String, StoreError> {
 }
 
 pub(super) fn to_json<T: Serialize>(value: &T) -> Result<String, StoreError> {
-    serde_json::to_string(value).map_err(|error| StoreError::Failed(format!("not JSON: {error}")))
+    serde_json::to_string(value)
+        .map_err(|error| StoreError::Failed(format!("a value cannot be written as JSON: {error}")))
 }
 
 pub(super) fn to_value<T: Serialize>(value: &T) -> Result<Value, StoreError> {
-    serde_json::to_value(value).map_err(|error| StoreError::Failed(format!("not JSON: {error}")))
+    serde_json::to_value(value)
+        .map_err(|error| StoreError::Failed(format!("a value cannot be written as JSON: {error}")))
 }
 
 /// Converts a count for a column, which is signed; counts never come near 2^63.
@@ -192,5 +195,5 @@ fn unsigned(value: i64) -> u64 {
 
 fn broken(column: &str, text: &str) -> StoreError {
     let start: String = text.chars().take(40).collect();
-    StoreError::Failed(format!("column {column} holds {start:?}"))
+    StoreError::Failed(format!("the column {column} holds an unexpected value: {start:?}"))
 }

@@ -27,14 +27,14 @@ pub fn encode(estimate: &Estimate) -> Vec<u8> {
 
 /// Decodes an estimate with the shape of `empty`; an error says in one sentence what is wrong with the bytes.
 pub fn decode(empty: Estimate, bytes: &[u8]) -> Result<Estimate, String> {
-    let split = bytes.len().checked_sub(HASH_LEN).ok_or("the checkpoint is cut short")?;
+    let split = bytes.len().checked_sub(HASH_LEN).ok_or("the checkpoint ends too early")?;
     let (content, hash) = bytes.split_at(split);
     if blake3::hash(content).as_bytes() != hash {
         return Err("the checkpoint is damaged: its hash does not match".into());
     }
-    let content = content.strip_prefix(&MAGIC).ok_or("not a checkpoint of this version")?;
+    let content = content.strip_prefix(&MAGIC).ok_or("not a checkpoint of this version of skyduct")?;
     let mut words = content.chunks_exact(8).map(|word| word.try_into().map(u64::from_le_bytes).unwrap_or_default());
-    let mut next = || words.next().ok_or_else(|| "the checkpoint is cut short".to_string());
+    let mut next = || words.next().ok_or_else(|| "the checkpoint ends too early".to_string());
     let (passes, photons, rays, lost_rays, count) = (next()?, next()?, next()?, next()?, next()?);
     let mut estimate = Estimate { passes, photons, rays, lost_rays, ..empty };
     let mut values = Vec::with_capacity(count as usize);
@@ -47,7 +47,7 @@ pub fn decode(empty: Estimate, bytes: &[u8]) -> Result<Estimate, String> {
         expected += 1;
     });
     if expected != values.len() || next().is_ok() {
-        return Err(format!("the checkpoint has {count} values, the job {expected}"));
+        return Err(format!("the checkpoint has {count} values, but the job has {expected}"));
     }
     Ok(estimate)
 }

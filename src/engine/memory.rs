@@ -49,7 +49,7 @@ impl RenderJob {
         let (pointer, ..) = parts.into_iter().max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or(("", "", 0.0));
         let each = parts.map(|(_, name, bytes)| format!("{name} {}", gigabytes(bytes))).join(", ");
         let detail = format!(
-            "the job would take about {} of memory ({each}), but a job may take {} here",
+            "the job would take about {} of memory ({each}), but the limit is {}: make its largest part smaller",
             gigabytes(memory.total()),
             gigabytes(limit_bytes as f64)
         );

@@ -57,7 +57,7 @@ pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<RenderJob, Do
 /// Prepares a parsed document: builds and plans its scene, and refuses requests that the plan cannot meet.
 pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<RenderJob, DocumentErrors> {
     let still_wanted = || match meshes.is_cancelled() {
-        true => Err(DocumentErrors::from(FieldError::new("", "nobody waits for this document any more"))),
+        true => Err(DocumentErrors::from(FieldError::new("", "cancelled: the client no longer waits for the answer"))),
         false => Ok(()),
     };
     let (mut scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
@@ -75,7 +75,8 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     let missing = effects.weigh(&scene, &traceable).into_iter();
     let missing = missing.filter(|(_, left_out)| left_out.largest() > stop.relative_error);
     warnings.extend(missing.map(|(kind, left_out)| {
-        let detail = format!("{} is switched off, but the scene calls for it: {}", kind.name(), left_out.words(kind));
+        let detail =
+            format!("the effect {} is switched off, but the scene calls for it: {}", kind.name(), left_out.words(kind));
         Warning { code: WarningCode::EffectLeftOut, detail }
     }));
     let request = document.method.request();
@@ -235,8 +236,8 @@ impl RenderJob {
     pub fn no_results(&self, stopped_by: StoppedBy, merged: &Estimate) -> Option<String> {
         (stopped_by == StoppedBy::MaxSeconds && merged.passes == 0).then(|| {
             format!(
-                "/stop/max_seconds: not one pass ended within {} s; allow more seconds, or ask for smaller passes: fewer pixels, \
-                 cells, samples or photons",
+                "/stop/max_seconds: no pass was finished within {} s; allow more seconds, or make passes smaller: \
+                 fewer pixels, cells, samples or photons",
                 self.stop.max_seconds
             )
         })

@@ -150,12 +150,12 @@ fn legend_of(series: &[ErrorSeries]) -> Vec<Entry> {
         if let Some(course) = &one.course {
             let slope = [course.exponent, course.half_interval].map(|number| fixed(number, 2)).join(" ± ");
             let line = Some(Line::new(colour, 1.0).dashed(&[6.0, 3.0]));
-            let name = format!("foretold by the passes, slope {slope}, 95 % band");
+            let name = format!("extrapolated from the passes, slope {slope}, 95 % band");
             entries.push(Entry { name, line, mark: None, area: Some((colour, 0.15)) });
         }
         if !one.foretold.is_empty() {
             let line = Some(Line::new(colour, 3.0).dashed(&[2.0, 2.0]));
-            entries.push(Entry { name: "predicted before".to_owned(), line, mark: None, area: None });
+            entries.push(Entry { name: "predicted before the start".to_owned(), line, mark: None, area: None });
         }
     }
     if !entries.is_empty() {
@@ -180,7 +180,7 @@ fn draw_series(drawing: &mut Drawing, axes: &Axes, series: &ErrorSeries, colour:
         let line = axes.line([(axes.x.from, 100.0 * asked), (axes.x.to, 100.0 * asked)]);
         drawing.line(line, Line::new(colour, 1.0).dashed(&[10.0, 4.0]));
         let at = axes.at(axes.x.to, 100.0 * asked) + DVec2::new(-6.0, -5.0);
-        let text = format!("asked of {}: {} %", series.name, short(rounded(100.0 * asked)));
+        let text = format!("requested for {}: {} %", series.name, short(rounded(100.0 * asked)));
         drawing.text(at, text, Type::new(11.0, colour).anchored(Anchor::End).rimmed(Colour::Paper));
     }
     draw_foretold(drawing, axes, &series.foretold, colour);
@@ -278,8 +278,8 @@ mod tests {
         let [with, without] =
             [foretold, Vec::new()].map(|foretold| convergence(&Heading::of("test"), &[one(foretold)]));
         assert!(
-            with.texts().any(|text| text == "predicted before")
-                && without.texts().all(|text| text != "predicted before")
+            with.texts().any(|text| text == "predicted before the start")
+                && without.texts().all(|text| text != "predicted before the start")
         );
         let svg = svg(&with).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
@@ -309,7 +309,7 @@ mod tests {
         for text in [
             "Convergence",
             "slope −1/2",
-            "asked of grids: 2 %",
+            "requested for grids: 2 %",
             "0.400 s",
             "about 17 min",
             "> 1 h",
@@ -319,6 +319,6 @@ mod tests {
         ] {
             assert!(texts.contains(&text), "{text}: {texts:?}");
         }
-        assert!(texts.contains(&"foretold by the passes, slope −0.50 ± 0.03, 95 % band"), "{texts:?}");
+        assert!(texts.contains(&"extrapolated from the passes, slope −0.50 ± 0.03, 95 % band"), "{texts:?}");
     }
 }

@@ -354,7 +354,7 @@ mod tests {
         {
             assert!(texts.contains(&text), "{text}: {texts:?}");
         }
-        assert!(texts.iter().any(|text| text.starts_with("greatest 59")), "{texts:?}");
+        assert!(texts.iter().any(|text| text.starts_with("maximum 59")), "{texts:?}");
         // on the bar, and on a line
         assert_eq!(texts.iter().filter(|text| **text == "300").count(), 2, "{texts:?}");
     }

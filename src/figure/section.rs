@@ -101,7 +101,7 @@ impl Section {
         if !self.light.is_empty() {
             let from = DVec2::new(within.to.x + 34.0, within.to.y - BAR_HEIGHT);
             let bar = Rectangle { from, to: from + DVec2::new(BAR_WIDTH, BAR_HEIGHT) };
-            scale_of_light.draw(&mut drawing, bar, "light left, %");
+            scale_of_light.draw(&mut drawing, bar, "remaining light, %");
         }
         for tube in &self.tubes {
             draw_tube(&mut drawing, &axes, tube);

@@ -54,11 +54,11 @@ pub fn check_allowed_host(host: &str) -> Result<(), String> {
     match host.parse::<Authority>() {
         // not repeated: it has a password
         Ok(name) if name.as_str().contains('@') => {
-            Err("a host has neither user nor password: write host or host:port".into())
+            Err("a host must not contain a user name or password: write host or host:port".into())
         }
         Ok(_) => Ok(()),
-        Err(_) if host.contains('@') => Err("a host is written as host or host:port".into()),
-        Err(_) => Err(format!("{host:?} is no host: write host or host:port, without a scheme or a path")),
+        Err(_) if host.contains('@') => Err("a host must be written as host or host:port".into()),
+        Err(_) => Err(format!("{host:?} is not a valid host: write host or host:port, without scheme and path")),
     }
 }
 
@@ -82,13 +82,13 @@ pub async fn check_access(State(access): State<Arc<Access>>, request: Request, n
 fn check_host(access: &Access, version: Version, uri: &Uri, headers: &HeaderMap) -> Result<Option<Authority>, Problem> {
     let mut hosts = headers.get_all(header::HOST).iter();
     let host = match (hosts.next(), hosts.next()) {
-        (_, Some(_)) => return Err(Problem::bad_request("a request has one Host")),
+        (_, Some(_)) => return Err(Problem::bad_request("the request has more than one Host header")),
         // HTTP/1.0 has no Host
         (None, None) if version < Version::HTTP_11 => None,
-        (None, None) => return Err(Problem::bad_request("a request of HTTP/1.1 has a Host")),
+        (None, None) => return Err(Problem::bad_request("the header Host is missing, which HTTP/1.1 requires")),
         (Some(host), None) => Some(host),
     };
-    let unreadable = || Problem::bad_request("Host is a name or an address, with or without a port");
+    let unreadable = || Problem::bad_request("Host must be a name or an address, with or without a port");
     let host = host.map(|host| Authority::try_from(host.as_bytes()).map_err(|_| unreadable())).transpose()?;
     // a whole address in the first line comes before Host (RFC 9112, 3.2.2)
     let host = uri.authority().cloned().or(host);
@@ -98,10 +98,12 @@ fn check_host(access: &Access, version: Version, uri: &Uri, headers: &HeaderMap)
             ProblemKind::UnknownHost,
             match access.listen {
                 listen if listen.ip().is_unspecified() => format!(
-                    "this service answers at its addresses and at localhost, not as {host}: names are configured in allowed_hosts"
+                    "this service answers to its addresses and to localhost, not to {host}: to allow this name, add \
+                     it to allowed_hosts in the configuration"
                 ),
                 listen => format!(
-                    "this service answers at its own address and at localhost:{}, not as {host}: more names are configured in allowed_hosts",
+                    "this service answers to its own address and to localhost:{}, not to {host}: to allow this name, \
+                     add it to allowed_hosts in the configuration",
                     listen.port()
                 ),
             },
@@ -131,7 +133,8 @@ fn check_site(access: &Access, method: &Method, headers: &HeaderMap, host: Optio
     if from_elsewhere {
         return Err(Problem::new(
             ProblemKind::CrossSite,
-            "the request comes from a web page of another origin: origins that may call this service are configured in cors_origins",
+            "the request comes from a web page of another origin: to allow it, add the origin to cors_origins in the \
+             configuration",
         ));
     }
     Ok(())

@@ -75,7 +75,10 @@ impl Answer {
         match range.map_or(Requested::Whole, |range| requested(range, size)) {
             Requested::Whole => Ok(Self::Whole),
             Requested::Part(range) => Ok(Self::Part(range)),
-            Requested::Unsatisfiable => Err(Problem::new(ProblemKind::Range, format!("the file has {size} bytes"))),
+            Requested::Unsatisfiable => Err(Problem::new(
+                ProblemKind::Range,
+                format!("the range lies beyond the end of the file, which has {size} bytes"),
+            )),
         }
     }
 
@@ -115,7 +118,8 @@ pub fn check_coding(headers: &HeaderMap) -> Result<(), Problem> {
     match coding.as_deref().map(str::trim) {
         None | Some("" | "identity") => Ok(()),
         Some(coding) => Err(Problem::unsupported_media_type(format!(
-            "the body is sent with `Content-Encoding: {coding}`, which is not decoded here: send it as it is"
+            "the body is sent with `Content-Encoding: {coding}`, which this service does not decode: send the body \
+             without encoding"
         ))),
     }
 }

@@ -138,7 +138,7 @@ pub async fn convergence(
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.json", operation_id = "get_convergence_json", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The passes so far", body = Convergence),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     json(&app, id, &headers, ROWS_OF_FILES).await
@@ -148,7 +148,7 @@ pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.csv", operation_id = "get_convergence_csv", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The passes so far", body = String, content_type = "text/csv"),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     csv(&app, id, &headers, ROWS_OF_FILES).await
@@ -158,7 +158,7 @@ pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", operation_id = "get_convergence_svg", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The figure", body = String, content_type = "image/svg+xml"),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     picture(&app, id, &headers, FigureFormat::Svg).await
@@ -169,7 +169,7 @@ pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
     params(("id" = Uuid, Path), DensityQuery),
     responses(
         (status = 200, description = "The figure", body = inline(Binary), content_type = "image/png"),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_png(
@@ -185,7 +185,7 @@ pub async fn convergence_png(
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.pdf", operation_id = "get_convergence_pdf", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The figure", body = inline(Binary), content_type = "application/pdf"),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     picture(&app, id, &headers, FigureFormat::Pdf).await

@@ -47,7 +47,9 @@ pub fn around(router: Router, origins: &[String]) -> Router {
 pub fn check_origin(origin: &str) -> Result<(), String> {
     if origin.contains('@') {
         // not repeated: it has a password
-        return Err("an origin has neither user nor password: write scheme://host or scheme://host:port".to_owned());
+        return Err(
+            "an origin must not contain a user name or password: write scheme://host or scheme://host:port".to_owned()
+        );
     }
     let uri: Option<Uri> = origin.parse().ok();
     let rebuilt = uri.and_then(|uri| Some(format!("{}://{}", uri.scheme_str()?, uri.authority()?)));
@@ -55,7 +57,7 @@ pub fn check_origin(origin: &str) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!(
-            "{origin:?} is no origin: write scheme://host or scheme://host:port in small letters, without a path"
+            "{origin:?} is not a valid origin: write scheme://host or scheme://host:port in lower case, without a path"
         ))
     }
 }

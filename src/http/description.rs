@@ -36,13 +36,15 @@ use crate::queue::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, 
         StudyEvent
     )),
     tags(
-        (name = "jobs", description = "Job documents and what becomes of them"),
-        (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
-        (name = "studies", description = "What accuracy costs: several methods on one job against a reference"),
+        (name = "jobs", description = "Submit, plan, follow, list, cancel and delete jobs"),
+        (name = "results", description = "Grids, pictures, figures and convergence of a job; while it runs, the \
+                                          results so far"),
+        (name = "studies", description = "Compare methods on one job: the time that each takes to each accuracy, \
+                                          against a reference"),
         (name = "meshes", description = "Uploaded OBJ files"),
-        (name = "skies", description = "The sky types of CIE S 011, and the clocks of places"),
+        (name = "skies", description = "Sky types of CIE S 011, and time zones of places"),
         (name = "tubes", description = "Closed forms of straight tubes"),
-        (name = "operation", description = "Health, numbers, this description"),
+        (name = "operation", description = "Health checks, metrics, and this description of the interface"),
     )
 )]
 pub struct Description;
@@ -55,7 +57,7 @@ pub fn completed(mut description: utoipa::openapi::OpenApi) -> utoipa::openapi::
         for operation in [&mut path.get, &mut path.post, &mut path.delete].into_iter().flatten() {
             complete(operation);
             if name.starts_with(CHECKED) {
-                let invalid = || problem("A parameter is not valid; `errors` name it").into();
+                let invalid = || problem("A parameter is not valid; see `errors`").into();
                 operation.responses.responses.entry("422".to_owned()).or_insert_with(invalid);
             }
         }
@@ -130,17 +132,26 @@ struct CommonProblems;
 impl IntoResponses for CommonProblems {
     fn responses() -> BTreeMap<String, RefOr<OpenApiResponse>> {
         BTreeMap::from([
-            ("408".to_owned(), problem("The request did not arrive, or was not answered, in time").into()),
-            ("429".to_owned(), problem("The client has as much as one may have").into()),
-            ("500".to_owned(), problem("A fault of the service").into()),
-            ("503".to_owned(), problem("The service is shutting down, busy, or cannot reach its stores").into()),
+            (
+                "408".to_owned(),
+                problem("The request did not arrive completely, or could not be answered, in time").into(),
+            ),
+            (
+                "429".to_owned(),
+                problem("The client has reached one of its limits, such as that of open connections").into(),
+            ),
+            ("500".to_owned(), problem("Internal error of the service").into()),
+            (
+                "503".to_owned(),
+                problem("The service is shutting down, busy, or cannot reach its database or disk").into(),
+            ),
         ])
     }
 }
 
 fn retry_after() -> RefOr<Header> {
     let seconds = ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0));
-    HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait before the next try")).build().into()
+    HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait before trying again")).build().into()
 }
 
 /// Documents that run as they are: the files of `examples` that need no meshes.

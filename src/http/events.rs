@@ -50,15 +50,18 @@ pub struct EventsQuery {
 /// each event's data. An `EventSource` receives named events by a listener of each name only, not by `onmessage`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "get_job_events", tag = "jobs",
     extensions(("x-events" = json!(events_of_a_job()))),
-    params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),
+    params(("id" = Uuid, Path),
+        EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "Id of the last event that was received")),
     responses(
-        (status = 200, description = "The stream", body = JobEvent, content_type = "text/event-stream"),
-        (status = 204, description = "All events were received before"),
-        (status = 400, description = "Last-Event-ID is not a number", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The stream of events", body = JobEvent, content_type = "text/event-stream"),
+        (status = 204, description = "The client has received all events already, and no more will come"),
+        (status = 400, description = "The header Last-Event-ID is not a number", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "`after` is no number, or below 0", body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "Too many streams of this client are open", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "Too many streams are open", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "`after` is not a number, or is negative", body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "This client has too many event streams open",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The service has too many event streams open",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn events(
     app: App,
     client: Client,
@@ -108,7 +111,7 @@ pub(super) fn last_heard(by_header: Option<i64>, after: Option<i64>) -> Result<i
 fn restarted(head: &JobHead) -> Event {
     let data = Restarted {
         from_pass: head.progress.passes + 1,
-        reason: format!("the service lost the events after {}, which were told", head.last_seq),
+        reason: format!("the service lost the events after {}, although they had been sent", head.last_seq),
     };
     // our own types always serialise
     let data = serde_json::to_value(data).unwrap_or_default();

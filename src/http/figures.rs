@@ -24,12 +24,16 @@ const FORMATS: [Format; 3] = [Format::Svg, Format::Png, Format::Pdf];
 /// Draws the sky with the sun's path of the day, a section through room, roof and tubes, the flux of a tube and where it goes, or
 /// plan, section and picture side by side.
 #[utoipa::path(get, path = "/v1/jobs/{id}/figures/{file}", operation_id = "get_figure", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "`sky`, `section_x`, `section_y`, `overview`, or `lumens_` and the number of a tube; with `.svg`, `.png` or `.pdf` a file"), DensityQuery),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "`sky`, `section_x`, `section_y`, `overview`, \
+                                                                       or `lumens_` and the number of a tube; a \
+                                                                       suffix `.svg`, `.png` or `.pdf` selects the \
+                                                                       format"), DensityQuery),
     responses(
         (status = 200, description = "The figure", content((String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or figure, or what it shows is not known (yet)", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job or figure, or no data for it (yet)",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn figure(
     app: App,
     Path((id, file)): Path<(Uuid, String)>,
@@ -60,7 +64,7 @@ async fn of_site(app: &Service, id: Uuid, name: &str, format: FigureFormat) -> R
         let subject = Subject::new(&job.document, &job.plan);
         let facts = SiteFacts::of(job.summary.as_ref().unwrap_or(&Value::Null));
         let drawing = site_figure(found, &subject, &facts);
-        let drawing = drawing.ok_or_else(|| Problem::not_found("the job does not know what the figure shows"))?;
+        let drawing = drawing.ok_or_else(|| Problem::not_found("the job has no data for this figure (yet)"))?;
         format.write(&drawing).map_err(|error| internal("drawing failed", &error))
     });
     drawn.await?

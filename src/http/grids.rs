@@ -110,7 +110,7 @@ impl GridQuery {
             ("density", self.density.is_some()),
         ];
         match given.into_iter().find(|(_, given)| *given) {
-            Some((name, _)) => Err(Problem::invalid_parameter(name, "is of .png, .svg and .pdf")),
+            Some((name, _)) => Err(Problem::invalid_parameter(name, "is allowed only with .png, .svg and .pdf")),
             None => Ok(()),
         }
     }
@@ -118,15 +118,17 @@ impl GridQuery {
 
 /// Returns a grid.
 #[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", operation_id = "get_grid", tag = "results",
-    params(("id" = Uuid, Path), ("name" = String, Path, description = "The grid's name; with `.json`, `.csv`, `.png`, `.svg` or `.pdf` a file"), GridQuery),
+    params(("id" = Uuid, Path), ("name" = String, Path, description = "The grid's name; a suffix `.json`, `.csv`, \
+                                                                       `.png`, `.svg` or `.pdf` selects the format"), GridQuery),
     responses(
         (status = 200, description = "Illuminance and its standard error; as PNG, SVG and PDF a map over the plan of the room, with lines of equal value",
             content((GridResult = "application/json"), (String = "text/csv"), (inline(Binary) = "image/png"), (String = "image/svg+xml"), (inline(Binary) = "application/pdf"))),
-        (status = 206, description = "The range of it that was asked for"),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 206, description = "The requested range of bytes"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or grid, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job or grid, or its first pass has not finished yet",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn grid(
     app: App,
     Path((id, name)): Path<(Uuid, String)>,
@@ -171,7 +173,10 @@ async fn represented(
             Some((other, less)) => {
                 let less = read(&less)?;
                 if less.cells != grid.cells {
-                    let detail = format!("that grid has {:?} cells, and this one {:?}", less.cells, grid.cells);
+                    let detail = format!(
+                        "must be a job whose grid has the same cells, but that grid has {:?}, and this one {:?}",
+                        less.cells, grid.cells
+                    );
                     return Err(Problem::invalid_parameter("minus", detail));
                 }
                 difference_figure(&subject, &grid, (&other, &less), wishes)
@@ -188,14 +193,18 @@ async fn represented(
 async fn grid_of(app: &Service, id: Uuid, name: &str) -> Result<(Subject, Bytes), Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let json = file_now(app, id, &format!("grids/{name}.json")).await?;
-    let json = json.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
+    let json =
+        json.ok_or_else(|| Problem::not_found("the job has no such output, or has not finished its first pass yet"))?;
     Ok((Subject::new(&job.document, &job.plan), json))
 }
 
 /// Converts the problem that the other job has no such grid to a fault of the parameter `minus`.
 fn of_minus(problem: Problem, other: Uuid) -> Problem {
     if problem.status == StatusCode::NOT_FOUND.as_u16() {
-        return Problem::invalid_parameter("minus", format!("the job {other} has no such grid"));
+        return Problem::invalid_parameter(
+            "minus",
+            format!("the job {other} has no grid of this name, or has not finished its first pass yet"),
+        );
     }
     problem
 }

@@ -11,7 +11,7 @@ use crate::queue::store::JobStatus;
 
 /// Answers as long as the process lives; checks nothing else.
 #[utoipa::path(get, path = "/livez", operation_id = "livez", tag = "operation",
-    responses((status = 200, description = "It lives", body = String, content_type = "text/plain")))]
+    responses((status = 200, description = "The process is running", body = String, content_type = "text/plain")))]
 pub async fn livez() -> &'static str {
     "ok\n"
 }
@@ -21,8 +21,9 @@ pub async fn livez() -> &'static str {
 /// The results of the checks of stores and disk are valid for up to 5 seconds.
 #[utoipa::path(get, path = "/readyz", operation_id = "readyz", tag = "operation",
     responses(
-        (status = 200, description = "It is ready", body = String, content_type = "text/plain"),
-        (status = 503, description = "It is not, and why", body = Problem, content_type = "application/problem+json")))]
+        (status = 200, description = "The service is ready", body = String, content_type = "text/plain"),
+        (status = 503, description = "The service is not ready; the detail says why",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn readyz(app: App) -> Result<&'static str, Problem> {
     if app.shutdown.is_cancelled() {
         return Err(Problem::unavailable("the service is shutting down"));
@@ -34,7 +35,7 @@ pub async fn readyz(app: App) -> Result<&'static str, Problem> {
 
 /// Returns metrics for Prometheus.
 #[utoipa::path(get, path = "/metrics", operation_id = "metrics", tag = "operation",
-    responses((status = 200, description = "In the text format of Prometheus", body = String, content_type = "text/plain")))]
+    responses((status = 200, description = "Metrics in the text format of Prometheus", body = String, content_type = "text/plain")))]
 pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {
     for status in [JobStatus::Queued, JobStatus::Running] {
         gauge!("skyduct_jobs", "status" => status.name()).set(app.store.count(status).await? as f64);

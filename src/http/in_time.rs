@@ -25,15 +25,16 @@ pub struct Deadline {
 /// Ends requests that are not answered within their time limit; event streams must have begun within it.
 pub async fn answer_in_time(State(limits): State<Limits>, mut request: Request, next: Next) -> Response {
     let (seconds, setting, advice) = match request.uri().path() {
-        FLUX => (limits.flux_seconds, "flux_seconds", "ask for fewer times at once, or for a larger relative_error"),
-        _ => (limits.request_seconds, "request_seconds", "repeat it later"),
+        FLUX => (limits.flux_seconds, "flux_seconds", "request fewer times at once, or a larger relative_error"),
+        _ => (limits.request_seconds, "request_seconds", "try again later"),
     };
     let all = Duration::from_secs(seconds);
     let deadline = Deadline { at: Instant::now() + all, all };
     request.extensions_mut().insert(deadline);
     tokio::time::timeout_at(deadline.at, next.run(request)).await.unwrap_or_else(|_| {
         let detail = format!(
-            "it did not arrive completely or could not be answered within {seconds} s ({setting} of the configuration); {advice}"
+            "the request did not arrive completely or could not be answered within {seconds} s ({setting} of the \
+             configuration); {advice}"
         );
         Problem::new(ProblemKind::Timeout, detail).into_response()
     })

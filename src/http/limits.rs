@@ -164,7 +164,7 @@ impl Limits {
         ];
         for (name, value, of, least) in at_least {
             if value < least {
-                return Err(format!("{name}: must be at least {of}, {least}, but is {value}"));
+                return Err(format!("{name}: must be at least {of} ({least}), but is {value}"));
             }
         }
         Ok(())
@@ -233,15 +233,15 @@ impl Permits {
             pilots_of_plans: Line::new(1),
             reading: line(),
             mesh_readers: Line::new(limits.mesh_readers),
-            uploads: Places::new("uploads", "uploads", limits.uploads, limits.uploads_per_client),
+            uploads: Places::new("uploads", "uploads of meshes", limits.uploads, limits.uploads_per_client),
             upload_bytes: Places::new(
                 "upload_bytes",
-                "bytes of uploads",
+                "bytes of uploaded meshes",
                 limits.upload_bytes,
                 limits.upload_bytes_per_client,
             ),
             streams: Places::new("streams", "event streams", limits.streams, limits.streams_per_client),
-            waits: Places::new("waits", "waits", limits.waits, limits.waits_per_client),
+            waits: Places::new("waits", "posts that wait for their job", limits.waits, limits.waits_per_client),
         }
     }
 }

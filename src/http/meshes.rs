@@ -54,28 +54,32 @@ impl From<Mesh> for MeshResource {
 /// the job document, so that no MTL file is needed.
 #[utoipa::path(post, path = "/v1/meshes", operation_id = "create_mesh", tag = "meshes",
     request_body(content = inline(Binary), content_type = "application/octet-stream",
-        description = "The OBJ file; model/obj and text/plain are names for it, too"),
+        description = "The OBJ file; the content types model/obj and text/plain are accepted, too"),
     responses(
-        (status = 201, description = "It is there", body = MeshResource, headers(("Location" = String, description = "Path of the mesh"))),
-        (status = 408, description = "It came too slowly", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "Not an OBJ file", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The file is broken; the detail names the line", body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "Too many uploads of this client are open", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "Other files are being read, or the disk is full", body = Problem, content_type = "application/problem+json")))]
+        (status = 201, description = "The mesh is stored",
+            body = MeshResource, headers(("Location" = String, description = "Path of the mesh"))),
+        (status = 408, description = "The upload was too slow", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "The content type is not one of OBJ files", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The OBJ file is not valid; the detail names the line",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "This client has too many uploads in progress",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The service is busy reading other meshes, or its disk is full",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, request: Request) -> Result<Response, Problem> {
     let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
     let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
     if !matches!(media_type.as_str(), "" | "model/obj" | "text/plain" | "application/octet-stream") {
         return Err(Problem::unsupported_media_type(
-            "a mesh is the text of an OBJ file: model/obj, text/plain or application/octet-stream",
+            "a mesh must be an OBJ file, sent as model/obj, text/plain or application/octet-stream",
         ));
     }
     check_coding(&headers)?;
     let Upload { bytes, places } = Upload::receive(&app, client, request.into_body()).await?;
     let permit = tokio::time::timeout(WAIT_FOR_OTHERS, permit(&app.permits.mesh_readers))
         .await
-        .map_err(|_| Problem::unavailable("other meshes are being read; try again later"))??;
+        .map_err(|_| Problem::unavailable("the service is busy reading other meshes; try again later"))??;
     let mesh = app.meshes.upload(bytes, (permit, places.clone())).await?;
     let location = [(header::LOCATION, format!("/v1/meshes/{}", mesh.id))];
     Ok((StatusCode::CREATED, location, Json(MeshResource::from(mesh))).into_response())
@@ -105,9 +109,9 @@ pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>,
 /// Deletes a mesh that no queued or running job uses.
 #[utoipa::path(delete, path = "/v1/meshes/{id}", operation_id = "delete_mesh", tag = "meshes", params(("id" = String, Path)),
     responses(
-        (status = 204, description = "It is gone"),
+        (status = 204, description = "The mesh is deleted"),
         (status = 404, description = "No such mesh", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "A queued or running job uses it", body = Problem, content_type = "application/problem+json")))]
+        (status = 409, description = "A queued or running job uses the mesh", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete(app: App, Path(id): Path<String>) -> Result<StatusCode, Problem> {
     match app.store.delete_mesh(&id).await? {
         MeshDeletion::NotFound => Err(no_such_mesh()),

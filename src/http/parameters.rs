@@ -54,8 +54,8 @@ fn in_query(operation: &Operation) -> Vec<String> {
 
 fn unknown_parameter(name: &str, known: &[String]) -> FieldError {
     let detail = match known {
-        [] => "unknown parameter; this path has none".to_owned(),
-        known => format!("unknown parameter; this path has {}", known.join(", ")),
+        [] => "unknown parameter; this path takes none".to_owned(),
+        known => format!("unknown parameter; this path takes {}", known.join(", ")),
     };
     FieldError::of_parameter(name, detail).coded(FieldErrorCode::UnknownField)
 }

@@ -132,12 +132,12 @@ impl From<Full> for Problem {
         match whose {
             Whose::Client => Self::new(
                 ProblemKind::TooMany,
-                format!("one client may have {most} {what} at the same time, and this one has; try again later"),
+                format!("this client has reached its limit of {most} {what} at the same time; try again later"),
             )
             .retry_after(AGAIN_SECONDS),
-            Whose::Service => {
-                Self::unavailable(format!("all {most} {what} that the service allows are taken; try again later"))
-            }
+            Whose::Service => Self::unavailable(format!(
+                "the service has reached its limit of {most} {what} at the same time; try again later"
+            )),
         }
     }
 }

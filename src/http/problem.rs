@@ -91,12 +91,18 @@ impl Problem {
 
     /// Creates the problem of a fault of the service; the log has its reason, under the answer's `x-request-id`.
     pub fn internal() -> Self {
-        Self::new(ProblemKind::Internal, "the log of the service has the reason, under this answer's x-request-id")
+        Self::new(
+            ProblemKind::Internal,
+            "internal error: the log of the service has the reason, under the x-request-id of this answer",
+        )
     }
 
     /// Creates the problem of a stored file that is missing or damaged, for which repeating the request does not help.
     pub fn damaged_artifact(what: &str) -> Self {
-        Self::new(ProblemKind::DamagedArtifact, format!("{what}; the same document, posted again, gives the same file"))
+        Self::new(
+            ProblemKind::DamagedArtifact,
+            format!("{what}; post the same document again to compute the file anew"),
+        )
     }
 
     /// Creates the problem of a failed answer that came without one.
@@ -107,7 +113,9 @@ impl Problem {
                 let allowed = allow.and_then(|value| value.to_str().ok()).unwrap_or("other methods");
                 Self::new(ProblemKind::MethodNotAllowed, format!("this path allows {allowed}"))
             }
-            StatusCode::REQUEST_TIMEOUT => Self::new(ProblemKind::Timeout, "it was not complete in time"),
+            StatusCode::REQUEST_TIMEOUT => {
+                Self::new(ProblemKind::Timeout, "the request did not arrive completely in time")
+            }
             StatusCode::PAYLOAD_TOO_LARGE => too_large("the body is longer than this path allows"),
             StatusCode::INTERNAL_SERVER_ERROR => Self::internal(),
             status => {
@@ -162,7 +170,7 @@ impl From<StoreError> for Problem {
     fn from(error: StoreError) -> Self {
         tracing::error!(%error, "the store failed");
         match error {
-            StoreError::Unavailable(_) => Self::unavailable("the store does not answer"),
+            StoreError::Unavailable(_) => Self::unavailable("the database does not answer; try again later"),
             StoreError::Failed(_) => Self::internal(),
         }
     }
@@ -173,8 +181,8 @@ impl From<ArtifactError> for Problem {
         tracing::error!(%error, "the artifact store failed");
         match error {
             ArtifactError::NotFound(_) => Self::damaged_artifact("the stored file is missing"),
-            ArtifactError::Damaged { .. } => Self::damaged_artifact("the stored file is not what was written"),
-            ArtifactError::Full(_) => Self::unavailable("the disk of the service has no room for it"),
+            ArtifactError::Damaged { .. } => Self::damaged_artifact("the stored file is damaged"),
+            ArtifactError::Full(_) => Self::unavailable("the disk of the service is full"),
             ArtifactError::Failed(_) => Self::internal(),
         }
     }

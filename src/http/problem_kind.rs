@@ -61,9 +61,9 @@ kinds! {
         "The uploaded file is not an OBJ file that can be used. The detail names the line.",
         "line 17: a face needs at least three corners";
     KeyReused, "key-reused", UNPROCESSABLE_ENTITY, "The Idempotency-Key was used before",
-        "The Idempotency-Key belongs to a job with another document. Take a new key for each new job; repeat a key only with the same \
-         document.",
-        "it belongs to a job with another document; take a new key";
+        "The Idempotency-Key belongs to a job with another document. Use a new key for each new job; repeat a key \
+         only with the same document.",
+        "the Idempotency-Key belongs to a job with another document; use a new key";
     NotFound, "not-found", NOT_FOUND, "Not found",
         "There is nothing at this path: no such job, mesh or output, or a job that has not computed anything yet.",
         "there is no such job";
@@ -73,47 +73,54 @@ kinds! {
     Conflict, "conflict", CONFLICT, "Not possible now",
         "What is asked for contradicts the state of the job or mesh: a finished job cannot be cancelled, a mesh that a waiting or running \
          job uses cannot be deleted.",
-        "the job has succeeded";
+        "the job has ended already (succeeded)";
     TooLarge, "too-large", PAYLOAD_TOO_LARGE, "The body is too large",
-        "The body is longer than this path takes. The limits are `document_bytes` and `mesh_bytes` of the configuration.",
+        "The body is longer than this path allows. The limits are `document_bytes` and `mesh_bytes` of the \
+         configuration.",
         "the body is longer than this path allows";
     UnsupportedMediaType, "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The content type is not supported",
         "The header `Content-Type` is not one that this path takes: application/json for documents, model/obj, text/plain or \
          application/octet-stream for meshes; or `Content-Encoding` names a coding such as gzip, which no path takes.",
-        "a document is sent as application/json";
+        "a document must be sent as application/json";
     Range, "range", RANGE_NOT_SATISFIABLE, "The range is not in the file",
         "The header `Range` asks for bytes beyond the end of the file.",
-        "the file has 1234 bytes";
+        "the range lies beyond the end of the file, which has 1234 bytes";
     Timeout, "timeout", REQUEST_TIMEOUT, "The request took too long",
-        "The request did not arrive completely, or could not be answered, within `request_seconds` of the configuration, fluxes of \
-         a tube within `flux_seconds`; or an upload came more slowly than `upload_bytes_per_second`. The detail names the limit. It may be \
-         repeated; what takes too long by itself is to be asked for in parts.",
-        "it did not arrive completely or could not be answered within 30 s (request_seconds of the configuration); repeat it later";
-    TooMany, "too-many", TOO_MANY_REQUESTS, "The client has as much as one may have",
-        "Each client may have so many connections, event streams, uploads and waiting jobs, which leaves some for others. What the \
-         detail names is limited by the configuration. Ask again after the seconds that `Retry-After` says. A client is an address, or \
-         a network of IPv6; all that come through one proxy are one client.",
-        "64 event streams of this client are open, and one client may have no more; try again later";
+        "The request did not arrive completely, or could not be answered, within `request_seconds` of the \
+         configuration (for fluxes of a tube: `flux_seconds`); or an upload was slower than \
+         `upload_bytes_per_second`. The detail names the limit. Try again later; split a request that takes too long \
+         by itself.",
+        "the request did not arrive completely or could not be answered within 30 s (request_seconds of the \
+         configuration); try again later";
+    TooMany, "too-many", TOO_MANY_REQUESTS, "The client has reached a limit",
+        "The configuration limits the connections, event streams, uploads and waiting jobs of each client, which \
+         leaves some for others. The detail names the limit. Try again after the seconds in `Retry-After`. A client \
+         is an IPv4 address or an IPv6 network; all who come through one proxy are one client.",
+        "this client has reached its limit of 64 event streams at the same time; try again later";
     QueueFull, "queue-full", SERVICE_UNAVAILABLE, "The queue is full",
-        "As many jobs wait as may wait. Post the document again after the seconds that `Retry-After` says.",
-        "1000 jobs are waiting; try again later";
+        "The queue has reached its limit of waiting jobs. Post the document again after the seconds in `Retry-After`.",
+        "the queue is full with 1000 waiting jobs; try again later";
     Unavailable, "unavailable", SERVICE_UNAVAILABLE, "Not available now",
-        "The service is shutting down, busy, or cannot reach its stores. Ask again after the seconds that `Retry-After` says.",
+        "The service is shutting down, busy, or cannot reach its database or disk. Try again after the seconds in \
+         `Retry-After`.",
         "the service is shutting down";
     UnknownHost, "unknown-host", MISDIRECTED_REQUEST, "The service does not answer to this host",
         "The header `Host` is not the address of the service. Further names are configured in `allowed_hosts`.",
-        "this service answers at its own address and at localhost:8080";
-    CrossSite, "cross-site", FORBIDDEN, "A page elsewhere may not do this",
-        "A web page of another origin asked for a change. Origins that may are configured in `cors_origins`.",
-        "the request comes from a web page of another origin";
+        "this service answers to its own address and to localhost:8080, not to light.example: to allow this name, add \
+         it to allowed_hosts in the configuration";
+    CrossSite, "cross-site", FORBIDDEN, "A page of another origin may not do this",
+        "A web page of another origin sent a request that changes something. Allowed origins are configured in \
+         `cors_origins`.",
+        "the request comes from a web page of another origin: to allow it, add the origin to cors_origins in the \
+         configuration";
     DamagedArtifact, "damaged-artifact", INTERNAL_SERVER_ERROR, "The stored file is damaged",
-        "A result was stored and is missing or changed now. The same document, posted again, gives the same file.",
-        "the stored file is missing";
+        "A stored result is missing or damaged. Post the same document again to compute it anew.",
+        "the stored file is missing; post the same document again to compute the file anew";
     Internal, "internal", INTERNAL_SERVER_ERROR, "The service failed",
-        "A fault of the service. Its log has the reason, under the `X-Request-Id` of the answer.",
-        "the log of the service has the reason, under this answer's x-request-id";
+        "An internal error of the service. Its log has the reason, under the `X-Request-Id` of the answer.",
+        "internal error: the log of the service has the reason, under the x-request-id of this answer";
     Http, "http", BAD_REQUEST, "The request failed",
-        "The request failed before it reached the service proper; the status says how.",
+        "The request was refused before the service handled it; the status says why.",
         "URI Too Long";
 }
 

@@ -43,7 +43,7 @@ async fn try_to_write(store: &dyn Store, artifacts: &Artifacts, least: u64) -> R
             return Err(format!("the disk is nearly full: {} MB are free, {} MB are needed", free >> 20, least >> 20));
         }
         Ok(_) => {}
-        Err(error) => tracing::warn!(%error, "the free space of the disk is not known"),
+        Err(error) => tracing::warn!(%error, "the free space of the disk cannot be read"),
     }
     store.ready().await.map_err(|error| {
         tracing::error!(%error, "not ready");
@@ -51,6 +51,6 @@ async fn try_to_write(store: &dyn Store, artifacts: &Artifacts, least: u64) -> R
     })?;
     artifacts.ready().await.map_err(|error| {
         tracing::error!(%error, "not ready");
-        "artifacts cannot be written".to_owned()
+        "result files cannot be written to the disk".to_owned()
     })
 }

@@ -39,7 +39,7 @@ pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<
 #[utoipa::path(get, path = "/v1/jobs/{id}/report.pdf", operation_id = "get_report_pdf", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The report", body = inline(Binary), content_type = "application/pdf"),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let sheet = sheet(&app, id).await?;

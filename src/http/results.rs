@@ -36,15 +36,18 @@ pub(super) fn found(answer: Result<Response, Problem>) -> Result<Option<Response
 
 /// Returns the report on a tube.
 #[utoipa::path(get, path = "/v1/jobs/{id}/tubes/{file}", operation_id = "get_tube", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "The tube's number in the document, from 0; with `.json`, `.svg`, `.png` or `.pdf` a file")),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The tube's number in the document, from 0; a \
+                                                                       suffix `.json`, `.svg`, `.png` or `.pdf` \
+                                                                       selects the format")),
     responses(
         (status = 200, description = "Fluxes, efficiencies and the transmission of beams; as SVG, PNG and PDF the transmission against the sun's altitude",
             content((TubeReport = "application/json"), (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
-        (status = 206, description = "The range of it that was asked for"),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 206, description = "The requested range of bytes"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or tube, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job or tube, or the first pass has not finished yet",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn tube(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
     let by_suffix = formats::by_suffix(&file, &TUBE_FORMATS);
     let (tube, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &TUBE_FORMATS)));
@@ -75,8 +78,8 @@ pub(super) async fn result_file(
             return content::made(headers, file.bytes, file.media_type);
         }
         let artifact = app.store.artifact(id, &name).await?;
-        let artifact =
-            artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
+        let artifact = artifact
+            .ok_or_else(|| Problem::not_found("the job has no such output, or has not finished its first pass yet"))?;
         return content::stored(headers, &app.artifacts, &artifact).await;
     };
     content::made(headers, file.bytes, file.media_type)
@@ -155,7 +158,7 @@ pub(super) async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<O
         prepared.result_file(&name, &estimate).map_err(|error| error.to_string())
     })
     .await?;
-    made_file(made.map_err(|error| internal("reading a state failed", &error))?).map(Some)
+    made_file(made.map_err(|error| internal("reading a checkpoint failed", &error))?).map(Some)
 }
 
 /// Reads a file of a job: the stored one, or the file as it would be now; `None` if there is none (yet).

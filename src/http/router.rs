@@ -155,7 +155,7 @@ fn span(request: &Request) -> tracing::Span {
 fn log_failure(failure: ServerErrorsFailureClass, latency: Duration, _: &tracing::Span) {
     match failure {
         ServerErrorsFailureClass::StatusCode(StatusCode::SERVICE_UNAVAILABLE) => {
-            tracing::debug!(?latency, "refused for now")
+            tracing::debug!(?latency, "a request was refused temporarily")
         }
         failure => tracing::error!(%failure, ?latency, "a request failed"),
     }

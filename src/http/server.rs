@@ -86,7 +86,7 @@ pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutd
         let connection = graceful.watch(connection);
         tokio::spawn(async move {
             if let Err(error) = connection.await {
-                tracing::debug!(%error, "a connection ended");
+                tracing::debug!(%error, "a connection ended with an error");
             }
             drop(slot);
         });
@@ -136,7 +136,7 @@ async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(TcpStream, Cli
         }
         Err(error) => {
             // too many open files, or the client has gone: neither ends the service
-            tracing::warn!(%error, "accept failed");
+            tracing::warn!(%error, "accepting a connection failed");
             tokio::time::sleep(Duration::from_millis(100)).await;
             None
         }
@@ -150,7 +150,7 @@ pub async fn answer_health_only_beyond(request: Request, next: Next) -> Response
         None => next.run(request).await,
         Some(Beyond::OfAll) => {
             count_refusal("connections", Whose::Service);
-            Problem::unavailable("all connections are taken; try again later").into_response()
+            Problem::unavailable("the service has reached its limit of connections; try again later").into_response()
         }
         Some(Beyond::OfClient(full)) => Problem::from(full).into_response(),
     }

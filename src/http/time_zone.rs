@@ -68,7 +68,7 @@ pub struct TimeZoneResource {
     params(TimeZoneQuery),
     responses(
         (status = 200, description = "The zone and the time", body = TimeZoneResource),
-        (status = 422, description = "An unknown parameter or a bad value; `errors` name it", body = Problem,
+        (status = 422, description = "An unknown parameter or an invalid value; see `errors`", body = Problem,
             content_type = "application/problem+json")))]
 pub async fn time_zone(Query(query): Query<TimeZoneQuery>) -> Result<Json<TimeZoneResource>, Problem> {
     let mut faults = QueryFaults::default();
@@ -81,7 +81,7 @@ pub async fn time_zone(Query(query): Query<TimeZoneQuery>) -> Result<Json<TimeZo
     let longitude = degrees("longitude_deg", &query.longitude_deg, 180.0);
     let zone = match &query.time_zone {
         Some(name) => Zone::named(name).or_else(|| {
-            faults.refuse("time_zone", format!("must be a zone of the IANA, such as Europe/London, but is {name:?}"))
+            faults.refuse("time_zone", format!("must be an IANA time zone, such as Europe/London, but is {name:?}"))
         }),
         None => latitude.zip(longitude).and_then(|(latitude, longitude)| Zone::named(zone_at(latitude, longitude))),
     };

@@ -32,17 +32,17 @@ const COMPUTING: f64 = 0.95;
         })),
     responses(
         (status = 200, description = "The fluxes", body = TubeFluxResult),
-        (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Not a valid request, or more than fits into the time there is; `errors` name what is wrong",
+        (status = 400, description = "The body is not JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "The content type is not application/json", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The request is not valid, or would take longer than allowed; see `errors`",
             body = Problem, content_type = "application/problem+json")))]
 pub async fn flux(
     app: App,
     Extension(deadline): Extension<Deadline>,
     body: Body,
 ) -> Result<Json<TubeFluxResult>, Problem> {
-    let busy = || Problem::unavailable("other fluxes are being computed; try again later");
+    let busy = || Problem::unavailable("the service is busy computing other fluxes; try again later");
     let turn = tokio::time::timeout(deadline.all.mul_f64(WAITING), permit(&app.permits.fluxes));
     let turn = turn.await.map_err(|_| busy())??;
     let posted = body.read(&turn).await?;
@@ -58,7 +58,7 @@ pub async fn flux(
         TubeFluxError::Request(errors) => errors.into(),
         TubeFluxError::NoTimeNow => busy(),
         TubeFluxError::NotFinite { .. } => {
-            tracing::error!(%error, "fluxes of a tube");
+            tracing::error!(%error, "computing the fluxes of a tube failed");
             Problem::internal()
         }
     })

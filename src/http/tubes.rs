@@ -85,7 +85,7 @@ pub struct SkyTransmission {
     params(TransmissionQuery),
     responses(
         (status = 200, description = "The transmission", body = TubeTransmission),
-        (status = 422, description = "An unknown parameter or a bad value; `errors` name it", body = Problem,
+        (status = 422, description = "An unknown parameter or an invalid value; see `errors`", body = Problem,
             content_type = "application/problem+json")))]
 pub async fn transmission(app: App, Query(query): Query<TransmissionQuery>) -> Result<Json<TubeTransmission>, Problem> {
     let tube = Request::read(&query)?;
@@ -111,7 +111,7 @@ impl Request {
                 let diameter = errors.number("diameter_m", diameter, f64::MIN_POSITIVE, f64::MAX);
                 let ratio = length.zip(diameter).map(|(length, diameter)| length / diameter);
                 if ratio.is_some_and(|ratio| ratio > LONGEST) {
-                    errors.refuse::<()>("length_m", format!("at most {LONGEST} diameters"));
+                    errors.refuse::<()>("length_m", format!("must be at most {LONGEST} diameters"));
                 }
                 ratio
             }
@@ -123,7 +123,7 @@ impl Request {
         };
         let texts: Vec<&str> = query.altitude_deg.iter().flat_map(|text| text.split(',')).collect();
         if texts.len() > MOST_ALTITUDES {
-            errors.refuse::<()>("altitude_deg", format!("at most {MOST_ALTITUDES}"));
+            errors.refuse::<()>("altitude_deg", format!("must have at most {MOST_ALTITUDES} values"));
         }
         let altitudes_deg =
             texts.iter().filter_map(|text| errors.number("altitude_deg", text, 0.0, 90.0)).collect::<Vec<_>>();

@@ -39,7 +39,8 @@ impl Upload {
         while let Some(piece) =
             timeout_at(in_time.deadline_after(bytes.len()), pieces.next()).await.map_err(|_| too_slow(bytes.len()))?
         {
-            let piece = piece.map_err(|error| Problem::bad_request(format!("the body ends early: {error}")))?;
+            let piece = piece
+                .map_err(|error| Problem::bad_request(format!("the body ended before it was complete: {error}")))?;
             if bytes.len() + piece.len() > limits.mesh_bytes {
                 return Err(longer());
             }
@@ -73,7 +74,8 @@ fn too_slow(bytes: usize) -> Problem {
     Problem::new(
         ProblemKind::Timeout,
         format!(
-            "the upload came too slowly: {bytes} bytes of it in all, less than upload_bytes_per_second of the configuration"
+            "the upload is too slow: only {bytes} bytes arrived so far, fewer than upload_bytes_per_second of the \
+             configuration requires"
         ),
     )
 }

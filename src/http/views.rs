@@ -98,22 +98,42 @@ impl PictureQuery {
             return Err(Problem::invalid_parameter("style", "must be captioned or false_colour for .svg and .pdf"));
         }
         let rules = [
-            ("style", self.style.is_some(), is_picture, "is of .png, .svg and .pdf"),
-            ("pass", self.pass.is_some(), is_png && style == PictureStyle::Tone, "is of .png with the style tone"),
+            ("style", self.style.is_some(), is_picture, "is allowed only with .png, .svg and .pdf"),
+            (
+                "pass",
+                self.pass.is_some(),
+                is_png && style == PictureStyle::Tone,
+                "is allowed only with .png and the style tone",
+            ),
             (
                 "exposure",
                 self.exposure.is_some(),
                 is_picture && style != PictureStyle::FalseColour && self.pass.is_none(),
-                "is of the styles tone and captioned, without pass",
+                "is allowed only with the styles tone and captioned, and without pass",
             ),
-            ("max", self.max.is_some(), style == PictureStyle::FalseColour, "is of false colours"),
-            ("scale", self.scale.is_some(), style == PictureStyle::FalseColour, "is of false colours"),
-            ("palette", self.palette.is_some(), style == PictureStyle::FalseColour, "is of false colours"),
+            (
+                "max",
+                self.max.is_some(),
+                style == PictureStyle::FalseColour,
+                "is allowed only with the style false_colour",
+            ),
+            (
+                "scale",
+                self.scale.is_some(),
+                style == PictureStyle::FalseColour,
+                "is allowed only with the style false_colour",
+            ),
+            (
+                "palette",
+                self.palette.is_some(),
+                style == PictureStyle::FalseColour,
+                "is allowed only with the style false_colour",
+            ),
             (
                 "density",
                 self.density.is_some(),
                 style != PictureStyle::Tone,
-                "is of the styles captioned and false_colour",
+                "is allowed only with the styles captioned and false_colour",
             ),
         ];
         if let Some((name, _, _, detail)) = rules.into_iter().find(|(_, given, fits, _)| *given && !*fits) {
@@ -125,7 +145,7 @@ impl PictureQuery {
             }
         }
         if let Some(pass) = self.pass.filter(|pass| !PREVIEW_PASSES.contains(pass)) {
-            let detail = format!("progress images are kept after passes {PREVIEW_PASSES:?}, but it is {pass}");
+            let detail = format!("must be one of {PREVIEW_PASSES:?}, the passes with progress images, but is {pass}");
             return Err(Problem::invalid_parameter("pass", detail));
         }
         Ok(())
@@ -145,15 +165,18 @@ impl PictureQuery {
 
 /// Returns a picture of a view.
 #[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", operation_id = "get_view", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name; with `.exr`, `.png`, `.svg` or `.pdf` a file"), PictureQuery),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name; a suffix `.exr`, `.png`, \
+                                                                       `.svg` or `.pdf` selects the format"), PictureQuery),
     responses(
         (status = 200, description = "OpenEXR with float layers, PNG, or a figure", content((inline(Binary) = "image/x-exr"), (inline(Binary) = "image/png"),
             (String = "image/svg+xml"), (inline(Binary) = "application/pdf"))),
-        (status = 206, description = "The range of it that was asked for"),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 206, description = "The requested range of bytes"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "A parameter is not valid, or these do not go together", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or view, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid, or not allowed together with another one",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job or view, or the first pass has not finished yet",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn view(
     app: App,
     Path((id, file)): Path<(Uuid, String)>,
@@ -167,7 +190,8 @@ pub async fn view(
     let answer = match (format, style, query.pass) {
         (Format::Png, _, Some(pass)) => {
             let kept = app.store.artifact(id, &progress_image(name, pass)).await?;
-            let kept = kept.ok_or_else(|| Problem::not_found("there is no such progress image"))?;
+            let kept = kept
+                .ok_or_else(|| Problem::not_found("there is no progress image of this view after this pass (yet)"))?;
             content::stored(&headers, &app.artifacts, &kept).await?
         }
         (Format::Exr, ..) | (Format::Png, PictureStyle::Tone, None) if query.exposure.is_none() => {
@@ -190,7 +214,8 @@ async fn drawn(
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let subject = Subject::new(&job.document, &job.plan);
     let bytes = file_now(app, id, &format!("views/{name}.exr")).await?;
-    let bytes = bytes.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
+    let bytes = bytes
+        .ok_or_else(|| Problem::not_found("the job has no such output, or has not finished its first pass yet"))?;
     let (wishes, exposure, style) = (query.wishes(), query.exposure, query.style.unwrap_or_default());
     let density = if query.density == Some(2) { Scale::Double } else { Scale::Single };
     let figure = format.of_figure(density).unwrap_or(FigureFormat::Png(density));

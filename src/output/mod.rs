@@ -27,7 +27,7 @@ pub enum OutputError {
     #[error("plot: {0}")]
     Plot(String),
     /// Number of values that does not match width, height and channels, or an image without pixels.
-    #[error("{values} values do not fill {width} x {height} pixels of {channels} channels")]
+    #[error("{values} values do not match {width} x {height} pixels of {channels} channels")]
     Size {
         /// Number of values given.
         values: usize,

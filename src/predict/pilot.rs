@@ -61,7 +61,7 @@ const OF_COST: f64 = 0.15;
 const PILOT: u64 = 0x70_69_6c_6f_74;
 
 /// Reason that is given where a method was not tried, or not long enough.
-const NO_TIME: &str = "its set-up and first passes take longer than the pilot has for it";
+const NO_TIME: &str = "its set-up and first passes take longer than its trial may";
 
 /// Reason that is given where the processors did other work instead.
 const BUSY: &str = "the machine is busy: its processors had no time for the trial";
@@ -423,10 +423,11 @@ impl Pilot<'_> {
             let Some((seconds, error)) = solved else { break };
             let factor = libm::exp(two_sided_normal_quantile(self.prepared.stop.confidence) * OF_COST);
             outcome.times.push(match error {
-                None => PredictedTime::unknown(*accuracy, "a formula, of which no error is known"),
-                Some(error) if error > *accuracy => {
-                    PredictedTime::unknown(*accuracy, format!("it can do no more than {:.2} %", 100.0 * error))
-                }
+                None => PredictedTime::unknown(*accuracy, "the method is a formula whose error is not known"),
+                Some(error) if error > *accuracy => PredictedTime::unknown(
+                    *accuracy,
+                    format!("the method cannot be more accurate than {:.2} %", 100.0 * error),
+                ),
                 Some(_) => PredictedTime::known(*accuracy, seconds, seconds / factor, Some(seconds * factor), None),
             });
         }

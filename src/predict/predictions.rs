@@ -158,7 +158,8 @@ impl Measured {
         let Some(expected) = passes(0.0) else {
             return PredictedTime::unknown(
                 relative_error,
-                "not within a billion passes: what its kernels or fixed points leave may be larger",
+                "not reached within a billion passes: the bias of its kernels or fixed points may be larger than this \
+                 error",
             );
         };
         let deviations = two_sided_student_quantile(judged.confidence, (self.passes - 1) as f64);

@@ -94,10 +94,10 @@ pub fn difference_figure(
     let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
     let sign = if mean > 0.0 { "+" } else { "" };
     let heading = Heading {
-        title: format!("{} less {}", subject.name(), other.name()),
+        title: format!("{} minus {}", subject.name(), other.name()),
         lines: vec![
             subject.circumstances(),
-            format!("less: {}", other.circumstances()),
+            format!("minus: {}", other.circumstances()),
             format!("{} · mean {sign}{} {unit}", of_grid(subject, grid), significant(mean, 3)),
         ],
     };
@@ -139,9 +139,9 @@ fn statistics_in_words(statistics: &GridStatistics) -> String {
         uniformity.map_or_else(String::new, |uniformity| format!(" · uniformity {}", fixed(uniformity, 2)));
     let inside = match statistics.points_inside_solids {
         0 => String::new(),
-        points => format!(" · {points} inside solids"),
+        points => format!(" · {points} points inside solids"),
     };
-    format!("mean {mean} lx{interval} · median {median} · least {least} · greatest {greatest}{uniformity}{inside}")
+    format!("mean {mean} lx{interval} · median {median} · minimum {least} · maximum {greatest}{uniformity}{inside}")
 }
 
 fn ratios_in_words(values: &[f64]) -> String {
@@ -151,7 +151,7 @@ fn ratios_in_words(values: &[f64]) -> String {
     let mean = finite.iter().sum::<f64>() / finite.len() as f64;
     let [mean, median, least, greatest] =
         [mean, *median, finite[0], finite[finite.len() - 1]].map(|value| significant(value, 3));
-    format!("mean {mean} % · median {median} · least {least} · greatest {greatest}")
+    format!("mean {mean} % · median {median} · minimum {least} · maximum {greatest}")
 }
 
 /// Places the values in the room, by the grid's margin in the document, or by the centres of the cells where the document is not known.
@@ -245,11 +245,11 @@ mod tests {
         let texts = texts(&drawing);
         for text in [
             "Illuminance, bath",
-            "mean 211.04 ± 0.63 lx (95 %) · median 187 · least 51.0 · greatest 484 · uniformity 0.24",
+            "mean 211.04 ± 0.63 lx (95 %) · median 187 · minimum 51.0 · maximum 484 · uniformity 0.24",
             "floor, 0.8 m above the floor",
             "tube 0",
-            "least 51.0",
-            "greatest 484",
+            "minimum 51.0",
+            "maximum 484",
             "400",
         ] {
             assert!(texts.contains(&text), "{text}: {texts:?}");
@@ -265,7 +265,7 @@ mod tests {
         assert!(texts(&ratio).contains(&"Daylight ratio, bath") && texts(&ratio).contains(&"5"), "{:?}", texts(&ratio));
         let other = grid([70.0, 100.0, 100.0, 480.0]);
         let less = difference_figure(&subject, &one, (&subject, &other), GridWishes::default()).unwrap();
-        for text in ["bath less bath", "−100", "100", "least −20.0", "greatest 100"] {
+        for text in ["bath minus bath", "−100", "100", "minimum −20.0", "maximum 100"] {
             assert!(texts(&less).contains(&text), "{text}: {:?}", texts(&less));
         }
         let mut wider = other.clone();

@@ -105,8 +105,8 @@ fn grids(job: &Value) -> SheetPart {
             factor("mean"),
         ]
     });
-    let head = ["grid", "mean, lx", "median, lx", "least, lx", "greatest, lx", "uniformity", "daylight factor, %"];
-    table("Illuminance; ± is half an interval of 95 %".to_owned(), &head, rows)
+    let head = ["grid", "mean, lx", "median, lx", "minimum, lx", "maximum, lx", "uniformity", "daylight factor, %"];
+    table("Illuminance; ± is the half-width of the 95 % confidence interval".to_owned(), &head, rows)
 }
 
 fn tubes(job: &Value) -> SheetPart {
@@ -130,7 +130,7 @@ fn tubes(job: &Value) -> SheetPart {
         "at the diffuser, lm",
         "into the room, lm",
         "efficiency",
-        "of a level aperture",
+        "efficiency of a level aperture",
     ];
     table("Tubes".to_owned(), &head, rows)
 }
@@ -154,7 +154,7 @@ fn inputs(document: &Value) -> SheetPart {
     let stop = &document["stop"];
     let limits = ["relative_error", "view_relative_error", "confidence", "max_passes", "max_seconds"];
     let limits = limits.iter().filter(|name| stop[**name].is_number()).map(|name| quantity(name, &stop[*name]));
-    facts.push(fact("asked for", limits.collect::<Vec<_>>().join(", ")));
+    facts.push(fact("requested", limits.collect::<Vec<_>>().join(", ")));
     SheetPart::Facts { title: "Inputs".to_owned(), facts }
 }
 
@@ -181,7 +181,7 @@ fn kinds_of_tubes(tubes: &[Value]) -> Vec<(String, String)> {
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         let name = match numbers.len() {
             1 => format!("tube {first}"),
-            count => format!("{count} tubes like {first}"),
+            count => format!("{count} tubes like tube {first}"),
         };
         (name, format!("{}; at {places}{more}", in_words(kind)))
     });
@@ -212,7 +212,8 @@ fn method(job: &Value) -> SheetPart {
         facts.push(fact(
             "accuracy",
             format!(
-                "{reached} at a confidence of {confidence} %, after {passes} passes and {seconds}; ended by {stopped}"
+                "{reached} at a confidence of {confidence} %, after {passes} passes and {seconds}; stopped by \
+                 {stopped}"
             ),
         ));
     }
@@ -230,14 +231,14 @@ fn effects(job: &Value) -> SheetPart {
         let on = if effect["on"].as_bool() == Some(true) { "simulated" } else { "not simulated" };
         (text(&effect["name"]).replace('_', " "), format!("{on}: {}", text(&effect["reason"])))
     });
-    SheetPart::Facts { title: "What is simulated, and what is not".to_owned(), facts: facts.collect() }
+    SheetPart::Facts { title: "Effects of light, simulated or not".to_owned(), facts: facts.collect() }
 }
 
 fn notes(job: &Value) -> SheetPart {
     let warnings = list(&job["warnings"]).iter().chain(list(&job["render_warnings"]));
     let facts =
         warnings.map(|warning| (text(&warning["code"]).replace(['_', '-'], " "), text(&warning["detail"]).to_owned()));
-    SheetPart::Facts { title: "To be known".to_owned(), facts: facts.collect() }
+    SheetPart::Facts { title: "Warnings".to_owned(), facts: facts.collect() }
 }
 
 #[cfg(test)]
@@ -285,11 +286,11 @@ mod tests {
             "211.04 ± 0.71",
             "2884",
             "48.1 %",
-            "2 tubes like 0: collector (open), diameter 0.3 m",
+            "2 tubes like tube 0: collector (open), diameter 0.3 m",
             "at (1.5, 1.5), (2.0, 3.0)",
             "tube 2: diameter 1 m",
             "grids: placed vertices: because",
-            "grids ± 1.2 % at a confidence of 95 %, after 8 passes and 2.1 ms; ended by relative error",
+            "grids ± 1.2 % at a confidence of 95 %, after 8 passes and 2.1 ms; stopped by relative error",
             "guide return: not simulated: no light comes back",
             "low sun: the sun is low",
         ] {

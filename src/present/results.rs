@@ -184,11 +184,11 @@ impl Prepared {
         let (estimate, passes) = (&merged.grids[grid], merged.passes_of_grids());
         let most = estimate.valued().map(|sensor| estimate.standard_error_lux(sensor)).fold(0.0, f64::max);
         let bound =
-            if most > 0.0 { format!("; one photon more would be {most:.2e} lx at most") } else { String::new() };
+            if most > 0.0 { format!("; one more photon would add at most {most:.2e} lx") } else { String::new() };
         let detail = format!(
-            "{passes} passes brought no light to any sensor of the grid {:?}{bound}: either none can come there (something stands \
-             in its way, or nothing reflects), or so rarely that this method does not find it; the job waited no longer for its \
-             relative error",
+            "{passes} passes brought no light to any sensor of the grid {:?}{bound}: either no light can reach it \
+             (something blocks it, or nothing reflects), or so rarely that this method does not find it; the job did \
+             not wait for its relative error",
             self.scene.grids[grid].name
         );
         Some(Warning { code: WarningCode::NoLight, detail })
@@ -202,12 +202,12 @@ impl Prepared {
             return None;
         }
         let flux = match self.knows_energy() {
-            true => format!(", with {} lm", ledger.lost / passes as f64),
+            true => format!(", carrying {} lm", ledger.lost / passes as f64),
             false => String::new(),
         };
         let detail = format!(
-            "{lost_rays} of {rays} rays{flux} left a tube elsewhere than through its opening or collector: its mesh has gaps \
-             between pipe, collector and ceiling; close them, or weld its vertices"
+            "{lost_rays} of {rays} rays{flux} left a tube through gaps in its mesh instead of its opening or \
+             collector: close the gaps between pipe, collector and ceiling, or weld the vertices"
         );
         Some(Warning { code: WarningCode::LostRays, detail })
     }

@@ -46,7 +46,9 @@ impl FromStr for SavedFigures {
         let names: Vec<&str> = if text == "none" { Vec::new() } else { text.split(',').collect() };
         let known = FigureFormat::ALL;
         match names.iter().find(|name| known.iter().all(|format| format.suffix() != **name)) {
-            Some(unknown) => Err(format!("{unknown:?} is no format of figures: svg, png or pdf, with commas, or none")),
+            Some(unknown) => Err(format!(
+                "{unknown:?} is not a format of figures: give svg, png or pdf, separated by commas, or none"
+            )),
             None => Ok(Self { formats: known.into_iter().filter(|format| names.contains(&format.suffix())).collect() }),
         }
     }

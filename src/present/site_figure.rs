@@ -215,8 +215,8 @@ fn section(
     });
     let of_light = match toward_sun {
         _ if light.is_empty() => "",
-        Some(_) => " · the lines are sunlight",
-        None => " · the lines are light of the sky from 26° beside the tube's axis",
+        Some(_) => " · lines: sunlight",
+        None => " · lines: skylight from 26° beside the tube's axis",
     };
     let seen = if along == DVec2::X { "seen from −y" } else { "seen from +x" };
     let heading = Heading {

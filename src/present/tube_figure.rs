@@ -35,7 +35,7 @@ pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
     }
     let altitude = Axis::linear("altitude of the sun in degrees", [0.0, 90.0], 6, Steps::Sexagesimal);
     let transmission =
-        Axis::linear("transmission of collector and guide; bars: intervals of 95 %", [0.0, 1.0], 5, Steps::Decimal);
+        Axis::linear("transmission of collector and guide; bars: 95 % intervals", [0.0, 1.0], 5, Steps::Decimal);
     curves(&heading, &all, altitude, transmission)
 }
 

@@ -25,7 +25,7 @@ pub enum TubeFluxError {
     #[error(transparent)]
     Request(#[from] DocumentErrors),
     /// The request could be done in the time that a request has, but not in what is left of it.
-    #[error("there is no time for it now")]
+    #[error("there is not enough time left for this request")]
     NoTimeNow,
     /// A flux became infinite or no number: a fault of the program.
     #[error("pass {pass}, photon {photon}: a flux is not finite")]
@@ -46,7 +46,7 @@ impl From<FieldError> for TubeFluxError {
 impl From<NoFlux> for TubeFluxError {
     fn from(reason: NoFlux) -> Self {
         match reason {
-            NoFlux::Cancelled => FieldError::new("", "nobody waits for these fluxes any more").into(),
+            NoFlux::Cancelled => FieldError::new("", "cancelled: the client no longer waits for these fluxes").into(),
             NoFlux::NotFinite { pass, photon } => Self::NotFinite { pass, photon },
         }
     }
@@ -172,8 +172,8 @@ fn check_time(
     }
     let fits = (lit as f64 * at_best / whole) as usize;
     let detail = format!(
-        "the fluxes would take about {:.0} s, but a request may take {at_best:.0} s here: ask for {} of these {lit} skies and times with light at once, \
-         or for a larger relative_error",
+        "the fluxes would take about {:.0} s, but a request may take {at_best:.0} s: request {} of these {lit} skies \
+         and times with light at once, or a larger relative_error",
         whole.ceil(),
         fits.clamp(1, lit),
     );

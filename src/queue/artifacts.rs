@@ -22,9 +22,9 @@ use crate::queue::store::{Artifact, Lease};
 #[derive(Debug, thiserror::Error)]
 pub enum ArtifactError {
     /// No file has this key.
-    #[error("{0} is not there")]
+    #[error("{0} is missing")]
     NotFound(String),
-    #[error("{key} is damaged: its hash is not {hash}")]
+    #[error("the file {key} is damaged: its hash is not {hash}")]
     Damaged { key: String, hash: String },
     /// Full disk; the text is for the log, too.
     #[error("the artifact store is full: {0}")]
@@ -151,7 +151,7 @@ impl Artifacts {
         for synced in futures::future::join_all(synced).await {
             synced
                 .map_err(|error| ArtifactError::Failed(error.to_string()))?
-                .map_err(|error| failure(&error, format!("a file cannot be written out: {error}")))?;
+                .map_err(|error| failure(&error, format!("a file cannot be flushed to the disk: {error}")))?;
         }
         if !known {
             self.top_folders.lock().unwrap_or_else(PoisonError::into_inner).extend(top_folders);

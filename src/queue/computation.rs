@@ -16,7 +16,11 @@ static PROGRAM: LazyLock<Option<blake3::Hash>> = LazyLock::new(|| {
         hasher.update_reader(program)?;
         Ok(hasher.finalize())
     };
-    hash().inspect_err(|error| tracing::warn!(%error, "the program cannot be read: every job is rendered")).ok()
+    hash()
+        .inspect_err(
+            |error| tracing::warn!(%error, "the program file cannot be read, so results of equal jobs are not reused"),
+        )
+        .ok()
 });
 
 /// Returns the identity of this program's computation for a document with its defaults filled in; `None` where the program cannot be read,

@@ -142,7 +142,7 @@ impl MeshSource for UploadedMeshes {
 /// Logs why a mesh cannot be read, and returns a message for the client, without the reason, which may name files.
 fn unreadable(error: impl std::fmt::Display) -> String {
     tracing::error!(%error, "a mesh cannot be read");
-    "the service cannot read this mesh now".to_owned()
+    "the service cannot read this mesh now; try again later".to_owned()
 }
 
 /// Cache of the most recently used meshes, as many as fit into a number of bytes.

@@ -30,19 +30,19 @@ pub enum OwnershipError {
     )]
     Differs { note: String, identity: String },
     #[error(
-        "the artifacts belong to a database ({note}), and this one has no identity: it is new, or a copy from before there were \
-         any. Start with the database that they belong to, or with another data folder. If they do belong together, delete the \
-         file {NOTE} among the artifacts"
+        "the artifacts belong to a database ({note}), but this database has no identity: it is new, or a copy made \
+         before databases had one. Start with the database that they belong to, or with another data folder. If they \
+         do belong together, delete the file {NOTE} among the artifacts"
     )]
     Unknown { note: String },
     #[error(
-        "the database knows none of the artifacts that are there: put back the database that they belong to, or start with \
+        "the database knows none of the stored artifacts: restore the database that they belong to, or start with \
          another data folder"
     )]
     Foreign,
     #[error(
-        "the database names artifacts, but none of them is there: put their folder back. To go on without them, write the \
-         line {identity} into a file {NOTE} in the folder of the artifacts"
+        "the database refers to artifacts, but none of them exists: restore their folder. To continue without them, \
+         write the line {identity} into a file {NOTE} in the folder of the artifacts"
     )]
     Gone { identity: String },
     #[error(transparent)]
@@ -103,7 +103,7 @@ pub async fn files_to_sweep(
     if unknown > 0 {
         tracing::warn!(
             unknown,
-            "files are newer than the database, an older copy it seems: all that are there now are kept"
+            "files are newer than the database, which seems to be an older copy: all present files are kept"
         );
         let now_ms = now.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |now| now.as_millis());
         store.set_sweep_from(i64::try_from(now_ms).unwrap_or(i64::MAX)).await?;
@@ -125,7 +125,8 @@ pub async fn sweep(artifacts: &Artifacts, files: Vec<Orphan>) {
         return;
     }
     let keys: Vec<&str> = files.iter().take(10).map(|file| file.key.as_str()).collect();
-    tracing::warn!(files = files.len(), first = ?keys, "files older than a day that nothing points to are deleted");
+    tracing::warn!(files = files.len(), first = ?keys, "deleting files that are older than a day and that no job or \
+                                                        mesh uses");
     for file in &files {
         if let Err(error) = artifacts.delete(&file.key).await {
             tracing::warn!(%error, key = file.key, "deleting a file failed");

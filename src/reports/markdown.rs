@@ -42,8 +42,8 @@ fn summary(report: &Report) -> String {
         let nearest = nearest.fold(0.0, f64::max);
         let count = match checks.len() {
             0 => String::new(),
-            1 => format!("one check, at {:.0} % of what is allowed", 100.0 * nearest),
-            count => format!("{count} checks, the nearest at {:.0} % of what is allowed", 100.0 * nearest),
+            1 => format!("one check, whose deviation is {:.0} % of the allowed one", 100.0 * nearest),
+            count => format!("{count} checks, whose largest deviation is {:.0} % of the allowed one", 100.0 * nearest),
         };
         let failed = if failed > 0 { format!(", **{failed} failed**") } else { String::new() };
         let parts = [format!("{count}{failed}"), first_sentence(conclusion).to_owned()];
@@ -107,7 +107,8 @@ mod tests {
             ..Section::default()
         };
         let text = page(&Report { name: "n", title: "R", introduction: "I.".to_owned(), sections: vec![section] });
-        let short = "- **T**: 3 checks, the nearest at 200 % of what is allowed, **2 failed**. Bright by 0.3 inch.";
+        let short = "- **T**: 3 checks, whose largest deviation is 200 % of the allowed one, **2 failed**. Bright by \
+                     0.3 inch.";
         assert!(text.starts_with(&format!("# R\n\nI.\n\nIn short:\n\n{short}\n\n## T\n")), "{text}");
         assert_eq!(text.matches("**failed**").count(), 2);
         assert!(text.contains("| h |\n| ---: |\n| 1 |"));

@@ -18,7 +18,7 @@ async fn too_many(response: reqwest::Response, most: &str) {
     let problem = problem(response, 429).await;
     assert_eq!(problem["type"], "/problems/too-many");
     let detail = problem["detail"].as_str().unwrap();
-    assert!(detail.contains(&format!("one client may have {most}")), "{detail}");
+    assert!(detail.contains(&format!("this client has reached its limit of {most}")), "{detail}");
 }
 
 /// Repeats a request until it is answered so.
@@ -147,7 +147,7 @@ async fn uploads_that_drip_end_and_stop_nobody() {
         let mut answer = Vec::new();
         let _ = tokio::time::timeout(PATIENCE, upload.read_to_end(&mut answer)).await.expect("it ends");
         let answer = String::from_utf8_lossy(&answer);
-        assert!(answer.starts_with("HTTP/1.1 408") && answer.contains("too slowly: 1 bytes"), "{answer}");
+        assert!(answer.starts_with("HTTP/1.1 408") && answer.contains("too slow: only 1 bytes"), "{answer}");
     }
     assert_eq!(upload().send().await.unwrap().status(), StatusCode::CREATED);
 }
@@ -171,7 +171,7 @@ async fn one_client_has_so_many_uploads_and_bytes_of_them() {
         |text: String| service.request(Method::POST, "/v1/meshes").header("content-type", "model/obj").body(text);
     until(StatusCode::CREATED, async || upload(TRIANGLE.to_owned()).send().await.unwrap().status()).await;
     let long = format!("{TRIANGLE}#{}\n", "x".repeat(100_000));
-    too_many(upload(long).send().await.unwrap(), "100000 bytes of uploads").await;
+    too_many(upload(long).send().await.unwrap(), "100000 bytes of uploaded meshes").await;
     assert_eq!(upload(TRIANGLE.to_owned()).send().await.unwrap().status(), StatusCode::CREATED);
 }
 

@@ -102,7 +102,10 @@ fn an_interrupted_study_keeps_its_table() {
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
     let rest: Vec<String> = lines.collect();
     assert!(!child.wait().unwrap().success());
-    assert_eq!(rest, [format!("error: cancelled after 3 of 5 runs; table in {}", out.join("study.csv").display())]);
+    assert_eq!(
+        rest,
+        [format!("error: cancelled after 3 of 5 runs; the results so far are in {}", out.join("study.csv").display())]
+    );
     assert_eq!(std::fs::read_to_string(out.join("study.csv")).unwrap(), table);
 }
 
@@ -169,7 +172,7 @@ fn render_and_submit_write_the_same_files_and_print_the_same_table() {
         }
     }
     let unknown = submit().arg("--out").arg(&submitted).args(["--figures", "gif"]).output().unwrap();
-    assert!(!unknown.status.success() && String::from_utf8_lossy(&unknown.stderr).contains("no format of figures"));
+    assert!(!unknown.status.success() && String::from_utf8_lossy(&unknown.stderr).contains("not a format of figures"));
     let read = |folder: &Path, name: &Path| std::fs::read(folder.join(name)).unwrap();
     for name in names.iter().filter(|name| name.parent() != Some(Path::new(""))) {
         assert!(read(&rendered, name) == read(&submitted, name), "{}", name.display());
@@ -220,10 +223,10 @@ fn submit_says_when_the_connection_is_lost_and_when_it_is_back() {
     };
     until("pass 8 ");
     server.kill();
-    until("connection lost, waiting\n");
+    until("connection lost, reconnecting\n");
     let address = server.url.trim_start_matches("http://").to_owned();
     let _server = Server::start(&data, &address);
-    until("back at pass ");
+    until("reconnected at pass ");
     told.read_to_string(&mut lines).unwrap();
     assert!(submit.wait().unwrap().success(), "{lines}");
     assert_eq!(lines.matches("connection lost").count(), 1, "{lines}");

@@ -79,7 +79,7 @@ async fn a_backup_under_load_has_every_result_and_goes_on() {
             let (data, made) = (service.data.path().to_owned(), to.clone());
             let output = tokio::task::spawn_blocking(move || backup(&data, &made)).await.unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            assert!(String::from_utf8_lossy(&output.stdout).contains(" jobs in "), "it says what it did");
+            assert!(String::from_utf8_lossy(&output.stdout).contains(" jobs backed up in "), "it says what it did");
             backups.push((to, known));
         }
         enough.store(true, Ordering::Relaxed);
@@ -141,7 +141,7 @@ async fn a_backup_that_cannot_be_is_refused_and_says_why() {
     std::fs::remove_file(picture).unwrap();
     let to = folder.path().join("damaged");
     let damaged = refusal(service.data.path(), &to);
-    assert!(damaged.contains("1 files of results are missing"), "{damaged}");
+    assert!(damaged.contains("1 result files are missing"), "{damaged}");
     let running = RunningService::start(config(&to)).await.unwrap();
     let restored = TestService { running, http: client(), data: tempfile::tempdir().unwrap() };
     let grid = restored.get(&format!("{path}/grids/workplane")).send().await.unwrap();
@@ -158,5 +158,5 @@ async fn no_service_starts_on_half_a_backup() {
     assert!(backup(service.data.path(), &to).status.success());
     std::fs::rename(to.join("skyduct.db"), to.join("skyduct.db.part")).unwrap();
     let refusal = format!("{:#}", RunningService::start(config(&to)).await.err().unwrap());
-    assert!(refusal.contains("this one has no identity"), "{refusal}");
+    assert!(refusal.contains("this database has no identity"), "{refusal}");
 }

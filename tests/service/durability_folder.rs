@@ -76,7 +76,7 @@ async fn no_other_database_deletes_an_artifact() {
     // another one, and an empty one
     let other = tempfile::tempdir().unwrap();
     let refusal = refused(data.path(), Some(&other.path().join("new.db"))).await;
-    assert!(refusal.contains("this one has no identity"), "{refusal}");
+    assert!(refusal.contains("this database has no identity"), "{refusal}");
     let service = TestService::start().await;
     let path = service.submit(&small_job()).await;
     service.finished(&path).await;
@@ -130,7 +130,7 @@ async fn no_other_database_adopts_a_folder_of_jobs_that_are_rows() {
     let other = data.path().join("other.db");
     for _ in 0..2 {
         let refusal = refused(data.path(), Some(&other)).await;
-        assert!(refusal.contains("this one has no identity") && refusal.contains("identity among"), "{refusal}");
+        assert!(refusal.contains("this database has no identity") && refusal.contains("identity among"), "{refusal}");
     }
     // one that was emptied in its place
     let database = data.path().join("skyduct.db");
@@ -203,7 +203,7 @@ async fn an_older_data_folder_opens_and_gets_an_identity() {
     let moved = data.path().join("moved");
     std::fs::rename(data.path().join("artifacts"), &moved).unwrap();
     let refusal = refused(data.path(), None).await;
-    assert!(refusal.contains("none of them is there") && refusal.contains(new.trim()), "{refusal}");
+    assert!(refusal.contains("none of them exists") && refusal.contains(new.trim()), "{refusal}");
     std::fs::write(&note, &new).unwrap();
     start_and_stop(data.path()).await;
 }
@@ -268,8 +268,8 @@ async fn damaged_and_missing_results_are_told_and_never_served() {
     std::fs::write(&exr, &short[..short.len() / 2]).unwrap();
     std::fs::remove_file(stored("views_room.png")).unwrap();
     for (url, what) in [
-        ("grids/workplane", "not what was written"),
-        ("views/room.exr", "not what was written"),
+        ("grids/workplane", "the stored file is damaged"),
+        ("views/room.exr", "the stored file is damaged"),
         ("views/room.png", "missing"),
     ] {
         for range in [None, Some("bytes=0-3")] {
@@ -386,7 +386,7 @@ async fn a_service_that_cannot_write_artifacts_is_not_ready() {
         tokio::time::sleep(Duration::from_millis(200)).await;
     };
     let problem = problem(not_ready, 503).await;
-    assert_eq!(problem["detail"], "artifacts cannot be written");
+    assert_eq!(problem["detail"], "result files cannot be written to the disk");
     std::fs::remove_file(&artifacts).unwrap();
     std::fs::rename(&moved, &artifacts).unwrap();
     while service.get("/readyz").send().await.unwrap().status() != StatusCode::OK {

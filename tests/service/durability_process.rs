@@ -50,7 +50,7 @@ async fn a_job_that_kills_its_process_fails_after_three_deaths_and_the_next_one_
         tokio::time::sleep(Duration::from_millis(50)).await;
     };
     assert_eq!(deaths, 3);
-    assert_eq!(job["problem"]["detail"], "the process died 3 times while rendering it");
+    assert_eq!(job["problem"]["detail"], "the process died 3 times while rendering this job");
     let next = next.unwrap();
     loop {
         assert!(begin.elapsed() < PATIENCE);

@@ -228,7 +228,7 @@ async fn a_job_over_which_three_processes_died_fails_and_the_others_do_not() {
     }
     let job = store.job(poison).await.unwrap().unwrap();
     assert_eq!(job.head.status, JobStatus::Failed);
-    assert_eq!(job.problem.unwrap().detail, "the process died 3 times while rendering it");
+    assert_eq!(job.problem.unwrap().detail, "the process died 3 times while rendering this job");
     assert_eq!(names(&store, poison).await, ["queued", "planned", "started", "failed"]);
     let lease = claim(&store, "w").await.unwrap();
     assert_eq!((lease.job, lease.failures), (healthy, 0));

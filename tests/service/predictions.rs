@@ -153,9 +153,13 @@ fn the_command_prints_a_table() {
     };
     let (bare, table) = (plan(&[]), plan(&["--predict"]));
     let added = table.strip_prefix(&bare).unwrap();
-    for piece in
-        ["seconds to a relative error, of 95 %", "0.1 %", "sppm (planned)", "light_tracing, ", ": refused (grids_only)"]
-    {
+    for piece in [
+        "seconds to each relative error (at 95 % confidence)",
+        "0.1 %",
+        "sppm (planned)",
+        "light_tracing, ",
+        ": refused (grids_only)",
+    ] {
         assert!(added.contains(piece), "{piece}: {added}");
     }
     let json: Value = serde_json::from_str(&plan(&["--predict", "--json"])).unwrap();

@@ -204,7 +204,10 @@ async fn a_client_whose_quota_is_full_is_told_when_to_come_back() {
         let full = problem(full, 429).await;
         assert_eq!(full["type"], "/problems/too-many");
         let detail = full["detail"].as_str().unwrap();
-        assert!(detail.starts_with("one client may have 2 waiting jobs (queued_jobs_per_client)"), "{detail}");
+        assert!(
+            detail.starts_with("this client has reached its limit of 2 waiting jobs (queued_jobs_per_client)"),
+            "{detail}"
+        );
     }
     for job in jobs {
         service.request(Method::DELETE, &job).send().await.unwrap();

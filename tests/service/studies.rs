@@ -114,7 +114,7 @@ async fn a_study_makes_pictures_of_views() {
     let view = asked["job"]["views"][0]["name"].as_str().unwrap();
     let refused = posted["refused"].as_array().unwrap();
     assert_eq!((refused.len(), &refused[0]["method"]), (1, &json!("light_tracing")));
-    assert!(refused[0]["reason"].as_str().unwrap().starts_with("its views: "), "{refused:?}");
+    assert!(refused[0]["reason"].as_str().unwrap().starts_with("for the views: "), "{refused:?}");
     // a reference and two runs, and a reference, two of equal time and one accuracy
     assert_eq!(posted["runs"], 7);
     let study = wait_for(&service.running.url(), &path(&posted), &["finished"]).await;
@@ -229,7 +229,10 @@ async fn what_is_wrong_is_named() {
     let problem = common::problem(service.post("/v1/studies", &large).send().await.unwrap(), 422).await;
     let error = &problem["errors"][0];
     assert_eq!(error["pointer"], "/pictures/seconds");
-    assert!(error["detail"].as_str().unwrap().contains("0.74 GB of memory, but it may take 0.50 GB"), "{problem}");
+    assert!(
+        error["detail"].as_str().unwrap().contains("0.74 GB of memory, but this service allows 0.50 GB"),
+        "{problem}"
+    );
     // a room with a box is beyond the formula
     let mut request = request();
     request["job"]["room"]["objects"] = json!([{ "kind": "box", "size_m": [0.2, 0.2, 0.2], "position_m": [1.7, 1.7, 0], "surface": { "reflectance": 0.3 } }]);

@@ -18,13 +18,15 @@ use crate::queue::store::*;
 /// Stops the job within one pass; results computed so far stay readable.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
-        (status = 202, description = "The job stops, or was cancelled before; the body is the job", body = JobResource),
+        (status = 202, description = "The job is being cancelled, or was already; the body is the job", body = JobResource),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The job has finished", body = Problem, content_type = "application/problem+json")))]
 pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem> {
     match app.store.cancel(id).await? {
         CancelOutcome::NotFound => Err(Problem::no_such_job()),
-        CancelOutcome::Finished(status) => Err(Problem::conflict(format!("the job has {}", status.name()))),
+        CancelOutcome::Finished(status) => {
+            Err(Problem::conflict(format!("the job has ended already ({})", status.name())))
+        }
         CancelOutcome::Accepted => {
             tracing::info!(job = %id, "job cancelled");
             app.live.forget(id);
@@ -37,7 +39,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
 /// Deletes the job and its artifacts; a running one stops.
 #[utoipa::path(delete, path = "/v1/jobs/{id}", operation_id = "delete_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
-        (status = 204, description = "It is gone"),
+        (status = 204, description = "The job is deleted"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
     if app.deletion().job(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
@@ -82,7 +84,8 @@ pub struct DeletedJobs {
 #[utoipa::path(delete, path = "/v1/jobs", operation_id = "delete_jobs", tag = "jobs", params(DeleteQuery),
     responses(
         (status = 200, description = "The jobs are deleted", body = DeletedJobs),
-        (status = 422, description = "A parameter is missing or not valid; `errors` name it", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is missing or not valid; see `errors`",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn delete_many(app: App, Query(query): Query<DeleteQuery>) -> Result<Json<DeletedJobs>, Problem> {
     let status = query.status.map(|status| match status {
         EndedStatus::Succeeded => JobStatus::Succeeded,

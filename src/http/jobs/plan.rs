@@ -67,10 +67,11 @@ impl PredictQuery {
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 200, description = "The plan", body = PlanResource),
-        (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Not a valid document, or a parameter of the wrong type", body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "The body is not JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "The content type is not application/json", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The document or a parameter is not valid; see `errors`",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn plan(app: App, Query(query): Query<PredictQuery>, body: Body) -> Result<Json<PlanResource>, Problem> {
     // kept to the end: a plan that waits for its pilot takes as much memory as one that is being prepared
     let turn = permit(&app.permits.plans).await?;

@@ -43,7 +43,7 @@ impl FromRequest<Arc<Service>> for Body {
         let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
         let media_type = content_type.unwrap_or("").split(';').next().unwrap_or("").trim().to_ascii_lowercase();
         if media_type != "application/json" {
-            return Err(Problem::unsupported_media_type("a document is sent as application/json"));
+            return Err(Problem::unsupported_media_type("a document must be sent as application/json"));
         }
         check_coding(request.headers())?;
         let (mut parts, body) = request.into_parts();
@@ -83,7 +83,7 @@ impl Body {
                 _ => DocumentErrors(vec![error]).into(),
             })?;
         let hash = canonical_hash(&value).map_err(|error| {
-            tracing::error!(%error, "hashing a document");
+            tracing::error!(%error, "hashing a document failed");
             Problem::internal()
         })?;
         Ok(Posted { text, value, hash, held })

@@ -43,18 +43,26 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
         ("Prefer" = Option<String>, Header, description = "`wait=N`: wait up to N seconds for the job's end", example = "wait=20")),
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
-        (status = 200, description = "Ended within the time of `Prefer: wait`; the body is the job with its grids", body = FinishedJob,
-            headers(("Location" = String, description = "Path of the job"), ("Preference-Applied" = String, description = "`wait=N`, the longest wait"),
-                ("Idempotency-Replayed" = bool, description = "`true` where the job is that of an earlier post with this key; else absent"))),
+        (status = 200, description = "The job ended within the time of `Prefer: wait`; the body is the job with its \
+                                      grids", body = FinishedJob,
+            headers(("Location" = String, description = "Path of the job"),
+                ("Preference-Applied" = String, description = "`wait=N`: the longest time in seconds that was waited"),
+                ("Idempotency-Replayed" = bool, description = "`true` if the job is that of an earlier post with this \
+                                                               key; otherwise absent"))),
         (status = 202, description = "Queued; the body is the job", body = JobResource,
-            headers(("Location" = String, description = "Path of the job"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"),
-                ("Idempotency-Replayed" = bool, description = "`true` where the job is that of an earlier post with this key; else absent"))),
-        (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "Deleted while its end was waited for", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Not a valid document, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "As many jobs of the client wait as may", body = Problem, content_type = "application/problem+json"),
+            headers(("Location" = String, description = "Path of the job"),
+                ("Retry-After" = u32, description = "Seconds to wait before asking for it"),
+                ("Idempotency-Replayed" = bool, description = "`true` if the job is that of an earlier post with this \
+                                                               key; otherwise absent"))),
+        (status = 400, description = "The body is not JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The job was deleted while the request waited for its end",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "The content type is not application/json", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The document is not valid, or the key was used with another document",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "This client has reached its limit of waiting jobs",
+            body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json")))]
 pub async fn create(
     app: App,
@@ -168,7 +176,7 @@ async fn answer(app: &Service, mut job: Job, waiting: Option<Waiting<'_>>, told:
             return Ok(finished);
         }
         // others had time to delete it
-        let deleted = || Problem::conflict("the job was deleted while its end was waited for");
+        let deleted = || Problem::conflict("the job was deleted while the request waited for its end");
         job = app.store.job(job.head.id).await?.ok_or_else(deleted)?;
     }
     if told == Told::Perhaps && !job.head.status.is_final() {
@@ -184,23 +192,26 @@ fn accepted(job: Job) -> Response {
 }
 
 pub(in crate::http) fn queue_full(app: &Service) -> Problem {
-    Problem::new(ProblemKind::QueueFull, format!("{} jobs are waiting; try again later", app.limits.queued_jobs))
-        .retry_after(30)
+    Problem::new(
+        ProblemKind::QueueFull,
+        format!("the queue is full with {} waiting jobs; try again later", app.limits.queued_jobs),
+    )
+    .retry_after(30)
 }
 
 pub(in crate::http) fn client_full(app: &Service) -> Problem {
     let (setting, most) = ("queued_jobs_per_client", app.limits.queued_jobs_per_client);
     count_refusal(setting, Whose::Client);
-    let detail = format!("one client may have {most} waiting jobs ({setting}), and this one has; try again later");
+    let detail = format!("this client has reached its limit of {most} waiting jobs ({setting}); try again later");
     Problem::new(ProblemKind::TooMany, detail).retry_after(30)
 }
 
 pub(in crate::http) fn mesh_gone(mesh: &str) -> Problem {
-    Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted"))
+    Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted; upload it again"))
 }
 
 pub(in crate::http) fn key_reused(other: &str) -> Problem {
-    Problem::new(ProblemKind::KeyReused, format!("it belongs to {other}; take a new key"))
+    Problem::new(ProblemKind::KeyReused, format!("the Idempotency-Key belongs to {other}; use a new key"))
 }
 
 /// Marks an answer about the job or study of an earlier post with the same key.

@@ -15,7 +15,7 @@ use crate::http::problem::{Path, Problem};
 /// Cancels all jobs of the study that have not ended; results computed so far stay readable.
 #[utoipa::path(post, path = "/v1/studies/{id}/cancel", operation_id = "cancel_study", tag = "studies", params(("id" = Uuid, Path)),
     responses(
-        (status = 202, description = "Its jobs stop; the body is the study", body = StudyResource),
+        (status = 202, description = "The jobs of the study are being cancelled; the body is the study", body = StudyResource),
         (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "All of its jobs have ended", body = Problem, content_type = "application/problem+json")))]
 pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem> {
@@ -30,7 +30,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
 /// Deletes the study with all of its jobs; running ones stop.
 #[utoipa::path(delete, path = "/v1/studies/{id}", operation_id = "delete_study", tag = "studies", params(("id" = Uuid, Path)),
     responses(
-        (status = 204, description = "It is gone, and so are its jobs"),
+        (status = 204, description = "The study and its jobs are deleted"),
         (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
     if app.deletion().study(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(no_such_study()) }

@@ -69,15 +69,18 @@ fn names() -> Value {
 /// study itself has the same data at any time.
 #[utoipa::path(get, path = "/v1/studies/{id}/events", operation_id = "get_study_events", tag = "studies",
     extensions(("x-events" = json!(names()))),
-    params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),
+    params(("id" = Uuid, Path),
+        EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "Id of the last event that was received")),
     responses(
-        (status = 200, description = "The stream", body = StudyStreamEvent, content_type = "text/event-stream"),
-        (status = 204, description = "All events were received before"),
-        (status = 400, description = "Last-Event-ID is not a number", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The stream of events", body = StudyStreamEvent, content_type = "text/event-stream"),
+        (status = 204, description = "The client has received all events already, and no more will come"),
+        (status = 400, description = "The header Last-Event-ID is not a number", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "`after` is no number, or below 0", body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "Too many streams of this client are open", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "Too many streams are open", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "`after` is not a number, or is negative", body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "This client has too many event streams open",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The service has too many event streams open",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn events(
     app: App,
     client: Client,

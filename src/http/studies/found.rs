@@ -107,7 +107,7 @@ pub async fn keep(app: &Service, study: Uuid, found: &[(Uuid, Found)]) {
     let json = |(id, found): &(Uuid, Found)| (*id, serde_json::to_value(found).unwrap_or_default());
     let found: Vec<(Uuid, Value)> = found.iter().map(json).collect();
     if let Err(error) = app.store.keep_found(study, &found).await {
-        tracing::warn!(%error, %study, "what was found of a study cannot be stored");
+        tracing::warn!(%error, %study, "the errors computed for a study cannot be stored");
     }
 }
 

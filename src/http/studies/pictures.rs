@@ -54,7 +54,7 @@ pub async fn answer(
         return Ok(unchanged);
     }
     let maker = Maker::new(app, study, heads)?;
-    let of_file = maker.file(file).ok_or_else(|| Problem::not_found("the study has no such pictures"))?;
+    let of_file = maker.file(file).ok_or_else(|| Problem::not_found("the study has no pictures of this name"))?;
     let bytes = app.study_files.get_or_make(tag.clone(), move || maker.make(of_file)).await?;
     let media_type = if file == PICTURES_JSON { "application/json" } else { "image/png" };
     Ok(formats::named(content::made_as(headers, &tag, bytes, media_type)?, file))
@@ -118,7 +118,7 @@ impl Maker {
             sheet.push(&picture, film.as_ref(), &reference).map_err(not_drawn)?;
         }
         let made = sheet.png(&reference, self.request.wanted.seconds.len()).map_err(not_drawn)?;
-        made.ok_or_else(|| Problem::not_found("the study has no such pictures (yet)"))
+        made.ok_or_else(|| Problem::not_found("the study has no finished pictures of this kind (yet)"))
     }
 
     /// Writes times and errors of all pictures; errors that are not stored yet are computed now, and stored.
@@ -196,7 +196,7 @@ fn shown(part: &StudyPart, head: &JobHead) -> Shown {
 }
 
 fn no_reference() -> Problem {
-    Problem::not_found("the reference of the pictures is not known (yet)")
+    Problem::not_found("the reference of the pictures has not been computed (yet)")
 }
 
 fn not_drawn(error: OutputError) -> Problem {

@@ -50,7 +50,7 @@ pub struct StudyListQuery {
 #[utoipa::path(get, path = "/v1/studies", operation_id = "list_studies", tag = "studies", params(StudyListQuery),
     responses(
         (status = 200, description = "A page of studies", body = StudyPage),
-        (status = 422, description = "A parameter is not valid; `errors` name it", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid; see `errors`", body = Problem, content_type = "application/problem+json")))]
 pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<StudyPage>, Problem> {
     let limit = query.limit.unwrap_or(DEFAULT_PAGE);
     if !(1..=MAX_PAGE).contains(&limit) {
@@ -74,7 +74,7 @@ pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<
 #[utoipa::path(get, path = "/v1/studies/{id}", operation_id = "get_study", tag = "studies", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The study", body = StudyResource),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
 pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
@@ -89,12 +89,16 @@ pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<R
 
 /// Returns the results so far as a table, as a figure (actual error against processor seconds by method), and as pictures of views.
 #[utoipa::path(get, path = "/v1/studies/{id}/files/{file}", operation_id = "get_study_file", tag = "studies",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "`study.csv`, `study.svg`, `study.png` or `study.pdf`; of a study with pictures `pictures.json`, and of each view `NAME.equal_time.png` and `NAME.accuracies.png`"), DensityQuery),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "`study.csv`, `study.svg`, `study.png` or \
+                                                                       `study.pdf`; for a study with pictures also \
+                                                                       `pictures.json` and, for each view, \
+                                                                       `NAME.equal_time.png` and `NAME.accuracies.png`"), DensityQuery),
     responses(
         (status = 200, description = "The file", content((String = "text/csv"), (Object = "application/json"), (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
-        (status = 304, description = "It is what If-None-Match names"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such study or file, or its reference is not known (yet)", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such study or file, or its reference has not been computed (yet)",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn file(
     app: App,
     Path((id, file)): Path<(Uuid, String)>,
@@ -106,8 +110,9 @@ pub async fn file(
         return pictures::answer(&app, study, &file, &headers).await;
     }
     let format = formats::by_suffix(&file, &FORMATS).filter(|(name, _)| *name == "study").map(|(_, format)| format);
-    let format =
-        format.ok_or_else(|| Problem::not_found("a study has study.csv, study.svg, study.png and study.pdf"))?;
+    let format = format.ok_or_else(|| {
+        Problem::not_found("there is no such file: a study has study.csv, study.svg, study.png and study.pdf")
+    })?;
     let of_figure = format.of_figure(query.density()?);
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
     let heads = heads(&app, id).await?;
@@ -116,7 +121,7 @@ pub async fn file(
         return Ok(unchanged);
     }
     let found = evaluate(&app, &Looked::new(&study, heads)?).await?;
-    let found = found.ok_or_else(|| Problem::not_found("the reference of the study is not known (yet)"))?;
+    let found = found.ok_or_else(|| Problem::not_found("the reference of the study has not been computed (yet)"))?;
     let made = off_thread(permit(&app.permits.reading).await?, move |_| match of_figure {
         Some(figure) => figure.write(&found.figure(study.name.as_deref())),
         None => Ok(found.csv().into_bytes()),

@@ -49,7 +49,8 @@ const SHARE_OF_PICTURES: f64 = 0.25;
 #[utoipa::path(post, path = "/v1/studies", operation_id = "create_study", tag = "studies",
     params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this study: 1 to 255 printable ASCII characters",
         min_length = 1, max_length = 255, pattern = "^[ -~]+$")),
-    request_body(content = StudyRequest, description = "The job, and how it is to be computed", content_type = "application/json",
+    request_body(content = StudyRequest, description = "The job, and the methods, errors and seeds with which to \
+                                                        compute it", content_type = "application/json",
         example = json!({
             "job": {
                 "room": { "size_m": [4, 3, 2.5] },
@@ -62,14 +63,19 @@ const SHARE_OF_PICTURES: f64 = 0.25;
         })),
     responses(
         (status = 202, description = "Queued; the body is the study", body = StudyResource,
-            headers(("Location" = String, description = "Path of the study"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"),
-                ("Idempotency-Replayed" = bool, description = "`true` where the study is that of an earlier post with this key; else absent"))),
-        (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Not a valid request, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "With all of its jobs, more of the client would wait than may", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The queue has no room for all of its jobs", body = Problem, content_type = "application/problem+json")))]
+            headers(("Location" = String, description = "Path of the study"),
+                ("Retry-After" = u32, description = "Seconds to wait before asking for it"),
+                ("Idempotency-Replayed" = bool, description = "`true` if the study is that of an earlier post with \
+                                                               this key; otherwise absent"))),
+        (status = 400, description = "The body is not JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "The content type is not application/json", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The request is not valid, or the key was used with another one",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "The jobs of the study would exceed the client's limit of waiting jobs",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The queue has no room for all jobs of the study",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     let other = "another study";
     let idempotency_key = idempotency_key(&headers)?;
@@ -213,7 +219,7 @@ impl Workshop {
         let Some(pictures) = request.pictures(self.most_seconds) else { return Ok(Vec::new()) };
         let (able, unable) = views::able(&pictures, |document| self.prepared(&document).map(drop))
             .map_err(|errors| in_request(errors, None))?;
-        let of_views = |Refused { method, reason }| Refused { method, reason: format!("its views: {reason}") };
+        let of_views = |Refused { method, reason }| Refused { method, reason: format!("for the views: {reason}") };
         refused.extend(unable.into_iter().map(of_views));
         let keys = pictures.keys(&able);
         check_number(request, methods, keys.len())?;
@@ -221,8 +227,8 @@ impl Workshop {
         let most = self.memory_bytes as f64 * SHARE_OF_PICTURES;
         if bytes > most {
             let detail = format!(
-                "to put the pictures of a view side by side would take about {:.2} GB of memory, but it may take {:.2} GB here: fewer \
-                 seconds or methods, or smaller views",
+                "comparing the pictures of a view would take about {:.2} GB of memory, but this service allows {:.2} \
+                 GB: request fewer seconds or methods, or smaller views",
                 bytes / 1e9,
                 most / 1e9
             );
@@ -266,8 +272,8 @@ impl Gathered {
         self.bytes += ready.bytes;
         if self.bytes > MOST_BYTES {
             let detail = format!(
-                "what the jobs of a study do not have in common may take {} MB in all here, but that of {} jobs takes more: fewer \
-                 methods, errors or seeds, or a shorter job",
+                "the documents of a study's jobs, without their common fields, may take {} MB in all, but those of {} \
+                 jobs take more: request fewer methods, errors or seeds, or a shorter job",
                 MOST_BYTES >> 20,
                 self.jobs.len() + 1
             );
@@ -295,8 +301,8 @@ fn check_number(request: &StudyRequest, methods: &[String], pictures: usize) -> 
         return Ok(());
     }
     let detail = format!(
-        "a study has at most {MOST_JOBS} jobs here, but {} methods that can, {} errors and {} seeds make {runs}, and its pictures \
-         {pictures}",
+        "a study may have at most {MOST_JOBS} jobs, but {} suitable methods, {} errors and {} seeds make {runs}, and \
+         its pictures {pictures} more",
         methods.len(),
         request.relative_errors.len(),
         request.seeds,
@@ -367,6 +373,6 @@ mod tests {
         }
         let DocumentErrors(errors) = gathered.push(ready()).unwrap_err();
         assert_eq!((errors[0].pointer.as_str(), errors[0].code), ("/seeds", FieldErrorCode::TooMany));
-        assert!(errors[0].detail.contains("16 MB in all here, but that of 5 jobs"), "{}", errors[0].detail);
+        assert!(errors[0].detail.contains("16 MB in all, but those of 5 jobs"), "{}", errors[0].detail);
     }
 }

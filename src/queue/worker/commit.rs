@@ -55,7 +55,7 @@ impl Commits {
                 let files = [("state".to_owned(), "application/octet-stream", state)];
                 let state = self.put_all(lease, &files, &mut reports).await?.pop();
                 let state = state.map(|file| StateFile { key: file.key, hash: file.hash });
-                let state = state.ok_or_else(|| ArtifactError::NotFound("the new state".into()))?;
+                let state = state.ok_or_else(|| ArtifactError::NotFound("the new checkpoint".into()))?;
                 Completion::Continue { state, progress, next_index: current.next_chunk, next }
             }
             Ended::Finish { stopped_by, summary, files, last_pass } => {
@@ -101,7 +101,7 @@ impl Commits {
         let (commits, lease, prepared) = (self.clone(), lease.clone(), current.prepared.clone());
         let told = async move {
             if let Err(error) = commits.settle(&lease, committed).await {
-                tracing::error!(%error, "the end of the job may not survive that of the power");
+                tracing::error!(%error, "the end of the job may not survive a power failure");
             }
             tracing::info!(
                 name = prepared.name,
@@ -180,7 +180,7 @@ pub(super) async fn retry<T, E: std::fmt::Display, F: Future<Output = Result<T, 
     for _ in 0..4 {
         match action().await {
             Ok(value) => return Ok(value),
-            Err(error) => tracing::warn!(%error, "trying again"),
+            Err(error) => tracing::warn!(%error, "storing failed; trying again"),
         }
         sleep(pause).await;
         pause *= 3;

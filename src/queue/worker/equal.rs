@@ -25,14 +25,14 @@ impl Commits {
         if committed == Committed::LeaseLost {
             return Err(Interrupted::LeaseLost);
         }
-        tracing::info!(equal = %equal, "job finished by the results of an equal one");
+        tracing::info!(equal = %equal, "job finished with the results of an equal one");
         metrics::counter!("skyduct_jobs_finished_total", "status" => JobStatus::Succeeded.name()).increment(1);
         metrics::counter!("skyduct_jobs_taken_over_total").increment(1);
         let (commits, lease) = (self.clone(), lease.clone());
         // the next job need not wait for the disk, too
         self.ends.spawn(async move {
             if let Err(error) = commits.settle(&lease, committed).await {
-                tracing::error!(%error, job = %lease.job, "the end of the job may not survive that of the power");
+                tracing::error!(%error, job = %lease.job, "the end of the job may not survive a power failure");
             }
         });
         Ok(true)

@@ -166,7 +166,7 @@ impl LaneWorker {
         if let Some(Claimed { lease, .. }) = next
             && let Err(error) = self.store.release(&lease).await
         {
-            tracing::error!(%error, "giving the chunk back failed");
+            tracing::error!(%error, "returning the chunk to the queue failed");
         }
         self.hide();
         self.commits.ends.close();
@@ -182,7 +182,7 @@ impl LaneWorker {
             Ok(Some(lease)) => return Some(Claimed { lease, turn, changes, stops }),
             Ok(None) => self.idle(&mut changes).await,
             Err(error) => {
-                tracing::warn!(%error, "claim failed");
+                tracing::warn!(%error, "claiming a chunk failed");
                 self.pause(RETRY_PAUSE).await;
             }
         }
@@ -256,7 +256,7 @@ impl LaneWorker {
         };
         if let Err(error) = after {
             // the next claim of this worker takes the chunk again
-            tracing::error!(%error, "giving the chunk back failed");
+            tracing::error!(%error, "returning the chunk to the queue failed");
             self.pause(RETRY_PAUSE).await;
         }
         Worked::MoreToDo
@@ -293,7 +293,7 @@ impl LaneWorker {
 
     /// Goes back to the last sound state, after which passes are rendered again.
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<(), StoreError> {
-        tracing::warn!(reason, "rendering again from the last sound state");
+        tracing::warn!(reason, "rendering again from the last undamaged checkpoint");
         self.commits.delete_obsolete(self.store.rewind(lease, reason).await?).await;
         Ok(())
     }
@@ -357,8 +357,12 @@ impl LaneWorker {
         let state = match &source.state {
             Some(state) => match self.commits.artifacts.read_checked(&state.key, &state.hash).await {
                 Ok(bytes) => Some(bytes),
-                Err(ArtifactError::Damaged { .. }) => return Err(Interrupted::Damaged("the stored state is damaged")),
-                Err(ArtifactError::NotFound(_)) => return Err(Interrupted::Damaged("the stored state is missing")),
+                Err(ArtifactError::Damaged { .. }) => {
+                    return Err(Interrupted::Damaged("the stored checkpoint is damaged"));
+                }
+                Err(ArtifactError::NotFound(_)) => {
+                    return Err(Interrupted::Damaged("the stored checkpoint is missing"));
+                }
                 Err(error) => return Err(error.into()),
             },
             None => None,
@@ -380,8 +384,8 @@ impl LaneWorker {
         });
         let (prepared, merged) = loaded.await?.map_err(|detail| hopeless("The job cannot be prepared", detail))?;
         let merged = merged.map_err(|error| {
-            tracing::warn!(error, "the stored state cannot be read");
-            Interrupted::Damaged("the stored state is of another version")
+            tracing::warn!(error, "the stored checkpoint cannot be read");
+            Interrupted::Damaged("the stored checkpoint is of another version")
         })?;
         let mut current = self.begin(lease, prepared, merged, bytes, source.merged_spent);
         // passes of earlier processes included

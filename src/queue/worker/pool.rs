@@ -37,7 +37,7 @@ impl RenderPool {
         });
         match receiver.await {
             Ok(result) => result.map_err(Interrupted::Panicked),
-            Err(_) => Err(Interrupted::Panicked("the render thread is gone".into())),
+            Err(_) => Err(Interrupted::Panicked("the render thread ended unexpectedly".into())),
         }
     }
 }
@@ -48,6 +48,6 @@ fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
     } else if let Some(text) = panic.downcast_ref::<String>() {
         text.clone()
     } else {
-        "no message".to_owned()
+        "a panic without message".to_owned()
     }
 }

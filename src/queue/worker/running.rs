@@ -113,7 +113,7 @@ impl RunningChunk<'_> {
             Ok(Beat::Keep) => {}
             Ok(Beat::Cancel) => self.stop.raise(StopReason::Cancelled),
             Ok(Beat::Lost) => self.stop.raise(StopReason::Abandoned),
-            Err(error) => tracing::warn!(%error, "heartbeat failed"),
+            Err(error) => tracing::warn!(%error, "renewing the lease of the chunk failed"),
         }
     }
 

@@ -43,17 +43,17 @@ pub fn section(settings: &Settings, progress: Progress) -> Result<Section, Repor
     let figures = lines.into_iter().map(|(scene, ours)| figure(settings, scene, ours)).collect::<Result<_, _>>()?;
     Ok(Section {
         title: "Time to an accuracy".to_owned(),
-        text: "Processor seconds of one thread until the 9 x 9 points on the floor have the standard error asked for, \
-               relative and as the root mean square over the points, at 95 % by Student's t: medians of runs with seeds \
-               of their own, quartiles in brackets. A job asks itself first after eight passes, so that errors of some \
-               percent cost no more than one of 1 %. \"Told\" is the median of what jobs say of themselves, \"actual\" \
-               the root mean square over all runs against independent references (`tests/reference/README.md`), whose \
-               own error (0.02 to 0.03 %) is taken away. The errors of a run's points go together as far as they are \
-               those of the flux through the tube: the fewer runs, the rougher the actual error. The set-up goes from \
-               the document to the first pass and is not among the seconds. S1 is the thesis' room under a clear sky \
-               with a straight tube and a Lambertian diffuser; S2 has the sun and a clear sheet instead; S3 has two \
-               bends and a dome, in closed form and as a mesh whose hits are decided in f64. Dashed in the figures: \
-               other programs, as of above."
+        text: "Processor seconds of one thread until the 9 x 9 points on the floor have the requested relative \
+               standard error (root mean square over the points) at 95 % by Student's t: medians of runs with seeds \
+               of their own, quartiles in brackets. A job first checks its error after eight passes, so that errors \
+               of some percent cost no more than one of 1 %. \"Told\" is the median of the errors that the jobs \
+               report, \"actual\" the root mean square over all runs against independent references \
+               (`tests/reference/README.md`), with the references' own error (0.02 to 0.03 %) subtracted. The errors \
+               of a run's points are correlated as far as they come from the flux through the tube: the fewer runs, \
+               the rougher the actual error. The set-up lasts from the document to the first pass and is not part of \
+               the seconds. S1 is the thesis' room under a clear sky with a straight tube and a Lambertian diffuser; \
+               S2 has the sun and a clear sheet instead; S3 has two bends and a dome, in closed form and as a mesh \
+               whose hits are decided in f64. Dashed in the figures: the other programs of the section above."
             .to_owned(),
         tables,
         figures,

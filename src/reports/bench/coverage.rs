@@ -91,16 +91,19 @@ pub fn section(settings: &Settings, seeds: u64, progress: Progress) -> Result<Se
         tables.push(Table { caption, head: head.map(str::to_owned).into(), rows });
     }
     Ok(Section {
-        title: "How often intervals hold the truth".to_owned(),
+        title: "How often intervals contain the true value".to_owned(),
         text: format!(
-            "Each method renders each scene with up to {seeds} seeds to 5 and to 1 % at 95 %, for {} s at most. \"Sensors\" is the \
-             share of the sensors, or of blocks of 8 x 8 pixels of a view, whose interval of 95 % by Student's t holds the truth, \
-             whose own error is in it; \"means\" the share of the runs whose interval of the mean does. Behind them stands their \
-             standard error (s.e.): of the runs, since the sensors of a run fail together, and for means the binomial one. **Bold** is \
-             what is outside of 93 to 97 % by more than two of them, of ten runs or more. \"Actual over asked\" is the root mean square of the deviations of all \
-             sensors and runs, times 1.96, over the error that was asked for; \"beyond 1.5\" the share of the runs where it is more than one and a \
-             half; both where no run was cut short. \"Mean off by\" is the mean deviation of the mean, in standard errors of the runs and of the truth: that jobs end when they \
-             are good enough must not bias them. Solvers' errors are bounds, so that all of their intervals may hold.",
+            "Each method renders each scene with up to {seeds} seeds to 5 and to 1 % at 95 %, for {} s at most. \
+             \"Sensors\" is the share of the sensors (of a view: of blocks of 8 x 8 pixels) whose 95 % interval by \
+             Student's t contains the true value, whose own error is included; \"means\" is the share of the runs \
+             whose interval of the mean does. Each share is followed by its standard error (s.e.): over the runs, \
+             since the errors of a run's sensors are correlated, and for means the binomial one. **Bold** are shares \
+             of ten runs or more that lie outside of 93 to 97 % by more than two standard errors. \"Actual over \
+             asked\" is the root mean square of the deviations of all sensors and runs, times 1.96, over the \
+             requested error; \"beyond 1.5\" is the share of the runs where this ratio is more than 1.5; both are \
+             given where no run was cut short. \"Mean off by\" is the mean deviation of the mean, in standard errors \
+             of the runs and of the true value: jobs stop once they are accurate enough, which must not bias them. \
+             Errors of solvers are bounds, so that all of their intervals may contain the true value.",
             significant(settings.budget(), 2)
         ),
         tables,
@@ -162,7 +165,7 @@ fn subjects(settings: &Settings, progress: Progress) -> Result<Vec<Subject>, Rep
     let side = side as usize;
     let sensors = vec![0, side - 1, side * (side - 1), side * side - 1];
     let truth = rendered(settings, &corner)?;
-    let what = "S1 with 30 x 30 points, of which the four in the corners are looked at, 3 cm from two walls";
+    let what = "S1 with 30 x 30 points, of which the four in the corners, 3 cm from two walls, are compared";
     subjects.push(Subject { name: "S1, corners", what, case: corner, truth, sensors });
     let view = view(settings)?;
     let truth = rendered(settings, &view)?;

@@ -46,10 +46,11 @@ pub fn run(settings: &Settings, progress: Progress) -> Result<Report, ReportErro
     })?;
     let head = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let introduction = format!(
-        "What each effect of light costs where a scene calls for it, and where it does not. `cargo run --release -p skyduct-reports -- bench effects` measures \
-         everything anew and writes this page: skyduct {}, {}. Times are processor seconds of the passes of one job on one \
-         thread, to a standard error of 0.5 % at 95 %. The jobs of a row run in turn, so that the machine's moods meet all \
-         alike; ratios are medians over the turns, with quartiles.{}",
+        "What each effect of light costs where a scene calls for it, and where it does not. `cargo run --release -p \
+         skyduct-reports -- bench effects` measures everything anew and writes this page: skyduct {}, {}. Times are \
+         processor seconds of the passes of one job on one thread, to a standard error of 0.5 % at 95 %. The jobs of \
+         a row run in turn, so that changes in the machine's speed affect all of them alike; ratios are medians over \
+         the turns, with quartiles.{}",
         env!("CARGO_PKG_VERSION"),
         machine(),
         settings.remark()
@@ -57,8 +58,9 @@ pub fn run(settings: &Settings, progress: Progress) -> Result<Report, ReportErro
     let sections = vec![
         Section {
             title: "Where a scene does not call for it".to_owned(),
-            text: "The effect switched off, left to the plan (`auto`), and asked for. What is off is free if the ratios are 1 within \
-                   their quartiles, and harmless if all values have the same bits."
+            text: "The effect switched off, left to the plan (`auto`), and switched on. An effect that is off costs \
+                   nothing if the ratios are 1 within their quartiles, and changes nothing if all values have the \
+                   same bits."
                 .to_owned(),
             tables: vec![Table {
                 caption: "Cost over that of `auto`".to_owned(),
@@ -69,12 +71,21 @@ pub fn run(settings: &Settings, progress: Progress) -> Result<Report, ReportErro
         },
         Section {
             title: "Where a scene calls for it".to_owned(),
-            text: "The same scene with the effect and without it: switched off, or where it is what the scene is made of, with \
-                   something else in its place. `auto` may take another method then."
+            text: "The same scene with the effect and without it: switched off or, where the scene cannot do without \
+                   it, replaced by something else. `auto` may choose another method then."
                 .to_owned(),
             tables: vec![Table {
                 caption: "Cost with and without".to_owned(),
-                head: head(&["effect", "scene", "with", "method", "without it", "without", "method", "with over without"]),
+                head: head(&[
+                    "effect",
+                    "scene",
+                    "with",
+                    "method",
+                    "without it",
+                    "without",
+                    "method",
+                    "with over without",
+                ]),
                 rows: called_for,
             }],
             ..Section::default()
@@ -181,7 +192,7 @@ fn in_vain_row(settings: &Settings, subject: &Subject) -> Result<Vec<String>, Re
         if same { "equal" } else { "**differ**" }
     };
     // effects of absent sources of light, of closures and of colours stay off where the scene does not call for them
-    let on_in_vain = if kind.can_be_followed_in_vain() { "" } else { " (off all the same)" };
+    let on_in_vain = if kind.can_be_followed_in_vain() { "" } else { " (off nevertheless)" };
     Ok(vec![
         kind.name().to_owned(),
         (*scene).to_owned(),

@@ -163,10 +163,10 @@ pub fn section(settings: &Settings, progress: Progress) -> Result<Section, Repor
     }
     Ok(Section {
         title: "How cost grows".to_owned(),
-        text: "Processor seconds of one thread, medians; everything but the named quantity stays. The exponent is the slope in \
-               double logarithms over the upper half of the values: 0 is no growth at all, 1 is growth in proportion. Meshes are \
-               made in memory, so that no file is read; where a job took too long to become as accurate as asked, its point is \
-               missing."
+        text: "Processor seconds of one thread, medians; everything but the named quantity stays the same. The \
+               exponent is the slope of the logarithms over the upper half of the values: 0 is no growth at all, 1 is \
+               growth in proportion. Meshes are made in memory, so that no file is read; where a job did not reach \
+               the requested accuracy in time, its point is missing."
             .to_owned(),
         tables: vec![Table {
             caption: "Growth".to_owned(),

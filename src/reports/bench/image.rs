@@ -42,9 +42,9 @@ pub fn section(settings: &Settings, reference: &FilmEstimate, progress: Progress
         text: format!(
             "The Cornell box S4, 256 x 256 pixels in colours, by the method that `auto` takes, on one thread. The \
              error of pixels is the root mean square over those that see neither the lamp nor the background, over \
-             their mean luminance; others measure it alike, over the channels; that of blocks is of 8 x 8 pixels and \
-             relative to each block, by which jobs end. Both are against path tracing with {} paths for each pixel, \
-             whose own variance is taken away, so that the bias of photon mapping counts.",
+             their mean luminance (of other programs: over the channels); the error of blocks of 8 x 8 pixels is \
+             relative to each block's luminance, and jobs stop by it. Both are against path tracing with {} paths for \
+             each pixel, whose own variance is subtracted, so that the bias of photon mapping counts.",
             settings.either(REFERENCE_PASSES[0], REFERENCE_PASSES[1]) * REFERENCE_PATHS
         ),
         tables: vec![asked, table(&by_passes)],

@@ -148,10 +148,10 @@ pub fn series(scene: &str, beside: Option<&Beside>) -> Vec<Series> {
 /// Returns the sentence on other programs: whether they ran before the benchmark, and which did not.
 pub fn remark(beside: Option<&Beside>) -> String {
     match beside {
-        None => "Other programs were not run beside it.".to_owned(),
+        None => "Other programs were not run for this benchmark.".to_owned(),
         Some(beside) if beside.absent.is_empty() => "Other programs ran before it, on the same machine.".to_owned(),
         Some(beside) => {
-            format!("Other programs ran before it, on the same machine, but for {}.", beside.absent.join("; "))
+            format!("Other programs ran before it, on the same machine, except {}.", beside.absent.join("; "))
         }
     }
 }
@@ -173,7 +173,7 @@ fn table(caption: &str, peers: &[Peer]) -> Table {
     };
     Table {
         caption: caption.to_owned(),
-        head: ["scene", "program", "actual error, and the time to it"].map(str::to_owned).into(),
+        head: ["scene", "program", "actual error and the time to reach it"].map(str::to_owned).into(),
         rows: peers.iter().map(row).collect(),
     }
 }
@@ -225,6 +225,6 @@ mod tests {
         assert_eq!(names, ["tracer 1.0, fast", "tracer 1.0, slow"]);
         assert_eq!(series("S2", beside).len(), 2);
         assert_eq!(tables(beside)[0].rows[0][2], "3.00 % in 1.00 s, 2.00 % in 2.00 s");
-        assert!(remark(beside).contains("but for Radiance: not installed"));
+        assert!(remark(beside).contains("except Radiance: not installed"));
     }
 }

@@ -55,9 +55,10 @@ pub fn section(latencies: &Latencies) -> Section {
     Section {
         title: "The service".to_owned(),
         text: format!(
-            "Seconds on the wall from `POST /v1/jobs` with `Prefer: wait` to the answer with the grids, over the loopback, the client \
-             in the process of the service and on its processors. Each job is another one (its seed, or the place of its \
-             tube). {clients} clients at once had {} jobs of S1 to 1 % answered in a second.",
+            "Wall-clock seconds from `POST /v1/jobs` with `Prefer: wait` to the answer with the grids, over the \
+             loopback interface; the client runs in the process of the service and on its processors. No two jobs are \
+             equal (the seed or the place of the tube differs). {clients} clients at the same time got answers to {} \
+             jobs of S1 to 1 % per second.",
             significant(*jobs_per_second, 3)
         ),
         tables: vec![Table {

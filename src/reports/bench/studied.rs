@@ -50,10 +50,11 @@ pub fn run(settings: &Settings, seeds: u64, progress: Progress) -> Result<Report
     })?;
     sections.push(coverage::section(settings, seeds, progress.part(0.6, 1.0))?);
     let introduction = format!(
-        "What accuracy costs by each method, against references, and whether errors are what jobs say of themselves. `cargo run --release -p skyduct-reports -- bench \
-         accuracy` measures everything anew and writes this page: skyduct {}, {}. Studies run on one thread; times are processor \
-         seconds of the passes, medians of {} runs with seeds of their own. A run ends after {} s in any case. Other programs were \
-         measured once: {}. `skyduct study` and `POST /v1/studies` make such studies of any job.{}",
+        "What accuracy costs by each method, against references, and whether the errors that jobs report are true. \
+         `cargo run --release -p skyduct-reports -- bench accuracy` measures everything anew and writes this page: \
+         skyduct {}, {}. Studies run on one thread; times are processor seconds of the passes, medians of {} runs \
+         with seeds of their own. A run ends after {} s in any case. Other programs were measured once: {}. `skyduct \
+         study` and `POST /v1/studies` make such studies of any job.{}",
         env!("CARGO_PKG_VERSION"),
         machine(),
         settings.study_seeds(),
@@ -61,7 +62,12 @@ pub fn run(settings: &Settings, seeds: u64, progress: Progress) -> Result<Report
         peers::MEASURED,
         settings.remark()
     );
-    Ok(Report { name: "accuracy", title: "What accuracy costs, and whether errors are honest", introduction, sections })
+    Ok(Report {
+        name: "accuracy",
+        title: "What accuracy costs, and whether reported errors are true",
+        introduction,
+        sections,
+    })
 }
 
 impl Settings {
@@ -119,8 +125,8 @@ fn subjects(settings: &Settings) -> Result<Vec<Subject>, ReportError> {
         subject(
             "The Cornell box",
             "cornell.svg",
-            "Averages over 9 x 9 cells of its floor, some of them below its blocks. Other programs were measured by a picture of it \
-             ([performance](performance.md)), which says nothing of a grid.",
+            "Averages over 9 x 9 cells of its floor, some of them below its blocks. Other programs were measured by a \
+             picture of it ([performance](performance.md)), which cannot be compared with a grid.",
             cornell,
             long("path_tracing", 0.004),
         ),
@@ -176,7 +182,8 @@ fn section(settings: &Settings, subject: &Subject, progress: Progress) -> Result
     Ok(Section {
         title: subject.name.to_owned(),
         text: format!(
-            "{} Told errors are at 95 %, actual ones root mean squares, which are about half of those where errors are honest.",
+            "{} Told errors are half-widths of 95 % intervals, actual ones root mean squares, which are about half of \
+             told errors that are true.",
             subject.what
         ),
         tables: vec![table(&study)],

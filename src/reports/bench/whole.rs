@@ -117,10 +117,11 @@ pub fn section(processes: &Processes) -> Section {
     Section {
         title: "Whole jobs and memory".to_owned(),
         text: format!(
-            "Jobs to 1 %, each in a process of its own that uses all processors: processor seconds from the document to the first \
-             pass, of the passes, of the reports on all tubes (transmission by altitude, under the sky, in the sun), and of all \
-             other files; the reports' share in all of that; and the largest size of the process. Medians of processes. \
-             `skyduct render` of S1 to 1 % with all its files takes {} on the wall, from the start of the process to its end.",
+            "Jobs to 1 %, each in a process of its own that uses all processors: processor seconds from the document \
+             to the first pass, of the passes, of the reports on all tubes (transmission by altitude, under the sky, \
+             in the sun), and of all other files; the reports' share of the total; and the largest memory of the \
+             process. Medians of processes. `skyduct render` of S1 to 1 % with all its files takes {} of wall-clock \
+             time, from the start of the process to its end.",
             as_time(&processes.render)
         ),
         tables: vec![Table {

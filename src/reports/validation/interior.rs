@@ -242,7 +242,7 @@ fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, F
     let floor = luminaire([low, low, 0.0], [side, 0.0, 0.0], [0.0, side, 0.0]);
     let wall = luminaire([0.0, low, low], [0.0, side, 0.0], [0.0, 0.0, side]);
     let mut deviations = Deviations::new("closed rooms, reflectance 0.05 to 0.95: mean indirect illuminance");
-    let mut closure = Deviations::new("closed rooms: flux emitted less flux booked");
+    let mut closure = Deviations::new("closed rooms: emitted flux minus accounted flux");
     let (mut rows, mut marks) = (Vec::new(), Vec::new());
     let indirect = |reflectance: f64| FLUX_LM / 96.0 * reflectance / (1.0 - reflectance);
     for reflectance in REFLECTANCES {

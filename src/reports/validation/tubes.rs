@@ -57,10 +57,10 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
     let mut isotropic = Deviations::new("uniform sky through straight tubes, quadrature");
     let file = "tube_isotropic_transmission.json";
     let table = json(reference, file)?;
-    for (key, truth) in table.as_object().ok_or_else(|| failed(file, "is no object"))? {
+    for (key, truth) in table.as_object().ok_or_else(|| failed(file, "is not an object"))? {
         let mut numbers = key.split([',', '=']).filter_map(|part| part.parse::<f64>().ok());
         let (Some(aspect), Some(reflectance), Some(truth)) = (numbers.next(), numbers.next(), truth.as_f64()) else {
-            return Err(failed(file, format!("{key:?} is no tube")));
+            return Err(failed(file, format!("{key:?} is not a tube")));
         };
         let uniform = sky(CieType::UNIFORM, 45.0);
         isotropic.add(sky_exitance(&uniform, aspect, reflectance) / uniform.horizontal_illuminance_lux() - truth);

@@ -96,7 +96,7 @@ pub fn run(args: BenchArgs) -> anyhow::Result<()> {
         Subject::Job(JobArgs { meshes }) => {
             let mut document = String::new();
             std::io::stdin().read_to_string(&mut document).context("the document cannot be read")?;
-            let document = serde_json::from_str(&document).context("the document is no JSON")?;
+            let document = serde_json::from_str(&document).context("the document is not JSON")?;
             println!("{}", serde_json::to_string(&whole::measure(document, &meshes)?)?);
             Ok(())
         }

@@ -184,7 +184,7 @@ fn embree(folder: &Path) -> anyhow::Result<EmbreeRate> {
         words[unit.checked_sub(1)?].parse::<f64>().ok()
     };
     let rates = rate("rtcIntersect1 ").zip(rate("rtcIntersect1M "));
-    let (one_by_one, in_streams) = rates.context("it prints no rates of specular chains")?;
+    let (one_by_one, in_streams) = rates.context("it printed no rates of specular chains")?;
     Ok(EmbreeRate { one_by_one, in_streams })
 }
 

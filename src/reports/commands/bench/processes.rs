@@ -13,7 +13,7 @@ use crate::bench::{Progress, Quartiles, Settings, service};
 use skyduct::cli::temporary_folder::TemporaryFolder;
 
 pub fn measure(settings: &Settings, progress: Progress) -> anyhow::Result<Processes> {
-    let program = std::env::current_exe().context("this program does not know where it lies")?;
+    let program = std::env::current_exe().context("the path of this program cannot be found")?;
     let meshes = settings.reference.join("scenes");
     let runs = settings.either(5, 1);
     let mut measured = Vec::new();
@@ -38,8 +38,8 @@ fn parts(program: &Path, meshes: &Path, job: &WholeJob) -> anyhow::Result<Parts>
     if !output.status.success() {
         bail!("the process of {} failed", job.name);
     }
-    written.transpose().context("a document cannot be handed over")?;
-    serde_json::from_slice(&output.stdout).with_context(|| format!("the process of {} gave no numbers", job.name))
+    written.transpose().context("a document cannot be passed to the process")?;
+    serde_json::from_slice(&output.stdout).with_context(|| format!("the process of {} printed no numbers", job.name))
 }
 
 /// Measures the wall-clock seconds of `skyduct render` of S1 to 1 %.

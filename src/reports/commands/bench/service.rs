@@ -49,7 +49,7 @@ async fn of_service(settings: &Settings, url: &str, progress: Progress<'_>) -> a
     for step in 0..requests as u32 {
         of_dragged.push(request(&client, &dragged(step)).await?);
     }
-    progress.step(2, 3, "the service: clients at once");
+    progress.step(2, 3, "the service: simultaneous clients");
     let jobs_per_second = at_once(settings, &client).await?;
     Ok(Latencies { one, dragged: of_dragged, clients: CLIENTS, jobs_per_second })
 }

@@ -35,7 +35,7 @@ pub fn beams() -> (Deviations, Table) {
         caption: "Ratios of beam transmittances by the altitude of the sun in degrees (EnergyPlus 25.2; its table is \
                   interpolated in the cosine)"
             .to_owned(),
-        head: ["what it is", "sun", "tube: L/D, R", "over tube: L/D, R", "EnergyPlus", "this program", "deviation"]
+        head: ["kind of source", "sun", "tube: L/D, R", "over tube: L/D, R", "EnergyPlus", "this program", "deviation"]
             .map(str::to_owned)
             .into(),
         rows: rows.into(),
@@ -99,7 +99,7 @@ pub fn rooms(reference: &Path) -> Result<([Deviations; 2], Table), ValidationErr
             "Daylight factor in percent of the floor below the diffuser over the diffuse transmittance of the tube, \
                   traditional overcast sky, room of 4 x 4 x 3 m (EnergyPlus 25.2)"
                 .to_owned(),
-        head: ["what it is", "reflectance", "method", "EnergyPlus", "this program", "deviation"]
+        head: ["kind of source", "reflectance", "method", "EnergyPlus", "this program", "deviation"]
             .map(str::to_owned)
             .into(),
         rows,

@@ -80,7 +80,7 @@ pub fn table() -> Table {
                   measured skies (IES 1984: beam 127.5 exp(-0.21 / sin h), clear 0.8 + 15.5 sqrt(sin h), overcast 0.3 + 21 \
                   sin h klx)"
             .to_owned(),
-        head: ["what it is", "sun", "quantity", "IES", "this program", "deviation"].map(str::to_owned).into(),
+        head: ["kind of source", "sun", "quantity", "IES", "this program", "deviation"].map(str::to_owned).into(),
         rows: rows.collect(),
     }
 }

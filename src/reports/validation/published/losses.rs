@@ -52,7 +52,7 @@ pub fn bends() -> Table {
     }
     Table {
         caption: "Loss per bend of a 0.33 m pipe with two equal and opposite mitred bends, 1.2 m of axis".to_owned(),
-        head: ["what it is", "case", "mirror", "loss per bend"].map(str::to_owned).into(),
+        head: ["kind of source", "case", "mirror", "loss per bend"].map(str::to_owned).into(),
         rows,
     }
 }
@@ -115,7 +115,7 @@ pub fn metres() -> Table {
     }
     Table {
         caption: "Loss per metre of a 0.33 m pipe between 1 and 3 m".to_owned(),
-        head: ["what it is", "case", "overcast sky", "beam at 60 degrees"].map(str::to_owned).into(),
+        head: ["kind of source", "case", "overcast sky", "beam at 60 degrees"].map(str::to_owned).into(),
         rows,
     }
 }

@@ -34,7 +34,7 @@ pub fn fluxes() -> Table {
         caption: "Flux into the room in lm between bounds: lengths of 1 to 3 m, mirrors and diffusers of lower and higher grade, \
                   as none is stated; dome 0.92; lamps of 60 W as 700 to 890 lm, of 100 W as 1350 lm"
             .to_owned(),
-        head: ["what it is", "product", "published", "this program", "verdict"].map(str::to_owned).into(),
+        head: ["kind of source", "product", "published", "this program", "verdict"].map(str::to_owned).into(),
         rows: rows.collect(),
     }
 }
@@ -64,7 +64,7 @@ pub fn acrylic() -> Table {
             "Transmittance of 3 mm of acrylic, n = {index} (International Journal of Polymer Science 2013, 610132); a material, \
              no dome"
         ),
-        head: ["what it is", "sheet", "measured", "this program"].map(str::to_owned).into(),
+        head: ["kind of source", "sheet", "measured", "this program"].map(str::to_owned).into(),
         rows: vec![row("lossless", 0.0), row("absorption of 2 per metre", 2.0 * 0.003)],
     }
 }

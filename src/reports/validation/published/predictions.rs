@@ -25,7 +25,7 @@ pub fn overcast() -> Table {
             "Transmission of a tube of {} x {} m by its mirror ({})",
             tube.diameters_m[0], tube.length_m, tube.source
         ),
-        head: ["what it is", "mirror", "traditional overcast sky", "uniform sky"].map(str::to_owned).into(),
+        head: ["kind of source", "mirror", "traditional overcast sky", "uniform sky"].map(str::to_owned).into(),
         rows: rows.collect(),
     }
 }
@@ -46,7 +46,7 @@ pub fn beams() -> Table {
             }
         }
     }
-    let head = ["what it is", "measured by", "tube", "mirror"].map(str::to_owned).into_iter();
+    let head = ["kind of source", "measured by", "tube", "mirror"].map(str::to_owned).into_iter();
     Table {
         caption: "Transmission for parallel light by its altitude in degrees".to_owned(),
         head: head.chain(ALTITUDES_DEG.map(|altitude_deg| altitude_deg.to_string())).collect(),
