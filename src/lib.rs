@@ -7,7 +7,7 @@
 //! ```text
 //! http ─┐                                                             ┌─> db (jobs, chunks, events)
 //! cli  ─┴─> document ─> scene ─> plan ─> integrator ─> estimate ─> output ─┴─> artifacts (object store)
-//!                                 └────────── job: the pass loop, progress, checkpoints ──────────┘
+//!                                 └─ engine: passes ─ predict ─ present: files ─ queue: the worker ─┘
 //! ```
 //!
 //! Physics (everything left of `document`) is f64, in SI units, radians and the room frame (x = east, y = north,

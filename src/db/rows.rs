@@ -1,4 +1,4 @@
-//! Conversion of rows into the types of the module `job`.
+//! Conversion of rows into the types of the room `queue`.
 
 use bytes::Bytes;
 use serde::Serialize;

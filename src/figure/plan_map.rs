@@ -206,7 +206,7 @@ impl PlanMap {
         let finite = || self.grid.values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
         let least = finite().min_by(|a, b| a.1.total_cmp(&b.1));
         let greatest = finite().max_by(|a, b| a.1.total_cmp(&b.1));
-        let marked = [("least", least), ("greatest", greatest)];
+        let marked = [("minimum", least), ("maximum", greatest)];
         for (name, (cell, value)) in marked.into_iter().filter_map(|(name, cell)| Some((name, cell?))) {
             let columns = self.grid.cells[0];
             let at = cells.at(DVec2::new((cell % columns) as f64 + 0.5, (cell / columns) as f64 + 0.5));

@@ -88,7 +88,7 @@ fn what_is_switched_off_and_matters_is_a_warning() {
     let asked = json!({ "relative_error": 0.02 });
     let prepared = with_effects("thesis_room", json!({ "interreflection": "off" }), asked.clone());
     // 0.2 of a floor, 0.5 of four walls, 0.7 of a ceiling of one size: 2.9 of 6
-    let text = "interreflection is switched off, but the scene calls for it: about 48 %, at most 70 %, of the light that \
+    let text = "the effect interreflection is switched off, but the scene calls for it: about 48 %, at most 70 %, of the light that \
                 falls on the room's surfaces is left out";
     assert_eq!(told(&prepared), [text]);
     let plan = prepared.plan_json();

@@ -8,7 +8,7 @@ use crate::source_files::source_files;
 
 /// Rooms by how far right they stand: a room may import its own level and what is left of it.
 const LEVELS: &[&[&str]] = &[
-    &["kept", "sampling", "statistics"],
+    &["sampling", "statistics"],
     &["sky", "optics", "geometry"],
     &["guide"],
     &["scene"],
