@@ -170,8 +170,10 @@ impl RunningService {
         let shutdown = CancellationToken::new();
         let live = Arc::new(LiveJobs::default());
         let meshes = Meshes::new(store.clone(), artifacts.clone());
-        let worker = Worker::new(store.clone(), artifacts.clone(), meshes.clone(), live.clone(), shutdown.clone())
-            .context("the render threads cannot start")?;
+        let memory_bytes = config.limits.memory_limit_bytes();
+        let worker =
+            Worker::new(store.clone(), artifacts.clone(), meshes.clone(), live.clone(), memory_bytes, shutdown.clone())
+                .context("the render threads cannot start")?;
         let worker = tokio::spawn(worker.run());
         let swept = artifacts.clone();
         tokio::spawn(async move { ownership::sweep(&swept, sweep).await });

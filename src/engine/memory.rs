@@ -2,6 +2,8 @@
 
 use std::sync::OnceLock;
 
+use sysinfo::{MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System};
+
 use super::prepare::RenderJob;
 use crate::document::{DocumentErrors, FieldError};
 use crate::plan::MemoryEstimate;
@@ -10,20 +12,26 @@ use crate::plan::MemoryEstimate;
 const SHARE: (u64, u64) = (3, 4);
 
 /// Returns the number of bytes that one job may take where nothing is configured: three quarters of the machine's memory, or of what a
-/// container or a resource limit (`ulimit -v`, `ulimit -d`) leaves of it to this process.
+/// container, a unit of systemd or a resource limit (`ulimit -v`, `ulimit -d`) leaves of it to this process.
 pub fn default_limit_bytes() -> u64 {
     static LIMIT: OnceLock<u64> = OnceLock::new();
     *LIMIT.get_or_init(|| available_bytes() / SHARE.1 * SHARE.0)
 }
 
 fn available_bytes() -> u64 {
-    let memory = sysinfo::RefreshKind::nothing().with_memory(sysinfo::MemoryRefreshKind::nothing().with_ram());
+    let memory = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
     // where the machine does not say what it has, only limits count
-    let system = sysinfo::System::new_with_specifics(memory).ok();
-    let machine = system.as_ref().map(sysinfo::System::total_memory);
-    let container = system.and_then(|system| system.cgroup_limits()).map(|limits| limits.total_memory);
+    let system = System::new_with_specifics(memory).ok();
+    let machine = system.as_ref().map(System::total_memory);
+    let container = system.as_ref().and_then(System::cgroup_limits).map(|limits| limits.total_memory);
+    // that of a systemd unit stands below the root of the groups
+    let own = system.and_then(|mut system| {
+        let process = sysinfo::get_current_pid().ok()?;
+        system.refresh_processes_specifics(ProcessesToUpdate::Some(&[process]), false, ProcessRefreshKind::nothing());
+        Some(system.process(process)?.cgroup_limits()?.total_memory)
+    });
     let of = |resource: rlimit::Resource| resource.get_soft().ok();
-    let limits = [machine, container, of(rlimit::Resource::AS), of(rlimit::Resource::DATA)];
+    let limits = [machine, container, own, of(rlimit::Resource::AS), of(rlimit::Resource::DATA)];
     limits.into_iter().flatten().filter(|bytes| *bytes > 0).fold(u64::MAX, u64::min)
 }
 

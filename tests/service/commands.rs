@@ -67,7 +67,7 @@ fn a_study_writes_its_files() {
     };
     let few = ["--errors", "0.2", "--seeds", "1"];
     let said = run(study(&few).args(["--methods", "auto,path_tracing,jenkins"]));
-    assert!(said.starts_with("processor seconds to  20 %") && said.contains("The cheapest method is"), "{said}");
+    assert!(said.starts_with("processor seconds to reach  20 %") && said.contains("The cheapest method is"), "{said}");
     assert_eq!(
         files(&out, &out),
         ["study.csv", "study.json", "study.pdf", "study.png", "study.svg"].map(PathBuf::from)

@@ -334,8 +334,8 @@ async fn bad_requests_are_problem_documents() {
         assert!(!detail.starts_with(name), "{problem}");
     }
     let response = service.request(Method::PUT, "/v1/jobs").send().await.unwrap();
-    assert_eq!(response.headers()["allow"], "GET,HEAD,POST");
-    assert_eq!(problem(response, 405).await["detail"], "this path allows GET,HEAD,POST");
+    assert_eq!(response.headers()["allow"], "GET,HEAD,POST,DELETE");
+    assert_eq!(problem(response, 405).await["detail"], "this path allows GET,HEAD,POST,DELETE");
     problem(service.request(Method::DELETE, "/v1/skies").send().await.unwrap(), 405).await;
     assert_eq!(service.json("/v1/jobs").await["jobs"], json!([]));
 }

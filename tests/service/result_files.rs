@@ -68,7 +68,7 @@ async fn what_is_not_kept_is_made_when_asked_for_and_the_same_after_a_restart() 
     // a figure less itself; and what does not go together
     let id = job.rsplit('/').next().unwrap();
     let (_, map) = read(&service.http, format!("{}{job}/grids/workplane.svg?minus={id}", service.running.url())).await;
-    assert!(String::from_utf8(map.to_vec()).unwrap().contains(" less "));
+    assert!(String::from_utf8(map.to_vec()).unwrap().contains(" minus "));
     for name in [
         "grids/workplane.csv?max=5",
         "grids/workplane.png?max=0",

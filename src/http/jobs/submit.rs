@@ -192,6 +192,7 @@ fn accepted(job: Job) -> Response {
 }
 
 pub(in crate::http) fn queue_full(app: &Service) -> Problem {
+    count_refusal("queued_jobs", Whose::Service);
     Problem::new(
         ProblemKind::QueueFull,
         format!("the queue is full with {} waiting jobs; try again later", app.limits.queued_jobs),

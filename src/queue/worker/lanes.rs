@@ -13,7 +13,6 @@ use tokio::sync::{Notify, watch};
 use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
 
-use crate::engine::memory::default_limit_bytes;
 use crate::queue::store::MOST_SLICES;
 
 /// Time that a chunk of the main lane takes before the short lane begins: a small job then waits less than a second.
@@ -42,12 +41,16 @@ pub(super) struct Main {
 pub(super) struct Short {
     since: watch::Receiver<Option<Instant>>,
     left: Arc<Notify>,
+    /// Largest memory of a job in this lane, in bytes.
+    most_memory: f64,
 }
 
-pub(super) fn lanes() -> (Lane, Lane) {
+/// Returns the main lane and the short lane, where one job may take `memory_bytes`.
+pub(super) fn lanes(memory_bytes: u64) -> (Lane, Lane) {
     let (sender, since) = watch::channel(None);
     let left = Arc::new(Notify::new());
-    (Lane::Main(Main { since: sender, left: left.clone() }), Lane::Short(Short { since, left }))
+    let most_memory = SHARE_OF_MEMORY * memory_bytes as f64;
+    (Lane::Main(Main { since: sender, left: left.clone() }), Lane::Short(Short { since, left, most_memory }))
 }
 
 impl Lane {
@@ -121,6 +124,9 @@ impl Lane {
 
     /// Returns the largest memory of a job in this lane, in bytes.
     pub fn most_memory(&self) -> f64 {
-        if self.is_short() { SHARE_OF_MEMORY * default_limit_bytes() as f64 } else { f64::INFINITY }
+        match self {
+            Self::Main(_) => f64::INFINITY,
+            Self::Short(short) => short.most_memory,
+        }
     }
 }

@@ -64,14 +64,16 @@ pub struct Worker {
 
 impl Worker {
     /// Creates a worker with `RAYON_NUM_THREADS` threads, or as many as there are processors, and half as many more for the short lane.
+    /// One job may take `memory_bytes`.
     pub fn new(
         store: Arc<dyn Store>,
         artifacts: Artifacts,
         meshes: Meshes,
         live: Arc<LiveJobs>,
+        memory_bytes: u64,
         shutdown: CancellationToken,
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let (main_lane, short_lane) = lanes();
+        let (main_lane, short_lane) = lanes(memory_bytes);
         let main_pool = RenderPool::new()?;
         let short_pool = main_pool.beside()?;
         let worker = |lane: Lane, pool| {
