@@ -221,7 +221,7 @@ async fn drawn(
     let figure = format.of_figure(density).unwrap_or(FigureFormat::Png(density));
     let name = name.to_owned();
     let made = off_thread(permit(&app.permits.reading).await?, move |_| -> Result<Vec<u8>, OutputError> {
-        let view = exr::decode(&bytes)?;
+        let view = exr::decode(&bytes)?.smoothed();
         if style == PictureStyle::FalseColour {
             return figure.write(&false_colour_figure(&subject, &name, &view.seen(), wishes)?);
         }

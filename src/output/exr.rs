@@ -8,6 +8,7 @@ use exr::prelude::{
 };
 
 use super::seen::SeenView;
+use super::smooth::smoothed;
 use super::{Image, OutputError};
 use crate::VERSION;
 
@@ -28,6 +29,7 @@ pub struct Decoded {
     size_px: [usize; 2],
     channels: usize,
     values: Vec<f64>,
+    standard_error: Vec<f64>,
     sources: Vec<bool>,
 }
 
@@ -35,6 +37,12 @@ impl Decoded {
     /// Returns the image as it was written.
     pub fn image(&self) -> Image<'_> {
         Image { size_px: self.size_px, channels: self.channels, values: &self.values }
+    }
+
+    /// Returns the same image with values that are smoothed within their errors, for pictures.
+    pub fn smoothed(self) -> Self {
+        let values = smoothed(self.image(), &self.standard_error);
+        Self { values, ..self }
     }
 
     /// Returns the luminances of the image and its mask of pixels that see sources.
@@ -61,7 +69,8 @@ pub fn decode(bytes: &[u8]) -> Result<Decoded, OutputError> {
     let values: Vec<f64> =
         (0..pixels).flat_map(|pixel| colours.iter().map(move |colour| f64::from(colour[pixel]))).collect();
     let sources = channel("source").map_or_else(Vec::new, |layer| layer.iter().map(|source| *source > 0.5).collect());
-    let decoded = Decoded { size_px, channels: colours.len(), values, sources };
+    let standard_error = channel("standard_error").unwrap_or_default().into_iter().map(f64::from).collect();
+    let decoded = Decoded { size_px, channels: colours.len(), values, standard_error, sources };
     decoded.image().check()?;
     Ok(decoded)
 }

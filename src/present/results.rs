@@ -329,7 +329,7 @@ impl Prepared {
     /// Returns the first grid and the first view, as a report shows them.
     pub fn first_outputs(&self, merged: &Estimate) -> Result<FirstOutputs, OutputError> {
         let view = match (self.scene.views.first(), merged.views.first()) {
-            (Some(view), Some(film)) => Some((view.name.clone(), png::tone_mapped(image(film))?)),
+            (Some(view), Some(film)) => Some((view.name.clone(), tone_mapped(film)?)),
             _ => None,
         };
         Ok(FirstOutputs { grid: merged.grids.first().map(|estimate| self.grid_result(0, estimate)), view })
@@ -354,12 +354,10 @@ impl Prepared {
                 let layers = exr::Layers { standard_error: &errors, samples: film.passes, sources: &sources };
                 ("image/x-exr", exr::encode(image(film), layers, &self.exr_comments()))
             }
-            ViewFormat::Tone => ("image/png", tone_mapped(film)),
+            ViewFormat::Tone => ("image/png", tone_mapped(film).and_then(|picture| png::encode(&picture))),
             ViewFormat::FalseColour(format) => {
                 let view = &self.scene.views[view];
-                // by the numbers of the EXR file, from which it is made again
-                let values: Vec<f64> = film.mean.iter().map(|value| f64::from(*value as f32)).collect();
-                let luminances = Image { values: &values, ..image(film) }.luminances();
+                let luminances = Image { values: &shown(film), ..image(film) }.luminances();
                 let seen = SeenView { size_px: film.size_px, luminances, sources: self.sources_seen(view) };
                 let drawing = false_colour_figure(self.subject(), &view.name, &seen, ViewWishes::default());
                 (format.media_type(), drawing.and_then(|drawing| format.write(&drawing)))
@@ -371,7 +369,9 @@ impl Prepared {
     /// Makes tone-mapped progress images of all views: (view name, PNG bytes).
     pub fn preview_images(&self, merged: &Estimate) -> Vec<(String, Vec<u8>)> {
         let views = self.scene.views.iter().zip(&merged.views);
-        views.filter_map(|(view, film)| Some((view.name.clone(), tone_mapped(film).ok()?))).collect()
+        views
+            .filter_map(|(view, film)| Some((view.name.clone(), png::encode(&tone_mapped(film).ok()?).ok()?)))
+            .collect()
     }
 
     fn exr_comments(&self) -> String {
@@ -398,11 +398,17 @@ fn image(film: &FilmEstimate) -> Image<'_> {
     Image { size_px: film.size_px, channels: film.channels, values: &film.mean }
 }
 
-/// Makes a tone-mapped PNG of a view, with its noise smoothed.
-fn tone_mapped(film: &FilmEstimate) -> Result<Vec<u8>, OutputError> {
-    let errors: Vec<f64> = (0..film.m2.len()).map(|pixel| film.standard_error_cd_m2(pixel)).collect();
-    let values = smoothed(image(film), &errors);
-    png::encode(&png::tone_mapped(Image { values: &values, ..image(film) })?)
+/// Returns the values of a picture of a view, smoothed within their errors: by the numbers of the EXR file, from which pictures are made
+/// again.
+fn shown(film: &FilmEstimate) -> Vec<f64> {
+    let short = |value: f64| f64::from(value as f32);
+    let values: Vec<f64> = film.mean.iter().copied().map(short).collect();
+    let errors: Vec<f64> = (0..film.m2.len()).map(|pixel| short(film.standard_error_cd_m2(pixel))).collect();
+    smoothed(Image { values: &values, ..image(film) }, &errors)
+}
+
+fn tone_mapped(film: &FilmEstimate) -> Result<Raster, OutputError> {
+    png::tone_mapped(Image { values: &shown(film), ..image(film) })
 }
 
 pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {

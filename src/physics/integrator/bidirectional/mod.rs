@@ -72,8 +72,12 @@ impl Described for Settings {
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
         // cells count the light that a mirror shows them where it crosses them
-        let mirrors = if task.has_points() { chance::mirrors } else { chance::mirrors_at_cells };
-        (!task.grids.is_empty()).then(|| mirrors(self.name(), task.traceable)).flatten()
+        let mirrors = match (task.grids.is_empty(), task.has_points()) {
+            (true, _) => chance::mirrors_in_views,
+            (false, true) => chance::mirrors,
+            (false, false) => chance::mirrors_at_cells,
+        };
+        mirrors(self.name(), task.traceable)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {
