@@ -101,7 +101,7 @@ fn what_is_switched_off_and_matters_is_a_warning() {
         told(&all)
     );
     let boxes = with_effects("two_tubes", json!({ "objects": "off" }), asked.clone());
-    assert!(told(&boxes)[0].ends_with(" % of the light in the room falls on the objects"), "{:?}", told(&boxes));
+    assert!(told(&boxes)[0].ends_with(" % of the light in the room meets the objects"), "{:?}", told(&boxes));
     // a small opening in a large room: the bound is a warning only where it is more than what is asked for
     let off = json!({ "guide_return": "off" });
     let bound = with_effects("bent_tube", off.clone(), asked.clone()).plan.effects.list[6].bound.unwrap();
