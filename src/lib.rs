@@ -21,12 +21,9 @@ pub use skyduct_physics::{
     analytic, estimate, geometry, guide, integrator, optics, plan, sampling, scene, sky, statistics, traceable,
 };
 
-/// Version of this program: what its builder says by the environment variable `SKYDUCT_VERSION`, such as `git describe` tells it, or that of
-/// the package.
-pub const VERSION: &str = match option_env!("SKYDUCT_VERSION") {
-    Some(version) if !version.is_empty() => version,
-    _ => env!("CARGO_PKG_VERSION"),
-};
+/// Version of this program: the environment variable `SKYDUCT_VERSION` of its build, or the package's version, with the commit where a release
+/// was built in a checkout (`src/build.rs`).
+pub const VERSION: &str = env!("VERSION_OF_BUILD");
 
 pub mod output;
 

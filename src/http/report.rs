@@ -65,8 +65,9 @@ pub(super) async fn sheet(app: &Service, id: Uuid) -> Result<Sheet, Problem> {
         let view = view.map_err(|error: OutputError| error.to_string())?;
         let outputs = FirstOutputs { grid: grid.map_err(|error| error.to_string())?, view };
         let subject = Subject::new(&job.document, &job.plan);
-        let footer = format!("{} · job {id}", report::made_by());
-        report::report(&subject, &answered(job), &outputs, footer).map_err(|error| error.to_string())
+        let job = answered(job);
+        let footer = format!("{} · job {id}", report::made_by(&job));
+        report::report(&subject, &job, &outputs, footer).map_err(|error| error.to_string())
     });
     made.await?.map_err(|error| internal("drawing a report failed", &error))
 }

@@ -52,9 +52,16 @@ pub fn report(subject: &Subject, job: &Value, outputs: &FirstOutputs, footer: St
     })
 }
 
-/// Returns the name and version of the program that makes reports.
-pub fn made_by() -> String {
-    format!("skyduct {VERSION}")
+/// Digits of the hash of a document that a report prints.
+const DIGITS_OF_HASH: usize = 12;
+
+/// Returns the name and version of the program that makes reports, and the beginning of the hash of the job's document. `results` are those
+/// of the job.
+pub fn made_by(results: &Value) -> String {
+    match results["document_hash"].as_str().and_then(|hash| hash.get(..DIGITS_OF_HASH)) {
+        Some(hash) => format!("skyduct {VERSION} · document {hash}"),
+        None => format!("skyduct {VERSION}"),
+    }
 }
 
 fn list(value: &Value) -> &[Value] {

@@ -6,6 +6,7 @@ use super::grid_figure::{GridWishes, grid_figure};
 use super::subject::Subject;
 use super::view_figure::{ViewWishes, false_colour_figure};
 use crate::VERSION;
+use crate::document::canonical::canonical_hash;
 use crate::document::errors::{Warning, WarningCode};
 use crate::document::result::{
     AccuracyResult, CrossCheckResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics,
@@ -139,6 +140,7 @@ impl Prepared {
         JobResults {
             accuracy: Some(self.accuracy_result(merged, stopped_by)),
             engine: Some(format!("skyduct {VERSION}")),
+            document_hash: canonical_hash(&self.document).ok(),
             timing: Some(TimingResult::new(merged, spent.seconds, spent.cpu_seconds)),
             provenance: Some(provenance),
             switches: Some(switches),

@@ -157,7 +157,7 @@ impl Saved<'_> {
             Part::Convergence => convergence_files(subject, self.passes, figures.formats())?,
             Part::Report => {
                 let outputs = self.prepared.first_outputs(self.estimate);
-                let sheet = outputs.and_then(|outputs| report(subject, self.results, &outputs, made_by()));
+                let sheet = outputs.and_then(|outputs| report(subject, self.results, &outputs, made_by(self.results)));
                 let sheet = sheet.map_err(|error| failed(REPORT, error))?;
                 let mut files = drawn(OVERVIEW, &sheet.overview(), figures)?;
                 if figures.has_report() {

@@ -40,6 +40,10 @@ pub struct JobResults {
     /// Name and version of the program that computed the results.
     #[schema(example = "skyduct 0.1.0")]
     pub engine: Option<String>,
+    /// Hash (BLAKE3, hexadecimal) of the document with all defaults filled in, in a form that does not depend on white space and on the
+    /// order of fields.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub document_hash: Option<String>,
     /// Numbers of passes, photons and rays, and the time they took.
     pub timing: Option<TimingResult>,
     /// Modelling choices by which correct answers can differ by factors of two.

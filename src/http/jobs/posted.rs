@@ -8,6 +8,7 @@ use axum::http::header;
 use bytes::Bytes;
 use serde_json::Value;
 
+use crate::document::canonical::canonical_hash;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, read};
 use crate::http::Service;
 use crate::http::client::Client;
@@ -18,7 +19,7 @@ use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 use crate::http::turns::Turn;
 use crate::present::prepared::{Prepared, prepare_document};
-use crate::queue::computation::{canonical_hash, computation};
+use crate::queue::computation::computation;
 
 /// Least number of bytes of a document for each value in it: a table of short numbers has a value for every five bytes, and no
 /// document has more.
