@@ -295,8 +295,8 @@ fn settings() {
     refused(json!({ "kind": "ppm", "samples_per_pixel": 1 }), 8, "/method/samples_per_pixel", "2..4096");
     refused(json!({ "kind": "ppm", "samples_per_sensor": 1 }), 8, "/method/samples_per_sensor", "2..65536");
     refused(json!({ "kind": "ppm", "samples_per_pixel": 128 }), 1024, "/method/samples_per_pixel", "67108864");
-    refused(json!({ "kind": "ppm", "radius": "per_point" }), 1024, "/method/radius", "4194304 points");
-    refused(json!({ "kind": "sppm", "radius": "per_point" }), 2049, "/method/radius", "4194304 points");
+    refused(json!({ "kind": "ppm", "radius": "per_point" }), 1024, "/method/radius", "4194304 samples");
+    refused(json!({ "kind": "sppm", "radius": "per_point" }), 2049, "/method/radius", "4194304 samples");
     refused(json!({ "kind": "light_tracing", "radius": "schedule" }), 8, "/method/radius", "not a field of");
     assert!(job(json!({ "kind": "ppm" }), 1024).is_ok());
 }
