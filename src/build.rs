@@ -16,7 +16,10 @@ fn main() {
 
 /// Commit of the checkout; `None` outside of one.
 fn commit() -> Option<String> {
-    for file in [".git/HEAD", ".git/index"].into_iter().filter(|file| Path::new(file).exists()) {
+    for file in [".git/HEAD", ".git/index", "src", "Cargo.toml", "Cargo.lock"]
+        .into_iter()
+        .filter(|file| Path::new(file).exists())
+    {
         println!("cargo::rerun-if-changed={file}");
     }
     let described = Command::new("git").args(["describe", "--always", "--dirty", "--abbrev=10"]).output().ok()?;

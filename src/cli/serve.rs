@@ -114,6 +114,7 @@ pub struct RunningService {
     shutdown: CancellationToken,
     worker: JoinHandle<()>,
     server: JoinHandle<()>,
+    retention: JoinHandle<()>,
     store: Arc<SqliteStore>,
     /// Lock on the data folder, held as long as the service runs.
     _lock: FileLock,
@@ -197,12 +198,12 @@ impl RunningService {
                 cors_origins: config.cors_origins.clone(),
             },
         });
-        tokio::spawn(keep_to(config.retention, service.clone()));
+        let retention = tokio::spawn(keep_to(config.retention, service.clone()));
         let router = http::cors::around(http::router(service), &config.cors_origins);
         let stop = shutdown.clone();
         let server = tokio::spawn(async move { http::server::serve(listener, router, &config.limits, stop).await });
         tracing::info!(%address, "listening");
-        Ok(Self { address, shutdown, worker, server, store, _lock: lock })
+        Ok(Self { address, shutdown, worker, server, retention, store, _lock: lock })
     }
 
     /// Returns the address of the interface as `http://...`, without a trailing slash.
@@ -213,7 +214,7 @@ impl RunningService {
     /// Stops the service: ends requests and streams, gives back the running chunk, and closes the store.
     pub async fn stop(self) {
         self.shutdown.cancel();
-        let ended = async { futures::future::join(self.server, self.worker).await };
+        let ended = async { futures::future::join3(self.server, self.worker, self.retention).await };
         let in_time = tokio::time::timeout(STOP_TIME, ended).await.is_ok();
         if let Err(error) = self.store.set_serving(false).await {
             tracing::warn!(%error, "the clean shutdown cannot be recorded: the next start will treat it as a crash");
@@ -230,7 +231,7 @@ impl RunningService {
 /// Deletes ended jobs and studies by the rules of the retention, once a minute, until the service shuts down.
 async fn keep_to(retention: Retention, service: Arc<Service>) {
     while retention.is_on() && !service.shutdown.is_cancelled() {
-        match retention.delete(service.deletion(), Timestamp::now()).await {
+        match retention.delete(service.deletion(), Timestamp::now(), &service.shutdown).await {
             Ok(Deleted { jobs: 0, studies: 0 }) => {}
             Ok(Deleted { jobs, studies }) => {
                 tracing::info!(jobs, studies, "the retention deleted ended jobs and studies")

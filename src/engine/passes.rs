@@ -110,7 +110,8 @@ impl RenderJob {
         let ended = (added != Added::Pass).then(|| stop.reason().map(StoppedBy::from)).flatten();
         *spent = spent_before.and(clocks.spent());
         if added == Added::Nothing || stop.reason() == Some(StopReason::Abandoned) {
-            return Ok(ended);
+            // a method that gives nothing would be asked for ever
+            return Ok(ended.or(Some(StoppedBy::Cancelled)));
         }
         if let Some(place) = estimate.first_not_finite() {
             return Err(RenderError::NotFinite { pass, photon: estimate.not_finite, place });
@@ -123,6 +124,8 @@ impl RenderJob {
         });
         let waiting_for = self.waiting_for(estimate, accuracy).filter(|_| ended.is_none());
         heard(&report, SoFar { estimate, waiting_for });
+        // what is made of a pass takes time, too
+        *spent = spent_before.and(clocks.spent());
         Ok(ended)
     }
 

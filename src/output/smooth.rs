@@ -20,7 +20,7 @@ const TOLERANCE: f32 = 0.6;
 /// tolerated squared difference.
 const DIFFERENT: f32 = 4.0;
 
-/// Difference that is tolerated even between pixels without error, as a fraction of the mean luminance.
+/// Difference that is tolerated even between pixels without error, as a fraction of their luminance.
 const ALIKE: f32 = 1e-4;
 
 /// Number of rows that one task smooths.
@@ -123,7 +123,28 @@ impl Shared<'_> {
         for (x, apart) in apart.iter_mut().enumerate() {
             let (a, b) = (variance[x], other_variance[x]);
             let difference = y[x] - other_y[x];
-            *apart = (difference * difference - (a + a.min(b))) / (ALIKE * ALIKE + TOLERANCE * TOLERANCE * (a + b));
+            // squares of both, so that one that is much brighter than the room decides nothing
+            let alike = ALIKE * ALIKE * (y[x] * y[x] + other_y[x] * other_y[x]) + f32::MIN_POSITIVE;
+            *apart = (difference * difference - (a + a.min(b))) / (alike + TOLERANCE * TOLERANCE * (a + b));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An edge stays where a picture shows the sun, too.
+    #[test]
+    fn an_edge_beside_the_sun_stays_sharp() {
+        let value = |pixel: usize| match (pixel % 64, pixel / 64) {
+            (0..4, 0..4) => 1.3e9,
+            (0..32, _) => 20.0,
+            _ => 30.0,
+        };
+        let values: Vec<f64> = (0..64 * 64).map(value).collect();
+        let smooth = smoothed(Image { size_px: [64, 64], channels: 1, values: &values }, &[0.05; 64 * 64]);
+        let off = |pixel: usize| (smooth[pixel] / values[pixel] - 1.0).abs();
+        assert!((0..64 * 64).all(|pixel| off(pixel) < 1e-6));
     }
 }

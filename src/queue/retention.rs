@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use jiff::Timestamp;
 use serde::Deserialize;
+use tokio_util::sync::CancellationToken;
 
 use super::deletion::Deletion;
 use super::store::{EndedFilter, StoreError};
@@ -50,40 +51,74 @@ impl Retention {
         self.days.is_some() || self.bytes.is_some()
     }
 
-    /// Deletes what is too old at this moment, and then the oldest until the rest is small enough.
-    pub async fn delete(self, from: Deletion<'_>, now: Timestamp) -> Result<Deleted, StoreError> {
+    /// Deletes what is too old at this moment, and then the oldest until the rest is small enough; ends early once `shutdown` is cancelled. A job
+    /// that cannot be deleted is logged and left.
+    pub async fn delete(
+        self,
+        from: Deletion<'_>,
+        now: Timestamp,
+        shutdown: &CancellationToken,
+    ) -> Result<Deleted, StoreError> {
         let mut deleted = Deleted::default();
         if let Some(days) = self.days {
             let before = now.as_millisecond() - (days * DAY_MS).min(now.as_millisecond() as f64) as i64;
-            while deleted.oldest(from, Some(before), AT_ONCE).await? > 0 {}
+            while deleted.oldest(from, Some(before), None, shutdown).await? > 0 {}
         }
         if let Some(bytes) = self.bytes {
-            while from.store.stored_bytes().await? > bytes {
-                if deleted.oldest(from, None, 1).await? == 0 {
-                    break;
-                }
-            }
+            while deleted.oldest(from, None, Some(bytes), shutdown).await? > 0 {}
         }
         Ok(deleted)
     }
 }
 
 impl Deleted {
-    /// Deletes at most `most` of what ended first, and before a time in milliseconds since 1970 if one is given; returns their number.
-    async fn oldest(&mut self, from: Deletion<'_>, before: Option<i64>, most: u32) -> Result<u64, StoreError> {
-        let jobs = from.store.ended_jobs(EndedFilter { status: None, before, limit: most }).await?;
-        let studies = from.store.ended_studies(before, most).await?;
+    /// Deletes some of what ended first: before a time in milliseconds since 1970 if one is given, and no more than until the rest takes this
+    /// number of bytes. Returns how many were deleted.
+    async fn oldest(
+        &mut self,
+        from: Deletion<'_>,
+        before: Option<i64>,
+        bytes: Option<u64>,
+        shutdown: &CancellationToken,
+    ) -> Result<u64, StoreError> {
+        if self.is_enough(from, bytes, shutdown).await? {
+            return Ok(0);
+        }
+        let jobs = from.store.ended_jobs(EndedFilter { status: None, before, limit: AT_ONCE }).await?;
+        let studies = from.store.ended_studies(before, AT_ONCE).await?;
         let jobs = jobs.into_iter().map(|ended| (ended.at, ended.id, false));
         let mut all: Vec<_> = jobs.chain(studies.into_iter().map(|ended| (ended.at, ended.id, true))).collect();
         all.sort_unstable();
-        all.truncate(most as usize);
-        for (_, id, is_study) in &all {
-            if *is_study {
-                self.studies += u64::from(from.study(*id).await?);
-            } else {
-                self.jobs += u64::from(from.job(*id).await?);
+        all.truncate(AT_ONCE as usize);
+        let mut gone = 0;
+        for (_, id, is_study) in all {
+            let deleted = if is_study { from.study(id).await } else { from.job(id).await };
+            match deleted {
+                Ok(was_there) => {
+                    let kind = if is_study { &mut self.studies } else { &mut self.jobs };
+                    *kind += u64::from(was_there);
+                    gone += 1;
+                }
+                Err(error) => tracing::warn!(%error, %id, "an ended job or study could not be deleted"),
+            }
+            if self.is_enough(from, bytes, shutdown).await? {
+                break;
             }
         }
-        Ok(all.len() as u64)
+        Ok(gone)
+    }
+
+    /// True if no more is to be deleted now.
+    async fn is_enough(
+        &self,
+        from: Deletion<'_>,
+        bytes: Option<u64>,
+        shutdown: &CancellationToken,
+    ) -> Result<bool, StoreError> {
+        let is_small = match bytes {
+            Some(bytes) => from.store.stored_bytes().await? <= bytes,
+            None => false,
+        };
+        Ok(is_small || shutdown.is_cancelled())
     }
 }

@@ -64,7 +64,7 @@ impl Methods {
     /// Returns the methods that `auto` picks; they do not refuse the task.
     fn best(task: &Task) -> Self {
         let grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
-        let views = (!task.views.is_empty()).then(|| for_views(task));
+        let views = (!task.views.is_empty()).then(|| for_views(&task.without_grids()));
         Self { grids, views, parts: None, check: None }
     }
 

@@ -65,7 +65,7 @@ fn render_chunk(
     if stop.reason() == Some(StopReason::Cancelled) {
         return finish(current, StoppedBy::Cancelled).map(Some);
     }
-    let (begun, most) = (Instant::now(), if current.merged.passes == 0 { FIRST_CHUNK } else { CHUNK });
+    let (begun, most) = (Instant::now(), if current.is_loaded { FIRST_CHUNK } else { CHUNK });
     loop {
         let stopped = one_pass(current, stop, tell)?;
         if stop.reason() == Some(StopReason::Abandoned) {
@@ -77,7 +77,7 @@ fn render_chunk(
         if begun.elapsed() >= most || stop.reason().is_some() {
             let state = Bytes::from(checkpoint::encode(&current.merged));
             current.bytes = state.len() as u64;
-            current.next_chunk += 1;
+            (current.next_chunk, current.is_loaded) = (current.next_chunk + 1, false);
             return Ok(Some(Ended::Continue { state, next: current.prepared.passes_after(current.merged.passes) }));
         }
     }

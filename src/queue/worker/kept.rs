@@ -28,6 +28,8 @@ pub(super) struct Current {
     /// Render time of the passes in `merged`.
     pub spent: Spent,
     pub next_chunk: u64,
+    /// True until a chunk of it was committed since it was loaded.
+    pub is_loaded: bool,
     /// Forecaster of the job's end, which has taken the passes that were reported.
     pub forecaster: Forecaster,
 }

@@ -401,13 +401,23 @@ impl LaneWorker {
     fn begin(&self, lease: &Lease, prepared: Arc<Prepared>, merged: Estimate, bytes: u64, spent: Spent) -> Current {
         if lease.chunk == 0 {
             tracing::info!(name = prepared.name, method = prepared.method_names(), "job started");
-            if let Some(waited) = age(lease.job) {
+            if let Some(waited) = age(lease.job).filter(|_| lease.attempt == 1) {
                 metrics::histogram!("skyduct_job_wait_seconds").record(waited);
             }
         }
         let live = self.live.start(lease.job, prepared.clone());
         let forecaster = prepared.forecaster();
-        Current { job: lease.job, prepared, live, merged, bytes, spent, next_chunk: lease.chunk, forecaster }
+        Current {
+            job: lease.job,
+            prepared,
+            live,
+            merged,
+            bytes,
+            spent,
+            next_chunk: lease.chunk,
+            is_loaded: true,
+            forecaster,
+        }
     }
 }
 

@@ -14,6 +14,10 @@ use skyduct::cli::temporary_folder::TemporaryFolder;
 
 pub fn measure(settings: &Settings, progress: Progress) -> anyhow::Result<Processes> {
     let program = std::env::current_exe().context("the path of this program cannot be found")?;
+    let skyduct = program.with_file_name("skyduct");
+    if !skyduct.exists() {
+        bail!("{} is not there: build it first, by `cargo build --release`", skyduct.display());
+    }
     let meshes = settings.reference.join("scenes");
     let runs = settings.either(5, 1);
     let mut measured = Vec::new();
@@ -25,7 +29,7 @@ pub fn measure(settings: &Settings, progress: Progress) -> anyhow::Result<Proces
         measured.push((job.name, parts));
     }
     progress.step(jobs.len(), all, "processes: skyduct render");
-    Ok(Processes { jobs: measured, render: render(&program, settings)? })
+    Ok(Processes { jobs: measured, render: render(&skyduct, settings)? })
 }
 
 fn parts(program: &Path, meshes: &Path, job: &WholeJob) -> anyhow::Result<Parts> {
