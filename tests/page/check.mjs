@@ -288,7 +288,7 @@ async function seesParts(visitor) {
   await visitor.isAccessible("the light in parts");
   await visitor.looksAsIn(shot("parts"));
   await page.getByRole("button", { name: "Second opinion" }).click();
-  await page.locator(".check", { hasText: "finds the same" }).waitFor();
+  await page.locator(".check", { hasText: "agrees within" }).waitFor();
   await page.getByRole("button", { name: "Undo" }).click();
   await page.getByRole("button", { name: "Undo" }).click();
   await visitor.rests();
