@@ -50,7 +50,7 @@ impl From<Mesh> for MeshResource {
 
 /// Uploads a Wavefront OBJ file.
 ///
-/// The same content has the same id, however often it is uploaded. Only the names of materials are read (`usemtl`): optics are in
+/// Equal content has the same id, however often it is uploaded. Only the names of materials are read (`usemtl`): optics are in
 /// the job document, so that no MTL file is needed.
 #[utoipa::path(post, path = "/v1/meshes", operation_id = "create_mesh", tag = "meshes",
     request_body(content = inline(Binary), content_type = "application/octet-stream",

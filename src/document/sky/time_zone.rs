@@ -37,7 +37,7 @@ pub enum Times {
 }
 
 /// Returns the name of the zone at a latitude (-90..90 degrees, north positive) and longitude (-180..180 degrees, east positive).
-/// Where borders are disputed one of the zones is returned.
+/// Returns one of the zones if the border is disputed.
 pub fn zone_at(latitude_deg: f64, longitude_deg: f64) -> &'static str {
     BORDERS.get_tz_name(longitude_deg, latitude_deg)
 }

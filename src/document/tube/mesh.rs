@@ -75,7 +75,7 @@ pub(crate) fn mesh_tube(
 /// Returns the mesh without coincident triangles, where each triangle has the material of its inner side; `None` if the mesh has
 /// no coincident triangles.
 ///
-/// Of a pipe and a collector that coincide, the pipe is kept.
+/// Keeps the pipe if a pipe and a collector coincide.
 fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<TriangleMesh>, Untold> {
     let near = rounding(&mesh.positions, &mesh.triangles);
     let part = |number: u32| &parts[mesh.triangle_materials[number as usize] as usize];

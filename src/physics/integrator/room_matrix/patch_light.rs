@@ -1,6 +1,6 @@
 //! Paths that find the light of the patches of openings, separately for one lumen from each patch.
 //!
-//! Where a vertex sees the opening whole it is connected to a point of each patch; elsewhere to some points of the opening, with a shadow
+//! A vertex that sees the opening whole is connected to a point of each patch, any other to some points of the opening, with a shadow
 //! ray each. Very near to an opening one such connection and the scattered ray share the light by the power heuristic (Veach and Guibas
 //! 1995, beta = 2); after narrow lobes and mirrors the ray finds it. So every light path is counted once.
 
