@@ -2,7 +2,6 @@
 import { dayName, hourName, offset, read, time } from "./clock.js";
 import { number, slider } from "./field.js";
 import { edit, hold } from "./live.js";
-import { cities, cityAt, cityNamed } from "./places.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 import { setClock, zone } from "./zone.js";
@@ -22,24 +21,25 @@ function at(draft, to) {
 
 /** @param {Event} event */
 function takeCity(event) {
-  const input = /** @type {HTMLInputElement} */ (event.target);
-  const city = cityNamed(input.value);
-  if (!city) return void set({ said: `No city called ${input.value} is listed: give its coordinates.` });
-  setClock((draft) => at(draft, { latitude: city[1], longitude: city[2] }));
+  const { value } = /** @type {HTMLInputElement} */ (event.target);
+  const city = state.cities.find(({ name }) => name.toLowerCase() === value.trim().toLowerCase());
+  if (!city) return void set({ said: `No city called ${value} is listed: give its coordinates.` });
+  setClock((draft) => at(draft, { latitude: city.latitude_deg, longitude: city.longitude_deg }));
 }
 
 /** The part of the form about place and time. */
 export function place() {
-  const { draft } = state;
+  const { draft, cities } = state;
   if (draft.sky?.sun_position) return sun(draft.sky.sun_position);
   const { year, day, hour } = read(draft.time);
   const { latitude_deg, longitude_deg } = draft.location ?? { latitude_deg: 0, longitude_deg: 0 };
+  const city = cities.find((city) => city.latitude_deg === latitude_deg && city.longitude_deg === longitude_deg);
   const sunNow = state.answer?.job.provenance?.sun;
   const altitude = Number(sunNow?.altitude_deg);
   return html`
     <div class="field"><label for="city">City</label><input id="city" list="cities" autocomplete="off"
-      .value=${cityAt(latitude_deg, longitude_deg)?.[0] ?? ""} placeholder="coordinates below" @change=${takeCity}>
-      <datalist id="cities">${cities.map(([name]) => html`<option value=${name}></option>`)}</datalist></div>
+      .value=${city?.name ?? ""} placeholder="coordinates below" @change=${takeCity}>
+      <datalist id="cities">${cities.map(({ name }) => html`<option value=${name}></option>`)}</datalist></div>
     <div class="pair">
       ${number({
         pointer: "/location/latitude_deg",

@@ -24,8 +24,6 @@ import { html, nothing, render } from "./vendor/lit-html.js";
 const app = /** @type {HTMLElement} */ (document.querySelector("#app"));
 const narrow = matchMedia("(max-width: 700px)");
 const stacked = matchMedia("(max-width: 1100px)");
-/** @type {SkyType[]} */
-let skies = [];
 /** The preset that was opened last. @type {{ name: string, draft: JobDocument | null }} */
 let opened = { name: "", draft: null };
 
@@ -78,8 +76,7 @@ function editor() {
   const open = !stacked.matches;
   const form = html`<form class="panel form" aria-label="The room and its tubes"
     @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
-    ${drawer("Place and time", place(), open)}${drawer("Sky", sky(skies), open)}${drawer("Room", room(), open)}${drawer("Tubes", tubes(), open)}</form>`;
-  // the form is drawn before what is said of fields that it does not have
+    ${drawer("Place and time", place(), open)}${drawer("Sky", sky(), open)}${drawer("Room", room(), open)}${drawer("Tubes", tubes(), open)}</form>`;
   return html`${header(true)}<main>${jobs()}
     <div class="column left">${form}</div>
     <div class="column middle">
@@ -130,10 +127,7 @@ async function start() {
   addEventListener("hashchange", () => void unpacked(location.hash).then((draft) => draft && (known(draft), use(draft))));
   const linked = location.hash;
   const shared = await unpacked(linked);
-  const listed = api.get("/v1/skies").then((answer) => {
-    skies = /** @type {{ skies: SkyType[] }} */ (answer).skies;
-    set();
-  });
+  const listed = Promise.all([api.get("/v1/skies"), api.get("/web/cities.json")]).then(([{ skies }, cities]) => set({ skies, cities }));
   if (shared) {
     known(shared);
     use(shared);

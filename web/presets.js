@@ -1,4 +1,5 @@
 // Rooms to begin with, each with its stored result.
+import { get } from "./api.js";
 import { complete } from "./draft.js";
 
 /** @type {[file: string, words: string][]} */
@@ -12,6 +13,6 @@ export const presets = [
 
 /** @param {string} name @returns {Promise<{ draft: JobDocument, answer: Answer }>} */
 export async function preset(name) {
-  const { draft, job, grid } = await (await fetch(`/web/presets/${name}.json`)).json();
+  const { draft, job, grid } = await get(`/web/presets/${name}.json`);
   return { draft: complete(draft), answer: { job, grid } };
 }

@@ -90,10 +90,10 @@ function level() {
   });
 }
 
-/** The part of the form about the sky. @param {SkyType[]} skies */
-export function sky(skies) {
+/** The part of the form about the sky. */
+export function sky() {
   const chosen = state.draft.sky?.cie_type ?? null;
-  const shown = skies.filter(({ cie_type }) => cie_type <= 15 || cie_type === chosen);
+  const shown = state.skies.filter(({ cie_type }) => cie_type <= 15 || cie_type === chosen);
   /** @param {number} type */
   const take = (type) =>
     edit((draft) => {

@@ -23,6 +23,8 @@
  * @property {JobDocument[]} past drafts to go back to, the last one last
  * @property {boolean} together whether all tubes are changed with one
  * @property {string} said what was just done
+ * @property {SkyType[]} skies that the service knows
+ * @property {{ name: string, latitude_deg: number, longitude_deg: number }[]} cities that are known by name
  */
 
 /** @type {State} */
@@ -47,6 +49,8 @@ export const state = {
   past: [],
   together: false,
   said: "",
+  skies: [],
+  cities: [],
 };
 
 /** @type {() => void} */
