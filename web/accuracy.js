@@ -1,5 +1,5 @@
 // Error against time as it falls, the accuracies to choose from, and the time to each.
-import { cancel, edit, sharpen } from "./live.js";
+import { edit, live } from "./live.js";
 import { thousands } from "./scale.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
@@ -103,7 +103,7 @@ export function accuracy() {
       now !== null && now <= error ? "reached" : seconds === null ? "" : `≈\u202f${foretold(Math.max(0, seconds - spent))}`.replace("≈\u202f>", ">");
     const go = () => {
       set({ target: error });
-      if (now === null || now > error || !state.current) void sharpen();
+      if (now === null || now > error || !state.current) void live.sharpen();
     };
     return html`<button type="button" aria-pressed=${target === error}
       @click=${go}>${percent(error)} <small>${text}</small></button>`;
@@ -120,5 +120,5 @@ export function accuracy() {
     <p class="note">The times are what the errors so far foretell.</p>
     <button type="button" id="check" aria-pressed=${Boolean(state.draft?.cross_check)} title="A second, independent method computes the same"
       @click=${() => edit((draft) => (draft.cross_check = !draft.cross_check))}>Second opinion</button>
-    <button type="button" class="cancel" ?disabled=${!running?.id} @click=${cancel}>Stop</button>`;
+    <button type="button" class="cancel" ?disabled=${!running?.id} @click=${() => live.cancel()}>Stop</button>`;
 }

@@ -11,6 +11,21 @@ export class Refused extends Error {
   }
 }
 
+/** Pause before a service that does not answer is asked again. */
+const RETRY_MS = 1000;
+
+/** Pause before what failed is tried again; null where it would fail again. @param {unknown} error @returns {number | null} */
+export const pauseAfter = (error) =>
+  error instanceof TypeError ? RETRY_MS : error instanceof Refused ? error.againMs : null;
+
+/** @param {unknown} error @returns {Problem} */
+export function problemOf(error) {
+  if (error instanceof Refused) return error.problem;
+  const detail =
+    error instanceof TypeError ? "the service does not answer" : String(error instanceof Error ? error.message : error);
+  return { type: "about:blank", title: "No answer", status: 0, detail, instance: "" };
+}
+
 /** @param {string} path @param {RequestInit} [init] @returns {Promise<Response>} */
 async function call(path, init) {
   const response = await fetch(path, init);

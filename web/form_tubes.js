@@ -2,7 +2,7 @@
 import * as api from "./api.js";
 import { diameter, isMesh, removeTube, usualTube } from "./draft.js";
 import { choice, number, slider } from "./field.js";
-import { edit, hold, problemOf } from "./live.js";
+import { edit, hold } from "./live.js";
 import { add } from "./plan_hand.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -263,7 +263,7 @@ async function take(file) {
     );
     set({ said: `${file.name}: ${triangles} triangles. Check the unit, the opening and what each material is.` });
   } catch (error) {
-    set({ problem: problemOf(error) });
+    set({ problem: api.problemOf(error) });
   }
 }
 

@@ -8,7 +8,7 @@ import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
 import { jobPage } from "./job_page.js";
 import { jobs, toggle } from "./jobs.js";
-import { edit, present, problemOf, undo, use } from "./live.js";
+import { edit, live, undo, use } from "./live.js";
 import { picture } from "./picture.js";
 import { plan } from "./plan.js";
 import { preset, presets } from "./presets.js";
@@ -33,7 +33,7 @@ async function open(name) {
   opened = { name, draft };
   known(draft);
   history.replaceState(null, "", location.pathname);
-  present(draft, answer);
+  live.present(draft, answer);
 }
 
 /** @param {boolean} edits whether the page edits a room */
@@ -131,7 +131,7 @@ async function start() {
   if (shared) {
     known(shared);
     use(shared);
-  } else await open("bathroom").catch((error) => set({ problem: problemOf(error) }));
+  } else await open("bathroom").catch((error) => set({ problem: api.problemOf(error) }));
   if (linked && !shared) set({ said: "The link holds no document that can be read." });
   await listed;
 }

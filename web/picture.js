@@ -1,6 +1,5 @@
 // The picture of the room as it clears up.
 import * as api from "./api.js";
-import { problemOf } from "./live.js";
 import { percent } from "./accuracy.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -73,7 +72,7 @@ async function start() {
     );
     change({ shown: `/v1/jobs/${id}/views/room.png`, ended: true });
   } catch (error) {
-    if (!abort.signal.aborted) set({ picture: null, problem: problemOf(error) });
+    if (!abort.signal.aborted) set({ picture: null, problem: api.problemOf(error) });
   }
 }
 

@@ -1,7 +1,6 @@
 // What each accuracy would take, as a trial of a moment foretells it, before anything is computed.
 import { foretold, percent } from "./accuracy.js";
 import * as api from "./api.js";
-import { problemOf } from "./live.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -15,7 +14,7 @@ async function ask() {
     const { predictions } = await api.predict({ ...draft, views: [], stop: { ...draft.stop, relative_error: target } });
     if (state.prediction?.draft === draft) set({ prediction: { draft, told: predictions ?? null } });
   } catch (error) {
-    set({ prediction: null, said: problemOf(error).detail });
+    set({ prediction: null, said: api.problemOf(error).detail });
   }
 }
 

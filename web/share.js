@@ -1,6 +1,6 @@
 // The document in the page's address, as a program, and as files.
 import { complete } from "./draft.js";
-import { keep } from "./live.js";
+import { live } from "./live.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -117,9 +117,7 @@ export function take() {
   const button = (/** @type {"curl" | "Python"} */ language) =>
     html`<button type="button" aria-pressed=${code === language}
       @click=${() => set({ code: code === language ? null : language })}>${language}</button>`;
-  const keeping = () => {
-    keep();
-  };
+  const keeping = () => live.keep();
   return html`<h2>Take it away</h2>
     ${
       answer && state.current && !answer.stored

@@ -8,7 +8,7 @@
  * @property {boolean} current whether the answer is the draft's
  * @property {Pass[]} passes error against time of the answer's job
  * @property {ErrorHistory | null} history what these errors tell of the time to others
- * @property {{ id: string | null, since: number, asked: number } | null} running the job that sharpens
+ * @property {{ id: string | null, asked: number } | null} running the job that sharpens
  * @property {number} target relative error that is sharpened to
  * @property {{ draft: JobDocument, told: Schemas["Predictions"] | null } | null} prediction the draft whose times were asked for, and the
  *   answer once it is there

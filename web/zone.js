@@ -1,7 +1,7 @@
 // The time zone of a document's clock: that of its place, another one that was chosen, or the offset that the document came with.
 import * as api from "./api.js";
 import { hourName, local, offset, read } from "./clock.js";
-import { edit, pauseAfter, use } from "./live.js";
+import { edit, use } from "./live.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -66,7 +66,7 @@ async function ask() {
   } catch (error) {
     if (asked !== key) return;
     told = null;
-    const pause = pauseAfter(error);
+    const pause = api.pauseAfter(error);
     if (pause !== null) setTimeout(() => asked === key && ((asked = ""), set()), pause);
     set();
   }

@@ -3,18 +3,8 @@ import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import {
-  drawsIsoluxLines,
-  followsAgain,
-  foretellsNoNonsense,
-  keepsTheSection,
-  knowsPlaces,
-  namesChanges,
-  postsAgain,
-  setsClocks,
-  takesSizesAsTyped,
-  writesNumbers,
-} from "./modules.mjs";
+import * as liveJob from "./live_job.mjs";
+import * as modules from "./modules.mjs";
 import { Visitor, browser } from "./visit.mjs";
 
 const [, , url, folder] = process.argv;
@@ -447,16 +437,8 @@ try {
   for (const does of [
     opensRooms,
     drags,
-    drawsIsoluxLines,
-    writesNumbers,
-    namesChanges,
-    foretellsNoNonsense,
-    knowsPlaces,
-    setsClocks,
-    takesSizesAsTyped,
-    keepsTheSection,
-    followsAgain,
-    postsAgain,
+    ...Object.values(modules),
+    ...Object.values(liveJob),
     types,
     predicts,
     touches,

@@ -204,69 +204,6 @@ export async function takesSizesAsTyped({ page }) {
   ]);
 }
 
-/** A stream of events that is refused is asked for again, from the event that was heard last on, until the job has ended. */
-export async function followsAgain({ page }) {
-  const { heard, asked, ended } = await page.evaluate(async () => {
-    const { follow, postJob, deleteJob } = await import("/web/api.js");
-    const { state } = await import("/web/state.js");
-    const { id } = await postJob({ ...state.draft, views: [], stop: { max_passes: 8 } }, { wait: 10 });
-    const [real, ask, asked, heard] = [EventSource, fetch, [], []];
-    let looks = 0;
-    // the job has ended before anybody asks: what the page sees is told as of one that goes on
-    globalThis.fetch = (path, init) =>
-      path === `/v1/jobs/${id}` && !init?.method
-        ? Promise.resolve(
-            looks++ ? new Response(JSON.stringify({ status: "running" })) : new Response("{}", { status: 503, headers: { "Retry-After": "1" } }),
-          )
-        : ask(path, init);
-    globalThis.EventSource = class extends EventTarget {
-      static CLOSED = 2;
-      readyState = 0;
-      constructor(url) {
-        super();
-        asked.push(url.split("?")[1]);
-        if (asked.length === 3) return new real(url);
-        setTimeout(() => {
-          if (asked.length === 2) this.dispatchEvent(new MessageEvent("planned", { data: "{}", lastEventId: "2" }));
-          this.readyState = 2;
-          this.dispatchEvent(new Event("error"));
-        });
-      }
-      close() {}
-    };
-    const ended = await follow(id, (name) => heard.push(name), new AbortController().signal);
-    Object.assign(globalThis, { EventSource: real, fetch: ask });
-    await deleteJob(id);
-    return { heard, asked, ended };
-  });
-  assert.deepEqual(asked, ["after=0", "after=0", "after=2"]);
-  assert.equal(ended, "succeeded");
-  assert.deepEqual([heard.filter((name) => name === "planned").length, heard.at(-1)], [1, "succeeded"]);
-}
-
-/** A job that is refused because the service is busy is posted again after the time that the answer says. */
-export async function postsAgain(visitor) {
-  const refused = await visitor.page.evaluate(async () => {
-    const [{ edit }, { state }] = [await import("/web/live.js"), await import("/web/state.js")];
-    const real = fetch;
-    const problem = { type: "about:blank", title: "busy", status: 429, detail: "too many at once", instance: "" };
-    const headers = { "Content-Type": "application/problem+json", "Retry-After": "1" };
-    globalThis.fetch = (path, init) => {
-      if (init?.method !== "POST") return real(path, init);
-      globalThis.fetch = real;
-      return Promise.resolve(new Response(JSON.stringify(problem), { status: 429, headers }));
-    };
-    edit((draft) => (draft.room.size_m[2] += 0.1));
-    await new Promise((resolve) => setTimeout(resolve, 100));
-    return state.problem?.detail;
-  });
-  assert.equal(refused, "too many at once");
-  await visitor.rests();
-  assert.equal((await visitor.state()).problem, null);
-  await visitor.page.getByRole("button", { name: "Undo" }).click();
-  await visitor.rests();
-}
-
 /** A room that is refused leaves the section as it was. */
 export async function keepsTheSection({ page }) {
   const drawn = await page.evaluate(async () => {
