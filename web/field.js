@@ -2,25 +2,22 @@
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
-/** Pointers of the fields that are drawn: what is said of others stands above the form. @type {Set<string>} */
-const drawn = new Set();
+/** True of a field's fault: its own, or that of a part. @param {Schemas["FieldError"]} error @param {string} field its pointer */
+const isOf = ({ pointer }, field) => pointer === field || pointer.startsWith(`${field}/`);
 
-/** Begins a drawing of the form. */
-export const begin = () => drawn.clear();
-
-/** What is wrong with a field. @param {string} pointer */
-function faults(pointer) {
-  drawn.add(pointer);
-  return (state.problem?.errors ?? []).filter((error) => error.pointer === pointer || error.pointer.startsWith(`${pointer}/`));
+/** Pointers of the fields in a part of the page. @param {unknown} part @returns {string[]} */
+function pointersIn(part) {
+  if (Array.isArray(part)) return part.flatMap(pointersIn);
+  const { pointer, values } = /** @type {{ pointer?: string, values?: unknown[] }} */ (Object(part));
+  return pointer === undefined ? pointersIn(values ?? []) : [pointer];
 }
 
-/** What is wrong and belongs to no field. */
-export function otherFaults() {
+/** What is wrong and belongs to no field of a form. @param {Drawn} form */
+export function otherFaults(form) {
   const { problem } = state;
   if (!problem) return nothing;
-  const known = (/** @type {string} */ pointer) =>
-    [...drawn].some((field) => pointer === field || pointer.startsWith(`${field}/`));
-  const others = (problem.errors ?? []).filter(({ pointer }) => !known(pointer));
+  const fields = pointersIn(form);
+  const others = (problem.errors ?? []).filter((error) => !fields.some((field) => isOf(error, field)));
   if (problem.errors?.length && !others.length)
     return html`<p class="fault" role="alert">This room cannot be computed: see the fields that are marked.</p>`;
   const told = others.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${detail}</p>`);
@@ -31,14 +28,15 @@ export function otherFaults() {
 const idOf = (pointer) => `field${pointer.replaceAll("/", "-")}`;
 
 /**
+ * A field, which carries its pointer.
  * @param {string} pointer
  * @param {string} label
  * @param {(attributes: { id: string, invalid: "true" | "false", described: string }) => Drawn} control
  */
 function around(pointer, label, control) {
   const id = idOf(pointer);
-  const wrong = faults(pointer);
-  return html`<div class="field ${wrong.length ? "wrong" : ""}"><label for=${id}>${label}</label>
+  const wrong = (state.problem?.errors ?? []).filter((error) => isOf(error, pointer));
+  const drawn = html`<div class="field ${wrong.length ? "wrong" : ""}"><label for=${id}>${label}</label>
     ${control({ id, invalid: wrong.length ? "true" : "false", described: wrong.length ? `${id}-fault` : "" })}
     ${
       wrong.length
@@ -46,6 +44,7 @@ function around(pointer, label, control) {
       id=${`${id}-fault`}>${wrong.map(({ detail }) => detail).join("; ")}</p>`
         : nothing
     }</div>`;
+  return { ...drawn, pointer };
 }
 
 /**

@@ -18,6 +18,7 @@ export async function jobPage(id, app, header) {
   const seen = { job: null, grid: null, passes: [], left: null, history: null, fault: "", edit: "/" };
   const look = async () => {
     seen.job = await api.job(id);
+    document.title = `${seen.job.name ?? "Job"}, skyduct`;
     seen.grid = await api.firstGrid(seen.job);
     const { passes, grids, views } = await api.convergence(id);
     Object.assign(seen, { passes, history: grids ?? views ?? null });
@@ -57,7 +58,6 @@ function page({ job, grid, passes, left: seconds, history, fault, edit }) {
   if (!job)
     return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a
       href="/">To the editor</a></p></section>`;
-  document.title = `${job.name ?? "Job"}, skyduct`;
   const why = job.stopped_by && job.stopped_by !== job.status ? `, stopped by ${job.stopped_by.replaceAll("_", " ")}` : "";
   const runs = job.status === "queued" || job.status === "running";
   const views = Object.entries(job.links.views ?? {});

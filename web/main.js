@@ -2,7 +2,7 @@
 import { accuracy } from "./accuracy.js";
 import * as api from "./api.js";
 import { compare, keepAsA } from "./compare.js";
-import { begin, otherFaults } from "./field.js";
+import { otherFaults } from "./field.js";
 import { place } from "./form_place.js";
 import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
@@ -20,6 +20,7 @@ import { known, remember, share, take, unpacked } from "./share.js";
 import { sky } from "./sky.js";
 import { drawnBy, set, state } from "./state.js";
 import { html, nothing, render } from "./vendor/lit-html.js";
+import { followClock } from "./zone.js";
 
 const app = /** @type {HTMLElement} */ (document.querySelector("#app"));
 const narrow = matchMedia("(max-width: 700px)");
@@ -60,10 +61,8 @@ const drawer = (title, content, opened) =>
   html`<details class="drawer" ?open=${opened}><summary><h2>${title}</h2></summary>${content}</details>`;
 
 function editor() {
-  begin();
   const { answer } = state;
-  const factor = answer?.grid?.daylight_factor_percent ? "daylight_factor" : null;
-  if (!factor) state.layer = "lux";
+  const factor = Boolean(answer?.grid?.daylight_factor_percent);
   const layer = (/** @type {"lux" | "daylight_factor"} */ of, /** @type {string} */ words) =>
     html`<button type="button" aria-pressed=${state.layer === of} ?disabled=${of !== "lux" && !factor}
       title=${of !== "lux" && !factor ? "Under an overcast sky only" : ""} @click=${() => set({ layer: of })}>${words}</button>`;
@@ -85,9 +84,9 @@ function editor() {
         id="parts" aria-pressed=${inParts} title="Where the light comes from: each tube and each source by itself" @click=${toParts}>By tube</button><button type="button"
         ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button><button type="button"
         ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
-        ${otherFaults()}${plan(narrow.matches)}${readOut()}</section>
+        ${otherFaults(form)}${plan(narrow.matches)}${readOut()}</section>
       ${compare()}
-      <section class="panel cut" aria-label="Section">${section(narrow.matches)}</section>
+      <section class="panel cut" aria-label="Section">${section()}</section>
       <section class="panel view" aria-label="Picture">${picture()}</section>
     </div>
     <div class="column right">
@@ -113,6 +112,7 @@ async function start() {
   const id = /^\/jobs\/([0-9a-f-]{36})$/.exec(location.pathname)?.[1];
   if (id) return jobPage(id, app, () => header(false));
   drawnBy(() => {
+    void followClock();
     render(editor(), app);
     clearTimeout(soon);
     soon = setTimeout(() => void remember(), 400);

@@ -45,14 +45,11 @@ function sides(points, radius) {
   );
 }
 
-/** The draft that was last answered: while another one is refused, its section stands. @type {JobDocument} */
-let answered = state.draft;
-
-/** The section with its two directions. @param {boolean} narrow */
-export function section(narrow) {
-  const { current, problem, look } = state;
-  if (current) answered = state.draft;
-  const draft = problem?.errors?.length ? answered : state.draft;
+/** The section with its two directions. */
+export function section() {
+  const { problem, look } = state;
+  // while a draft is refused, the section of the one before stands
+  const draft = problem?.errors?.length ? state.answered : state.draft;
   const [width, depth, height] = draft.room.size_m;
   const axis = look === "north" ? 0 : 1;
   const extent = axis === 0 ? width : depth;
@@ -61,9 +58,9 @@ export function section(narrow) {
   const top = Math.max(0.4, ...courses.flat().map(([, up]) => up));
   const lowest = Math.min(...courses.map((points) => points.at(-1)?.[1] ?? top), top);
   const roof = Math.max(0.1, lowest - ABOVE_ROOF_M);
-  const k = Math.min((narrow ? 300 : 300) / extent, 330 / (height + top + 0.4));
+  const k = Math.min(300 / extent, 330 / (height + top + 0.4));
   const [left, bottom] = [40, 30 + k * (height + top + 0.35)];
-  const x = (/** @type {number} */ metres) => left + k * (axis === 0 ? metres : metres);
+  const x = (/** @type {number} */ metres) => left + k * metres;
   const y = (/** @type {number} */ metres) => bottom - k * metres;
   const workplane = draft.grids?.[0]?.height_m ?? 0;
   const box = `0 0 ${left + k * extent + 62} ${bottom + 30}`;

@@ -3,9 +3,9 @@
 /**
  * @typedef {object} State
  * @property {JobDocument} draft what is being edited
- * @property {string} place name of the place, "" of coordinates that no city has
  * @property {Answer | null} answer the newest result; older drafts' while a new one is on its way
  * @property {boolean} current whether the answer is the draft's
+ * @property {JobDocument} answered the draft that was last answered
  * @property {Pass[]} passes error against time of the answer's job
  * @property {ErrorHistory | null} history what these errors tell of the time to others
  * @property {{ id: string | null, asked: number } | null} running the job that sharpens
@@ -27,12 +27,15 @@
  * @property {{ name: string, latitude_deg: number, longitude_deg: number }[]} cities that are known by name
  */
 
+/** @type {JobDocument} */
+const EMPTY = { room: { size_m: [4, 6, 2.7] }, tubes: [] };
+
 /** @type {State} */
 export const state = {
-  draft: { room: { size_m: [4, 6, 2.7] }, tubes: [] },
-  place: "",
+  draft: EMPTY,
   answer: null,
   current: false,
+  answered: EMPTY,
   passes: [],
   history: null,
   running: null,
@@ -66,9 +69,11 @@ export function drawnBy(drawn) {
   draw = drawn;
 }
 
-/** Takes new values over; the page is drawn once before the next frame. @param {Partial<State>} values */
+/** Takes new values over, and what follows from them; the page is drawn once before the next frame. @param {Partial<State>} values */
 export function set(values = {}) {
   Object.assign(state, values);
+  if (state.current) state.answered = state.draft;
+  if (!state.answer?.grid?.daylight_factor_percent) state.layer = "lux";
   if (values.said) {
     clearTimeout(notice);
     notice = setTimeout(() => set({ said: "" }), NOTICE_MS);

@@ -44,8 +44,8 @@ function take(name) {
 /** True of one instant on one clock, however it is written. @param {string | null | undefined} a @param {string | null | undefined} b */
 const isSame = (a, b) => Date.parse(a ?? "") === Date.parse(b ?? "") && offset(a) === offset(b);
 
-/** Asks for the clock of the draft, if that was not asked for. */
-async function ask() {
+/** Asks for the clock of the draft, if that was not asked for; the offset follows the answer. */
+export async function followClock() {
   const wanted = question(state.draft);
   const key = JSON.stringify(wanted);
   if (key === asked) return;
@@ -77,7 +77,6 @@ const names = Intl.supportedValuesOf("timeZone");
 
 /** The zone of the clock, to be chosen; where clocks show the hour twice, which of the two is meant. */
 export function zone() {
-  void ask();
   const { time } = state.draft;
   const value = follows ? (chosen ?? "") : "offset";
   const ofPlace = chosen || !follows || !told ? "that of the place" : told.time_zone;

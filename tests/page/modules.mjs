@@ -207,18 +207,16 @@ export async function takesSizesAsTyped({ page }) {
 /** A room that is refused leaves the section as it was. */
 export async function keepsTheSection({ page }) {
   const drawn = await page.evaluate(async () => {
-    const [{ section }, { state }, { render }] = [
+    const [{ section }, { set, state }, { render }] = [
       await import("/web/section.js"),
       await import("/web/state.js"),
       await import("/web/vendor/lit-html.js"),
     ];
     const { draft, problem, current } = state;
     const shown = (height, current, errors) => {
-      state.current = current;
-      state.draft = { ...draft, room: { ...draft.room, size_m: [4, 6, height] } };
-      state.problem = errors && { errors };
+      set({ current, draft: { ...draft, room: { ...draft.room, size_m: [4, 6, height] } }, problem: errors && { errors } });
       const host = document.createElement("div");
-      render(section(false), host);
+      render(section(), host);
       return host.querySelector("svg").getAttribute("viewBox");
     };
     const drawn = [
@@ -228,7 +226,7 @@ export async function keepsTheSection({ page }) {
       shown(25000, false, [{ pointer: "/room/size_m/2", detail: "too high" }]),
       shown(3.5, false),
     ];
-    Object.assign(state, { draft, problem, current });
+    set({ draft, problem, current });
     return drawn;
   });
   assert.equal(drawn[2], drawn[0]);
