@@ -4,7 +4,8 @@ import { thousands } from "./scale.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
 
-const TARGETS = [0.05, 0.02, 0.01, 0.005, 0.001];
+/** Relative errors to choose from. */
+export const TARGETS = [0.05, 0.02, 0.01, 0.005, 0.001];
 const CHART = { width: 300, height: 150, left: 46, right: 24, top: 10, bottom: 26 };
 
 /** @param {number} share */

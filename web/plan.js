@@ -64,16 +64,15 @@ function map(grid, at) {
   const { rows, unit } = values(grid, state.layer);
   const { end, ticks } = sharedScale(grid, state.layer);
   const of = /** @type {JobDocument} */ (state.answer?.job.document).room.size_m;
-  const here = { ...at, depth: at.depth };
   const tubes = (state.draft.tubes ?? []).map((tube) => tube.centre_m);
   const size = /** @type {[number, number]} */ ([of[0], of[1]]);
   const [column, row] = state.cursor ?? [-1, -1];
   const [x, y] = [grid.x_m[column], grid.y_m[row]];
   return [
-    lux(grid, rows, here, end),
-    isolines(grid, rows, here, size, tubes),
+    lux(grid, rows, at, end),
+    isolines(grid, rows, at, size, tubes),
     x !== undefined && y !== undefined
-      ? svg`<circle class="spot" cx=${across(here, x)} cy=${down(here, y)} r="4"></circle>`
+      ? svg`<circle class="spot" cx=${across(at, x)} cy=${down(at, y)} r="4"></circle>`
       : nothing,
     bar(end, ticks, unit, at.left + at.k * state.draft.room.size_m[0] + 18, at.top, at.k * at.depth),
   ];

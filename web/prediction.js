@@ -1,10 +1,8 @@
 // What each accuracy would take, as a trial of a moment foretells it, before anything is computed.
-import { foretold, percent } from "./accuracy.js";
+import { TARGETS, foretold, percent } from "./accuracy.js";
 import * as api from "./api.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
-
-const TARGETS = [0.05, 0.02, 0.01, 0.005, 0.001];
 
 /** Asks what the draft would take. The trial takes all processors for a moment: nobody asks for it by moving something. */
 async function ask() {

@@ -56,7 +56,6 @@ const rooms = {
   }),
 };
 
-/** Six digits are more than a result knows. */
 /** Fields of a finished job that the page shows. */
 const KEPT = [
   "id",
@@ -74,6 +73,7 @@ const KEPT = [
   "links",
 ];
 
+/** Six digits are more than a result knows. */
 const short = (_, value) => (typeof value === "number" && !Number.isInteger(value) ? Number(value.toPrecision(6)) : value);
 
 for (const [name, document] of Object.entries(rooms)) {
