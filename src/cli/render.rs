@@ -174,7 +174,7 @@ fn write_results(
         // the passes that the service keeps of the same job
         let is_last = |pass: &PassReport| pass.passes == estimate.passes;
         let passes: Vec<_> = passes.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
-        let saved = Saved { prepared, estimate, passes: &passes, results: &result };
+        let saved = Saved { reader: prepared.results(estimate), passes: &passes, results: &result };
         saved.files(figures, |name, bytes| write(out, name, bytes))?;
     }
     write(out, "result.json", &serde_json::to_vec_pretty(&result)?)?;

@@ -16,8 +16,9 @@ use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
 use crate::present::convergence_files::convergence_names;
-use crate::present::results::{GridFormat, Output, ViewFormat, result_outputs};
-use crate::present::saved_files::{REPORT, SavedFigures};
+use crate::present::outputs::{Output, result_outputs};
+use crate::present::report::REPORT;
+use crate::present::saved_files::SavedFigures;
 use crate::queue::events::Pass;
 
 #[derive(Debug, clap::Args)]
@@ -139,19 +140,13 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
         let outputs = job["document"][outputs].as_array().into_iter().flatten();
         outputs.filter_map(|output| output["name"].as_str()).collect()
     };
-    let (grids, views) = (names("grids"), names("views"));
     let tubes = job["document"]["tubes"].as_array().map_or(0, Vec::len);
-    let outputs = result_outputs(grids.iter().copied(), views.iter().copied(), tubes);
-    for (file, output) in outputs.into_iter().filter(|(_, output)| figures.has(*output)) {
-        let path = match output {
-            Output::Grid(grid, GridFormat::Json) => format!("grids/{}?format=json", grids[grid]),
-            Output::Grid(grid, GridFormat::Csv) => format!("grids/{}?format=csv", grids[grid]),
-            Output::Grid(grid, GridFormat::Figure(format)) => {
-                format!("grids/{}?format={}", grids[grid], format.suffix())
-            }
-            Output::View(view, ViewFormat::FalseColour(format)) => {
-                format!("views/{}.{}?style=false_colour", views[view], format.suffix())
-            }
+    let outputs = result_outputs(names("grids"), names("views"), tubes);
+    for output in outputs.into_iter().filter(|output| figures.has(output)) {
+        let file = output.file();
+        let path = match &output {
+            Output::Grid(grid, format) => format!("grids/{grid}?format={}", format.suffix()),
+            Output::FalseColours(view, format) => format!("views/{view}.{}?style=false_colour", format.suffix()),
             Output::View(..) | Output::Tube(..) => file.clone(),
         };
         write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;

@@ -29,7 +29,7 @@ enum Ends {
 }
 
 /// A failure of the program, not of the document: a sum that is not finite, or a result that cannot be written.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum RenderError {
     /// A sum became infinite or no number.
     #[error("pass {pass}{}: {place} is not finite", photon.map(|photon| format!(", photon {photon}")).unwrap_or_default())]

@@ -2,6 +2,7 @@
 
 use axum::http::HeaderMap;
 use axum::response::Response;
+use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
@@ -10,13 +11,13 @@ use crate::engine::progress::PassReport;
 use crate::figure::FigureFormat;
 use crate::figure::paint::Scale;
 use crate::http::content::Binary;
-use crate::http::formats::{self, Format};
+use crate::http::formats::{self, Format, scale};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
-use crate::http::results::internal;
+use crate::http::results::{internal, subject};
 use crate::http::{App, Service, content};
 use crate::present::convergence_files::{self, ErrorHistory};
-use crate::present::subject::Subject;
+use crate::queue::store::Job;
 
 /// Default number of rows of the convergence table in one answer.
 const DEFAULT_ROWS: u32 = 1000;
@@ -27,16 +28,15 @@ const MOST_POINTS: u32 = 2000;
 /// Representations of the convergence.
 const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Svg, Format::Png, Format::Pdf];
 
-#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ConvergenceFormat {
+/// Formats of the convergence as its description lists them.
+#[expect(dead_code, reason = "stands for a schema")]
+#[derive(ToSchema)]
+#[schema(rename_all = "snake_case")]
+enum ConvergenceFormat {
     Json,
     Csv,
-    /// Figure of error against time, both logarithmic, as SVG.
     Svg,
-    /// Figure of error against time, both logarithmic, in pixels.
     Png,
-    /// Figure of error against time, both logarithmic, for print.
     Pdf,
 }
 
@@ -45,8 +45,8 @@ pub enum ConvergenceFormat {
 #[serde(deny_unknown_fields)]
 pub struct ConvergenceQuery {
     /// Representation of the answer, instead of the header `Accept`.
-    #[param(inline)]
-    format: Option<ConvergenceFormat>,
+    #[param(inline, value_type = Option<ConvergenceFormat>)]
+    format: Option<Format>,
     /// Largest number of rows of the answer; 1000 when absent. Figures show all passes.
     #[param(minimum = 1, maximum = 10000)]
     limit: Option<u32>,
@@ -67,11 +67,7 @@ pub struct DensityQuery {
 impl DensityQuery {
     /// Returns the requested density.
     pub fn density(&self) -> Result<Scale, Problem> {
-        match self.density {
-            None | Some(1) => Ok(Scale::Single),
-            Some(2) => Ok(Scale::Double),
-            Some(other) => Err(Problem::invalid_parameter("density", format!("must be 1 or 2, but is {other}"))),
-        }
+        scale(self.density)
     }
 }
 
@@ -87,18 +83,6 @@ pub struct Convergence {
     pub passes: Vec<PassReport>,
     /// Value of `after` for the next page; null when this is the last one.
     pub next_after: Option<u64>,
-}
-
-impl From<ConvergenceFormat> for Format {
-    fn from(format: ConvergenceFormat) -> Self {
-        match format {
-            ConvergenceFormat::Json => Self::Json,
-            ConvergenceFormat::Csv => Self::Csv,
-            ConvergenceFormat::Svg => Self::Svg,
-            ConvergenceFormat::Png => Self::Png,
-            ConvergenceFormat::Pdf => Self::Pdf,
-        }
-    }
 }
 
 /// Returns the passes with their time, photons, rays and errors, and the law that the errors follow.
@@ -117,21 +101,13 @@ pub async fn convergence(
     Query(query): Query<ConvergenceQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let format = query.format.map_or_else(|| formats::accepted(&headers, &FORMATS), Format::from);
+    let format = query.format.unwrap_or_else(|| formats::accepted(&headers, &FORMATS));
     let limit = query.limit.unwrap_or(DEFAULT_ROWS);
     if !(1..=MOST_ROWS).contains(&limit) {
         return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MOST_ROWS}, but is {limit}")));
     }
     let rows = Rows { after: query.after.unwrap_or(0), limit };
-    let answer = match format {
-        Format::Json => json(&app, id, &headers, rows).await?,
-        Format::Csv => csv(&app, id, &headers, rows).await?,
-        format => {
-            let figure = format.of_figure(Scale::Single).unwrap_or(FigureFormat::Svg);
-            picture(&app, id, &headers, figure).await?
-        }
-    };
-    Ok(formats::vary_by_accept(answer))
+    Ok(formats::vary_by_accept(file(&app, id, &headers, format, rows).await?))
 }
 
 /// Returns the passes as a file: `convergence.json`.
@@ -141,7 +117,7 @@ pub async fn convergence(
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    json(&app, id, &headers, ROWS_OF_FILES).await
+    file(&app, id, &headers, Format::Json, ROWS_OF_FILES).await
 }
 
 /// Returns the passes as a table: `convergence.csv`.
@@ -151,7 +127,7 @@ pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    csv(&app, id, &headers, ROWS_OF_FILES).await
+    file(&app, id, &headers, Format::Csv, ROWS_OF_FILES).await
 }
 
 /// Draws relative error against render seconds, both logarithmic, with the law that it follows: `convergence.svg`.
@@ -161,7 +137,7 @@ pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    picture(&app, id, &headers, FigureFormat::Svg).await
+    figure(&app, id, &headers, FigureFormat::Svg).await
 }
 
 /// Draws the figure of `convergence.svg` in pixels.
@@ -178,7 +154,7 @@ pub async fn convergence_png(
     Query(query): Query<DensityQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    picture(&app, id, &headers, FigureFormat::Png(query.density()?)).await
+    figure(&app, id, &headers, FigureFormat::Png(query.density()?)).await
 }
 
 /// Draws the figure of `convergence.svg` for print.
@@ -188,7 +164,7 @@ pub async fn convergence_png(
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    picture(&app, id, &headers, FigureFormat::Pdf).await
+    figure(&app, id, &headers, FigureFormat::Pdf).await
 }
 
 /// Page of the convergence table.
@@ -200,54 +176,45 @@ struct Rows {
 /// Rows of the table in a file: the first [`MOST_ROWS`].
 const ROWS_OF_FILES: Rows = Rows { after: 0, limit: MOST_ROWS };
 
-/// Reads the rows of a page, and the `after` of the next one; `None` for the last page.
-async fn page(app: &Service, id: Uuid, rows: Rows) -> Result<(Vec<PassReport>, Option<u64>), Problem> {
+async fn file(app: &Service, id: Uuid, headers: &HeaderMap, format: Format, rows: Rows) -> Result<Response, Problem> {
+    if let Some(format) = format.of_figure(Scale::Single) {
+        return figure(app, id, headers, format).await;
+    }
+    let (job, outline) = told(app, id).await?;
     // one more tells whether there is a next page
     let mut passes = app.store.convergence(id, rows.after, rows.limit + 1).await?;
     let more = passes.len() > rows.limit as usize;
     passes.truncate(rows.limit as usize);
     let next_after = passes.last().filter(|_| more).map(|pass| pass.passes);
-    Ok((passes, next_after))
-}
-
-async fn json(app: &Service, id: Uuid, headers: &HeaderMap, rows: Rows) -> Result<Response, Problem> {
-    let (subject, outline) = told(app, id).await?;
-    let (passes, next_after) = page(app, id, rows).await?;
-    let grids = convergence_files::grids_history(&subject, &outline);
-    let views = convergence_files::views_history(&subject, &outline);
+    if format == Format::Csv {
+        let table = convergence_files::convergence_csv(&passes);
+        return named(headers, table, "text/csv; charset=utf-8", "csv");
+    }
+    let subject = subject(&job);
+    let [grids, views] = convergence_files::histories(&subject, &outline);
     let bytes = serde_json::to_vec(&Convergence { job: id, grids, views, passes, next_after })
         .map_err(|error| internal("writing the convergence table failed", &error))?;
     named(headers, bytes, "application/json", "json")
 }
 
-async fn csv(app: &Service, id: Uuid, headers: &HeaderMap, rows: Rows) -> Result<Response, Problem> {
-    if app.store.job_head(id).await?.is_none() {
-        return Err(Problem::no_such_job());
-    }
-    let (passes, _) = page(app, id, rows).await?;
-    let bytes = convergence_files::convergence_csv(&passes).into_bytes();
-    named(headers, bytes, "text/csv; charset=utf-8", "csv")
-}
-
-async fn picture(app: &Service, id: Uuid, headers: &HeaderMap, figure: FigureFormat) -> Result<Response, Problem> {
-    let (subject, outline) = told(app, id).await?;
+async fn figure(app: &Service, id: Uuid, headers: &HeaderMap, format: FigureFormat) -> Result<Response, Problem> {
+    let (job, outline) = told(app, id).await?;
     let drawn = off_thread(permit(&app.permits.reading).await?, move |_| {
-        figure.write(&convergence_files::convergence_figure(&subject, &outline))
+        format.write(&convergence_files::convergence_figure(&subject(&job), &outline))
     });
-    let bytes = drawn.await?.map_err(|error| internal("drawing failed", &error))?;
-    named(headers, bytes, figure.media_type(), figure.suffix())
+    named(headers, drawn.await??, format.media_type(), format.suffix())
 }
 
-/// Reads the subject of a job, and as many of its passes as a figure can show.
-async fn told(app: &Service, id: Uuid) -> Result<(Subject, Vec<PassReport>), Problem> {
+/// Reads a job, and as many of its passes as a figure can show.
+async fn told(app: &Service, id: Uuid) -> Result<(Job, Vec<PassReport>), Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let outline = app.store.convergence_outline(id, MOST_POINTS).await?;
-    Ok((Subject::new(&job.document, &job.plan).foretold(job.predictions), outline))
+    Ok((job, outline))
 }
 
 fn named(
     headers: &HeaderMap,
-    bytes: Vec<u8>,
+    bytes: impl Into<Bytes>,
     media_type: &'static str,
     suffix: &'static str,
 ) -> Result<Response, Problem> {

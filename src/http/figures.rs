@@ -12,11 +12,10 @@ use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::report::sheet;
-use crate::http::results::internal;
+use crate::http::results::subject;
 use crate::http::{App, Service};
 use crate::present::report::OVERVIEW;
-use crate::present::site_figure::{SiteFacts, SiteFigure, site_figure};
-use crate::present::subject::Subject;
+use crate::present::site_figure::{SiteFigure, site_figure};
 
 /// Representations of a figure.
 const FORMATS: [Format; 3] = [Format::Svg, Format::Png, Format::Pdf];
@@ -43,29 +42,22 @@ pub async fn figure(
     let by_suffix = formats::by_suffix(&file, &FORMATS);
     let (name, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &FORMATS)));
     let format = format.of_figure(query.density()?).unwrap_or(FigureFormat::Svg);
-    let drawn =
-        if name == OVERVIEW { overview(&app, id, format).await? } else { of_site(&app, id, name, format).await? };
+    let drawn = match name {
+        OVERVIEW => sheet(&app, id, move |sheet| format.write(&sheet.overview())).await?,
+        name => of_site(&app, id, name, format).await?,
+    };
     let answer = content::made(&headers, drawn, format.media_type())?;
     let answer = formats::named(answer, &format!("{name}.{}", format.suffix()));
     Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
 }
 
-/// Draws plan with map, section and picture side by side.
-async fn overview(app: &Service, id: Uuid, format: FigureFormat) -> Result<Vec<u8>, Problem> {
-    let sheet = sheet(app, id).await?;
-    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| format.write(&sheet.overview()));
-    drawn.await?.map_err(|error| internal("drawing failed", &error))
-}
-
 async fn of_site(app: &Service, id: Uuid, name: &str, format: FigureFormat) -> Result<Vec<u8>, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
-    let found = SiteFigure::of_name(name).ok_or_else(|| Problem::not_found("there is no such figure"))?;
+    let figure = SiteFigure::of_name(name).ok_or_else(|| Problem::not_found("there is no such figure"))?;
     let drawn = off_thread(permit(&app.permits.reading).await?, move |_| {
-        let subject = Subject::new(&job.document, &job.plan);
-        let facts = SiteFacts::of(job.summary.as_ref().unwrap_or(&Value::Null));
-        let drawing = site_figure(found, &subject, &facts);
+        let drawing = site_figure(figure, &subject(&job), job.summary.as_ref().unwrap_or(&Value::Null));
         let drawing = drawing.ok_or_else(|| Problem::not_found("the job has no data for this figure (yet)"))?;
-        format.write(&drawing).map_err(|error| internal("drawing failed", &error))
+        Ok(format.write(&drawing)?)
     });
     drawn.await?
 }

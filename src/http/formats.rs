@@ -4,72 +4,20 @@ use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
 use headers::HeaderMapExt;
 use headers_accept::Accept;
-use mediatype::names::{APPLICATION, CSV, HTML, IMAGE, JSON, PDF, PNG, SVG, TEXT};
-use mediatype::{MediaType, Name, names};
+use mediatype::MediaType;
 
-use crate::figure::FigureFormat;
 use crate::figure::paint::Scale;
-
-/// Representation of a resource.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    Json,
-    Csv,
-    Png,
-    Svg,
-    Pdf,
-    Exr,
-    Html,
-}
-
-const EXR: Name = Name::new_unchecked("x-exr");
-
-impl Format {
-    const ALL: [Self; 7] = [Self::Json, Self::Csv, Self::Png, Self::Svg, Self::Pdf, Self::Exr, Self::Html];
-
-    pub fn suffix(self) -> &'static str {
-        match self {
-            Self::Json => "json",
-            Self::Csv => "csv",
-            Self::Png => "png",
-            Self::Svg => "svg",
-            Self::Pdf => "pdf",
-            Self::Exr => "exr",
-            Self::Html => "html",
-        }
-    }
-
-    /// Returns the format of a figure, for PNG with this scale; `None` for representations that are no figure.
-    pub fn of_figure(self, scale: Scale) -> Option<FigureFormat> {
-        match self {
-            Self::Svg => Some(FigureFormat::Svg),
-            Self::Png => Some(FigureFormat::Png(scale)),
-            Self::Pdf => Some(FigureFormat::Pdf),
-            Self::Json | Self::Csv | Self::Exr | Self::Html => None,
-        }
-    }
-
-    fn media_type(self) -> MediaType<'static> {
-        match self {
-            Self::Json => MediaType::new(APPLICATION, JSON),
-            Self::Csv => MediaType::new(TEXT, CSV),
-            Self::Png => MediaType::new(IMAGE, PNG),
-            Self::Svg => MediaType::from_parts(IMAGE, SVG, Some(names::XML), &[]),
-            Self::Pdf => MediaType::new(APPLICATION, PDF),
-            Self::Exr => MediaType::new(IMAGE, EXR),
-            Self::Html => MediaType::new(TEXT, HTML),
-        }
-    }
-}
+use crate::http::problem::Problem;
+pub use crate::present::outputs::Format;
 
 /// Chooses the representation among `available` that `Accept` prefers; the first one if it prefers none, or is absent.
 pub fn accepted(headers: &HeaderMap, available: &[Format]) -> Format {
     let first = available.first().copied().unwrap_or(Format::Json);
     let Some(accept) = headers.typed_get::<Accept>() else { return first };
-    let media_types: Vec<_> = available.iter().map(|format| format.media_type()).collect();
-    let best = accept.negotiate(&media_types);
-    let best = best.and_then(|best| media_types.iter().position(|media_type| media_type == best));
-    best.and_then(|index| available.get(index).copied()).unwrap_or(first)
+    let media_types: Vec<_> =
+        available.iter().filter_map(|format| MediaType::parse(format.media_type()).ok()).collect();
+    let best = accept.negotiate(&media_types).map(ToString::to_string);
+    available.iter().copied().find(|format| best.as_deref() == Some(format.media_type())).unwrap_or(first)
 }
 
 /// Splits a file's name into the name before the suffix and the representation of the suffix, if that is one of `available`.
@@ -77,6 +25,15 @@ pub fn by_suffix<'a>(file: &'a str, available: &[Format]) -> Option<(&'a str, Fo
     let (name, suffix) = file.rsplit_once('.').filter(|(name, _)| !name.is_empty())?;
     let format = Format::ALL.into_iter().find(|format| format.suffix() == suffix && available.contains(format))?;
     Some((name, format))
+}
+
+/// Returns the scale of a PNG from the parameter `density`.
+pub fn scale(density: Option<u8>) -> Result<Scale, Problem> {
+    match density {
+        None | Some(1) => Ok(Scale::Single),
+        Some(2) => Ok(Scale::Double),
+        Some(other) => Err(Problem::invalid_parameter("density", format!("must be 1 or 2, but is {other}"))),
+    }
 }
 
 /// Adds the header `Vary` to an answer whose representation was chosen by `Accept`.

@@ -1,60 +1,26 @@
 //! Grids of a job: as JSON, as a table, and as figures over the plan of the room.
 
-use axum::http::{HeaderMap, StatusCode};
+use std::sync::Arc;
+
+use axum::http::HeaderMap;
 use axum::response::Response;
-use bytes::Bytes;
 use serde::Deserialize;
-use utoipa::{IntoParams, ToSchema};
+use utoipa::IntoParams;
 use uuid::Uuid;
 
 use crate::document::result::GridResult;
-use crate::figure::paint::Scale;
 use crate::figure::plan_map::Numbers;
 use crate::http::content::{self, Binary};
-use crate::http::formats::{self, Format};
-use crate::http::limits::{off_thread, permit};
+use crate::http::formats::{self, Format, scale};
 use crate::http::problem::{Path, Problem, Query};
-use crate::http::results::{file_now, found, internal, result_file};
+use crate::http::results::{no_such_output, read, result_file};
 use crate::http::{App, Service};
 use crate::present::grid_figure::{GridWishes, Quantity, difference_figure, grid_figure};
+use crate::present::outputs::Output;
 use crate::present::subject::Subject;
 
 /// Representations of a grid.
 const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Png, Format::Svg, Format::Pdf];
-
-#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum GridFormat {
-    Json,
-    Csv,
-    /// Map over the plan of the room with colours and lines of equal value, in pixels.
-    Png,
-    /// Map over the plan of the room with colours and lines of equal value, as vector graphics.
-    Svg,
-    /// Map over the plan of the room with colours and lines of equal value, for print.
-    Pdf,
-}
-
-impl From<GridFormat> for Format {
-    fn from(format: GridFormat) -> Self {
-        match format {
-            GridFormat::Json => Self::Json,
-            GridFormat::Csv => Self::Csv,
-            GridFormat::Png => Self::Png,
-            GridFormat::Svg => Self::Svg,
-            GridFormat::Pdf => Self::Pdf,
-        }
-    }
-}
-
-#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum GridQuantity {
-    /// Illuminance in lux.
-    Illuminance,
-    /// Percent of the unobstructed horizontal illuminance: under an overcast sky the daylight factor.
-    Ratio,
-}
 
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
@@ -62,10 +28,10 @@ pub enum GridQuantity {
 pub struct GridQuery {
     /// Representation of the answer, instead of the header `Accept`.
     #[param(inline)]
-    format: Option<GridFormat>,
+    format: Option<Format>,
     /// Quantity that a figure shows; illuminance when absent.
     #[param(inline)]
-    quantity: Option<GridQuantity>,
+    quantity: Option<Quantity>,
     /// Value at the end of a figure's scale, so that several figures have the same scale; the greatest value of the grid when
     /// absent.
     #[param(exclusive_minimum = 0)]
@@ -86,18 +52,10 @@ impl GridQuery {
             return Err(Problem::invalid_parameter("max", format!("must be above 0, but is {max}")));
         }
         Ok(GridWishes {
-            quantity: if self.quantity == Some(GridQuantity::Ratio) { Quantity::Ratio } else { Quantity::Illuminance },
+            quantity: self.quantity.unwrap_or(Quantity::Illuminance),
             scale_end: self.max,
             numbers: if self.numbers == Some(true) { Numbers::Shown } else { Numbers::Hidden },
         })
-    }
-
-    fn scale(&self) -> Result<Scale, Problem> {
-        match self.density {
-            None | Some(1) => Ok(Scale::Single),
-            Some(2) => Ok(Scale::Double),
-            Some(other) => Err(Problem::invalid_parameter("density", format!("must be 1 or 2, but is {other}"))),
-        }
     }
 
     /// Refuses the options of figures for JSON and CSV.
@@ -137,12 +95,14 @@ pub async fn grid(
 ) -> Result<Response, Problem> {
     if query.format.is_none()
         && let Some((grid, format)) = formats::by_suffix(&name, &FORMATS)
-        && let Some(file) = found(represented(&app, id, &headers, grid, format, &query).await)?
     {
-        return Ok(formats::named(file, &name));
+        match represented(&app, id, &headers, grid, format, &query).await {
+            // no such file: a grid may be called `a.csv` itself
+            Err(problem) if problem.is_not_found() => (),
+            answer => return Ok(formats::named(answer?, &name)),
+        }
     }
-    // no such file: a grid may be called `a.csv` itself
-    let format = query.format.map_or_else(|| formats::accepted(&headers, &FORMATS), Format::from);
+    let format = query.format.unwrap_or_else(|| formats::accepted(&headers, &FORMATS));
     let answer = represented(&app, id, &headers, &name, format, &query).await?;
     Ok(formats::vary_by_accept(formats::named(answer, &format!("{name}.{}", format.suffix()))))
 }
@@ -155,56 +115,49 @@ async fn represented(
     format: Format,
     query: &GridQuery,
 ) -> Result<Response, Problem> {
-    let Some(figure) = format.of_figure(query.scale()?) else {
+    let Some(figure) = format.of_figure(scale(query.density)?) else {
         query.check_of_table()?;
-        return result_file(app, id, headers, format!("grids/{name}.{}", format.suffix())).await;
+        return result_file(app, id, headers, Output::Grid(name.to_owned(), format)).await;
     };
-    let wishes = query.wishes()?;
-    let (subject, json) = grid_of(app, id, name).await?;
-    let other = match query.minus {
-        Some(other) => Some(grid_of(app, other, name).await.map_err(|problem| of_minus(problem, other))?),
+    let (wishes, name) = (query.wishes()?, name.to_owned());
+    let kept = vec![Output::Grid(name.clone(), Format::Json)];
+    let less = match query.minus {
+        Some(other) => Some(less(app, other, name.clone(), kept.clone()).await?),
         None => None,
     };
-    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| {
-        let read = |json: &[u8]| serde_json::from_slice::<GridResult>(json);
-        let read = |json: &[u8]| read(json).map_err(|error| internal("reading a grid failed", &error));
-        let grid = read(&json)?;
-        let drawing = match other {
-            Some((other, less)) => {
-                let less = read(&less)?;
-                if less.cells != grid.cells {
-                    let detail = format!(
-                        "must be a job whose grid has the same cells, but that grid has {:?}, and this one {:?}",
-                        less.cells, grid.cells
-                    );
-                    return Err(Problem::invalid_parameter("minus", detail));
-                }
-                difference_figure(&subject, &grid, (&other, &less), wishes)
+    let drawn = read(app, id, kept, move |results| {
+        let (subject, grid) = (results.subject(), results.grid(&name)?.ok_or_else(no_such_output)?);
+        let drawing = match less {
+            Some((_, less)) if less.cells != grid.cells => {
+                let detail = format!(
+                    "must be a job whose grid has the same cells, but that grid has {:?}, and this one {:?}",
+                    less.cells, grid.cells
+                );
+                return Err(Problem::invalid_parameter("minus", detail));
             }
-            None => grid_figure(&subject, &grid, wishes),
+            Some((other, less)) => difference_figure(subject, &grid, (&other, &less), wishes)?,
+            None => grid_figure(subject, &grid, wishes)?,
         };
-        let written = drawing.and_then(|drawing| figure.write(&drawing));
-        written.map_err(|error| internal("drawing a grid failed", &error))
+        Ok(figure.write(&drawing)?)
     });
-    content::made(headers, drawn.await??, figure.media_type())
+    content::made(headers, drawn.await?, figure.media_type())
 }
 
-/// Reads the subject of a job and the JSON of its grid: the stored file, or the grid as it is so far.
-async fn grid_of(app: &Service, id: Uuid, name: &str) -> Result<(Subject, Bytes), Problem> {
-    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
-    let json = file_now(app, id, &format!("grids/{name}.json")).await?;
-    let json =
-        json.ok_or_else(|| Problem::not_found("the job has no such output, or has not finished its first pass yet"))?;
-    Ok((Subject::new(&job.document, &job.plan), json))
-}
-
-/// Converts the problem that the other job has no such grid to a fault of the parameter `minus`.
-fn of_minus(problem: Problem, other: Uuid) -> Problem {
-    if problem.status == StatusCode::NOT_FOUND.as_u16() {
-        return Problem::invalid_parameter(
+/// Reads the grid that is subtracted, and the description of its job; that there is none is a fault of the parameter `minus`.
+async fn less(
+    app: &Service,
+    other: Uuid,
+    name: String,
+    kept: Vec<Output>,
+) -> Result<(Arc<Subject>, GridResult), Problem> {
+    let read = read(app, other, kept, move |results| {
+        Ok((results.subject().clone(), results.grid(&name)?.ok_or_else(no_such_output)?))
+    });
+    read.await.map_err(|problem| match problem.is_not_found() {
+        true => Problem::invalid_parameter(
             "minus",
             format!("the job {other} has no grid of this name, or has not finished its first pass yet"),
-        );
-    }
-    problem
+        ),
+        false => problem,
+    })
 }

@@ -66,6 +66,11 @@ impl Problem {
         Self::new(ProblemKind::NotFound, detail)
     }
 
+    /// True if there is nothing at the path of the request.
+    pub fn is_not_found(&self) -> bool {
+        self.status == StatusCode::NOT_FOUND.as_u16()
+    }
+
     pub fn conflict(detail: impl Into<String>) -> Self {
         Self::new(ProblemKind::Conflict, detail)
     }

@@ -2,23 +2,20 @@
 
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use uuid::Uuid;
 
-use crate::document::result::GridResult;
 use crate::figure::FigureFormat;
 use crate::figure::sheet::{Sheet, SheetPart};
 use crate::figure::svg::escaped;
 use crate::http::content::{self, Binary};
-use crate::http::formats;
-use crate::http::limits::{off_thread, permit};
+use crate::http::formats::{self, Format};
 use crate::http::problem::{Path, Problem};
-use crate::http::results::{file_now, internal};
+use crate::http::results::read;
 use crate::http::{App, Service};
-use crate::output::{OutputError, png};
+use crate::output::OutputError;
+use crate::present::outputs::Output;
 use crate::present::report;
-use crate::present::results::FirstOutputs;
-use crate::present::subject::Subject;
 use crate::queue::store::Job;
 
 /// Content security policy of the page: its style and its figures come from this service, and nothing runs.
@@ -27,8 +24,8 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; img
 
 /// Answers `/jobs/ID/report` with the report as a page.
 pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    let sheet = sheet(&app, id).await?;
-    let mut response = content::made(&headers, html(&sheet, id), "text/html; charset=utf-8")?;
+    let html = sheet(&app, id, move |sheet| Ok(html(&sheet, id))).await?;
+    let mut response = content::made(&headers, html, "text/html; charset=utf-8")?;
     let policy = HeaderValue::from_static(CONTENT_SECURITY_POLICY);
     response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, policy);
     Ok(response)
@@ -42,49 +39,36 @@ pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    let sheet = sheet(&app, id).await?;
-    let written = off_thread(permit(&app.permits.reading).await?, move |_| FigureFormat::Pdf.write(&sheet.draw()));
-    let bytes = written.await?.map_err(|error| internal("writing a report failed", &error))?;
-    Ok(formats::named(content::made(&headers, bytes, FigureFormat::Pdf.media_type())?, "report.pdf"))
+    let written = sheet(&app, id, |sheet| FigureFormat::Pdf.write(&sheet.draw())).await?;
+    Ok(formats::named(content::made(&headers, written, FigureFormat::Pdf.media_type())?, report::REPORT))
 }
 
-/// Makes the report on a job from everything computed so far.
-pub(super) async fn sheet(app: &Service, id: Uuid) -> Result<Sheet, Problem> {
+/// Makes the report on a job from everything computed so far, and runs `write` on it.
+pub(super) async fn sheet<T: Send + 'static>(
+    app: &Service,
+    id: Uuid,
+    write: impl FnOnce(Sheet) -> Result<T, OutputError> + Send + 'static,
+) -> Result<T, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
-    let grid = match job.document["grids"][0]["name"].as_str() {
-        Some(name) => file_now(app, id, &format!("grids/{name}.json")).await?,
-        None => None,
-    };
-    let view = match job.document["views"][0]["name"].as_str() {
-        Some(name) => file_now(app, id, &format!("views/{name}.png")).await?.map(|file| (name.to_owned(), file)),
-        None => None,
-    };
-    let made = off_thread(permit(&app.permits.reading).await?, move |_| -> Result<Sheet, String> {
-        let grid = grid.map(|json| serde_json::from_slice::<GridResult>(&json)).transpose();
-        let view = view.map(|(name, file)| Ok((name, png::decode(&file)?))).transpose();
-        let view = view.map_err(|error: OutputError| error.to_string())?;
-        let outputs = FirstOutputs { grid: grid.map_err(|error| error.to_string())?, view };
-        let subject = Subject::new(&job.document, &job.plan);
+    let first = |outputs: &str| job.document[outputs][0]["name"].as_str().map(str::to_owned);
+    let grid = first("grids").map(|name| Output::Grid(name, Format::Json));
+    let view = first("views").map(|name| Output::View(name, Format::Png));
+    let made = read(app, id, grid.into_iter().chain(view).collect(), move |results| {
         let job = answered(job);
         let footer = format!("{} · job {id}", report::made_by(&job));
-        report::report(&subject, &job, &outputs, footer).map_err(|error| error.to_string())
+        Ok(write(report::report(results, &job, footer)?)?)
     });
-    made.await?.map_err(|error| internal("drawing a report failed", &error))
+    made.await
 }
 
 /// Collects the fields of a job that a report needs, under their names in answers.
 fn answered(job: Job) -> Value {
-    let mut fields = match job.summary {
-        Some(Value::Object(results)) => results,
-        _ => Map::new(),
-    };
-    let others = json!({
-        "document": job.document, "plan": job.plan, "warnings": job.warnings, "stopped_by": job.head.stopped_by,
-    });
-    if let Value::Object(others) = others {
-        fields.extend(others);
-    }
-    Value::Object(fields)
+    let mut fields = job.summary.unwrap_or_default();
+    fields["document"] = job.document;
+    fields["plan"] = job.plan;
+    fields["warnings"] = json!(job.warnings);
+    fields["stopped_by"] = json!(job.head.stopped_by);
+    fields
 }
 
 fn html(sheet: &Sheet, id: Uuid) -> String {

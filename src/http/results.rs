@@ -1,38 +1,34 @@
 //! Results of a job: reports on tubes, and files of any kind; for a running job, the results so far.
 
+use std::collections::HashMap;
 use std::time::Duration;
 
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::HeaderMap;
 use axum::response::Response;
-use bytes::Bytes;
 use serde::Deserialize;
 use uuid::Uuid;
 
 use crate::document::result::TubeResult;
 use crate::document::result::tube_report::TubeReport;
 use crate::engine::checkpoint;
+use crate::engine::passes::RenderError;
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem};
 use crate::http::{App, Service, content};
+use crate::output::OutputError;
+use crate::present::outputs::Output;
 use crate::present::prepared::prepare;
-use crate::present::results;
-use crate::present::results::ResultFile;
-use crate::queue::live::{LiveJob, MadeFile};
+use crate::present::reader::{Kept, ResultReader};
+use crate::present::subject::Subject;
+use crate::queue::live::{LiveEstimate, LiveJob};
+use crate::queue::store::{Job, JobSource, StateFile};
 
 /// Longest time that a reader of a running job waits for the end of a pass.
 const WAIT_FOR_PASS: Duration = Duration::from_secs(20);
 
 const TUBE_FORMATS: [Format; 4] = [Format::Json, Format::Svg, Format::Png, Format::Pdf];
-
-/// Converts the problem of status 404 to `None`.
-pub(super) fn found(answer: Result<Response, Problem>) -> Result<Option<Response>, Problem> {
-    match answer {
-        Err(problem) if problem.status == StatusCode::NOT_FOUND.as_u16() => Ok(None),
-        answer => answer.map(Some),
-    }
-}
 
 /// Returns the report on a tube.
 #[utoipa::path(get, path = "/v1/jobs/{id}/tubes/{file}", operation_id = "get_tube", tag = "results",
@@ -51,71 +47,96 @@ pub(super) fn found(answer: Result<Response, Problem>) -> Result<Option<Response
 pub async fn tube(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
     let by_suffix = formats::by_suffix(&file, &TUBE_FORMATS);
     let (tube, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &TUBE_FORMATS)));
-    let answer = result_file(&app, id, &headers, format!("tubes/{tube}.{}", format.suffix())).await?;
+    // a number may be written in several ways, a name not
+    let number = tube.parse().ok().filter(|number: &usize| number.to_string() == tube).ok_or_else(no_such_output)?;
+    let answer = result_file(&app, id, &headers, Output::Tube(number, format)).await?;
     let answer = formats::named(answer, &format!("tube-{tube}.{}", format.suffix()));
     Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
 }
 
-/// Answers with the stored file of a finished job, or for a running one with the file as it would be now.
+/// Answers with a file of a job: the stored one, or else the one that is made of its results so far, once for all readers of a pass.
 pub(super) async fn result_file(
     app: &Service,
     id: Uuid,
     headers: &HeaderMap,
-    name: String,
+    output: Output,
 ) -> Result<Response, Problem> {
-    if let Some(artifact) = app.store.artifact(id, &name).await? {
+    if let Some(artifact) = app.store.artifact(id, &output.file()).await? {
         return content::stored(headers, &app.artifacts, &artifact).await;
     }
-    if app.store.job_head(id).await?.is_none() {
-        return Err(Problem::no_such_job());
-    }
-    if let Some(file) = made_again(app, id, &name).await? {
-        return content::made(headers, file.bytes, file.media_type);
-    }
-    let Some(file) = file_so_far(app, id, &name).await? else {
-        // it may have finished between the first look and now
-        if let Some(file) = made_again(app, id, &name).await? {
-            return content::made(headers, file.bytes, file.media_type);
+    let kept = match &output {
+        Output::Grid(name, _) => Output::Grid(name.clone(), Format::Json),
+        other => other.clone(),
+    };
+    let made = read(app, id, vec![kept], move |results| results.file(&output)?.ok_or_else(no_such_output)).await?;
+    content::made(headers, made.bytes, made.media_type)
+}
+
+/// Runs `work`, which may take some time, with the results of a job: those after the last pass for which a reader has waited, or after
+/// the pass that runs now; those of the stored checkpoint; or, once the job has ended, those in its files, of which `kept` are read.
+///
+/// A permit bounds how many estimates are held and files made at the same time; it is not held while waiting for a pass.
+pub(super) async fn read<T: Send + 'static>(
+    app: &Service,
+    id: Uuid,
+    kept: Vec<Output>,
+    work: impl FnOnce(&dyn ResultReader) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    // in this order, a job that goes on or ends meanwhile is found in its next state
+    if let Some(live) = app.live.get(id) {
+        drop(newest(&live).await);
+        let permit = permit(&app.permits.reading).await?;
+        if let Some(newest) = newest(&live).await {
+            return off_thread(permit, move |_| work(&newest.results())).await?;
         }
-        let artifact = app.store.artifact(id, &name).await?;
-        let artifact = artifact
-            .ok_or_else(|| Problem::not_found("the job has no such output, or has not finished its first pass yet"))?;
-        return content::stored(headers, &app.artifacts, &artifact).await;
-    };
-    content::made(headers, file.bytes, file.media_type)
-}
-
-/// Makes a file of a finished job that is not stored, from those that are.
-async fn made_again(app: &Service, id: Uuid, name: &str) -> Result<Option<ResultFile>, Problem> {
-    if name.starts_with("tubes/") {
-        return report_on_tube(app, id, name).await;
     }
-    let Some(grid) = name.strip_suffix(".csv").filter(|grid| grid.starts_with("grids/")) else { return Ok(None) };
-    let Some(kept) = app.store.artifact(id, &format!("{grid}.json")).await? else { return Ok(None) };
+    let source = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
     let permit = permit(&app.permits.reading).await?;
-    let json = app.artifacts.read_artifact(&kept).await?;
-    let name = name.to_owned();
-    let made = off_thread(permit, move |_| results::grid_csv_of(&name, &json)).await?;
-    made.map(Some).map_err(|error| internal("writing a grid failed", &error))
+    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
+    let JobSource { submitted, state, .. } = source;
+    if let Some(StateFile { key, hash }) = state {
+        let bytes = app.artifacts.read_checked(&key, &hash).await?;
+        let made = off_thread(permit, move |cancel| {
+            let prepared = prepare(submitted.as_bytes(), &meshes.for_document(runtime, cancel));
+            let prepared = prepared.map_err(|errors| internal("reading a job failed", &errors))?;
+            let estimate = checkpoint::decode(prepared.empty_estimate(), &bytes);
+            work(&prepared.results(&estimate.map_err(|error| internal("reading a checkpoint failed", &error))?))
+        });
+        return made.await?;
+    }
+    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let mut files = HashMap::new();
+    for name in kept.iter().map(Output::file) {
+        if let Some(artifact) = app.store.artifact(id, &name).await? {
+            files.insert(name, app.artifacts.read_artifact(&artifact).await?);
+        }
+    }
+    let made = off_thread(permit, move |cancel| {
+        let tubes = job.summary.as_ref().map(|known| Vec::<TubeResult>::deserialize(&known["tubes"]));
+        let prepare = move || prepare(submitted.as_bytes(), &meshes.for_document(runtime.clone(), cancel.clone()));
+        work(&Kept {
+            subject: subject(&job).into(),
+            files,
+            tubes: tubes.and_then(Result::ok).unwrap_or_default(),
+            prepare: Box::new(prepare),
+        })
+    });
+    made.await?
 }
 
-/// Makes the report on a tube of a finished job again, from its document and the fluxes in its summary, with the same bytes as
-/// before a restart. `None` if the job has not ended, or has computed nothing.
-async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<ResultFile>, Problem> {
-    let Some(job) = app.store.job(id).await? else { return Err(Problem::no_such_job()) };
-    let Some(summary) = job.summary.filter(|known| job.head.status.is_final() && known["tubes"].is_array()) else {
-        return Ok(None);
-    };
-    let source = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
-    let tubes: Vec<TubeResult> = Vec::deserialize(&summary["tubes"])
-        .map_err(|error| internal("reading the fluxes of a finished job failed", &error))?;
-    let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
-    let made = off_thread(permit(&app.permits.reading).await?, move |cancel| {
-        let meshes = meshes.for_document(runtime, cancel);
-        let prepared = prepare(source.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
-        prepared.tube_file_of(&name, &tubes).map_err(|error| error.to_string())
-    });
-    made.await?.map_err(|error| internal("reporting on a tube failed", &error))
+/// Waits for the estimate after the last pass or the one that runs now; `None` if that takes too long, or the job ends before.
+async fn newest(live: &LiveJob) -> Option<std::sync::Arc<LiveEstimate>> {
+    let newest = tokio::time::timeout(WAIT_FOR_PASS, live.newest_estimate()).await.ok().flatten();
+    newest.filter(|newest| newest.estimate.passes > 0)
+}
+
+/// Returns the description of a job that its figures print.
+pub(super) fn subject(job: &Job) -> Subject {
+    Subject::new(&job.document, &job.plan).foretold(job.predictions.clone())
+}
+
+pub(super) fn no_such_output() -> Problem {
+    Problem::not_found("the job has no such output, or has not finished its first pass yet")
 }
 
 pub(super) fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
@@ -123,65 +144,14 @@ pub(super) fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
     Problem::internal()
 }
 
-/// Makes one file as it would be now: from the last pass for which a reader has waited, from the pass that runs now, or from the
-/// stored checkpoint. Readers of the same pass share it.
-///
-/// A permit bounds how many estimates are held and files made at the same time; it is not held while waiting for a pass.
-pub(super) async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<Option<MadeFile>, Problem> {
-    let newest = async |live: &LiveJob| {
-        let estimate = tokio::time::timeout(WAIT_FOR_PASS, live.newest_estimate()).await.ok().flatten();
-        estimate.filter(|estimate| estimate.passes > 0)
-    };
-    if let Some(live) = app.live.get(id) {
-        drop(newest(&live).await);
-        let permit = permit(&app.permits.reading).await?;
-        if let Some(estimate) = newest(&live).await {
-            if let Some(made) = live.made(&estimate, name) {
-                return Ok(Some(made));
-            }
-            let (prepared, shown, of_name) = (live.prepared.clone(), estimate.clone(), name.to_owned());
-            let made = off_thread(permit, move |_| prepared.result_file(&of_name, &shown)).await?;
-            let file = made_file(made.map_err(|error| internal("writing a result failed", &error))?)?;
-            live.keep(&estimate, name, file.clone());
-            return Ok(Some(file));
-        }
-    }
-    let source = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
-    let Some(state) = source.state else { return Ok(None) };
-    let permit = permit(&app.permits.reading).await?;
-    let bytes = app.artifacts.read_checked(&state.key, &state.hash).await?;
-    let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
-    let made = off_thread(permit, move |cancel| {
-        let meshes = meshes.for_document(runtime, cancel);
-        let prepared = prepare(source.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
-        let estimate = checkpoint::decode(prepared.empty_estimate(), &bytes)?;
-        prepared.result_file(&name, &estimate).map_err(|error| error.to_string())
-    })
-    .await?;
-    made_file(made.map_err(|error| internal("reading a checkpoint failed", &error))?).map(Some)
-}
-
-/// Reads a file of a job: the stored one, or the file as it would be now; `None` if there is none (yet).
-pub(super) async fn file_now(app: &Service, id: Uuid, name: &str) -> Result<Option<Bytes>, Problem> {
-    let kept = async || -> Result<Option<Bytes>, Problem> {
-        match app.store.artifact(id, name).await? {
-            Some(kept) => Ok(Some(app.artifacts.read_artifact(&kept).await?)),
-            None => Ok(None),
-        }
-    };
-    if let Some(bytes) = kept().await? {
-        return Ok(Some(bytes));
-    }
-    match file_so_far(app, id, name).await {
-        Ok(Some(file)) => Ok(Some(file.bytes)),
-        // it may have finished between the first look and now
-        Ok(None) => kept().await,
-        Err(problem) if problem.status == StatusCode::NOT_FOUND.as_u16() => Ok(None),
-        Err(problem) => Err(problem),
+impl From<RenderError> for Problem {
+    fn from(error: RenderError) -> Self {
+        internal("making a file of a job failed", &error)
     }
 }
 
-fn made_file(file: Option<ResultFile>) -> Result<MadeFile, Problem> {
-    let file = file.ok_or_else(|| Problem::not_found("the job has no such output"))?;
-    Ok(MadeFile { media_type: file.media_type, bytes: file.bytes.into() })
+impl From<OutputError> for Problem {
+    fn from(error: OutputError) -> Self {
+        internal("drawing failed", &error)
+    }
 }

@@ -10,18 +10,14 @@ use uuid::Uuid;
 use crate::engine::convergence::PREVIEW_PASSES;
 use crate::figure::FigureFormat;
 use crate::figure::axes::Spacing;
-use crate::figure::paint::Scale;
 use crate::figure::scale::Palette;
 use crate::http::content::{self, Binary};
-use crate::http::formats::{self, Format};
-use crate::http::limits::{off_thread, permit};
+use crate::http::formats::{self, Format, scale};
 use crate::http::problem::{Path, Problem, Query};
-use crate::http::results::{file_now, internal, result_file};
+use crate::http::results::{no_such_output, read, result_file};
 use crate::http::{App, Service};
 use crate::output::png::{self, ToneMapping};
-use crate::output::{OutputError, exr};
-use crate::present::results::progress_image;
-use crate::present::subject::Subject;
+use crate::present::outputs::{Output, progress_image};
 use crate::present::view_figure::{ViewWishes, captioned_figure, false_colour_figure};
 
 /// Representations of a view.
@@ -93,48 +89,24 @@ impl PictureQuery {
     /// Refuses parameters that do not go together with the format or the style, and numbers out of their bounds.
     fn check(&self, format: Format) -> Result<(), Problem> {
         let style = self.style.unwrap_or_default();
-        let (is_png, is_picture) = (format == Format::Png, format != Format::Exr);
         if style == PictureStyle::Tone && matches!(format, Format::Svg | Format::Pdf) {
             return Err(Problem::invalid_parameter("style", "must be captioned or false_colour for .svg and .pdf"));
         }
+        let (is_picture, is_tone) = (format != Format::Exr, style == PictureStyle::Tone);
+        let is_false = style == PictureStyle::FalseColour;
+        let exposed = is_picture && !is_false && self.pass.is_none();
+        let of_exposure = "is allowed only with the styles tone and captioned, and without pass";
+        let of_pass = "is allowed only with .png and the style tone";
+        let of_false = "is allowed only with the style false_colour";
+        let of_density = "is allowed only with the styles captioned and false_colour";
         let rules = [
             ("style", self.style.is_some(), is_picture, "is allowed only with .png, .svg and .pdf"),
-            (
-                "pass",
-                self.pass.is_some(),
-                is_png && style == PictureStyle::Tone,
-                "is allowed only with .png and the style tone",
-            ),
-            (
-                "exposure",
-                self.exposure.is_some(),
-                is_picture && style != PictureStyle::FalseColour && self.pass.is_none(),
-                "is allowed only with the styles tone and captioned, and without pass",
-            ),
-            (
-                "max",
-                self.max.is_some(),
-                style == PictureStyle::FalseColour,
-                "is allowed only with the style false_colour",
-            ),
-            (
-                "scale",
-                self.scale.is_some(),
-                style == PictureStyle::FalseColour,
-                "is allowed only with the style false_colour",
-            ),
-            (
-                "palette",
-                self.palette.is_some(),
-                style == PictureStyle::FalseColour,
-                "is allowed only with the style false_colour",
-            ),
-            (
-                "density",
-                self.density.is_some(),
-                style != PictureStyle::Tone,
-                "is allowed only with the styles captioned and false_colour",
-            ),
+            ("pass", self.pass.is_some(), format == Format::Png && is_tone, of_pass),
+            ("exposure", self.exposure.is_some(), exposed, of_exposure),
+            ("max", self.max.is_some(), is_false, of_false),
+            ("scale", self.scale.is_some(), is_false, of_false),
+            ("palette", self.palette.is_some(), is_false, of_false),
+            ("density", self.density.is_some(), !is_tone, of_density),
         ];
         if let Some((name, _, _, detail)) = rules.into_iter().find(|(_, given, fits, _)| *given && !*fits) {
             return Err(Problem::invalid_parameter(name, detail));
@@ -195,7 +167,7 @@ pub async fn view(
             content::stored(&headers, &app.artifacts, &kept).await?
         }
         (Format::Exr, ..) | (Format::Png, PictureStyle::Tone, None) if query.exposure.is_none() => {
-            result_file(&app, id, &headers, format!("views/{name}.{}", format.suffix())).await?
+            result_file(&app, id, &headers, Output::View(name.to_owned(), format)).await?
         }
         _ => drawn(&app, id, &headers, (name, format), &query).await?,
     };
@@ -203,7 +175,7 @@ pub async fn view(
     Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
 }
 
-/// Draws a picture from the view's EXR file: the stored one, or the file as it would be now.
+/// Draws a picture from the values of a view.
 async fn drawn(
     app: &Service,
     id: Uuid,
@@ -211,29 +183,25 @@ async fn drawn(
     (name, format): (&str, Format),
     query: &PictureQuery,
 ) -> Result<Response, Problem> {
-    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
-    let subject = Subject::new(&job.document, &job.plan);
-    let bytes = file_now(app, id, &format!("views/{name}.exr")).await?;
-    let bytes = bytes
-        .ok_or_else(|| Problem::not_found("the job has no such output, or has not finished its first pass yet"))?;
-    let (wishes, exposure, style) = (query.wishes(), query.exposure, query.style.unwrap_or_default());
-    let density = if query.density == Some(2) { Scale::Double } else { Scale::Single };
+    let (name, wishes, exposure, style) =
+        (name.to_owned(), query.wishes(), query.exposure, query.style.unwrap_or_default());
+    let density = scale(query.density)?;
     let figure = format.of_figure(density).unwrap_or(FigureFormat::Png(density));
-    let name = name.to_owned();
-    let made = off_thread(permit(&app.permits.reading).await?, move |_| -> Result<Vec<u8>, OutputError> {
-        let view = exr::decode(&bytes)?.smoothed();
-        if style == PictureStyle::FalseColour {
-            return figure.write(&false_colour_figure(&subject, &name, &view.seen(), wishes)?);
+    let made = read(app, id, vec![Output::View(name.clone(), Format::Exr)], move |results| {
+        let (subject, is_false) = (results.subject(), style == PictureStyle::FalseColour);
+        let view = if is_false { results.view_with_sources(&name)? } else { results.view(&name)? };
+        let view = view.ok_or_else(no_such_output)?.smoothed();
+        if is_false {
+            return Ok(figure.write(&false_colour_figure(subject, &name, &view.seen(), wishes)?)?);
         }
         let tone = match exposure {
             Some(adaptation) => ToneMapping::adapted_to(adaptation),
             None => ToneMapping::of(view.image())?,
         };
-        match style {
-            PictureStyle::Captioned => figure.write(&captioned_figure(&subject, &name, view.image(), tone)?),
-            _ => png::encode(&tone.apply(view.image())?),
-        }
+        Ok(match style {
+            PictureStyle::Captioned => figure.write(&captioned_figure(subject, &name, view.image(), tone)?)?,
+            _ => png::encode(&tone.apply(view.image())?)?,
+        })
     });
-    let bytes = made.await?.map_err(|error| internal("drawing a view failed", &error))?;
-    content::made(headers, bytes, figure.media_type())
+    content::made(headers, made.await?, figure.media_type())
 }

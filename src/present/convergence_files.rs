@@ -1,10 +1,11 @@
 //! Convergence of a job as JSON, CSV and a figure: how its errors fall with time, and how long an accuracy takes.
 
+use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use utoipa::ToSchema;
 
-use super::results::failed;
+use super::reader::failed;
 use super::subject::Subject;
 use crate::engine::convergence::ACCURACIES;
 use crate::engine::passes::RenderError;
@@ -99,14 +100,9 @@ impl Outputs {
     }
 }
 
-/// Returns how the errors of the grids fall; `None` without grids, or where no pass has reported an error.
-pub fn grids_history(subject: &Subject, passes: &[PassReport]) -> Option<ErrorHistory> {
-    history(subject, Outputs::Grids, passes).map(|(history, _)| history)
-}
-
-/// Returns how the errors of the views fall; `None` without views, or where no pass has reported an error.
-pub fn views_history(subject: &Subject, passes: &[PassReport]) -> Option<ErrorHistory> {
-    history(subject, Outputs::Views, passes).map(|(history, _)| history)
+/// Returns how the errors of the grids and of the views fall; `None` without such outputs, or where no pass has reported an error.
+pub fn histories(subject: &Subject, passes: &[PassReport]) -> [Option<ErrorHistory>; 2] {
+    [Outputs::Grids, Outputs::Views].map(|outputs| history(subject, outputs, passes).map(|(history, _)| history))
 }
 
 fn history(subject: &Subject, outputs: Outputs, passes: &[PassReport]) -> Option<(ErrorHistory, Forecaster)> {
@@ -198,19 +194,17 @@ pub fn convergence_files(
     subject: &Subject,
     passes: &[PassReport],
     figures: impl Iterator<Item = FigureFormat>,
-) -> Result<Vec<(String, Vec<u8>)>, RenderError> {
-    let table = json!({
-        "grids": grids_history(subject, passes), "views": views_history(subject, passes),
-        "passes": passes, "next_after": null,
-    });
+) -> Result<Vec<(String, Bytes)>, RenderError> {
+    let [grids, views] = histories(subject, passes);
+    let table = json!({ "grids": grids, "views": views, "passes": passes, "next_after": null });
     let drawing = convergence_figure(subject, passes);
     let figures = figures.map(|format| {
         let name = figure_name(format);
         let bytes = format.write(&drawing).map_err(|error| failed(&name, error))?;
-        Ok((name, bytes))
+        Ok((name, bytes.into()))
     });
     let tables = [(CSV, convergence_csv(passes)), (JSON, table.to_string())];
-    tables.into_iter().map(|(name, text)| Ok((name.to_owned(), text.into_bytes()))).chain(figures).collect()
+    tables.into_iter().map(|(name, text)| Ok((name.to_owned(), text.into()))).chain(figures).collect()
 }
 
 /// Writes the passes of a job as CSV, one line each; an error that is not known yet is left empty.
@@ -256,12 +250,13 @@ fn heading(subject: &Subject, passes: &[PassReport]) -> Heading {
         let noun = if last.passes == 1 { "pass" } else { "passes" };
         format!("after {} {noun} and {}", last.passes, duration(last.seconds, 3))
     });
-    let of = |outputs: Outputs, method: Option<&str>| {
+    let of = |outputs: Outputs, method: Option<&String>| {
         let error = passes.iter().rev().find_map(|pass| outputs.error(pass));
         let error = error.map_or_else(String::new, |error| format!(": ±{} %", significant(100.0 * error, 2)));
         method.map(|method| format!("{} by {method}{error}", outputs.name()))
     };
-    let methods = [of(Outputs::Grids, subject.grids_method()), of(Outputs::Views, subject.views_method()), so_far];
+    let methods =
+        [of(Outputs::Grids, subject.grids_method.as_ref()), of(Outputs::Views, subject.views_method.as_ref()), so_far];
     let methods: Vec<String> = methods.into_iter().flatten().collect();
     Heading {
         title: format!("Convergence of {}", subject.name()),
@@ -278,6 +273,11 @@ mod tests {
         let subject = Subject::new(&document(), &json!(null));
         assert!(subject.document.is_some());
         subject
+    }
+
+    fn grids_history(subject: &Subject, passes: &[PassReport]) -> Option<ErrorHistory> {
+        let [grids, _] = histories(subject, passes);
+        grids
     }
 
     fn pass(passes: u64, relative_error: Option<f64>) -> PassReport {
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!((two.asked_relative_error, two.fit), (0.01, None));
         assert_eq!((two.times[0].known, two.times[0].seconds), (TimeKnown::Met, Some(0.2)));
         assert!(two.times[1..].iter().all(|time| time.known == TimeKnown::Extrapolated));
-        assert_eq!(views_history(&subject(), &[pass(1, None), pass(2, Some(0.03))]), None);
+        assert_eq!(histories(&subject(), &[pass(1, None), pass(2, Some(0.03))])[1], None);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Figures of a grid: its values over the plan of the room, as illuminance, as daylight factor, or minus those of another job.
 
 use glam::DVec2;
+use serde::Deserialize;
+use utoipa::ToSchema;
 
-use super::subject::Subject;
+use super::subject::{Subject, by};
 use crate::document::result::{GridResult, GridStatistics};
 use crate::document::room::object::ObjectDocument;
 use crate::figure::isolines::{levels, levels_lux};
@@ -14,7 +16,8 @@ use crate::geometry::turn;
 use crate::output::OutputError;
 
 /// Quantity of a grid that a figure shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Illuminance in lux.
     Illuminance,
@@ -46,22 +49,15 @@ pub fn grid_figure(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> 
 
 /// Builds the figure of a grid: heading, plan of the room, values, colour scale and isolines.
 pub fn plan_map(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> PlanMap {
-    let (values, unit, title) = match wishes.quantity {
-        Quantity::Illuminance => (illuminances(grid), "lx", "Illuminance"),
-        Quantity::Ratio => {
-            let title = if grid.daylight_factor_percent.is_some() { "Daylight factor" } else { "Daylight ratio" };
-            (ratios(grid), "%", title)
-        }
-    };
+    let (values, unit) = values(grid, wishes.quantity);
     let [least, greatest] = ends(&values);
     let scale = ColourScale::from_zero(wishes.scale_end.unwrap_or(greatest), Palette::Viridis);
-    let levels = match wishes.quantity {
-        Quantity::Illuminance => levels_lux(least, greatest),
-        Quantity::Ratio => levels(least, greatest),
-    };
-    let result = match wishes.quantity {
-        Quantity::Illuminance => statistics_in_words(&grid.statistics),
-        Quantity::Ratio => ratios_in_words(&values),
+    let (title, levels, result) = match wishes.quantity {
+        Quantity::Illuminance => ("Illuminance", levels_lux(least, greatest), statistics_in_words(&grid.statistics)),
+        Quantity::Ratio => {
+            let title = if grid.daylight_factor_percent.is_some() { "Daylight factor" } else { "Daylight ratio" };
+            (title, levels(least, greatest), ratios_in_words(&values))
+        }
     };
     let lines = vec![subject.circumstances(), of_grid(subject, grid), result];
     let heading = Heading { title: format!("{title}, {}", subject.name()), lines };
@@ -77,10 +73,7 @@ pub fn difference_figure(
     (other, less): (&Subject, &GridResult),
     wishes: GridWishes,
 ) -> Result<Drawing, OutputError> {
-    let (of_grid_values, of_less, unit) = match wishes.quantity {
-        Quantity::Illuminance => (illuminances(grid), illuminances(less), "lx"),
-        Quantity::Ratio => (ratios(grid), ratios(less), "%"),
-    };
+    let [(of_grid_values, unit), (of_less, _)] = [grid, less].map(|grid| values(grid, wishes.quantity));
     if grid.cells != less.cells {
         let [width, height] = grid.cells;
         return Err(OutputError::Size { values: of_less.len(), width, height, channels: 1 });
@@ -106,12 +99,13 @@ pub fn difference_figure(
     PlanMap { heading, room, grid, scale, unit, levels, numbers }.draw()
 }
 
-fn illuminances(grid: &GridResult) -> Vec<f64> {
-    grid.illuminance_lux.iter().flatten().map(|lux| lux.unwrap_or(f64::NAN)).collect()
-}
-
-fn ratios(grid: &GridResult) -> Vec<f64> {
-    grid.illuminance_ratio_percent.iter().flatten().map(|ratio| ratio.unwrap_or(f64::NAN)).collect()
+/// Returns the values of a grid, not-a-number where there is none, and their unit.
+fn values(grid: &GridResult, quantity: Quantity) -> (Vec<f64>, &'static str) {
+    let (rows, unit) = match quantity {
+        Quantity::Illuminance => (&grid.illuminance_lux, "lx"),
+        Quantity::Ratio => (&grid.illuminance_ratio_percent, "%"),
+    };
+    (rows.iter().flatten().map(|value| value.unwrap_or(f64::NAN)).collect(), unit)
 }
 
 /// Returns the least and the greatest of the finite values; zeros where there are none.
@@ -123,8 +117,7 @@ fn ends(values: &[f64]) -> [f64; 2] {
 }
 
 fn of_grid(subject: &Subject, grid: &GridResult) -> String {
-    let method = subject.grids_method().map_or_else(String::new, |method| format!(" · by {method}"));
-    format!("{}, {} m above the floor{method}", grid.name, grid.height_m)
+    format!("{}, {} m above the floor{}", grid.name, grid.height_m, by(&subject.grids_method))
 }
 
 fn statistics_in_words(statistics: &GridStatistics) -> String {

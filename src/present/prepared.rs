@@ -15,7 +15,7 @@ pub struct Prepared {
     /// Times that each method would take, where a pilot was requested.
     pub(super) predictions: Option<Predictions>,
     /// Description of the job for its figures, made on first use.
-    pub(super) subject: OnceLock<Subject>,
+    pub(super) subject: OnceLock<Arc<Subject>>,
     /// Performance of each tube by itself, for its reports, computed on first use.
     pub(super) performances: Vec<OnceLock<Arc<TubePerformance>>>,
 }
@@ -34,6 +34,13 @@ impl Prepared {
     fn new(job: RenderJob) -> Self {
         let performances = job.scene.tubes.iter().map(|_| OnceLock::new()).collect();
         Self { job, predictions: None, subject: OnceLock::new(), performances }
+    }
+
+    /// Returns the description of the job that figures print.
+    pub fn subject(&self) -> &Arc<Subject> {
+        self.subject.get_or_init(|| {
+            Arc::new(Subject::new(&self.document, &self.plan_json()).foretold(self.predictions.clone()))
+        })
     }
 
     /// Keeps the predictions of a pilot, for the job's results and for the figure of its convergence.

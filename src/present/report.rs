@@ -4,15 +4,17 @@ use serde_json::Value;
 
 use super::grid_figure::{GridWishes, plan_map};
 use super::phrases::{in_words, quantity};
-use super::results::FirstOutputs;
-use super::site_figure::{SiteFacts, longer_section};
-use super::subject::Subject;
+use super::reader::{ResultReader, failed};
+use super::site_figure::longer_section;
 use crate::VERSION;
+use crate::engine::passes::RenderError;
 use crate::figure::plan_map::PlanMap;
 use crate::figure::sheet::{Sheet, SheetFigure, SheetPart};
 use crate::figure::ticks::{duration, short, significant, with_error};
 use crate::figure::{Heading, view_picture};
-use crate::output::OutputError;
+
+/// Name of the file with the report on one sheet.
+pub const REPORT: &str = "report.pdf";
 
 /// Name of the figure that has plan, section and picture side by side, among those of the site.
 pub const OVERVIEW: &str = "overview";
@@ -23,31 +25,34 @@ const CONFIDENCE: f64 = 0.95;
 /// Largest number of rows of a table: a hundred tubes are a list, not a report.
 const MOST_ROWS: usize = 8;
 
-/// Makes the report on a job.
+/// Makes the report on a job with the first of its grids and views, as far as they are computed.
 ///
 /// `job` is the job as the service returns it (document, plan, warnings, `stopped_by`, and the results as far as they are known), `footer`
 /// names the program that made the report.
-pub fn report(subject: &Subject, job: &Value, outputs: &FirstOutputs, footer: String) -> Result<Sheet, OutputError> {
+pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result<Sheet, RenderError> {
+    let (subject, document) = (results.subject(), &job["document"]);
     let mut figures = Vec::new();
-    if let Some(grid) = &outputs.grid {
+    let [grid, view] = ["grids", "views"].map(|outputs| document[outputs][0]["name"].as_str());
+    if let Some(grid) = grid.map_or(Ok(None), |name| results.grid(name))? {
         let heading = Heading::of(format!("{}, {} m above the floor", grid.name, grid.height_m));
-        let map = plan_map(subject, grid, GridWishes::default());
-        let drawing = PlanMap { heading, ..map }.draw()?;
+        let map = plan_map(subject, &grid, GridWishes::default());
+        let drawing = PlanMap { heading, ..map }.draw().map_err(|error| failed(REPORT, error))?;
         figures.push(SheetFigure { name: format!("grids/{}", grid.name), drawing });
     }
-    let facts = SiteFacts::of(job);
-    if let Some((section, drawing)) = longer_section(subject, &facts) {
+    if let Some((section, drawing)) = longer_section(subject, job) {
         figures.push(SheetFigure { name: format!("figures/{}", section.name()), drawing });
     }
-    if let Some((name, picture)) = &outputs.view {
-        let drawing = view_picture::captioned(&Heading::of(name.as_str()), picture.clone(), "");
+    if let Some(name) = view
+        && let Some(picture) = results.picture(name)?
+    {
+        let drawing = view_picture::captioned(&Heading::of(name), picture, "");
         figures.push(SheetFigure { name: format!("views/{name}"), drawing });
     }
     Ok(Sheet {
         title: subject.name().to_owned(),
         lines: vec![subject.circumstances()],
         figures,
-        parts: vec![grids(job), tubes(job), inputs(&job["document"]), method(job), effects(job), notes(job)],
+        parts: vec![grids(job), tubes(job), inputs(document), method(job), effects(job), notes(job)],
         footer,
     })
 }
@@ -151,8 +156,8 @@ fn inputs(document: &Value) -> SheetPart {
     let size: Vec<String> =
         list(&room["size_m"]).iter().filter_map(Value::as_f64).map(|edge| edge.to_string()).collect();
     let mut facts = vec![fact("room", format!("{} m; {}", size.join(" × "), in_words(&room["surfaces"])))];
-    for (name, things) in [("objects", "objects"), ("luminaires", "luminaires")] {
-        let count = list(&room[things]).len();
+    for name in ["objects", "luminaires"] {
+        let count = list(&room[name]).len();
         if count > 0 {
             facts.push(fact(name, count.to_string()));
         }
@@ -198,8 +203,8 @@ fn kinds_of_tubes(tubes: &[Value]) -> Vec<(String, String)> {
 fn method(job: &Value) -> SheetPart {
     let methods = &job["plan"]["methods"];
     let mut facts = Vec::new();
-    for (name, of) in [("grids", "grids"), ("views", "views")] {
-        let method = &methods[of];
+    for name in ["grids", "views"] {
+        let method = &methods[name];
         if let Some(kind) = method["name"].as_str() {
             facts.push(fact(name, format!("{}: {}", kind.replace('_', " "), text(&method["reason"]))));
         }
@@ -250,10 +255,15 @@ fn notes(job: &Value) -> SheetPart {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
     use serde_json::json;
 
     use super::*;
-    use crate::present::subject::tests::document;
+    use crate::present::prepared::prepare;
+    use crate::present::reader::Kept;
+    use crate::present::subject::Subject;
+    use crate::present::subject::tests::{NoMeshes, document};
 
     fn job() -> Value {
         let mut document = document();
@@ -277,7 +287,10 @@ mod tests {
     fn a_report_tells_inputs_method_results_and_errors() {
         let job = job();
         let subject = Subject::new(&job["document"], &job["plan"]);
-        let sheet = report(&subject, &job, &FirstOutputs::default(), "skyduct".to_owned()).unwrap();
+        let prepare = || prepare(b"", &NoMeshes);
+        let nothing =
+            Kept { subject: subject.into(), files: HashMap::new(), tubes: Vec::new(), prepare: Box::new(prepare) };
+        let sheet = report(&nothing, &job, "skyduct".to_owned()).unwrap();
         let said: Vec<String> = sheet
             .parts
             .iter()

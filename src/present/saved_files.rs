@@ -2,21 +2,19 @@
 
 use std::str::FromStr;
 
+use bytes::Bytes;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use serde_json::{Value, json};
 
 use super::convergence_files::convergence_files;
-use super::report::{OVERVIEW, made_by, report};
-use super::results::{GridFormat, Output, TubeFormat, ViewFormat, failed};
-use super::site_figure::{SiteFacts, SiteFigure, site_figure};
+use super::outputs::Output;
+use super::reader::{Estimated, ResultReader, failed};
+use super::report::{OVERVIEW, REPORT, made_by, report};
+use super::site_figure::{SiteFigure, site_figure};
 use crate::engine::passes::{RenderError, Rendered};
 use crate::engine::progress::{PassReport, StoppedBy};
-use crate::estimate::Estimate;
 use crate::figure::{Drawing, FigureFormat};
 use crate::present::prepared::Prepared;
-
-/// Name of the file with the report on one sheet, which is saved with figures as PDF.
-pub const REPORT: &str = "report.pdf";
 
 /// Formats in which figures are saved, written as `svg,png,pdf`, or as `none`. SVG costs a tenth of the others.
 ///
@@ -61,15 +59,8 @@ impl SavedFigures {
     }
 
     /// True if a file of the results is saved: all but figures in formats that are not requested.
-    pub fn has(&self, output: Output) -> bool {
-        match output {
-            Output::Grid(_, GridFormat::Figure(format))
-            | Output::View(_, ViewFormat::FalseColour(format))
-            | Output::Tube(_, TubeFormat::Figure(format)) => self.formats.contains(&format),
-            Output::Grid(_, GridFormat::Json | GridFormat::Csv)
-            | Output::View(_, ViewFormat::Exr | ViewFormat::Tone)
-            | Output::Tube(_, TubeFormat::Json) => true,
-        }
+    pub fn has(&self, output: &Output) -> bool {
+        output.figure().is_none_or(|format| self.formats.contains(&format))
     }
 
     /// True if the report on one sheet is saved.
@@ -81,20 +72,14 @@ impl SavedFigures {
 /// Returns a rendered job as the service would: its document, its plan and its results.
 pub fn results(prepared: &Prepared, Rendered { estimate, spent, stopped_by }: &Rendered) -> Value {
     let status = if *stopped_by == StoppedBy::Cancelled { "cancelled" } else { "succeeded" };
-    let mut results = json!({
-        "document": prepared.document,
-        "status": status,
-        "stopped_by": stopped_by,
-        "plan": prepared.plan_json(),
-        "warnings": prepared.warnings,
-    });
+    let mut results = prepared.summary_json(estimate, *spent, *stopped_by);
+    results["document"] = prepared.document.clone();
+    results["status"] = status.into();
+    results["stopped_by"] = json!(stopped_by);
+    results["plan"] = prepared.plan_json();
+    results["warnings"] = json!(prepared.warnings);
     if let Some(predictions) = &prepared.predictions {
         results["predictions"] = json!(predictions);
-    }
-    if let (Value::Object(results), Value::Object(summary)) =
-        (&mut results, prepared.summary_json(estimate, *spent, *stopped_by))
-    {
-        results.extend(summary);
     }
     results
 }
@@ -102,10 +87,8 @@ pub fn results(prepared: &Prepared, Rendered { estimate, spent, stopped_by }: &R
 /// Job with results, from which its files are made.
 #[derive(Clone, Copy)]
 pub struct Saved<'a> {
-    /// Prepared job.
-    pub prepared: &'a Prepared,
-    /// Estimate of all its passes.
-    pub estimate: &'a Estimate,
+    /// Results of all its passes.
+    pub reader: Estimated<'a>,
     /// Passes that are reported.
     pub passes: &'a [PassReport],
     /// Results as [`results`] returns them.
@@ -114,7 +97,7 @@ pub struct Saved<'a> {
 
 /// Files that are made from one drawing, or a single file.
 enum Part {
-    Result(String, Output),
+    Result(Output),
     Site(SiteFigure),
     Convergence,
     Report,
@@ -126,43 +109,34 @@ impl Saved<'_> {
     where
         E: From<RenderError> + Send,
     {
-        let results = self.prepared.outputs().into_iter().filter(|(_, output)| figures.has(*output));
-        let results = results.map(|(name, output)| Part::Result(name, output));
+        let results = self.reader.prepared.outputs().into_iter().filter(|output| figures.has(output));
+        let results = results.map(Part::Result);
         let site = SiteFigure::of_job(&self.results["document"], self.results).into_iter().map(Part::Site);
-        let facts = SiteFacts::of(self.results);
         // what takes longest first
         let parts: Vec<Part> = site.chain([Part::Report, Part::Convergence]).chain(results).collect();
         parts.into_par_iter().with_max_len(1).try_for_each(|part| {
-            let files = self.make(part, &facts, figures)?;
+            let files = self.make(part, figures)?;
             files.iter().try_for_each(|(name, bytes)| save(name, bytes))
         })
     }
 
-    fn make(
-        &self,
-        part: Part,
-        facts: &SiteFacts,
-        figures: &SavedFigures,
-    ) -> Result<Vec<(String, Vec<u8>)>, RenderError> {
-        let subject = self.prepared.subject();
+    fn make(&self, part: Part, figures: &SavedFigures) -> Result<Vec<(String, Bytes)>, RenderError> {
+        let subject = self.reader.subject();
         Ok(match part {
-            Part::Result(name, output) => {
-                let file = self.prepared.make(name, output, self.estimate)?;
-                vec![(file.name, file.bytes)]
+            Part::Result(output) => {
+                self.reader.file(&output)?.map(|file| (file.name, file.bytes)).into_iter().collect()
             }
-            Part::Site(figure) => match site_figure(figure, subject, facts) {
+            Part::Site(figure) => match site_figure(figure, subject, self.results) {
                 Some(drawing) => drawn(&figure.name(), &drawing, figures)?,
                 None => Vec::new(),
             },
             Part::Convergence => convergence_files(subject, self.passes, figures.formats())?,
             Part::Report => {
-                let outputs = self.prepared.first_outputs(self.estimate);
-                let sheet = outputs.and_then(|outputs| report(subject, self.results, &outputs, made_by(self.results)));
-                let sheet = sheet.map_err(|error| failed(REPORT, error))?;
+                let sheet = report(&self.reader, self.results, made_by(self.results))?;
                 let mut files = drawn(OVERVIEW, &sheet.overview(), figures)?;
                 if figures.has_report() {
                     let pdf = FigureFormat::Pdf.write(&sheet.draw());
-                    files.push((REPORT.to_owned(), pdf.map_err(|error| failed(REPORT, error))?));
+                    files.push((REPORT.to_owned(), pdf.map_err(|error| failed(REPORT, error))?.into()));
                 }
                 files
             }
@@ -171,11 +145,11 @@ impl Saved<'_> {
 }
 
 /// Writes a figure of the job in each format.
-fn drawn(name: &str, drawing: &Drawing, figures: &SavedFigures) -> Result<Vec<(String, Vec<u8>)>, RenderError> {
+fn drawn(name: &str, drawing: &Drawing, figures: &SavedFigures) -> Result<Vec<(String, Bytes)>, RenderError> {
     let written = figures.formats().map(|format| {
         let name = format!("figures/{name}.{}", format.suffix());
         let bytes = format.write(drawing).map_err(|error| failed(&name, error))?;
-        Ok((name, bytes))
+        Ok((name, bytes.into()))
     });
     written.collect()
 }

@@ -53,14 +53,9 @@ impl SiteFigure {
 
     /// Finds the figure with this name.
     pub fn of_name(name: &str) -> Option<Self> {
-        let figure = match name {
-            "sky" => Some(Self::Sky),
-            "section_x" => Some(Self::SectionX),
-            "section_y" => Some(Self::SectionY),
-            _ => name.strip_prefix("lumens_").and_then(|tube| tube.parse().ok()).map(Self::Lumens),
-        };
+        let lumens = name.strip_prefix("lumens_").and_then(|tube| tube.parse().ok()).map(Self::Lumens);
         // a number may be written in several ways, a name not
-        figure.filter(|figure| figure.name() == name)
+        [Self::Sky, Self::SectionX, Self::SectionY].into_iter().chain(lumens).find(|figure| figure.name() == name)
     }
 
     /// Lists the figures that a job has, from its document with defaults filled in and its results so far.
@@ -74,43 +69,32 @@ impl SiteFigure {
     }
 }
 
-/// Results of a job that its figures need.
-pub struct SiteFacts {
-    provenance: Option<Provenance>,
-    tubes: Vec<TubeResult>,
-}
-
-impl SiteFacts {
-    /// Reads them from the results as the service returns them; those that are missing stay empty.
-    pub fn of(results: &Value) -> Self {
-        Self {
-            provenance: Provenance::deserialize(&results["provenance"]).ok(),
-            tubes: Vec::deserialize(&results["tubes"]).unwrap_or_default(),
+/// Draws the figure of a job from its results as the service returns them; `None` where the data that it shows are missing.
+pub fn site_figure(figure: SiteFigure, subject: &Subject, results: &Value) -> Option<Drawing> {
+    let document: &JobDocument = subject.document.as_ref()?;
+    match figure {
+        SiteFigure::Sky => sky_figure(subject, document, &provenance(results)?),
+        SiteFigure::SectionX => Some(section(subject, document, results, DVec2::X, "x").draw()),
+        SiteFigure::SectionY => Some(section(subject, document, results, DVec2::Y, "y").draw()),
+        SiteFigure::Lumens(tube) => {
+            let flux = TubeResult::deserialize(results["tubes"].get(tube)?).ok()?;
+            lumens_figure(subject, tube, &flux)
         }
     }
 }
 
-/// Draws the figure of a job; `None` where the data that it shows are missing.
-pub fn site_figure(figure: SiteFigure, subject: &Subject, facts: &SiteFacts) -> Option<Drawing> {
-    let document: &JobDocument = subject.document.as_ref()?;
-    let provenance = facts.provenance.as_ref();
-    match figure {
-        SiteFigure::Sky => sky_figure(subject, document, provenance?),
-        SiteFigure::SectionX => Some(section(subject, document, provenance, DVec2::X, "x").draw()),
-        SiteFigure::SectionY => Some(section(subject, document, provenance, DVec2::Y, "y").draw()),
-        SiteFigure::Lumens(tube) => lumens_figure(subject, tube, facts.tubes.get(tube)?),
-    }
+fn provenance(results: &Value) -> Option<Provenance> {
+    Provenance::deserialize(&results["provenance"]).ok()
 }
 
 /// Draws the section along the longer side of the room, which shows more, with the name of its axis alone above it.
-pub fn longer_section(subject: &Subject, facts: &SiteFacts) -> Option<(SiteFigure, Drawing)> {
+pub fn longer_section(subject: &Subject, results: &Value) -> Option<(SiteFigure, Drawing)> {
     let document: &JobDocument = subject.document.as_ref()?;
     let [width, depth, _] = document.room.size_m;
     let (figure, along, across) =
         if depth > width { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
     let heading = Heading::of(format!("Section along {across}"));
-    let section = section(subject, document, facts.provenance.as_ref(), along, across);
-    Some((figure, Section { heading, ..section }.draw()))
+    Some((figure, Section { heading, ..section(subject, document, results, along, across) }.draw()))
 }
 
 fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Drawing> {
@@ -173,15 +157,9 @@ fn path(document: &JobDocument) -> Vec<SunAt> {
 }
 
 /// Builds the section along a horizontal direction of the room, with all tubes and objects drawn into its plane.
-fn section(
-    subject: &Subject,
-    document: &JobDocument,
-    provenance: Option<&Provenance>,
-    along: DVec2,
-    across: &'static str,
-) -> Section {
+fn section(subject: &Subject, document: &JobDocument, results: &Value, along: DVec2, across: &'static str) -> Section {
     let [width, depth, height] = document.room.size_m;
-    let sun = provenance.and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
+    let sun = provenance(results).and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
     let toward_sun = sun.map(|sun| {
         let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
         direction(sun.altitude_deg.to_radians(), azimuth)
@@ -259,20 +237,20 @@ mod tests {
     use crate::present::prepared::prepare;
     use crate::present::subject::tests::{NoMeshes, document};
 
-    fn facts() -> SiteFacts {
+    fn results() -> Value {
         let prepared = prepare(document().to_string().as_bytes(), &NoMeshes).unwrap();
         let flux = |flux_lm: f64| json!({ "flux_lm": flux_lm, "standard_error_lm": 2.0 });
-        SiteFacts::of(&json!({
+        json!({
             "provenance": prepared.provenance,
             "tubes": [{ "at_collector": flux(6000.0), "at_diffuser": flux(4800.0), "into_room": flux(2884.0),
                         "transmission_efficiency": 0.481 }]
-        }))
+        })
     }
 
     #[test]
     fn a_job_has_a_sky_with_the_path_of_its_day_sections_and_lumens() {
         let subject = Subject::new(&document(), &json!(null));
-        let drawn = |figure| site_figure(figure, &subject, &facts()).unwrap();
+        let drawn = |figure| site_figure(figure, &subject, &results()).unwrap();
         let sky = drawn(SiteFigure::Sky);
         let texts: Vec<&str> = sky.texts().collect();
         assert!(texts.contains(&"Sky, bath") && texts.contains(&"12") && texts.contains(&"15"), "{texts:?}");
@@ -284,7 +262,7 @@ mod tests {
         );
         assert!(drawn(SiteFigure::SectionY).texts().any(|text| text == "y in metres"));
         assert!(drawn(SiteFigure::Lumens(0)).texts().any(|text| text == "lost in the diffuser: 1920 lm, 32 %"));
-        assert!(site_figure(SiteFigure::Lumens(1), &subject, &facts()).is_none());
+        assert!(site_figure(SiteFigure::Lumens(1), &subject, &results()).is_none());
     }
 
     #[test]
@@ -298,6 +276,6 @@ mod tests {
         let known = SiteFigure::of_job(&json!({ "room": {} }), &json!({ "tubes": [{ "at_collector": null }] }));
         assert_eq!(known, [SiteFigure::SectionX, SiteFigure::SectionY]);
         let unknown = Subject::new(&json!(null), &json!(null));
-        assert!(site_figure(SiteFigure::SectionX, &unknown, &facts()).is_none());
+        assert!(site_figure(SiteFigure::SectionX, &unknown, &results()).is_none());
     }
 }

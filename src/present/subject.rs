@@ -17,17 +17,20 @@ pub struct Subject {
     pub document: Option<ValidJob>,
     /// Times that each method would take, where a pilot was requested before the job ran.
     pub predictions: Option<Predictions>,
-    grids: Option<String>,
-    views: Option<String>,
+    /// Method of the grids, in words.
+    pub grids_method: Option<String>,
+    /// Method of the views, in words.
+    pub views_method: Option<String>,
 }
 
 impl Subject {
     /// Reads a document with its defaults filled in and its plan, both as the service returns them.
     pub fn new(document: &Value, plan: &Value) -> Self {
         let methods = PlanResult::deserialize(plan).ok().map(|plan| plan.methods);
-        let grids = methods.as_ref().and_then(|methods| Some(in_words(&methods.grids.as_ref()?.name)));
-        let views = methods.as_ref().and_then(|methods| Some(in_words(&methods.views.as_ref()?.name)));
-        Self { document: JobDocument::from_value(document.clone()).ok(), predictions: None, grids, views }
+        let [grids_method, views_method] = methods.map_or([None, None], |methods| [methods.grids, methods.views]);
+        let [grids_method, views_method] =
+            [grids_method, views_method].map(|method| method.map(|method| in_words(&method.name)));
+        Self { document: JobDocument::from_value(document.clone()).ok(), predictions: None, grids_method, views_method }
     }
 
     /// Adds the times that were predicted for the job.
@@ -55,16 +58,11 @@ impl Subject {
         ];
         pieces.into_iter().flatten().collect::<Vec<_>>().join(SEPARATOR)
     }
+}
 
-    /// Returns the method of the grids, in words.
-    pub fn grids_method(&self) -> Option<&str> {
-        self.grids.as_deref()
-    }
-
-    /// Returns the method of the views, in words.
-    pub fn views_method(&self) -> Option<&str> {
-        self.views.as_deref()
-    }
+/// Names the method after something that it computed; returns no text where it is not known.
+pub fn by(method: &Option<String>) -> String {
+    method.as_ref().map_or_else(String::new, |method| format!("{SEPARATOR}by {method}"))
 }
 
 fn in_words(name: &str) -> String {
@@ -137,7 +135,7 @@ pub(crate) mod tests {
             json!({ "effects": [], "guides": [], "methods": { "grids": method("light_tracing"), "views": null } });
         let subject = Subject::new(&document, &plan);
         assert_eq!(subject.name(), "bath");
-        assert_eq!((subject.grids_method(), subject.views_method()), (Some("light tracing"), None));
+        assert_eq!((subject.grids_method.as_deref(), &subject.views_method), (Some("light tracing"), &None));
         let words = subject.circumstances();
         assert!(words.starts_with("55.68° N, 12.57° W · 2026-03-21 12:00 +01:00 · "), "{words}");
         assert!(words.ends_with("(CIE type 12)"), "{words}");

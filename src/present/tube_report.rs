@@ -2,38 +2,15 @@
 
 use std::sync::Arc;
 
-use super::results::{TubeFormat, failed};
-use super::tube_figure::tube_figure;
 use super::tube_performance::{ERROR_OF_REPORTS, LARGEST_ERROR, TubePerformance};
 use crate::document::result::TubeResult;
 use crate::document::result::number::coverage_factor;
 use crate::document::result::tube_report::TubeReport;
-use crate::engine::passes::RenderError;
 use crate::guide::performance::REPLICATES;
 use crate::present::prepared::Prepared;
 use crate::statistics::interval::two_sided_normal_quantile;
 
 impl Prepared {
-    /// Makes the report on a tube as a file; `flux`: the fluxes that the passes estimate.
-    pub(super) fn tube_file(
-        &self,
-        name: &str,
-        tube: usize,
-        format: TubeFormat,
-        flux: TubeResult,
-    ) -> Result<(&'static str, Vec<u8>), RenderError> {
-        let report = self.tube_report(tube, flux);
-        Ok(match format {
-            TubeFormat::Json => {
-                ("application/json", serde_json::to_vec_pretty(&report).map_err(|error| failed(name, error))?)
-            }
-            TubeFormat::Figure(format) => {
-                let written = format.write(&tube_figure(self.subject(), &report));
-                (format.media_type(), written.map_err(|error| failed(name, error))?)
-            }
-        })
-    }
-
     /// Computes the parts of tube reports and figures that do not depend on the passes, so that writing the files need not: for a thread of
     /// its own.
     pub fn look_ahead(&self) {
@@ -50,7 +27,8 @@ impl Prepared {
         self.performances[tube].get_or_init(of_process).clone()
     }
 
-    fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
+    /// Makes the report on a tube; `flux`: the fluxes that the passes estimate.
+    pub(super) fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
         let performance = self.performance_of(tube);
         TubeReport {
             coverage_factor: coverage_factor(REPLICATES as f64, false),

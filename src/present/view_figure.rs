@@ -1,6 +1,6 @@
 //! Figures of a view: luminance in false colours on a scale for the room's surfaces, and tone-mapped pictures with their exposure.
 
-use super::subject::Subject;
+use super::subject::{Subject, by};
 use crate::figure::axes::Spacing;
 use crate::figure::scale::{ColourScale, Palette};
 use crate::figure::ticks::significant;
@@ -92,8 +92,7 @@ pub fn captioned_figure(
 }
 
 fn of_view(subject: &Subject, name: &str) -> String {
-    let method = subject.views_method().map_or_else(String::new, |method| format!(" · by {method}"));
-    format!("{name}{method}")
+    format!("{name}{}", by(&subject.views_method))
 }
 
 #[cfg(test)]

@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use bytes::Bytes;
 use tokio::sync::oneshot;
 use uuid::Uuid;
 
 use crate::estimate::Estimate;
 use crate::present::prepared::Prepared;
+use crate::present::reader::{Estimated, MadeFiles};
 
 /// Largest number of prepared jobs that wait for the worker in memory, and their largest size in bytes together (estimated).
 const MOST_WAITING: usize = 64;
@@ -31,22 +31,16 @@ pub struct LiveJob {
 struct Shown {
     /// True once no further estimate comes.
     ended: bool,
-    waiting: Vec<oneshot::Sender<Arc<Estimate>>>,
+    waiting: Vec<oneshot::Sender<Arc<LiveEstimate>>>,
     /// Estimate of all passes so far, if a reader waited for the last one.
-    newest: Option<Newest>,
+    newest: Option<Arc<LiveEstimate>>,
 }
 
-struct Newest {
-    estimate: Arc<Estimate>,
-    /// Files that were made from the estimate, by name.
-    files: HashMap<String, MadeFile>,
-}
-
-/// File made for readers.
-#[derive(Clone)]
-pub struct MadeFile {
-    pub media_type: &'static str,
-    pub bytes: Bytes,
+/// Estimate of a running job after one of its passes, with the files that were made of it for readers.
+pub struct LiveEstimate {
+    prepared: Arc<Prepared>,
+    pub estimate: Estimate,
+    made: MadeFiles,
 }
 
 impl LiveJobs {
@@ -94,11 +88,11 @@ impl LiveJobs {
 impl LiveJob {
     /// Returns the estimate after the last pass, or, when there is no copy of that, waits for the one after the pass that runs now; `None`
     /// when the job ends before.
-    pub async fn newest_estimate(&self) -> Option<Arc<Estimate>> {
+    pub async fn newest_estimate(&self) -> Option<Arc<LiveEstimate>> {
         let receiver = {
             let mut shown = lock(&self.shown);
             if let Some(newest) = &shown.newest {
-                return Some(newest.estimate.clone());
+                return Some(newest.clone());
             }
             if shown.ended {
                 return None;
@@ -120,27 +114,20 @@ impl LiveJob {
         if waiting.iter().all(oneshot::Sender::is_closed) {
             return;
         }
-        let estimate = Arc::new(so_far.clone());
-        lock(&self.shown).newest = Some(Newest { estimate: estimate.clone(), files: HashMap::new() });
+        let (prepared, made) = (self.prepared.clone(), MadeFiles::new(usize::MAX));
+        let estimate = Arc::new(LiveEstimate { prepared, estimate: so_far.clone(), made });
+        lock(&self.shown).newest = Some(estimate.clone());
         for sender in waiting {
             // an error means that the reader has gone away
             let _ = sender.send(estimate.clone());
         }
     }
+}
 
-    /// Returns the file that another reader had made of `estimate`, if there is one.
-    pub fn made(&self, estimate: &Estimate, name: &str) -> Option<MadeFile> {
-        let shown = lock(&self.shown);
-        let newest = shown.newest.as_ref().filter(|newest| newest.estimate.passes == estimate.passes)?;
-        newest.files.get(name).cloned()
-    }
-
-    /// Keeps a file made of `estimate` for other readers, until the next pass.
-    pub fn keep(&self, estimate: &Estimate, name: &str, file: MadeFile) {
-        let mut shown = lock(&self.shown);
-        if let Some(newest) = shown.newest.as_mut().filter(|newest| newest.estimate.passes == estimate.passes) {
-            newest.files.insert(name.to_owned(), file);
-        }
+impl LiveEstimate {
+    /// Returns the results so far.
+    pub fn results(&self) -> Estimated<'_> {
+        Estimated { made: Some(&self.made), ..self.prepared.results(&self.estimate) }
     }
 }
 

@@ -19,6 +19,7 @@ use skyduct::integrator::room_matrix::PATCHES;
 use skyduct::integrator::two_stage::{Settings, TwoStage};
 use skyduct::optics::{Diffuser, DiffuserZone, MeasuredDiffuser, Surface};
 use skyduct::present::prepared::{Prepared, prepare_document};
+use skyduct::present::reader::ResultReader as _;
 use skyduct::sampling::Key;
 use skyduct::scene::EstimateKind::{self, CellAverage, Point};
 use skyduct::scene::{BoxObject, Grid, Scene};
@@ -314,10 +315,7 @@ fn documents_ask_for_responses_of_parts() {
     let job = prepared(|document| document["stop"] = json!({ "relative_error": 0.05 })).unwrap();
     assert_eq!(job.plan.methods.names(), ["two_stage"]);
     let estimate = render(&job);
-    let file = |name: &str| -> Value {
-        serde_json::from_slice(&job.result_file(name, &estimate).unwrap().unwrap().bytes).unwrap()
-    };
-    let grid = file("grids/floor.json");
+    let grid = json!(job.results(&estimate).grid("floor").unwrap().unwrap());
     let lit = |patch: usize| grid["responses"][patch]["lux_per_lumen"][4][4].as_f64().unwrap();
     assert!(lit(0) > 0.0 && lit(PATCHES - 1) == 0.0);
     let flux = &estimate.tubes[0];

@@ -9,6 +9,7 @@ use skyduct::engine::spent::Spent;
 use skyduct::estimate::Estimate;
 use skyduct::estimate::residual::Residuals;
 use skyduct::present::prepared::{Prepared, prepare_document};
+use skyduct::present::reader::ResultReader as _;
 
 use crate::documents::Folder;
 use crate::judge::{Measured, compare, each};
@@ -49,8 +50,7 @@ fn prepared(document: &Value) -> Prepared {
 }
 
 fn grid(prepared: &Prepared, estimate: &Estimate) -> Value {
-    let file = prepared.result_file("grids/g.json", estimate).unwrap().unwrap();
-    serde_json::from_slice(&file.bytes).unwrap()
+    json!(prepared.results(estimate).grid("g").unwrap().unwrap())
 }
 
 fn rendered(document: &Value) -> Value {

@@ -5,7 +5,9 @@ use crate::schema::DESCRIPTION;
 use serde_json::{Value, json};
 use skyduct::engine::progress::StoppedBy;
 use skyduct::engine::spent::Spent;
+use skyduct::present::outputs::{Format, Output};
 use skyduct::present::prepared::Prepared;
+use skyduct::present::reader::ResultReader as _;
 
 /// Two equal tubes, a longer one, a grid and a small view.
 fn three_tubes() -> Prepared {
@@ -41,21 +43,29 @@ fn results_have_what_their_method_says_that_it_knows() {
 }
 
 #[test]
-fn a_file_that_is_asked_for_by_name_is_the_one_among_all() {
+fn a_file_that_is_asked_for_alone_is_the_one_among_all() {
     let prepared = three_tubes();
     let merged = first_passes(&prepared, 8);
-    let all = prepared.result_files(&merged).unwrap();
-    let names: Vec<_> = all.iter().map(|file| file.name.clone()).collect();
-    assert_eq!(names, prepared.result_names());
+    let results = prepared.results(&merged);
+    let (outputs, all) = (prepared.outputs(), results.files(|_| true).unwrap());
     // of the grid JSON, CSV and a figure in three formats; of the view EXR, PNG and a figure; of each tube JSON and a figure
-    assert_eq!(names.len(), 5 + 5 + 3 * 4, "{names:?}");
-    for file in &all {
-        let alone = prepared.result_file(&file.name, &merged).unwrap().unwrap();
+    assert_eq!((outputs.len(), all.len()), (5 + 5 + 3 * 4, outputs.len()), "{outputs:?}");
+    for (output, file) in outputs.iter().zip(&all) {
+        let alone = results.file(output).unwrap().unwrap();
         assert!(!alone.bytes.is_empty() && alone.bytes == file.bytes, "{}", file.name);
-        assert_eq!(alone.media_type, file.media_type);
+        assert_eq!((alone.name, alone.media_type), (output.file(), file.media_type));
     }
-    for name in ["grids/none.json", "views/room.gif", "tubes/3.json", "tubes/-1.json", "tubes/00.json", "", "room"] {
-        assert!(prepared.result_file(name, &merged).unwrap().is_none(), "{name}");
+    let [none, room] = ["none", "room"].map(str::to_owned);
+    for output in [
+        Output::Grid(none.clone(), Format::Json),
+        Output::Grid("floor".to_owned(), Format::Exr),
+        Output::View(none, Format::Png),
+        Output::View(room.clone(), Format::Svg),
+        Output::FalseColours(room, Format::Csv),
+        Output::Tube(3, Format::Json),
+        Output::Tube(0, Format::Csv),
+    ] {
+        assert!(results.file(&output).unwrap().is_none(), "{output:?}");
     }
 }
 
@@ -65,8 +75,7 @@ fn equal_tubes_have_equal_reports_and_others_do_not() {
     let prepared = three_tubes();
     let merged = first_passes(&prepared, 8);
     let reports = [0, 1, 2].map(|tube| {
-        let file = prepared.result_file(&format!("tubes/{tube}.json"), &merged).unwrap().unwrap();
-        let mut report: Value = serde_json::from_slice(&file.bytes).unwrap();
+        let mut report = json!(prepared.results(&merged).tube(tube).unwrap().unwrap());
         assert_eq!(report["tube"], tube);
         report["tube"] = Value::Null;
         assert!(report["flux"].take()["into_room"]["flux_lm"].as_f64().unwrap() > 0.0);
@@ -77,8 +86,7 @@ fn equal_tubes_have_equal_reports_and_others_do_not() {
         assert_ne!(reports[0][part], reports[2][part], "{part}");
     }
     let other_sky = prepare("S1", |document| document["sky"]["cie_type"] = json!(5));
-    let file = other_sky.result_file("tubes/0.json", &first_passes(&other_sky, 8)).unwrap().unwrap();
-    let report: Value = serde_json::from_slice(&file.bytes).unwrap();
+    let report = json!(other_sky.results(&first_passes(&other_sky, 8)).tube(0).unwrap().unwrap());
     assert_ne!(report["sky"], reports[0]["sky"]);
 }
 

@@ -15,6 +15,7 @@ use skyduct::integrator::room_matrix::PATCHES;
 use skyduct::integrator::two_stage::{Settings, TwoStage};
 use skyduct::optics::Surface;
 use skyduct::present::prepared::{Prepared, prepare_document};
+use skyduct::present::reader::ResultReader as _;
 use skyduct::sampling::Key;
 use skyduct::scene::{BoxObject, EstimateKind, Face, Scene};
 
@@ -248,8 +249,7 @@ fn documents_ask_for_responses() {
     let job = prepared(|document| document["stop"] = json!({ "relative_error": 0.02 })).unwrap();
     assert_eq!(job.plan.methods.names(), ["two_stage"]);
     let estimate = crate::documents::render(&job);
-    let grid: Value =
-        serde_json::from_slice(&job.result_file("grids/floor.json", &estimate).unwrap().unwrap().bytes).unwrap();
+    let grid = json!(job.results(&estimate).grid("floor").unwrap().unwrap());
     let responses = grid["responses"].as_array().unwrap();
     assert_eq!(responses.len(), PATCHES);
     for (number, response) in responses.iter().enumerate() {

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use skyduct::document::{JobDocument, WarningCode};
 use skyduct::optics::Surface;
 use skyduct::present::prepared::{Prepared, prepare_document};
+use skyduct::present::reader::ResultReader as _;
 use skyduct::scene::{BoxObject, EstimateKind, Grid};
 use skyduct::traceable::{RoomObject, Taken};
 
@@ -84,7 +85,7 @@ fn half_covered(estimate: &str, cells: [usize; 2]) -> Prepared {
 
 fn result(prepared: &Prepared) -> Value {
     let merged = first_passes(prepared, 8);
-    serde_json::from_slice(&prepared.result_file("grids/g.json", &merged).unwrap().unwrap().bytes).unwrap()
+    json!(prepared.results(&merged).grid("g").unwrap().unwrap())
 }
 
 #[test]

@@ -12,7 +12,7 @@ use crate::engine::convergence::{PREVIEW_PASSES, is_kept};
 use crate::engine::passes::{RenderError, SoFar};
 use crate::engine::progress::{PassReport, Progress, StoppedBy};
 use crate::predict::forecast::Forecast;
-use crate::present::results::ResultFile;
+use crate::present::reader::ResultFile;
 use crate::queue::events::Pass;
 
 /// Render time after which the first passes of a job are committed, and after which later ones are, and other jobs have their turn: about
@@ -111,7 +111,7 @@ fn finish(current: &mut Current, stopped_by: StoppedBy) -> Result<Ended, RenderE
     if current.merged.passes == 0 {
         return Ok(Ended::Finish { stopped_by, summary: None, files: Vec::new(), last_pass: None });
     }
-    let files = current.prepared.kept_files(&current.merged)?;
+    let files = current.prepared.results(&current.merged).kept_files()?;
     let summary = current.prepared.summary_json(&current.merged, current.spent, stopped_by);
     let report = current.prepared.report(&current.merged, current.spent);
     let forecast = current.forecaster.after(&report, None);

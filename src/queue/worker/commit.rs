@@ -61,8 +61,7 @@ impl Commits {
             Ended::Finish { stopped_by, summary, files, last_pass } => {
                 let reason = current.prepared.no_results(stopped_by, &current.merged);
                 let problem = reason.map(|detail| JobProblem { title: "The job ran out of time".into(), detail });
-                let files: Vec<_> =
-                    files.into_iter().map(|file| (file.name, file.media_type, Bytes::from(file.bytes))).collect();
+                let files: Vec<_> = files.into_iter().map(|file| (file.name, file.media_type, file.bytes)).collect();
                 let (in_store, in_files) = if are_small(&files) { (files, Vec::new()) } else { (Vec::new(), files) };
                 let mut artifacts = self.put_all(lease, &in_files, &mut reports).await?;
                 let kept = |(name, media_type, bytes)| Artifact::in_store(name, media_type, bytes);

@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use super::commit::{Commits, retry};
 use super::interrupted::Interrupted;
-use crate::present::results::progress_image;
+use crate::present::outputs::progress_image;
 use crate::queue::artifacts::ArtifactError;
 use crate::queue::events::{EventData, Image, Pass};
 use crate::queue::store::*;

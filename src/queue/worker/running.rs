@@ -13,7 +13,7 @@ use super::kept::Current;
 use super::pool::RenderPool;
 use super::reports::{REPORT_DELAY, Reports};
 use crate::engine::cancel::{Stop, StopReason, deadline};
-use crate::present::results::progress_image;
+use crate::present::outputs::progress_image;
 use crate::queue::store::*;
 
 const HEARTBEAT: Duration = Duration::from_secs(15);

@@ -12,6 +12,7 @@ use super::settings::Settings;
 use crate::page::{ReportError, Section, Table};
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::passes::RenderError;
+use skyduct::present::outputs::{Format, Output};
 use skyduct::present::saved_files::{Saved, SavedFigures, results};
 
 /// Job of a table, to be measured in a process of its own.
@@ -68,14 +69,13 @@ pub fn measure(document: Value, meshes: &Path) -> Result<Parts, ReportError> {
         return Err(ReportError::Case(reason));
     }
     // the reports on a tube are computed for the first file that needs them
-    let tubes =
-        prepared.result_names().into_iter().filter(|name| name.starts_with("tubes/") && name.ends_with(".json"));
+    let reader = prepared.results(estimate);
     let (reports, of_reports) =
-        processor_seconds(|| tubes.map(|name| prepared.result_file(&name, estimate)).collect::<Result<Vec<_>, _>>());
+        processor_seconds(|| reader.files(|output| matches!(output, Output::Tube(_, Format::Json))));
     reports?;
     let figures = SavedFigures::USUAL.parse().map_err(ReportError::Case)?;
     let (files, of_files) = processor_seconds(|| {
-        let saved = Saved { prepared: &prepared, estimate, passes: &passes, results: &results(&prepared, &rendered) };
+        let saved = Saved { reader, passes: &passes, results: &results(&prepared, &rendered) };
         saved.files(&figures, |_, _| Ok::<(), RenderError>(()))
     });
     files?;

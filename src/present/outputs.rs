@@ -1,0 +1,154 @@
+//! Files of a job's results: what each shows, its format, and its name.
+
+use serde::Deserialize;
+use utoipa::ToSchema;
+
+use crate::figure::FigureFormat;
+use crate::figure::paint::Scale;
+
+/// Format of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    /// Numbers with their names.
+    Json,
+    /// Table.
+    Csv,
+    /// Pixels.
+    Png,
+    /// Vector graphics, for web pages.
+    Svg,
+    /// Vector graphics, for print.
+    Pdf,
+    /// Pixels with all digits.
+    #[serde(skip)]
+    Exr,
+    /// Web page.
+    #[serde(skip)]
+    Html,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 7] = [Self::Json, Self::Csv, Self::Png, Self::Svg, Self::Pdf, Self::Exr, Self::Html];
+
+    /// Returns the extension of a file's name, without the dot.
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Self::Json => "json",
+            Self::Csv => "csv",
+            Self::Png => "png",
+            Self::Svg => "svg",
+            Self::Pdf => "pdf",
+            Self::Exr => "exr",
+            Self::Html => "html",
+        }
+    }
+
+    /// Returns the media type without parameters.
+    pub fn media_type(self) -> &'static str {
+        match self {
+            Self::Json => "application/json",
+            Self::Csv => "text/csv",
+            Self::Png => "image/png",
+            Self::Svg => "image/svg+xml",
+            Self::Pdf => "application/pdf",
+            Self::Exr => "image/x-exr",
+            Self::Html => "text/html",
+        }
+    }
+
+    /// Returns the format of a figure, for PNG with this scale; `None` for formats that are none of a figure.
+    pub fn of_figure(self, scale: Scale) -> Option<FigureFormat> {
+        match self {
+            Self::Svg => Some(FigureFormat::Svg),
+            Self::Png => Some(FigureFormat::Png(scale)),
+            Self::Pdf => Some(FigureFormat::Pdf),
+            Self::Json | Self::Csv | Self::Exr | Self::Html => None,
+        }
+    }
+}
+
+/// File of the results of a job. Grids and views have names, tubes numbers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// Grid as JSON, as a table, or as a map over the plan of the room.
+    Grid(String, Format),
+    /// View as EXR, or tone-mapped as PNG.
+    View(String, Format),
+    /// View in false colours.
+    FalseColours(String, Format),
+    /// Report on a tube as JSON, or its transmission against the sun's altitude.
+    Tube(usize, Format),
+}
+
+impl Output {
+    /// Returns the name of the file, e.g. `grids/workplane.json`.
+    pub fn file(&self) -> String {
+        let suffix = self.format().suffix();
+        match self {
+            Self::Grid(name, _) => format!("grids/{name}.{suffix}"),
+            Self::View(name, _) => format!("views/{name}.{suffix}"),
+            // a folder of its own: a view may be called `a.false_colour`
+            Self::FalseColours(name, _) => format!("false_colours/{name}.{suffix}"),
+            Self::Tube(number, _) => format!("tubes/{number}.{suffix}"),
+        }
+    }
+
+    /// Returns the format of the file.
+    pub fn format(&self) -> Format {
+        let (Self::Grid(_, format) | Self::View(_, format) | Self::FalseColours(_, format) | Self::Tube(_, format)) =
+            self;
+        *format
+    }
+
+    /// Returns the format of the figure in the file; `None` where it has numbers, or the picture of a view alone.
+    pub fn figure(&self) -> Option<FigureFormat> {
+        if matches!(self, Self::View(..)) { None } else { self.format().of_figure(Scale::Single) }
+    }
+}
+
+/// Lists the files of a job's results: of its grids and views, by their names, and of `tubes` tubes. The service serves these files,
+/// `render` writes them and `submit` fetches them.
+pub fn result_outputs<'a>(
+    grids: impl IntoIterator<Item = &'a str>,
+    views: impl IntoIterator<Item = &'a str>,
+    tubes: usize,
+) -> Vec<Output> {
+    use Format::{Csv, Exr, Json, Pdf, Png, Svg};
+    let grids = grids.into_iter();
+    let grids = grids.flat_map(|name| [Json, Csv, Svg, Png, Pdf].map(|format| Output::Grid(name.to_owned(), format)));
+    let views = views.into_iter().flat_map(|name| {
+        let pictures = [Exr, Png].map(|format| Output::View(name.to_owned(), format));
+        pictures.into_iter().chain([Svg, Png, Pdf].map(|format| Output::FalseColours(name.to_owned(), format)))
+    });
+    let tubes = (0..tubes).flat_map(|tube| [Json, Svg, Png, Pdf].map(|format| Output::Tube(tube, format)));
+    grids.chain(views).chain(tubes).collect()
+}
+
+/// Returns the name of the file that shows a view after some of its passes.
+pub fn progress_image(view: &str, passes: u64) -> String {
+    // a folder of its own: a view may be called `a.pass16`
+    format!("progress/{view}.pass{passes}.png")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn no_two_outputs_have_one_file() {
+        let views = ["a", "a.false_colour", "a.pass16", "a.png", "false_colours"];
+        let outputs = result_outputs(["a", "a.json", "a.png"], views, 2);
+        let mut files: Vec<String> = outputs.iter().map(Output::file).collect();
+        files.extend(views.iter().flat_map(|view| [1, 16].map(|passes| progress_image(view, passes))));
+        let distinct: BTreeSet<&String> = files.iter().collect();
+        assert_eq!(distinct.len(), files.len(), "{files:?}");
+        // a file is no folder of another one
+        for file in &files {
+            assert!(!files.iter().any(|other| other.starts_with(&format!("{file}/"))), "{file}");
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! Results of a job as typed tables and pictures, and the files that are written from them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use super::cache::Cache;
+use super::grid_figure::{GridWishes, grid_figure};
+use super::outputs::{Format, Output, result_outputs};
+use super::subject::Subject;
+use super::tube_figure::tube_figure;
+use super::view_figure::{ViewWishes, false_colour_figure};
+use crate::VERSION;
+use crate::document::DocumentErrors;
+use crate::document::result::tube_report::TubeReport;
+use crate::document::result::{GridResult, TubeResult};
+use crate::engine::passes::RenderError;
+use crate::engine::prepare::RenderJob;
+use crate::estimate::{Estimate, FilmEstimate};
+use crate::figure::{Drawing, FigureFormat};
+use crate::output::exr::{self, ViewImage};
+use crate::output::{OutputError, Raster, csv, png};
+use crate::plan::EffectKind;
+use crate::present::prepared::Prepared;
+use crate::scene::{TubeShape, View};
+
+/// File of the results.
+#[derive(Clone)]
+pub struct ResultFile {
+    /// Name, e.g. `grids/workplane.json`.
+    pub name: String,
+    /// Media type without parameters.
+    pub media_type: &'static str,
+    /// Content.
+    pub bytes: Bytes,
+}
+
+/// Result of a job, or `None` where the job has no such output, or has not computed it yet.
+pub type Found<T> = Result<Option<T>, RenderError>;
+
+/// Results of one job. They come from an estimate or from the files that a job keeps, with equal numbers.
+pub trait ResultReader {
+    /// Returns the description of the job that figures print.
+    fn subject(&self) -> &Arc<Subject>;
+
+    /// Returns the grid with this name.
+    fn grid(&self, name: &str) -> Found<GridResult>;
+
+    /// Returns the view with this name; its mask of sources may be empty.
+    fn view(&self, name: &str) -> Found<ViewImage>;
+
+    /// Returns the view with this name and its mask of sources, which takes some time to find.
+    fn view_with_sources(&self, name: &str) -> Found<ViewImage>;
+
+    /// Returns the tone-mapped picture of the view with this name.
+    fn picture(&self, name: &str) -> Found<Raster>;
+
+    /// Returns the report on a tube.
+    fn tube(&self, number: usize) -> Found<TubeReport>;
+
+    /// Makes a file; its figures are drawn without options.
+    fn file(&self, output: &Output) -> Found<ResultFile> {
+        written(self, output)
+    }
+}
+
+/// Writes a file from the results that a reader gives.
+fn written(reader: &(impl ResultReader + ?Sized), output: &Output) -> Found<ResultFile> {
+    let name = output.file();
+    let failed = |error: OutputError| failed(&name, error);
+    let drawn = |format: FigureFormat, drawing: Result<Drawing, OutputError>| {
+        drawing.and_then(|drawing| format.write(&drawing)).map_err(failed)
+    };
+    let bytes = match (output, output.figure()) {
+        (Output::Grid(grid, Format::Json), _) => reader.grid(grid)?.map(|grid| json(&name, &grid)),
+        (Output::Grid(grid, Format::Csv), _) => reader.grid(grid)?.map(|grid| Ok(grid_csv(&grid))),
+        (Output::Grid(grid, _), Some(figure)) => {
+            let draw = |grid| drawn(figure, grid_figure(reader.subject(), &grid, GridWishes::default()));
+            reader.grid(grid)?.map(draw)
+        }
+        (Output::View(view, Format::Exr), _) => {
+            reader.view_with_sources(view)?.map(|image| exr::encode(&image).map_err(failed))
+        }
+        (Output::View(view, Format::Png), _) => {
+            reader.picture(view)?.map(|picture| png::encode(&picture).map_err(failed))
+        }
+        (Output::FalseColours(view, _), Some(figure)) => reader.view_with_sources(view)?.map(|image| {
+            let seen = image.smoothed().seen();
+            drawn(figure, false_colour_figure(reader.subject(), view, &seen, ViewWishes::default()))
+        }),
+        (Output::Tube(tube, Format::Json), _) => reader.tube(*tube)?.map(|report| json(&name, &report)),
+        (Output::Tube(tube, _), Some(figure)) => {
+            reader.tube(*tube)?.map(|report| drawn(figure, Ok(tube_figure(reader.subject(), &report))))
+        }
+        _ => None,
+    };
+    let file = |bytes: Vec<u8>| ResultFile {
+        media_type: output.format().media_type(),
+        bytes: bytes.into(),
+        name: output.file(),
+    };
+    Ok(bytes.transpose()?.map(file))
+}
+
+/// Files that were made of an estimate, by name, for several readers.
+pub type MadeFiles = Cache<String, Found<ResultFile>>;
+
+/// Results of a prepared job from an estimate of its passes.
+#[derive(Clone, Copy)]
+pub struct Estimated<'a> {
+    /// Prepared job.
+    pub prepared: &'a Prepared,
+    /// Estimate of all passes so far.
+    pub estimate: &'a Estimate,
+    /// Files that were made of the estimate before; `None` where no file is asked for twice.
+    pub made: Option<&'a MadeFiles>,
+}
+
+impl Estimated<'_> {
+    /// Makes the files that a job keeps when it has finished: those that cannot be made again. Tables and figures of its grids are made
+    /// from the kept files, and reports on its tubes from the document, by [`Kept`], unless it uses uploaded meshes, which can be deleted.
+    pub fn kept_files(&self) -> Result<Vec<ResultFile>, RenderError> {
+        let has_meshes = self.prepared.has_meshes();
+        self.files(|output| match output {
+            Output::Grid(_, format) => *format == Format::Json,
+            Output::View(..) => true,
+            Output::FalseColours(..) => false,
+            Output::Tube(..) => has_meshes,
+        })
+    }
+
+    /// Makes the files of the results that `selected` selects, in the order of [`Prepared::outputs`].
+    pub fn files(&self, selected: impl Fn(&Output) -> bool) -> Result<Vec<ResultFile>, RenderError> {
+        let outputs = self.prepared.outputs().into_iter().filter(selected);
+        outputs.filter_map(|output| self.file(&output).transpose()).collect()
+    }
+
+    /// Returns the image of a view without its mask of sources, in the numbers of its EXR file, so that pictures of it can be made again
+    /// from this file.
+    fn view_image(&self, film: &FilmEstimate) -> ViewImage {
+        let short = |value: f64| f64::from(value as f32);
+        let (name, provenance) = (self.prepared.name.as_deref(), serde_json::json!(self.prepared.provenance));
+        ViewImage {
+            size_px: film.size_px,
+            channels: film.channels,
+            values: film.mean.iter().copied().map(short).collect(),
+            standard_error: (0..film.m2.len()).map(|pixel| short(film.standard_error_cd_m2(pixel))).collect(),
+            samples: film.passes,
+            sources: Vec::new(),
+            comments: format!("skyduct {VERSION}: {}; {provenance}", name.unwrap_or("unnamed job")),
+        }
+    }
+
+    /// Finds a view of the scene with its estimate.
+    fn view_of(&self, name: &str) -> Option<(&View, &FilmEstimate)> {
+        self.prepared.scene.views.iter().zip(&self.estimate.views).find(|(view, _)| view.name == name)
+    }
+}
+
+impl ResultReader for Estimated<'_> {
+    fn subject(&self) -> &Arc<Subject> {
+        self.prepared.subject()
+    }
+
+    fn grid(&self, name: &str) -> Found<GridResult> {
+        let RenderJob { scene, plan, components, .. } = &**self.prepared;
+        let found = scene.grids.iter().zip(&self.estimate.grids).find(|(grid, _)| grid.name == name);
+        let electric = plan.effects.is_on(EffectKind::Luminaires);
+        Ok(found.map(|(grid, estimate)| {
+            GridResult::new(grid, estimate, scene.daylight.as_ref(), electric, components, scene.tubes.len())
+        }))
+    }
+
+    fn view(&self, name: &str) -> Found<ViewImage> {
+        Ok(self.view_of(name).map(|(_, film)| self.view_image(film)))
+    }
+
+    fn view_with_sources(&self, name: &str) -> Found<ViewImage> {
+        let with_sources =
+            |(view, film)| ViewImage { sources: self.prepared.sources_seen(view), ..self.view_image(film) };
+        Ok(self.view_of(name).map(with_sources))
+    }
+
+    fn picture(&self, name: &str) -> Found<Raster> {
+        let Some(view) = self.view(name)? else { return Ok(None) };
+        png::tone_mapped(view.smoothed().image()).map(Some).map_err(|error| failed(name, error))
+    }
+
+    fn tube(&self, number: usize) -> Found<TubeReport> {
+        let (Some(tube), Some(estimate)) = (self.prepared.scene.tubes.get(number), self.estimate.tubes.get(number))
+        else {
+            return Ok(None);
+        };
+        let numerical = self.estimate.grids.iter().any(|grid| grid.numerical);
+        let flux = TubeResult::new(estimate, tube.opening_radius, self.prepared.scene.daylight.as_ref(), numerical);
+        Ok(Some(self.prepared.tube_report(number, flux)))
+    }
+
+    fn file(&self, output: &Output) -> Found<ResultFile> {
+        self.made.map_or_else(|| written(self, output), |made| made.get(output.file(), || written(self, output)))
+    }
+}
+
+/// Results of a job that has ended, from the files that are kept of it. Of a job that has not begun there are none.
+pub struct Kept {
+    /// Description of the job.
+    pub subject: Arc<Subject>,
+    /// Kept files by name, as far as they were read.
+    pub files: HashMap<String, Bytes>,
+    /// Fluxes of the tubes, from the job's summary.
+    pub tubes: Vec<TubeResult>,
+    /// Prepares the job anew, for reports on its tubes.
+    pub prepare: Box<dyn Fn() -> Result<Prepared, DocumentErrors> + Send>,
+}
+
+impl Kept {
+    fn read<T>(&self, output: Output, read: impl FnOnce(&[u8]) -> Result<T, String>) -> Found<T> {
+        let name = output.file();
+        self.files.get(&name).map(|bytes| read(bytes)).transpose().map_err(|error| failed(&name, error))
+    }
+}
+
+impl ResultReader for Kept {
+    fn subject(&self) -> &Arc<Subject> {
+        &self.subject
+    }
+
+    fn grid(&self, name: &str) -> Found<GridResult> {
+        let read = |bytes: &[u8]| serde_json::from_slice(bytes).map_err(|error| error.to_string());
+        self.read(Output::Grid(name.to_owned(), Format::Json), read)
+    }
+
+    fn view(&self, name: &str) -> Found<ViewImage> {
+        let read = |bytes: &[u8]| exr::decode(bytes).map_err(|error| error.to_string());
+        self.read(Output::View(name.to_owned(), Format::Exr), read)
+    }
+
+    fn view_with_sources(&self, name: &str) -> Found<ViewImage> {
+        self.view(name)
+    }
+
+    fn picture(&self, name: &str) -> Found<Raster> {
+        let read = |bytes: &[u8]| png::decode(bytes).map_err(|error| error.to_string());
+        self.read(Output::View(name.to_owned(), Format::Png), read)
+    }
+
+    fn tube(&self, number: usize) -> Found<TubeReport> {
+        let Some(flux) = self.tubes.get(number) else { return Ok(None) };
+        let prepared = (self.prepare)().map_err(|errors| failed(&format!("tubes/{number}"), errors))?;
+        Ok(Some(prepared.tube_report(number, *flux)))
+    }
+}
+
+impl Prepared {
+    /// Returns the results of an estimate of this job.
+    pub fn results<'a>(&'a self, estimate: &'a Estimate) -> Estimated<'a> {
+        Estimated { prepared: self, estimate, made: None }
+    }
+
+    /// Lists the files of the results: grids as JSON, CSV and figures, views as EXR, PNG and figures in false colours, tubes as JSON and
+    /// figures.
+    pub fn outputs(&self) -> Vec<Output> {
+        let grids = self.scene.grids.iter().map(|grid| grid.name.as_str());
+        let views = self.scene.views.iter().map(|view| view.name.as_str());
+        result_outputs(grids, views, self.scene.tubes.len())
+    }
+
+    /// Makes tone-mapped progress images of all views: (view name, PNG bytes).
+    pub fn preview_images(&self, estimate: &Estimate) -> Vec<(String, Vec<u8>)> {
+        let picture = |name: &String| {
+            let picture = self.results(estimate).picture(name).ok()??;
+            Some((name.clone(), png::encode(&picture).ok()?))
+        };
+        self.scene.views.iter().filter_map(|view| picture(&view.name)).collect()
+    }
+
+    fn has_meshes(&self) -> bool {
+        let mut tubes = self.scene.tubes.iter();
+        !self.scene.room.meshes.is_empty() || tubes.any(|tube| matches!(tube.shape, TubeShape::Mesh(_)))
+    }
+}
+
+fn json(name: &str, result: &impl serde::Serialize) -> Result<Vec<u8>, RenderError> {
+    serde_json::to_vec_pretty(result).map_err(|error| failed(name, error))
+}
+
+fn grid_csv(result: &GridResult) -> Vec<u8> {
+    let errors = result.standard_error_lux.iter().flatten();
+    let errors: Vec<f64> = errors.map(|error| error.unwrap_or(f64::INFINITY)).collect();
+    let values = result.illuminance_lux.iter().flatten();
+    let values: Vec<f64> = values.map(|lux| lux.unwrap_or(f64::NAN)).collect();
+    csv::grid(&result.x_m, &result.y_m, result.height_m, &values, &errors).into_bytes()
+}
+
+pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {
+    RenderError::Output { file: file.into(), reason: reason.to_string() }
+}
