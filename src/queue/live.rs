@@ -14,6 +14,9 @@ use crate::present::reader::{Estimated, MadeFiles};
 const MOST_WAITING: usize = 64;
 const MOST_WAITING_BYTES: usize = 64 << 20;
 
+/// Largest number of files of one estimate that are kept for readers.
+const MOST_FILES: usize = 256;
+
 /// Jobs that this process renders now, and those that it has prepared and will render.
 #[derive(Default)]
 pub struct LiveJobs {
@@ -114,7 +117,7 @@ impl LiveJob {
         if waiting.iter().all(oneshot::Sender::is_closed) {
             return;
         }
-        let (prepared, made) = (self.prepared.clone(), MadeFiles::new(usize::MAX));
+        let (prepared, made) = (self.prepared.clone(), MadeFiles::new(MOST_FILES));
         let estimate = Arc::new(LiveEstimate { prepared, estimate: so_far.clone(), made });
         lock(&self.shown).newest = Some(estimate.clone());
         for sender in waiting {
