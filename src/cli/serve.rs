@@ -19,7 +19,7 @@ use tokio_util::sync::CancellationToken;
 use crate::cli::config::{Config, Flags, Role};
 use crate::cli::{metrics, telemetry};
 use crate::db::SqliteStore;
-use crate::http::{self, Access, Permits, Readiness, Service, StudyFiles, WatchedJobs, WatchedStudies};
+use crate::http::{self, Access, Permits, Readiness, Service, StudyFiles, Watched};
 use crate::queue::artifacts::Artifacts;
 use crate::queue::file_lock::FileLock;
 use crate::queue::live::LiveJobs;
@@ -186,8 +186,8 @@ impl RunningService {
             shutdown: shutdown.clone(),
             meshes,
             permits: Permits::new(&config.limits),
-            watched: WatchedJobs::default(),
-            watched_studies: WatchedStudies::default(),
+            watched: Watched::default(),
+            watched_studies: Watched::default(),
             study_files: StudyFiles::default(),
             queue_was_full: AtomicBool::default(),
             readiness: Readiness::default(),

@@ -1,10 +1,30 @@
 //! Events of a job as its stream sends them, and their schemas in the description.
 
+use serde::Deserialize;
 use serde_json::{Value, json};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use crate::http::watched::SentEvent;
 use crate::queue::events::{Cancelled, EventData, Failed, Image, Pass, Planned, Queued, Restarted, Started, Succeeded};
+use crate::queue::store::{Event, JobHead, is_final_event};
+
+/// Events of a job, which a store keeps.
+pub struct JobEvents {
+    /// State of the job before its events were followed.
+    pub head: JobHead,
+}
+
+/// Writes a stored event of a job.
+pub fn sent(job: Uuid, event: &Event) -> SentEvent {
+    let id = Some(event.seq);
+    let image = (event.name == Image::NAME).then(|| Image::deserialize(&event.data).ok()).flatten();
+    let sent = match image {
+        Some(image) => SentEvent::new(id, Image::NAME, &ImageEvent::new(job, image)),
+        None => SentEvent::new(id, &event.name, &event.data),
+    };
+    SentEvent { is_final: is_final_event(&event.name), ..sent }
+}
 
 /// An event of a job's stream.
 #[derive(ToSchema)]

@@ -1,42 +1,19 @@
 //! Stream of a job's events (server-sent events), replayed from the store and followed live.
 
-use std::collections::VecDeque;
-use std::convert::Infallible;
-use std::sync::Arc;
-use std::time::Duration;
-
-use axum::http::{HeaderMap, StatusCode};
-use axum::response::sse::{Event as SseEvent, KeepAlive, Sse};
-use axum::response::{IntoResponse, Response};
-use futures::stream::{self, Stream};
+use axum::http::HeaderMap;
+use axum::response::Response;
 use metrics::counter;
-use serde::Deserialize;
 use tokio::sync::broadcast;
-use utoipa::IntoParams;
 use uuid::Uuid;
 
 use crate::http::client::Client;
-use crate::http::event_schemas::{JobEvent, events as events_of_a_job};
-use crate::http::last_event_id::last_event_id;
-use crate::http::places::Place;
+use crate::http::event_schemas::{JobEvent, JobEvents, events as events_of_a_job, sent};
+use crate::http::event_stream::{self, EVENTS_AT_ONCE, EventSource, EventsQuery};
 use crate::http::problem::{Path, Problem, Query};
-use crate::http::watched::{EVENTS_AT_ONCE, News, SentEvent, WatchedJobs};
+use crate::http::watched::{SentEvent, Streams, Watched};
 use crate::http::{App, Service};
 use crate::queue::events::{EventData, Restarted};
-use crate::queue::store::{Event, JobHead, StoreError};
-
-pub(super) const HEARTBEAT: Duration = Duration::from_secs(15);
-/// Time that a client waits after a lost connection before it comes back.
-pub(super) const RETRY: Duration = Duration::from_secs(3);
-
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
-#[serde(deny_unknown_fields)]
-pub struct EventsQuery {
-    /// Id of the event after which the stream begins; the header `Last-Event-ID` takes precedence.
-    #[param(minimum = 0)]
-    pub(super) after: Option<i64>,
-}
+use crate::queue::store::{Change, StoreError};
 
 /// Streams the job's events.
 ///
@@ -69,120 +46,87 @@ pub async fn events(
     Query(query): Query<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let by_header = last_event_id(&headers).map_err(|error| Problem::bad_request(error.to_string()))?;
-    let place = app.permits.streams.take(client)?;
-    // subscribed before the job is read, so that no event is missed in between
-    let changes = app.store.changes();
-    let head = app.store.job_head(id).await?.ok_or_else(Problem::no_such_job)?;
-    let last = last_heard(by_header, query.after)?;
-    if head.status.is_final() && last == head.last_seq {
-        return Ok(StatusCode::NO_CONTENT.into_response());
-    }
-    // the client has an event that a power failure has lost
-    let restart = (last > head.last_seq).then(|| SentEvent::new(id, &restarted(&head)));
-    let last = restart.as_ref().map_or(last, |event| event.seq);
-    let news = (!head.status.is_final()).then(|| WatchedJobs::watch(&app, &head, changes));
-    let feed = Feed {
-        app: app.0,
-        id,
-        last,
-        news,
-        read: restart.into_iter().collect(),
-        missed: true,
-        ended: false,
-        _place: place,
-    };
-    Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
+    event_stream::answer::<JobEvents>(app, client, id, query, &headers).await
 }
 
-/// Returns the id of the last event that a client has received. An invalid parameter is an error even if the header takes
-/// precedence.
-pub(super) fn last_heard(by_header: Option<i64>, after: Option<i64>) -> Result<i64, Problem> {
-    match after {
-        Some(after @ ..0) => {
-            Err(Problem::invalid_parameter("after", format!("must be the id of an event, or 0, but is {after}")))
-        }
-        after => Ok(by_header.or(after).unwrap_or(0)),
-    }
-}
-
-/// Creates the event for a client that has received more events than there are: the stream continues with the last event, sent
-/// again.
-fn restarted(head: &JobHead) -> Event {
-    let data = Restarted {
-        from_pass: head.progress.passes + 1,
-        reason: format!("the service lost the events after {}, although they had been sent", head.last_seq),
-    };
-    // our own types always serialise
-    let data = serde_json::to_value(data).unwrap_or_default();
-    Event { seq: (head.last_seq - 1).max(0), name: Restarted::NAME.to_owned(), data }
-}
-
-/// Stream of a job's events: first those that were missed, from the store, then those that the job's reader sends.
-struct Feed {
-    app: Arc<Service>,
-    id: Uuid,
-    /// Id of the last event that was sent.
-    last: i64,
-    /// Channel of new events; `None` once all that is left is in the store.
-    news: Option<broadcast::Receiver<Arc<News>>>,
-    read: VecDeque<SentEvent>,
-    /// True if the store may have events after `last` that the reader will not send.
-    missed: bool,
-    ended: bool,
-    /// Place of this stream among those that may be open.
-    _place: Place,
-}
-
-impl Feed {
-    fn into_stream(self) -> impl Stream<Item = Result<SseEvent, Infallible>> {
-        let first = stream::iter([Ok(SseEvent::default().retry(RETRY))]);
-        let events = stream::unfold(self, |mut feed| async {
-            let event = match feed.next().await {
-                Ok(event) => event?,
-                Err(error) => {
-                    // the client comes back with the id of the last event
-                    tracing::warn!(%error, "an event stream broke off");
-                    return None;
-                }
-            };
-            Some((Ok(event.text), feed))
-        });
-        stream::StreamExt::chain(first, events)
+impl EventSource for JobEvents {
+    async fn open(service: &Service, id: Uuid) -> Result<Self, Problem> {
+        Ok(Self { head: service.store.job_head(id).await?.ok_or_else(Problem::no_such_job)? })
     }
 
-    async fn next(&mut self) -> Result<Option<SentEvent>, StoreError> {
+    fn watched(service: &Service) -> &Watched<Self> {
+        &service.watched
+    }
+
+    fn newest(&self) -> (i64, bool) {
+        (self.head.last_seq, self.head.status.is_final())
+    }
+
+    fn restarted(&self, id: i64) -> SentEvent {
+        let data = Restarted {
+            from_pass: self.head.progress.passes + 1,
+            reason: format!("the service lost the events after {}, although they had been sent", self.head.last_seq),
+        };
+        SentEvent::new(Some(id), Restarted::NAME, &data)
+    }
+
+    async fn missed(&self, service: &Service, after: i64) -> Result<Vec<SentEvent>, StoreError> {
+        self.read(service, after, "stream").await
+    }
+
+    async fn follow(
+        &self,
+        service: &Service,
+        mut changes: broadcast::Receiver<Change>,
+        streams: &Streams<'_, Self>,
+    ) -> Result<(), StoreError> {
+        let (job, mut last) = (self.head.id, self.head.last_seq);
         loop {
-            if let Some(event) = self.read.pop_front() {
-                self.last = event.seq;
-                self.ended = event.is_final;
-                return Ok(Some(event));
-            }
-            if self.ended || self.app.shutdown.is_cancelled() {
-                return Ok(None);
-            }
-            if self.missed {
-                let events = self.app.store.events(self.id, self.last, EVENTS_AT_ONCE).await?;
-                counter!("skyduct_event_reads_total", "by" => "stream").increment(1);
-                self.missed = events.len() >= EVENTS_AT_ONCE as usize;
-                self.read = events.iter().map(|event| SentEvent::new(self.id, event)).collect();
-                continue;
-            }
-            let Some(news) = &mut self.news else { return Ok(None) };
-            let told = tokio::select! {
-                () = self.app.shutdown.cancelled() => return Ok(None),
-                told = news.recv() => told,
+            let is_gone = match changes.recv().await {
+                Ok(Change::Job(id)) if id == job => false,
+                Ok(Change::Stop(id)) if id == job => true,
+                Err(broadcast::error::RecvError::Lagged(_)) => true,
+                Err(broadcast::error::RecvError::Closed) => return Ok(()),
+                Ok(_) => continue,
             };
-            match told {
-                Ok(news) if news.previous > self.last => self.missed = true,
-                Ok(news) => self.read.extend(news.event.iter().filter(|event| event.seq > self.last).cloned()),
-                Err(broadcast::error::RecvError::Lagged(_)) => self.missed = true,
-                Err(broadcast::error::RecvError::Closed) => {
-                    // its last words may have been missed
-                    self.news = None;
-                    self.missed = true;
-                }
+            if self.pass_on(service, &mut last, streams).await? || !streams.is_watched() {
+                return Ok(());
+            }
+            if is_gone && service.store.job_head(job).await?.is_none() {
+                return Ok(());
             }
         }
+    }
+}
+
+impl JobEvents {
+    /// Sends all events after `last`; returns true after a final one.
+    async fn pass_on(
+        &self,
+        service: &Service,
+        last: &mut i64,
+        streams: &Streams<'_, Self>,
+    ) -> Result<bool, StoreError> {
+        loop {
+            let events = self.read(service, *last, "reader").await?;
+            let may_be_more = events.len() >= EVENTS_AT_ONCE as usize;
+            for event in events {
+                let (previous, is_final) = (*last, event.is_final);
+                *last = event.id.unwrap_or(previous);
+                streams.tell(previous, event);
+                if is_final {
+                    return Ok(true);
+                }
+            }
+            if !may_be_more {
+                return Ok(false);
+            }
+        }
+    }
+
+    async fn read(&self, service: &Service, after: i64, by: &'static str) -> Result<Vec<SentEvent>, StoreError> {
+        let events = service.store.events(self.head.id, after, EVENTS_AT_ONCE).await?;
+        counter!("skyduct_event_reads_total", "by" => by).increment(1);
+        Ok(events.iter().map(|event| sent(self.head.id, event)).collect())
     }
 }

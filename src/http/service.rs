@@ -8,11 +8,12 @@ use metrics_exporter_prometheus::PrometheusHandle;
 use tokio_util::sync::CancellationToken;
 
 use crate::http::access::Access;
+use crate::http::event_schemas::JobEvents;
 use crate::http::limits::{Limits, Permits};
 use crate::http::readiness::Readiness;
 use crate::http::studies::made::StudyFiles;
-use crate::http::studies::watched::WatchedStudies;
-use crate::http::watched::WatchedJobs;
+use crate::http::studies::watched::StudyEvents;
+use crate::http::watched::Watched;
 use crate::queue::artifacts::Artifacts;
 use crate::queue::deletion::Deletion;
 use crate::queue::live::LiveJobs;
@@ -31,8 +32,8 @@ pub struct Service {
     /// Signal that ends event streams and makes the service not ready.
     pub shutdown: CancellationToken,
     pub permits: Permits,
-    pub watched: WatchedJobs,
-    pub watched_studies: WatchedStudies,
+    pub watched: Watched<JobEvents>,
+    pub watched_studies: Watched<StudyEvents>,
     pub study_files: StudyFiles,
     /// True if the last posted job found no place in the queue.
     pub queue_was_full: AtomicBool,

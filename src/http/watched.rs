@@ -1,65 +1,120 @@
-//! Jobs whose events are followed live, with one reader per job, whatever the number of streams.
+//! Jobs and studies whose events are followed live, with one reader for each, whatever the number of streams.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::response::sse::Event as SseEvent;
-use serde::Deserialize;
+use serde::Serialize;
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
-use crate::http::event_schemas::ImageEvent;
-use crate::queue::events::{EventData, Image};
-use crate::queue::store::{Event, is_final_event};
+/// Largest number of events that a stream may be behind the reader; one further behind reads those that it has missed itself.
+const BEHIND: usize = 128;
 
-/// Number of events read at once, which bounds the memory of a stream that catches up.
-pub const EVENTS_AT_ONCE: u32 = 64;
-
-/// Message from the reader of a job to the job's streams.
+/// Message from a reader to its streams.
 pub struct News {
     /// Id of the last event before this one: a stream that has sent that one has missed nothing.
     pub previous: i64,
-    /// New event; `None` in the first message, which says only where the reader begins.
-    pub event: Option<SentEvent>,
+    pub event: SentEvent,
 }
 
 /// An event in the form in which it is sent.
 #[derive(Clone)]
 pub struct SentEvent {
-    pub seq: i64,
+    /// Id of the event; `None` for one that is sent live only.
+    pub id: Option<i64>,
     /// True if no event comes after it.
     pub is_final: bool,
     pub text: SseEvent,
 }
 
-/// Jobs that have open streams now.
-#[derive(Default)]
-pub struct WatchedJobs {
-    readers: Mutex<HashMap<Uuid, broadcast::Sender<Arc<News>>>>,
+impl SentEvent {
+    /// Writes an event that is not the last one.
+    pub fn new(id: Option<i64>, name: &str, data: &impl Serialize) -> Self {
+        let text = id.map_or_else(SseEvent::default, |id| SseEvent::default().id(id.to_string()));
+        // our own types always serialise
+        let text = text.event(name).data(serde_json::to_string(data).unwrap_or_default());
+        Self { id, is_final: false, text }
+    }
 }
 
-impl WatchedJobs {
-    /// Returns the number of jobs that have a reader.
+/// Sources that have open streams now, by the ids of their jobs or studies.
+pub struct Watched<S> {
+    readers: Mutex<HashMap<Uuid, Reader<S>>>,
+}
+
+struct Reader<S> {
+    source: Arc<S>,
+    sender: broadcast::Sender<Arc<News>>,
+}
+
+/// Streams of one reader.
+pub struct Streams<'a, S> {
+    pub watched: &'a Watched<S>,
+    pub id: Uuid,
+    pub sender: broadcast::Sender<Arc<News>>,
+}
+
+impl<S> Default for Watched<S> {
+    fn default() -> Self {
+        Self { readers: Mutex::default() }
+    }
+}
+
+impl<S> Watched<S> {
+    /// Returns the number of jobs or studies that have a reader.
     pub fn count(&self) -> usize {
         self.lock().len()
     }
 
-    pub(super) fn lock(&self) -> MutexGuard<'_, HashMap<Uuid, broadcast::Sender<Arc<News>>>> {
+    /// Adds a stream of the events of `id`, and returns the reader's source with the channel of all that is new from now on. `begin`
+    /// starts a reader of `source` if there is none.
+    pub fn subscribe(
+        &self,
+        id: Uuid,
+        source: S,
+        begin: impl FnOnce(Arc<S>, broadcast::Sender<Arc<News>>),
+    ) -> (Arc<S>, broadcast::Receiver<Arc<News>>) {
+        let mut readers = self.lock();
+        if let Some(reader) = readers.get(&id) {
+            return (reader.source.clone(), reader.sender.subscribe());
+        }
+        let (source, (sender, receiver)) = (Arc::new(source), broadcast::channel(BEHIND));
+        readers.insert(id, Reader { source: source.clone(), sender: sender.clone() });
+        begin(source.clone(), sender);
+        (source, receiver)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<Uuid, Reader<S>>> {
         // a map of senders is never left half changed
         self.readers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl SentEvent {
-    pub fn new(job: Uuid, event: &Event) -> Self {
-        let mut data = event.data.clone();
-        if event.name == Image::NAME
-            && let Ok(image) = Image::deserialize(&event.data)
-            && let Ok(told) = serde_json::to_value(ImageEvent::new(job, image))
-        {
-            data = told;
+impl<S> Streams<'_, S> {
+    /// Sends an event to all streams; `previous` is the id of the last event before it.
+    pub fn tell(&self, previous: i64, event: SentEvent) {
+        // an error means that nobody listens now
+        let _ = self.sender.send(Arc::new(News { previous, event }));
+    }
+
+    /// True if streams are open; if none is, takes the reader off the list.
+    pub fn is_watched(&self) -> bool {
+        let mut readers = self.watched.lock();
+        // streams subscribe under the same lock
+        let watched = self.sender.receiver_count() > 0;
+        if !watched {
+            readers.remove(&self.id);
         }
-        let text = SseEvent::default().id(event.seq.to_string()).event(&event.name).data(data.to_string());
-        Self { seq: event.seq, is_final: is_final_event(&event.name), text }
+        watched
+    }
+
+    /// Takes the reader off the list.
+    pub fn close(&self) {
+        let mut readers = self.watched.lock();
+        // another reader may have begun after this one was taken off for having no streams
+        if readers.get(&self.id).is_some_and(|current| current.sender.same_channel(&self.sender)) {
+            readers.remove(&self.id);
+        }
     }
 }

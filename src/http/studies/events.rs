@@ -1,28 +1,31 @@
 //! Stream of a study's events (server-sent events): starts, passes and ends of its jobs.
 
-use std::convert::Infallible;
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::time::Duration;
 
-use axum::http::{HeaderMap, StatusCode};
-use axum::response::sse::{Event as SseEvent, KeepAlive, Sse};
-use axum::response::{IntoResponse, Response};
-use futures::stream::{self, Stream};
+use axum::http::HeaderMap;
+use axum::response::Response;
 use serde_json::{Value, json};
-use tokio::sync::watch;
-use tokio_util::sync::CancellationToken;
+use tokio::sync::broadcast;
+use tokio::time::{Instant, sleep, sleep_until};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::looked::parts;
 use super::resource::StudyStatus;
 use super::show::no_such_study;
-use super::watched::{ENDED, PASS, RESTARTED, STARTED, StudyEvent, StudyJobs, StudyNow, WatchedStudies};
-use crate::http::App;
+use super::watched::{ENDED, PASS, RESTARTED, STARTED, StudyEvents};
 use crate::http::client::Client;
-use crate::http::events::{EventsQuery, HEARTBEAT, RETRY, last_heard};
-use crate::http::last_event_id::last_event_id;
-use crate::http::places::Place;
+use crate::http::event_stream::{self, EventSource, EventsQuery};
 use crate::http::problem::{Path, Problem, Query};
+use crate::http::watched::{SentEvent, Streams, Watched};
+use crate::http::{App, Service};
+use crate::queue::store::{Change, JobStatus, StoreError, StudyProgress};
+
+/// Shortest time between two reads of a study.
+const LOOK_PAUSE: Duration = Duration::from_millis(100);
+/// Shortest time between two passes that are reported of a study.
+const PASS_PAUSE: Duration = Duration::from_secs(1);
 
 /// An event of a study's stream.
 #[derive(ToSchema)]
@@ -88,90 +91,110 @@ pub async fn events(
     Query(query): Query<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let by_header = last_event_id(&headers).map_err(|error| Problem::bad_request(error.to_string()))?;
-    let place = app.permits.streams.take(client)?;
-    // subscribed before the study is read, so that no event is missed in between
-    let changes = app.store.changes();
-    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-    let jobs = StudyJobs { study: id, parts: parts(&study)? };
-    let now = StudyNow::new(&jobs, &app.store.study_progress(id).await?);
-    let newest = now.told.len() as i64;
-    let last = last_heard(by_header, query.after)?;
-    if now.status.is_final() && last == newest {
-        return Ok(StatusCode::NO_CONTENT.into_response());
-    }
-    // the client has an event that a power failure has lost: continue from the last event that there is, which is sent again
-    let restarted = (last > newest).then(|| now.as_event(&jobs));
-    let last = if restarted.is_some() { (newest - 1).max(0) } else { last };
-    let news = match now.status.is_final() {
-        // the stream sends the events that there are, and ends
-        true => watch::channel(Arc::new(now)).1,
-        false => WatchedStudies::watch(&app, jobs, now, changes),
-    };
-    // passes that were sent to other streams before are old
-    let passes = news.borrow().pass.as_ref().map_or(0, |(number, _)| number + 1);
-    let last = last.unsigned_abs() as usize;
-    let feed = Feed { last, restarted, passes, news, shutdown: app.shutdown.clone(), _place: place };
-    Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
+    event_stream::answer::<StudyEvents>(app, client, id, query, &headers).await
 }
 
-/// Stream of the events of a study.
-struct Feed {
-    /// Id of the last event that was sent.
-    last: usize,
-    /// Event `restarted`, sent first if events that were sent before are lost.
-    restarted: Option<StudyEvent>,
-    /// Number of the next pass to be sent.
-    passes: u64,
-    news: watch::Receiver<Arc<StudyNow>>,
-    shutdown: CancellationToken,
-    /// Place of this stream among those that may be open.
-    _place: Place,
-}
-
-impl Feed {
-    fn into_stream(self) -> impl Stream<Item = Result<SseEvent, Infallible>> {
-        let first = stream::iter([Ok(SseEvent::default().retry(RETRY))]);
-        let events = stream::unfold(self, |mut feed| async { Some((Ok(feed.next().await?), feed)) });
-        stream::StreamExt::chain(first, events)
+impl EventSource for StudyEvents {
+    async fn open(service: &Service, id: Uuid) -> Result<Self, Problem> {
+        let study = service.store.study(id).await?.ok_or_else(no_such_study)?;
+        let events = Self::new(id, parts(&study)?);
+        events.take(&service.store.study_progress(id).await?);
+        Ok(events)
     }
 
-    /// Returns the next event; `None` at the end of the stream.
-    async fn next(&mut self) -> Option<SseEvent> {
-        loop {
-            if self.shutdown.is_cancelled() {
-                return None;
-            }
-            if let Some(event) = self.untold() {
-                return Some(event);
-            }
-            if self.news.borrow().status.is_final() {
-                return None;
-            }
-            tokio::select! {
-                () = self.shutdown.cancelled() => return None,
-                changed = self.news.changed() => changed.ok()?,
-            }
-        }
+    fn watched(service: &Service) -> &Watched<Self> {
+        &service.watched_studies
     }
 
-    fn untold(&mut self) -> Option<SseEvent> {
-        if let Some(event) = self.restarted.take() {
-            return Some(text(RESTARTED, &event).id(self.last.to_string()));
-        }
-        let now = self.news.borrow_and_update().clone();
-        if let Some((name, event)) = now.told.get(self.last) {
-            self.last += 1;
-            return Some(text(name, event).id(self.last.to_string()));
-        }
-        let (number, event) = now.pass.as_ref().filter(|(number, _)| *number >= self.passes)?;
-        self.passes = number + 1;
-        Some(text(PASS, event))
+    fn newest(&self) -> (i64, bool) {
+        let (newest, status) = self.newest_with_status();
+        (newest, status.is_final())
+    }
+
+    fn restarted(&self, id: i64) -> SentEvent {
+        SentEvent::new(Some(id), RESTARTED, &self.as_event())
+    }
+
+    async fn missed(&self, _: &Service, after: i64) -> Result<Vec<SentEvent>, StoreError> {
+        Ok(self.told_after(after, event_stream::EVENTS_AT_ONCE as usize))
+    }
+
+    async fn follow(
+        &self,
+        service: &Service,
+        changes: broadcast::Receiver<Change>,
+        streams: &Streams<'_, Self>,
+    ) -> Result<(), StoreError> {
+        let (passes, next_pass) = (HashMap::new(), Instant::now());
+        Reader { service, events: self, streams, changes, passes, next_pass }.run().await
     }
 }
 
-fn text(name: &str, event: &StudyEvent) -> SseEvent {
-    // our own types always serialise
-    let data = serde_json::to_string(event).unwrap_or_default();
-    SseEvent::default().event(name).data(data)
+/// Reader of a watched study: it reads the study's jobs when they change, and sends the news to all streams.
+struct Reader<'a> {
+    service: &'a Service,
+    events: &'a StudyEvents,
+    streams: &'a Streams<'a, StudyEvents>,
+    changes: broadcast::Receiver<Change>,
+    /// Numbers of passes of the jobs when a pass was reported last.
+    passes: HashMap<Uuid, u64>,
+    /// Time from which the next pass may be reported.
+    next_pass: Instant,
+}
+
+impl Reader<'_> {
+    async fn run(&mut self) -> Result<(), StoreError> {
+        // jobs may have changed since the first stream read them
+        let mut is_waiting = self.look(None).await?;
+        while !self.events.newest().1 {
+            let (next_pass, streams) = (self.next_pass, self.streams);
+            let heard = tokio::select! {
+                change = self.changes.recv() => match change {
+                    Ok(Change::Job(id) | Change::Stop(id)) if self.events.part(id).is_some() => Some(id),
+                    Err(broadcast::error::RecvError::Lagged(_)) => None,
+                    Err(broadcast::error::RecvError::Closed) => return Ok(()),
+                    Ok(_) => continue,
+                },
+                () = sleep_until(next_pass), if is_waiting => None,
+                () = streams.sender.closed() => None,
+            };
+            if !streams.is_watched() || self.service.store.study(self.events.study).await?.is_none() {
+                return Ok(());
+            }
+            is_waiting = self.look(heard).await?;
+            sleep(LOOK_PAUSE).await;
+        }
+        Ok(())
+    }
+
+    /// Sends all news, with a pass if its time has come; true if a pass waits for that. `heard` is the job that has changed.
+    async fn look(&mut self, heard: Option<Uuid>) -> Result<bool, StoreError> {
+        let progress = self.service.store.study_progress(self.events.study).await?;
+        let (before, _) = self.events.newest();
+        for (previous, event) in (before..).zip(self.events.take(&progress)) {
+            self.streams.tell(previous, event);
+        }
+        let moved = self.moved(&progress, heard);
+        let may_tell = Instant::now() >= self.next_pass;
+        if let Some(job) = moved.filter(|_| may_tell) {
+            if let Some(pass) = self.events.pass(&progress, job) {
+                self.streams.tell(self.events.newest().0, pass);
+            }
+            self.passes = progress.jobs.iter().map(|head| (head.id, head.progress.passes)).collect();
+            self.next_pass = Instant::now() + PASS_PAUSE;
+        }
+        Ok(moved.is_some() && !may_tell)
+    }
+
+    /// Finds a running job with a pass that was not reported: the job `heard` if it has one, else the first one.
+    fn moved(&self, progress: &StudyProgress, heard: Option<Uuid>) -> Option<Uuid> {
+        let before = |id: &Uuid| self.passes.get(id).copied().unwrap_or(0);
+        let mut moved = progress
+            .jobs
+            .iter()
+            .filter(|head| head.status == JobStatus::Running && head.progress.passes > before(&head.id))
+            .map(|head| head.id);
+        let first = moved.clone().next();
+        moved.find(|id| Some(*id) == heard).or(first)
+    }
 }

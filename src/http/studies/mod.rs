@@ -8,7 +8,6 @@ mod looked;
 pub mod made;
 mod part;
 mod pictures;
-mod reader;
 pub mod resource;
 pub mod show;
 pub mod submit;

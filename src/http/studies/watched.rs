@@ -1,35 +1,17 @@
-//! Studies whose events are followed live, with one reader per study, whatever the number of streams.
+//! Events of a study, which follow from the starts, passes and ends of its jobs.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
-use tokio::sync::watch;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::part::StudyPart;
 use super::resource::{StudyJob, StudyStatus};
 use crate::engine::progress::Progress;
+use crate::http::watched::SentEvent;
 use crate::queue::store::{JobHead, JobStatus, StudyProgress, StudyStep};
-
-/// Studies that have open streams now.
-#[derive(Default)]
-pub struct WatchedStudies {
-    readers: Mutex<HashMap<Uuid, watch::Sender<Arc<StudyNow>>>>,
-}
-
-impl WatchedStudies {
-    /// Returns the number of studies that have a reader.
-    pub fn count(&self) -> usize {
-        self.lock().len()
-    }
-
-    pub(super) fn lock(&self) -> MutexGuard<'_, HashMap<Uuid, watch::Sender<Arc<StudyNow>>>> {
-        // a map of senders is never left half changed
-        self.readers.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
 
 /// Data of an event of a study.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -48,98 +30,123 @@ pub struct StudyEvent {
     pub table: String,
 }
 
-/// Ids of a study's jobs in order, each with the job's part in the study.
-pub struct StudyJobs {
+/// Events of a study up to now.
+pub struct StudyEvents {
     pub study: Uuid,
-    pub parts: Vec<(Uuid, StudyPart)>,
+    /// Ids of the study's jobs in order, each with the job's part in the study.
+    parts: Vec<(Uuid, StudyPart)>,
+    now: Mutex<Now>,
 }
 
-/// Events of a study up to now, and its state.
-#[derive(Clone)]
-pub struct StudyNow {
+/// Present state of a study that is followed.
+struct Now {
+    status: StudyStatus,
     /// Starts and ends of the study's jobs, and the end of the study; their ids count 1, 2, 3 ... in this order.
-    pub told: Vec<(&'static str, StudyEvent)>,
-    pub status: StudyStatus,
-    /// Newest pass of one of the study's jobs, with the number of passes reported before; `None` before the first one that came
-    /// while a stream was open.
-    pub pass: Option<(u64, StudyEvent)>,
+    told: Vec<SentEvent>,
     /// Steps reported in `told`; those of jobs that were deleted meanwhile stay.
     steps: Vec<StudyStep>,
+    /// Number of jobs that had ended at the last event.
+    runs_done: usize,
 }
 
-impl StudyNow {
-    /// Creates the state of a study that had no streams so far.
-    pub fn new(jobs: &StudyJobs, progress: &StudyProgress) -> Self {
-        let mut now = Self { told: Vec::new(), status: StudyStatus::Queued, pass: None, steps: Vec::new() };
-        now.take(jobs, progress);
-        now
+impl StudyEvents {
+    /// Creates a study of these jobs, none of which has started.
+    pub fn new(study: Uuid, parts: Vec<(Uuid, StudyPart)>) -> Self {
+        let now = Now { status: StudyStatus::Queued, told: Vec::new(), steps: Vec::new(), runs_done: 0 };
+        Self { study, parts, now: Mutex::new(now) }
     }
 
-    /// Adds the starts and ends since the last call; true if there were any.
-    pub fn take(&mut self, jobs: &StudyJobs, progress: &StudyProgress) -> bool {
-        let heads: HashMap<Uuid, &JobHead> = progress.jobs.iter().map(|head| (head.id, head)).collect();
-        let told = self.told.len();
+    /// Returns the id of the newest event, and the state of the study.
+    pub fn newest_with_status(&self) -> (i64, StudyStatus) {
+        let now = self.lock();
+        (now.told.len() as i64, now.status)
+    }
+
+    /// Returns at most `most` starts and ends after an id.
+    pub fn told_after(&self, after: i64, most: usize) -> Vec<SentEvent> {
+        self.lock().told.iter().skip(after.unsigned_abs() as usize).take(most).cloned().collect()
+    }
+
+    /// Adds the starts and ends since the last call, and returns their events.
+    pub fn take(&self, progress: &StudyProgress) -> Vec<SentEvent> {
+        let heads = heads(progress);
+        let mut now = self.lock();
+        let told = now.told.len();
         // deleted jobs count as ended, as in the study's resource
-        let mut done = jobs.parts.len() - heads.len();
+        let mut done = self.parts.len() - heads.len();
         for step in &progress.steps {
             done += usize::from(step.ended.is_some());
-            if self.steps.contains(step) {
+            if now.steps.contains(step) {
                 continue;
             }
-            self.steps.push(*step);
-            let (Some(head), Some(mut job)) = (heads.get(&step.job), jobs.job(step.job, &heads)) else { continue };
+            now.steps.push(*step);
+            let (Some(head), Some(part)) = (heads.get(&step.job), self.part(step.job)) else { continue };
+            let mut job = StudyJob::new(step.job, part, Some(head));
             job.status = Some(step.ended.unwrap_or(JobStatus::Running));
             job.stopped_by = job.stopped_by.filter(|_| step.ended.is_some());
             let event = StudyEvent {
                 job: Some(job),
                 progress: step.ended.map(|_| head.progress),
-                ..jobs.event(StudyStatus::Running, done)
+                ..self.event(StudyStatus::Running, done)
             };
-            self.told.push((if step.ended.is_some() { ENDED } else { STARTED }, event));
+            now.tell(if step.ended.is_some() { ENDED } else { STARTED }, &event);
         }
-        let was_final = self.status.is_final();
-        let as_they_are: Vec<StudyJob> = jobs.all(&heads).collect();
-        self.status = StudyStatus::of(&as_they_are);
-        if self.status.is_final() && !was_final {
-            self.told.push((self.status.name(), jobs.event(self.status, jobs.parts.len())));
+        let was_final = now.status.is_final();
+        let jobs = self.parts.iter().map(|(id, part)| StudyJob::new(*id, part, heads.get(id).copied()));
+        now.status = StudyStatus::of(&jobs.collect::<Vec<_>>());
+        if now.status.is_final() && !was_final {
+            let status = now.status;
+            now.tell(status.name(), &self.event(status, self.parts.len()));
+            now.told.last_mut().into_iter().for_each(|last| last.is_final = true);
         }
-        self.told.len() > told
+        now.told[told..].to_vec()
     }
 
     /// Creates an event that reports the study as it is, and none of its jobs.
-    pub fn as_event(&self, jobs: &StudyJobs) -> StudyEvent {
-        jobs.event(self.status, self.told.last().map_or(0, |(_, event)| event.runs_done))
+    pub fn as_event(&self) -> StudyEvent {
+        let now = self.lock();
+        self.event(now.status, now.runs_done)
     }
 
-    /// Adds a pass of a job that runs.
-    pub fn take_pass(&mut self, jobs: &StudyJobs, progress: &StudyProgress, of: Uuid) {
-        let heads: HashMap<Uuid, &JobHead> = progress.jobs.iter().map(|head| (head.id, head)).collect();
-        let (Some(head), Some(job)) = (heads.get(&of), jobs.job(of, &heads)) else { return };
+    /// Creates the event of a pass of a job that runs, which is sent live only.
+    pub fn pass(&self, progress: &StudyProgress, of: Uuid) -> Option<SentEvent> {
+        let heads = heads(progress);
+        let (head, part) = (*heads.get(&of)?, self.part(of)?);
         let ended = progress.steps.iter().filter(|step| step.ended.is_some()).count();
         let event = StudyEvent {
-            job: Some(job),
+            job: Some(StudyJob::new(of, part, Some(head))),
             progress: Some(head.progress),
-            ..jobs.event(StudyStatus::Running, jobs.parts.len() - heads.len() + ended)
+            ..self.event(StudyStatus::Running, self.parts.len() - heads.len() + ended)
         };
-        let number = self.pass.as_ref().map_or(0, |(number, _)| number + 1);
-        self.pass = Some((number, event));
-    }
-}
-
-impl StudyJobs {
-    fn job(&self, id: Uuid, heads: &HashMap<Uuid, &JobHead>) -> Option<StudyJob> {
-        let (_, part) = self.parts.iter().find(|(job, _)| *job == id)?;
-        Some(StudyJob::new(id, part, heads.get(&id).copied()))
+        Some(SentEvent::new(None, PASS, &event))
     }
 
-    fn all<'a>(&'a self, heads: &'a HashMap<Uuid, &JobHead>) -> impl Iterator<Item = StudyJob> + 'a {
-        self.parts.iter().map(|(id, part)| StudyJob::new(*id, part, heads.get(id).copied()))
+    /// Returns the part of a job in the study; `None` if it is no job of the study.
+    pub fn part(&self, job: Uuid) -> Option<&StudyPart> {
+        self.parts.iter().find(|(id, _)| *id == job).map(|(_, part)| part)
     }
 
     fn event(&self, status: StudyStatus, runs_done: usize) -> StudyEvent {
         let table = format!("/v1/studies/{}/files/study.csv", self.study);
         StudyEvent { status, runs: self.parts.len(), runs_done, job: None, progress: None, table }
     }
+
+    fn lock(&self) -> MutexGuard<'_, Now> {
+        // events are added last
+        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Now {
+    /// Adds an event with the next id.
+    fn tell(&mut self, name: &str, event: &StudyEvent) {
+        self.runs_done = event.runs_done;
+        self.told.push(SentEvent::new(Some(self.told.len() as i64 + 1), name, event));
+    }
+}
+
+fn heads(progress: &StudyProgress) -> HashMap<Uuid, &JobHead> {
+    progress.jobs.iter().map(|head| (head.id, head)).collect()
 }
 
 /// Name of the event of a job that has started.
