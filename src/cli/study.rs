@@ -7,14 +7,14 @@ use serde_json::Value;
 
 use super::mesh_files::MeshFiles;
 use super::render::{cancel_on_interrupt, read_job, write};
-use super::study_progress::{Left, StudyProgress};
+use super::study_progress::StudyProgress;
 use crate::document::{DocumentErrors, FieldError, method};
 use crate::engine::cancel::{Stop, StopReason};
 use crate::study::StudyRequest;
 use crate::study::picture_request::{PictureRequest, PicturesWanted, ten_five_two_and_one_percent};
+use crate::study::pictures::PICTURES_JSON;
 use crate::study::reference::ReferenceRequest;
-use crate::study::run::{Step, StudyError, run as run_study};
-use crate::study::views::{self, PicturesStep};
+use crate::study::run::{Step, StudyError, run as run_study, run_pictures};
 
 #[derive(Debug, clap::Args)]
 pub struct StudyArgs {
@@ -80,10 +80,10 @@ fn of_grids(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &Study
     let mut growing = Growing { out: &args.out, file: None, written: Ok(()), stop: &stop };
     let mut heard = |step: &Step<'_>| {
         // runs that are reported as done are in the file
-        if let Some(study) = step.so_far.filter(|study| !study.runs.is_empty()) {
+        if let Some(study) = step.so_far.study().filter(|study| !study.runs.is_empty()) {
             growing.write("study.csv", study.csv().as_bytes());
         }
-        progress.step(step.done, step.of, &step.next, step.seconds_left.map(Left::About));
+        progress.step(step);
     };
     let study = run_study(&request, &MeshFiles::beside(&args.job), &stop, &mut heard);
     let study = growing.ended(study)?;
@@ -105,17 +105,18 @@ fn of_views(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &Study
     let request = PictureRequest::new(job, methods, wanted, args.seconds, Some(&args.reference));
     let stop = cancel_on_interrupt()?;
     let mut growing = Growing { out: &args.out, file: None, written: Ok(()), stop: &stop };
-    let mut heard = |step: &PicturesStep<'_>| {
-        if let Some(pictures) = step.so_far.filter(|pictures| !pictures.pictures.is_empty()) {
-            let (name, bytes) = pictures.numbers(&request);
-            growing.write(&name, &bytes);
+    let mut heard = |step: &Step<'_>| {
+        // the reference alone is no picture
+        if let Some(json) = step.so_far.pictures_json(&request).filter(|_| step.done > 1) {
+            growing.write(PICTURES_JSON, &json);
         }
-        progress.step(step.done, step.of, &step.next, Some(Left::AtMost(step.most_seconds_left)));
+        progress.step(step);
     };
-    let pictures = views::run(&request, &MeshFiles::beside(&args.job), &stop, &mut heard);
+    let pictures = run_pictures(&request, &MeshFiles::beside(&args.job), &stop, &mut heard);
     let pictures = growing.ended(pictures)?;
-    let told = pictures.pictures.iter().map(|picture| format!("{} {}\n", picture.view, picture.title()));
-    let refused = pictures.refused.iter().map(|refused| format!("{}: {}\n", refused.method, refused.reason));
+    let entries = pictures.outcomes.pictures(&request).into_iter();
+    let told = entries.map(|picture| format!("{} {}\n", picture.view, picture.title()));
+    let refused = pictures.outcomes.refused.iter().map(|refused| format!("{}: {}\n", refused.method, refused.reason));
     let told = told.chain(refused).collect();
     for (name, bytes) in pictures.files(&request)? {
         write(&args.out, &name, &bytes)?;

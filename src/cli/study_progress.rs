@@ -6,6 +6,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::figure::ticks::duration;
+use crate::study::run::{Left, Step};
 
 /// Display of the runs of a study on standard error.
 pub struct StudyProgress(Option<ProgressBar>);
@@ -23,8 +24,9 @@ impl StudyProgress {
     }
 
     /// Shows the number of runs done, the next run, and the time left if there is an estimate of it.
-    pub fn step(&self, done: usize, of: usize, next: &str, left: Option<Left>) {
-        let line = line(done, of, next, left);
+    pub fn step(&self, step: &Step<'_>) {
+        let (done, of) = (step.done, step.of);
+        let line = line(done, of, &step.next, step.left);
         match &self.0 {
             Some(bar) => {
                 bar.set_length(of as u64);
@@ -40,13 +42,6 @@ impl StudyProgress {
             bar.finish_and_clear();
         }
     }
-}
-
-/// Remaining time in seconds: an estimate or an upper bound.
-#[derive(Clone, Copy)]
-pub enum Left {
-    About(f64),
-    AtMost(f64),
 }
 
 fn line(done: usize, of: usize, next: &str, left: Option<Left>) -> String {

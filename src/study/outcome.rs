@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::compare::Deviation;
+use super::part::StudyPart;
 use super::request::RunKey;
-use crate::engine::progress::StoppedBy;
+use crate::engine::progress::{Progress, StoppedBy};
 
 /// A run of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -40,43 +41,37 @@ pub struct Run {
     pub met: bool,
 }
 
-/// Cost of a run, with its own estimate of its error.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RunCost {
-    /// Methods that computed the run.
-    pub computed_by: String,
-    /// Seconds from the document to the first pass.
-    pub set_up_seconds: f64,
-    /// Seconds of rendering.
-    pub seconds: f64,
-    /// Processor seconds of rendering in all threads; elapsed seconds where the operating system does not report them.
-    pub cpu_seconds: f64,
-    /// Number of passes.
-    pub passes: u64,
-    /// Relative error that the job reports, at its confidence; `None` if it has no estimate of it.
-    pub told: Option<f64>,
-    /// Reason why the run ended.
-    pub stopped_by: StoppedBy,
+/// End of a job that was not cancelled.
+#[derive(Clone, Copy, Debug)]
+pub struct Ended {
+    /// True if the job has results.
+    pub succeeded: bool,
+    /// Passes done, and their cost and accuracy.
+    pub progress: Progress,
+    /// Reason why the job ended; `None` where its passes failed.
+    pub stopped_by: Option<StoppedBy>,
 }
 
 impl Run {
-    /// Returns a run with values, from its cost and its deviation from the reference.
-    pub fn new(key: RunKey, cost: RunCost, deviation: Deviation) -> Self {
-        Self {
-            method: key.method,
-            computed_by: cost.computed_by,
-            asked: key.relative_error,
-            seed: key.seed,
-            set_up_seconds: cost.set_up_seconds,
-            seconds: cost.seconds,
-            cpu_seconds: cost.cpu_seconds,
-            passes: cost.passes,
-            told: cost.told,
+    /// Returns a run that has ended with values, from its deviation from the reference; `None` if the job is no run.
+    pub fn new(part: &StudyPart, ended: &Ended, deviation: Deviation) -> Option<Self> {
+        let (RunKey { method, relative_error, seed }, stopped_by) = (part.key.run.clone()?, ended.stopped_by?);
+        let Progress { seconds, passes, relative_error: told, cpu_seconds, .. } = ended.progress;
+        Some(Self {
+            method,
+            computed_by: part.computed_by.clone(),
+            asked: relative_error,
+            seed,
+            set_up_seconds: part.set_up_seconds,
+            seconds,
+            cpu_seconds: cpu_seconds.unwrap_or(seconds),
+            passes,
+            told,
             squared_error: deviation.squared_error,
             covered: deviation.covered,
-            stopped_by: cost.stopped_by,
-            met: cost.stopped_by.is_as_asked() && cost.told.is_some(),
-        }
+            stopped_by,
+            met: stopped_by.is_as_asked() && told.is_some(),
+        })
     }
 }
 

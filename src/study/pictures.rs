@@ -2,11 +2,12 @@
 //! images of their jobs.
 
 use serde::Serialize;
-use serde_json::json;
 
 use super::compare::Values;
-use super::outcome::Refused;
+use super::outcome::Ended;
+use super::part::{JobKey, StudyPart};
 use super::picture_request::{PictureKey, PictureRequest};
+use crate::engine::progress::Progress;
 use crate::estimate::FilmEstimate;
 use crate::estimate::film::block_means;
 use crate::figure::montage::montage;
@@ -83,40 +84,6 @@ pub struct Picture {
     pub actual_relative_error: Option<f64>,
 }
 
-/// Cost and reported error of a finished job of pictures.
-#[derive(Clone, Debug)]
-pub struct Shown {
-    /// Methods that computed the job.
-    pub computed_by: String,
-    /// Seconds of rendering.
-    pub seconds: f64,
-    /// Number of passes.
-    pub passes: u64,
-    /// Relative error of the blocks that the job reports; `None` if it has no estimate of it.
-    pub told: Option<f64>,
-}
-
-impl Shown {
-    /// Returns the entry for the picture of a view with its actual error; `None` for the reference.
-    pub fn picture(&self, key: &PictureKey, view: &str, error: Option<f64>) -> Option<Picture> {
-        let (method, asked_seconds, asked_relative_error) = match key {
-            PictureKey::Reference => return None,
-            PictureKey::EqualTime { method, seconds } => (method, Some(*seconds), None),
-            PictureKey::Accuracy { relative_error } => (&self.computed_by, None, Some(*relative_error)),
-        };
-        Some(Picture {
-            view: view.to_owned(),
-            method: method.clone(),
-            asked_seconds,
-            asked_relative_error,
-            seconds: self.seconds,
-            passes: self.passes,
-            told_relative_error: self.told,
-            actual_relative_error: error,
-        })
-    }
-}
-
 /// Kind of a sheet: the pictures of a view that it shows side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SheetKind {
@@ -128,11 +95,11 @@ pub enum SheetKind {
 
 impl SheetKind {
     /// True if the sheet shows the pictures of the job.
-    pub fn has(self, key: &PictureKey) -> bool {
-        match key {
-            PictureKey::Reference => false,
-            PictureKey::EqualTime { .. } => self == Self::EqualTime,
-            PictureKey::Accuracy { .. } => self == Self::Accuracies,
+    pub fn has(self, key: &JobKey) -> bool {
+        match key.picture {
+            Some(PictureKey::Reference) | None => false,
+            Some(PictureKey::EqualTime { .. }) => self == Self::EqualTime,
+            Some(PictureKey::Accuracy { .. }) => self == Self::Accuracies,
         }
     }
 }
@@ -213,75 +180,52 @@ impl Reference {
     }
 }
 
-/// All pictures of a study, with the reference.
-#[derive(Clone, Debug)]
-pub struct Pictures {
-    /// Entries of all pictures, in the order in which they were rendered.
-    pub pictures: Vec<Picture>,
-    /// Methods that cannot render the views.
-    pub refused: Vec<Refused>,
-    reference: Shown,
+/// Sheets of all views of a study, to which pictures are added one after the other, those of the reference first.
+#[derive(Clone, Debug, Default)]
+pub struct Sheets {
     /// Views by name, each with its reference and its sheets of both kinds.
     views: Vec<(String, Reference, [Sheet; 2])>,
 }
 
-impl Pictures {
-    /// Returns the reference with its views in the document's order, without any pictures yet.
-    pub fn compared_with(
+impl Sheets {
+    /// Adds the pictures of every view by a job that has ended, and returns their errors; `films` is empty if no pass ended in time.
+    pub fn push(
+        &mut self,
         request: &PictureRequest,
-        (reference, films): (Shown, Vec<Film>),
-        refused: Vec<Refused>,
-    ) -> Result<Self, OutputError> {
-        let sheets = || [SheetKind::EqualTime, SheetKind::Accuracies].map(Sheet::new);
-        let views = films.into_iter().enumerate().map(|(index, film)| {
-            Ok((request.view(index), Reference::new(reference.computed_by.clone(), film)?, sheets()))
-        });
-        let views = views.collect::<Result<_, OutputError>>()?;
-        Ok(Self { pictures: Vec::new(), refused, reference, views })
-    }
-
-    /// Adds the pictures of every view by a job; `films` is empty if no pass ended in time.
-    pub fn push(&mut self, key: &PictureKey, (shown, films): (Shown, Vec<Film>)) -> Result<(), OutputError> {
-        let mut films = films.into_iter();
+        (part, ended): (&StudyPart, &Ended),
+        films: Vec<Film>,
+    ) -> Result<Vec<Option<f64>>, OutputError> {
+        if part.key.picture == Some(PictureKey::Reference) {
+            for (index, film) in films.into_iter().enumerate() {
+                let reference = Reference::new(part.computed_by.clone(), film)?;
+                let sheets = [SheetKind::EqualTime, SheetKind::Accuracies].map(Sheet::new);
+                self.views.push((request.view(index), reference, sheets));
+            }
+            return Ok(Vec::new());
+        }
+        let (mut films, mut errors) = (films.into_iter(), Vec::new());
         for (view, reference, sheets) in &mut self.views {
             let film = films.next();
             let error = film.as_ref().map(|film| reference.error(film));
-            let Some(picture) = shown.picture(key, view, error) else { continue };
-            for sheet in sheets.iter_mut().filter(|sheet| sheet.kind.has(key)) {
+            let Some(picture) = Picture::new(part, ended, view.clone(), error) else { continue };
+            for sheet in sheets.iter_mut().filter(|sheet| sheet.kind.has(&part.key)) {
                 sheet.push(&picture, film.as_ref(), reference)?;
             }
-            self.pictures.push(picture);
+            errors.push(error);
         }
-        Ok(())
+        Ok(errors)
     }
 
-    /// Returns the file with the times and errors of all pictures so far, as name and content.
-    pub fn numbers(&self, request: &PictureRequest) -> (String, Vec<u8>) {
-        (PICTURES_JSON.to_owned(), numbers(request, &self.reference, &self.pictures, &self.refused))
-    }
-
-    /// Returns all files, as names and contents: for each view a sheet of pictures of equal time and one of crops at several
-    /// accuracies, and the times and errors of all pictures.
+    /// Returns the files of all sheets that have pictures, as names and contents.
     pub fn files(self, request: &PictureRequest) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
-        let numbers = self.numbers(request);
         let mut files = Vec::new();
         for (view, reference, sheets) in self.views {
             for (sheet, name) in sheets.into_iter().zip([equal_time(&view), accuracies(&view)]) {
                 files.extend(sheet.png(&reference, request.wanted.seconds.len())?.map(|bytes| (name, bytes)));
             }
         }
-        files.push(numbers);
         Ok(files)
     }
-}
-
-/// Returns the times and errors of all pictures as JSON.
-pub fn numbers(request: &PictureRequest, reference: &Shown, pictures: &[Picture], refused: &[Refused]) -> Vec<u8> {
-    let told = json!({
-        "request": request, "reference": { "method": reference.computed_by, "seconds": reference.seconds },
-        "pictures": pictures, "refused": refused,
-    });
-    format!("{told}\n").into_bytes()
 }
 
 /// Name of the file with the times and errors of all pictures.
@@ -298,6 +242,26 @@ pub fn accuracies(view: &str) -> String {
 }
 
 impl Picture {
+    /// Returns the entry for the picture of a view by a job that has ended, with its actual error; `None` for the reference.
+    pub fn new(part: &StudyPart, ended: &Ended, view: String, error: Option<f64>) -> Option<Self> {
+        let (method, asked_seconds, asked_relative_error) = match part.key.picture.clone()? {
+            PictureKey::Reference => return None,
+            PictureKey::EqualTime { method, seconds } => (method, Some(seconds), None),
+            PictureKey::Accuracy { relative_error } => (part.computed_by.clone(), None, Some(relative_error)),
+        };
+        let Progress { seconds, passes, view_relative_error: told_relative_error, .. } = ended.progress;
+        Some(Self {
+            view,
+            method,
+            asked_seconds,
+            asked_relative_error,
+            seconds,
+            passes,
+            told_relative_error,
+            actual_relative_error: error,
+        })
+    }
+
     /// Returns the picture's title: method, requested error if any, time and actual error.
     pub fn title(&self) -> String {
         let percent = |share: f64| format!("{} %", significant(100.0 * share, 2));
@@ -341,16 +305,22 @@ mod tests {
             Film::of_image(Image { size_px: [128, 64], channels: 3, values: &values }, None, 0.95, 8)
         };
         let reference = Reference::new("path_tracing".to_owned(), film()).unwrap();
-        let shown = Shown { computed_by: "sppm".to_owned(), seconds: 1.0, passes: 8, told: None };
-        let keys = [
+        let progress = Progress { seconds: 1.0, passes: 8, ..Progress::default() };
+        let ended = Ended { succeeded: true, progress, stopped_by: None };
+        let parts = [
             PictureKey::EqualTime { method: "auto".to_owned(), seconds: 1.0 },
             PictureKey::Accuracy { relative_error: 0.1 },
-        ];
+        ]
+        .map(|key| StudyPart {
+            key: JobKey::picture(key),
+            computed_by: "sppm".to_owned(),
+            set_up_seconds: 0.0,
+        });
         for (kind, pixels) in [(SheetKind::EqualTime, 128 * 64), (SheetKind::Accuracies, 192 * 128)] {
             let mut sheet = Sheet::new(kind);
-            let key = keys.iter().find(|key| kind.has(key)).unwrap();
+            let part = parts.iter().find(|part| kind.has(&part.key)).unwrap();
             for number in 1..4 {
-                let picture = shown.picture(key, "v", Some(reference.error(&film()))).unwrap();
+                let picture = Picture::new(part, &ended, "v".to_owned(), Some(reference.error(&film()))).unwrap();
                 sheet.push(&picture, (number > 1).then(film).as_ref(), &reference).unwrap();
                 assert_eq!(sheet.bytes(), number * 3 * pixels);
             }

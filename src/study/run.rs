@@ -1,14 +1,23 @@
-//! Rendering of a study's jobs one after the other in this process.
+//! Studies whose jobs are rendered one after the other in this process.
 
 use std::time::Instant;
 
+use serde_json::Value;
+
 use super::compare::Values;
-use super::outcome::{Refused, RenderedReference, Run, RunCost, Study};
+use super::outcome::{Ended, Run, Study};
+use super::outcomes::{Found, JobOutcome, Outcomes};
+use super::part::{JobKey, StudyPart};
+use super::picture_request::{PictureKey, PictureRequest};
+use super::pictures::{Film, PICTURES_JSON, Sheets};
 use super::request::{RunKey, StudyRequest};
+use super::runner::{self, Runner, StudyPlan};
 use crate::document::{DocumentErrors, JobDocument, MeshSource};
 use crate::engine::cancel::Stop;
 use crate::engine::passes::{RenderError, Rendered};
+use crate::engine::progress::Progress;
 use crate::figure::ticks::{duration, significant};
+use crate::output::OutputError;
 use crate::present::prepared::{Prepared, prepare_document};
 
 /// Reason why a study cannot be completed.
@@ -38,22 +47,39 @@ pub enum StudyError {
     },
 }
 
-/// Progress of a study: the next run, and the number of finished ones.
-#[derive(Clone, Debug, PartialEq)]
+/// Progress of a study: the next job, and the number of finished ones.
+#[derive(Clone, Debug)]
 pub struct Step<'a> {
-    /// Number of finished runs, the reference included.
+    /// Number of finished jobs, the reference included.
     pub done: usize,
-    /// Number of all runs, the reference included.
+    /// Number of all jobs, the reference included.
     pub of: usize,
-    /// Description of the next run.
+    /// Description of the next job.
     pub next: String,
-    /// Estimated seconds that the remaining runs take; `None` before the first run has ended.
-    pub seconds_left: Option<f64>,
-    /// Outcome of the runs so far; `None` until the reference is available.
-    pub so_far: Option<&'a Study>,
+    /// Remaining time; `None` before there is an estimate.
+    pub left: Option<Left>,
+    /// Outcomes of the jobs so far.
+    pub so_far: &'a Outcomes,
 }
 
-/// Runs a study; calls `heard` before each of its runs, and at the end.
+/// Remaining time in seconds: an estimate or an upper bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Left {
+    /// Estimate from the runs that have ended.
+    About(f64),
+    /// Sum of the largest times that the jobs may take.
+    AtMost(f64),
+}
+
+/// Pictures of a study of views.
+#[derive(Clone, Debug)]
+pub struct Pictures {
+    /// Outcomes of the jobs.
+    pub outcomes: Outcomes,
+    sheets: Sheets,
+}
+
+/// Runs a study of grids; calls `heard` before each of its runs, and at the end.
 pub fn run(
     request: &StudyRequest,
     meshes: &dyn MeshSource,
@@ -61,77 +87,150 @@ pub fn run(
     heard: &mut dyn FnMut(&Step<'_>),
 ) -> Result<Study, StudyError> {
     request.check()?;
-    let prepare = |document: &serde_json::Value| -> Result<Prepared, DocumentErrors> {
-        prepare_document(&JobDocument::parse(document.to_string().as_bytes())?, meshes)
-    };
-    let known = request.reference.known();
-    let reference = if known.is_none() { Some(prepare(&request.reference())?) } else { None };
-    let Judged { able, refused } = able(request, prepare)?;
-    let methods: Vec<String> = able.iter().map(|(method, _)| method.clone()).collect();
-    let confidence = able.first().map(|(_, prepared)| prepared.stop.confidence);
-    drop(able);
-    let keys: Vec<RunKey> = request.runs(&methods).collect();
-    let of = usize::from(reference.is_some()) + keys.len();
-    let (truth, told) = match (known, &reference) {
-        (Some(known), _) => (known, None),
-        (None, Some(reference)) => {
-            let (method, seconds) = (reference.method_names(), reference.stop.max_seconds);
-            let next = format!("reference by {method}, at most {}", duration(seconds, 2));
-            heard(&Step { done: 0, of, next, seconds_left: None, so_far: None });
-            let rendered = rendered(reference, stop)?;
-            if stop.reason().is_some() {
-                return Err(StudyError::Cancelled { done: 0, of });
-            }
-            let Some((truth, found)) = rendered else { return Err(StudyError::NoReference { method, seconds }) };
-            (truth, Some(RenderedReference { method, seconds: found.spent.seconds }))
-        }
-        (None, None) => (Values::default(), None),
-    };
-    let mut study = Study {
-        reference: told,
-        reference_variance: truth.relative_variance(),
-        confidence: reference.as_ref().map(|reference| reference.stop.confidence).or(confidence).unwrap_or_default(),
-        runs: Vec::new(),
-        refused,
-    };
-    let before = of - keys.len();
-    for (number, key) in keys.iter().enumerate() {
-        let done = before + number;
-        let next = format!("{} to {} %", key.method, significant(100.0 * key.relative_error, 2));
-        let seconds_left = seconds_left(&study.runs, &keys[number..], request.seconds);
-        heard(&Step { done, of, next, seconds_left, so_far: Some(&study) });
-        if stop.reason().is_some() {
-            return Err(StudyError::Cancelled { done, of });
-        }
-        let start = Instant::now();
-        let prepared = prepare(&request.run(key))?;
-        let set_up_seconds = start.elapsed().as_secs_f64();
-        let rendered = rendered(&prepared, stop)?;
-        if stop.reason().is_some() {
-            return Err(StudyError::Cancelled { done, of });
-        }
-        if let Some((values, found)) = rendered {
-            let accuracy = prepared.accuracy(&found.estimate);
-            let cost = RunCost {
-                computed_by: prepared.method_names(),
-                set_up_seconds,
-                seconds: found.spent.seconds,
-                cpu_seconds: found.spent.cpu(),
-                passes: found.estimate.passes,
-                told: accuracy.grids.filter(|error| error.is_finite()),
-                stopped_by: found.stopped_by,
-            };
-            let deviation = values.deviation(&truth, prepared.stop.confidence);
-            study.runs.push(Run::new(key.clone(), cost, deviation));
-        }
+    let mut here = InProcess::new(meshes, stop, heard);
+    here.outcomes.truth = request.reference.known();
+    runner::run(Some(request), None, &mut here)?;
+    here.tell("done".to_owned(), Some(Left::About(0.0)));
+    Ok(here.outcomes.study().unwrap_or_default())
+}
+
+/// Renders the pictures of a study of views; calls `heard` before each of its jobs, and at the end.
+pub fn run_pictures(
+    request: &PictureRequest,
+    meshes: &dyn MeshSource,
+    stop: &Stop,
+    heard: &mut dyn FnMut(&Step<'_>),
+) -> Result<Pictures, StudyError> {
+    let mut errors = Vec::new();
+    request.wanted.check(&request.job, "", &mut errors);
+    if !errors.is_empty() {
+        return Err(DocumentErrors(errors).into());
     }
-    heard(&Step { done: of, of, next: "done".to_owned(), seconds_left: Some(0.0), so_far: Some(&study) });
-    Ok(study)
+    let mut here = InProcess { views: Some(request), ..InProcess::new(meshes, stop, heard) };
+    runner::run(None, Some(request), &mut here)?;
+    here.tell("done".to_owned(), Some(Left::AtMost(0.0)));
+    Ok(Pictures { outcomes: here.outcomes, sheets: here.sheets })
+}
+
+impl Pictures {
+    /// Returns all files, as names and contents: for each view a sheet of pictures of equal time and one of crops at several
+    /// accuracies, and the times and errors of all pictures.
+    pub fn files(self, request: &PictureRequest) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
+        let mut files = self.sheets.files(request)?;
+        files.extend(self.outcomes.pictures_json(request).map(|json| (PICTURES_JSON.to_owned(), json)));
+        Ok(files)
+    }
+}
+
+/// Runner that renders the jobs of a study one after the other, and compares them at once.
+struct InProcess<'a> {
+    meshes: &'a dyn MeshSource,
+    stop: &'a Stop,
+    heard: &'a mut dyn FnMut(&Step<'_>),
+    /// Request of the pictures, if the study is one of views.
+    views: Option<&'a PictureRequest>,
+    /// Keys of all jobs.
+    keys: Vec<JobKey>,
+    outcomes: Outcomes,
+    sheets: Sheets,
+}
+
+impl Runner for InProcess<'_> {
+    type Error = StudyError;
+
+    fn prepare(&self, document: &Value) -> Result<Prepared, DocumentErrors> {
+        prepare_document(&JobDocument::from_value(document.clone())?, self.meshes)
+    }
+
+    fn in_request(&self, errors: DocumentErrors, _: Option<&JobKey>) -> DocumentErrors {
+        errors
+    }
+
+    fn begin(&mut self, plan: &StudyPlan<'_>) -> Result<(), StudyError> {
+        self.keys = plan.keys();
+        self.outcomes.refused.clone_from(&plan.refused);
+        Ok(())
+    }
+
+    fn run(&mut self, plan: &StudyPlan<'_>, key: JobKey) -> Result<(), StudyError> {
+        let start = Instant::now();
+        let prepared = self.prepare(&plan.document(&key))?;
+        let set_up_seconds = start.elapsed().as_secs_f64();
+        self.tell(words(&key, &prepared), self.left(plan));
+        self.go_on()?;
+        let found = rendered(&prepared, self.stop)?;
+        self.go_on()?;
+        let (estimate, accuracy) = (&found.estimate, prepared.accuracy(&found.estimate));
+        let (method, seconds, succeeded) = (prepared.method_names(), prepared.stop.max_seconds, estimate.passes > 0);
+        if !succeeded && (key.is_reference() || key.picture == Some(PictureKey::Reference)) {
+            return Err(StudyError::NoReference { method, seconds });
+        }
+        let progress = Progress {
+            passes: estimate.passes,
+            seconds: found.spent.seconds,
+            cpu_seconds: Some(found.spent.cpu()),
+            relative_error: accuracy.grids.filter(|error| error.is_finite()),
+            view_relative_error: accuracy.views.filter(|error| error.is_finite()),
+            ..Progress::default()
+        };
+        let part = StudyPart { key, computed_by: method, set_up_seconds };
+        let ended = Ended { succeeded, progress, stopped_by: Some(found.stopped_by) };
+        self.outcomes.confidence = prepared.stop.confidence;
+        let found = match self.views {
+            Some(request) => {
+                let films = estimate.views.iter().filter(|_| succeeded).map(Film::of_estimate).collect();
+                Found::Pictures(self.sheets.push(request, (&part, &ended), films).map_err(not_drawn)?)
+            }
+            None => self.outcomes.compare(&part.key, succeeded.then(|| Values::of_estimate(estimate))),
+        };
+        self.outcomes.jobs.push(JobOutcome { part, ended: Some(ended), found: Some(found) });
+        Ok(())
+    }
+}
+
+impl<'a> InProcess<'a> {
+    fn new(meshes: &'a dyn MeshSource, stop: &'a Stop, heard: &'a mut dyn FnMut(&Step<'_>)) -> Self {
+        let (outcomes, sheets) = (Outcomes::default(), Sheets::default());
+        Self { meshes, stop, heard, views: None, keys: Vec::new(), outcomes, sheets }
+    }
+
+    fn tell(&mut self, next: String, left: Option<Left>) {
+        let (done, of) = (self.outcomes.jobs.len(), self.keys.len());
+        (self.heard)(&Step { done, of, next, left, so_far: &self.outcomes });
+    }
+
+    fn go_on(&self) -> Result<(), StudyError> {
+        let (done, of) = (self.outcomes.jobs.len(), self.keys.len());
+        if self.stop.reason().is_some() { Err(StudyError::Cancelled { done, of }) } else { Ok(()) }
+    }
+
+    /// Estimates the time that the jobs to come take; `None` before the first run.
+    fn left(&self, plan: &StudyPlan<'_>) -> Option<Left> {
+        let keys = &self.keys[self.outcomes.jobs.len()..];
+        if self.views.is_some() {
+            return Some(Left::AtMost(keys.iter().map(|key| plan.most_seconds(key)).sum()));
+        }
+        let most = keys.first().map_or(0.0, |key| plan.most_seconds(key));
+        let to_come = keys.iter().filter_map(|key| key.run.as_ref());
+        Some(Left::About(seconds_left(&self.outcomes.study()?.runs, to_come, most)?))
+    }
+}
+
+/// Describes a job that comes next.
+fn words(key: &JobKey, prepared: &Prepared) -> String {
+    let (computed_by, seconds) = (prepared.method_names(), duration(prepared.stop.max_seconds, 2));
+    let to = |error: f64| format!("to {} %", significant(100.0 * error, 2));
+    match (&key.run, &key.picture) {
+        (Some(run), _) => format!("{} {}", run.method, to(run.relative_error)),
+        (None, Some(PictureKey::Accuracy { relative_error })) => format!("{computed_by} {}", to(*relative_error)),
+        (None, Some(PictureKey::EqualTime { .. })) => format!("{computed_by} for {seconds}"),
+        (None, Some(PictureKey::Reference) | None) => format!("reference by {computed_by}, at most {seconds}"),
+    }
 }
 
 /// Estimates the seconds that the runs to come take, `most` at most for each, from the runs that have ended: the mean of those of
 /// the same method and error; or else of the same method, scaled by the squared ratio of the errors; or else of all.
-fn seconds_left(ended: &[Run], to_come: &[RunKey], most: f64) -> Option<f64> {
+fn seconds_left<'a>(ended: &[Run], to_come: impl Iterator<Item = &'a RunKey>, most: f64) -> Option<f64> {
     let seconds = |run: &Run| run.set_up_seconds + run.seconds;
     let mean = |of: &dyn Fn(&Run) -> Option<f64>| {
         let each: Vec<f64> = ended.iter().filter_map(of).collect();
@@ -143,57 +242,22 @@ fn seconds_left(ended: &[Run], to_come: &[RunKey], most: f64) -> Option<f64> {
             || mean(&|run| (run.method == key.method).then(|| seconds(run) * (run.asked / key.relative_error).powi(2)));
         alike.or_else(of_method).or_else(|| mean(&|run| Some(seconds(run)))).map(|seconds| seconds.min(most))
     };
-    to_come.iter().map(of_one).sum()
+    to_come.map(of_one).sum()
 }
 
-/// Methods of a study: those that can compute its job, each with the prepared job, and those that refuse it.
-pub struct Judged<T> {
-    /// Methods that can compute the job, in the order of the request, each with the prepared job.
-    pub able: Vec<(String, T)>,
-    /// Methods that refuse the job.
-    pub refused: Vec<Refused>,
-}
-
-/// Prepares the job at the first error by each method of a study, and separates the methods that can compute it from those that
-/// refuse it.
-///
-/// A fault that does not concern the method is an error, with a pointer into the job.
-pub fn able<T>(
-    request: &StudyRequest,
-    prepare: impl Fn(&serde_json::Value) -> Result<T, DocumentErrors>,
-) -> Result<Judged<T>, DocumentErrors> {
-    let (mut able, mut refused) = (Vec::new(), Vec::new());
-    for method in &request.methods {
-        let first = RunKey { method: method.clone(), relative_error: request.relative_errors[0], seed: 0 };
-        match prepare(&request.run(&first)) {
-            Ok(prepared) => able.push((method.clone(), prepared)),
-            Err(errors) => {
-                let reason = of_method_alone(errors)?;
-                refused.push(Refused { method: method.clone(), reason });
-            }
-        }
-    }
-    Ok(Judged { able, refused })
-}
-
-/// Returns the reason why a method refuses a job; an error if any fault does not concern the method.
-pub fn of_method_alone(errors: DocumentErrors) -> Result<String, DocumentErrors> {
-    match errors.0.iter().all(|error| error.pointer.starts_with("/method")) {
-        true => Ok(errors.0.into_iter().map(|error| error.detail).collect::<Vec<_>>().join("; ")),
-        false => Err(errors),
-    }
-}
-
-/// Renders a job to its end and returns its values; `None` if it ended before its first pass.
-fn rendered(prepared: &Prepared, stop: &Stop) -> Result<Option<(Values, Rendered)>, StudyError> {
-    // the seconds of a run end the run, not the study
-    let of_run = Stop::default();
-    let rendered = prepared.render(&of_run, &mut |_, _| {
+/// Renders a job to its end.
+fn rendered(prepared: &Prepared, stop: &Stop) -> Result<Rendered, RenderError> {
+    // the seconds of a job end the job, not the study
+    let of_job = Stop::default();
+    prepared.render(&of_job, &mut |_, _| {
         if let Some(reason) = stop.reason() {
-            of_run.raise(reason);
+            of_job.raise(reason);
         }
-    })?;
-    Ok((rendered.estimate.passes > 0).then(|| (Values::of_estimate(&rendered.estimate), rendered)))
+    })
+}
+
+fn not_drawn(error: OutputError) -> RenderError {
+    RenderError::Output { file: "pictures".to_owned(), reason: error.to_string() }
 }
 
 #[cfg(test)]
@@ -205,13 +269,13 @@ mod tests {
     fn what_is_left_is_foretold_by_what_has_ended() {
         let key = |method: &str, relative_error: f64| RunKey { method: method.to_owned(), relative_error, seed: 1 };
         let to_come = [key("a", 0.05), key("a", 0.01), key("b", 0.05), key("a", 0.005)];
-        assert_eq!(seconds_left(&[], &to_come, 60.0), None);
+        assert_eq!(seconds_left(&[], to_come.iter(), 60.0), None);
         // half a second of each is for the set-up
         let ended = [run("a", 0.05, 1.5, 0.05), run("a", 0.05, 3.5, 0.05), run("a", 0.02, 9.5, 0.02)];
         // as long as the first two; 25 and 4 times as long; as all on average; and the largest number of seconds allowed
         let of_second = (25.0 * 2.0 + 25.0 * 4.0 + 4.0 * 10.0) / 3.0;
-        let left = seconds_left(&ended, &to_come, 100.0).unwrap();
+        let left = seconds_left(&ended, to_come.iter(), 100.0).unwrap();
         assert!((left - (3.0 + of_second + 16.0 / 3.0 + 100.0)).abs() < 1e-9, "{left}");
-        assert_eq!(seconds_left(&ended, &[], 100.0), Some(0.0));
+        assert_eq!(seconds_left(&ended, [].iter(), 100.0), Some(0.0));
     }
 }

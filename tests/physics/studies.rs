@@ -4,8 +4,7 @@ use serde_json::{Value, json};
 use skyduct::engine::cancel::{Stop, StopReason};
 use skyduct::study::StudyRequest;
 use skyduct::study::picture_request::{PictureRequest, PicturesWanted};
-use skyduct::study::run::{StudyError, run};
-use skyduct::study::views;
+use skyduct::study::run::{StudyError, run, run_pictures};
 
 use crate::documents::Folder;
 
@@ -139,10 +138,11 @@ fn pictures_show_what_time_buys() {
     let methods = ["path_tracing", "jenkins", "bidirectional_path_tracing"].map(str::to_owned).to_vec();
     let wanted = PicturesWanted { seconds: vec![0.2, 0.05], relative_errors: vec![0.4] };
     let request = PictureRequest::new(job, methods, wanted, 60.0, Some("bidirectional_path_tracing"));
-    let pictures = views::run(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap();
-    assert_eq!((pictures.pictures.len(), pictures.refused[0].method.as_str()), (5, "jenkins"));
-    assert_eq!(pictures.pictures[0].asked_seconds, Some(0.05));
-    let last = &pictures.pictures[4];
+    let pictures = run_pictures(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap();
+    let entries = pictures.outcomes.pictures(&request);
+    assert_eq!((entries.len(), pictures.outcomes.refused[0].method.as_str()), (5, "jenkins"));
+    assert_eq!(entries[0].asked_seconds, Some(0.05));
+    let last = &entries[4];
     assert!(last.asked_relative_error == Some(0.4) && last.actual_relative_error.unwrap() < 0.4, "{last:?}");
     let files = pictures.files(&request).unwrap();
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
@@ -152,7 +152,7 @@ fn pictures_show_what_time_buys() {
     assert_eq!((told["pictures"].as_array().unwrap().len(), &told["refused"][0]["method"]), (5, &json!("jenkins")));
     let bad = PicturesWanted { seconds: vec![0.0], relative_errors: Vec::new() };
     let nothing = PictureRequest { job: json!({ "grids": [] }), wanted: bad, ..request };
-    match views::run(&nothing, &Folder, &Stop::default(), &mut |_| {}) {
+    match run_pictures(&nothing, &Folder, &Stop::default(), &mut |_| {}) {
         Err(StudyError::Document(errors)) => {
             let pointers: Vec<&str> = errors.0.iter().map(|error| error.pointer.as_str()).collect();
             assert_eq!(pointers, ["", "/seconds/0"]);

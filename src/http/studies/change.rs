@@ -6,9 +6,8 @@ use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
 use super::evaluate::study_resource;
-use super::looked::heads;
+use super::looked::{Looked, no_such_study};
 use super::resource::StudyResource;
-use super::show::no_such_study;
 use crate::http::App;
 use crate::http::problem::{Path, Problem};
 
@@ -24,7 +23,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
         return Err(Problem::conflict("all jobs of the study have ended"));
     }
     tracing::info!(study = %id, "study cancelled");
-    Ok((StatusCode::ACCEPTED, Json(study_resource(&app, &study, heads(&app, id).await?).await?)).into_response())
+    Ok((StatusCode::ACCEPTED, Json(study_resource(&app, Looked::new(&app, study).await?).await?)).into_response())
 }
 
 /// Deletes the study with all of its jobs; running ones stop.

@@ -1,74 +1,83 @@
-//! Evaluation of a study so far, from the results of its jobs that have ended.
-
-use std::collections::HashMap;
+//! Evaluation of a study so far, from the results of its jobs that have ended: a few numbers, computed once after the end of each job
+//! and stored beside it.
 
 use uuid::Uuid;
 
-use super::found::{self, Found};
-use super::looked::{Looked, heads, parts, read};
-use super::part::StudyPart;
-use super::resource::{StudyJob, StudyResource, StudySummary};
+use super::looked::{Looked, read};
+use super::resource::StudyResource;
+use crate::document::result::GridResult;
 use crate::http::Service;
+use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
+use crate::http::results::internal;
 use crate::queue::store::*;
-use crate::study::Study;
-use crate::study::compare::Deviation;
-use crate::study::outcome::{RenderedReference, Run, RunCost};
+use crate::study::compare::Values;
+use crate::study::outcomes::Found;
+use crate::study::{Study, StudyRequest};
+
+/// Number of jobs whose evaluated results are stored together; a request that ends early leaves the rest to the next one.
+const STORED_TOGETHER: usize = 16;
 
 /// Builds the answer for a stored study.
-pub async fn study_resource(
-    app: &Service,
-    study: &StoredStudy,
-    heads: HashMap<Uuid, JobHead>,
-) -> Result<StudyResource, Problem> {
-    let looked = Looked::new(study, heads)?;
-    let found = evaluate(app, &looked).await?;
-    let jobs = looked.jobs();
-    Ok(StudyResource {
-        summary: StudySummary::new(study, &jobs),
-        request: looked.request,
-        refused: read(&study.refused)?,
-        jobs,
-        results: found.map(|found| found.report()),
-    })
+pub async fn study_resource(app: &Service, mut looked: Looked) -> Result<StudyResource, Problem> {
+    let request = looked.request()?;
+    let results = evaluate(app, &mut looked, &request).await?.map(|found| found.report());
+    let refused = read(&looked.study.refused)?;
+    Ok(StudyResource { summary: looked.summary(), request, refused, jobs: looked.jobs(), results })
 }
 
-/// Builds the entry of a stored study in a list.
-pub async fn study_summary(app: &Service, study: StoredStudy) -> Result<StudySummary, Problem> {
-    let heads = heads(app, study.id).await?;
-    let jobs = parts(&study)?.into_iter().map(|(id, part)| StudyJob::new(id, &part, heads.get(&id)));
-    Ok(StudySummary::new(&study, &jobs.collect::<Vec<_>>()))
-}
-
-/// Evaluates the runs that have succeeded; `None` as long as the reference has no values.
-pub async fn evaluate(app: &Service, looked: &Looked<'_>) -> Result<Option<Study>, Problem> {
-    let found = found::of_runs(app, looked).await?;
-    let (reference, reference_variance) = match looked.reference() {
-        None => (None, looked.request.reference.known().and_then(|known| known.relative_variance())),
-        Some((id, part)) => {
-            let (Some(head), Some(Found::Reference(variance))) = (looked.succeeded(id), found.get(&id)) else {
+/// Evaluates the runs that have succeeded; `None` as long as the reference has no values. One request at a time compares those that
+/// are not compared yet; the next one reads what it has stored.
+pub async fn evaluate(app: &Service, looked: &mut Looked, request: &StudyRequest) -> Result<Option<Study>, Problem> {
+    let outcomes = looked.outcomes(request)?;
+    if outcomes.missing().is_empty() {
+        return Ok(outcomes.study());
+    }
+    let _turn = app.study_files.evaluating.lock().await;
+    // deleted meanwhile
+    let Some(study) = app.store.study(looked.study.id).await? else { return Ok(outcomes.study()) };
+    looked.study = study;
+    let mut outcomes = looked.outcomes(request)?;
+    for indexes in outcomes.missing().chunks(STORED_TOGETHER) {
+        let mut new = Vec::new();
+        for index in indexes {
+            let (id, part) = &looked.parts[*index];
+            let Some(head) = looked.heads.get(id) else { continue };
+            let values = values(app, request, head).await?;
+            let found = outcomes.compare(&part.key, values);
+            if outcomes.jobs[*index].found.replace(found.clone()).as_ref() != Some(&found) {
+                new.push((*id, found));
+            }
+            if outcomes.truth.is_none() {
+                keep(app, looked.study.id, &new).await;
                 return Ok(None);
-            };
-            (Some(RenderedReference { method: part.computed_by.clone(), seconds: head.progress.seconds }), *variance)
+            }
         }
-    };
-    let runs = looked.parts.iter().filter_map(|(id, part)| match found.get(id)? {
-        Found::Run(deviation) => run(part, looked.succeeded(*id)?, *deviation),
-        _ => None,
-    });
-    let (runs, confidence) = (runs.collect(), looked.study.confidence);
-    Ok(Some(Study { reference, reference_variance, confidence, runs, refused: read(&looked.study.refused)? }))
+        keep(app, looked.study.id, &new).await;
+    }
+    Ok(outcomes.study())
 }
 
-fn run(part: &StudyPart, head: &JobHead, deviation: Deviation) -> Option<Run> {
-    let cost = RunCost {
-        computed_by: part.computed_by.clone(),
-        set_up_seconds: part.set_up_seconds,
-        seconds: head.progress.seconds,
-        cpu_seconds: head.progress.cpu_seconds.unwrap_or(head.progress.seconds),
-        passes: head.progress.passes,
-        told: head.progress.relative_error,
-        stopped_by: head.stopped_by?,
-    };
-    Some(Run::new(part.run.clone()?, cost, deviation))
+/// Stores evaluated results; if that fails, they are computed again later.
+pub async fn keep(app: &Service, study: Uuid, found: &[(Uuid, Found)]) {
+    // our own types always serialise
+    let json = |(id, found): &(Uuid, Found)| (*id, serde_json::to_value(found).unwrap_or_default());
+    if let Err(error) = app.store.keep_found(study, &found.iter().map(json).collect::<Vec<_>>()).await {
+        tracing::warn!(%error, %study, "the errors computed for a study cannot be stored");
+    }
+}
+
+/// Reads the values of a job that has succeeded; `None` if its files are gone.
+async fn values(app: &Service, request: &StudyRequest, head: &JobHead) -> Result<Option<Values>, Problem> {
+    let mut files = Vec::new();
+    for name in request.job["grids"].as_array().into_iter().flatten().filter_map(|grid| grid["name"].as_str()) {
+        let Some(file) = app.store.artifact(head.id, &format!("grids/{name}.json")).await? else { return Ok(None) };
+        files.push(app.artifacts.read_artifact(&file).await?);
+    }
+    let passes = head.progress.passes;
+    let read = off_thread(permit(&app.permits.reading).await?, move |_| {
+        let grids = files.iter().map(|json| serde_json::from_slice(json)).collect::<Result<Vec<GridResult>, _>>()?;
+        Ok::<_, serde_json::Error>(Values::of_results(&grids, passes))
+    });
+    read.await?.map(Some).map_err(|error| internal("reading a grid failed", &error))
 }

@@ -11,9 +11,8 @@ use tokio::time::{Instant, sleep, sleep_until};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::looked::parts;
+use super::looked::{no_such_study, parts};
 use super::resource::StudyStatus;
-use super::show::no_such_study;
 use super::watched::{ENDED, PASS, RESTARTED, STARTED, StudyEvents};
 use crate::http::client::Client;
 use crate::http::event_stream::{self, EventSource, EventsQuery};

@@ -2,57 +2,78 @@
 
 use std::collections::HashMap;
 
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use uuid::Uuid;
 
-use super::part::StudyPart;
-use super::resource::StudyJob;
+use super::resource::{StudyJob, StudySummary};
 use crate::http::Service;
 use crate::http::problem::Problem;
 use crate::http::results::internal;
 use crate::queue::store::*;
 use crate::study::StudyRequest;
+use crate::study::outcome::Ended;
+use crate::study::outcomes::{Found, JobOutcome, Outcomes};
+use crate::study::part::StudyPart;
 
 /// Stored study with the present state of its jobs.
-pub struct Looked<'a> {
-    pub study: &'a StoredStudy,
-    pub request: StudyRequest,
+pub struct Looked {
+    pub study: StoredStudy,
     /// Ids of the jobs in order, each with the job's part in the study.
     pub parts: Vec<(Uuid, StudyPart)>,
     /// Heads of the jobs that were not deleted, by id.
     pub heads: HashMap<Uuid, JobHead>,
 }
 
-impl<'a> Looked<'a> {
-    /// Combines a study with the heads of its jobs.
-    pub fn new(study: &'a StoredStudy, heads: HashMap<Uuid, JobHead>) -> Result<Self, Problem> {
-        let request = serde_json::from_str(&study.request);
-        let request = request.map_err(|error| internal("reading a study failed", &error))?;
-        Ok(Self { study, request, parts: parts(study)?, heads })
+impl Looked {
+    /// Reads the study of an id with its jobs.
+    pub async fn at(app: &Service, id: Uuid) -> Result<Self, Problem> {
+        Self::new(app, app.store.study(id).await?.ok_or_else(no_such_study)?).await
     }
 
-    /// Returns the job with which the runs are compared; `None` if the request has given the values.
-    pub fn reference(&self) -> Option<(Uuid, &StudyPart)> {
-        let reference = self.parts.iter().find(|(_, part)| part.run.is_none() && part.picture.is_none());
-        reference.map(|(id, part)| (*id, part))
+    /// Reads the jobs of a stored study.
+    pub async fn new(app: &Service, study: StoredStudy) -> Result<Self, Problem> {
+        let heads = app.store.jobs_of_study(study.id).await?;
+        let heads = heads.into_iter().map(|head| (head.id, head)).collect();
+        Ok(Self { parts: parts(&study)?, study, heads })
     }
 
-    /// Returns the job if it has succeeded.
-    pub fn succeeded(&self, id: Uuid) -> Option<&JobHead> {
-        self.heads.get(&id).filter(|head| head.status == JobStatus::Succeeded)
+    /// Reads the request of the study.
+    pub fn request(&self) -> Result<StudyRequest, Problem> {
+        serde_json::from_str(&self.study.request).map_err(|error| internal("reading a study failed", &error))
     }
 
     /// Lists the jobs in the form of JSON answers.
     pub fn jobs(&self) -> Vec<StudyJob> {
         self.parts.iter().map(|(id, part)| StudyJob::new(*id, part, self.heads.get(id))).collect()
     }
+
+    /// Summarises the study in the form of JSON answers.
+    pub fn summary(&self) -> StudySummary {
+        StudySummary::new(&self.study, &self.jobs())
+    }
+
+    /// Collects the jobs with the results that are stored for the study, and the values of the reference if they are given.
+    pub fn outcomes(&self, request: &StudyRequest) -> Result<Outcomes, Problem> {
+        let jobs = self.parts.iter().zip(&self.study.jobs).map(|((id, part), member)| JobOutcome {
+            part: part.clone(),
+            ended: self.heads.get(id).and_then(ended),
+            // results in the form of another version are computed again
+            found: member.found.as_ref().and_then(|found| Found::deserialize(found).ok()),
+        });
+        let (truth, confidence) = (request.reference.known(), self.study.confidence);
+        Ok(Outcomes { jobs: jobs.collect(), refused: read(&self.study.refused)?, confidence, truth })
+    }
 }
 
-/// Reads the heads of the study's jobs that were not deleted.
-pub async fn heads(app: &Service, study: Uuid) -> Result<HashMap<Uuid, JobHead>, Problem> {
-    let heads = app.store.jobs_of_study(study).await?;
-    Ok(heads.into_iter().map(|head| (head.id, head)).collect())
+fn ended(head: &JobHead) -> Option<Ended> {
+    let succeeded = match head.status {
+        JobStatus::Succeeded => true,
+        JobStatus::Failed => false,
+        JobStatus::Queued | JobStatus::Running | JobStatus::Cancelled => return None,
+    };
+    Some(Ended { succeeded, progress: head.progress, stopped_by: head.stopped_by })
 }
 
 /// Lists the ids of the study's jobs, each with the job's part in the study.
@@ -63,4 +84,8 @@ pub fn parts(study: &StoredStudy) -> Result<Vec<(Uuid, StudyPart)>, Problem> {
 /// Reads a value from JSON that this service has stored itself.
 pub fn read<T: DeserializeOwned>(stored: &Value) -> Result<T, Problem> {
     T::deserialize(stored).map_err(|error| internal("reading a study failed", &error))
+}
+
+pub fn no_such_study() -> Problem {
+    Problem::not_found("there is no such study")
 }

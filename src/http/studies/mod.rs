@@ -3,10 +3,8 @@
 pub mod change;
 mod evaluate;
 pub mod events;
-mod found;
 mod looked;
 pub mod made;
-mod part;
 mod pictures;
 pub mod resource;
 pub mod show;

@@ -3,7 +3,6 @@
 //! Films are large: a file is made from one picture after the other, of which only the parts that it shows are kept, and one file
 //! is made at a time.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use axum::http::HeaderMap;
@@ -11,22 +10,18 @@ use axum::response::Response;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
-use super::found::{self, Found};
-use super::looked::{heads, parts, read};
+use super::evaluate::keep;
+use super::looked::Looked;
 use super::made::unchanged;
-use super::part::StudyPart;
 use crate::engine::progress::Progress;
 use crate::http::problem::Problem;
 use crate::http::results::internal;
 use crate::http::{Service, content, formats};
 use crate::output::{OutputError, exr};
-use crate::queue::store::*;
-use crate::study::StudyRequest;
-use crate::study::outcome::Refused;
+use crate::study::outcome::Ended;
+use crate::study::outcomes::{Found, JobOutcome, Outcomes};
 use crate::study::picture_request::{PictureKey, PictureRequest};
-use crate::study::pictures::{
-    Film, PICTURES_JSON, Picture, Reference, Sheet, SheetKind, Shown, accuracies, equal_time, numbers,
-};
+use crate::study::pictures::{Film, PICTURES_JSON, Picture, Reference, Sheet, SheetKind, accuracies, equal_time};
 
 /// File of a study's pictures.
 #[derive(Clone, Copy)]
@@ -42,18 +37,12 @@ pub fn is_name(file: &str) -> bool {
 }
 
 /// Answers a request with these headers with the file of this name of a study.
-pub async fn answer(
-    app: &Arc<Service>,
-    study: StoredStudy,
-    file: &str,
-    headers: &HeaderMap,
-) -> Result<Response, Problem> {
-    let heads = heads(app, study.id).await?;
-    let tag = app.study_files.tag(&study, &heads, file);
+pub async fn answer(app: &Arc<Service>, looked: Looked, file: &str, headers: &HeaderMap) -> Result<Response, Problem> {
+    let tag = app.study_files.tag(&looked.study, &looked.heads, file);
     if let Some(unchanged) = unchanged(headers, &format!("\"{tag}\"")) {
         return Ok(unchanged);
     }
-    let maker = Maker::new(app, study, heads)?;
+    let maker = Maker::new(app, looked)?;
     let of_file = maker.file(file).ok_or_else(|| Problem::not_found("the study has no pictures of this name"))?;
     let bytes = app.study_files.get_or_make(tag.clone(), move || maker.make(of_file)).await?;
     let media_type = if file == PICTURES_JSON { "application/json" } else { "image/png" };
@@ -64,24 +53,23 @@ pub async fn answer(
 struct Maker {
     app: Arc<Service>,
     runtime: Handle,
-    study: StoredStudy,
+    study: Uuid,
     request: PictureRequest,
-    refused: Vec<Refused>,
-    /// Jobs of pictures, the reference first.
-    jobs: Vec<(Uuid, PictureKey, StudyPart)>,
-    heads: HashMap<Uuid, JobHead>,
+    /// Jobs of pictures by id, the reference first.
+    ids: Vec<Uuid>,
+    outcomes: Outcomes,
 }
 
 impl Maker {
-    fn new(app: &Arc<Service>, study: StoredStudy, heads: HashMap<Uuid, JobHead>) -> Result<Self, Problem> {
-        let request: StudyRequest =
-            serde_json::from_str(&study.request).map_err(|error| internal("reading a study failed", &error))?;
+    fn new(app: &Arc<Service>, looked: Looked) -> Result<Self, Problem> {
+        let request = looked.request()?;
         let none = || Problem::not_found("the study has no pictures");
-        let request = request.pictures(app.limits.max_seconds).ok_or_else(none)?;
-        let of_picture = |(id, part): (Uuid, StudyPart)| Some((id, part.picture.clone()?, part));
-        let jobs = parts(&study)?.into_iter().filter_map(of_picture).collect();
-        let (app, refused) = (app.clone(), read(&study.refused)?);
-        Ok(Self { app, runtime: Handle::current(), study, request, refused, jobs, heads })
+        let pictures = request.pictures(app.limits.max_seconds).ok_or_else(none)?;
+        let mut outcomes = looked.outcomes(&request)?;
+        let ids = looked.parts.iter().filter(|(_, part)| part.key.picture.is_some()).map(|(id, _)| *id).collect();
+        outcomes.jobs.retain(|job| job.part.key.picture.is_some());
+        let (app, runtime, study) = (app.clone(), Handle::current(), looked.study.id);
+        Ok(Self { app, runtime, study, request: pictures, ids, outcomes })
     }
 
     /// Finds the file of a name; `None` if the request has no such view.
@@ -99,7 +87,7 @@ impl Maker {
         self.request.job["views"].as_array().map_or(0, Vec::len)
     }
 
-    fn make(&self, file: PictureFile) -> Result<Vec<u8>, Problem> {
+    fn make(mut self, file: PictureFile) -> Result<Vec<u8>, Problem> {
         match file {
             PictureFile::Numbers => self.numbers(),
             PictureFile::Sheet(kind, view) => self.sheet(kind, view),
@@ -110,89 +98,66 @@ impl Maker {
     fn sheet(&self, kind: SheetKind, view: usize) -> Result<Vec<u8>, Problem> {
         let reference = self.reference(view)?;
         let mut sheet = Sheet::new(kind);
-        for (id, key, part) in self.jobs.iter().filter(|(_, key, _)| kind.has(key)) {
-            let Some(head) = self.ended(*id) else { continue };
-            let film = self.film(head, view)?;
+        for (id, job, ended) in self.ended().filter(|(_, job, _)| kind.has(&job.part.key)) {
+            let film = self.film(id, ended, view)?;
             let error = film.as_ref().map(|film| reference.error(film));
-            let Some(picture) = shown(part, head).picture(key, &self.request.view(view), error) else { continue };
-            sheet.push(&picture, film.as_ref(), &reference).map_err(not_drawn)?;
+            let picture = Picture::new(&job.part, ended, self.request.view(view), error);
+            let pushed = picture.map(|picture| sheet.push(&picture, film.as_ref(), &reference));
+            pushed.transpose().map_err(not_drawn)?;
         }
         let made = sheet.png(&reference, self.request.wanted.seconds.len()).map_err(not_drawn)?;
         made.ok_or_else(|| Problem::not_found("the study has no finished pictures of this kind (yet)"))
     }
 
     /// Writes times and errors of all pictures; errors that are not stored yet are computed now, and stored.
-    fn numbers(&self) -> Result<Vec<u8>, Problem> {
-        let (reference, part) = self.ended_reference()?;
-        let stored = found::stored(&self.study);
-        let mut errors: HashMap<Uuid, Vec<Option<f64>>> = HashMap::new();
-        let mut new = Vec::new();
-        for head in self.jobs.iter().filter_map(|(id, ..)| self.ended(*id)) {
-            match stored.get(&head.id) {
-                Some(Found::Pictures(of_job)) => drop(errors.insert(head.id, of_job.clone())),
-                _ if head.id != reference.id => new.push(head),
-                _ => {}
-            }
-        }
-        for view in (0..self.views()).filter(|_| !new.is_empty()) {
+    fn numbers(&mut self) -> Result<Vec<u8>, Problem> {
+        self.outcomes.picture_reference().ok_or_else(no_reference)?;
+        let is_new = |job: &JobOutcome| {
+            job.part.key.picture != Some(PictureKey::Reference) && !matches!(job.found, Some(Found::Pictures(_)))
+        };
+        let mut new: Vec<(Uuid, Ended, Vec<Option<f64>>)> =
+            self.ended().filter(|(_, job, _)| is_new(job)).map(|(id, _, ended)| (id, *ended, Vec::new())).collect();
+        for view in 0..if new.is_empty() { 0 } else { self.views() } {
             let reference = self.reference(view)?;
-            for head in &new {
-                let error = self.film(head, view)?.map(|film| reference.error(&film));
-                errors.entry(head.id).or_default().push(error);
+            for (id, ended, errors) in &mut new {
+                errors.push(self.film(*id, ended, view)?.map(|film| reference.error(&film)));
             }
         }
-        let of_new = |head: &&JobHead| Some((head.id, Found::Pictures(errors.get(&head.id)?.clone())));
-        let new: Vec<(Uuid, Found)> = new.iter().filter_map(of_new).collect();
+        let new: Vec<_> = new.into_iter().map(|(id, _, errors)| (id, Found::Pictures(errors))).collect();
         if !new.is_empty() {
-            self.runtime.block_on(found::keep(&self.app, self.study.id, &new));
+            self.runtime.block_on(keep(&self.app, self.study, &new));
         }
-        let mut pictures: Vec<Picture> = Vec::new();
-        for (id, key, part) in &self.jobs {
-            let (Some(head), Some(errors)) = (self.ended(*id), errors.get(id)) else { continue };
-            let shown = shown(part, head);
-            let each = errors.iter().enumerate();
-            pictures.extend(each.filter_map(|(view, error)| shown.picture(key, &self.request.view(view), *error)));
+        for (id, found) in new {
+            let job =
+                self.ids.iter().position(|other| *other == id).and_then(|index| self.outcomes.jobs.get_mut(index));
+            job.into_iter().for_each(|job| job.found = Some(found.clone()));
         }
-        Ok(numbers(&self.request, &shown(part, reference), &pictures, &self.refused))
+        self.outcomes.pictures_json(&self.request).ok_or_else(no_reference)
     }
 
-    /// Returns a job of pictures that has ended. One whose time limit came before its first pass has failed, but keeps its place
-    /// among them.
-    fn ended(&self, id: Uuid) -> Option<&JobHead> {
-        self.heads.get(&id).filter(|head| match head.status {
-            JobStatus::Succeeded => true,
-            JobStatus::Failed => head.progress.passes == 0,
-            JobStatus::Queued | JobStatus::Running | JobStatus::Cancelled => false,
-        })
-    }
-
-    fn ended_reference(&self) -> Result<(&JobHead, &StudyPart), Problem> {
-        let reference = self.jobs.iter().find(|(_, key, _)| *key == PictureKey::Reference);
-        let reference = reference.and_then(|(id, _, part)| Some((self.ended(*id)?, part)));
-        reference.filter(|(head, _)| head.progress.passes > 0).ok_or_else(no_reference)
+    /// Lists the jobs that have ended.
+    fn ended(&self) -> impl Iterator<Item = (Uuid, &JobOutcome, &Ended)> {
+        self.ids.iter().zip(&self.outcomes.jobs).filter_map(|(id, job)| Some((*id, job, job.shown()?)))
     }
 
     /// Reads a view of the reference.
     fn reference(&self, view: usize) -> Result<Reference, Problem> {
-        let (head, part) = self.ended_reference()?;
-        let film = self.film(head, view)?.ok_or_else(no_reference)?;
+        let (part, ended) = self.outcomes.picture_reference().ok_or_else(no_reference)?;
+        // the reference is the first job of pictures
+        let id = self.ids.first().copied().unwrap_or_default();
+        let film = self.film(id, ended, view)?.ok_or_else(no_reference)?;
         Reference::new(part.computed_by.clone(), film).map_err(not_drawn)
     }
 
     /// Reads the film of a view of a job; `None` before the job's first pass.
-    fn film(&self, head: &JobHead, view: usize) -> Result<Option<Film>, Problem> {
+    fn film(&self, job: Uuid, ended: &Ended, view: usize) -> Result<Option<Film>, Problem> {
         let name = format!("views/{}.exr", self.request.view(view));
-        let Some(file) = self.runtime.block_on(self.app.store.artifact(head.id, &name))? else { return Ok(None) };
+        let Some(file) = self.runtime.block_on(self.app.store.artifact(job, &name))? else { return Ok(None) };
         let bytes = self.runtime.block_on(self.app.artifacts.read_artifact(&file))?;
-        let Progress { passes, view_relative_error: told, .. } = head.progress;
+        let Progress { passes, view_relative_error: told, .. } = ended.progress;
         let decoded = exr::decode(&bytes).map_err(|error| internal("reading a view failed", &error))?;
-        Ok(Some(Film::of_image(decoded.image(), told, self.study.confidence, passes)))
+        Ok(Some(Film::of_image(decoded.image(), told, self.outcomes.confidence, passes)))
     }
-}
-
-fn shown(part: &StudyPart, head: &JobHead) -> Shown {
-    let Progress { seconds, passes, view_relative_error: told, .. } = head.progress;
-    Shown { computed_by: part.computed_by.clone(), seconds, passes, told }
 }
 
 fn no_reference() -> Problem {

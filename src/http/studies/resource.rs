@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::part::StudyPart;
 use crate::engine::progress::StoppedBy;
 use crate::queue::store::*;
 use crate::study::StudyRequest;
 use crate::study::files::StudyReport;
 use crate::study::outcome::Refused;
+use crate::study::part::StudyPart;
 use crate::study::picture_request::{PictureKey, PicturesWanted};
 use crate::study::pictures::{PICTURES_JSON, accuracies, equal_time};
 
@@ -205,13 +205,14 @@ impl StudySummary {
 impl StudyJob {
     /// Describes a job with this part in a study; `head` is `None` if the job was deleted.
     pub fn new(id: Uuid, part: &StudyPart, head: Option<&JobHead>) -> Self {
-        let kind = match (&part.run, &part.picture) {
+        let key = &part.key;
+        let kind = match (&key.run, &key.picture) {
             (Some(_), _) => StudyJobPart::Run,
             (None, None) => StudyJobPart::Reference,
             (None, Some(PictureKey::Reference)) => StudyJobPart::PictureReference,
             (None, Some(_)) => StudyJobPart::Picture,
         };
-        let (method, asked_seconds, asked_of_picture) = match &part.picture {
+        let (method, asked_seconds, asked_of_picture) = match &key.picture {
             Some(PictureKey::EqualTime { method, seconds }) => (Some(method), Some(*seconds), None),
             Some(PictureKey::Accuracy { relative_error }) => (None, None, Some(*relative_error)),
             Some(PictureKey::Reference) | None => (None, None, None),
@@ -219,11 +220,11 @@ impl StudyJob {
         Self {
             id,
             part: kind,
-            method: part.run.as_ref().map(|run| &run.method).or(method).cloned(),
+            method: key.run.as_ref().map(|run| &run.method).or(method).cloned(),
             computed_by: part.computed_by.clone(),
-            asked: part.run.as_ref().map(|run| run.relative_error).or(asked_of_picture),
+            asked: key.run.as_ref().map(|run| run.relative_error).or(asked_of_picture),
             asked_seconds,
-            seed: part.run.as_ref().map(|run| run.seed),
+            seed: key.run.as_ref().map(|run| run.seed),
             status: head.map(|head| head.status),
             stopped_by: head.and_then(|head| head.stopped_by),
             link: format!("/v1/jobs/{id}"),

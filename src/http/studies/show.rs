@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
-use super::evaluate::{evaluate, study_resource, study_summary};
-use super::looked::{Looked, heads};
+use super::evaluate::{evaluate, study_resource};
+use super::looked::Looked;
 use super::made::{tagged, unchanged};
 use super::pictures;
 use super::resource::{StudyResource, StudySummary};
@@ -64,7 +64,7 @@ pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<
     let mut studies = Vec::with_capacity(ids.len());
     for id in ids {
         if let Some(study) = app.store.study(id).await? {
-            studies.push(study_summary(&app, study).await?);
+            studies.push(Looked::new(&app, study).await?.summary());
         }
     }
     Ok(Json(StudyPage { studies, next_cursor }))
@@ -77,14 +77,13 @@ pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
 pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-    let heads = heads(&app, id).await?;
+    let looked = Looked::at(&app, id).await?;
     // weak, for the answer may be compressed on its way
-    let etag = format!("W/\"{}\"", app.study_files.tag(&study, &heads, "study"));
+    let etag = format!("W/\"{}\"", app.study_files.tag(&looked.study, &looked.heads, "study"));
     if let Some(unchanged) = unchanged(&headers, &etag) {
         return Ok(unchanged);
     }
-    Ok(tagged(Json(study_resource(&app, &study, heads).await?).into_response(), &etag))
+    Ok(tagged(Json(study_resource(&app, looked).await?).into_response(), &etag))
 }
 
 /// Returns the results so far as a table, as a figure (actual error against processor seconds by method), and as pictures of views.
@@ -106,31 +105,26 @@ pub async fn file(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     if pictures::is_name(&file) {
-        let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-        return pictures::answer(&app, study, &file, &headers).await;
+        return pictures::answer(&app, Looked::at(&app, id).await?, &file, &headers).await;
     }
     let format = formats::by_suffix(&file, &FORMATS).filter(|(name, _)| *name == "study").map(|(_, format)| format);
     let format = format.ok_or_else(|| {
         Problem::not_found("there is no such file: a study has study.csv, study.svg, study.png and study.pdf")
     })?;
     let of_figure = format.of_figure(query.density()?);
-    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-    let heads = heads(&app, id).await?;
-    let tag = app.study_files.tag(&study, &heads, &format!("{file} {of_figure:?}"));
+    let mut looked = Looked::at(&app, id).await?;
+    let tag = app.study_files.tag(&looked.study, &looked.heads, &format!("{file} {of_figure:?}"));
     if let Some(unchanged) = unchanged(&headers, &format!("\"{tag}\"")) {
         return Ok(unchanged);
     }
-    let found = evaluate(&app, &Looked::new(&study, heads)?).await?;
+    let request = looked.request()?;
+    let found = evaluate(&app, &mut looked, &request).await?;
     let found = found.ok_or_else(|| Problem::not_found("the reference of the study has not been computed (yet)"))?;
     let made = off_thread(permit(&app.permits.reading).await?, move |_| match of_figure {
-        Some(figure) => figure.write(&found.figure(study.name.as_deref())),
+        Some(figure) => figure.write(&found.figure(looked.study.name.as_deref())),
         None => Ok(found.csv().into_bytes()),
     });
     let bytes = made.await?.map_err(|error| internal("drawing failed", &error))?;
     let media_type = of_figure.map_or("text/csv; charset=utf-8", FigureFormat::media_type);
     Ok(formats::named(content::made_as(&headers, &tag, bytes, media_type)?, &file))
-}
-
-pub fn no_such_study() -> Problem {
-    Problem::not_found("there is no such study")
 }

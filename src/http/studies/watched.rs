@@ -7,11 +7,11 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::part::StudyPart;
 use super::resource::{StudyJob, StudyStatus};
 use crate::engine::progress::Progress;
 use crate::http::watched::SentEvent;
 use crate::queue::store::{JobHead, JobStatus, StudyProgress, StudyStep};
+use crate::study::part::StudyPart;
 
 /// Data of an event of a study.
 #[derive(Clone, Debug, Serialize, ToSchema)]
