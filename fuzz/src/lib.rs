@@ -36,8 +36,8 @@ pub fn document(bytes: &[u8]) {
 
 /// Number of sensors and pixels.
 fn sensors(document: &ValidJob) -> u64 {
-    let sizes = document.grids.iter().map(|grid| grid.cells).chain(document.views.iter().map(|view| view.size_px));
-    sizes.map(|[a, b]| u64::from(a) * u64::from(b)).sum()
+    let sizes = document.views.iter().map(|view| view.size_px.map(u64::from));
+    document.grids.iter().map(|grid| grid.counts()).chain(sizes).map(|[a, b]| a * b).sum()
 }
 
 fn tells(errors: &DocumentErrors) {

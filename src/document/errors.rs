@@ -125,6 +125,8 @@ pub enum WarningCode {
     JenkinsFluxExcess,
     /// Triangles of a mesh that have no area or repeat another one were left out.
     DroppedTriangles,
+    /// The room's faces were repaired, as where a corner of a plan repeats the one before it.
+    RepairedRoom,
     /// More than a millionth of the rays left a tube through gaps in its mesh; their light is missing in the room.
     LostRays,
     /// Kernels of photon maps are not clipped everywhere at objects that meshes stand on, because a mesh is not closed or there
@@ -132,6 +134,8 @@ pub enum WarningCode {
     KernelsNotCut,
     /// An effect that the scene calls for is switched off, and the light left out may exceed the requested accuracy.
     EffectLeftOut,
+    /// Sensors of a grid lie outside the room: they have no value and count in no statistic.
+    PointsOutside,
     /// Sensors of a grid lie inside boxes or closed meshes: they have no value and count in no statistic.
     PointsInsideSolids,
     /// The method of `cross_check` finds values that differ by more than the standard errors of both methods explain.
@@ -151,9 +155,11 @@ impl WarningCode {
             Self::MirrorsByChance => "mirrors_by_chance",
             Self::JenkinsFluxExcess => "jenkins_flux_excess",
             Self::DroppedTriangles => "dropped_triangles",
+            Self::RepairedRoom => "repaired_room",
             Self::LostRays => "lost_rays",
             Self::KernelsNotCut => "kernels_not_cut",
             Self::EffectLeftOut => "effect_left_out",
+            Self::PointsOutside => "points_outside",
             Self::PointsInsideSolids => "points_inside_solids",
             Self::MethodsDisagree => "methods_disagree",
             Self::NoLight => "no_light",

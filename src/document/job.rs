@@ -2,15 +2,13 @@
 
 use std::ops::Deref;
 
-use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::effects::{self, EffectSwitches, Effects, check_effects};
 use super::errors::{Checks, DocumentErrors};
-use super::hints;
-use super::limits::{DIAMETER_M, JOB_NAME, TOUCHING_M};
+use super::limits::JOB_NAME;
 use super::method::MethodDocument;
 use super::outputs::{GridDocument, ViewDocument, check_outputs};
 use super::read::{json, shape};
@@ -21,9 +19,10 @@ use super::room::openings::boxes_cover_no_opening;
 use super::sky::check::{check_location, check_sky, check_time};
 use super::sky::{LocationDocument, SkyDocument};
 use super::stop::StopDocument;
+use super::tube::TubeDocument;
 use super::tube::check::check_tubes;
 use super::tube::crossing::check_crossings;
-use super::tube::{Opening, TubeDocument};
+use super::tube::opening::{PlacedOpening, check_openings};
 use crate::estimate::StopRule;
 use crate::plan::effects::EffectRequests;
 
@@ -49,7 +48,7 @@ pub struct JobDocument {
     pub sky: Option<SkyDocument>,
     /// The room, its surfaces, objects and luminaires.
     pub room: RoomDocument,
-    /// Tubular daylight devices, at most 64.
+    /// Tubular daylight devices, at most 1024.
     #[serde(default)]
     pub tubes: Vec<TubeDocument>,
     /// Illuminance grids, at most 64; `grids` and `views` together must name at least one output.
@@ -141,20 +140,20 @@ impl JobDocument {
         if let Some(sky) = &self.sky {
             check_sky(sky, checks);
         }
-        let luminaires = check_room(&self.room, checks);
+        let room = check_room(&self.room, checks);
         let judged = check_tubes(&self.tubes, checks);
-        check_outputs(&self.grids, &self.views, self.room.valid_size_m(), checks);
+        check_outputs(&self.grids, &self.views, room.enclosure.as_ref(), checks);
         self.method.check(checks);
         self.stop.check(checks);
         check_effects(&self.effects, checks);
 
         self.check_light(checks);
         self.check_sun(checks);
-        if judged {
-            self.check_openings(checks);
-            boxes_cover_no_opening(&self.room, &self.tubes, checks);
+        if let Some(enclosure) = room.enclosure.as_ref().filter(|_| judged) {
+            let openings = check_openings(&self.tubes, &self.room, enclosure, checks);
+            boxes_cover_no_opening(&self.room, &openings, checks);
+            check_luminaires(&room.luminaires, &openings, checks);
         }
-        self.check_luminaires(&luminaires, checks);
         self.method.check_outputs(&self.grids, &self.views, checks);
     }
 
@@ -198,63 +197,15 @@ impl JobDocument {
             }
         }
     }
+}
 
-    /// Checks that openings lie wholly in the ceiling and do not overlap.
-    fn check_openings(&self, checks: &mut Checks) {
-        let Some([width, depth, _]) = self.room.valid_size_m() else { return };
-        let widest = width.min(depth);
-        let mut openings: Vec<(usize, DVec2, f64)> = Vec::new();
-        for (index, tube) in self.tubes.iter().enumerate() {
-            let pointer = format!("/tubes/{index}");
-            let Opening { centre, diameter_m, diameter } = tube.opening();
-            if !DIAMETER_M.contains(diameter_m) {
-                continue;
-            }
-            if diameter_m > widest + TOUCHING_M {
-                let pointer = format!("{pointer}/{diameter}");
-                let hint = hints::of_number(&pointer, diameter_m, |meant| meant <= widest);
-                let detail = format!("must be <= {widest}, the ceiling's shorter edge, but is {diameter_m}{hint}");
-                checks.refuse(pointer, detail);
-                continue;
-            }
-            let radius = 0.5 * diameter_m;
-            let mut inside = true;
-            for (axis, size) in [width, depth].into_iter().enumerate() {
-                let at = centre[axis];
-                if !(at - radius >= -TOUCHING_M && at + radius <= size + TOUCHING_M) {
-                    let pointer = format!("{pointer}/centre_m/{axis}");
-                    let hint = hints::of_number(&pointer, at, |meant| meant >= radius && meant + radius <= size);
-                    let detail = format!(
-                        "the opening must lie wholly inside the ceiling (0..{size} m), but reaches from {} m to {} m{hint}",
-                        at - radius,
-                        at + radius
-                    );
-                    checks.refuse(pointer, detail);
-                    inside = false;
-                }
-            }
-            let overlaps = |(_, other, other_radius): &&(usize, DVec2, f64)| {
-                other.distance(centre) < radius + other_radius - TOUCHING_M
-            };
-            if inside && let Some((other, ..)) = openings.iter().find(overlaps) {
-                checks.refuse(format!("{pointer}/centre_m"), format!("the opening overlaps that of /tubes/{other}"));
-            }
-            openings.push((index, centre, radius));
-        }
-    }
-
-    /// Checks that luminaires that lie in the room cover no opening.
-    fn check_luminaires(&self, luminaires: &[(usize, Sheet)], checks: &mut Checks) {
-        let [_, _, ceiling] = self.room.size_m;
-        for (number, sheet) in luminaires {
-            for (index, tube) in self.tubes.iter().enumerate() {
-                let Opening { centre, diameter_m, .. } = tube.opening();
-                if covers(sheet, ceiling, centre, 0.5 * diameter_m) {
-                    checks.refuse(
-                        format!("/room/luminaires/{number}"),
-                        format!("must not cover the opening of /tubes/{index}"),
-                    );
-                }
+/// Checks that luminaires that lie in the room cover no opening.
+fn check_luminaires(luminaires: &[(usize, Sheet)], openings: &[(usize, PlacedOpening)], checks: &mut Checks) {
+    for (number, sheet) in luminaires {
+        for (index, opening) in openings {
+            if covers(sheet, opening.height_m, opening.centre, opening.radius_m) {
+                let detail = format!("must not cover the opening of /tubes/{index}");
+                checks.refuse(format!("/room/luminaires/{number}"), detail);
             }
         }
     }

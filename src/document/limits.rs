@@ -98,7 +98,7 @@ pub const JOB_NAME: RangeInclusive<usize> = 0..=1000;
 /// Number of grids, and of views.
 pub const OUTPUTS: RangeInclusive<usize> = 0..=64;
 /// Number of tubes.
-pub const TUBES: RangeInclusive<usize> = 0..=64;
+pub const TUBES: RangeInclusive<usize> = 0..=1024;
 
 /// Range of the relative error that a document may ask for.
 pub const RELATIVE_ERROR: Range = above(0.0, 1.0);
@@ -131,10 +131,24 @@ pub const ALTITUDE_DEG: Range = within(-90.0, 90.0);
 
 /// Range of the length of a room's edge in metres: no interior is longer, while nearly every length in millimetres is.
 pub const ROOM_EDGE_M: Range = within(0.01, 1000.0);
+/// Number of corners of a polygon.
+pub const CORNERS: RangeInclusive<usize> = 3..=256;
+/// Number of holes of a plan.
+pub const HOLES: RangeInclusive<usize> = 0..=64;
+/// Number of partitions of a room.
+pub const PARTITIONS: RangeInclusive<usize> = 0..=256;
+/// Range of the height of a ceiling or a partition in metres.
+pub const CEILING_HEIGHT_M: Range = within(0.01, 1000.0);
+/// Range of the angle of a ceiling from the horizontal in degrees.
+pub const PITCH_DEG: Range = within(0.0, 80.0);
+/// Range of the length in metres by which an opening hangs below the ceiling.
+pub const DROP_M: Range = below(0.0, 1000.0);
+/// Range of the side of a grid's cells in metres.
+pub const SPACING_M: Range = within(0.001, 1000.0);
+/// Number of sensors of a grid at given points.
+pub const POINTS: RangeInclusive<usize> = 1..=100_000;
 /// Range of the length of a box's edge in metres, up to the longest edge of a room.
 pub const SIZE_M: Range = above(0.0, 1000.0);
-/// Range of a coordinate in the plane of the ceiling, in metres.
-pub const IN_PLANE_M: Range = within(0.0, 1000.0);
 /// Number of objects in a room.
 pub const OBJECTS: RangeInclusive<usize> = 0..=1000;
 /// Number of luminaires in a room.
@@ -231,11 +245,22 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("SunPositionDocument", "azimuth_deg", Limit::Number(TURN_DEG)),
     ("RoomDocument", "rotation_deg", Limit::Number(TURN_DEG)),
     ("RoomDocument", "objects", Limit::Items(OBJECTS)),
+    ("RoomDocument", "partitions", Limit::Items(PARTITIONS)),
+    ("PlanDocument", "outline_m", Limit::Items(CORNERS)),
+    ("PlanDocument", "holes_m", Limit::Items(HOLES)),
+    ("FlatCeiling", "height_m", Limit::Number(CEILING_HEIGHT_M)),
+    ("SlopedCeiling", "rise_toward_deg", Limit::Number(TURN_DEG)),
+    ("SlopedCeiling", "pitch_deg", Limit::Number(PITCH_DEG)),
+    ("GableCeiling", "eaves_m", Limit::Number(CEILING_HEIGHT_M)),
+    ("GableCeiling", "ridge_m", Limit::Number(CEILING_HEIGHT_M)),
+    ("GableCeiling", "ridge_azimuth_deg", Limit::Number(TURN_DEG)),
+    ("PartitionDocument", "height_m", Limit::Number(CEILING_HEIGHT_M)),
     ("RoomDocument", "luminaires", Limit::Items(LUMINAIRES)),
     ("SurfaceDocument", "roughness", Limit::Number(ROUGHNESS)),
     ("BoxObject", "rotation_deg", Limit::Number(TURN_DEG)),
     ("MeshObject", "rotation_deg", Limit::Number(TURN_DEG)),
     ("ParametricTube", "diameter_m", Limit::Number(DIAMETER_M)),
+    ("ParametricTube", "drop_m", Limit::Number(DROP_M)),
     ("ParametricTube", "segments", Limit::Items(SEGMENTS)),
     ("SegmentDocument", "length_m", Limit::Number(SEGMENT_LENGTH_M)),
     ("SegmentDocument", "tilt_deg", Limit::Number(TILT_DEG)),
@@ -243,6 +268,7 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("MeshTubeDocument", "mesh", Limit::Length(MESH_ID)),
     ("MeshTubeDocument", "opening_diameter_m", Limit::Number(DIAMETER_M)),
     ("MeshTubeDocument", "rotation_deg", Limit::Number(TURN_DEG)),
+    ("MeshTubeDocument", "drop_m", Limit::Number(DROP_M)),
     ("MeshTubeDocument", "parts", Limit::Fields(PARTS)),
     ("DielectricDomeCollector", "refractive_index", Limit::Number(REFRACTIVE_INDEX)),
     ("DielectricDomeCollector", "thickness_m", Limit::Number(THICKNESS_M)),
@@ -256,5 +282,7 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("MirrorTableDocument", "reflectance", Limit::Items(MIRROR_ROWS)),
     ("GridDocument", "height_m", Limit::Number(GRID_HEIGHT_M)),
     ("GridDocument", "margin_m", Limit::Number(MARGIN_M)),
+    ("GridDocument", "spacing_m", Limit::Number(SPACING_M)),
+    ("GridDocument", "points_m", Limit::Items(POINTS)),
     ("ViewDocument", "vertical_fov_deg", Limit::Number(FIELD_OF_VIEW_DEG)),
 ];

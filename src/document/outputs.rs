@@ -7,16 +7,16 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::errors::Checks;
+use super::errors::{Checks, FieldError};
 use super::hints;
 use super::limits::{
     CELLS, COORDINATE_M, FIELD_OF_VIEW_DEG, MOST_GRID_CELLS, MOST_PIXELS, OUTPUT_NAME, OUTPUTS, PIXELS_OF_AN_EDGE,
-    Range, below, within,
+    POINTS, Range, SPACING_M, below, within,
 };
-use super::schema::shapes::{CellCounts, PixelCounts, Vector};
-use crate::scene::{EstimateKind, Grid, View};
+use super::schema::shapes::{CellCounts, PixelCounts, SensorPlace, Vector};
+use crate::scene::{Enclosure, EstimateKind, Grid, Sensor, View};
 
-/// A grid of horizontal sensors that face upward.
+/// A grid of horizontal sensors that face upward, in `cells` or at a spacing; or sensors at given points that face any direction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GridDocument {
@@ -24,12 +24,22 @@ pub struct GridDocument {
     /// beginning with a letter or digit.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
-    /// Height of the sensors above the floor in metres, >= 0 and below the ceiling.
-    pub height_m: f64,
-    /// Number of cells along x and y, each 1..1000, at most 100000 in all.
-    #[schema(value_type = CellCounts)]
-    pub cells: [u32; 2],
-    /// Distance in metres of the grid's edges from the walls, >= 0 and less than half the room's shorter edge; default: 0.
+    /// Height of the sensors above the floor in metres, >= 0 and below the ceiling; required but with `points_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height_m: Option<f64>,
+    /// Number of cells along x and y of the plan's extent, each 1..1000, at most 100000 in all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<CellCounts>)]
+    pub cells: Option<[u32; 2]>,
+    /// Side of square cells in metres, in place of `cells`: a lattice from the least corner of the plan's extent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing_m: Option<f64>,
+    /// Sensors at any points, in place of `cells`: x, y and z in metres, and the direction that the sensor faces, of any length.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<SensorPlace>>)]
+    pub points_m: Option<Vec<[f64; 6]>>,
+    /// Distance in metres from the walls, >= 0 and less than half the room's shorter edge: of the grid's edges, and of all sensors
+    /// where the plan is no rectangle or a spacing is given; default: 0.
     #[serde(default)]
     pub margin_m: f64,
     /// Quantity that each sensor gives, `point` or `cell_average`; default: `point`.
@@ -115,13 +125,54 @@ fn default_size() -> [u32; 2] {
 }
 
 impl GridDocument {
-    /// Returns the grid above a floor of `width` times `depth` metres.
-    pub fn grid(&self, [width, depth]: [f64; 2]) -> Grid {
-        let cells = self.cells.map(|cells| cells as usize);
-        let name = self.name.clone();
-        let grid = Grid::new(name, self.height_m, cells, self.margin_m, [width, depth], self.estimate.into());
+    /// Returns the grid in a room.
+    pub fn grid(&self, room: &Enclosure) -> Grid {
+        let (name, estimate) = (self.name.clone(), self.estimate.into());
+        let [low, high] = room.bounds().map(DVec3::truncate);
+        let height_m = self.height_m.unwrap_or_default();
+        let grid = match (&self.points_m, self.spacing_m, self.cells) {
+            (Some(points), _, _) => Grid::points(name, points.iter().map(sensor).collect()),
+            (None, Some(spacing), _) => {
+                let cells = self.columns_and_rows(room).map(|count| count as usize);
+                let grid = Grid::lattice(name, height_m, cells, low.to_array(), [spacing; 2], estimate);
+                Grid { from_walls_m: self.margin_m, ..grid }
+            }
+            (None, None, cells) => {
+                let cells = cells.unwrap_or([1; 2]).map(|cells| cells as usize);
+                let corner = (low + self.margin_m).to_array();
+                let size = [0, 1].map(|axis| ((high - low)[axis] - 2.0 * self.margin_m) / cells[axis] as f64);
+                let from_walls_m = if room.as_box().is_some() { 0.0 } else { self.margin_m };
+                Grid { from_walls_m, ..Grid::lattice(name, height_m, cells, corner, size, estimate) }
+            }
+        };
         Grid { components: self.components, responses: self.responses, ..grid }
     }
+
+    /// Returns the number of cells along x and y in a room.
+    fn columns_and_rows(&self, room: &Enclosure) -> [u64; 2] {
+        match self.spacing_m {
+            Some(spacing) => {
+                // a hair less, so that rounding adds no column
+                let count = |extent: f64| (extent / spacing * (1.0 - 1e-9)).ceil().max(1.0) as u64;
+                [count(room.extent().x), count(room.extent().y)]
+            }
+            None => self.counts(),
+        }
+    }
+
+    /// Returns the number of columns and rows that the document states; points are one row.
+    pub fn counts(&self) -> [u64; 2] {
+        match &self.points_m {
+            Some(points) => [points.len() as u64, 1],
+            None => self.cells.unwrap_or([1; 2]).map(u64::from),
+        }
+    }
+}
+
+/// Returns the sensor of a point of a document; the direction of a valid one has a length.
+fn sensor(&[x, y, z, across, along, up]: &[f64; 6]) -> Sensor {
+    let normal = DVec3::new(across, along, up).normalize_or(DVec3::Z);
+    Sensor { position: DVec3::new(x, y, z), normal }
 }
 
 impl ViewDocument {
@@ -138,11 +189,11 @@ impl ViewDocument {
     }
 }
 
-/// Checks all grids and views; `room_size_m` is `None` if the room's size was refused.
+/// Checks all grids and views; `room` is `None` if the room's faces were refused.
 pub(crate) fn check_outputs(
     grids: &[GridDocument],
     views: &[ViewDocument],
-    room_size_m: Option<[f64; 3]>,
+    room: Option<&Enclosure>,
     checks: &mut Checks,
 ) {
     if grids.is_empty() && views.is_empty() {
@@ -153,7 +204,7 @@ pub(crate) fn check_outputs(
     for (index, grid) in grids.iter().enumerate().take(judged) {
         let pointer = format!("/grids/{index}");
         check_name(&pointer, &grid.name, &mut names, checks);
-        check_grid(&pointer, grid, room_size_m, checks);
+        check_grid(&pointer, grid, room, checks);
     }
     let in_parts = grids.iter().any(|grid| grid.components);
     if let Some(index) = grids.iter().position(|grid| grid.responses).filter(|_| in_parts) {
@@ -191,20 +242,43 @@ fn check_name<'a>(pointer: &str, name: &'a str, names: &mut BTreeSet<&'a str>, c
     }
 }
 
-fn check_grid(pointer: &str, grid: &GridDocument, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
-    let ok = checks.numbers(&format!("{pointer}/cells"), &grid.cells, whole(&CELLS));
-    let cells = u64::from(grid.cells[0]) * u64::from(grid.cells[1]);
-    if ok && cells > MOST_GRID_CELLS {
-        checks.refuse(format!("{pointer}/cells"), format!("at most {MOST_GRID_CELLS} cells, but there are {cells}"));
+fn check_grid(pointer: &str, grid: &GridDocument, room: Option<&Enclosure>, checks: &mut Checks) {
+    let forms = [
+        ("cells", grid.cells.is_some()),
+        ("spacing_m", grid.spacing_m.is_some()),
+        ("points_m", grid.points_m.is_some()),
+    ];
+    let mut given = forms.iter().filter(|(_, is_given)| *is_given).map(|(name, _)| *name);
+    let Some(form) = given.next() else {
+        checks.errors.push(FieldError::missing(format!("{pointer}/cells")));
+        check_height(pointer, grid.height_m, room, checks);
+        return;
+    };
+    for other in given {
+        checks.refuse(format!("{pointer}/{other}"), format!("must be left out if `{form}` is given"));
     }
-    let [width, depth, ceiling] = room_size_m.unwrap_or([f64::MAX; 3]);
-    let heights = below(0.0, ceiling);
-    if !heights.contains(grid.height_m) {
-        let pointer = format!("{pointer}/height_m");
-        let hint = hints::of_number(&pointer, grid.height_m, |meant| heights.contains(meant));
-        let detail = format!("must be >= 0 and below the ceiling ({ceiling} m), but is {}{hint}", grid.height_m);
-        checks.refuse(pointer, detail);
+    if let Some(points) = &grid.points_m {
+        check_points(pointer, grid, points, checks);
+        return;
     }
+    let cells_ok = grid.cells.is_none_or(|cells| checks.numbers(&format!("{pointer}/cells"), &cells, whole(&CELLS)));
+    let spacing_ok =
+        grid.spacing_m.is_none_or(|spacing| checks.number(&format!("{pointer}/spacing_m"), spacing, SPACING_M));
+    if let (true, true, Some(room)) = (cells_ok, spacing_ok, room) {
+        let counts = grid.columns_and_rows(room);
+        let (cells, most) = (counts[0].saturating_mul(counts[1]), u64::from(*CELLS.end()));
+        let detail = match counts.iter().max() {
+            Some(along) if *along > most => format!("at most {most} cells along an axis, but there are {along}"),
+            _ if cells > MOST_GRID_CELLS => format!("at most {MOST_GRID_CELLS} cells, but there are {cells}"),
+            _ => String::new(),
+        };
+        if !detail.is_empty() {
+            checks.refuse(format!("{pointer}/{form}"), detail);
+        }
+    }
+    let extent = room.map_or(DVec3::splat(f64::MAX), Enclosure::extent);
+    check_height(pointer, grid.height_m, room, checks);
+    let [width, depth] = extent.truncate().to_array();
     let widest = 0.5 * width.min(depth);
     let margins = below(0.0, widest);
     if !margins.contains(grid.margin_m) {
@@ -213,6 +287,46 @@ fn check_grid(pointer: &str, grid: &GridDocument, room_size_m: Option<[f64; 3]>,
         let detail =
             format!("must be >= 0 and < {widest} m (half the room's shorter edge), but is {}{hint}", grid.margin_m);
         checks.refuse(pointer, detail);
+    }
+}
+
+/// Checks that the height of a grid is given, and that a level plane at it meets the room.
+fn check_height(pointer: &str, height_m: Option<f64>, room: Option<&Enclosure>, checks: &mut Checks) {
+    let pointer = format!("{pointer}/height_m");
+    let Some(height_m) = height_m else {
+        checks.errors.push(FieldError::missing(pointer));
+        return;
+    };
+    let ceiling = room.map_or(f64::MAX, |room| room.bounds()[1].z);
+    let heights = below(0.0, ceiling);
+    if !heights.contains(height_m) {
+        let hint = hints::of_number(&pointer, height_m, |meant| heights.contains(meant));
+        let detail = format!("must be >= 0 and below the ceiling ({ceiling} m), but is {height_m}{hint}");
+        checks.refuse(pointer, detail);
+    }
+}
+
+/// Checks sensors at given points, and that no field of other grids is given with them.
+fn check_points(pointer: &str, grid: &GridDocument, points: &[[f64; 6]], checks: &mut Checks) {
+    if !POINTS.contains(&points.len()) {
+        let (least, most) = (POINTS.start(), POINTS.end());
+        let detail = format!("must have {least}..{most} points, but has {}", points.len());
+        checks.refuse(format!("{pointer}/points_m"), detail);
+        return;
+    }
+    for (number, point) in points.iter().enumerate() {
+        let pointer = format!("{pointer}/points_m/{number}");
+        if checks.numbers(&pointer, point, COORDINATE_M) && DVec3::from_slice(&point[3..]).try_normalize().is_none() {
+            checks.refuse(pointer, "the direction that the sensor faces, the last three numbers, must not be zero");
+        }
+    }
+    let alien = [
+        ("height_m", grid.height_m.is_some()),
+        ("margin_m", grid.margin_m != 0.0),
+        ("estimate", grid.estimate != EstimateDocument::Point),
+    ];
+    for (name, _) in alien.into_iter().filter(|(_, is_given)| *is_given) {
+        checks.refuse(format!("{pointer}/{name}"), "must be left out if `points_m` is given");
     }
 }
 

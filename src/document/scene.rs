@@ -13,7 +13,7 @@ use super::sky::daylight::{Explained, Surroundings, daylight};
 use super::tube::convert::tube;
 use crate::geometry::Dropped;
 use crate::plan::EffectKind;
-use crate::scene::{Channels, Grid, Room, Scene, Tube, TubeShape, View};
+use crate::scene::{Channels, Room, Scene, Tube, TubeShape, View};
 
 /// Converts a checked document to its scene, with warnings and the provenance of its results.
 ///
@@ -25,13 +25,14 @@ pub fn to_scene(
     let mut checks = Checks::default();
     let mut warnings = Vec::new();
     let explained = explained_daylight(document, &mut checks, &mut warnings);
+    let Some(enclosure) = document.room.enclosure(&mut checks) else { return Err(DocumentErrors(checks.errors)) };
     let (tubes, guides): (Vec<Tube>, Vec<GuideProvenance>) = document
         .tubes
         .iter()
         .enumerate()
-        .filter_map(|(index, document)| tube(&format!("/tubes/{index}"), document, meshes, &mut checks))
+        .filter_map(|(index, document)| tube(&format!("/tubes/{index}"), document, &enclosure, meshes, &mut checks))
         .unzip();
-    let objects = mesh_objects(&document.room, &document.tubes, meshes, &mut checks);
+    let objects = mesh_objects(&document.room, &document.tubes, &enclosure, meshes, &mut checks);
     let views = views(document, &mut checks);
     if !checks.errors.is_empty() {
         return Err(DocumentErrors(checks.errors));
@@ -44,13 +45,15 @@ pub fn to_scene(
     });
     let scene = Scene {
         daylight,
-        room: Room { meshes: objects, ..room(&document.room) },
+        grids: document.grids.iter().map(|grid| grid.grid(&enclosure)).collect(),
+        room: Room { meshes: objects, ..room(&document.room, enclosure) },
         tubes,
-        grids: grids(document),
         views,
         channels: channels(document),
     };
     warnings.extend(dropped_triangles(document, &scene));
+    let repairs = document.room.plan.iter().flat_map(|plan| plan.repairs());
+    warnings.extend(repairs.map(|detail| Warning { code: WarningCode::RepairedRoom, detail }));
     Ok((scene, warnings, provenance))
 }
 
@@ -93,11 +96,6 @@ fn explained_daylight(document: &JobDocument, checks: &mut Checks, warnings: &mu
             None
         }
     }
-}
-
-fn grids(document: &JobDocument) -> Vec<Grid> {
-    let [width, depth, _] = document.room.size_m;
-    document.grids.iter().map(|grid| grid.grid([width, depth])).collect()
 }
 
 fn views(document: &JobDocument, checks: &mut Checks) -> Vec<View> {

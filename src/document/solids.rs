@@ -1,5 +1,7 @@
 //! Sensors of grids and cameras of views that lie inside solids: such sensors have no value, such cameras see nothing.
 
+use std::sync::Arc;
+
 use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
 use super::job::JobDocument;
 use super::room::object::ObjectDocument;
@@ -13,29 +15,42 @@ pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec
     let mut warnings = Vec::new();
     let taken: Vec<Taken> = scene.grids.iter().map(|grid| Taken::of(scene, grid)).collect();
     for (number, (grid, taken)) in scene.grids.iter_mut().zip(taken).enumerate() {
-        if taken.by.is_empty() {
+        if taken.free.is_empty() {
             continue;
         }
-        let (inside, partly, all) = (taken.inside(), taken.partly(), grid.len());
-        let objects = pointers(document, &taken.by);
-        let (things, cells) = match grid.estimate {
-            EstimateKind::Point => ("points", false),
-            EstimateKind::CellAverage => ("cells", true),
+        let outside = taken.area.iter().filter(|area| **area == 0.0).count();
+        let (without_value, all) = (taken.without_value(), grid.len());
+        let things = match grid.estimate {
+            EstimateKind::Point => "points",
+            EstimateKind::CellAverage => "cells",
         };
-        if inside == all {
-            let detail =
-                format!("all {things} lie inside solids ({objects}): choose another height or move the objects");
+        let objects = pointers(document, &taken.by);
+        if without_value == all {
+            let detail = match outside {
+                0 => format!("all {things} lie inside solids ({objects}): choose another height or move the objects"),
+                _ if outside == all => format!("all {things} lie outside the room, or within `margin_m` of its walls"),
+                _ => format!("all {things} lie outside the room or inside solids ({objects})"),
+            };
             checks.refuse(format!("/grids/{number}"), detail);
             continue;
         }
-        let mut detail = format!(
-            "/grids/{number}: {inside} of {all} {things} lie inside solids ({objects}): they have no value and are \
-             left out of all statistics"
-        );
-        if cells && partly > 0 {
-            detail += &format!("; {partly} lie partly inside, and their values are means over the free part");
+        if outside > 0 && grid.placed.is_some() {
+            let detail = format!("/grids/{number}: {outside} of {all} points lie outside the room: they have no value");
+            warnings.push(Warning { code: WarningCode::PointsOutside, detail });
         }
-        warnings.push(Warning { code: WarningCode::PointsInsideSolids, detail });
+        if !taken.by.is_empty() {
+            let mut detail = format!(
+                "/grids/{number}: {} of {all} {things} lie inside solids ({objects}): they have no value and are left \
+                 out of all statistics",
+                without_value - outside
+            );
+            if grid.estimate == EstimateKind::CellAverage && taken.partly() > 0 {
+                detail +=
+                    &format!("; {} lie partly inside, and their values are means over the free part", taken.partly());
+            }
+            warnings.push(Warning { code: WarningCode::PointsInsideSolids, detail });
+        }
+        grid.area = Some(taken.area.into()).filter(|area: &Arc<[f64]>| !area.is_empty());
         grid.free = Some(taken.free.into());
     }
     for (number, view) in scene.views.iter().enumerate() {

@@ -145,6 +145,11 @@ fn job(request: &Value, tube: &Value, sky: usize, time: Option<usize>) -> Value 
     // a room that any valid tube fits into
     let edge = (2.0 * diameter.unwrap_or(1.0)).clamp(0.1, 200.0);
     tube["centre_m"] = json!([0.5 * edge, 0.5 * edge]);
+    if let Some(fields) = tube.as_object_mut() {
+        // the place in a room has no effect
+        fields.remove("face");
+        fields.remove("drop_m");
+    }
     let mut job = Map::new();
     job.insert("room".into(), json!({ "size_m": [edge, edge, edge] }));
     job.insert("tubes".into(), json!([tube]));

@@ -31,14 +31,20 @@ const LEAST_NUMBERED: DVec2 = DVec2::new(20.0, 11.0);
 /// Colour of cells without a value, which are hatched.
 const NO_VALUE: [u8; 3] = [232; 3];
 
+/// Radius of the disc of a point, in pixels.
+const POINT_RADIUS: f64 = 6.0;
+
+/// Largest number of points with numbers beside them.
+const MOST_NUMBERED: usize = 100;
+
 /// Smallest width or height of a hatched cell, in pixels.
 const LEAST_HATCHED: f64 = 3.0;
 
 /// Contents of a plan of a room.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomPlan {
-    /// Extent of the room along x and y in metres.
-    pub size_m: DVec2,
+    /// Outline and holes of the floor in metres.
+    pub rings: Vec<Vec<DVec2>>,
     /// Azimuth of the y axis (drawn upwards), clockwise from north in degrees.
     pub rotation_deg: f64,
     /// Openings of tubes in the ceiling: centre and radius in metres.
@@ -47,17 +53,27 @@ pub struct RoomPlan {
     pub objects: Vec<Vec<DVec2>>,
 }
 
-/// Values in the cells of a grid, row by row from the south.
+/// Values in the cells of a grid, row by row from the south, or at points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridValues {
-    /// Number of columns and of rows.
+    /// Number of columns and of rows; points are one row.
     pub cells: [usize; 2],
     /// South-western corner of the first cell in metres.
     pub from_m: DVec2,
     /// North-eastern corner of the last cell in metres.
     pub to_m: DVec2,
-    /// Values of the cells.
+    /// Values of the cells or points; not a number where there is none.
     pub values: Vec<f64>,
+    /// Places of points in metres; empty for cells.
+    pub points: Vec<DVec2>,
+}
+
+impl RoomPlan {
+    /// Returns the plan of a rectangle, without tubes and objects.
+    pub fn rectangle(from: DVec2, to: DVec2) -> Self {
+        let corners = vec![from, DVec2::new(to.x, from.y), to, DVec2::new(from.x, to.y)];
+        Self { rings: vec![corners], rotation_deg: 0.0, tubes: Vec::new(), objects: Vec::new() }
+    }
 }
 
 /// Display of the values in cells as numbers.
@@ -91,7 +107,8 @@ pub struct PlanMap {
 impl PlanMap {
     /// Draws the figure; an error if the number of values is not that of the cells.
     pub fn draw(&self) -> Result<Drawing, OutputError> {
-        let room = self.room.size_m.max(DVec2::splat(1e-3));
+        let [low, high] = self.ends();
+        let room = (high - low).max(DVec2::splat(1e-3));
         let scale = (MOST / room).min_element();
         let plan = room * scale;
         let aside = 0.5 * (LEAST_WIDTH - plan.x).max(0.0);
@@ -103,17 +120,31 @@ impl PlanMap {
         let size = DVec2::new(width, within.to.y.max(top + 240.0) + axes::BELOW + 4.0);
         let mut drawing = Drawing::new(size, self.heading.title.as_str());
         self.heading.draw(&mut drawing);
-        let axis =
-            |title: &str, metres: f64| Axis::linear(title, [0.0, metres], ticks_in(metres * scale), Steps::Decimal);
-        let axes = Axes { within, x: axis("x in metres", room.x), y: axis("y in metres", room.y) };
+        let axis = |title: &str, from: f64, metres: f64| {
+            Axis::linear(title, [from, from + metres], ticks_in(metres * scale), Steps::Decimal)
+        };
+        let axes = Axes { within, x: axis("x in metres", low.x, room.x), y: axis("y in metres", low.y, room.y) };
         axes.draw(&mut drawing);
         let cells = Cells::new(&axes, &self.grid);
-        drawing.picture(cells.place, self.colours()?);
-        self.hatch(&mut drawing, &cells);
+        let colours = self.colours()?;
+        if self.grid.points.is_empty() {
+            drawing.picture(cells.place, colours);
+            self.hatch(&mut drawing, &cells);
+        }
+        let rings: Vec<Vec<DVec2>> = self.room.rings.iter().map(|ring| ring_at(ring, &axes)).collect();
+        cover_outside(&mut drawing, &rings, within);
         self.draw_room(&mut drawing, &axes);
-        let lines = isolines(self.grid.cells, &self.grid.values, &self.levels)?;
+        for ring in &rings {
+            drawing.line(Outline::polygon(ring.iter().copied()), Line::new(Colour::Ink, 2.0));
+        }
+        let lines = match self.grid.points.is_empty() {
+            true => isolines(self.grid.cells, &self.grid.values, &self.levels)?,
+            false => Vec::new(),
+        };
         let mut taken = Vec::new();
-        if self.numbers == Numbers::Shown && cells.size().cmpge(LEAST_NUMBERED).all() {
+        if !self.grid.points.is_empty() {
+            self.draw_points(&mut drawing, &axes);
+        } else if self.numbers == Numbers::Shown && cells.size().cmpge(LEAST_NUMBERED).all() {
             self.draw_lines(&mut drawing, &cells, &lines);
             self.draw_numbers(&mut drawing, &cells);
         } else {
@@ -122,7 +153,6 @@ impl PlanMap {
             self.draw_tube_numbers(&mut drawing, &axes, &mut taken);
             label_lines(&mut drawing, &cells, &lines, &mut taken);
         }
-        drawing.line(Outline::rectangle(within.from, within.to), Line::new(Colour::Ink, 2.0));
         let bar = Rectangle::new(
             bar_left,
             top + NORTH_HEIGHT + 24.0,
@@ -132,6 +162,26 @@ impl PlanMap {
         self.scale.draw(&mut drawing, bar, self.unit);
         draw_north(&mut drawing, DVec2::new(bar_left + 22.0, top + 0.5 * NORTH_HEIGHT), self.room.rotation_deg);
         Ok(drawing)
+    }
+
+    /// Returns the south-western and north-eastern corner of the drawn region in metres: that of the room and the grid.
+    fn ends(&self) -> [DVec2; 2] {
+        let corners = || self.room.rings.iter().flatten().copied().chain([self.grid.from_m, self.grid.to_m]);
+        [corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max)]
+    }
+
+    /// Draws discs in the colours of the values at points, each with its number where points are few.
+    fn draw_points(&self, drawing: &mut Drawing, axes: &Axes) {
+        for (point, value) in self.grid.points.iter().zip(&self.grid.values) {
+            let [red, green, blue] = if value.is_finite() { self.scale.colour(*value) } else { NO_VALUE };
+            let at = axes.at(point.x, point.y);
+            let disc = Outline::circle(at, POINT_RADIUS);
+            drawing.filled_line(disc, Colour::Fixed([red, green, blue]), Line::new(BLACK, 1.0));
+            if self.numbers == Numbers::Shown && self.grid.points.len() <= MOST_NUMBERED && value.is_finite() {
+                let look = Type::new(10.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
+                drawing.text_centred(at + DVec2::new(0.0, POINT_RADIUS + 8.0), significant(*value, 3), look);
+            }
+        }
     }
 
     /// Returns a picture of one pixel per cell, north up.
@@ -172,7 +222,7 @@ impl PlanMap {
             drawing.line(outline.clone(), Line::new(WHITE, 3.0));
             drawing.line(outline, Line::new(BLACK, 1.2).dashed(&[5.0, 3.0]));
         }
-        let scale = axes.within.size().x / self.room.size_m.x;
+        let scale = metre(axes);
         for (centre, radius) in &self.room.tubes {
             let outline = Outline::circle(axes.at(centre.x, centre.y), radius * scale);
             drawing.line(outline.clone(), Line::new(WHITE, 4.0));
@@ -181,7 +231,7 @@ impl PlanMap {
     }
 
     fn draw_tube_numbers(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Vec<DVec2>) {
-        let scale = axes.within.size().x / self.room.size_m.x;
+        let scale = metre(axes);
         for (number, (centre, radius)) in self.room.tubes.iter().enumerate() {
             let at = axes.at(centre.x, centre.y) + DVec2::new(0.0, radius * scale + 10.0);
             let look = Type::new(12.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
@@ -240,6 +290,31 @@ impl PlanMap {
             let text = significant(*value, 3);
             drawing.text_centred(at, text, Type::new(size, ink).anchored(Anchor::Middle));
         }
+    }
+}
+
+/// Returns the length of a metre in a figure, in pixels.
+fn metre(axes: &Axes) -> f64 {
+    axes.within.size().x / (axes.x.to - axes.x.from)
+}
+
+fn ring_at(ring: &[DVec2], axes: &Axes) -> Vec<DVec2> {
+    ring.iter().map(|corner| axes.at(corner.x, corner.y)).collect()
+}
+
+/// Covers the parts of a figure within a rectangle that lie outside of an outline or in a hole of it.
+fn cover_outside(drawing: &mut Drawing, rings: &[Vec<DVec2>], within: Rectangle) {
+    let Some((outline, holes)) = rings.split_first() else { return };
+    let doubled: f64 = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
+    // opposite to the rectangle, so that the windings cancel inside
+    let mut cover = Outline::rectangle(within.from, within.to);
+    match doubled > 0.0 {
+        true => cover.0.extend(Outline::polygon(outline.iter().rev().copied()).0),
+        false => cover.0.extend(Outline::polygon(outline.iter().copied()).0),
+    }
+    drawing.fill(cover, Colour::Paper, 1.0);
+    for hole in holes {
+        drawing.fill(Outline::polygon(hole.iter().copied()), Colour::Faint, 1.0);
     }
 }
 
@@ -333,12 +408,12 @@ mod tests {
         PlanMap {
             heading: Heading { title: "floor".to_owned(), lines: vec!["mean 211 lx".to_owned()] },
             room: RoomPlan {
-                size_m: DVec2::new(4.0, 6.0),
+                rings: vec![[(0.0, 0.0), (4.0, 0.0), (4.0, 6.0), (0.0, 6.0)].map(DVec2::from).to_vec()],
                 rotation_deg: 20.0,
                 tubes: vec![(DVec2::new(2.0, 3.0), 0.175)],
                 objects: vec![[(0.2, 4.0), (1.8, 4.0), (1.8, 5.8), (0.2, 5.8)].map(DVec2::from).to_vec()],
             },
-            grid: GridValues { cells, from_m: DVec2::ZERO, to_m: DVec2::new(4.0, 6.0), values },
+            grid: GridValues { cells, from_m: DVec2::ZERO, to_m: DVec2::new(4.0, 6.0), values, points: Vec::new() },
             scale: ColourScale::from_zero(600.0, Palette::Viridis),
             unit: "lx",
             levels: vec![100.0, 200.0, 300.0, 500.0],
@@ -366,6 +441,27 @@ mod tests {
         assert!(texts([160, 240]) < 100);
     }
 
+    /// An L-shaped plan covers the cells outside, and points are drawn as discs with their values.
+    #[test]
+    fn plans_of_other_shapes_and_points() {
+        let mut map = map([4, 6], Numbers::Shown);
+        let l = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (2.0, 3.0), (2.0, 6.0), (0.0, 6.0)];
+        map.room.rings =
+            vec![l.map(DVec2::from).to_vec(), [(0.5, 0.5), (1.0, 0.5), (1.0, 1.0)].map(DVec2::from).to_vec()];
+        map.grid.values[23] = f64::NAN;
+        let drawing = map.draw().unwrap();
+        let svg = svg(&drawing).unwrap();
+        assert!(!svg.contains("NaN"));
+        map.grid = GridValues {
+            cells: [2, 1],
+            points: vec![DVec2::ONE, DVec2::splat(2.0)],
+            values: vec![250.0, f64::NAN],
+            ..map.grid
+        };
+        let texts: Vec<String> = map.draw().unwrap().texts().map(str::to_owned).collect();
+        assert!(texts.contains(&"250".to_owned()), "{texts:?}");
+    }
+
     #[test]
     fn drawn_for_every_shape_and_number() {
         for cells in [[1, 1], [1, 300], [300, 1]] {
@@ -378,7 +474,8 @@ mod tests {
         short.grid.values.pop();
         assert!(short.draw().is_err());
         let mut narrow = map([2, 2], Numbers::Hidden);
-        narrow.room.size_m = DVec2::new(0.5, 80.0);
+        narrow.room.rings = RoomPlan::rectangle(DVec2::ZERO, DVec2::new(0.5, 80.0)).rings;
+        narrow.grid.to_m = DVec2::new(0.5, 80.0);
         assert!(narrow.draw().unwrap().size.x < 700.0);
     }
 }

@@ -58,8 +58,8 @@ pub struct Section {
     pub heading: Heading,
     /// Name of the axis that runs to the right.
     pub across: &'static str,
-    /// Width and height of the room in metres.
-    pub room: DVec2,
+    /// Faces of the room in metres, each a polygon seen from the side.
+    pub room: Vec<Vec<DVec2>>,
     /// Tubes seen from the side.
     pub tubes: Vec<SideTube>,
     /// Outlines of objects in metres.
@@ -114,8 +114,7 @@ impl Section {
 
     /// Returns the lower left and upper right corner of the drawn region in metres.
     fn ends(&self) -> [DVec2; 2] {
-        let mut low = DVec2::ZERO;
-        let mut high = self.room;
+        let [mut low, mut high] = self.room_ends();
         for tube in &self.tubes {
             for point in &tube.axis {
                 low = low.min(*point - tube.radius);
@@ -126,16 +125,24 @@ impl Section {
         [DVec2::new(low.x - rim, 0.0), high + rim]
     }
 
+    /// Returns the lower left and upper right corner of the room in metres.
+    fn room_ends(&self) -> [DVec2; 2] {
+        let corners = || self.room.iter().flatten().copied();
+        [corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max)]
+    }
+
     fn draw_room(&self, drawing: &mut Drawing, axes: &Axes) {
         let at = |point: DVec2| axes.at(point.x, point.y);
-        let corners = [DVec2::ZERO, DVec2::new(self.room.x, 0.0), self.room, DVec2::new(0.0, self.room.y)];
-        drawing.filled_line(Outline::polygon(corners.map(at)), Colour::Paper, Line::new(Colour::Ink, 2.5));
+        let faces = || self.room.iter().map(|face| Outline::polygon(face.iter().map(|corner| at(*corner))));
+        faces().for_each(|face| drawing.fill(face, Colour::Paper, 1.0));
+        faces().for_each(|face| drawing.line(face, Line::new(Colour::Ink, 2.5)));
         for object in &self.objects {
             let outline = Outline::polygon(object.iter().map(|point| at(*point)));
             drawing.filled_line(outline, Colour::Faint, Line::new(Colour::Muted, 1.0));
         }
         for (name, height) in &self.grids {
-            let [left, right] = [at(DVec2::new(0.0, *height)), at(DVec2::new(self.room.x, *height))];
+            let [low, high] = self.room_ends();
+            let [left, right] = [at(DVec2::new(low.x, *height)), at(DVec2::new(high.x, *height))];
             drawing.line(Outline::polyline([left, right]), Line::new(SERIES[0], 1.2).dashed(&[6.0, 4.0]));
             let look = Type::new(11.0, SERIES[0]).rimmed(Colour::Paper);
             drawing.text(left + DVec2::new(8.0, -5.0), name.as_str(), look);
@@ -243,7 +250,7 @@ mod tests {
         let section = Section {
             heading: Heading::of("Section"),
             across: "x",
-            room: DVec2::new(4.0, 2.7),
+            room: vec![[(0.0, 0.0), (4.0, 0.0), (4.0, 2.7), (0.0, 2.7)].map(DVec2::from).to_vec()],
             tubes: vec![straight, bent, SideTube { axis: vec![DVec2::new(2.0, 2.7)], radius: 0.1, cover: Cover::Open }],
             objects: vec![vec![DVec2::ZERO, DVec2::X, DVec2::new(1.0, 0.6), DVec2::new(0.0, 0.6)]],
             grids: vec![("workplane".to_owned(), 0.8)],

@@ -2,19 +2,52 @@
 
 use std::fmt::Write;
 
-/// Returns a grid as CSV, one line per sensor: `x_m,y_m,z_m,illuminance_lux,standard_error_lux`, in the shortest digits that read back
-/// exactly.
+/// Places of the sensors of a grid, in the order of their values.
+#[derive(Clone, Copy)]
+pub enum Sensors<'a> {
+    /// Level sensors: number `j * x_m.len() + i` is at (`x_m[i]`, `y_m[j]`, `z_m`).
+    Level {
+        /// x of the columns in metres.
+        x_m: &'a [f64],
+        /// y of the rows in metres.
+        y_m: &'a [f64],
+        /// Height in metres.
+        z_m: f64,
+    },
+    /// x, y and z in metres, and the unit vector that the sensor faces.
+    Points(&'a [[f64; 6]]),
+}
+
+/// Returns a grid as CSV, one line per sensor, in the shortest digits that read back exactly: `x_m,y_m,z_m`, then
+/// `normal_x,normal_y,normal_z` for sensors at any points, `area_m2` where `areas_m2` is not empty, and
+/// `illuminance_lux,standard_error_lux`.
 ///
-/// Sensor `j * x_m.len() + i` is at (`x_m[i]`, `y_m[j]`, `z_m`); a standard error that is not finite (fewer than two passes) is left empty,
-/// and so is an illuminance that is not finite (sensor inside a solid).
-pub fn grid(x_m: &[f64], y_m: &[f64], z_m: f64, illuminance_lux: &[f64], standard_error_lux: &[f64]) -> String {
-    let mut text = "x_m,y_m,z_m,illuminance_lux,standard_error_lux\n".to_owned();
-    let places = y_m.iter().flat_map(|y| x_m.iter().map(move |x| (x, y)));
-    for (((x, y), illuminance), error) in places.zip(illuminance_lux).zip(standard_error_lux) {
+/// A standard error that is not finite (fewer than two passes) is left empty, and so is an illuminance that is not finite (sensor inside a
+/// solid, or outside the room).
+pub fn grid(sensors: Sensors<'_>, areas_m2: &[f64], illuminance_lux: &[f64], standard_error_lux: &[f64]) -> String {
+    let places: Vec<Vec<f64>> = match sensors {
+        Sensors::Level { x_m, y_m, z_m } => {
+            y_m.iter().flat_map(|y| x_m.iter().map(move |x| vec![*x, *y, z_m])).collect()
+        }
+        Sensors::Points(points) => points.iter().map(|point| point.to_vec()).collect(),
+    };
+    let mut text = "x_m,y_m,z_m,".to_owned();
+    if let Sensors::Points(_) = sensors {
+        text += "normal_x,normal_y,normal_z,";
+    }
+    if !areas_m2.is_empty() {
+        text += "area_m2,";
+    }
+    text += "illuminance_lux,standard_error_lux\n";
+    let values = illuminance_lux.iter().zip(standard_error_lux);
+    for (number, (place, (illuminance, error))) in places.iter().zip(values).enumerate() {
+        for column in place.iter().chain(areas_m2.get(number)) {
+            // writing to a string cannot fail
+            let _ = write!(text, "{column},");
+        }
         let [illuminance, error] =
             [illuminance, error].map(|value| if value.is_finite() { value.to_string() } else { String::new() });
-        // writing to a string cannot fail
-        let _ = writeln!(text, "{x},{y},{z_m},{illuminance},{error}");
+        let _ = writeln!(text, "{illuminance},{error}");
     }
     text
 }
@@ -25,9 +58,13 @@ mod tests {
     fn reads_back_exactly() {
         let values = [1.0 / 3.0, 2e-9, 5e9, 0.1 + 0.2];
         let errors = [0.5, f64::INFINITY, 0.0, 1e-3];
-        let none = super::grid(&[0.5], &[0.25], 0.85, &[f64::NAN], &[f64::INFINITY]);
+        let one = super::Sensors::Level { x_m: &[0.5], y_m: &[0.25], z_m: 0.85 };
+        let none = super::grid(one, &[], &[f64::NAN], &[f64::INFINITY]);
         assert_eq!(none.lines().nth(1), Some("0.5,0.25,0.85,,"));
-        let text = super::grid(&[0.5, 1.5], &[0.25, 0.75], 0.85, &values, &errors);
+        let points = super::grid(super::Sensors::Points(&[[1.0, 2.0, 3.0, 0.0, 1.0, 0.0]]), &[0.5], &[7.0], &[0.1]);
+        assert_eq!(points.lines().nth(1), Some("1,2,3,0,1,0,0.5,7,0.1"));
+        let level = super::Sensors::Level { x_m: &[0.5, 1.5], y_m: &[0.25, 0.75], z_m: 0.85 };
+        let text = super::grid(level, &[], &values, &errors);
         let lines: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split(',').collect()).collect();
         assert_eq!(lines.len(), 4);
         assert_eq!(lines[1][..3], ["1.5", "0.25", "0.85"]);

@@ -7,12 +7,12 @@ use utoipa::ToSchema;
 use super::subject::{Subject, by};
 use crate::document::result::{GridResult, GridStatistics};
 use crate::document::room::object::ObjectDocument;
+use crate::document::room::plan::PartitionDocument;
 use crate::figure::isolines::{levels, levels_lux};
 use crate::figure::plan_map::{GridValues, Numbers, PlanMap, RoomPlan};
 use crate::figure::scale::{ColourScale, Palette};
 use crate::figure::ticks::{fixed, significant, with_error};
 use crate::figure::{Drawing, Heading};
-use crate::geometry::turn;
 use crate::output::OutputError;
 
 /// Quantity of a grid that a figure shows.
@@ -117,7 +117,7 @@ fn ends(values: &[f64]) -> [f64; 2] {
 }
 
 fn of_grid(subject: &Subject, grid: &GridResult) -> String {
-    format!("{}, {} m above the floor{}", grid.name, grid.height_m, by(&subject.grids_method))
+    format!("{}{}", grid.place_in_words(), by(&subject.grids_method))
 }
 
 fn statistics_in_words(statistics: &GridStatistics) -> String {
@@ -130,10 +130,11 @@ fn statistics_in_words(statistics: &GridStatistics) -> String {
     let [median, least, greatest] = [median_lux, min_lux, max_lux].map(|value| significant(value, 3));
     let uniformity =
         uniformity.map_or_else(String::new, |uniformity| format!(" · uniformity {}", fixed(uniformity, 2)));
-    let inside = match statistics.points_inside_solids {
+    let count = |points: usize, place: &str| match points {
         0 => String::new(),
-        points => format!(" · {points} points inside solids"),
+        points => format!(" · {points} points {place}"),
     };
+    let inside = count(statistics.points_inside_solids, "inside solids");
     format!("mean {mean} lx{interval} · median {median} · minimum {least} · maximum {greatest}{uniformity}{inside}")
 }
 
@@ -154,15 +155,26 @@ fn placed(subject: &Subject, grid: &GridResult, values: Vec<f64>) -> GridValues 
         document.and_then(|document| Some((document, document.grids.iter().find(|one| one.name == grid.name)?)));
     let [from_m, to_m] = match named {
         Some((document, named)) => {
-            let [width, depth, _] = document.room.size_m;
-            [DVec2::splat(named.margin_m), DVec2::new(width, depth) - named.margin_m]
+            let [low, high] = bounds(&document.room.rings());
+            match (named.spacing_m, &grid.points_m) {
+                (_, Some(_)) => [low, high],
+                (Some(spacing), None) => [low, low + spacing * DVec2::new(grid.cells[0] as f64, grid.cells[1] as f64)],
+                (None, None) => [low + named.margin_m, high - named.margin_m],
+            }
         }
         None => {
             let [x, y] = [&grid.x_m, &grid.y_m].map(|centres| along(centres));
             [DVec2::new(x[0], y[0]), DVec2::new(x[1], y[1])]
         }
     };
-    GridValues { cells: grid.cells, from_m, to_m, values }
+    let points = grid.points_m.iter().flatten().map(|[x, y, ..]| DVec2::new(*x, *y)).collect();
+    GridValues { cells: grid.cells, from_m, to_m, values, points }
+}
+
+/// Returns the least and the greatest corner of the bounds of rings.
+fn bounds(rings: &[Vec<DVec2>]) -> [DVec2; 2] {
+    let corners = || rings.iter().flatten().copied();
+    [corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max)]
 }
 
 /// Returns the outer ends of a row of cells with these centres.
@@ -180,16 +192,17 @@ fn along(centres: &[f64]) -> [f64; 2] {
 /// Returns the plan of a job's room; an empty one that ends with the grid where the document is not known.
 fn room(subject: &Subject, grid: &GridValues) -> RoomPlan {
     let Some(document) = &subject.document else {
-        return RoomPlan { size_m: grid.to_m, rotation_deg: 0.0, tubes: Vec::new(), objects: Vec::new() };
+        return RoomPlan::rectangle(DVec2::ZERO, grid.to_m);
     };
-    let [width, depth, _] = document.room.size_m;
     let tubes = document.tubes.iter().map(|tube| {
         let opening = tube.opening();
         (opening.centre, 0.5 * opening.diameter_m)
     });
     let objects = document.room.objects.iter().filter_map(footprint);
+    let ends = |partition: &PartitionDocument| [partition.from_m, partition.to_m].map(DVec2::from).to_vec();
+    let objects = objects.chain(document.room.partitions.iter().map(ends));
     RoomPlan {
-        size_m: DVec2::new(width, depth),
+        rings: document.room.rings(),
         rotation_deg: document.room.rotation_deg,
         tubes: tubes.collect(),
         objects: objects.collect(),
@@ -199,10 +212,7 @@ fn room(subject: &Subject, grid: &GridValues) -> RoomPlan {
 /// Returns the outline of a box from above; `None` for a mesh, which has too many outlines to be drawn.
 fn footprint(object: &ObjectDocument) -> Option<Vec<DVec2>> {
     let ObjectDocument::Box(object) = object else { return None };
-    let ([width, depth, _], [x, y, _]) = (object.size_m, object.position_m);
-    let turn = turn::rotation(-object.rotation_deg.to_radians());
-    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
-    Some(corners.map(|(a, b)| DVec2::new(x, y) + turn * DVec2::new(a * width, b * depth)).to_vec())
+    Some(object.footprint().to_vec())
 }
 
 #[cfg(test)]

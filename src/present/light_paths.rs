@@ -29,13 +29,15 @@ const MOST_POINTS: usize = 300;
 /// Fraction of the light below which a line ends.
 const LEAST_SHARE: f64 = 0.005;
 
-/// Room as a section shows it.
+/// Room below a tube as a section shows it.
 #[derive(Clone, Copy, Debug)]
 pub struct SideView {
     /// Horizontal unit vector of the section.
     pub along: DVec2,
-    /// Width of the room in the section, and its height, in metres.
-    pub room: DVec2,
+    /// Least and greatest coordinate of the room along the section, in metres.
+    pub span: [f64; 2],
+    /// Height of the tube's opening in metres.
+    pub height: f64,
 }
 
 /// Traces lines of light through a tube into the room: of the sun, toward which `sun` points, or of the sky where there is none. Returns no
@@ -93,7 +95,7 @@ struct Lines<'a> {
 impl Lines<'_> {
     fn place(&self, position: DVec3) -> DVec2 {
         let centre = self.side.along.dot(DVec2::from(self.tube.centre_m));
-        DVec2::new(centre + self.side.along.dot(position.truncate()), self.side.room.y + position.z)
+        DVec2::new(centre + self.side.along.dot(position.truncate()), self.side.height + position.z)
     }
 
     /// Returns the line of a ray, as long as enough of its light is left, and the fraction that the diffuser scatters.
@@ -141,7 +143,8 @@ impl Lines<'_> {
 
     /// Finds the point where a line from the ceiling meets the floor or a wall; `None` where it does not go down.
     fn end_in_room(&self, from: DVec2, toward: DVec2) -> Option<DVec2> {
-        let wall = if toward.x > 0.0 { self.side.room.x - from.x } else { -from.x };
+        let [least, greatest] = self.side.span;
+        let wall = if toward.x > 0.0 { greatest - from.x } else { least - from.x };
         let to_floor = if toward.y < 0.0 { -from.y / toward.y } else { return None };
         let to_wall = if toward.x == 0.0 { f64::INFINITY } else { wall / toward.x };
         Some(from + to_floor.min(to_wall.max(0.0)) * toward)
@@ -163,7 +166,7 @@ mod tests {
         .unwrap()
     }
 
-    const SIDE: SideView = SideView { along: DVec2::X, room: DVec2::new(4.0, 3.0) };
+    const SIDE: SideView = SideView { along: DVec2::X, span: [0.0, 4.0], height: 3.0 };
 
     /// Light along the axis of a straight tube meets no wall: all of it passes the pane, and half of it the diffuser.
     #[test]

@@ -290,7 +290,12 @@ fn grid_csv(result: &GridResult) -> Vec<u8> {
     let errors: Vec<f64> = errors.map(|error| error.unwrap_or(f64::INFINITY)).collect();
     let values = result.illuminance_lux.iter().flatten();
     let values: Vec<f64> = values.map(|lux| lux.unwrap_or(f64::NAN)).collect();
-    csv::grid(&result.x_m, &result.y_m, result.height_m, &values, &errors).into_bytes()
+    let sensors = match &result.points_m {
+        Some(points) => csv::Sensors::Points(points),
+        None => csv::Sensors::Level { x_m: &result.x_m, y_m: &result.y_m, z_m: result.height_m },
+    };
+    let areas: Vec<f64> = result.area_m2.iter().flatten().flatten().copied().collect();
+    csv::grid(sensors, &areas, &values, &errors).into_bytes()
 }
 
 pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {

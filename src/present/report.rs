@@ -34,7 +34,7 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
     let mut figures = Vec::new();
     let [grid, view] = ["grids", "views"].map(|outputs| document[outputs][0]["name"].as_str());
     if let Some(grid) = grid.map_or(Ok(None), |name| results.grid(name))? {
-        let heading = Heading::of(format!("{}, {} m above the floor", grid.name, grid.height_m));
+        let heading = Heading::of(grid.place_in_words());
         let map = plan_map(subject, &grid, GridWishes::default());
         let drawing = PlanMap { heading, ..map }.draw().map_err(|error| failed(REPORT, error))?;
         figures.push(SheetFigure { name: format!("grids/{}", grid.name), drawing });
@@ -155,8 +155,12 @@ fn inputs(document: &Value) -> SheetPart {
     let room = &document["room"];
     let size: Vec<String> =
         list(&room["size_m"]).iter().filter_map(Value::as_f64).map(|edge| edge.to_string()).collect();
-    let mut facts = vec![fact("room", format!("{} m; {}", size.join(" × "), in_words(&room["surfaces"])))];
-    for name in ["objects", "luminaires"] {
+    let shape = match list(&room["plan"]["outline_m"]).len() {
+        0 => format!("{} m", size.join(" × ")),
+        corners => format!("plan of {corners} corners; ceiling: {}", in_words(&room["ceiling"])),
+    };
+    let mut facts = vec![fact("room", format!("{shape}; {}", in_words(&room["surfaces"])))];
+    for name in ["partitions", "objects", "luminaires"] {
         let count = list(&room[name]).len();
         if count > 0 {
             facts.push(fact(name, count.to_string()));

@@ -6,10 +6,13 @@ use serde_json::Value;
 
 use super::light_paths::{SideView, light_paths};
 use super::subject::Subject;
+use crate::document::errors::Checks;
+use crate::document::outputs::GridDocument;
 use crate::document::result::{FluxResult, TubeResult};
 use crate::document::room::object::ObjectDocument;
 use crate::document::sky::time::instant;
 use crate::document::tube::collector::CollectorDocument;
+use crate::document::tube::opening::PlacedOpening;
 use crate::document::tube::{ParametricTube, TubeDocument};
 use crate::document::{JobDocument, Provenance};
 use crate::figure::lumens::{Stage, lumens};
@@ -18,6 +21,7 @@ use crate::figure::sky_dome::{SunAt, sky_dome};
 use crate::figure::ticks::significant;
 use crate::figure::{Drawing, Heading};
 use crate::geometry::turn;
+use crate::scene::Enclosure;
 use crate::sky::looked_up::LookedUp;
 use crate::sky::{Sky, SkyDistribution, direction, sun};
 
@@ -90,7 +94,7 @@ fn provenance(results: &Value) -> Option<Provenance> {
 /// Draws the section along the longer side of the room, which shows more, with the name of its axis alone above it.
 pub fn longer_section(subject: &Subject, results: &Value) -> Option<(SiteFigure, Drawing)> {
     let document: &JobDocument = subject.document.as_ref()?;
-    let [width, depth, _] = document.room.size_m;
+    let [width, depth, _] = document.room.extent_m();
     let (figure, along, across) =
         if depth > width { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
     let heading = Heading::of(format!("Section along {across}"));
@@ -158,23 +162,36 @@ fn path(document: &JobDocument) -> Vec<SunAt> {
 
 /// Builds the section along a horizontal direction of the room, with all tubes and objects drawn into its plane.
 fn section(subject: &Subject, document: &JobDocument, results: &Value, along: DVec2, across: &'static str) -> Section {
-    let [width, depth, height] = document.room.size_m;
+    let faces = document.room.enclosure(&mut Checks::default());
+    let seen_from_the_side = |corner: DVec3| DVec2::new(along.dot(corner.truncate()), corner.z);
+    let faces_of = |room: &Enclosure| -> Vec<Vec<DVec2>> {
+        room.faces().iter().map(|face| face.polygon.corners().map(seen_from_the_side).collect()).collect()
+    };
+    let room = faces.as_ref().map(faces_of).unwrap_or_default();
+    let height_of = |tube: &TubeDocument| {
+        let opening = faces.as_ref().and_then(|faces| PlacedOpening::of(tube, faces));
+        opening.map_or(0.0, |opening| opening.height_m)
+    };
+    let places = || room.iter().flatten().map(|corner| corner.x);
+    let span = [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)];
     let sun = provenance(results).and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
     let toward_sun = sun.map(|sun| {
         let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
         direction(sun.altitude_deg.to_radians(), azimuth)
     });
-    let side = SideView { along, room: DVec2::new(along.dot(DVec2::new(width, depth)), height) };
     let lit = document.tubes.iter().filter_map(|tube| match tube {
-        TubeDocument::Parametric(tube) if document.sky.is_some() => Some(light_paths(tube, &side, toward_sun)),
+        TubeDocument::Parametric(of_cylinders) if document.sky.is_some() => {
+            let side = SideView { along, span, height: height_of(tube) };
+            Some(light_paths(of_cylinders, &side, toward_sun))
+        }
         TubeDocument::Parametric(_) | TubeDocument::Mesh(_) => None,
     });
     let light: Vec<_> = lit.flatten().collect();
     let tubes = document.tubes.iter().map(|tube| match tube {
-        TubeDocument::Parametric(tube) => side_of(tube, along, height),
+        TubeDocument::Parametric(of_cylinders) => side_of(of_cylinders, along, height_of(tube)),
         TubeDocument::Mesh(_) => {
             let opening = tube.opening();
-            let axis = vec![DVec2::new(along.dot(opening.centre), height)];
+            let axis = vec![DVec2::new(along.dot(opening.centre), height_of(tube))];
             SideTube { axis, radius: 0.5 * opening.diameter_m, cover: Cover::Open }
         }
     });
@@ -191,6 +208,12 @@ fn section(subject: &Subject, document: &JobDocument, results: &Value, along: DV
         }
         ObjectDocument::Mesh(_) => None,
     });
+    let partitions = document.room.partitions.iter().map(|partition| {
+        let [from, to] = [partition.from_m, partition.to_m].map(|end| along.dot(DVec2::from(end)));
+        let height = partition.height_m;
+        [(from, 0.0), (to, 0.0), (to, height), (from, height)].map(DVec2::from).to_vec()
+    });
+    let level = |grid: &GridDocument| Some((grid.name.clone(), grid.height_m?));
     let of_light = match toward_sun {
         _ if light.is_empty() => "",
         Some(_) => " · lines: sunlight",
@@ -204,10 +227,10 @@ fn section(subject: &Subject, document: &JobDocument, results: &Value, along: DV
     Section {
         heading,
         across,
-        room: side.room,
         tubes: tubes.collect(),
-        objects: objects.collect(),
-        grids: document.grids.iter().map(|grid| (grid.name.clone(), grid.height_m)).collect(),
+        objects: objects.chain(partitions).collect(),
+        grids: document.grids.iter().filter_map(level).collect(),
+        room,
         light,
         sun: toward_sun.map(|toward| DVec2::new(along.dot(toward.truncate()), toward.z)),
     }

@@ -150,6 +150,6 @@ fn faults_have_codes() {
     assert_eq!(code("/room/siez_m", json!(1)), FieldErrorCode::UnknownField);
     assert_eq!(code("/tubes/0/reflectance", json!(1.5)), FieldErrorCode::OutOfRange);
     assert_eq!(code("/grids/0/cells", json!("nine")), FieldErrorCode::Invalid);
-    assert_eq!(code("/tubes", json!(vec![base()["tubes"][0].clone(); 1000])), FieldErrorCode::TooMany);
+    assert_eq!(code("/tubes", json!(vec![base()["tubes"][0].clone(); 1025])), FieldErrorCode::TooMany);
     assert_eq!(code("/tubes/0/segments/0/tilt_deg", json!(10)), FieldErrorCode::NotSupported);
 }

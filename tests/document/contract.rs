@@ -59,6 +59,7 @@ fn every_variant_is_a_component_and_tagged_ones_are_told_apart() {
     }
     let expected = [
         "BeamSource",
+        "CeilingDocument",
         "CollectorDocument",
         "DiffuserDocument",
         "DiffuserPart",

@@ -24,6 +24,7 @@ mod effects;
 mod hints;
 mod mesh_files;
 mod methods;
+mod plans;
 mod room;
 mod seeds;
 mod sheets;

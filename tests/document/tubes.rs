@@ -33,8 +33,8 @@ fn tubes_bend_touch_and_overlap() {
     };
     refused(&beside(1.2), "/tubes/1/centre_m", "overlaps");
     assert!(parse(&beside(1.016 + 0.254)).is_ok());
-    let many: Vec<_> = vec![tube.clone(); 65];
-    refused(&with(base(), "/tubes", json!(many)), "/tubes", "but there are 65");
+    let many: Vec<_> = vec![tube.clone(); 1025];
+    refused(&with(base(), "/tubes", json!(many)), "/tubes", "but there are 1025");
     refused(&with(base(), "/room/surfaces/ceiling", json!({ "open": true })), "/room/surfaces/ceiling/open", "closed");
 
     let lambertian = json!({ "kind": "lambertian", "transmittance": [0.6, 0.6, 0.6], "reflectance": 0.5 });

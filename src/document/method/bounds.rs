@@ -46,7 +46,7 @@ pub fn optional(name: &'static str, value: Option<f64>, range: Range) -> Setting
 /// Returns the number of points of all grids: `per_cell` for each cell average, and one for each point.
 pub fn points_of_grids(grids: &[GridDocument], per_cell: u32) -> u64 {
     let of = |grid: &GridDocument| {
-        points(grid.cells, if grid.estimate == EstimateDocument::CellAverage { per_cell } else { 1 })
+        points(grid.counts(), if grid.estimate == EstimateDocument::CellAverage { per_cell } else { 1 })
     };
     grids.iter().map(of).fold(0, u64::saturating_add)
 }
@@ -56,6 +56,6 @@ pub fn points_of_views(views: &[ViewDocument], per_pixel: u32) -> u64 {
     views.iter().map(|view| points(view.size_px, per_pixel)).fold(0, u64::saturating_add)
 }
 
-fn points([a, b]: [u32; 2], each: u32) -> u64 {
-    (u64::from(a) * u64::from(b)).saturating_mul(u64::from(each))
+fn points([a, b]: [impl Into<u64>; 2], each: u32) -> u64 {
+    a.into().saturating_mul(b.into()).saturating_mul(u64::from(each))
 }

@@ -3,6 +3,7 @@
 //! Serde's tagged enums lose the place of an error below the tag, and its untagged ones lose the error itself. Here the tag is
 //! read first, and the rest as the kind's own struct, which denies unknown fields; so every error has the place of its field.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::de::{DeserializeOwned, Deserializer, Error, Unexpected};
@@ -64,6 +65,21 @@ impl Fields {
     /// True if the object has the field with a value.
     pub fn has(&self, name: &str) -> bool {
         self.0.contains_key(name)
+    }
+
+    /// Removes the fields whose names are `wanted`, and reads each as an object of one type.
+    pub fn take<T: DeserializeOwned>(&mut self, wanted: impl Fn(&str) -> bool) -> Result<BTreeMap<String, T>, Fault> {
+        let names: Vec<String> = self.0.keys().filter(|name| wanted(name)).cloned().collect();
+        let mut taken = BTreeMap::new();
+        for name in names {
+            let Some(value) = self.0.remove(&name) else { continue };
+            let value = serde_path_to_error::deserialize(value).map_err(|error| {
+                let fault = fault::of_error(&error);
+                Fault { pointer: format!("/{}{}", escape(&name), fault.pointer), ..fault }
+            })?;
+            taken.insert(name, value);
+        }
+        Ok(taken)
     }
 
     /// Reads a struct that denies unknown fields; `of` describes it in the message about an unknown field.

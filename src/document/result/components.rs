@@ -52,7 +52,11 @@ impl GridComponents {
     pub fn new(parts: &[Component], estimate: &GridEstimate, columns: usize) -> (Self, Vec<GridPart>) {
         let (mut components, mut by_tube) = (Self::default(), Vec::new());
         // in the dark the estimate has no components, and every part is exactly zero
-        let dark = GridEstimate { free: estimate.free.clone(), ..GridEstimate::empty(estimate.sensors.len()) };
+        let dark = GridEstimate {
+            free: estimate.free.clone(),
+            area: estimate.area.clone(),
+            ..GridEstimate::empty(estimate.sensors.len())
+        };
         for (index, part) in parts.iter().enumerate() {
             let found = estimate
                 .beside

@@ -10,7 +10,7 @@ use crate::document::outputs::EstimateDocument;
 use crate::estimate::GridEstimate;
 use crate::estimate::grid_statistics::{self, Statistic};
 use crate::integrator::components::Component;
-use crate::scene::{Daylight, Grid};
+use crate::scene::{Daylight, Grid, Sensor};
 use crate::sky::Sky;
 
 /// Illuminance of one grid: row j is at `y_m[j]` (south to north), column i at `x_m[i]` (west to east).
@@ -26,11 +26,17 @@ pub struct GridResult {
     pub estimate: EstimateDocument,
     /// Unit of the values, always `lux`.
     pub unit: String,
-    /// Centres of the columns in metres, from west to east.
+    /// Centres of the columns in metres, from west to east; empty for sensors at given points.
     pub x_m: Vec<f64>,
-    /// Centres of the rows in metres, from south to north.
+    /// Centres of the rows in metres, from south to north; empty for sensors at given points.
     pub y_m: Vec<f64>,
-    /// Illuminance of each sensor, row by row; null inside solids. A cell that solids cover in part has the mean over its free
+    /// Sensors at given points, in the order of the one row of values: x, y and z in metres, and the unit vector that the sensor faces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points_m: Option<Vec<[f64; 6]>>,
+    /// Area of each cell that lies in the room, in m2, by which statistics weigh the sensors; absent where all cells have one area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area_m2: Option<Vec<Vec<f64>>>,
+    /// Illuminance of each sensor, row by row; null inside solids and outside the room. A cell that solids cover in part has the mean over its free
     /// part.
     pub illuminance_lux: Vec<Vec<Option<f64>>>,
     /// Standard error of each illuminance; null inside solids, before the second pass, and where the method has no estimate of
@@ -82,6 +88,9 @@ pub struct ExternalIlluminance {
 /// many noisy values is too low on average.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridStatistics {
+    /// Number of sensors outside the room or within `margin_m` of its walls, which have no value and count in none of these statistics.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub points_outside: usize,
     /// Number of sensors inside solids, which have no value and count in none of these statistics.
     #[serde(default)]
     pub points_inside_solids: usize,
@@ -89,7 +98,7 @@ pub struct GridStatistics {
     /// pass.
     #[serde(default)]
     pub coverage_factor: Option<f64>,
-    /// Mean over the sensors in lux.
+    /// Mean over the sensors in lux, by the areas of their cells.
     pub mean_lux: f64,
     /// Standard error of the mean in lux.
     #[serde(default)]
@@ -169,14 +178,19 @@ impl GridResult {
         let ratios = rows(&ratios, columns);
         let parts = grid.components.then(|| GridComponents::new(parts, estimate, columns));
         let (components, by_tube) = parts.unzip();
+        let points_m = grid.placed.as_ref().map(|placed| placed.iter().map(point).collect());
+        let area = grid.area.as_ref().filter(|_| grid.placed.is_none());
+        let area: Option<Vec<f64>> = area.map(|area| area.iter().map(|share| share * grid.cell_area_m2()).collect());
         Self {
             name: grid.name.clone(),
             height_m: grid.height_m,
             cells: grid.cells,
             estimate: grid.estimate.into(),
             unit: "lux".to_owned(),
-            x_m: grid.x_m.clone(),
-            y_m: grid.y_m.clone(),
+            x_m: if points_m.is_some() { Vec::new() } else { grid.x_m.clone() },
+            y_m: if points_m.is_some() { Vec::new() } else { grid.y_m.clone() },
+            points_m,
+            area_m2: area.map(|area| area.chunks(columns.max(1)).map(<[f64]>::to_vec).collect()),
             illuminance_lux: rows(&values, columns),
             standard_error_lux: rows(&errors, columns),
             coverage_factor: factor_of(estimate),
@@ -189,6 +203,25 @@ impl GridResult {
             statistics: GridStatistics::new(estimate, daylight, electric),
         }
     }
+}
+
+impl GridResult {
+    /// Returns the name of the grid and its place in words: its height, or the number of its points.
+    pub fn place_in_words(&self) -> String {
+        match &self.points_m {
+            Some(points) => format!("{}, {} points", self.name, points.len()),
+            None => format!("{}, {} m above the floor", self.name, self.height_m),
+        }
+    }
+}
+
+/// Returns the place and the direction of a sensor.
+fn point(Sensor { position, normal }: &Sensor) -> [f64; 6] {
+    [position.x, position.y, position.z, normal.x, normal.y, normal.z]
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Returns the coverage factor of the standard errors of an estimate.
@@ -210,15 +243,18 @@ impl GridStatistics {
         let statistics = grid_statistics::GridStatistics::new(estimate);
         let [mean, median, min, max] = statistics.map_or([none; 4], |of| [of.mean, of.median, of.min, of.max]);
         let uniformity = statistics.map(|of| of.uniformity);
-        let sensors = estimate.valued().count();
+        let without_value = estimate.sensors.len() - estimate.valued().count();
+        let outside = (0..estimate.sensors.len()).filter(|sensor| estimate.weight(*sensor) == 0.0).count();
         let area_above = LEVELS_LUX.map(|lux| {
-            let above = estimate.valued().filter(|sensor| estimate.illuminance_lux(*sensor) >= lux).count();
-            AreaAbove { lux, percent: 100.0 * above as f64 / sensors.max(1) as f64 }
+            let above = estimate.valued().filter(|sensor| estimate.illuminance_lux(*sensor) >= lux);
+            let above: f64 = above.map(|sensor| estimate.weight(sensor)).sum();
+            AreaAbove { lux, percent: 100.0 * above / estimate.total_weight().max(f64::MIN_POSITIVE) }
         });
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let factor = |statistic: Statistic| finite(100.0 * statistic.value / (sky + sun));
         Self {
-            points_inside_solids: estimate.sensors.len() - sensors,
+            points_outside: outside,
+            points_inside_solids: without_value - outside,
             coverage_factor: factor_of(estimate),
             mean_lux: mean.value,
             mean_lux_standard_error: finite(mean.standard_error),

@@ -5,47 +5,69 @@ use super::luminaire::{Sheet, check_luminaire, check_place, overlap, reaches_int
 use super::object::ObjectDocument;
 use super::surface::{Owner, check_surface};
 use crate::document::errors::Checks;
-use crate::document::limits::{LUMINAIRES, OBJECTS, ROOM_EDGE_M, TURN_DEG};
+use crate::document::limits::{LUMINAIRES, OBJECTS, PARTITIONS, TURN_DEG};
+use crate::document::read::pointer::escape;
+use crate::scene::Enclosure;
+use crate::traceable::enclosure::TraceableEnclosure;
 
-/// Adds the faults of the room, and returns the luminaires that lie in it, with their numbers in the document.
-pub(crate) fn check_room(room: &RoomDocument, checks: &mut Checks) -> Vec<(usize, Sheet)> {
-    checks.numbers("/room/size_m", &room.size_m, ROOM_EDGE_M);
+/// A room that was checked, against which the other parts of a document are.
+pub(crate) struct CheckedRoom {
+    /// Faces of the room; `None` after a fault of theirs.
+    pub enclosure: Option<Enclosure>,
+    /// Luminaires that lie in the room, with their numbers in the document.
+    pub luminaires: Vec<(usize, Sheet)>,
+}
+
+/// Adds the faults of the room, and returns what is left of it.
+pub(crate) fn check_room(room: &RoomDocument, checks: &mut Checks) -> CheckedRoom {
+    let enclosure = room.enclosure(checks);
     checks.number("/room/rotation_deg", room.rotation_deg, TURN_DEG);
-    let surfaces = &room.surfaces;
-    let faces = [
-        ("floor", Some(&surfaces.floor)),
-        ("walls", Some(&surfaces.walls)),
-        ("wall_north", surfaces.wall_north.as_ref()),
-        ("wall_east", surfaces.wall_east.as_ref()),
-        ("wall_south", surfaces.wall_south.as_ref()),
-        ("wall_west", surfaces.wall_west.as_ref()),
-        ("ceiling", Some(&surfaces.ceiling)),
-    ];
-    for (name, surface) in faces {
-        if let Some(surface) = surface {
-            check_surface(&format!("/room/surfaces/{name}"), surface, Owner::Room, checks);
+    check_surfaces(room, enclosure.as_ref(), checks);
+    if checks.at_most("/room/partitions", room.partitions.len(), &PARTITIONS, " partitions") {
+        for (index, partition) in room.partitions.iter().enumerate() {
+            partition.check(&format!("/room/partitions/{index}"), enclosure.as_ref(), checks);
         }
     }
     if checks.at_most("/room/objects", room.objects.len(), &OBJECTS, " objects") {
         for (index, object) in room.objects.iter().enumerate() {
-            object.check(&format!("/room/objects/{index}"), room.valid_size_m(), checks);
+            object.check(&format!("/room/objects/{index}"), enclosure.as_ref(), checks);
         }
     }
-    check_luminaires(room, checks)
+    let luminaires = check_luminaires(room, enclosure.as_ref(), checks);
+    CheckedRoom { enclosure, luminaires }
 }
 
-fn check_luminaires(room: &RoomDocument, checks: &mut Checks) -> Vec<(usize, Sheet)> {
+/// Checks the surfaces, and that each single one is of a face of the room.
+fn check_surfaces(room: &RoomDocument, enclosure: Option<&Enclosure>, checks: &mut Checks) {
+    let surfaces = &room.surfaces;
+    let kinds = [("floor", &surfaces.floor), ("walls", &surfaces.walls), ("ceiling", &surfaces.ceiling)];
+    let single = surfaces.single.iter().map(|(name, surface)| (name.as_str(), surface));
+    for (name, surface) in kinds.into_iter().chain(single) {
+        check_surface(&format!("/room/surfaces/{}", escape(name)), surface, Owner::Room, checks);
+    }
+    let Some(enclosure) = enclosure else { return };
+    let names = || enclosure.faces().iter().map(|face| face.name.as_str());
+    for name in surfaces.single.keys().filter(|name| !names().any(|known| known == *name)) {
+        let some: Vec<_> = names().filter(|name| name.contains('_')).map(|name| format!("`{name}`")).take(8).collect();
+        let detail = format!("the room has no face of this name; its single faces are {}, ..", some.join(", "));
+        let detail = if some.len() < 8 { detail.replace(", ..", "") } else { detail };
+        checks.refuse(format!("/room/surfaces/{}", escape(name)), detail);
+    }
+}
+
+fn check_luminaires(room: &RoomDocument, enclosure: Option<&Enclosure>, checks: &mut Checks) -> Vec<(usize, Sheet)> {
     if !checks.at_most("/room/luminaires", room.luminaires.len(), &LUMINAIRES, " luminaires") {
         return Vec::new();
     }
+    let enclosure = enclosure.map(|enclosure| (enclosure, TraceableEnclosure::new(enclosure)));
     // luminaires outside the room are kept, because others may overlap them
     let mut sheets: Vec<(usize, Sheet)> = Vec::new();
     let mut in_room = Vec::new();
     for (index, luminaire) in room.luminaires.iter().enumerate() {
         let pointer = format!("/room/luminaires/{index}");
         let Some(sheet) = check_luminaire(&pointer, luminaire, checks) else { continue };
-        if let Some(size) = room.valid_size_m()
-            && check_place(&pointer, &sheet, size, checks)
+        if let Some((enclosure, traceable)) = &enclosure
+            && check_place(&pointer, &sheet, (enclosure, traceable), checks)
         {
             for (number, object) in room.objects.iter().enumerate() {
                 if let ObjectDocument::Box(object) = object

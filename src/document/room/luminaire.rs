@@ -11,6 +11,9 @@ use crate::document::limits::{COORDINATE_M, LIGHT, TOUCHING_M};
 use crate::document::optics::Coefficient;
 use crate::document::schema::shapes::{Luminance, Vector};
 use crate::geometry::disc::disc_polygon_area;
+use crate::geometry::planar::Polygon;
+use crate::scene::Enclosure;
+use crate::traceable::enclosure::TraceableEnclosure;
 
 /// A Lambertian area light: a thin black rectangle in the room that emits on one side and blocks light from both.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -86,38 +89,45 @@ pub(crate) fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, chec
     ok.then(|| Sheet { corner, u, v, normal: u.cross(v).normalize() })
 }
 
-/// Checks that a luminaire lies inside the room of `size` metres and emits into it; true if it does.
-pub(crate) fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks) -> bool {
+/// Checks that a luminaire lies inside the room and emits into it; true if it does.
+pub(crate) fn check_place(
+    pointer: &str,
+    sheet: &Sheet,
+    (enclosure, traceable): (&Enclosure, &TraceableEnclosure),
+    checks: &mut Checks,
+) -> bool {
+    let [lowest, highest] = enclosure.bounds();
     let errors_before = checks.errors.len();
     let thousandths =
         Sheet { corner: sheet.corner / 1000.0, u: sheet.u / 1000.0, v: sheet.v / 1000.0, ..sheet.clone() };
     let thousandths_fit =
-        thousandths.corners().iter().all(|corner| corner.cmpge(DVec3::ZERO).all() && corner.cmple(size.into()).all());
-    for (axis, room) in size.into_iter().enumerate() {
+        thousandths.corners().iter().all(|corner| corner.cmpge(lowest).all() && corner.cmple(highest).all());
+    for (axis, (least, most)) in lowest.to_array().into_iter().zip(highest.to_array()).enumerate() {
         let reach = |f: fn(f64, f64) -> f64, start| sheet.corners().iter().map(|p| p[axis]).fold(start, f);
         let (from, to) = (reach(f64::min, f64::INFINITY), reach(f64::max, f64::NEG_INFINITY));
-        if from < -TOUCHING_M || to > room + TOUCHING_M {
+        if from < least - TOUCHING_M || to > most + TOUCHING_M {
             let corner = sheet.corner[axis];
             let pointer = format!("{pointer}/corner_m/{axis}");
-            let fits = |meant: f64| meant - corner + from >= 0.0 && meant - corner + to <= room;
+            let fits = |meant: f64| meant - corner + from >= least && meant - corner + to <= most;
             let hint = match hints::of_number(&pointer, corner, fits) {
                 hint if hint.is_empty() && thousandths_fit => hints::OF_LENGTHS.to_owned(),
                 hint => hint,
             };
             let detail = format!(
-                "the luminaire must be inside the room (0..{room} m), but reaches from {from} m to {to} m{hint}"
+                "the luminaire must be inside the room ({least}..{most} m), but reaches from {from} m to {to} m{hint}"
             );
             checks.refuse(pointer, detail);
-            continue;
         }
-        let leaves = |plane: f64, outward: f64| {
-            outward * sheet.normal[axis] > 0.0 && (from - plane).abs() <= TOUCHING_M && (to - plane).abs() <= TOUCHING_M
-        };
-        if leaves(0.0, -1.0) || leaves(room, 1.0) {
-            let detail = "the luminaire lies on the room's boundary and emits out of the room, along edge_u_m x \
-                          edge_v_m: swap the two edges";
-            checks.refuse(format!("{pointer}/edge_v_m"), detail);
-        }
+    }
+    if checks.errors.len() == errors_before && !sheet.corners().iter().all(|corner| traceable.contains(*corner)) {
+        checks.refuse(format!("{pointer}/corner_m"), "the luminaire must be inside the room, but a corner is outside");
+    }
+    let lies_on = |polygon: &Polygon| sheet.corners().iter().all(|corner| polygon.height(*corner).abs() <= TOUCHING_M);
+    let leaves = |polygon: &Polygon| polygon.normal().dot(sheet.normal) < 0.0 && lies_on(polygon);
+    if traceable.polygons.iter().any(leaves) {
+        let detail = "the luminaire lies on the room's boundary and emits out of the room, along edge_u_m x edge_v_m: \
+                      swap the two edges";
+        checks.refuse(format!("{pointer}/edge_v_m"), detail);
     }
     checks.errors.len() == errors_before
 }

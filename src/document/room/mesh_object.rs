@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::RoomDocument;
 use super::object::{MeshObjectDocument, ObjectDocument};
 use super::openings::cover_no_opening;
+use super::plan::PartitionDocument;
 use super::sheets::{one_sheet_each, untold_words};
 use super::surface::SurfaceDocument;
 use crate::document::errors::Checks;
@@ -16,16 +17,19 @@ use crate::document::limits::{MOST_TRIANGLES, TOUCHING_M};
 use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
 use crate::document::tube::TubeDocument;
+use crate::document::tube::opening::PlacedOpening;
 use crate::geometry::TriangleMesh;
 use crate::geometry::repeats::without_repeats;
 use crate::geometry::turn::unit_vector;
 use crate::optics::Surface;
-use crate::scene::MeshObject;
+use crate::scene::{Enclosure, MeshObject};
+use crate::traceable::enclosure::TraceableEnclosure;
 
-/// Returns the mesh objects of a room, in its frame; after an error some may be missing.
+/// Returns the mesh objects of a room, in its frame, and its partitions after them; after an error some may be missing.
 pub(crate) fn mesh_objects(
     room: &RoomDocument,
     tubes: &[TubeDocument],
+    enclosure: &Enclosure,
     meshes: &dyn MeshSource,
     checks: &mut Checks,
 ) -> Vec<MeshObject> {
@@ -34,7 +38,7 @@ pub(crate) fn mesh_objects(
     for (index, object) in room.objects.iter().enumerate() {
         let pointer = format!("/room/objects/{index}");
         let ObjectDocument::Mesh(object) = object else { continue };
-        let Some((object, lies_on_itself)) = mesh_object(&pointer, object, room.size_m, meshes, checks) else {
+        let Some((object, lies_on_itself)) = mesh_object(&pointer, object, enclosure, meshes, checks) else {
             continue;
         };
         triangles += object.mesh.triangles.len();
@@ -48,18 +52,20 @@ pub(crate) fn mesh_objects(
         on_themselves.push(lies_on_itself);
     }
     if checks.errors.is_empty() {
-        cover_no_opening(room, tubes, &objects, &numbers, checks);
-        one_sheet_each(&mut objects, (&numbers, &on_themselves), DVec3::from(room.size_m), checks);
+        let placed = |(number, tube)| PlacedOpening::of(tube, enclosure).map(|opening| (number, opening));
+        let openings: Vec<_> = tubes.iter().enumerate().filter_map(placed).collect();
+        cover_no_opening(&openings, &objects, &numbers, checks);
+        one_sheet_each(&mut objects, (&numbers, &on_themselves), enclosure, checks);
     }
+    objects.extend(room.partitions.iter().filter_map(PartitionDocument::object));
     objects
 }
 
-/// Returns the object at `pointer` in the frame of a room of `size_m`, and whether parts of its mesh lie on others; `None` after
-/// an error.
+/// Returns the object at `pointer` in the frame of a room, and whether parts of its mesh lie on others; `None` after an error.
 fn mesh_object(
     pointer: &str,
     object: &MeshObjectDocument,
-    size_m: [f64; 3],
+    enclosure: &Enclosure,
     meshes: &dyn MeshSource,
     checks: &mut Checks,
 ) -> Option<(MeshObject, bool)> {
@@ -83,18 +89,19 @@ fn mesh_object(
     let mut mesh = place(*up);
     let surfaces = surfaces(pointer, by_name, &mesh, checks);
     let errors_of_names = checks.errors.len();
-    check_extent(pointer, object, &mesh, size_m, checks);
+    check_extent(pointer, object, &mesh, enclosure, checks);
     hint_at_other_axis(&mut checks.errors[errors_of_names..], *up, |up| {
         let mut trial = Checks::default();
-        check_extent(pointer, object, &place(up), size_m, &mut trial);
+        check_extent(pointer, object, &place(up), enclosure, &mut trial);
         trial.errors.is_empty()
     });
     if checks.errors.len() > errors_before {
         return None;
     }
+    let [low, high] = enclosure.bounds();
     for position in &mut mesh.positions {
         // parts that touch a wall up to rounding must not reach behind it
-        *position = position.clamp(DVec3::ZERO, DVec3::from(size_m));
+        *position = position.clamp(low, high);
     }
     let lies_on_itself = match without_repeats(&mesh, |a, b| surfaces[a as usize] == surfaces[b as usize]) {
         Ok(once) => {
@@ -138,7 +145,7 @@ fn check_extent(
     pointer: &str,
     object: &MeshObjectDocument,
     mesh: &TriangleMesh,
-    size_m: [f64; 3],
+    enclosure: &Enclosure,
     checks: &mut Checks,
 ) {
     let unit = format!("with the unit `{}`", object.unit);
@@ -150,19 +157,39 @@ fn check_extent(
         checks.refuse(format!("{pointer}/mesh"), "the mesh is empty");
         return;
     };
-    for (axis, size) in size_m.into_iter().enumerate() {
+    let [least, most] = enclosure.bounds();
+    let errors_before = checks.errors.len();
+    for axis in 0..3 {
+        let (least, most) = (least[axis], most[axis]);
         let position = object.position_m[axis];
         // coordinates far from the origin are rounded more coarsely
         let slack = TOUCHING_M.max(8.0 * f64::EPSILON * position.abs());
-        if low[axis] < -slack || high[axis] > size + slack {
+        if low[axis] < least - slack || high[axis] > most + slack {
             let pointer = format!("{pointer}/position_m/{axis}");
-            let fits = |meant: f64| low[axis] - position + meant >= 0.0 && high[axis] - position + meant <= size;
+            let fits = |meant: f64| low[axis] - position + meant >= least && high[axis] - position + meant <= most;
             let hint = hints::of_number(&pointer, position, fits);
             let detail = format!(
-                "{unit}, the mesh must be inside the room (0..{size} m), but reaches from {} m to {} m{hint}",
+                "{unit}, the mesh must be inside the room ({least}..{most} m), but reaches from {} m to {} m{hint}",
                 low[axis], high[axis]
             );
             checks.refuse(pointer, detail);
         }
+    }
+    if checks.errors.len() > errors_before || enclosure.as_box().is_some() {
+        return;
+    }
+    let traceable = TraceableEnclosure::new(enclosure);
+    let outside: Vec<&DVec3> = mesh.positions.iter().filter(|position| !traceable.contains(**position)).collect();
+    if let Some(first) = outside.first() {
+        let detail = format!(
+            "{unit}, the mesh must be inside the room, but {} of its {} corners are outside, the first at ({:.4}, {:.4}, \
+             {:.4}) m",
+            outside.len(),
+            mesh.positions.len(),
+            first.x,
+            first.y,
+            first.z
+        );
+        checks.refuse(format!("{pointer}/position_m"), detail);
     }
 }

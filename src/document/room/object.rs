@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -15,6 +15,12 @@ use crate::document::read::pointer::escape;
 use crate::document::read::tagged::{self, Reader, Tagged};
 use crate::document::schema::shapes::{BoxSize, MeshPosition, Vector};
 use crate::document::unit::Unit;
+use crate::geometry::covered::{covered, enclosed_area, polygon};
+use crate::geometry::turn::rotation;
+use crate::scene::Enclosure;
+
+/// Fraction of a box's section that may lie outside the room, for rounding.
+const SMALLEST_PART: f64 = 1e-6;
 
 /// An object in the room.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -81,10 +87,10 @@ pub struct MeshObjectDocument {
 }
 
 impl ObjectDocument {
-    /// Adds the faults of an object; `room_size_m` is `None` if the room's size was refused.
-    pub(crate) fn check(&self, pointer: &str, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
+    /// Adds the faults of an object; `room` is `None` if the room's faces were refused.
+    pub(crate) fn check(&self, pointer: &str, room: Option<&Enclosure>, checks: &mut Checks) {
         match self {
-            Self::Box(object) => object.check(pointer, room_size_m, checks),
+            Self::Box(object) => object.check(pointer, room, checks),
             Self::Mesh(object) => object.check(pointer, checks),
         }
     }
@@ -109,40 +115,75 @@ impl MeshObjectDocument {
 }
 
 impl BoxDocument {
-    fn check(&self, pointer: &str, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
+    fn check(&self, pointer: &str, room: Option<&Enclosure>, checks: &mut Checks) {
         check_surface(&format!("{pointer}/surface"), &self.surface, Owner::Object, checks);
         let turn_ok = checks.number(&format!("{pointer}/rotation_deg"), self.rotation_deg, TURN_DEG);
         let size_ok = checks.numbers(&format!("{pointer}/size_m"), &self.size_m, SIZE_M);
         let position_ok = checks.numbers(&format!("{pointer}/position_m"), &self.position_m, COORDINATE_M);
-        if let Some(room_size_m) = room_size_m.filter(|_| turn_ok && size_ok && position_ok) {
-            self.check_place(pointer, room_size_m, checks);
+        if let Some(room) = room.filter(|_| turn_ok && size_ok && position_ok)
+            && self.check_bounds(pointer, room.bounds(), checks)
+            && room.as_box().is_none()
+        {
+            self.check_walls(pointer, room, checks);
         }
     }
 
-    /// Adds a fault for each axis along which the box reaches out of the room.
-    fn check_place(&self, pointer: &str, room_size_m: [f64; 3], checks: &mut Checks) {
+    /// Adds a fault for each axis along which the box reaches out of the bounds of the room; true if there is none.
+    fn check_bounds(&self, pointer: &str, [low, high]: [DVec3; 2], checks: &mut Checks) -> bool {
+        let mut good = true;
+        let room = || low.to_array().into_iter().zip(high.to_array());
         let (base, size) = (DVec3::from(self.position_m), DVec3::from(self.size_m));
         let thousandths_fit =
             [(base, size / 1000.0), (base / 1000.0, size / 1000.0)].into_iter().any(|(base, size)| {
-                let spans = self.spans(base, size).into_iter().zip(room_size_m);
-                spans.into_iter().all(|((from, to), room)| from >= 0.0 && to <= room)
+                let spans = self.spans(base, size).into_iter().zip(room());
+                spans.into_iter().all(|((from, to), (low, high))| from >= low && to <= high)
             });
-        for (axis, ((from, to), room)) in self.spans(base, size).into_iter().zip(room_size_m).enumerate() {
-            if from < -TOUCHING_M || to > room + TOUCHING_M {
+        for (axis, ((from, to), (low, high))) in self.spans(base, size).into_iter().zip(room()).enumerate() {
+            if from < low - TOUCHING_M || to > high + TOUCHING_M {
+                good = false;
                 let pointer = format!("{pointer}/position_m/{axis}");
                 let position = self.position_m[axis];
                 // shifted to the position that may have been meant
-                let fits = |meant: f64| meant - position + to <= room && meant - position + from >= 0.0;
+                let fits = |meant: f64| meant - position + to <= high && meant - position + from >= low;
                 let hint = match hints::of_number(&pointer, position, fits) {
                     hint if hint.is_empty() && thousandths_fit => hints::OF_LENGTHS.to_owned(),
                     hint => hint,
                 };
-                let detail =
-                    format!("the box must be inside the room (0..{room} m), but reaches from {from} m to {to} m{hint}");
+                let detail = format!(
+                    "the box must be inside the room ({low}..{high} m), but reaches from {from} m to {to} m{hint}"
+                );
                 checks.refuse(pointer, detail);
             }
         }
+        good
     }
+
+    /// Adds a fault if the box reaches through a wall or the ceiling of a room that is no box.
+    fn check_walls(&self, pointer: &str, room: &Enclosure, checks: &mut Checks) {
+        let outline = polygon(&self.footprint());
+        let area = enclosed_area(&outline).abs();
+        let hair = TOUCHING_M * room.scale_m().max(1.0);
+        let (bottom, top) = (self.position_m[2], self.position_m[2] + self.size_m[2]);
+        for height in [bottom + hair, top - hair] {
+            let inside = enclosed_area(&covered(&outline, &[room.section(height)], hair)).abs();
+            if inside < area * (1.0 - SMALLEST_PART) {
+                let detail = format!(
+                    "the box must be inside the room, but {:.3} m2 of its section at {height:.3} m lie outside",
+                    area - inside
+                );
+                checks.refuse(format!("{pointer}/position_m"), detail);
+                return;
+            }
+        }
+    }
+
+    /// Returns the corners of the box's base, seen from above.
+    pub fn footprint(&self) -> [DVec2; 4] {
+        let (half, middle) = (0.5 * DVec3::from(self.size_m).truncate(), DVec3::from(self.position_m).truncate());
+        let back = rotation(self.rotation_deg.to_radians()).transpose();
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| middle + back * (half * DVec2::new(x, y)))
+    }
+
     /// Returns the extents along the room's axes of a box of this `size`, turned like this one, with the centre of its base at
     /// `base`.
     fn spans(&self, base: DVec3, size: DVec3) -> [(f64, f64); 3] {

@@ -1,72 +1,72 @@
-//! Check that objects cover no opening: a surface in the plane of the ceiling over an opening would coincide with it, and light
-//! would both pass and be blocked there.
+//! Check that objects cover no opening: a surface in the plane of an opening would coincide with it, and light would both pass and be
+//! blocked there.
 
 use glam::{DVec2, DVec3};
 
 use super::RoomDocument;
-use super::object::{BoxDocument, ObjectDocument};
+use super::object::ObjectDocument;
 use crate::document::errors::Checks;
-use crate::document::tube::{Opening, TubeDocument};
+use crate::document::tube::opening::PlacedOpening;
 use crate::geometry::TriangleMesh;
 use crate::geometry::disc::disc_polygon_area;
-use crate::geometry::turn::rotation;
 use crate::scene::MeshObject;
 
-/// Distance from the ceiling, as a fraction of its height, within which an object counts as lying in its plane.
+/// Distance from an opening, as a fraction of its height, within which an object counts as lying in its plane.
 const HAIR: f64 = 1e-6;
 
 /// Fraction of an opening that may be covered, for rounding.
 const UNCOVERED: f64 = 1e-6;
 
-/// Adds a fault for each mesh in the plane of the ceiling over an opening; `numbers` are those of `objects` in the document.
+/// Adds a fault for each mesh in the plane of an opening that covers it; `numbers` are those of `objects` in the document.
 pub fn cover_no_opening(
-    room: &RoomDocument,
-    tubes: &[TubeDocument],
+    openings: &[(usize, PlacedOpening)],
     objects: &[MeshObject],
     numbers: &[usize],
     checks: &mut Checks,
 ) {
     for (object, number) in objects.iter().zip(numbers) {
-        let lying = in_ceiling(&object.mesh, room.size_m[2]);
-        refuse(&lying, *number, tubes, checks);
-    }
-}
-
-/// Adds a fault for each box whose top lies in the plane of the ceiling over an opening.
-pub fn boxes_cover_no_opening(room: &RoomDocument, tubes: &[TubeDocument], checks: &mut Checks) {
-    let ceiling = room.size_m[2];
-    for (number, object) in room.objects.iter().enumerate() {
-        let ObjectDocument::Box(BoxDocument { size_m, position_m, rotation_deg, .. }) = object else { continue };
-        if position_m[2] + size_m[2] < ceiling * (1.0 - HAIR) {
-            continue;
+        let mut at_height: Option<(f64, Vec<[DVec2; 3]>)> = None;
+        for (tube, opening) in openings {
+            // most openings have the same height
+            let known = at_height.take().filter(|(height, _)| *height == opening.height_m);
+            let lying = known.unwrap_or_else(|| (opening.height_m, in_plane(&object.mesh, opening.height_m)));
+            refuse(&lying.1, *number, (*tube, opening), checks);
+            at_height = Some(lying);
         }
-        let (half, middle) = (0.5 * DVec2::new(size_m[0], size_m[1]), DVec2::new(position_m[0], position_m[1]));
-        let back = rotation(rotation_deg.to_radians()).transpose();
-        let corner = |x: f64, y: f64| middle + back * (half * DVec2::new(x, y));
-        let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        refuse(&[[a, b, c], [a, c, d]], number, tubes, checks);
     }
 }
 
-/// Returns the triangles of a mesh that lie in the plane of the ceiling, projected onto it.
-fn in_ceiling(mesh: &TriangleMesh, ceiling: f64) -> Vec<[DVec2; 3]> {
+/// Adds a fault for each box that covers an opening or stands around a part of one.
+pub fn boxes_cover_no_opening(room: &RoomDocument, openings: &[(usize, PlacedOpening)], checks: &mut Checks) {
+    for (number, object) in room.objects.iter().enumerate() {
+        let ObjectDocument::Box(object) = object else { continue };
+        let (bottom, top) = (object.position_m[2], object.position_m[2] + object.size_m[2]);
+        let [a, b, c, d] = object.footprint();
+        for (tube, opening) in openings {
+            let hair = HAIR * opening.height_m;
+            if bottom < opening.height_m - hair && top >= opening.height_m - hair {
+                refuse(&[[a, b, c], [a, c, d]], number, (*tube, opening), checks);
+            }
+        }
+    }
+}
+
+/// Returns the triangles of a mesh that lie in a level plane, projected onto it.
+fn in_plane(mesh: &TriangleMesh, height: f64) -> Vec<[DVec2; 3]> {
     let corners = mesh.triangles.iter().map(|triangle| triangle.map(|corner| mesh.positions[corner as usize]));
-    let lies = |corners: &[DVec3; 3]| corners.iter().all(|corner| corner.z >= ceiling * (1.0 - HAIR));
+    let lies = |corners: &[DVec3; 3]| corners.iter().all(|corner| (corner.z - height).abs() <= HAIR * height);
     corners.filter(lies).map(|corners| corners.map(DVec3::truncate)).collect()
 }
 
-fn refuse(lying: &[[DVec2; 3]], number: usize, tubes: &[TubeDocument], checks: &mut Checks) {
-    for (tube, document) in tubes.iter().enumerate() {
-        let Opening { centre, diameter_m, .. } = document.opening();
-        let radius = 0.5 * diameter_m;
-        let area = |corners: &[DVec2; 3]| disc_polygon_area(centre, radius, corners).abs();
-        let share = lying.iter().map(area).sum::<f64>() / (std::f64::consts::PI * radius * radius);
-        if share > UNCOVERED {
-            let detail = format!(
-                "covers the opening of /tubes/{tube}, or a part of it, in the plane of the ceiling: leave the opening \
-                 free, or let the object end below the ceiling"
-            );
-            checks.refuse(format!("/room/objects/{number}"), detail);
-        }
+fn refuse(lying: &[[DVec2; 3]], number: usize, (tube, opening): (usize, &PlacedOpening), checks: &mut Checks) {
+    let radius = opening.radius_m;
+    let area = |corners: &[DVec2; 3]| disc_polygon_area(opening.centre, radius, corners).abs();
+    let share = lying.iter().map(area).sum::<f64>() / (std::f64::consts::PI * radius * radius);
+    if share > UNCOVERED {
+        let detail = format!(
+            "covers the opening of /tubes/{tube}, or a part of it, in its plane: leave the opening free, or let the \
+             object end below it"
+        );
+        checks.refuse(format!("/room/objects/{number}"), detail);
     }
 }

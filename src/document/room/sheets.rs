@@ -11,9 +11,9 @@ use crate::geometry::facets::pieces;
 use crate::geometry::sheets::{Meeting, Sheets, Untold, apart};
 use crate::geometry::welded;
 use crate::optics::Surface;
-use crate::scene::MeshObject;
+use crate::scene::{Enclosure, EnclosureFace, MeshObject};
 
-/// Reduces coincident triangles of the objects in a room of `size` metres to single sheets. `numbers` are those of the objects in
+/// Reduces coincident triangles of the objects in a room to single sheets. `numbers` are those of the objects in
 /// the document, and `on_themselves` is true for objects of which parts lie on others. Adds a fault where two materials face the
 /// same side.
 ///
@@ -22,7 +22,7 @@ use crate::scene::MeshObject;
 pub fn one_sheet_each(
     objects: &mut [MeshObject],
     (numbers, on_themselves): (&[usize], &[bool]),
-    size: DVec3,
+    enclosure: &Enclosure,
     checks: &mut Checks,
 ) {
     let mut all = Sheets::default();
@@ -42,7 +42,7 @@ pub fn one_sheet_each(
         if found.is_empty() {
             return Ok(None);
         }
-        let closed = closed(objects, size, near);
+        let closed = closed(objects, enclosure, near);
         let is_closed = |number: u32| closed[number as usize];
         let meeting = |first: u32, second: u32, turned: bool| match (is_closed(first), is_closed(second)) {
             (true, true) if turned => Meeting::Apart,
@@ -140,7 +140,7 @@ fn place(DVec3 { x, y, z }: DVec3) -> String {
 
 /// Returns for each triangle of all objects whether it belongs to a closed body, where an even number of triangles meets at every
 /// edge that does not lie in a face of the room.
-fn closed(objects: &[MeshObject], size: DVec3, near: f64) -> Vec<bool> {
+fn closed(objects: &[MeshObject], enclosure: &Enclosure, near: f64) -> Vec<bool> {
     let mut closed = Vec::new();
     for MeshObject { mesh, .. } in objects {
         let places = welded::places(&mesh.positions);
@@ -153,8 +153,8 @@ fn closed(objects: &[MeshObject], size: DVec3, near: f64) -> Vec<bool> {
         for edge in welded::sides((0..).zip(triangles.iter().copied())).chunk_by(|a, b| a.edge == b.edge) {
             let Some(first) = edge.first() else { continue };
             let ends = first.edge.map(|end| at[end as usize]);
-            let on = |plane: f64, axis: usize| ends.iter().all(|end| (end[axis] - plane).abs() <= near);
-            let on_face = (0..3).any(|axis| on(0.0, axis) || on(size[axis], axis));
+            let on = |face: &EnclosureFace| ends.iter().all(|end| face.polygon.height(*end).abs() <= near);
+            let on_face = enclosure.faces().iter().any(on);
             *is_open.entry(piece[first.triangle as usize]).or_default() |= edge.len() % 2 == 1 && !on_face;
         }
         closed.extend(piece.iter().map(|piece| !is_open[piece]));

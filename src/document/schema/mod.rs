@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use utoipa::Number;
 use utoipa::openapi::RefOr;
 use utoipa::openapi::extensions::Extensions;
-use utoipa::openapi::schema::{Array, Object, Schema};
+use utoipa::openapi::schema::{AdditionalProperties, Array, Object, Ref, Schema};
 
 use crate::document::limits::{FIELDS, Limit, Range};
 use crate::document::method;
@@ -25,6 +25,7 @@ use variants::Schemas;
 pub fn complete(schemas: &mut Schemas) {
     for (parent, tag, suffix, closed) in [
         ("ObjectDocument", "kind", "Object", true),
+        ("CeilingDocument", "kind", "Ceiling", true),
         ("CollectorDocument", "kind", "Collector", true),
         ("DiffuserDocument", "kind", "Diffuser", true),
         ("PartDocument", "role", "Part", true),
@@ -42,6 +43,7 @@ pub fn complete(schemas: &mut Schemas) {
         bound(schemas, &component, field, &limit);
     }
     variants::diffuser_parts(schemas);
+    single_surfaces(schemas);
     for (object, rule) in rules::rules() {
         if let Some(RefOr::T(Schema::Object(object))) = schemas.get_mut(object) {
             forbid(&mut object.extensions, rule);
@@ -50,6 +52,18 @@ pub fn complete(schemas: &mut Schemas) {
     if let Some(Schema::Object(roughness)) = property(schemas, "SurfaceDocument", "roughness") {
         forbid(&mut roughness.extensions, json!({ "exclusiveMinimum": 0, "exclusiveMaximum": LEAST_ROUGHNESS }));
     }
+}
+
+/// Adds the surfaces of single faces, whose names are free, to the schema of a room's surfaces.
+fn single_surfaces(schemas: &mut Schemas) {
+    let Some(RefOr::T(Schema::Object(surfaces))) = schemas.get_mut("SurfacesDocument") else { return };
+    let surface = || RefOr::Ref(Ref::from_schema_name("SurfaceDocument"));
+    for wall in ["wall_north", "wall_east", "wall_south", "wall_west"] {
+        surfaces.properties.insert(wall.to_owned(), surface());
+    }
+    surfaces.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+    let numbered = json!({ "^(wall|ceiling)_[0-9]+$": surface() });
+    surfaces.extensions.get_or_insert_default().insert("patternProperties".to_owned(), numbered);
 }
 
 /// Sets the bound of a field in its schema.

@@ -57,7 +57,30 @@ pub fn rules() -> Vec<(&'static str, Value)> {
         all([open, given("reflectance")]),
         all([json!({ "properties": { "open": { "const": false } } }), absent("reflectance")]),
     ];
-    vec![("JobDocument", any(job)), ("SkyDocument", any(sky)), ("SurfaceDocument", any(surface))]
+    let room = [
+        all([given("size_m"), given("plan")]),
+        all([absent("size_m"), absent("plan")]),
+        all([given("plan"), absent("ceiling")]),
+        all([given("ceiling"), absent("plan")]),
+    ];
+    let other_than = |field: &str, value: Value| json!({ "required": [field], "properties": { field: { "not": { "const": value } } } });
+    let grid = [
+        all([given("cells"), given("spacing_m")]),
+        all([any([given("cells"), given("spacing_m")]), given("points_m")]),
+        all([absent("cells"), absent("spacing_m"), absent("points_m")]),
+        all([absent("height_m"), absent("points_m")]),
+        all([
+            given("points_m"),
+            any([given("height_m"), other_than("margin_m", json!(0)), other_than("estimate", json!("point"))]),
+        ]),
+    ];
+    vec![
+        ("JobDocument", any(job)),
+        ("SkyDocument", any(sky)),
+        ("SurfaceDocument", any(surface)),
+        ("RoomDocument", any(room)),
+        ("GridDocument", any(grid)),
+    ]
 }
 
 fn given(field: &str) -> Value {

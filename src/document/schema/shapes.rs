@@ -7,7 +7,7 @@ use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, ObjectBuilder, OneOfBui
 use utoipa::{PartialSchema, ToSchema};
 
 use crate::document::limits::{
-    ALBEDO, CELLS, COORDINATE_M, EXITS, IN_PLANE_M, LIGHT, MESH_POSITION_M, PIXELS_OF_AN_EDGE, ROOM_EDGE_M, Range,
+    ALBEDO, CELLS, COORDINATE_M, EXITS, LIGHT, MESH_POSITION_M, PIXELS_OF_AN_EDGE, ROOM_EDGE_M, Range,
     SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG,
 };
 
@@ -28,7 +28,9 @@ macro_rules! named {
 
 named! {
     Vector: array(3, number(COORDINATE_M)).description(Some("x, y and z."));
-    PlanePoint: array(2, number(IN_PLANE_M)).description(Some("x and y in metres."));
+    PlanePoint: array(2, number(COORDINATE_M)).description(Some("x and y in metres."));
+    SensorPlace: array(6, number(COORDINATE_M))
+        .description(Some("x, y and z in metres, and the direction that the sensor faces."));
     PlaneOffset: array(2, number(COORDINATE_M)).description(Some("East and north in metres."));
     RoomSize: array(3, number(ROOM_EDGE_M)).description(Some("Extent along x, y and z in metres."));
     MeshPosition: array(3, number(MESH_POSITION_M)).description(Some("x, y and z in metres."));

@@ -3,22 +3,25 @@
 use glam::DVec2;
 
 use super::mesh::mesh_tube;
+use super::opening::PlacedOpening;
 use super::{ParametricTube, TubeDocument};
 use crate::document::errors::Checks;
 use crate::document::mesh_source::MeshSource;
 use crate::document::provenance::GuideProvenance;
 use crate::guide::Section;
-use crate::scene::{Face, Segment, StraightOrBent, Tube, TubeShape};
+use crate::scene::{Enclosure, Segment, StraightOrBent, Tube, TubeShape};
 
-/// Returns the tube at `pointer` and the representation of its guide; `None` after an error.
+/// Returns the tube at `pointer` in a room, and the representation of its guide; `None` after an error.
 pub(crate) fn tube(
     pointer: &str,
     tube: &TubeDocument,
+    enclosure: &Enclosure,
     meshes: &dyn MeshSource,
     checks: &mut Checks,
 ) -> Option<(Tube, GuideProvenance)> {
+    let face = PlacedOpening::of(tube, enclosure)?.face;
     match tube {
-        TubeDocument::Parametric(tube) => Some(cylinders(tube)),
+        TubeDocument::Parametric(tube) => Some(cylinders(tube, face)),
         TubeDocument::Mesh(document) => {
             let (mesh, diffuser) = mesh_tube(pointer, document, meshes, checks)?;
             let guide = match mesh.section {
@@ -27,8 +30,8 @@ pub(crate) fn tube(
                 Section::Facets { .. } => GuideProvenance::Mesh,
             };
             let tube = Tube {
-                face: Face::Ceiling as usize,
-                drop_m: 0.0,
+                face,
+                drop_m: document.drop_m,
                 centre: DVec2::from(document.centre_m),
                 opening_radius: 0.5 * document.opening_diameter_m,
                 shape: TubeShape::Mesh(mesh),
@@ -39,7 +42,7 @@ pub(crate) fn tube(
     }
 }
 
-fn cylinders(tube: &ParametricTube) -> (Tube, GuideProvenance) {
+fn cylinders(tube: &ParametricTube, face: usize) -> (Tube, GuideProvenance) {
     let segments = tube.segments.iter().map(|segment| Segment {
         length_m: segment.length_m,
         tilt: segment.tilt_deg.to_radians(),
@@ -53,8 +56,8 @@ fn cylinders(tube: &ParametricTube) -> (Tube, GuideProvenance) {
     // several vertical segments make one straight tube
     let straight = shape.segments.iter().all(|segment| segment.tilt == 0.0);
     let tube = Tube {
-        face: Face::Ceiling as usize,
-        drop_m: 0.0,
+        face,
+        drop_m: tube.drop_m,
         centre: DVec2::from(tube.centre_m),
         opening_radius: 0.5 * tube.diameter_m,
         shape: TubeShape::Cylinders(shape),

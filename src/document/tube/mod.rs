@@ -6,6 +6,7 @@ pub(super) mod convert;
 pub(super) mod crossing;
 pub mod diffuser;
 pub mod mesh;
+pub(crate) mod opening;
 pub mod part;
 
 use std::collections::BTreeMap;
@@ -39,9 +40,17 @@ pub enum TubeDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParametricTube {
-    /// Centre of the opening in the ceiling plane, x and y in metres.
+    /// Centre of the opening, x and y in metres.
     #[schema(value_type = PlanePoint)]
     pub centre_m: [f64; 2],
+    /// Name of the ceiling that the tube comes through; default: the one above `centre_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<String>,
+    /// Length in metres by which the level opening hangs below the ceiling at its centre; default: 0. Below a sloped ceiling, enough that
+    /// the opening does not cut it. What hangs into the room is not simulated.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schema(default = 0.0)]
+    pub drop_m: f64,
     /// Inner diameter in metres; the opening must lie wholly in the ceiling.
     pub diameter_m: f64,
     /// Specular reflectance of the wall per bounce.
@@ -81,9 +90,17 @@ pub struct MeshTubeDocument {
     #[serde(default)]
     #[schema(default = "z")]
     pub up: Up,
-    /// Centre of the opening in the ceiling plane, x and y in metres.
+    /// Centre of the opening, x and y in metres.
     #[schema(value_type = PlanePoint)]
     pub centre_m: [f64; 2],
+    /// Name of the ceiling that the tube comes through; default: the one above `centre_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<String>,
+    /// Length in metres by which the level opening hangs below the ceiling at its centre; default: 0. Below a sloped ceiling, enough that
+    /// the opening does not cut it. What hangs into the room is not simulated.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schema(default = 0.0)]
+    pub drop_m: f64,
     /// Diameter of the opening in metres; the opening must lie wholly in the ceiling.
     pub opening_diameter_m: f64,
     /// Rotation in degrees, clockwise seen from above.
@@ -101,6 +118,10 @@ pub struct MeshTubeDocument {
 
 fn recognise() -> bool {
     true
+}
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 /// Deserialises a tube, which has no `kind`: one with `mesh` or `parts` is a mesh.
@@ -134,6 +155,15 @@ impl TubeDocument {
             Self::Mesh(tube) => (tube.centre_m, tube.opening_diameter_m, "opening_diameter_m"),
         };
         Opening { centre: DVec2::from(centre_m), diameter_m, diameter }
+    }
+
+    /// Returns the name of the ceiling that the tube comes through, if it is given, and the length in metres by which the opening hangs
+    /// below it.
+    pub fn hangs(&self) -> (Option<&str>, f64) {
+        match self {
+            Self::Parametric(tube) => (tube.face.as_deref(), tube.drop_m),
+            Self::Mesh(tube) => (tube.face.as_deref(), tube.drop_m),
+        }
     }
 
     /// Returns all coefficients, which may be coloured.

@@ -30,6 +30,8 @@ pub struct GridEstimate {
     /// Fraction of each sensor that no solid covers, as in [`Grid::free`]: the value of a sensor is that of its free part, and a sensor
     /// without such a part has no value.
     pub free: Option<Arc<[f64]>>,
+    /// Fraction of each sensor's cell that lies in the room, as in [`Grid::area`]: its weight in statistics.
+    pub area: Option<Arc<[f64]>>,
 }
 
 /// Number of photons from which on the spread of the passes is a good estimate of the error.
@@ -49,12 +51,13 @@ impl GridEstimate {
             numerical: false,
             beside: Vec::new(),
             free: None,
+            area: None,
         }
     }
 
     /// Creates the estimate of no passes of a grid.
     pub fn of(grid: &Grid) -> Self {
-        Self { free: grid.free.clone(), ..Self::empty(grid.len()) }
+        Self { free: grid.free.clone(), area: grid.area.clone(), ..Self::empty(grid.len()) }
     }
 
     /// True if a sensor has a value: some part of it lies in no solid.
@@ -80,7 +83,7 @@ impl GridEstimate {
         self.residuals = Residuals::of_sensors(start.residual.len());
         let sensors = self.sensors.len();
         let begun = |start: &GridPass| {
-            let mut estimate = Self { free: self.free.clone(), ..Self::empty(sensors) };
+            let mut estimate = Self { free: self.free.clone(), area: self.area.clone(), ..Self::empty(sensors) };
             estimate.begin(start);
             estimate
         };
@@ -115,15 +118,21 @@ impl GridEstimate {
         push_with_error(&mut self.mean, mean, error);
     }
 
-    /// Returns the mean of the values of the sensors that have one.
+    /// Returns the weight of a sensor in statistics: the fraction of its cell that lies in the room.
+    #[inline]
+    pub fn weight(&self, sensor: usize) -> f64 {
+        self.area.as_ref().map_or(1.0, |area| area[sensor])
+    }
+
+    /// Returns the sum of the weights of the sensors that have a value.
+    pub fn total_weight(&self) -> f64 {
+        self.valued().map(|sensor| self.weight(sensor)).sum()
+    }
+
+    /// Returns the mean of the values of the sensors that have one, by their weights.
     fn mean_of(&self, values: &[f64]) -> f64 {
-        match &self.free {
-            None => values.iter().sum::<f64>() / values.len() as f64,
-            Some(_) => {
-                let valued = self.valued();
-                valued.clone().map(|sensor| values[sensor]).sum::<f64>() / valued.count() as f64
-            }
-        }
+        let weighted = self.valued().map(|sensor| self.weight(sensor) * values[sensor]);
+        weighted.sum::<f64>() / self.total_weight()
     }
 
     /// Returns the illuminance of a sensor in lux: the mean over the passes, or a coarse solution plus a residual that is pooled over
@@ -173,7 +182,7 @@ impl GridEstimate {
 
     /// Calls `f` on every number in a fixed order, to read or to replace them, as checkpoints do.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, beside, free: _ } = self;
+        let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, beside, free: _, area: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
         photons
             .iter_mut()

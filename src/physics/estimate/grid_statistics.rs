@@ -28,9 +28,9 @@ pub struct Statistic {
 /// Statistics of the illuminances of a grid, in lux.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridStatistics {
-    /// Mean over the sensors.
+    /// Mean over the sensors, by the weights of their cells.
     pub mean: Statistic,
-    /// Median over the sensors; for an even number, the mean of the two in the middle.
+    /// Median over the sensors, by the weights of their cells; where two values share the middle, their mean.
     pub median: Statistic,
     /// Least of the sensors.
     pub min: Statistic,
@@ -45,17 +45,18 @@ impl GridStatistics {
     pub fn new(estimate: &GridEstimate) -> Option<Self> {
         let sensors = estimate.valued();
         let values: Vec<f64> = sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect();
-        let errors: Vec<f64> = sensors.map(|sensor| estimate.standard_error_lux(sensor)).collect();
+        let errors: Vec<f64> = sensors.clone().map(|sensor| estimate.standard_error_lux(sensor)).collect();
+        let weights: Vec<f64> = sensors.map(|sensor| estimate.weight(sensor)).collect();
         let count = estimate.sensors[estimate.valued().next()?].count;
         let mean = mean(estimate);
-        let of = |order: fn(&mut [f64]) -> f64| order_statistic(&values, &errors, count, estimate.numerical, order);
-        let min = of(|values| values.iter().copied().fold(f64::INFINITY, f64::min));
+        let of = |order: &dyn Fn(&[f64]) -> f64| order_statistic(&values, &errors, count, estimate.numerical, order);
+        let min = of(&|values| values.iter().copied().fold(f64::INFINITY, f64::min));
         let uniformity = min.value / mean.value;
         Some(Self {
             mean,
-            median: of(median),
+            median: of(&|values| median(values, &weights)),
             min,
-            max: of(|values| values.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+            max: of(&|values| values.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
             // whatever the correlation of minimum and mean, their errors together are at most their sum
             uniformity: Statistic {
                 value: uniformity,
@@ -67,23 +68,23 @@ impl GridStatistics {
 
 /// Returns the mean of a grid.
 pub fn mean(estimate: &GridEstimate) -> Statistic {
-    let values = estimate.valued().map(|sensor| estimate.illuminance_lux(sensor));
-    Statistic { value: values.sum::<f64>() / estimate.valued().count() as f64, standard_error: error_of_mean(estimate) }
+    let weighted = estimate.valued().map(|sensor| estimate.weight(sensor) * estimate.illuminance_lux(sensor));
+    Statistic { value: weighted.sum::<f64>() / estimate.total_weight(), standard_error: error_of_mean(estimate) }
 }
 
 /// Returns the standard error of the grid's mean: the spread of the passes' means, the mean of the sensors' biases (signed: they may
 /// cancel), the choice of fixed points, which is independent for every sensor, and where sensors found few photons, the mean of their
 /// errors by that, which sensors may share.
 fn error_of_mean(estimate: &GridEstimate) -> f64 {
-    let sensors = estimate.valued().count().max(1) as f64;
+    let total = if estimate.valued().next().is_some() { estimate.total_weight() } else { 1.0 };
     // sensors without a value contribute nothing to any of these
-    let known = estimate.bias.iter().filter(|bias| bias.count >= 2.0);
-    let bias = known.map(|bias| bias.mean).sum::<f64>() / sensors;
-    let fixed_points: f64 = (0..estimate.sensors.len()).map(|sensor| estimate.fixed_point_variance(sensor)).sum();
-    let few_photons: f64 = (0..estimate.sensors.len()).map(|sensor| estimate.error_of_few_photons_lux(sensor)).sum();
-    let few_photons = few_photons / sensors;
-    (estimate.mean.variance_of_mean() + bias * bias + fixed_points / (sensors * sensors) + few_photons * few_photons)
-        .sqrt()
+    let all = || (0..estimate.sensors.len()).map(|sensor| (sensor, estimate.weight(sensor)));
+    let known = estimate.bias.iter().zip(all()).filter(|(bias, _)| bias.count >= 2.0);
+    let bias = known.map(|(bias, (_, weight))| weight * bias.mean).sum::<f64>() / total;
+    let fixed_points: f64 = all().map(|(sensor, weight)| weight * weight * estimate.fixed_point_variance(sensor)).sum();
+    let few_photons: f64 = all().map(|(sensor, weight)| weight * estimate.error_of_few_photons_lux(sensor)).sum();
+    let few_photons = few_photons / total;
+    (estimate.mean.variance_of_mean() + bias * bias + fixed_points / (total * total) + few_photons * few_photons).sqrt()
 }
 
 /// Returns the statistic `order` of the values, with an error that covers its interval; `count` is the number of replicates of each value.
@@ -92,15 +93,14 @@ fn order_statistic(
     errors: &[f64],
     count: f64,
     numerical: bool,
-    order: fn(&mut [f64]) -> f64,
+    order: &dyn Fn(&[f64]) -> f64,
 ) -> Statistic {
-    let value = order(&mut values.to_vec());
+    let value = order(values);
     if errors.iter().any(|error| !error.is_finite()) {
         return Statistic { value, standard_error: f64::INFINITY };
     }
     let ends = |t: f64| -> [f64; 2] {
-        [-t, t]
-            .map(|t| order(&mut values.iter().zip(errors).map(|(value, error)| value + t * error).collect::<Vec<_>>()))
+        [-t, t].map(|t| order(&values.iter().zip(errors).map(|(value, error)| value + t * error).collect::<Vec<_>>()))
     };
     let (single, joint) = if numerical {
         // the errors of neighbours are similar: all values move together
@@ -127,12 +127,22 @@ fn order_statistic(
 /// Number of replicates from which on Student's quantiles are the normal ones, to a thousandth at any confidence that is used here.
 const MANY: f64 = 10_000.0;
 
-/// Returns the median of the values; for an even number, the mean of the two in the middle.
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    let (upper, lower) = (*upper, below.iter().copied().fold(f64::NEG_INFINITY, f64::max));
-    if values.len() % 2 == 1 { upper } else { 0.5 * (lower + upper) }
+/// Returns the median of at least one value: the least of which the values up to it have half of all weights; where they have exactly half,
+/// the mean of it and the next.
+fn median(values: &[f64], weights: &[f64]) -> f64 {
+    let mut sorted: Vec<(f64, f64)> = values.iter().copied().zip(weights.iter().copied()).collect();
+    sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * weights.iter().sum::<f64>();
+    let mut so_far = 0.0;
+    for (number, (value, weight)) in sorted.iter().enumerate() {
+        so_far += weight;
+        match sorted.get(number + 1) {
+            Some((next, _)) if so_far == half => return 0.5 * (value + next),
+            Some(_) if so_far < half => {}
+            _ => return *value,
+        }
+    }
+    f64::NAN
 }
 
 #[cfg(test)]
@@ -151,10 +161,12 @@ mod tests {
 
     #[test]
     fn medians_of_odd_and_even_numbers() {
-        assert_eq!(median(&mut [3.0]), 3.0);
-        assert_eq!(median(&mut [3.0, 1.0]), 2.0);
-        assert_eq!(median(&mut [9.0, 3.0, 1.0]), 3.0);
-        assert_eq!(median(&mut [9.0, 3.0, 1.0, 4.0]), 3.5);
+        assert_eq!(median(&[3.0], &[1.0]), 3.0);
+        assert_eq!(median(&[3.0, 1.0], &[1.0; 2]), 2.0);
+        assert_eq!(median(&[9.0, 3.0, 1.0], &[1.0; 3]), 3.0);
+        assert_eq!(median(&[9.0, 3.0, 1.0, 4.0], &[1.0; 4]), 3.5);
+        assert_eq!(median(&[9.0, 3.0, 1.0], &[1.0, 0.25, 0.25]), 9.0);
+        assert_eq!(median(&[9.0, 3.0, 1.0], &[0.5, 0.25, 0.25]), 6.0);
     }
 
     /// Two sensors far apart, one pass up and one down, computed by hand.
@@ -232,11 +244,11 @@ mod tests {
         let (jobs, passes) = (400u64, 12);
         let t = two_sided_student_quantile(CONFIDENCE, f64::from(passes) - 1.0);
         for (room, truth) in rooms().iter().enumerate() {
-            let of = |order: fn(&mut [f64]) -> f64| order(&mut truth.clone());
+            let of = |order: fn(&[f64]) -> f64| order(truth);
             let mean = truth.iter().sum::<f64>() / truth.len() as f64;
             let least = of(|values| values.iter().copied().fold(f64::INFINITY, f64::min));
             let most = of(|values| values.iter().copied().fold(f64::NEG_INFINITY, f64::max));
-            let truths = [mean, of(median), least, most, least / mean];
+            let truths = [mean, median(truth, &vec![1.0; truth.len()]), least, most, least / mean];
             for (number, correlation) in [0.0f64, 0.3, 0.9, 1.0].into_iter().enumerate() {
                 let mut misses = [0; 5];
                 for job in 0..jobs {

@@ -77,6 +77,16 @@ pub fn contains(edges: &[Edge], point: DVec2) -> bool {
     edges.iter().filter(crosses).count() % 2 == 1
 }
 
+/// Returns the distance of a point from the nearest of some edges; infinite without edges.
+pub fn distance(edges: &[Edge], point: DVec2) -> f64 {
+    let to_edge = |[a, b]: &Edge| {
+        let along = *b - *a;
+        let share = ((point - *a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        point.distance(a.lerp(*b, share))
+    };
+    edges.iter().map(to_edge).fold(f64::INFINITY, f64::min)
+}
+
 /// True if an edge of one figure crosses one of another.
 pub fn cross(figure: &[Edge], other: &[Edge]) -> bool {
     figure.iter().any(|edge| other.iter().any(|with| crossing(*edge, *with).is_some()))

@@ -101,6 +101,11 @@ impl Polygon {
         if self.contains(self.onto(point)) {
             return self.height(point).abs();
         }
+        self.distance_to_sides(point)
+    }
+
+    /// Returns the distance in m of a point from the nearest side of the outline or a hole.
+    pub fn distance_to_sides(&self, point: DVec3) -> f64 {
         let to_side = |[a, b]: [DVec3; 2]| {
             let along = b - a;
             let share = ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);

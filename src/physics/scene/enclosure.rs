@@ -243,6 +243,14 @@ impl Enclosure {
         self.faces.iter().position(is_above)
     }
 
+    /// Returns the height in m of the ceiling over a place of the plan, or within `near_m` of the place; `None` outside.
+    pub fn ceiling_height_m(&self, place: DVec2, near_m: f64) -> Option<f64> {
+        let overhead = self.faces.iter().filter(|face| face.kind == FaceKind::Ceiling);
+        let point = |face: &EnclosureFace| place.extend(face.polygon.height_at(place));
+        let near = overhead.filter(|face| face.polygon.distance(point(face)) <= near_m);
+        near.map(|face| point(face).z).min_by(f64::total_cmp)
+    }
+
     /// Returns the directed edges of the room's section by a level plane, with the inside on the left.
     pub fn section(&self, height_m: f64) -> Vec<Edge> {
         self.faces.iter().flat_map(|face| face.polygon.level_cut(height_m)).collect()

@@ -31,19 +31,20 @@ pub struct KindSurfaces {
 
 impl Enclosure {
     /// Builds a room above a plan: `rings` are the outline and the holes of the floor in m, simple polygons of either sense that do not
-    /// meet; the ceiling is the lowest of its planes (one is flat or sloped, two make a gable). Faces: the floor, walls `wall_K` by the
-    /// edges of the rings in their order, then a ceiling for each plane that is lowest anywhere.
+    /// meet; the ceiling is the lowest of its planes (one is flat or sloped, two make a gable). Faces: the floor, walls, then a ceiling
+    /// for each plane that is lowest anywhere. The wall `wall_K` stands on edge K, from corner K to the next one, counted through the
+    /// rings as they are given; edges of no length, within `near_m`, have no wall.
     ///
     /// # Errors
     ///
     /// A ceiling that is not above the floor at all corners, or rings of no area.
     pub fn prism(
         rings: &[Vec<DVec2>],
+        near_m: f64,
         ceiling: &[CeilingPlane],
         surfaces: KindSurfaces,
     ) -> Result<Self, EnclosureError> {
-        let rings: Vec<Vec<DVec2>> =
-            rings.iter().enumerate().map(|(number, ring)| directed(ring, number == 0)).collect();
+        let (walls, rings) = walls_and_rings(rings, near_m);
         let height = |p: DVec2| ceiling.iter().map(|plane| plane.at(p)).fold(f64::INFINITY, f64::min);
         let low = rings.iter().flatten().find(|p| height(**p) <= 0.0);
         if let Some(corner) = low {
@@ -56,7 +57,7 @@ impl Enclosure {
             polygon: Polygon::with_normal(on_floor, DVec3::Z),
             surface: surfaces.floor,
         }];
-        for [from, to] in rings.iter().flat_map(|ring| edges(ring)) {
+        for (number, [from, to]) in walls {
             // the wall's top bends where another plane of the ceiling becomes the lowest
             let at = |share: f64| from.lerp(to, share);
             let mut bends: Vec<f64> = CeilingPlane::crossings(ceiling, from, to);
@@ -68,7 +69,7 @@ impl Enclosure {
             corners.push(to.extend(height(to)));
             let normal = (to - from).perp().normalize().extend(0.0);
             faces.push(EnclosureFace {
-                name: format!("wall_{}", faces.len() - 1),
+                name: format!("wall_{number}"),
                 kind: FaceKind::Wall,
                 polygon: Polygon::with_normal(vec![corners], normal),
                 surface: surfaces.walls,
@@ -145,14 +146,37 @@ fn edges(ring: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> {
     (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]])
 }
 
-/// Returns a ring that runs counter-clockwise around its inside, or clockwise.
-fn directed(ring: &[DVec2], counter_clockwise: bool) -> Vec<DVec2> {
-    let ring = ring.to_vec();
-    let doubled: f64 = edges(&ring).map(|[a, b]| a.perp_dot(b)).sum();
-    match (doubled > 0.0) == counter_clockwise {
-        true => ring,
-        false => ring.into_iter().rev().collect(),
+/// Returns the walls on the edges of rings, each with its number and with the room on its left, and the rings in that sense. An edge that
+/// is not longer than `near` has no wall: its end is dropped.
+fn walls_and_rings(rings: &[Vec<DVec2>], near: f64) -> (Vec<(usize, [DVec2; 2])>, Vec<Vec<DVec2>>) {
+    let (mut walls, mut directed) = (Vec::new(), Vec::new());
+    let mut first = 0;
+    for (number, ring) in rings.iter().enumerate() {
+        // corners with the number of the edge that starts there
+        let mut corners: Vec<(usize, DVec2)> = Vec::new();
+        for (edge, corner) in ring.iter().enumerate() {
+            match corners.last_mut().filter(|(_, last)| last.distance(*corner) <= near) {
+                Some((before, _)) => *before = first + edge,
+                None => corners.push((first + edge, *corner)),
+            }
+        }
+        while corners.len() > 1 && corners[0].1.distance(corners[corners.len() - 1].1) <= near {
+            corners.pop();
+        }
+        first += ring.len();
+        let places: Vec<DVec2> = corners.iter().map(|(_, corner)| *corner).collect();
+        let doubled: f64 = edges(&places).map(|[a, b]| a.perp_dot(b)).sum();
+        let numbered = corners.iter().map(|(edge, _)| *edge).zip(edges(&places));
+        if (doubled > 0.0) == (number == 0) {
+            walls.extend(numbered);
+            directed.push(places);
+        } else {
+            let turned: Vec<_> = numbered.map(|(edge, [a, b])| (edge, [b, a])).collect();
+            walls.extend(turned.into_iter().rev());
+            directed.push(places.iter().rev().copied().collect());
+        }
     }
+    (walls, directed)
 }
 
 #[cfg(test)]
@@ -180,7 +204,7 @@ mod tests {
     fn a_box_is_a_prism() {
         let size = DVec3::new(3.0, 2.0, 2.5);
         let outline = [[0.0, 0.0], [0.0, 2.0], [3.0, 2.0], [3.0, 0.0]];
-        let prism = Enclosure::prism(&[ring(&outline)], &[CeilingPlane::flat(2.5)], OPEN).unwrap();
+        let prism = Enclosure::prism(&[ring(&outline)], 1e-9, &[CeilingPlane::flat(2.5)], OPEN).unwrap();
         let cuboid = Enclosure::cuboid(size, [None; 6]);
         Enclosure::new(cuboid.faces().to_vec()).unwrap();
         for enclosure in [&prism, &cuboid] {
@@ -203,7 +227,7 @@ mod tests {
             CeilingPlane { height_m: 2.0, rise: DVec2::new(0.0, 0.5) },
             CeilingPlane { height_m: 4.0, rise: DVec2::new(0.0, -0.5) },
         ];
-        let gable = Enclosure::prism(&[outline, core], &planes, OPEN).unwrap();
+        let gable = Enclosure::prism(&[outline, core], 1e-9, &planes, OPEN).unwrap();
         // 2.5 m high in the mean over the outline, 2.75 m over the core
         assert!((volume(&gable) - (24.0 * 2.5 - 2.0 * 2.75)).abs() < 1e-12, "{}", volume(&gable));
         let south = gable.ceiling_above(DVec2::new(5.0, 1.0)).unwrap();
@@ -214,12 +238,24 @@ mod tests {
         assert_eq!(["wall_0", "wall_1", "wall_3", "wall_5"].map(corners), [4, 5, 5, 5]);
     }
 
+    /// Walls have the numbers of the edges that were given, whichever way the outline runs; a repeated corner has no wall.
+    #[test]
+    fn walls_are_numbered_as_edges() {
+        let outline = [[0.0, 0.0], [0.0, 2.0], [0.0, 2.0], [3.0, 2.0], [3.0, 0.0]];
+        let prism = Enclosure::prism(&[ring(&outline)], 1e-9, &[CeilingPlane::flat(2.5)], OPEN).unwrap();
+        let wall = |name: &str| prism.faces().iter().find(|face| face.name == name);
+        assert!(wall("wall_1").is_none());
+        for (number, normal) in [(0, DVec3::X), (2, DVec3::NEG_Y), (3, DVec3::NEG_X), (4, DVec3::Y)] {
+            assert_eq!(wall(&format!("wall_{number}")).unwrap().polygon.normal(), normal, "{number}");
+        }
+    }
+
     /// Enclosures with a gap, with a face that is not planar, or with a ceiling that comes down to the floor are refused, and the place
     /// is named.
     #[test]
     fn what_encloses_nothing() {
         let outline = ring(&[[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [0.0, 2.0]]);
-        let room = Enclosure::prism(std::slice::from_ref(&outline), &[CeilingPlane::flat(2.5)], OPEN).unwrap();
+        let room = Enclosure::prism(std::slice::from_ref(&outline), 1e-9, &[CeilingPlane::flat(2.5)], OPEN).unwrap();
         let mut faces = room.faces().to_vec();
         faces.pop();
         assert!(matches!(Enclosure::new(faces), Err(EnclosureError::Open { others: 3, .. })));
@@ -229,7 +265,7 @@ mod tests {
         faces[0].polygon = Polygon::new(vec![corners]).unwrap();
         assert!(matches!(Enclosure::new(faces), Err(EnclosureError::NotPlanar { face, .. }) if face == "floor"));
         let slope = CeilingPlane { height_m: 1.0, rise: DVec2::new(0.0, -0.5) };
-        let low = Enclosure::prism(&[outline], &[slope], OPEN);
+        let low = Enclosure::prism(&[outline], 1e-9, &[slope], OPEN);
         assert!(matches!(low, Err(EnclosureError::LowCeiling { height_m: 0.0, .. })));
     }
 }

@@ -30,6 +30,8 @@ pub struct Grid {
     pub cell_size_m: [f64; 2],
     /// Distance of neighbouring columns and rows in cells: 1, except after [`Grid::thinned`].
     pub every: [usize; 2],
+    /// Distance in m, >= 0, from walls within which sensors have no value, in rooms that are no boxes and in lattices of a given spacing.
+    pub from_walls_m: f64,
     /// Meaning of values: illuminance at points, or means over cells.
     pub estimate: EstimateKind,
     /// True if results report the light by source and by tube, too.
@@ -41,6 +43,9 @@ pub struct Grid {
     /// Fraction of each sensor that no solid takes, row by row: of a cell's area, 0..1; for a point 1, or 0 inside a solid. `None` where
     /// no solid takes anything.
     pub free: Option<Arc<[f64]>>,
+    /// Fraction of each sensor's cell that lies in the room, row by row, by which statistics weigh the sensors: 0 outside. `None` where every
+    /// cell lies in the room as a whole.
+    pub area: Option<Arc<[f64]>>,
 }
 
 /// Meaning of a sensor's value.
@@ -62,13 +67,37 @@ impl Grid {
         room_size_m: [f64; 2],
         estimate: EstimateKind,
     ) -> Self {
-        let cell_size_m: [f64; 2] =
-            std::array::from_fn(|axis| (room_size_m[axis] - 2.0 * margin_m) / cells[axis] as f64);
-        let centres =
-            |axis: usize| (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>();
-        let (x_m, y_m, every) = (centres(0), centres(1), [1; 2]);
-        let (components, responses, placed, free) = (false, false, None, None);
-        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components, responses, placed, free }
+        let cell_size_m = std::array::from_fn(|axis| (room_size_m[axis] - 2.0 * margin_m) / cells[axis] as f64);
+        Self::lattice(name, height_m, cells, [margin_m; 2], cell_size_m, estimate)
+    }
+
+    /// Builds a grid of `cells` (each >= 1) of `cell_size_m` along x and y, the first of which begins at `corner_m`.
+    pub fn lattice(
+        name: String,
+        height_m: f64,
+        cells: [usize; 2],
+        corner_m: [f64; 2],
+        cell_size_m: [f64; 2],
+        estimate: EstimateKind,
+    ) -> Self {
+        let centre = |axis: usize, number: usize| corner_m[axis] + (number as f64 + 0.5) * cell_size_m[axis];
+        let centres = |axis: usize| (0..cells[axis]).map(|number| centre(axis, number)).collect::<Vec<_>>();
+        Self {
+            name,
+            height_m,
+            cells,
+            x_m: centres(0),
+            y_m: centres(1),
+            cell_size_m,
+            every: [1; 2],
+            from_walls_m: 0.0,
+            estimate,
+            components: false,
+            responses: false,
+            placed: None,
+            free: None,
+            area: None,
+        }
     }
 
     /// Builds a grid of sensors (at least one) at any places that face any direction: one row of points.
@@ -109,22 +138,22 @@ impl Grid {
             let step = step.min(self.cells[axis]);
             (0..count).map(move |number| (step - 1) / 2 + number * step)
         };
-        let free = self.free.as_ref().map(|free| {
+        let some_of = |values: &Arc<[f64]>| {
             let rows = numbers(1, y_m.len()).map(|row| row * self.cells[0]);
-            rows.flat_map(|row| numbers(0, x_m.len()).map(move |column| row + column))
-                .map(|sensor| free[sensor])
-                .collect()
-        });
+            let sensors = rows.flat_map(|row| numbers(0, x_m.len()).map(move |column| row + column));
+            sensors.map(|sensor| values[sensor]).collect()
+        };
+        let [free, area] = [&self.free, &self.area].map(|values| values.as_ref().map(some_of));
         let placed = self.placed.as_ref().map(|placed| numbers(0, x_m.len()).map(|number| placed[number]).collect());
-        Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, placed, free, ..*self }
+        Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, placed, free, area, ..*self }
     }
 
     /// Returns one level sensor of this grid as a grid of its own.
     pub fn alone(&self, sensor: usize) -> Self {
         let (column, row) = (sensor % self.cells[0], sensor / self.cells[0]);
-        let free = self.free.as_ref().map(|free| [free[sensor]].into());
+        let [free, area] = [&self.free, &self.area].map(|values| values.as_ref().map(|values| [values[sensor]].into()));
         let (x_m, y_m) = (vec![self.x_m[column]], vec![self.y_m[row]]);
-        Self { name: self.name.clone(), cells: [1, 1], x_m, y_m, free, placed: None, ..*self }
+        Self { name: self.name.clone(), cells: [1, 1], x_m, y_m, free, area, placed: None, ..*self }
     }
 
     /// Returns the number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).

@@ -229,7 +229,7 @@ mod tests {
         let core = ring(&[[4.0, 1.0], [4.3, 1.2], [4.1, 1.6]]);
         let slope = CeilingPlane { height_m: 2.0, rise: DVec2::new(0.2, 0.1) };
         let surfaces = KindSurfaces { floor: None, walls: None, ceiling: None };
-        TraceableEnclosure::new(&Enclosure::prism(&[outline, core], &[slope], surfaces).unwrap())
+        TraceableEnclosure::new(&Enclosure::prism(&[outline, core], 1e-9, &[slope], surfaces).unwrap())
     }
 
     /// Rays end on the nearest face that they cross, on its front; points before it are visible, other parts of the room are not; and

@@ -6,11 +6,14 @@
 //! or the shade of a lamp. Points on the sides or the top of a solid are outside; those on the underside, which look up into it, are
 //! inside.
 
+use std::collections::HashMap;
+
 use glam::{DVec2, DVec3};
 
 use super::box_object::TraceableBox;
+use super::enclosure::TraceableEnclosure;
 use super::solids::{Sheet, Solid, sections};
-use crate::geometry::covered::{Edge, bounds, contains, covered, enclosed_area, polygon, rectangle};
+use crate::geometry::covered::{Edge, bounds, contains, covered, distance, enclosed_area, polygon, rectangle};
 use crate::scene::{EstimateKind, Grid, Scene, Sensor};
 
 /// Fraction of the room's scale within which points lie on surfaces.
@@ -36,13 +39,15 @@ pub enum RoomObject {
 pub struct Taken {
     /// Free fraction of each sensor, as in [`Grid::free`]; empty where nothing is taken.
     pub free: Vec<f64>,
+    /// Fraction of the area of each sensor's cell that lies in the room, as in [`Grid::area`]; empty where that is all of every cell.
+    pub area: Vec<f64>,
     /// Objects that take any part of the grid, boxes first.
     pub by: Vec<RoomObject>,
 }
 
 impl Taken {
-    /// Returns the number of sensors inside solids; a cell counts where it lies inside as a whole.
-    pub fn inside(&self) -> usize {
+    /// Returns the number of sensors outside the room or inside solids; a cell counts where nothing of it is free.
+    pub fn without_value(&self) -> usize {
         self.free.iter().filter(|free| **free == 0.0).count()
     }
 
@@ -58,10 +63,14 @@ impl Taken {
         }
         let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
         let covers = Cover::all(scene, grid.height_m, tolerance);
-        let mut free = vec![1.0; grid.len()];
+        let area = area_inside(scene, grid, tolerance);
+        let of_area = |area: &f64| match grid.estimate {
+            EstimateKind::Point => f64::from(*area > 0.0),
+            EstimateKind::CellAverage => *area,
+        };
+        let mut free = if area.is_empty() { vec![1.0; grid.len()] } else { area.iter().map(of_area).collect() };
         let mut by = Vec::new();
-        let outside = take_outside(scene, grid, tolerance, &mut free);
-        if covers.is_empty() && !outside {
+        if covers.is_empty() && area.is_empty() {
             return Self::default();
         }
         for row in 0..grid.cells[1] {
@@ -74,18 +83,31 @@ impl Taken {
         }
         by.sort_unstable();
         by.dedup();
-        if by.is_empty() && !outside { Self::default() } else { Self { free, by } }
+        if by.is_empty() && area.is_empty() { Self::default() } else { Self { free, area, by } }
     }
 
     /// Finds those of sensors at any places that objects of a scene take; each sensor has a level plane of its own.
     fn of_placed(scene: &Scene, placed: &[Sensor]) -> Self {
-        let of_sensor = |sensor: &Sensor| Self::of(scene, &single_point(scene, sensor.position));
-        let of_each: Vec<Self> = placed.iter().map(of_sensor).collect();
-        let free: Vec<f64> = of_each.iter().map(|taken| taken.free.first().copied().unwrap_or(1.0)).collect();
-        let mut by: Vec<RoomObject> = of_each.into_iter().flat_map(|taken| taken.by).collect();
+        let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
+        let enclosure = TraceableEnclosure::new(&scene.room.enclosure);
+        let mut covers: HashMap<u64, Vec<Cover>> = HashMap::new();
+        let mut by = Vec::new();
+        let mut of_sensor = |sensor: &Sensor| {
+            let at = sensor.position;
+            let covers = covers.entry(at.z.to_bits()).or_insert_with(|| Cover::all(scene, at.z, tolerance));
+            let mut free = [1.0];
+            take_points(&single_point(scene, at), 0, covers, tolerance, &mut free, &mut by);
+            free[0]
+        };
+        let mut area: Vec<f64> = placed.iter().map(|sensor| f64::from(enclosure.contains(sensor.position))).collect();
+        let in_room = placed.iter().zip(&area);
+        let free: Vec<f64> = in_room.map(|(sensor, area)| if *area == 0.0 { 0.0 } else { of_sensor(sensor) }).collect();
+        if area.iter().all(|area| *area == 1.0) {
+            area.clear();
+        }
         by.sort_unstable();
         by.dedup();
-        if free.iter().all(|free| *free == 1.0) { Self::default() } else { Self { free, by } }
+        if free.iter().all(|free| *free == 1.0) { Self::default() } else { Self { free, area, by } }
     }
 }
 
@@ -101,29 +123,38 @@ fn single_point(scene: &Scene, point: DVec3) -> Grid {
     Grid { x_m: vec![point.x], y_m: vec![point.y], ..plane }
 }
 
-/// Takes from a grid the parts that lie outside of a room that is no box; true if there are any.
-fn take_outside(scene: &Scene, grid: &Grid, tolerance: f64, free: &mut [f64]) -> bool {
+/// Computes the fraction of the area of each cell that lies in the room: 0 where its centre lies outside or too close to a wall. Empty where
+/// all cells lie inside as a whole.
+fn area_inside(scene: &Scene, grid: &Grid, tolerance: f64) -> Vec<f64> {
     let enclosure = &scene.room.enclosure;
-    if enclosure.as_box().is_some() {
-        return false;
+    let half = 0.5 * DVec2::from(grid.cell_size_m);
+    let [low, high] = enclosure.bounds().map(DVec3::truncate);
+    let is_within = |sensor: usize| {
+        let centre = grid.centre(sensor).truncate();
+        (centre - half).cmpge(low - tolerance).all() && (centre + half).cmple(high + tolerance).all()
+    };
+    if enclosure.as_box().is_some() && grid.from_walls_m == 0.0 && is_within(0) && is_within(grid.len() - 1) {
+        return Vec::new();
     }
     let inside = enclosure.section(grid.height_m);
-    let half = 0.5 * DVec2::from(grid.cell_size_m);
-    for (sensor, free) in free.iter_mut().enumerate() {
+    let from_walls = grid.from_walls_m.max(2.0 * tolerance) - tolerance;
+    let of_sensor = |sensor: usize| {
         let centre = grid.centre(sensor).truncate();
-        *free = match grid.estimate {
-            EstimateKind::Point => f64::from(contains(&inside, centre)),
-            EstimateKind::CellAverage => {
-                let cell = rectangle(centre - half, centre + half);
-                match enclosed_area(&covered(&cell, std::slice::from_ref(&inside), tolerance)) / grid.cell_area_m2() {
-                    share if share < LEAST_SHARE => 0.0,
-                    share if share > 1.0 - LEAST_SHARE => 1.0,
-                    share => share,
-                }
-            }
-        };
-    }
-    free.iter().any(|free| *free < 1.0)
+        let to_wall = distance(&inside, centre);
+        if !contains(&inside, centre) || to_wall < from_walls {
+            return 0.0;
+        }
+        if to_wall > half.length() {
+            return 1.0;
+        }
+        let cell = rectangle(centre - half, centre + half);
+        match enclosed_area(&covered(&cell, std::slice::from_ref(&inside), tolerance)) / grid.cell_area_m2() {
+            share if share > 1.0 - LEAST_SHARE => 1.0,
+            share => share.max(LEAST_SHARE),
+        }
+    };
+    let area: Vec<f64> = (0..grid.len()).map(of_sensor).collect();
+    if area.iter().all(|area| *area == 1.0) { Vec::new() } else { area }
 }
 
 /// Outline of a solid in the plane of a grid.

@@ -85,7 +85,7 @@ fn corners<const N: usize>(corners: [[f64; 2]; N]) -> Vec<DVec2> {
 /// An L-shaped hall: neither tube lights all of it straight.
 fn l_hall() -> Scene {
     let outline = corners([[0.0, 0.0], [8.0, 0.0], [8.0, 3.0], [4.0, 3.0], [4.0, 6.0], [0.0, 6.0]]);
-    let enclosure = Enclosure::prism(&[outline], &[CeilingPlane::flat(2.7)], surfaces(0.2, 0.5, 0.7)).unwrap();
+    let enclosure = Enclosure::prism(&[outline], 1e-9, &[CeilingPlane::flat(2.7)], surfaces(0.2, 0.5, 0.7)).unwrap();
     let at = |x, y| tube(DVec2::new(x, y), 0.35, 0.6, &enclosure, 0.0);
     let tubes = vec![at(2.0, 4.5), at(6.0, 1.5)];
     scene(enclosure, tubes)
@@ -96,7 +96,7 @@ fn attic() -> Scene {
     let slope = 35f64.to_radians().tan();
     let ceiling = CeilingPlane { height_m: 2.2, rise: DVec2::new(0.0, slope) };
     let outline = corners([[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [0.0, 4.0]]);
-    let enclosure = Enclosure::prism(&[outline], &[ceiling], surfaces(0.3, 0.6, 0.8)).unwrap();
+    let enclosure = Enclosure::prism(&[outline], 1e-9, &[ceiling], surfaces(0.3, 0.6, 0.8)).unwrap();
     let tubes = vec![tube(DVec2::new(2.5, 2.0), 0.35, 0.7, &enclosure, 0.700_415_076)];
     let mut scene = scene(enclosure, tubes);
     let along = 0.327_660_817_715_596_74;
@@ -114,7 +114,7 @@ fn skew() -> Scene {
     let outline = corners([[0.0, 0.0], [6.0, 0.0], [5.2, 4.0], [0.8, 5.0]]);
     let core = corners([[2.5, 1.5], [3.1, 1.5], [3.1, 2.1], [2.5, 2.1]]);
     let ceiling = [CeilingPlane::flat(3.0)];
-    let mut enclosure = Enclosure::prism(&[outline, core], &ceiling, surfaces(0.25, 0.55, 0.75)).unwrap();
+    let mut enclosure = Enclosure::prism(&[outline, core], 1e-9, &ceiling, surfaces(0.25, 0.55, 0.75)).unwrap();
     let wall = enclosure.faces().iter().position(|face| face.name == "wall_2").unwrap();
     enclosure.paint(wall, Some(Surface::diffuse([0.1; 3])));
     let tubes = vec![tube(DVec2::new(4.2, 2.8), 0.53, 0.6, &enclosure, 0.0)];

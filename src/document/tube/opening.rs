@@ -1,0 +1,196 @@
+//! Places of openings: each lies in a ceiling or hangs below one, and none cuts a wall or another opening.
+
+use glam::DVec2;
+
+use super::{Opening, TubeDocument};
+use crate::document::errors::Checks;
+use crate::document::hints;
+use crate::document::limits::{DIAMETER_M, DROP_M, TOUCHING_M};
+use crate::document::room::RoomDocument;
+use crate::geometry::covered::{contains, distance};
+use crate::scene::{Enclosure, Face, FaceKind};
+
+/// Least downward component of the normal of a face that a tube can come through.
+const OVERHEAD: f64 = 1e-6;
+
+/// An opening in its room.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedOpening {
+    /// Number of the face that the tube comes through.
+    pub face: usize,
+    /// Centre in plan, in metres.
+    pub centre: DVec2,
+    /// Radius in metres.
+    pub radius_m: f64,
+    /// Height above the floor in metres.
+    pub height_m: f64,
+}
+
+impl PlacedOpening {
+    /// Finds the face that a tube comes through, and the height of its opening; `None` where there is no such face.
+    pub fn of(tube: &TubeDocument, enclosure: &Enclosure) -> Option<Self> {
+        let Opening { centre, diameter_m, .. } = tube.opening();
+        let (name, drop_m) = tube.hangs();
+        let face = match name {
+            Some(name) => enclosure.faces().iter().position(|face| face.name == name),
+            None if enclosure.as_box().is_some() => Some(Face::Ceiling as usize),
+            None => enclosure.ceiling_above(centre),
+        };
+        let is_overhead = |face: &usize| {
+            let face = &enclosure.faces()[*face];
+            face.kind == FaceKind::Ceiling && face.polygon.normal().z < -OVERHEAD
+        };
+        let face = face.filter(is_overhead)?;
+        let height_m = enclosure.height_at(face, centre) - drop_m;
+        Some(Self { face, centre, radius_m: 0.5 * diameter_m, height_m })
+    }
+}
+
+/// Adds the faults of the places of openings, and returns those of the tubes whose places are good, with the tubes' numbers.
+pub(crate) fn check_openings(
+    tubes: &[TubeDocument],
+    room: &RoomDocument,
+    enclosure: &Enclosure,
+    checks: &mut Checks,
+) -> Vec<(usize, PlacedOpening)> {
+    let mut openings: Vec<(usize, PlacedOpening)> = Vec::new();
+    for (index, tube) in tubes.iter().enumerate() {
+        let pointer = format!("/tubes/{index}");
+        let Opening { diameter_m, diameter, .. } = tube.opening();
+        let (_, drop_m) = tube.hangs();
+        if !DIAMETER_M.contains(diameter_m)
+            || !checks.number(&format!("{pointer}/drop_m"), drop_m, DROP_M)
+            || !check_extent(&pointer, tube, enclosure, checks)
+        {
+            continue;
+        }
+        let Some(opening) = face_of(&pointer, tube, enclosure, checks) else { continue };
+        if !check_place(&pointer, diameter, &opening, (drop_m, enclosure), checks) {
+            continue;
+        }
+        let (field, surface) = room.surfaces.of_face(&enclosure.faces()[opening.face]);
+        if surface.open && field != "ceiling" {
+            let detail = format!("must be false, because the opening of {pointer} needs a closed ceiling");
+            checks.refuse(format!("/room/surfaces/{field}/open"), detail);
+        }
+        let overlaps = |(_, other): &&(usize, PlacedOpening)| {
+            other.centre.distance(opening.centre) < opening.radius_m + other.radius_m - TOUCHING_M
+        };
+        if let Some((other, _)) = openings.iter().find(overlaps) {
+            checks.refuse(format!("{pointer}/centre_m"), format!("the opening overlaps that of /tubes/{other}"));
+        }
+        for (number, partition) in room.partitions.iter().enumerate() {
+            let sheet = [DVec2::from(partition.from_m), DVec2::from(partition.to_m)];
+            let reaches = partition.height_m > opening.height_m + TOUCHING_M;
+            if reaches && distance(&[sheet], opening.centre) < opening.radius_m - TOUCHING_M {
+                let detail = format!("must not cut the opening of {pointer}, which is {} m high", opening.height_m);
+                checks.refuse(format!("/room/partitions/{number}"), detail);
+            }
+        }
+        openings.push((index, opening));
+    }
+    openings
+}
+
+/// Checks that an opening lies within the bounds of the room in plan; true if it does.
+fn check_extent(pointer: &str, tube: &TubeDocument, enclosure: &Enclosure, checks: &mut Checks) -> bool {
+    let Opening { centre, diameter_m, diameter } = tube.opening();
+    let [low, high] = enclosure.bounds().map(|corner| corner.truncate());
+    let widest = (high - low).min_element();
+    if diameter_m > widest + TOUCHING_M {
+        let pointer = format!("{pointer}/{diameter}");
+        let hint = hints::of_number(&pointer, diameter_m, |meant| meant <= widest);
+        let detail = format!("must be <= {widest}, the ceiling's shorter edge, but is {diameter_m}{hint}");
+        checks.refuse(pointer, detail);
+        return false;
+    }
+    let radius = 0.5 * diameter_m;
+    let mut inside = true;
+    for axis in 0..2 {
+        let (at, low, high) = (centre[axis], low[axis], high[axis]);
+        if !(at - radius >= low - TOUCHING_M && at + radius <= high + TOUCHING_M) {
+            let pointer = format!("{pointer}/centre_m/{axis}");
+            let hint = hints::of_number(&pointer, at, |meant| meant - radius >= low && meant + radius <= high);
+            let detail = format!(
+                "the opening must lie wholly inside the ceiling ({low}..{high} m), but reaches from {} m to {} m{hint}",
+                at - radius,
+                at + radius
+            );
+            checks.refuse(pointer, detail);
+            inside = false;
+        }
+    }
+    inside
+}
+
+/// Finds the opening of a tube; adds a fault where there is no face for it.
+fn face_of(pointer: &str, tube: &TubeDocument, enclosure: &Enclosure, checks: &mut Checks) -> Option<PlacedOpening> {
+    let found = PlacedOpening::of(tube, enclosure);
+    if found.is_none() {
+        let overhead = enclosure.faces().iter().filter(|face| face.kind == FaceKind::Ceiling);
+        let names: Vec<_> = overhead.map(|face| format!("`{}`", face.name)).collect();
+        match tube.hangs().0 {
+            Some(name) => {
+                let detail = format!("no ceiling has the name {name:?}; tubes come through {}", names.join(", "));
+                checks.refuse(format!("{pointer}/face"), detail);
+            }
+            None => {
+                checks.refuse(format!("{pointer}/centre_m"), "lies outside the plan of the room: no ceiling is above")
+            }
+        }
+    }
+    found
+}
+
+/// Checks that an opening lies wholly in its face, or hangs wholly in the room; true if it does.
+fn check_place(
+    pointer: &str,
+    diameter: &str,
+    opening: &PlacedOpening,
+    (drop_m, enclosure): (f64, &Enclosure),
+    checks: &mut Checks,
+) -> bool {
+    let PlacedOpening { face, centre, radius_m, height_m } = *opening;
+    let polygon = &enclosure.faces()[face].polygon;
+    let normal = polygon.normal();
+    let rise = normal.truncate().length() / -normal.z;
+    let needed = radius_m * rise;
+    if drop_m < needed - TOUCHING_M {
+        let detail = format!(
+            "must be at least {needed} m, so that the level opening hangs below the sloped ceiling as a whole, but is \
+             {drop_m}"
+        );
+        checks.refuse(format!("{pointer}/drop_m"), detail);
+        return false;
+    }
+    if height_m <= 0.0 {
+        let detail = format!("must be < {} m, the height of the ceiling there, but is {drop_m}", height_m + drop_m);
+        checks.refuse(format!("{pointer}/drop_m"), detail);
+        return false;
+    }
+    let at = centre.extend(height_m);
+    let (is_inside, to_sides) = if drop_m > 0.0 {
+        // a hair lower, so that an opening that touches the ceiling lies inside
+        let section = enclosure.section(height_m - TOUCHING_M);
+        (contains(&section, centre), distance(&section, centre))
+    } else {
+        (polygon.contains(at), polygon.distance_to_sides(at))
+    };
+    // the section of a slope moves outward as it is lowered
+    let slack = TOUCHING_M * (2.0 + 1.0 / rise.max(1e-3));
+    if is_inside && to_sides >= radius_m - slack {
+        return true;
+    }
+    let (field, detail) = match is_inside {
+        true => (
+            diameter,
+            format!(
+                "the opening must lie wholly inside the room, but its rim is {} m beyond a wall or the ceiling",
+                radius_m - to_sides
+            ),
+        ),
+        false => ("centre_m", "lies outside of the face that the tube comes through".to_owned()),
+    };
+    checks.refuse(format!("{pointer}/{field}"), detail);
+    false
+}

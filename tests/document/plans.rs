@@ -1,0 +1,197 @@
+//! Rooms above a plan: their faces, hanging openings, grids by spacing and at points, and the places of every fault.
+
+use crate::given::{SquarePipe, errors, with};
+use crate::schema::parse;
+use serde_json::{Value, json};
+use skyduct::document::{FieldErrorCode, WarningCode, to_scene};
+use skyduct::scene::{FaceKind, Scene};
+
+/// An L-shaped hall with two tubes and a lattice of sensors.
+fn hall() -> Value {
+    let tube = |x: f64, y: f64| {
+        json!({ "centre_m": [x, y], "diameter_m": 0.35, "reflectance": 0.98, "segments": [{ "length_m": 1.0 }],
+                "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": 0.6 } })
+    };
+    json!({
+        "sky": { "cie_type": 5, "sun_position": { "altitude_deg": 45, "azimuth_deg": 180 } },
+        "room": { "plan": { "outline_m": [[0, 0], [8, 0], [8, 3], [4, 3], [4, 6], [0, 6]] },
+                  "ceiling": { "kind": "flat", "height_m": 2.7 } },
+        "tubes": [tube(2.0, 4.5), tube(6.0, 1.5)],
+        "grids": [{ "name": "desk", "height_m": 0.85, "spacing_m": 1.0 }]
+    })
+}
+
+/// A room of 5 m x 4 m below a ceiling that rises toward the north, with one hanging opening.
+fn attic() -> Value {
+    let mut attic = hall();
+    attic["room"] = json!({ "plan": { "outline_m": [[0, 0], [5, 0], [5, 4], [0, 4]] },
+        "ceiling": { "kind": "sloped", "point_m": [0, 0, 2.2], "rise_toward_deg": 0, "pitch_deg": 35 } });
+    attic["tubes"] = json!([with(hall()["tubes"][0].clone(), "/drop_m", json!(0.7))]);
+    attic["tubes"][0]["centre_m"] = json!([2.5, 2.0]);
+    attic
+}
+
+fn scene(document: &Value) -> Scene {
+    to_scene(&parse(document).unwrap(), &SquarePipe).unwrap().0
+}
+
+fn area(scene: &Scene, kind: FaceKind) -> f64 {
+    let faces = scene.room.enclosure.faces().iter().filter(|face| face.kind == kind);
+    faces.map(|face| face.polygon.area_m2()).sum()
+}
+
+#[test]
+fn plans_have_the_faces_that_they_state() {
+    let mut document = hall();
+    document["room"]["surfaces"] = json!({ "walls": { "reflectance": 0.4 }, "wall_3": { "reflectance": 0.1 } });
+    let l = scene(&document);
+    assert_eq!(
+        [FaceKind::Floor, FaceKind::Wall, FaceKind::Ceiling].map(|kind| area(&l, kind).round()),
+        [36.0, 76.0, 36.0]
+    );
+    let reflectance = |name: &str| {
+        let face = l.room.enclosure.faces().iter().find(|face| face.name == name).unwrap();
+        face.surface.unwrap().reflectance[0]
+    };
+    assert_eq!(["floor", "wall_0", "wall_3", "ceiling"].map(reflectance), [0.2, 0.4, 0.1, 0.7]);
+    assert!(l.room.enclosure.as_box().is_none());
+
+    // the same sense or the other: the same numbers of walls
+    let mut turned = document.clone();
+    let outline = document["room"]["plan"]["outline_m"].as_array().unwrap();
+    turned["room"]["plan"]["outline_m"] = outline.iter().rev().cloned().collect();
+    let wall = |scene: &Scene, name: &str| {
+        let face = scene.room.enclosure.faces().iter().find(|face| face.name == name).unwrap();
+        face.polygon.normal()
+    };
+    // edge 3 from (4, 3) to (4, 6) is edge 1 the other way round
+    assert_eq!(wall(&scene(&turned), "wall_1"), wall(&l, "wall_3"));
+
+    let slope = 35f64.to_radians();
+    let attic = scene(&attic());
+    assert!((area(&attic, FaceKind::Ceiling) - 20.0 / slope.cos()).abs() < 1e-9);
+    assert_eq!(attic.tubes[0].drop_m, 0.7);
+
+    let mut gable = self::attic();
+    gable["room"]["ceiling"] = json!({ "kind": "gable", "eaves_m": 2.4, "ridge_m": 4.1, "ridge_azimuth_deg": 90 });
+    gable["room"]["surfaces"] = json!({ "ceiling_1": { "reflectance": 0.3 } });
+    gable["tubes"][0]["face"] = json!("ceiling_0");
+    let gable = scene(&gable);
+    let [low, high] = gable.room.enclosure.bounds();
+    assert_eq!((low.z, high.z), (0.0, 4.1));
+    let ceilings: Vec<&str> = gable.room.enclosure.faces().iter().map(|face| face.name.as_str()).collect();
+    assert_eq!(ceilings[5..], ["ceiling_0", "ceiling_1"]);
+}
+
+/// A plan of four right angles, at the origin or elsewhere, is the box of its extent.
+#[test]
+fn a_rectangle_is_a_box() {
+    let mut plan = hall();
+    plan["room"]["plan"]["outline_m"] = json!([[0, 0], [8, 0], [8, 6], [0, 6]]);
+    let mut cuboid = plan.clone();
+    cuboid["room"] = json!({ "size_m": [8, 6, 2.7] });
+    let [plan, cuboid] = [plan, cuboid].map(|document| scene(&document));
+    assert_eq!(plan.room.enclosure.bounds(), cuboid.room.enclosure.bounds());
+    assert_eq!((&plan.grids[0].x_m, &plan.grids[0].y_m), (&cuboid.grids[0].x_m, &cuboid.grids[0].y_m));
+    for kind in [FaceKind::Floor, FaceKind::Wall, FaceKind::Ceiling] {
+        assert!((area(&plan, kind) - area(&cuboid, kind)).abs() < 1e-9);
+    }
+}
+
+/// Sensors outside have no value, cells are cut, points face any direction.
+#[test]
+fn grids_follow_the_plan() {
+    let mut document = hall();
+    document["grids"] = json!([
+        { "name": "spaced", "height_m": 0.85, "spacing_m": 0.75, "margin_m": 0.5 },
+        { "name": "cells", "height_m": 0.85, "cells": [8, 6], "estimate": "cell_average" },
+        { "name": "eyes", "points_m": [[1, 1, 1.2, 0, 2, 0], [6, 5, 1.2, 0, 0, 1]] }
+    ]);
+    let job = parse(&document).unwrap();
+    let (mut scene, ..) = to_scene(&job, &SquarePipe).unwrap();
+    let warnings = skyduct::document::leave_out_solids(&job, &mut scene).unwrap();
+    let [spaced, cells, eyes] = [0, 1, 2].map(|grid| &scene.grids[grid]);
+    assert_eq!((spaced.cells, spaced.cell_size_m), ([11, 8], [0.75, 0.75]));
+    let is_within = |x: f64, y: f64| (0.5..=7.5).contains(&x) && (0.5..=5.5).contains(&y) && (x <= 3.5 || y <= 2.5);
+    for sensor in 0..spaced.len() {
+        let at = spaced.centre(sensor);
+        assert_eq!(!spaced.is_inside(sensor), is_within(at.x, at.y), "{at}");
+    }
+    assert_eq!((cells.len(), cells.valued()), (48, 36));
+    let directions: Vec<_> = (0..2).map(|sensor| eyes.sensor(sensor).normal.to_array()).collect();
+    assert_eq!(directions, [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    assert!(!eyes.is_inside(0) && eyes.is_inside(1));
+    assert_eq!(warnings.iter().map(|warning| warning.code).collect::<Vec<_>>(), [WarningCode::PointsOutside]);
+    // a plan has no cells that are not its own: areas add up to the floor's
+    let free: f64 = (0..cells.len()).map(|sensor| cells.free.as_ref().unwrap()[sensor]).sum();
+    assert!((free * cells.cell_area_m2() - 36.0).abs() < 1e-9);
+}
+
+/// A repeated corner is merged, and told.
+#[test]
+fn repairs_are_told() {
+    let mut document = hall();
+    document["room"]["plan"]["outline_m"].as_array_mut().unwrap().insert(1, json!([8e-7, 0]));
+    let (scene, warnings, _) = to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap();
+    assert_eq!(scene.room.enclosure.faces().len(), 8);
+    assert!(warnings.iter().any(|warning| warning.code == WarningCode::RepairedRoom));
+}
+
+#[test]
+fn faults_of_plans_have_places() {
+    let outline = "/room/plan/outline_m";
+    let hole = |corners: Value| with(hall(), "/room/plan/holes_m", json!([corners]));
+    let changed = |pointer: &str, value: Value| with(hall(), pointer, value);
+    let mut no_ceiling = hall();
+    no_ceiling["room"].as_object_mut().unwrap().remove("ceiling");
+    let mut partition = hall();
+    let surface = json!({ "reflectance": 0.5 });
+    partition["room"]["partitions"] =
+        json!([{ "from_m": [1, 1], "to_m": [7, 4], "height_m": 1.4, "surface": surface }]);
+    let mut tall = partition.clone();
+    tall["room"]["partitions"][0]["to_m"] = json!([1, 4]);
+    tall["room"]["partitions"][0]["height_m"] = json!(2.8);
+    let mut in_notch = hall();
+    in_notch["room"]["objects"] =
+        json!([{ "kind": "box", "size_m": [1, 1, 1], "position_m": [4, 4, 0], "surface": surface }]);
+    for (document, pointer) in [
+        (changed(outline, json!([[0, 0], [8, 0], [8, 3], [0, 3], [4, 6], [4, -1]])), outline),
+        (changed(outline, json!([[0, 0], [8, 0]])), outline),
+        (changed(outline, json!([[0, 0], [8, 0], [4, 0]])), outline),
+        (changed(outline, json!([[0, 0], [8, 0], [8, 1e-3], [0, 1e-3]])), outline),
+        (hole(json!([[1, 1], [2, 1], [2, 7]])), "/room/plan/holes_m/0"),
+        (hole(json!([[5, 4], [6, 4], [6, 5]])), "/room/plan/holes_m/0"),
+        (hole(json!([[0, 1], [1, 1], [1, 2]])), "/room/plan/holes_m/0"),
+        (no_ceiling, "/room/ceiling"),
+        (changed("/room/size_m", json!([8, 6, 2.7])), "/room/size_m"),
+        (changed("/room/ceiling", json!({ "kind": "flat", "height_m": 0 })), "/room/ceiling/height_m"),
+        (with(attic(), "/room/ceiling/pitch_deg", json!(85)), "/room/ceiling/pitch_deg"),
+        (with(attic(), "/room/ceiling/rise_toward_deg", json!(180)), "/room/ceiling"),
+        (with(attic(), "/tubes/0/drop_m", json!(0)), "/tubes/0/drop_m"),
+        (with(attic(), "/tubes/0/drop_m", json!(3.7)), "/tubes/0/drop_m"),
+        (with(attic(), "/tubes/0/face", json!("roof")), "/tubes/0/face"),
+        (changed("/tubes/0/centre_m", json!([6, 5])), "/tubes/0/centre_m"),
+        (changed("/tubes/0/centre_m", json!([3.9, 4.5])), "/tubes/0/diameter_m"),
+        (changed("/tubes/1/centre_m", json!([2, 4.4])), "/tubes/1/centre_m"),
+        (changed("/room/surfaces", json!({ "wall_6": surface })), "/room/surfaces/wall_6"),
+        (partition, "/room/partitions/0/to_m"),
+        (tall, "/room/partitions/0/height_m"),
+        (in_notch, "/room/objects/0/position_m"),
+        (changed("/grids/0/cells", json!([3, 3])), "/grids/0/spacing_m"),
+        (changed("/grids/0/spacing_m", json!(0.001)), "/grids/0/spacing_m"),
+        (changed("/grids/0", json!({ "name": "g", "points_m": [[1, 1, 1, 0, 0, 0]] })), "/grids/0/points_m/0"),
+        (
+            changed("/grids/0", json!({ "name": "g", "points_m": [[1, 1, 1, 0, 0, 1]], "height_m": 1 })),
+            "/grids/0/height_m",
+        ),
+    ] {
+        let found = errors(&document).0;
+        assert!(found.len() == 1 && found[0].pointer == pointer, "{pointer}: {found:?}");
+    }
+    for (field, pointer) in [("height_m", "/grids/0/height_m"), ("spacing_m", "/grids/0/cells")] {
+        let mut document = hall();
+        document["grids"][0].as_object_mut().unwrap().remove(field);
+        let found = errors(&document).0;
+        assert_eq!((found[0].pointer.as_str(), found[0].code), (pointer, FieldErrorCode::Missing));
+    }
+}
