@@ -23,6 +23,7 @@ use crate::http::{self, Access, Permits, Readiness, Service, StudyFiles, Watched
 use crate::queue::artifacts::Artifacts;
 use crate::queue::file_lock::FileLock;
 use crate::queue::live::LiveJobs;
+use crate::queue::local_files::LocalFiles;
 use crate::queue::meshes::Meshes;
 use crate::queue::ownership;
 use crate::queue::private_folder::{create_private_folder, make_private_files};
@@ -148,7 +149,7 @@ impl RunningService {
         let address = listener.local_addr()?;
         let database = config.database_file()?;
         let folder = config.data.join("artifacts");
-        let artifacts = Artifacts::on_disk(&folder)?;
+        let artifacts = Artifacts::new(LocalFiles::open(&folder)?);
         let record = store.record().await?;
         ownership::check(store.as_ref(), &artifacts, &record)
             .await

@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 
 use crate::document::{DocumentErrors, FieldError};
 use crate::http::problem_kind::ProblemKind;
-use crate::queue::artifacts::ArtifactError;
+use crate::queue::files::FileError;
 use crate::queue::store::StoreError;
 
 /// Reason why a request was refused or failed (RFC 9457).
@@ -181,14 +181,14 @@ impl From<StoreError> for Problem {
     }
 }
 
-impl From<ArtifactError> for Problem {
-    fn from(error: ArtifactError) -> Self {
+impl From<FileError> for Problem {
+    fn from(error: FileError) -> Self {
         tracing::error!(%error, "the artifact store failed");
         match error {
-            ArtifactError::NotFound(_) => Self::damaged_artifact("the stored file is missing"),
-            ArtifactError::Damaged { .. } => Self::damaged_artifact("the stored file is damaged"),
-            ArtifactError::Full(_) => Self::unavailable("the disk of the service is full"),
-            ArtifactError::Failed(_) => Self::internal(),
+            FileError::NotFound(_) => Self::damaged_artifact("the stored file is missing"),
+            FileError::Damaged { .. } => Self::damaged_artifact("the stored file is damaged"),
+            FileError::Full(_) => Self::unavailable("the disk of the service is full"),
+            FileError::Failed(_) => Self::internal(),
         }
     }
 }

@@ -13,7 +13,8 @@ use crate::document::MeshSource;
 use crate::engine::cancel::CancelOnDrop;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjError, ObjLimits, parse_obj_until};
-use crate::queue::artifacts::{ArtifactError, Artifacts};
+use crate::queue::artifacts::Artifacts;
+use crate::queue::files::FileError;
 use crate::queue::store::{Mesh, Store, StoreError};
 
 /// Hexadecimal digits of the content's hash in a mesh id.
@@ -32,7 +33,7 @@ pub enum UploadError {
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error(transparent)]
-    Artifact(#[from] ArtifactError),
+    Artifact(#[from] FileError),
     #[error("reading the mesh failed")]
     Panicked,
 }

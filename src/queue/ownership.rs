@@ -9,7 +9,8 @@ use std::time::{Duration, SystemTime};
 
 use uuid::Uuid;
 
-use crate::queue::artifacts::{ArtifactError, Artifacts, Orphan};
+use crate::queue::artifacts::Artifacts;
+use crate::queue::files::{FileError, FileInfo};
 use crate::queue::store::{Store, StoreError, StoreRecord};
 
 /// Name of the note with the identity, in the folder of the artifacts.
@@ -48,7 +49,7 @@ pub enum OwnershipError {
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error(transparent)]
-    Artifact(#[from] ArtifactError),
+    Files(#[from] FileError),
 }
 
 /// Checks that the artifacts belong to the store, and writes the identity down where it is missing.
@@ -63,23 +64,23 @@ pub async fn check(store: &dyn Store, artifacts: &Artifacts, record: &StoreRecor
         (identity, None) => identity.clone(),
     };
     let named = store.referenced_keys().await?;
-    let presence = artifacts.presence(&named).await?;
-    if presence.any && !presence.known && !knows_a_job(store, artifacts).await? {
+    let files = artifacts.all().await?;
+    let is_known = files.is_empty() || files.iter().any(|file| named.contains(&file.key));
+    if !is_known && !knows_a_job(store, &files).await? {
         return Err(OwnershipError::Foreign);
     }
     let new = identity.clone().unwrap_or_else(|| Uuid::new_v4().to_string());
     if identity.is_none() {
         store.set_identity(&new).await?;
     }
-    if !presence.any && !named.is_empty() {
+    if files.is_empty() && !named.is_empty() {
         return Err(OwnershipError::Gone { identity: new });
     }
     Ok(artifacts.set_note(NOTE, &new).await?)
 }
 
 /// True if a folder of files belongs to a job in the store, though no row names the files.
-async fn knows_a_job(store: &dyn Store, artifacts: &Artifacts) -> Result<bool, OwnershipError> {
-    let files = artifacts.orphans(&HashSet::new()).await?;
+async fn knows_a_job(store: &dyn Store, files: &[FileInfo]) -> Result<bool, StoreError> {
     let jobs: HashSet<Uuid> = files.iter().filter_map(|file| file.key.split('/').nth(1)?.parse().ok()).collect();
     for job in jobs {
         if store.job_head(job).await?.is_some() {
@@ -95,8 +96,10 @@ pub async fn files_to_sweep(
     store: &dyn Store,
     artifacts: &Artifacts,
     record: &StoreRecord,
-) -> Result<Vec<Orphan>, OwnershipError> {
-    let mut orphans = artifacts.orphans(&store.referenced_keys().await?).await?;
+) -> Result<Vec<FileInfo>, OwnershipError> {
+    let named = store.referenced_keys().await?;
+    let mut orphans = artifacts.all().await?;
+    orphans.retain(|file| !named.contains(&file.key));
     let now = SystemTime::now();
     let newest_write = from_milliseconds(record.newest_write_ms) + WRITES_APART;
     let unknown = orphans.iter().filter(|orphan| orphan.written > newest_write).count();
@@ -120,7 +123,7 @@ fn from_milliseconds(milliseconds: i64) -> SystemTime {
 }
 
 /// Logs these files, and deletes them.
-pub async fn sweep(artifacts: &Artifacts, files: Vec<Orphan>) {
+pub async fn sweep(artifacts: &Artifacts, files: Vec<FileInfo>) {
     if files.is_empty() {
         return;
     }

@@ -115,6 +115,7 @@ pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
     ("must stay above the ceiling", "geometry of a tube"),
     ("a first segment that is not vertical", "bounds of an item by its place make tuples of lists in clients"),
     ("cells, but there are", "a product of two numbers"),
+    ("cells along an axis", "compares with the size of the room"),
     ("pixels, but there are", "a product of two numbers"),
     ("samples over all sensors or pixels", "a product of numbers of several fields"),
     ("samples over all sensors and pixels", "a product of numbers of several fields"),

@@ -14,7 +14,8 @@ use super::interrupted::Interrupted;
 use super::kept::Current;
 use super::reports::Reports;
 use crate::engine::progress::StoppedBy;
-use crate::queue::artifacts::{ArtifactError, Artifacts};
+use crate::queue::artifacts::Artifacts;
+use crate::queue::files::FileError;
 use crate::queue::store::*;
 
 /// Time without a heartbeat after which a worker loses its chunk.
@@ -55,7 +56,7 @@ impl Commits {
                 let files = [("state".to_owned(), "application/octet-stream", state)];
                 let state = self.put_all(lease, &files, &mut reports).await?.pop();
                 let state = state.map(|file| StateFile { key: file.key, hash: file.hash });
-                let state = state.ok_or_else(|| ArtifactError::NotFound("the new checkpoint".into()))?;
+                let state = state.ok_or_else(|| FileError::NotFound("the new checkpoint".into()))?;
                 Completion::Continue { state, progress, next_index: current.next_chunk, next }
             }
             Ended::Finish { stopped_by, summary, files, last_pass } => {
@@ -131,10 +132,10 @@ impl Commits {
         lease: &Lease,
         files: &[(String, &'static str, Bytes)],
         reports: &mut Reports,
-    ) -> Result<Vec<Artifact>, ArtifactError> {
+    ) -> Result<Vec<Artifact>, FileError> {
         let artifacts = retry(|| put_files(self.artifacts.clone(), lease.clone(), files.to_vec())).await?;
         let keys: Vec<String> = artifacts.iter().map(|file| &file.key).chain(&reports.files).cloned().collect();
-        retry(|| self.artifacts.make_durable(&keys)).await?;
+        retry(|| self.artifacts.sync(&keys)).await?;
         reports.files.clear();
         Ok(artifacts)
     }
@@ -161,7 +162,7 @@ async fn put_files(
     artifacts: Artifacts,
     lease: Lease,
     files: Vec<(String, &'static str, Bytes)>,
-) -> Result<Vec<Artifact>, ArtifactError> {
+) -> Result<Vec<Artifact>, FileError> {
     let mut puts = Vec::with_capacity(files.len());
     for (name, media_type, bytes) in files {
         let (artifacts, lease) = (artifacts.clone(), lease.clone());

@@ -6,8 +6,8 @@ use uuid::Uuid;
 use super::commit::{Commits, retry};
 use super::interrupted::Interrupted;
 use crate::present::outputs::progress_image;
-use crate::queue::artifacts::ArtifactError;
 use crate::queue::events::{EventData, Image, Pass};
+use crate::queue::files::FileError;
 use crate::queue::store::*;
 
 impl Commits {
@@ -73,7 +73,7 @@ impl Commits {
     }
 
     /// Copies the files of another job to durable files of this one.
-    async fn copied(&self, lease: &Lease, files: Vec<Artifact>) -> Result<Vec<Artifact>, ArtifactError> {
+    async fn copied(&self, lease: &Lease, files: Vec<Artifact>) -> Result<Vec<Artifact>, FileError> {
         let mut copies = Vec::with_capacity(files.len());
         // one at a time: a picture may be large
         for file in files {
@@ -86,7 +86,7 @@ impl Commits {
             });
         }
         let keys: Vec<&str> = copies.iter().map(|file| file.key.as_str()).filter(|key| !key.is_empty()).collect();
-        self.artifacts.make_durable(&keys).await?;
+        self.artifacts.sync(&keys).await?;
         Ok(copies)
     }
 }

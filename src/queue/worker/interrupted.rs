@@ -1,6 +1,6 @@
 //! Reasons why a chunk is not committed.
 
-use crate::queue::artifacts::ArtifactError;
+use crate::queue::files::FileError;
 use crate::queue::store::{JobProblem, StoreError};
 
 /// Reason why a chunk was not committed.
@@ -11,7 +11,7 @@ pub(super) enum Interrupted {
     /// Other chunks go first; this number of slices is counted.
     PutAside(u64),
     Store(StoreError),
-    Artifact(ArtifactError),
+    Artifact(FileError),
     /// Stored state of the job that is of no use, for this reason.
     Damaged(&'static str),
     /// Job that cannot be rendered, now or ever.
@@ -25,8 +25,8 @@ impl From<StoreError> for Interrupted {
     }
 }
 
-impl From<ArtifactError> for Interrupted {
-    fn from(error: ArtifactError) -> Self {
+impl From<FileError> for Interrupted {
+    fn from(error: FileError) -> Self {
         Self::Artifact(error)
     }
 }

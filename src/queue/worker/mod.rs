@@ -44,7 +44,8 @@ use crate::engine::checkpoint;
 use crate::engine::spent::Spent;
 use crate::estimate::Estimate;
 use crate::present::prepared::{Prepared, prepare};
-use crate::queue::artifacts::{ArtifactError, Artifacts};
+use crate::queue::artifacts::Artifacts;
+use crate::queue::files::FileError;
 use crate::queue::live::{LiveJob, LiveJobs};
 use crate::queue::meshes::Meshes;
 use crate::queue::store::*;
@@ -359,10 +360,10 @@ impl LaneWorker {
         let state = match &source.state {
             Some(state) => match self.commits.artifacts.read_checked(&state.key, &state.hash).await {
                 Ok(bytes) => Some(bytes),
-                Err(ArtifactError::Damaged { .. }) => {
+                Err(FileError::Damaged { .. }) => {
                     return Err(Interrupted::Damaged("the stored checkpoint is damaged"));
                 }
-                Err(ArtifactError::NotFound(_)) => {
+                Err(FileError::NotFound(_)) => {
                     return Err(Interrupted::Damaged("the stored checkpoint is missing"));
                 }
                 Err(error) => return Err(error.into()),

@@ -5,17 +5,17 @@ use sqlx::migrate::{Migration, MigrationType, Migrator};
 
 /// Name and SQL of every step. A step that has ever run must not be changed: its hash is kept in the database.
 const STEPS: [(&str, &str); 11] = [
-    ("0001_jobs", include_str!("../../migrations/sqlite/0001_jobs.sql")),
-    ("0002_reliability", include_str!("../../migrations/sqlite/0002_reliability.sql")),
-    ("0003_cpu_seconds", include_str!("../../migrations/sqlite/0003_cpu_seconds.sql")),
-    ("0004_studies", include_str!("../../migrations/sqlite/0004_studies.sql")),
-    ("0005_predictions", include_str!("../../migrations/sqlite/0005_predictions.sql")),
-    ("0006_contents", include_str!("../../migrations/sqlite/0006_contents.sql")),
-    ("0007_study_documents", include_str!("../../migrations/sqlite/0007_study_documents.sql")),
-    ("0008_computations", include_str!("../../migrations/sqlite/0008_computations.sql")),
-    ("0009_clients", include_str!("../../migrations/sqlite/0009_clients.sql")),
-    ("0010_slices", include_str!("../../migrations/sqlite/0010_slices.sql")),
-    ("0011_ends", include_str!("../../migrations/sqlite/0011_ends.sql")),
+    ("0001_jobs", include_str!("../../../migrations/sqlite/0001_jobs.sql")),
+    ("0002_reliability", include_str!("../../../migrations/sqlite/0002_reliability.sql")),
+    ("0003_cpu_seconds", include_str!("../../../migrations/sqlite/0003_cpu_seconds.sql")),
+    ("0004_studies", include_str!("../../../migrations/sqlite/0004_studies.sql")),
+    ("0005_predictions", include_str!("../../../migrations/sqlite/0005_predictions.sql")),
+    ("0006_contents", include_str!("../../../migrations/sqlite/0006_contents.sql")),
+    ("0007_study_documents", include_str!("../../../migrations/sqlite/0007_study_documents.sql")),
+    ("0008_computations", include_str!("../../../migrations/sqlite/0008_computations.sql")),
+    ("0009_clients", include_str!("../../../migrations/sqlite/0009_clients.sql")),
+    ("0010_slices", include_str!("../../../migrations/sqlite/0010_slices.sql")),
+    ("0011_ends", include_str!("../../../migrations/sqlite/0011_ends.sql")),
 ];
 
 /// Returns all steps; a database records those that it has run.

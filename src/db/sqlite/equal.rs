@@ -24,7 +24,7 @@ mod tests {
     use sqlx::{AssertSqlSafe, Connection, Row};
 
     use super::*;
-    use crate::db::migrations::migrations;
+    use crate::db::sqlite::migrations::migrations;
 
     /// Equal jobs are found by an index, so that other jobs that have ended are not read.
     #[tokio::test]
