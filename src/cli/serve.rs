@@ -18,9 +18,10 @@ use tokio_util::sync::CancellationToken;
 
 use crate::cli::config::{Config, Flags, Role};
 use crate::cli::{metrics, telemetry};
-use crate::db::SqliteStore;
-use crate::http::{self, Access, Permits, Readiness, Service, StudyFiles, Watched};
+use crate::db;
+use crate::http::{self, Access, Permits, Readiness, Shared, StudyFiles, Watched};
 use crate::queue::artifacts::Artifacts;
+use crate::queue::deletion::Deletion;
 use crate::queue::file_lock::FileLock;
 use crate::queue::live::LiveJobs;
 use crate::queue::local_files::LocalFiles;
@@ -116,7 +117,7 @@ pub struct RunningService {
     worker: JoinHandle<()>,
     server: JoinHandle<()>,
     retention: JoinHandle<()>,
-    store: Arc<SqliteStore>,
+    store: Arc<dyn Store>,
     /// Lock on the data folder, held as long as the service runs.
     _lock: FileLock,
 }
@@ -131,7 +132,7 @@ impl RunningService {
         let listener =
             TcpListener::bind(config.listen).await.with_context(|| format!("cannot listen on {}", config.listen))?;
         let database = config.database_file()?;
-        let store = Arc::new(SqliteStore::open(&database).await?);
+        let store = db::open(&database).await?;
         let result = Self::start_with(config, lock, listener, store.clone()).await;
         if result.is_err() {
             // files that were written beside the database must not be taken for a part of one that is put there next
@@ -144,7 +145,7 @@ impl RunningService {
         config: Config,
         lock: FileLock,
         listener: TcpListener,
-        store: Arc<SqliteStore>,
+        store: Arc<dyn Store>,
     ) -> anyhow::Result<Self> {
         let address = listener.local_addr()?;
         let database = config.database_file()?;
@@ -179,13 +180,13 @@ impl RunningService {
         let worker = tokio::spawn(worker.run());
         let swept = artifacts.clone();
         tokio::spawn(async move { ownership::sweep(&swept, sweep).await });
-        let service = Arc::new(Service {
-            store: store.clone(),
+        let shared = Arc::new(Shared {
+            all: store.clone(),
+            all_meshes: meshes,
             artifacts,
             live,
             metrics: metrics::handle()?,
             shutdown: shutdown.clone(),
-            meshes,
             permits: Permits::new(&config.limits),
             watched: Watched::default(),
             watched_studies: Watched::default(),
@@ -199,8 +200,8 @@ impl RunningService {
                 cors_origins: config.cors_origins.clone(),
             },
         });
-        let retention = tokio::spawn(keep_to(config.retention, service.clone()));
-        let router = http::cors::around(http::router(service), &config.cors_origins);
+        let retention = tokio::spawn(keep_to(config.retention, shared.clone()));
+        let router = http::cors::around(http::router(shared), &config.cors_origins);
         let stop = shutdown.clone();
         let server = tokio::spawn(async move { http::server::serve(listener, router, &config.limits, stop).await });
         tracing::info!(%address, "listening");
@@ -230,9 +231,10 @@ impl RunningService {
 }
 
 /// Deletes ended jobs and studies by the rules of the retention, once a minute, until the service shuts down.
-async fn keep_to(retention: Retention, service: Arc<Service>) {
-    while retention.is_on() && !service.shutdown.is_cancelled() {
-        match retention.delete(service.deletion(), Timestamp::now(), &service.shutdown).await {
+async fn keep_to(retention: Retention, shared: Arc<Shared>) {
+    let from = Deletion { store: shared.all.as_ref(), artifacts: &shared.artifacts, live: &shared.live };
+    while retention.is_on() && !shared.shutdown.is_cancelled() {
+        match retention.delete(from, Timestamp::now(), &shared.shutdown).await {
             Ok(Deleted { jobs: 0, studies: 0 }) => {}
             Ok(Deleted { jobs, studies }) => {
                 tracing::info!(jobs, studies, "the retention deleted ended jobs and studies")
@@ -240,7 +242,7 @@ async fn keep_to(retention: Retention, service: Arc<Service>) {
             Err(error) => tracing::warn!(%error, "the retention could not delete ended jobs"),
         }
         tokio::select! {
-            () = service.shutdown.cancelled() => {}
+            () = shared.shutdown.cancelled() => {}
             () = tokio::time::sleep(retention::PERIOD) => {}
         }
     }

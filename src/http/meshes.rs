@@ -80,7 +80,7 @@ pub async fn create(app: App, client: Client, headers: HeaderMap, request: Reque
     let permit = tokio::time::timeout(WAIT_FOR_OTHERS, permit(&app.permits.mesh_readers))
         .await
         .map_err(|_| Problem::unavailable("the service is busy reading other meshes; try again later"))??;
-    let mesh = app.meshes.upload(bytes, (permit, places.clone())).await?;
+    let mesh = app.meshes.upload(app.owner.clone(), bytes, (permit, places.clone())).await?;
     let location = [(header::LOCATION, format!("/v1/meshes/{}", mesh.id))];
     Ok((StatusCode::CREATED, location, Json(MeshResource::from(mesh))).into_response())
 }

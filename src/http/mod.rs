@@ -51,6 +51,6 @@ pub(crate) use access::{Access, check_allowed_host};
 pub(crate) use limits::{Limits, Permits};
 pub(crate) use readiness::Readiness;
 pub(crate) use router::router;
-pub(crate) use service::{App, Service};
+pub(crate) use service::{App, Service, Shared};
 pub(crate) use studies::made::StudyFiles;
 pub(crate) use watched::Watched;

@@ -30,18 +30,18 @@ use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
-    Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report, results,
+    Shared, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report, results,
     skies, studies, time_zone, tube_flux, tubes, views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Returns the described routes without real limits, from which `openapi.yaml` is made.
-pub fn api() -> OpenApiRouter<Arc<Service>> {
+pub fn api() -> OpenApiRouter<Arc<Shared>> {
     api_with_limits(0)
 }
 
-fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Service>> {
+fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
     // made anew for each request and worth compressing; results and event streams are not
     let texts = OpenApiRouter::new()
         .routes(routes!(jobs::show::list, jobs::submit::create, jobs::change::delete_many))
@@ -85,12 +85,12 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Service>> {
 }
 
 /// Builds the router of the whole service.
-pub fn router(service: Arc<Service>) -> Router {
-    let document_bytes = service.limits.document_bytes;
-    let limits = service.limits.clone();
+pub fn router(shared: Arc<Shared>) -> Router {
+    let document_bytes = shared.limits.document_bytes;
+    let limits = shared.limits.clone();
     let (api, description) = api_with_limits(document_bytes).split_for_parts();
     let parameters = Arc::new(QueryParameters::of(&description));
-    let access = Arc::new(service.access.clone());
+    let access = Arc::new(shared.access.clone());
     let always = |name: HeaderName, value: &'static str| {
         SetResponseHeaderLayer::if_not_present(name, HeaderValue::from_static(value))
     };
@@ -124,7 +124,7 @@ pub fn router(service: Arc<Service>) -> Router {
         // bodies have limits of their own, above
         .layer(DefaultBodyLimit::disable())
         .layer(middleware::from_fn(measure))
-        .with_state(service);
+        .with_state(shared);
     // a router around it: only outside of all routes does an answer that refuses a method name those that are allowed
     Router::new().fallback_service(routes).layer(around_all)
 }

@@ -1,9 +1,12 @@
-//! State that all handlers share.
+//! State that all handlers share, and what the owner of a request sees of it.
 
+use std::convert::Infallible;
+use std::ops::Deref;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use axum::extract::State;
+use axum::extract::FromRequestParts;
+use axum::http::request::Parts;
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio_util::sync::CancellationToken;
 
@@ -18,13 +21,16 @@ use crate::queue::artifacts::Artifacts;
 use crate::queue::deletion::Deletion;
 use crate::queue::live::LiveJobs;
 use crate::queue::meshes::Meshes;
+use crate::queue::owner::Owner;
 use crate::queue::store::Store;
 
-/// State that any handler may need.
-pub struct Service {
-    pub store: Arc<dyn Store>,
+/// State that all requests share.
+pub struct Shared {
+    /// Store with the jobs, studies and meshes of all owners.
+    pub all: Arc<dyn Store>,
+    /// Uploaded meshes of all owners.
+    pub all_meshes: Meshes,
     pub artifacts: Artifacts,
-    pub meshes: Meshes,
     pub live: Arc<LiveJobs>,
     pub limits: Limits,
     pub access: Access,
@@ -41,12 +47,49 @@ pub struct Service {
     pub readiness: Readiness,
 }
 
+/// Service as the owner of a request has it: nothing of other owners is found in its store and its meshes.
+pub struct Service {
+    pub owner: Owner,
+    pub store: Arc<dyn Store>,
+    pub meshes: Meshes,
+    shared: Arc<Shared>,
+}
+
 impl Service {
+    fn of(owner: Owner, shared: Arc<Shared>) -> Self {
+        let store = shared.all.of(owner.clone());
+        Self { owner, meshes: shared.all_meshes.seen_by(store.clone()), store, shared }
+    }
+
     /// Deletion from all places where a job is kept.
     pub fn deletion(&self) -> Deletion<'_> {
         Deletion { store: self.store.as_ref(), artifacts: &self.artifacts, live: &self.live }
     }
 }
 
-/// Shared state in the form in which a handler receives it.
-pub type App = State<Arc<Service>>;
+impl Deref for Service {
+    type Target = Shared;
+
+    fn deref(&self) -> &Shared {
+        &self.shared
+    }
+}
+
+/// Service in the form in which a handler receives it. Requests have no keys yet: all are of the default owner.
+pub struct App(pub Arc<Service>);
+
+impl FromRequestParts<Arc<Shared>> for App {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(_: &mut Parts, shared: &Arc<Shared>) -> Result<Self, Infallible> {
+        Ok(Self(Arc::new(Service::of(Owner::default(), shared.clone()))))
+    }
+}
+
+impl Deref for App {
+    type Target = Arc<Service>;
+
+    fn deref(&self) -> &Arc<Service> {
+        &self.0
+    }
+}

@@ -15,6 +15,7 @@ use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjError, ObjLimits, parse_obj_until};
 use crate::queue::artifacts::Artifacts;
 use crate::queue::files::FileError;
+use crate::queue::owner::Owner;
 use crate::queue::store::{Mesh, Store, StoreError};
 
 /// Hexadecimal digits of the content's hash in a mesh id.
@@ -51,11 +52,16 @@ impl Meshes {
         Self { store, artifacts, kept: Arc::new(Mutex::new(KeptMeshes::new(KEPT_BYTES))) }
     }
 
-    /// Checks and stores an OBJ file; the same content has the same id.
+    /// Returns the meshes as another view of the store has them.
+    pub fn seen_by(&self, store: Arc<dyn Store>) -> Self {
+        Self { store, ..self.clone() }
+    }
+
+    /// Checks and stores an OBJ file of an owner, who must be the one that the store is seen by; the same content has the same id.
     ///
     /// `permits` are held until reading ends, even when the caller is dropped before; reading is cancelled when the caller is dropped, and
     /// after [`READ_TIME`].
-    pub async fn upload(&self, bytes: Bytes, permits: impl Send + 'static) -> Result<Mesh, UploadError> {
+    pub async fn upload(&self, owner: Owner, bytes: Bytes, permits: impl Send + 'static) -> Result<Mesh, UploadError> {
         let id = blake3::hash(&bytes).to_hex()[..ID_DIGITS].to_owned();
         if let Some(mesh) = self.store.mesh(&id).await? {
             return Ok(mesh);
@@ -67,8 +73,8 @@ impl Meshes {
         self.artifacts.put(&key, bytes).await?;
         let triangles = parsed.triangles.len() as u64;
         let materials = parsed.materials.clone();
-        let mesh =
-            self.store.add_mesh(Mesh { id, key: key.clone(), size, triangles, materials, created_at: 0 }).await?;
+        let mesh = Mesh { owner, id, key: key.clone(), size, triangles, materials, created_at: 0 };
+        let mesh = self.store.add_mesh(mesh).await?;
         if mesh.key != key {
             self.artifacts.delete(&key).await?;
         }

@@ -11,6 +11,8 @@ use crate::document::result::{Known, PlanResult};
 use crate::engine::progress::{Progress, StoppedBy};
 use crate::engine::spent::Spent;
 use crate::predict::predictions::Predictions;
+use crate::queue::durability::Durability;
+use crate::queue::owner::Owner;
 
 /// State of a job, from `queued` to one of the three final ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
@@ -134,6 +136,8 @@ pub struct StateFile {
 pub struct NewJob {
     /// Version 7, so that ids ascend with the time of creation.
     pub id: Uuid,
+    /// Owner of the job.
+    pub owner: Owner,
     /// Name of the job, free text from its document.
     pub name: Option<String>,
     /// Document as it was posted.
@@ -148,7 +152,7 @@ pub struct NewJob {
     pub predictions: Option<Predictions>,
     /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
-    /// Header `Idempotency-Key` of the request; a key names one body.
+    /// Header `Idempotency-Key` of the request; a key of an owner names one body.
     pub idempotency_key: Option<String>,
     /// Hash of the canonical body, which distinguishes a repeated request from a reused key.
     pub body_hash: String,
@@ -173,8 +177,8 @@ pub struct MostWaiting {
 
 /// Outcome of queueing a job.
 pub enum Submission {
-    /// The job waits.
-    New(Job),
+    /// The job waits; it may be buffered.
+    New(Job, Durability),
     /// The key was used before with the same body.
     Repeated(Job),
     /// The key was used before with another body.
@@ -263,7 +267,9 @@ impl Artifact {
 /// An uploaded mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// Id made from the content: equal files have equal ids.
+    /// Owner of this upload.
+    pub owner: Owner,
+    /// Id made from the content: equal files have equal ids, whoever owns them.
     pub id: String,
     /// Key of the file in the object store.
     pub key: String,

@@ -3,6 +3,7 @@
 
 use std::collections::HashSet;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
@@ -12,6 +13,7 @@ use uuid::Uuid;
 
 use crate::engine::progress::{PassReport, Progress, StoppedBy};
 use crate::queue::events::Pass;
+use crate::queue::owner::Owner;
 pub use crate::queue::records::*;
 pub use crate::queue::studies::*;
 
@@ -247,9 +249,19 @@ pub enum StoreError {
     Failed(String),
 }
 
-/// Durable store of jobs, chunks, events, artifacts and meshes. Every method is one transaction.
+/// Durable store of jobs, chunks, events, artifacts and meshes. Every method is one transaction. What it writes is durable when it
+/// returns, unless it says otherwise or has a lease: what is lost of a worker's claims and reports is done again.
+///
+/// An opened store sees everything, as worker, retention and start of the service need it. Clients are served by [`Self::of`]: jobs,
+/// studies and meshes of other owners are not found there, listed, cancelled or deleted. Counts, chunks, totals and the store's
+/// record are those of the whole service anyway, and a job takes the results of an equal one, whoever owns it.
 #[async_trait]
 pub trait Store: Send + Sync + 'static {
+    /// Returns this store as one owner sees it.
+    fn of(&self, owner: Owner) -> Arc<dyn Store>;
+    /// Writes everything out, and releases the store for other processes.
+    async fn close(&self);
+
     /// Returns hints of all changes from now on.
     fn changes(&self) -> broadcast::Receiver<Change>;
 
@@ -267,12 +279,12 @@ pub trait Store: Send + Sync + 'static {
     /// Looks for damage in the whole store.
     async fn check(&self) -> Result<(), StoreError>;
 
-    /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `most` jobs may wait
-    /// behind the one that is rendered.
+    /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `most` jobs may wait behind the one that is
+    /// rendered. If the new job is buffered, its readers wait until it is durable, as [`Self::sync`] does.
     async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError>;
-    /// Queues a job as [`Self::submit`] does, without a wait for the disk: the job survives the end of the process, but a power failure
-    /// only after the next durable commit, such as the end of the job or [`Self::ready`]. Nobody may learn of the job before.
-    async fn submit_untold(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError>;
+    /// Returns once everything that was written of a job is durable. Nothing that its [`Self::complete`] made obsolete may be deleted
+    /// before.
+    async fn sync(&self, job: Uuid) -> Result<(), StoreError>;
     /// Finds the job that was posted with this key; `None` if there is none, or no more.
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
     /// Finds a job that has ended and whose results are those of this one, since their documents are equal; `None` if there is none.
@@ -320,7 +332,7 @@ pub trait Store: Send + Sync + 'static {
     async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError>;
     /// Cancels all jobs of a study that have not ended, as [`Self::cancel`] does; returns their number, 0 where all had ended.
     async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError>;
-    /// Keeps the results that a study has extracted from its jobs.
+    /// Keeps the results that a study has extracted from its jobs. This is buffered: they can be extracted again.
     async fn keep_found(&self, study: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError>;
     /// Deletes a study whose jobs are deleted, for they cannot be read without it; returns true if there was one.
     async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError>;
@@ -332,14 +344,14 @@ pub trait Store: Send + Sync + 'static {
     /// Deletes a mesh, unless a job needs it that has not ended.
     async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError>;
 
-    /// Claims a chunk that is ready, whose lease is over, or that this owner had before and did not end.
+    /// Claims a chunk of any owner that is ready, whose lease is over, or that this owner had before and did not end.
     async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError>;
     /// Extends a lease by `extend` from now, and returns whether the job shall end.
     async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError>;
     /// Writes convergence rows, progress and events of a running chunk; returns `false` when the lease is lost.
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError>;
-    /// Ends a chunk: writes its last reports, progress, the next chunk or the job's end, and the event, in one transaction. This survives
-    /// the end of the process; readers of the job wait until it survives a power failure, too, as [`Self::make_safe`] does.
+    /// Ends a chunk: writes its last reports, progress, the next chunk or the job's end, and the event, in one transaction. This is
+    /// buffered; readers of the job wait until it is durable, as [`Self::sync`] does.
     async fn complete(
         &self,
         lease: &Lease,
@@ -354,8 +366,6 @@ pub trait Store: Send + Sync + 'static {
         completion: &Completion,
         next: (Duration, Turn),
     ) -> Result<(Committed, Option<Lease>), StoreError>;
-    /// Returns once everything that was completed with this lease is durable: nothing that it made obsolete may be deleted before.
-    async fn make_safe(&self, lease: &Lease) -> Result<(), StoreError>;
     /// Goes back from a damaged state of the job to the state before it, or to the first pass, with the event `restarted`.
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError>;
     /// Gives the chunk back undone, without counting a failure.

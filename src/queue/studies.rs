@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde_json::Value;
 use uuid::Uuid;
 
+use super::owner::Owner;
 use super::records::{JobHead, JobStatus};
 use super::shared_fields::{OwnFields, SharedFields};
 use crate::document::Warning;
@@ -12,6 +13,8 @@ use crate::document::result::Known;
 
 /// Study: jobs to be queued together.
 pub struct NewStudy {
+    /// Owner of the study and its jobs.
+    pub owner: Owner,
     /// Name in the job's document, free text.
     pub name: Option<String>,
     /// Request with all defaults filled in, as JSON.
@@ -20,7 +23,7 @@ pub struct NewStudy {
     pub refused: Value,
     /// Confidence of its errors and intervals.
     pub confidence: f64,
-    /// Header `Idempotency-Key` of the request; a key names one body.
+    /// Header `Idempotency-Key` of the request; a key of an owner names one body.
     pub idempotency_key: Option<String>,
     /// Hash of the canonical body, which distinguishes a repeated request from a reused key.
     pub body_hash: String,

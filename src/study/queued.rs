@@ -13,6 +13,7 @@ use crate::document::result::PlanResult;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
 use crate::present::prepared::{Prepared, prepare_document};
 use crate::queue::meshes::UploadedMeshes;
+use crate::queue::owner::Owner;
 use crate::queue::shared_fields::SharedFields;
 use crate::queue::store::{NewStudy, NewStudyJob};
 
@@ -66,6 +67,7 @@ pub fn new_study(
     let Queued { refused, confidence, gathered: Gathered { submitted, document, plan, jobs, .. }, .. } = queued;
     let with_part = |ready: Ready| NewStudyJob { part: to_value(&ready.part), ..ready.job };
     Ok(NewStudy {
+        owner: Owner::default(),
         name: request.job["name"].as_str().map(str::to_owned),
         request: to_value(request).to_string(),
         refused: to_value(&refused),

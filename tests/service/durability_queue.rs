@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use serde_json::json;
 use skyduct::db::SqliteStore;
 use skyduct::engine::progress::{PassReport, Progress, StoppedBy};
+use skyduct::queue::owner::Owner;
 use skyduct::queue::store::*;
 use tempfile::TempDir;
 use uuid::Uuid;
@@ -28,7 +29,7 @@ async fn submit(store: &SqliteStore) -> Uuid {
 
 async fn submit_of(store: &SqliteStore, client: &str) -> Uuid {
     match store.submit(NewJob { client: client.into(), ..new_job() }, most(1000)).await.unwrap() {
-        Submission::New(job) => job.head.id,
+        Submission::New(job, _) => job.head.id,
         _ => panic!("not new"),
     }
 }
@@ -256,6 +257,7 @@ async fn two_claimers_never_get_the_same_chunk() {
 async fn meshes_of_waiting_jobs_stay() {
     let (store, _folder) = store().await;
     let mesh = |id: &str, key: &str| Mesh {
+        owner: Owner::default(),
         id: id.into(),
         key: key.into(),
         size: 1,
@@ -266,7 +268,7 @@ async fn meshes_of_waiting_jobs_stay() {
     store.add_mesh(mesh("m", "first")).await.unwrap();
     assert_eq!(store.add_mesh(mesh("m", "second")).await.unwrap().key, "first");
     let using = |mesh: &str| NewJob { meshes: vec![mesh.into()], ..new_job() };
-    let Submission::New(job) = store.submit(using("m"), most(10)).await.unwrap() else { panic!("not new") };
+    let Submission::New(job, _) = store.submit(using("m"), most(10)).await.unwrap() else { panic!("not new") };
     assert!(matches!(store.submit(using("n"), most(10)).await.unwrap(), Submission::MeshGone(mesh) if mesh == "n"));
     assert_eq!(store.jobs(JobFilter { limit: 10, ..JobFilter::default() }).await.unwrap().len(), 1);
     assert_eq!(store.delete_mesh("m").await.unwrap(), MeshDeletion::InUse);

@@ -32,6 +32,7 @@ mod memory;
 mod meshes;
 mod operation;
 mod operation_log;
+mod owners;
 mod page;
 mod predictions;
 mod queue_clients;

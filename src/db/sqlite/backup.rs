@@ -8,7 +8,7 @@ use std::time::Duration;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
 
-use super::jobs;
+use super::artifacts;
 use super::sql::{now_ms, store_error};
 use crate::queue::store::StoreError;
 
@@ -45,7 +45,7 @@ impl DatabaseCopy {
 
     /// Returns the keys of the files to which rows of the copy refer.
     pub async fn referenced_keys(&mut self) -> Result<HashSet<String>, StoreError> {
-        jobs::referenced_keys(&mut self.copy).await
+        artifacts::referenced_keys(&mut self.copy).await
     }
 
     /// Counts the jobs in the copy.
@@ -60,28 +60,28 @@ impl DatabaseCopy {
     pub async fn without(&mut self, keys: &[String]) -> Result<Missing, StoreError> {
         let mut missing = Missing::default();
         for key in keys {
-            for (owner, count, delete) in [
+            for (user, count, delete) in [
                 (
                     "SELECT job_id FROM artifacts WHERE key = $1",
                     "SELECT count(*) FROM jobs WHERE id = $1",
                     "DELETE FROM jobs WHERE id = $1",
                 ),
                 (
-                    "SELECT id FROM meshes WHERE key = $1",
-                    "SELECT count(*) FROM meshes WHERE id = $1",
-                    "DELETE FROM meshes WHERE id = $1",
+                    "SELECT key FROM meshes WHERE key = $1",
+                    "SELECT count(*) FROM meshes WHERE key = $1",
+                    "DELETE FROM meshes WHERE key = $1",
                 ),
             ] {
-                let owner: Option<String> =
-                    sqlx::query_scalar(owner).bind(key).fetch_optional(&mut self.copy).await.map_err(store_error)?;
-                let Some(owner) = owner else { continue };
+                let user: Option<String> =
+                    sqlx::query_scalar(user).bind(key).fetch_optional(&mut self.copy).await.map_err(store_error)?;
+                let Some(user) = user else { continue };
                 let known: i64 =
-                    sqlx::query_scalar(count).bind(&owner).fetch_one(&mut self.original).await.map_err(store_error)?;
+                    sqlx::query_scalar(count).bind(&user).fetch_one(&mut self.original).await.map_err(store_error)?;
                 if known > 0 {
                     missing.damaged += 1;
                     continue;
                 }
-                sqlx::query(delete).bind(&owner).execute(&mut self.copy).await.map_err(store_error)?;
+                sqlx::query(delete).bind(&user).execute(&mut self.copy).await.map_err(store_error)?;
                 missing.deleted += 1;
             }
         }

@@ -1,6 +1,6 @@
 //! Jobs of one computation: a job takes the results of an equal one that was computed before.
 
-use sqlx::SqliteConnection;
+use sqlx::SqlitePool;
 use uuid::Uuid;
 
 use crate::queue::store::StoreError;
@@ -13,15 +13,15 @@ const ENDED_EQUAL: &str = "SELECT e.id FROM jobs j JOIN jobs e ON e.computation 
 
 /// Finds a job that has succeeded and whose results are also those of the job `id`. A job that its time limit has ended would have
 /// other results at another time: it counts only if it ended after the job `id` was created.
-pub(super) async fn ended_equal(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Uuid>, StoreError> {
+pub(super) async fn ended_equal(pool: &SqlitePool, id: Uuid) -> Result<Option<Uuid>, StoreError> {
     let equal: Option<String> =
-        sqlx::query_scalar(ENDED_EQUAL).bind(id.to_string()).fetch_optional(connection).await.map_err(store_error)?;
+        sqlx::query_scalar(ENDED_EQUAL).bind(id.to_string()).fetch_optional(pool).await.map_err(store_error)?;
     Ok(equal.and_then(|equal| Uuid::parse_str(&equal).ok()))
 }
 
 #[cfg(test)]
 mod tests {
-    use sqlx::{AssertSqlSafe, Connection, Row};
+    use sqlx::{AssertSqlSafe, Connection, Row, SqliteConnection};
 
     use super::*;
     use crate::db::sqlite::migrations::migrations;

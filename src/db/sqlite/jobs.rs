@@ -1,20 +1,21 @@
-//! Jobs, their events, passes and artifacts.
+//! Jobs: their rows.
 
-use std::collections::HashSet;
 use std::ops::Range;
 
-use sqlx::{QueryBuilder, SqliteConnection, SqlitePool};
+use sqlx::{QueryBuilder, SqliteConnection, SqliteExecutor, SqlitePool};
 use uuid::Uuid;
 
 use crate::document::Warning;
 use crate::document::result::Known;
-use crate::engine::progress::{PassReport, Progress, StoppedBy};
-use crate::queue::events::{Cancelled, EventData, Planned, PlannedBesidePlan, Queued};
+use crate::engine::progress::{Progress, StoppedBy};
+use crate::queue::durability::Durability;
+use crate::queue::events::{Cancelled, PlannedBesidePlan, Queued};
+use crate::queue::owner::Owner;
 use crate::queue::store::*;
 
 use super::change::{JobChange, Line};
 use super::rows::{self, head_columns, job_columns, signed, to_json, to_value};
-use super::sql::{now_ms, store_error};
+use super::sql::{Scope, bound, in_scope, now_ms, of_job_in_scope, store_error};
 
 pub(super) async fn submit(
     tx: &mut SqliteConnection,
@@ -22,12 +23,13 @@ pub(super) async fn submit(
     most: MostWaiting,
 ) -> Result<Submission, StoreError> {
     if let Some(key) = &new.idempotency_key
-        && let Some(job) = job_of_key(tx, key).await?
+        && let Some(job) = job_of_key(&mut *tx, Some(&new.owner), key).await?
     {
         return Ok(if job.body_hash == new.body_hash { Submission::Repeated(job) } else { Submission::KeyReused });
     }
     let row = NewRow {
         id: new.id,
+        owner: &new.owner,
         name: new.name.as_deref(),
         submitted: &new.submitted,
         document: to_json(&new.document)?,
@@ -50,7 +52,7 @@ pub(super) async fn submit(
         Inserted::ClientFull => return Ok(Submission::ClientFull),
         Inserted::MeshGone(mesh) => return Ok(Submission::MeshGone(mesh)),
     };
-    Ok(Submission::New(Job {
+    let job = Job {
         head: JobHead {
             id: new.id,
             name: new.name,
@@ -70,12 +72,14 @@ pub(super) async fn submit(
         summary: Some(to_value(&new.known)?),
         predictions: new.predictions,
         problem: None,
-    }))
+    };
+    Ok(Submission::New(job, Durability::Buffered))
 }
 
 /// Row of a job to be queued, with its long columns as they are stored.
 pub(super) struct NewRow<'a> {
     pub id: Uuid,
+    pub owner: &'a Owner,
     pub name: Option<&'a str>,
     pub submitted: &'a str,
     pub document: String,
@@ -111,10 +115,17 @@ pub(super) async fn insert(
 ) -> Result<Inserted, StoreError> {
     let id_text = row.id.to_string();
     let mut insert = QueryBuilder::new(
-        "INSERT INTO jobs (id, name, status, submitted, document, plan, study_id, warnings, idempotency_key, body_hash, \
+        "INSERT INTO jobs (id, owner, name, status, submitted, document, plan, study_id, warnings, idempotency_key, body_hash, \
          computation, summary, predictions, client, created_at) SELECT ",
     );
-    insert.push_bind(&id_text).push(", ").push_bind(row.name).push(", 'queued', ").push_bind(row.submitted);
+    insert
+        .push_bind(&id_text)
+        .push(", ")
+        .push_bind(row.owner.name())
+        .push(", ")
+        .push_bind(row.name)
+        .push(", 'queued', ")
+        .push_bind(row.submitted);
     insert.push(", ").push_bind(row.document).push(", ").push_bind(row.plan).push(", ").push_bind(row.study);
     insert.push(", ").push_bind(to_json(&row.warnings)?);
     insert.push(", ").push_bind(row.idempotency_key).push(", ").push_bind(row.body_hash);
@@ -132,13 +143,14 @@ pub(super) async fn insert(
     change.chunk(0, row.first_chunk, row.line).event(&queued)?.event(&planned)?;
     let created = change.write_and_fetch(tx).await?;
     let Some(created) = created.first() else {
-        let full = unfinished_of(tx, row.client).await? > most.of_client;
+        let full = unfinished_of(&mut *tx, row.client).await? > most.of_client;
         return Ok(if full { Inserted::ClientFull } else { Inserted::QueueFull });
     };
     let created_at: i64 = rows::get(created, "created_at")?;
     for mesh in row.meshes {
-        let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1")
+        let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1 AND owner = $2")
             .bind(mesh)
+            .bind(row.owner.name())
             .fetch_optional(&mut *tx)
             .await
             .map_err(store_error)?;
@@ -155,21 +167,34 @@ pub(super) async fn insert(
     Ok(Inserted::At(created_at))
 }
 
-pub(super) async fn job_of_key(connection: &mut SqliteConnection, key: &str) -> Result<Option<Job>, StoreError> {
-    sqlx::query(concat!("SELECT ", head_columns!(), ", ", job_columns!(), " FROM jobs WHERE idempotency_key = $1"))
-        .bind(key)
-        .fetch_optional(connection)
-        .await
-        .map_err(store_error)?
-        .as_ref()
-        .map(rows::job)
-        .transpose()
+pub(super) async fn job_of_key(
+    database: impl SqliteExecutor<'_>,
+    scope: Scope<'_>,
+    key: &str,
+) -> Result<Option<Job>, StoreError> {
+    sqlx::query(concat!(
+        "SELECT ",
+        head_columns!(),
+        ", ",
+        job_columns!(),
+        " FROM jobs WHERE idempotency_key = $1 AND ",
+        in_scope!()
+    ))
+    .bind(key)
+    .bind(bound(scope))
+    .fetch_optional(database)
+    .await
+    .map_err(store_error)?
+    .as_ref()
+    .map(rows::job)
+    .transpose()
 }
 
-pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Job>, StoreError> {
-    sqlx::query(concat!("SELECT ", head_columns!(), ", ", job_columns!(), " FROM jobs WHERE id = $1"))
+pub(super) async fn job(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<Job>, StoreError> {
+    sqlx::query(concat!("SELECT ", head_columns!(), ", ", job_columns!(), " FROM jobs WHERE id = $1 AND ", in_scope!()))
         .bind(id.to_string())
-        .fetch_optional(connection)
+        .bind(bound(scope))
+        .fetch_optional(pool)
         .await
         .map_err(store_error)?
         .as_ref()
@@ -177,13 +202,15 @@ pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<O
         .transpose()
 }
 
-pub(super) async fn source(pool: &SqlitePool, id: Uuid) -> Result<Option<JobSource>, StoreError> {
-    sqlx::query(
+pub(super) async fn source(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<JobSource>, StoreError> {
+    sqlx::query(concat!(
         "SELECT submitted, study_id, state_key, state_hash, merged_seconds, merged_cpu_seconds, \
          (SELECT d.submitted FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_submitted \
-         FROM jobs WHERE id = $1",
-    )
+         FROM jobs WHERE id = $1 AND ",
+        in_scope!()
+    ))
     .bind(id.to_string())
+    .bind(bound(scope))
     .fetch_optional(pool)
     .await
     .map_err(store_error)?
@@ -192,9 +219,10 @@ pub(super) async fn source(pool: &SqlitePool, id: Uuid) -> Result<Option<JobSour
     .transpose()
 }
 
-pub(super) async fn head(pool: &SqlitePool, id: Uuid) -> Result<Option<JobHead>, StoreError> {
-    sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id = $1"))
+pub(super) async fn head(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<JobHead>, StoreError> {
+    sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id = $1 AND ", in_scope!()))
         .bind(id.to_string())
+        .bind(bound(scope))
         .fetch_optional(pool)
         .await
         .map_err(store_error)?
@@ -203,32 +231,45 @@ pub(super) async fn head(pool: &SqlitePool, id: Uuid) -> Result<Option<JobHead>,
         .transpose()
 }
 
-pub(super) async fn list(pool: &SqlitePool, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
+pub(super) async fn list(pool: &SqlitePool, scope: Scope<'_>, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
     // two statements, so that each can seek in its index
     let query = match filter.status {
         Some(status) => sqlx::query(concat!(
             "SELECT ",
             head_columns!(),
-            " FROM jobs WHERE status = $3 AND id < $1 ORDER BY id DESC LIMIT $2"
+            " FROM jobs WHERE status = $4 AND id < $1 AND ",
+            in_scope!(),
+            " ORDER BY id DESC LIMIT $3"
         ))
         .bind(before(filter.before))
+        .bind(bound(scope))
         .bind(i64::from(filter.limit))
         .bind(status.name()),
-        None => sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id < $1 ORDER BY id DESC LIMIT $2"))
-            .bind(before(filter.before))
-            .bind(i64::from(filter.limit)),
+        None => sqlx::query(concat!(
+            "SELECT ",
+            head_columns!(),
+            " FROM jobs WHERE id < $1 AND ",
+            in_scope!(),
+            " ORDER BY id DESC LIMIT $3"
+        ))
+        .bind(before(filter.before))
+        .bind(bound(scope))
+        .bind(i64::from(filter.limit)),
     };
     query.fetch_all(pool).await.map_err(store_error)?.iter().map(rows::head).collect()
 }
 
 /// Single jobs that have ended, those that ended first first.
-pub(super) async fn ended(pool: &SqlitePool, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
-    sqlx::query(
+pub(super) async fn ended(pool: &SqlitePool, scope: Scope<'_>, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
+    sqlx::query(concat!(
         "SELECT id, finished_at FROM jobs WHERE finished_at IS NOT NULL AND finished_at < $1 AND study_id IS NULL \
          AND NOT EXISTS (SELECT 1 FROM study_jobs s WHERE s.job_id = jobs.id) \
-         AND ($3 IS NULL OR status = $3) ORDER BY finished_at, id LIMIT $2",
-    )
+         AND ($4 IS NULL OR status = $4) AND ",
+        in_scope!(),
+        " ORDER BY finished_at, id LIMIT $3"
+    ))
     .bind(filter.before.unwrap_or(i64::MAX))
+    .bind(bound(scope))
     .bind(i64::from(filter.limit))
     .bind(filter.status.map(JobStatus::name))
     .fetch_all(pool)
@@ -239,51 +280,43 @@ pub(super) async fn ended(pool: &SqlitePool, filter: EndedFilter) -> Result<Vec<
     .collect()
 }
 
-/// Bytes of the files of all jobs.
-pub(super) async fn stored_bytes(pool: &SqlitePool) -> Result<u64, StoreError> {
-    let bytes: i64 = sqlx::query_scalar("SELECT coalesce(sum(size), 0) FROM artifacts")
-        .fetch_one(pool)
-        .await
-        .map_err(store_error)?;
-    Ok(bytes.unsigned_abs())
-}
-
 fn before(id: Option<Uuid>) -> String {
     id.unwrap_or(Uuid::max()).to_string()
 }
 
-pub(super) async fn count(connection: &mut SqliteConnection, status: JobStatus) -> Result<u64, StoreError> {
+pub(super) async fn count(pool: &SqlitePool, status: JobStatus) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar("SELECT count(*) FROM jobs WHERE status = $1")
         .bind(status.name())
-        .fetch_one(connection)
+        .fetch_one(pool)
         .await
         .map_err(store_error)?;
     Ok(count.unsigned_abs())
 }
 
-pub(super) async fn unfinished(connection: &mut SqliteConnection) -> Result<u64, StoreError> {
+pub(super) async fn unfinished(pool: &SqlitePool) -> Result<u64, StoreError> {
     // a job that has not ended has one chunk that is not done
     let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done'")
-        .fetch_one(connection)
+        .fetch_one(pool)
         .await
         .map_err(store_error)?;
     Ok(count.unsigned_abs())
 }
 
 /// Counts the unfinished chunks of one client, as [`unfinished`] counts those of all.
-pub(super) async fn unfinished_of(connection: &mut SqliteConnection, client: &str) -> Result<u64, StoreError> {
+pub(super) async fn unfinished_of(database: impl SqliteExecutor<'_>, client: &str) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done' AND client = $1")
         .bind(client)
-        .fetch_one(connection)
+        .fetch_one(database)
         .await
         .map_err(store_error)?;
     Ok(count.unsigned_abs())
 }
 
-pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<CancelOutcome, StoreError> {
+pub(super) async fn cancel(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<CancelOutcome, StoreError> {
     let id = id.to_string();
-    let status: Option<String> = sqlx::query_scalar("SELECT status FROM jobs WHERE id = $1")
+    let status: Option<String> = sqlx::query_scalar(concat!("SELECT status FROM jobs WHERE id = $1 AND ", in_scope!()))
         .bind(&id)
+        .bind(bound(scope))
         .fetch_optional(&mut *tx)
         .await
         .map_err(store_error)?;
@@ -323,13 +356,26 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
 const ROWS_AT_ONCE: i64 = 5000;
 
 /// Deletes some of a job's rows, oldest first. Returns `None` while rows remain, and once the job is gone whether it was there.
-pub(super) async fn delete_some(tx: &mut SqliteConnection, id: Uuid) -> Result<Option<bool>, StoreError> {
+pub(super) async fn delete_some(
+    tx: &mut SqliteConnection,
+    scope: Scope<'_>,
+    id: Uuid,
+) -> Result<Option<bool>, StoreError> {
     for statement in [
-        "DELETE FROM passes WHERE job_id = $1 AND pass IN (SELECT pass FROM passes WHERE job_id = $1 ORDER BY pass LIMIT $2)",
-        "DELETE FROM events WHERE job_id = $1 AND seq IN (SELECT seq FROM events WHERE job_id = $1 ORDER BY seq LIMIT $2)",
+        concat!(
+            "DELETE FROM passes WHERE ",
+            of_job_in_scope!(),
+            " AND pass IN (SELECT pass FROM passes WHERE job_id = $1 ORDER BY pass LIMIT $3)"
+        ),
+        concat!(
+            "DELETE FROM events WHERE ",
+            of_job_in_scope!(),
+            " AND seq IN (SELECT seq FROM events WHERE job_id = $1 ORDER BY seq LIMIT $3)"
+        ),
     ] {
         let deleted = sqlx::query(statement)
             .bind(id.to_string())
+            .bind(bound(scope))
             .bind(ROWS_AT_ONCE)
             .execute(&mut *tx)
             .await
@@ -339,125 +385,12 @@ pub(super) async fn delete_some(tx: &mut SqliteConnection, id: Uuid) -> Result<O
             return Ok(None);
         }
     }
-    let deleted = sqlx::query("DELETE FROM jobs WHERE id = $1")
+    let deleted = sqlx::query(concat!("DELETE FROM jobs WHERE id = $1 AND ", in_scope!()))
         .bind(id.to_string())
+        .bind(bound(scope))
         .execute(tx)
         .await
         .map_err(store_error)?
         .rows_affected();
     Ok(Some(deleted > 0))
-}
-
-pub(super) async fn events(pool: &SqlitePool, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
-    let rows = sqlx::query("SELECT seq, name, data FROM events WHERE job_id = $1 AND seq > $2 ORDER BY seq LIMIT $3")
-        .bind(id.to_string())
-        .bind(after)
-        .bind(i64::from(limit))
-        .fetch_all(pool)
-        .await
-        .map_err(store_error)?;
-    let mut events = rows.iter().map(rows::event).collect::<Result<Vec<Event>, StoreError>>()?;
-    // the plan is kept once, in the job's row; old events have it
-    for event in events.iter_mut().filter(|event| event.name == Planned::NAME && event.data["plan"].is_null()) {
-        let row = sqlx::query(
-            "SELECT plan, study_id, (SELECT d.plan FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_plan \
-             FROM jobs WHERE id = $1",
-        )
-        .bind(id.to_string())
-        .fetch_optional(pool)
-        .await
-        .map_err(store_error)?;
-        // a job that was deleted meanwhile has no events
-        let Some(row) = row else { return Ok(Vec::new()) };
-        if let Some(data) = event.data.as_object_mut() {
-            data.insert("plan".to_owned(), rows::whole(&row, "plan", "shared_plan")?);
-        }
-    }
-    Ok(events)
-}
-
-/// Columns of a [`PassReport`].
-macro_rules! pass_columns {
-    () => {
-        "pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux, cpu_seconds"
-    };
-}
-
-pub(super) async fn convergence(
-    pool: &SqlitePool,
-    id: Uuid,
-    after: u64,
-    limit: u32,
-) -> Result<Vec<PassReport>, StoreError> {
-    sqlx::query(concat!(
-        "SELECT ",
-        pass_columns!(),
-        " FROM passes WHERE job_id = $1 AND pass > $2 ORDER BY pass LIMIT $3"
-    ))
-    .bind(id.to_string())
-    .bind(signed(after))
-    .bind(i64::from(limit))
-    .fetch_all(pool)
-    .await
-    .map_err(store_error)?
-    .iter()
-    .map(rows::pass)
-    .collect()
-}
-
-/// Reads about `points` rows of the convergence table, evenly spread. Tables from before passes were thinned have a row for each
-/// pass.
-pub(super) async fn convergence_outline(
-    pool: &SqlitePool,
-    id: Uuid,
-    points: u32,
-) -> Result<Vec<PassReport>, StoreError> {
-    sqlx::query(concat!(
-        "WITH counted AS (SELECT *, row_number() OVER (ORDER BY pass) AS number, count(*) OVER () AS total FROM passes \
-         WHERE job_id = $1) SELECT ",
-        pass_columns!(),
-        " FROM counted WHERE number % (total / $2 + 1) = 0 OR number = 1 OR number = total ORDER BY pass"
-    ))
-    .bind(id.to_string())
-    .bind(i64::from(points.max(3) - 2))
-    .fetch_all(pool)
-    .await
-    .map_err(store_error)?
-    .iter()
-    .map(rows::pass)
-    .collect()
-}
-
-pub(super) async fn artifact(pool: &SqlitePool, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {
-    sqlx::query("SELECT name, key, hash, size, media_type, content FROM artifacts WHERE job_id = $1 AND name = $2")
-        .bind(id.to_string())
-        .bind(name)
-        .fetch_optional(pool)
-        .await
-        .map_err(store_error)?
-        .as_ref()
-        .map(rows::artifact)
-        .transpose()
-}
-
-pub(super) async fn artifacts(pool: &SqlitePool, id: Uuid) -> Result<Vec<Artifact>, StoreError> {
-    sqlx::query("SELECT name, key, hash, size, media_type, content FROM artifacts WHERE job_id = $1 ORDER BY name")
-        .bind(id.to_string())
-        .fetch_all(pool)
-        .await
-        .map_err(store_error)?
-        .iter()
-        .map(rows::artifact)
-        .collect()
-}
-
-pub(super) async fn referenced_keys(connection: &mut SqliteConnection) -> Result<HashSet<String>, StoreError> {
-    let keys: Vec<String> = sqlx::query_scalar(
-        "SELECT key FROM artifacts WHERE content IS NULL UNION SELECT key FROM meshes UNION SELECT state_key FROM jobs WHERE state_key IS NOT NULL \
-         UNION SELECT previous_state_key FROM jobs WHERE previous_state_key IS NOT NULL",
-    )
-    .fetch_all(connection)
-    .await
-    .map_err(store_error)?;
-    Ok(keys.into_iter().collect())
 }

@@ -6,7 +6,7 @@
 //! of that file then makes all commits before it durable. Where the log began anew in between, the checkpoint has waited for the
 //! database itself.
 //!
-//! Readers see a commit before it is durable. News of the end of a job is held back until then: see [`Log::hold`].
+//! Readers see a commit before it is durable. What it says of a job is held back until then: see [`Log::hold`].
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -28,9 +28,18 @@ pub(super) struct Log {
     begun: AtomicU64,
     /// Number of the last wait that succeeded; locked while a wait is under way.
     safe_by: tokio::sync::Mutex<u64>,
-    /// Jobs with a commit that may not be durable yet, each with the number of the last wait that may have missed it; `None` while
-    /// the commit is under way.
-    held: Mutex<HashMap<Uuid, Option<u64>>>,
+    /// Number of commits that were held back.
+    commits: AtomicU64,
+    /// Jobs with a commit that may not be durable yet.
+    held: Mutex<HashMap<Uuid, Held>>,
+}
+
+/// Newest commit of a job, held back from readers.
+struct Held {
+    commit: u64,
+    /// Number of the last wait that may have missed the commit: one with a higher number makes it durable. `None` while the commit is
+    /// under way.
+    missed: Option<u64>,
 }
 
 impl Log {
@@ -38,29 +47,25 @@ impl Log {
     pub fn of(database: &Path, writer: SqlitePool) -> Self {
         let mut file = database.as_os_str().to_owned();
         file.push("-wal");
-        let (begun, safe_by, held) = (AtomicU64::new(0), tokio::sync::Mutex::new(0), Mutex::default());
-        Self { file: file.into(), writer, begun, safe_by, held }
+        let (begun, commits, held) = (AtomicU64::new(0), AtomicU64::new(0), Mutex::default());
+        Self { file: file.into(), writer, begun, safe_by: tokio::sync::Mutex::new(0), commits, held }
     }
 
-    /// Returns once everything that was committed before is durable, so that it survives a power failure. Callers that wait at the
-    /// same time share one sync of the disk.
-    pub async fn wait(&self) -> Result<(), StoreError> {
-        self.wait_after(self.begun()).await
-    }
-
-    /// Returns once a wait for the disk with a number above `missed` has succeeded.
+    /// Returns once a wait for the disk with a number above `missed` has succeeded. Callers that wait at the same time share one sync
+    /// of the disk.
     async fn wait_after(&self, missed: u64) -> Result<(), StoreError> {
         let mut safe_by = self.safe_by.lock().await;
         if *safe_by > missed {
             return Ok(());
         }
         let number = self.begun.fetch_add(1, Ordering::SeqCst) + 1;
-        if let Err(error) = self.sync().await {
+        if let Err(error) = self.sync_file().await {
             tracing::warn!(%error, file = %self.file.display(), "the write-ahead log cannot be synced to the disk; it \
                                                                  is written into the database instead");
             self.checkpoint().await?;
         }
         *safe_by = number;
+        self.held().retain(|_, held| held.missed.is_none_or(|missed| missed >= number));
         Ok(())
     }
 
@@ -68,7 +73,7 @@ impl Log {
         self.begun.load(Ordering::SeqCst)
     }
 
-    async fn sync(&self) -> std::io::Result<()> {
+    async fn sync_file(&self) -> std::io::Result<()> {
         let file = self.file.clone();
         tokio::task::spawn_blocking(move || File::open(file)?.sync_data()).await.map_err(std::io::Error::other)?
     }
@@ -83,42 +88,42 @@ impl Log {
         }
     }
 
-    /// Holds back from readers what is committed of a job from now on, until it is durable.
-    pub fn hold(&self, job: Uuid) {
-        self.held().insert(job, None);
+    /// Holds back from readers what is committed of a job from now on, until it is durable. Returns the number of the commit.
+    pub fn hold(&self, job: Uuid) -> u64 {
+        let commit = self.commits.fetch_add(1, Ordering::SeqCst);
+        self.held().insert(job, Held { commit, missed: None });
+        commit
     }
 
-    /// Notes that the commit of a job that is held back has ended.
-    pub fn committed(&self, job: Uuid) {
+    /// Notes that a commit that is held back has ended, well or not: the next wait that begins makes it durable. Another commit of the job
+    /// may have followed meanwhile.
+    pub fn committed(&self, job: Uuid, commit: u64) {
         let missed = self.begun();
-        self.held().insert(job, Some(missed));
+        if let Some(held) = self.held().get_mut(&job).filter(|held| held.commit == commit) {
+            held.missed = Some(missed);
+        }
     }
 
-    /// Ends the holding back of a job.
-    pub fn release(&self, job: Uuid) {
-        self.held().remove(&job);
-    }
-
-    /// Waits until what a caller has just read of a job is durable, and may be reported.
-    pub async fn told_of(&self, job: Uuid) -> Result<(), StoreError> {
-        let held = self.held().get(&job).copied();
-        match held {
+    /// Returns once everything that was committed of a job, or that a caller has just read of it, is durable.
+    pub async fn sync(&self, job: Uuid) -> Result<(), StoreError> {
+        let missed = self.held().get(&job).map(|held| held.missed);
+        match missed {
             // if the commit is under way, its part that was read is in the log already
             Some(missed) => self.wait_after(missed.unwrap_or_else(|| self.begun())).await,
             None => Ok(()),
         }
     }
 
-    /// Waits as [`Self::told_of`] does, for what was read of any number of jobs.
-    pub async fn told_of_all(&self) -> Result<(), StoreError> {
-        let last = self.held().values().map(|missed| missed.unwrap_or_else(|| self.begun())).max();
+    /// Waits as [`Self::sync`] does, for all jobs.
+    pub async fn sync_all(&self) -> Result<(), StoreError> {
+        let last = self.held().values().map(|held| held.missed.unwrap_or_else(|| self.begun())).max();
         match last {
             Some(missed) => self.wait_after(missed).await,
             None => Ok(()),
         }
     }
 
-    fn held(&self) -> MutexGuard<'_, HashMap<Uuid, Option<u64>>> {
+    fn held(&self) -> MutexGuard<'_, HashMap<Uuid, Held>> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -144,8 +149,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, writer) = database(folder.path()).await;
         let log = Log::of(&file, writer);
+        let job = Uuid::from_u128(1);
+        let commit = || {
+            log.committed(job, log.hold(job));
+        };
+        commit();
         let running = log.safe_by.lock().await;
-        let waits = futures::future::join_all((0..10).map(|_| log.wait()));
+        let waits = futures::future::join_all((0..10).map(|_| log.sync(job)));
         let all = async {
             tokio::task::yield_now().await;
             drop(running);
@@ -153,7 +163,8 @@ mod tests {
         let (ended, ()) = tokio::join!(waits, all);
         assert!(ended.into_iter().all(|ended| ended.is_ok()));
         assert_eq!((log.begun(), *log.safe_by.lock().await), (1, 1));
-        log.wait().await.unwrap();
+        commit();
+        log.sync(job).await.unwrap();
         assert_eq!(log.begun(), 2, "what may have been missed is waited for anew");
     }
 
@@ -163,18 +174,20 @@ mod tests {
         let (file, writer) = database(folder.path()).await;
         let log = Log::of(&file, writer);
         let [job, other] = [1, 2].map(Uuid::from_u128);
-        log.hold(job);
-        log.told_of(other).await.unwrap();
+        let first = log.hold(job);
+        log.sync(other).await.unwrap();
         assert_eq!(log.begun(), 0);
-        log.told_of(job).await.unwrap();
+        log.sync(job).await.unwrap();
         assert_eq!(log.begun(), 1, "its commit may be in the log");
-        log.committed(job);
-        log.told_of_all().await.unwrap();
+        let commit = log.hold(job);
+        log.committed(job, first);
+        assert!(log.held()[&job].missed.is_none(), "the second commit is under way");
+        log.committed(job, commit);
+        log.sync_all().await.unwrap();
         assert_eq!(log.begun(), 2);
-        log.told_of(job).await.unwrap();
-        assert_eq!(log.begun(), 2, "it is safe");
-        log.release(job);
-        log.told_of_all().await.unwrap();
+        assert!(log.held().is_empty(), "it is safe");
+        log.sync(job).await.unwrap();
+        log.sync_all().await.unwrap();
         assert_eq!(log.begun(), 2);
     }
 
@@ -187,7 +200,7 @@ mod tests {
         let contains = || std::fs::read(&file).unwrap().windows(10).any(|text| text == b"a row that");
         let log = Log { file: folder.path().join("none"), ..Log::of(&file, writer) };
         assert!(!contains());
-        log.wait().await.unwrap();
+        log.wait_after(0).await.unwrap();
         assert!(contains());
     }
 }

@@ -4,7 +4,7 @@ use sqlx::SqlSafeStr;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 
 /// Name and SQL of every step. A step that has ever run must not be changed: its hash is kept in the database.
-const STEPS: [(&str, &str); 11] = [
+const STEPS: [(&str, &str); 12] = [
     ("0001_jobs", include_str!("../../../migrations/sqlite/0001_jobs.sql")),
     ("0002_reliability", include_str!("../../../migrations/sqlite/0002_reliability.sql")),
     ("0003_cpu_seconds", include_str!("../../../migrations/sqlite/0003_cpu_seconds.sql")),
@@ -16,6 +16,7 @@ const STEPS: [(&str, &str); 11] = [
     ("0009_clients", include_str!("../../../migrations/sqlite/0009_clients.sql")),
     ("0010_slices", include_str!("../../../migrations/sqlite/0010_slices.sql")),
     ("0011_ends", include_str!("../../../migrations/sqlite/0011_ends.sql")),
+    ("0012_owner", include_str!("../../../migrations/sqlite/0012_owner.sql")),
 ];
 
 /// Returns all steps; a database records those that it has run.
@@ -29,7 +30,42 @@ pub(super) fn migrations() -> Migrator {
 
 #[cfg(test)]
 mod tests {
+    use sqlx::{AssertSqlSafe, Connection, SqliteConnection};
+
     use super::*;
+    use crate::db::sqlite::{jobs, meshes, studies};
+    use crate::queue::owner::Owner;
+
+    /// Jobs, studies and meshes from before there were owners are the default owner's, with their keys and everything that belongs to them.
+    #[tokio::test]
+    async fn what_had_no_owner_is_the_default_owners() {
+        let mut database = SqliteConnection::connect("sqlite::memory:").await.unwrap();
+        let before = migrations().iter().take(11).cloned().collect();
+        Migrator::with_migrations(before).run(&mut database).await.unwrap();
+        let id = uuid::Uuid::from_u128(1);
+        let rows = format!(
+            "INSERT INTO jobs (id, status, submitted, document, plan, warnings, idempotency_key, body_hash, created_at) \
+             VALUES ('{id}', 'queued', '{{}}', '{{}}', '{{}}', '[]', 'of a job', '', 1); \
+             INSERT INTO events (job_id, seq, name, data, at) VALUES ('{id}', 1, 'queued', '{{}}', 1); \
+             INSERT INTO studies (id, request, refused, confidence, idempotency_key, body_hash, created_at) \
+             VALUES ('{id}', '{{}}', '[]', 0.95, 'of a study', '', 1); \
+             INSERT INTO study_jobs (study_id, place, job_id, part) VALUES ('{id}', 0, '{id}', '{{}}'); \
+             INSERT INTO meshes (id, key, size, triangles, materials, created_at) VALUES ('m', 'file', 1, 2, '[]', 3)"
+        );
+        sqlx::query(AssertSqlSafe(rows)).execute(&mut database).await.unwrap();
+        migrations().run(&mut database).await.unwrap();
+        let [theirs, others] = [Owner::default(), Owner::new("other")];
+        for (owner, found) in [(&theirs, true), (&others, false)] {
+            let job = jobs::job_of_key(&mut database, Some(owner), "of a job").await.unwrap();
+            assert_eq!(job.map(|job| job.head.id), found.then_some(id));
+            let study = studies::of_key(&mut database, Some(owner), "of a study").await.unwrap();
+            assert_eq!(study.map(|study| study.jobs.len()), found.then_some(1));
+            let mesh = meshes::mesh(&mut database, Some(owner), "m").await.unwrap();
+            assert_eq!(mesh.map(|mesh| mesh.key), found.then(|| "file".to_owned()));
+        }
+        let events: i64 = sqlx::query_scalar("SELECT count(*) FROM events").fetch_one(&mut database).await.unwrap();
+        assert_eq!(events, 1);
+    }
 
     #[test]
     fn every_file_of_the_folder_is_a_step() {

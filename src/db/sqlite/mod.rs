@@ -4,11 +4,13 @@
 //! Only the clock expression (`sql::now_ms`), the order of events of several jobs (`rowid`) and the lock clause of the claim differ
 //! between the two.
 
+mod artifacts;
 pub(crate) mod backup;
 mod change;
 mod commit;
 mod equal;
 mod guard;
+mod history;
 mod jobs;
 mod log;
 mod meshes;
@@ -24,7 +26,7 @@ use std::fs::File;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use sqlx::sqlite::{SqliteAutoVacuum, SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
@@ -35,7 +37,9 @@ use self::guard::{check_names, check_version, lock};
 use self::log::Log;
 use self::migrations::migrations;
 use self::sql::store_error;
+use crate::queue::durability::Durability;
 use crate::queue::file_lock::FileLock;
+use crate::queue::owner::Owner;
 use crate::queue::store::*;
 
 /// Number of changes kept for a slow listener; one that is further behind gets an error and reads the store instead.
@@ -44,26 +48,19 @@ const CHANGES_KEPT: usize = 1024;
 /// Size in bytes to which the write-ahead log is cut when it begins anew: several times its usual size between two checkpoints.
 const LARGEST_IDLE_LOG: u64 = 16 << 20;
 
-/// Store of jobs in one SQLite file, with one writing connection and several reading ones.
+/// Store of jobs in one SQLite file, with one writing connection and several reading ones; clones share them.
+#[derive(Clone)]
 pub struct SqliteStore {
+    /// Owner whose jobs, studies and meshes are seen; `None` for all.
+    owner: Option<Owner>,
     writer: SqlitePool,
     readers: SqlitePool,
-    log: Log,
+    log: Arc<Log>,
     changes: broadcast::Sender<Change>,
     /// Lock that keeps other processes out until the store is closed.
-    lock: Mutex<Option<FileLock>>,
+    lock: Arc<Mutex<Option<FileLock>>>,
     /// Largest size of the database in pages; 0 for no limit.
-    most_pages: AtomicU32,
-}
-
-/// Failures that a commit survives. Either kind survives the end of the process.
-#[derive(Clone, Copy)]
-enum Durability {
-    /// Durable: it survives a power failure, at the price of waiting for the disk.
-    Power,
-    /// Safe against the end of the process only. A power failure may lose it, with all such commits after it, until the next
-    /// durable commit: a claim that is lost leaves a chunk that is ready, and a lost report is made again.
-    Process,
+    most_pages: Arc<AtomicU32>,
 }
 
 impl SqliteStore {
@@ -121,23 +118,19 @@ impl SqliteStore {
             .connect_with(options.read_only(true))
             .await
             .map_err(store_error)?;
-        let log = Log::of(file, writer.clone());
-        Ok(Self {
-            writer,
-            readers,
-            log,
-            changes: broadcast::channel(CHANGES_KEPT).0,
-            lock: Mutex::new(Some(lock)),
-            most_pages: AtomicU32::new(0),
-        })
+        let log = Arc::new(Log::of(file, writer.clone()));
+        let changes = broadcast::channel(CHANGES_KEPT).0;
+        let lock = Arc::new(Mutex::new(Some(lock)));
+        Ok(Self { owner: None, writer, readers, log, changes, lock, most_pages: Arc::default() })
     }
 
     /// Begins a transaction that takes the write lock at once, so that no other write comes between a read and the write that
-    /// follows it.
+    /// follows it. A buffered one spares the wait for the disk: a claim that is lost leaves a chunk that is ready, and a lost report is
+    /// made again.
     async fn begin(&self, durability: Durability) -> Result<Transaction<'static, Sqlite>, StoreError> {
         let statement = match durability {
-            Durability::Power => "PRAGMA synchronous = FULL; BEGIN IMMEDIATE",
-            Durability::Process => "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE",
+            Durability::Committed => "PRAGMA synchronous = FULL; BEGIN IMMEDIATE",
+            Durability::Buffered => "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE",
         };
         let mut tx = self.writer.begin_with(statement).await.map_err(store_error)?;
         let most_pages = self.most_pages.load(Ordering::Relaxed);
@@ -152,12 +145,5 @@ impl SqliteStore {
     pub fn limit_pages(&self, most_pages: u32) {
         let unlimited = 4_294_967_294;
         self.most_pages.store(if most_pages == 0 { unlimited } else { most_pages }, Ordering::Relaxed);
-    }
-
-    /// Writes everything out, closes the connections, and releases the lock for other processes.
-    pub async fn close(&self) {
-        self.readers.close().await;
-        self.writer.close().await;
-        self.lock.lock().unwrap_or_else(PoisonError::into_inner).take();
     }
 }

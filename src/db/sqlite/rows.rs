@@ -10,6 +10,7 @@ use uuid::Uuid;
 
 use crate::engine::progress::{PassReport, Progress, StoppedBy};
 use crate::engine::spent::Spent;
+use crate::queue::owner::Owner;
 use crate::queue::shared_fields::joined;
 use crate::queue::store::*;
 
@@ -129,6 +130,7 @@ pub(super) fn artifact(row: &SqliteRow) -> Result<Artifact, StoreError> {
 
 pub(super) fn mesh(row: &SqliteRow) -> Result<Mesh, StoreError> {
     Ok(Mesh {
+        owner: Owner::new(&get::<String>(row, "owner")?),
         id: get(row, "id")?,
         key: get(row, "key")?,
         size: unsigned(get(row, "size")?),

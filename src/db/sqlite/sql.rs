@@ -1,6 +1,26 @@
-//! Parts of all statements: the database's clock, and the meaning of its errors.
+//! Parts of all statements: whose rows they see, the database's clock, and the meaning of its errors.
 
+use crate::queue::owner::Owner;
 use crate::queue::store::StoreError;
+
+/// Owner whose rows a statement may see; `None` for all, as the worker, the retention and the start of the service see them.
+pub(super) type Scope<'a> = Option<&'a Owner>;
+
+/// SQL condition for the rows of the owner $2, or of all where it is null.
+macro_rules! in_scope {
+    () => {
+        "owner = coalesce($2, owner)"
+    };
+}
+pub(crate) use in_scope;
+
+/// SQL condition for the rows that belong to the job $1, if it is in the scope $2.
+macro_rules! of_job_in_scope {
+    () => {
+        "job_id = (SELECT id FROM jobs WHERE id = $1 AND owner = coalesce($2, owner))"
+    };
+}
+pub(crate) use of_job_in_scope;
 
 /// SQL expression for the milliseconds since 1970 by the database's clock, the only clock with which leases are compared.
 macro_rules! now_ms {
@@ -18,6 +38,11 @@ macro_rules! waits_for_none {
     };
 }
 pub(crate) use waits_for_none;
+
+/// Returns the value of $2 in statements with a scope.
+pub(super) fn bound(scope: Scope<'_>) -> Option<&str> {
+    scope.map(Owner::name)
+}
 
 /// Converts an error of the database: unavailable if it may pass when tried again, failed if not.
 pub(super) fn store_error(error: sqlx::Error) -> StoreError {

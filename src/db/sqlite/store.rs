@@ -1,16 +1,20 @@
 //! Implementation of [`Store`]: each method runs its query in the transaction that it needs.
 
 use std::collections::HashSet;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 use async_trait::async_trait;
 use serde_json::Value;
+use sqlx::{Sqlite, Transaction};
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
-use super::sql::store_error;
-use super::{Durability, SqliteStore, commit, equal, jobs, meshes, queue, record, studies};
+use super::sql::{Scope, store_error};
+use super::{SqliteStore, artifacts, commit, equal, history, jobs, meshes, queue, record, studies};
 use crate::engine::progress::PassReport;
+use crate::queue::durability::Durability;
+use crate::queue::owner::Owner;
 use crate::queue::store::*;
 
 /// Statement by which a deletion gives up to 1024 free pages (4 kB each) back to the disk; later deletions give back the rest.
@@ -25,7 +29,7 @@ impl SqliteStore {
         completion: &Completion,
         next: Option<(Duration, Turn)>,
     ) -> Result<(Committed, Option<Lease>), StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         let committed = commit::complete(&mut tx, lease, reports, completion).await?;
         if committed == Committed::LeaseLost {
             tx.rollback().await.map_err(store_error)?;
@@ -35,12 +39,7 @@ impl SqliteStore {
             Some((duration, turn)) => queue::claim(&mut tx, &lease.owner, duration, turn).await?,
             None => None,
         };
-        self.log.hold(lease.job);
-        if let Err(error) = tx.commit().await {
-            self.log.release(lease.job);
-            return Err(store_error(error));
-        }
-        self.log.committed(lease.job);
+        self.commit_held(tx, lease.job).await?;
         // listeners that read the job now wait until the commit is durable
         if matches!(completion, Completion::Finish(_)) {
             self.tell(Change::Ended(lease.job));
@@ -52,6 +51,18 @@ impl SqliteStore {
         Ok((committed, claimed))
     }
 
+    /// Commits a buffered write of a job, which readers of the job see once it is durable.
+    async fn commit_held(&self, tx: Transaction<'static, Sqlite>, job: Uuid) -> Result<(), StoreError> {
+        let commit = self.log.hold(job);
+        let committed = tx.commit().await.map_err(store_error);
+        self.log.committed(job, commit);
+        committed
+    }
+
+    fn scope(&self) -> Scope<'_> {
+        self.owner.as_ref()
+    }
+
     fn tell(&self, change: Change) {
         // an error means that nobody listens
         let _ = self.changes.send(change);
@@ -60,12 +71,26 @@ impl SqliteStore {
 
 #[async_trait]
 impl Store for SqliteStore {
+    fn of(&self, owner: Owner) -> Arc<dyn Store> {
+        Arc::new(Self { owner: Some(owner), ..self.clone() })
+    }
+
+    async fn close(&self) {
+        self.readers.close().await;
+        self.writer.close().await;
+        self.lock.lock().unwrap_or_else(PoisonError::into_inner).take();
+    }
+
+    async fn sync(&self, job: Uuid) -> Result<(), StoreError> {
+        self.log.sync(job).await
+    }
+
     fn changes(&self) -> broadcast::Receiver<Change> {
         self.changes.subscribe()
     }
 
     async fn ready(&self) -> Result<(), StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
         record::written_now(&mut tx).await?;
         tx.commit().await.map_err(store_error)
     }
@@ -76,19 +101,19 @@ impl Store for SqliteStore {
     }
 
     async fn set_identity(&self, identity: &str) -> Result<(), StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
         record::set_identity(&mut tx, identity).await?;
         tx.commit().await.map_err(store_error)
     }
 
     async fn set_sweep_from(&self, milliseconds: i64) -> Result<(), StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
         record::set_sweep_from(&mut tx, milliseconds).await?;
         tx.commit().await.map_err(store_error)
     }
 
     async fn set_serving(&self, serving: bool) -> Result<(), StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
         record::set_serving(&mut tx, serving).await?;
         tx.commit().await.map_err(store_error)
     }
@@ -100,90 +125,74 @@ impl Store for SqliteStore {
     }
 
     async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError> {
-        let submission = self.submit_untold(job, most).await?;
-        if matches!(submission, Submission::New(_)) {
-            self.log.wait().await?;
-        }
-        Ok(submission)
-    }
-
-    async fn submit_untold(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         let submission = jobs::submit(&mut tx, job, most).await?;
-        if let Submission::New(job) = &submission {
-            tx.commit().await.map_err(store_error)?;
+        if let Submission::New(job, _) = &submission {
+            self.commit_held(tx, job.head.id).await?;
             self.tell(Change::Job(job.head.id));
             self.tell(Change::Queue);
         } else {
             tx.rollback().await.map_err(store_error)?;
         }
         if let Submission::Repeated(job) = &submission {
-            self.log.told_of(job.head.id).await?;
+            self.log.sync(job.head.id).await?;
         }
         Ok(submission)
     }
 
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        let job = jobs::job_of_key(&mut connection, idempotency_key).await?;
+        let job = jobs::job_of_key(&self.readers, self.scope(), idempotency_key).await?;
         if let Some(job) = &job {
-            self.log.told_of(job.head.id).await?;
+            self.log.sync(job.head.id).await?;
         }
         Ok(job)
     }
 
     async fn ended_equal(&self, id: Uuid) -> Result<Option<Uuid>, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        equal::ended_equal(&mut connection, id).await
+        equal::ended_equal(&self.readers, id).await
     }
 
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        let job = jobs::job(&mut connection, id).await?;
-        drop(connection);
-        self.log.told_of(id).await?;
+        let job = jobs::job(&self.readers, self.scope(), id).await?;
+        self.log.sync(id).await?;
         Ok(job)
     }
 
     async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError> {
-        jobs::source(&self.readers, id).await
+        jobs::source(&self.readers, self.scope(), id).await
     }
 
     async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError> {
-        let head = jobs::head(&self.readers, id).await?;
-        self.log.told_of(id).await?;
+        let head = jobs::head(&self.readers, self.scope(), id).await?;
+        self.log.sync(id).await?;
         Ok(head)
     }
 
     async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
-        let jobs = jobs::list(&self.readers, filter).await?;
-        self.log.told_of_all().await?;
+        let jobs = jobs::list(&self.readers, self.scope(), filter).await?;
+        self.log.sync_all().await?;
         Ok(jobs)
     }
 
     async fn count(&self, status: JobStatus) -> Result<u64, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        let count = jobs::count(&mut connection, status).await?;
-        drop(connection);
-        self.log.told_of_all().await?;
+        let count = jobs::count(&self.readers, status).await?;
+        self.log.sync_all().await?;
         Ok(count)
     }
 
     async fn unfinished(&self) -> Result<u64, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        jobs::unfinished(&mut connection).await
+        jobs::unfinished(&self.readers).await
     }
 
     async fn unfinished_of(&self, client: &str) -> Result<u64, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        jobs::unfinished_of(&mut connection, client).await
+        jobs::unfinished_of(&self.readers, client).await
     }
 
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
-        let outcome = jobs::cancel(&mut tx, id).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
+        let outcome = jobs::cancel(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
-        self.log.told_of(id).await?;
+        self.log.sync(id).await?;
         if outcome == CancelOutcome::Accepted {
             self.tell(Change::Stop(id));
             self.tell(Change::Ended(id));
@@ -195,8 +204,8 @@ impl Store for SqliteStore {
     async fn delete(&self, id: Uuid) -> Result<bool, StoreError> {
         // in pieces, so that others can write in between
         let deleted = loop {
-            let mut tx = self.begin(Durability::Power).await?;
-            let deleted = jobs::delete_some(&mut tx, id).await?;
+            let mut tx = self.begin(Durability::Committed).await?;
+            let deleted = jobs::delete_some(&mut tx, self.scope(), id).await?;
             tx.commit().await.map_err(store_error)?;
             if let Some(deleted) = deleted {
                 break deleted;
@@ -213,33 +222,33 @@ impl Store for SqliteStore {
     }
 
     async fn events(&self, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
-        let events = jobs::events(&self.readers, id, after, limit).await?;
-        self.log.told_of(id).await?;
+        let events = history::events(&self.readers, self.scope(), id, after, limit).await?;
+        self.log.sync(id).await?;
         Ok(events)
     }
 
     async fn convergence(&self, id: Uuid, after: u64, limit: u32) -> Result<Vec<PassReport>, StoreError> {
-        jobs::convergence(&self.readers, id, after, limit).await
+        history::convergence(&self.readers, self.scope(), id, after, limit).await
     }
 
     async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError> {
-        jobs::convergence_outline(&self.readers, id, points).await
+        history::convergence_outline(&self.readers, self.scope(), id, points).await
     }
 
     async fn artifacts(&self, id: Uuid) -> Result<Vec<Artifact>, StoreError> {
-        let artifacts = jobs::artifacts(&self.readers, id).await?;
-        self.log.told_of(id).await?;
+        let artifacts = artifacts::artifacts(&self.readers, self.scope(), id).await?;
+        self.log.sync(id).await?;
         Ok(artifacts)
     }
 
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {
-        let artifact = jobs::artifact(&self.readers, id, name).await?;
-        self.log.told_of(id).await?;
+        let artifact = artifacts::artifact(&self.readers, self.scope(), id, name).await?;
+        self.log.sync(id).await?;
         Ok(artifact)
     }
 
     async fn submit_study(&self, study: NewStudy, most: MostWaiting) -> Result<StudySubmission, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
         let submission = studies::submit(&mut tx, study, most).await?;
         if let StudySubmission::New(study) = &submission {
             tx.commit().await.map_err(store_error)?;
@@ -253,37 +262,35 @@ impl Store for SqliteStore {
 
     async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        studies::of_key(&mut connection, idempotency_key).await
+        studies::of_key(&mut connection, self.scope(), idempotency_key).await
     }
 
     async fn study(&self, id: Uuid) -> Result<Option<StoredStudy>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        studies::study(&mut connection, id).await
+        studies::study(&mut connection, self.scope(), id).await
     }
 
     async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError> {
-        studies::list(&self.readers, before, limit).await
+        studies::list(&self.readers, self.scope(), before, limit).await
     }
 
     async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        let heads = studies::heads(&mut connection, id).await?;
-        drop(connection);
-        self.log.told_of_all().await?;
+        let heads = studies::heads(&self.readers, self.scope(), id).await?;
+        self.log.sync_all().await?;
         Ok(heads)
     }
 
     async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError> {
         let mut tx = self.readers.begin().await.map_err(store_error)?;
-        let progress = studies::progress(&mut tx, id).await?;
+        let progress = studies::progress(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
-        self.log.told_of_all().await?;
+        self.log.sync_all().await?;
         Ok(progress)
     }
 
     async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
-        let cancelled = studies::cancel(&mut tx, id).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
+        let cancelled = studies::cancel(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
         for job in &cancelled {
             self.tell(Change::Stop(*job));
@@ -294,39 +301,38 @@ impl Store for SqliteStore {
     }
 
     async fn keep_found(&self, study: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         studies::keep_found(&mut tx, study, found).await?;
         tx.commit().await.map_err(store_error)
     }
 
     async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
-        let deleted = studies::delete(&mut tx, id).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
+        let deleted = studies::delete(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(deleted)
     }
 
     async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
         let kept = meshes::add(&mut tx, mesh).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(kept)
     }
 
     async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        meshes::mesh(&mut connection, id).await
+        meshes::mesh(&self.readers, self.scope(), id).await
     }
 
     async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
-        let deletion = meshes::delete(&mut tx, id).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
+        let deletion = meshes::delete(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(deletion)
     }
 
     async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         let claimed = queue::claim(&mut tx, owner, lease, turn).await?;
         tx.commit().await.map_err(store_error)?;
         if let Some(lease) = &claimed {
@@ -336,7 +342,7 @@ impl Store for SqliteStore {
     }
 
     async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         let beat = queue::heartbeat(&mut tx, lease, extend).await?;
         record::written_now(&mut tx).await?;
         tx.commit().await.map_err(store_error)?;
@@ -344,7 +350,7 @@ impl Store for SqliteStore {
     }
 
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         let held = commit::report(&mut tx, lease, reports).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Job(lease.job));
@@ -370,14 +376,8 @@ impl Store for SqliteStore {
         self.end_chunk(lease, reports, completion, Some(next)).await
     }
 
-    async fn make_safe(&self, lease: &Lease) -> Result<(), StoreError> {
-        self.log.told_of(lease.job).await?;
-        self.log.release(lease.job);
-        Ok(())
-    }
-
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
         let committed = commit::rewind(&mut tx, lease, reason).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Job(lease.job));
@@ -386,7 +386,7 @@ impl Store for SqliteStore {
     }
 
     async fn release(&self, lease: &Lease) -> Result<(), StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         queue::release(&mut tx, lease).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Queue);
@@ -394,7 +394,7 @@ impl Store for SqliteStore {
     }
 
     async fn put_aside(&self, lease: &Lease, slices: u64) -> Result<(), StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         queue::put_aside(&mut tx, lease, slices).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Queue);
@@ -402,7 +402,7 @@ impl Store for SqliteStore {
     }
 
     async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
+        let mut tx = self.begin(Durability::Buffered).await?;
         queue::fail_attempt(&mut tx, lease, error).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Queue);
@@ -410,7 +410,7 @@ impl Store for SqliteStore {
     }
 
     async fn take_back(&self, died: bool) -> Result<TakenBack, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Committed).await?;
         let taken_back = queue::take_back(&mut tx, died).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Queue);
@@ -418,19 +418,18 @@ impl Store for SqliteStore {
     }
 
     async fn ended_jobs(&self, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
-        jobs::ended(&self.readers, filter).await
+        jobs::ended(&self.readers, self.scope(), filter).await
     }
 
     async fn ended_studies(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError> {
-        studies::ended(&self.readers, before, limit).await
+        studies::ended(&self.readers, self.scope(), before, limit).await
     }
 
     async fn stored_bytes(&self) -> Result<u64, StoreError> {
-        jobs::stored_bytes(&self.readers).await
+        artifacts::stored_bytes(&self.readers).await
     }
 
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError> {
-        let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        jobs::referenced_keys(&mut connection).await
+        artifacts::referenced_keys(&self.readers).await
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
-use sqlx::{SqliteConnection, SqlitePool};
+use sqlx::{SqliteConnection, SqliteExecutor, SqlitePool};
 use uuid::Uuid;
 
 use crate::queue::store::*;
@@ -10,7 +10,7 @@ use crate::queue::store::*;
 use super::change::Line;
 use super::jobs;
 use super::rows::{self, get, head_columns, json, optional_json, signed, to_json, uuid};
-use super::sql::{now_ms, store_error};
+use super::sql::{Scope, bound, in_scope, now_ms, store_error};
 
 /// Queues a study with all of its jobs, and returns the outcome with the ids of these jobs.
 pub(super) async fn submit(
@@ -19,19 +19,20 @@ pub(super) async fn submit(
     most: MostWaiting,
 ) -> Result<StudySubmission, StoreError> {
     if let Some(key) = &new.idempotency_key
-        && let Some(study) = of_key(tx, key).await?
+        && let Some(study) = of_key(tx, Some(&new.owner), key).await?
     {
         let same = study.body_hash == new.body_hash;
         return Ok(if same { StudySubmission::Repeated(study) } else { StudySubmission::KeyReused });
     }
     let id = Uuid::now_v7();
     let created_at: i64 = sqlx::query_scalar(concat!(
-        "INSERT INTO studies (id, name, request, refused, confidence, idempotency_key, body_hash, created_at) \
-         VALUES ($1, $2, $3, $4, $5, $6, $7, ",
+        "INSERT INTO studies (id, owner, name, request, refused, confidence, idempotency_key, body_hash, created_at) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, ",
         now_ms!(),
         ") RETURNING created_at"
     ))
     .bind(id.to_string())
+    .bind(new.owner.name())
     .bind(&new.name)
     .bind(&new.request)
     .bind(to_json(&new.refused)?)
@@ -55,6 +56,7 @@ pub(super) async fn submit(
         let job_id = Uuid::now_v7();
         let row = jobs::NewRow {
             id: job_id,
+            owner: &new.owner,
             name: new.name.as_deref(),
             submitted: &submitted,
             document: to_json(&job.document)?,
@@ -101,18 +103,28 @@ macro_rules! columns {
     };
 }
 
-pub(super) async fn of_key(connection: &mut SqliteConnection, key: &str) -> Result<Option<StoredStudy>, StoreError> {
-    let row = sqlx::query(concat!("SELECT ", columns!(), " FROM studies WHERE idempotency_key = $1"))
+pub(super) async fn of_key(
+    connection: &mut SqliteConnection,
+    scope: Scope<'_>,
+    key: &str,
+) -> Result<Option<StoredStudy>, StoreError> {
+    let row = sqlx::query(concat!("SELECT ", columns!(), " FROM studies WHERE idempotency_key = $1 AND ", in_scope!()))
         .bind(key)
+        .bind(bound(scope))
         .fetch_optional(&mut *connection)
         .await
         .map_err(store_error)?;
     with_parts(connection, row).await
 }
 
-pub(super) async fn study(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<StoredStudy>, StoreError> {
-    let row = sqlx::query(concat!("SELECT ", columns!(), " FROM studies WHERE id = $1"))
+pub(super) async fn study(
+    connection: &mut SqliteConnection,
+    scope: Scope<'_>,
+    id: Uuid,
+) -> Result<Option<StoredStudy>, StoreError> {
+    let row = sqlx::query(concat!("SELECT ", columns!(), " FROM studies WHERE id = $1 AND ", in_scope!()))
         .bind(id.to_string())
+        .bind(bound(scope))
         .fetch_optional(&mut *connection)
         .await
         .map_err(store_error)?;
@@ -146,9 +158,15 @@ async fn with_parts(
     }))
 }
 
-pub(super) async fn list(pool: &SqlitePool, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError> {
-    sqlx::query("SELECT id FROM studies WHERE id < $1 ORDER BY id DESC LIMIT $2")
+pub(super) async fn list(
+    pool: &SqlitePool,
+    scope: Scope<'_>,
+    before: Option<Uuid>,
+    limit: u32,
+) -> Result<Vec<Uuid>, StoreError> {
+    sqlx::query(concat!("SELECT id FROM studies WHERE id < $1 AND ", in_scope!(), " ORDER BY id DESC LIMIT $3"))
         .bind(before.unwrap_or(Uuid::max()).to_string())
+        .bind(bound(scope))
         .bind(i64::from(limit))
         .fetch_all(pool)
         .await
@@ -159,14 +177,22 @@ pub(super) async fn list(pool: &SqlitePool, before: Option<Uuid>, limit: u32) ->
 }
 
 /// Studies all of whose jobs have ended, those that ended first first.
-pub(super) async fn ended(pool: &SqlitePool, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError> {
-    sqlx::query(
+pub(super) async fn ended(
+    pool: &SqlitePool,
+    scope: Scope<'_>,
+    before: Option<i64>,
+    limit: u32,
+) -> Result<Vec<Ended>, StoreError> {
+    sqlx::query(concat!(
         "SELECT id, ended_at FROM (SELECT s.id AS id, coalesce((SELECT max(j.finished_at) FROM study_jobs m \
          JOIN jobs j ON j.id = m.job_id WHERE m.study_id = s.id), s.created_at) AS ended_at FROM studies s \
-         WHERE NOT EXISTS (SELECT 1 FROM study_jobs m JOIN jobs j ON j.id = m.job_id \
-         WHERE m.study_id = s.id AND j.finished_at IS NULL)) WHERE ended_at < $1 ORDER BY ended_at, id LIMIT $2",
-    )
+         WHERE ",
+        in_scope!(),
+        " AND NOT EXISTS (SELECT 1 FROM study_jobs m JOIN jobs j ON j.id = m.job_id \
+         WHERE m.study_id = s.id AND j.finished_at IS NULL)) WHERE ended_at < $1 ORDER BY ended_at, id LIMIT $3"
+    ))
     .bind(before.unwrap_or(i64::MAX))
+    .bind(bound(scope))
     .bind(i64::from(limit))
     .fetch_all(pool)
     .await
@@ -176,14 +202,21 @@ pub(super) async fn ended(pool: &SqlitePool, before: Option<i64>, limit: u32) ->
     .collect()
 }
 
-pub(super) async fn heads(connection: &mut SqliteConnection, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
+pub(super) async fn heads(
+    database: impl SqliteExecutor<'_>,
+    scope: Scope<'_>,
+    id: Uuid,
+) -> Result<Vec<JobHead>, StoreError> {
     sqlx::query(concat!(
         "SELECT ",
         head_columns!(),
-        " FROM jobs WHERE id IN (SELECT job_id FROM study_jobs WHERE study_id = $1) ORDER BY id"
+        " FROM jobs WHERE id IN (SELECT job_id FROM study_jobs WHERE study_id = $1) AND ",
+        in_scope!(),
+        " ORDER BY id"
     ))
     .bind(id.to_string())
-    .fetch_all(connection)
+    .bind(bound(scope))
+    .fetch_all(database)
     .await
     .map_err(store_error)?
     .iter()
@@ -192,16 +225,23 @@ pub(super) async fn heads(connection: &mut SqliteConnection, id: Uuid) -> Result
 }
 
 /// Reads heads and steps of a study's jobs, consistently within one transaction.
-pub(super) async fn progress(tx: &mut SqliteConnection, id: Uuid) -> Result<StudyProgress, StoreError> {
-    let jobs = heads(tx, id).await?;
+pub(super) async fn progress(
+    tx: &mut SqliteConnection,
+    scope: Scope<'_>,
+    id: Uuid,
+) -> Result<StudyProgress, StoreError> {
+    let jobs = heads(&mut *tx, scope, id).await?;
     // the start is a job's third event, and the end its last one: each is found by the key; times may be equal, rows are written
     // one after the other
-    let steps = sqlx::query(
+    let steps = sqlx::query(concat!(
         "SELECT e.job_id, e.name FROM study_jobs s JOIN jobs j ON j.id = s.job_id \
          JOIN events e ON e.job_id = j.id AND e.seq IN (3, j.next_seq - 1) \
-         WHERE s.study_id = $1 AND e.name IN ('started', 'succeeded', 'failed', 'cancelled') ORDER BY e.rowid",
-    )
+         WHERE s.study_id = $1 AND e.name IN ('started', 'succeeded', 'failed', 'cancelled') AND ",
+        in_scope!(),
+        " ORDER BY e.rowid"
+    ))
     .bind(id.to_string())
+    .bind(bound(scope))
     .fetch_all(tx)
     .await
     .map_err(store_error)?;
@@ -213,10 +253,10 @@ pub(super) async fn progress(tx: &mut SqliteConnection, id: Uuid) -> Result<Stud
 }
 
 /// Cancels all jobs of a study that have not ended, and returns their ids.
-pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Vec<Uuid>, StoreError> {
+pub(super) async fn cancel(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<Vec<Uuid>, StoreError> {
     let mut cancelled = Vec::new();
-    for head in heads(tx, id).await?.into_iter().filter(|head| !head.status.is_final()) {
-        if jobs::cancel(tx, head.id).await? == CancelOutcome::Accepted {
+    for head in heads(&mut *tx, scope, id).await?.into_iter().filter(|head| !head.status.is_final()) {
+        if jobs::cancel(tx, scope, head.id).await? == CancelOutcome::Accepted {
             cancelled.push(head.id);
         }
     }
@@ -236,7 +276,8 @@ pub(super) async fn keep_found(tx: &mut SqliteConnection, id: Uuid, found: &[(Uu
     Ok(())
 }
 
-pub(super) async fn delete(tx: &mut SqliteConnection, id: Uuid) -> Result<bool, StoreError> {
-    let deleted = sqlx::query("DELETE FROM studies WHERE id = $1").bind(id.to_string()).execute(tx).await;
+pub(super) async fn delete(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let delete = sqlx::query(concat!("DELETE FROM studies WHERE id = $1 AND ", in_scope!()));
+    let deleted = delete.bind(id.to_string()).bind(bound(scope)).execute(tx).await;
     Ok(deleted.map_err(store_error)?.rows_affected() > 0)
 }

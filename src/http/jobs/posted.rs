@@ -10,7 +10,6 @@ use serde_json::Value;
 
 use crate::document::canonical::canonical_hash;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, read};
-use crate::http::Service;
 use crate::http::client::Client;
 use crate::http::content::check_coding;
 use crate::http::limits::off_thread;
@@ -18,6 +17,7 @@ use crate::http::places::Place;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 use crate::http::turns::Turn;
+use crate::http::{Service, Shared};
 use crate::present::prepared::{Prepared, prepare_document};
 use crate::queue::computation::computation;
 
@@ -37,10 +37,10 @@ pub struct Body {
     held: Place,
 }
 
-impl FromRequest<Arc<Service>> for Body {
+impl FromRequest<Arc<Shared>> for Body {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, app: &Arc<Service>) -> Result<Self, Problem> {
+    async fn from_request(request: Request, app: &Arc<Shared>) -> Result<Self, Problem> {
         let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
         let media_type = content_type.unwrap_or("").split(';').next().unwrap_or("").trim().to_ascii_lowercase();
         if media_type != "application/json" {

@@ -22,6 +22,8 @@ use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
 use crate::present::prepared::Prepared;
+use crate::queue::durability::Durability;
+use crate::queue::owner::Owner;
 use crate::queue::store::*;
 
 /// Largest number of characters of an `Idempotency-Key`.
@@ -85,7 +87,7 @@ pub async fn create(
     {
         return if job.body_hash == posted.hash {
             drop(turn);
-            answer(&app, job, waiting, Told::Perhaps).await.map(replayed)
+            answer(&app, job, waiting).await.map(replayed)
         } else {
             Err(key_reused(OTHER))
         };
@@ -101,17 +103,21 @@ pub async fn create(
         }
     }
     let PreparedPost { prepared, meshes, computation } = prepare(&app, &turn, posted.value).await?;
-    let new = new_job(&prepared, posted.text, meshes, client)?;
+    let new = new_job(&prepared, &app.owner, posted.text, meshes, client);
     let predictions = query.predictions(&app.permits.pilots_of_jobs, &prepared).await?;
     drop(turn);
     let new = NewJob { idempotency_key, body_hash: posted.hash, computation, predictions, ..new };
-    // where the answer comes with the job's end, the wait for the disk at that end is enough
-    let told = if waiting.is_some() { Told::Perhaps } else { Told::Safely };
-    let submission = queue(&app, new, prepared, told).await?;
+    let submission = queue(&app, new, prepared).await?;
     drop(posted.held);
     match submission {
-        Submission::New(job) => answer(&app, job, waiting, told).await,
-        Submission::Repeated(job) => answer(&app, job, waiting, Told::Perhaps).await.map(replayed),
+        Submission::New(job, durability) => {
+            // where the answer comes with the job's end, the wait for the disk at that end is enough
+            if waiting.is_none() && durability == Durability::Buffered {
+                app.store.sync(job.head.id).await?;
+            }
+            answer(&app, job, waiting).await
+        }
+        Submission::Repeated(job) => answer(&app, job, waiting).await.map(replayed),
         Submission::KeyReused => Err(key_reused(OTHER)),
         Submission::QueueFull => Err(queue_full(&app)),
         Submission::ClientFull => Err(client_full(&app)),
@@ -120,21 +126,18 @@ pub async fn create(
 }
 
 /// Queues a job, and hands its prepared form to the worker.
-async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>, told: Told) -> Result<Submission, Problem> {
+async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>) -> Result<Submission, Problem> {
     let (id, most) = (new.id, app.limits.most_waiting());
     // before it is queued: it may begin at once
     app.live.hand_over(id, prepared);
-    let submission = match told {
-        Told::Perhaps => app.store.submit_untold(new, most).await,
-        Told::Safely => app.store.submit(new, most).await,
-    };
-    if !matches!(submission, Ok(Submission::New(_))) {
+    let submission = app.store.submit(new, most).await;
+    if !matches!(submission, Ok(Submission::New(..))) {
         app.live.forget(id);
     }
     let submission = submission?;
     let full = matches!(submission, Submission::QueueFull | Submission::ClientFull);
     app.queue_was_full.store(full, Ordering::Relaxed);
-    if let Submission::New(job) = &submission {
+    if let Submission::New(job, _) = &submission {
         tracing::debug!(job = %job.head.id, "job queued");
         metrics::counter!("skyduct_jobs_submitted_total").increment(1);
     }
@@ -142,9 +145,10 @@ async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>, told: Told) 
 }
 
 /// Creates the job to be queued from its prepared form, with neither key nor hashes; `text` is its document.
-fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>, client: String) -> Result<NewJob, Problem> {
-    Ok(NewJob {
+fn new_job(prepared: &Prepared, owner: &Owner, text: String, meshes: Vec<String>, client: String) -> NewJob {
+    NewJob {
         id: Uuid::now_v7(),
+        owner: owner.clone(),
         name: prepared.name.clone(),
         submitted: text,
         document: prepared.document.clone(),
@@ -158,19 +162,12 @@ fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>, client: Strin
         meshes,
         first_chunk: prepared.passes_after(0),
         client,
-    })
+    }
 }
 
-/// Durability of a job that has not ended: whether it would survive a power failure.
-#[derive(Clone, Copy, PartialEq)]
-enum Told {
-    Safely,
-    /// Perhaps not durable yet: it must be before a client receives that it was accepted.
-    Perhaps,
-}
-
-/// Answers with the job as it is at its end if that comes in time, else as it is now.
-async fn answer(app: &Service, mut job: Job, waiting: Option<Waiting<'_>>, told: Told) -> Result<Response, Problem> {
+/// Answers with the job as it is at its end if that comes in time, else as it is now. Either is durable: the store gives nothing out
+/// before.
+async fn answer(app: &Service, mut job: Job, waiting: Option<Waiting<'_>>) -> Result<Response, Problem> {
     if let Some(waiting) = waiting {
         if let Some(finished) = waiting.answer(&job.head).await? {
             return Ok(finished);
@@ -178,9 +175,6 @@ async fn answer(app: &Service, mut job: Job, waiting: Option<Waiting<'_>>, told:
         // others had time to delete it
         let deleted = || Problem::conflict("the job was deleted while the request waited for its end");
         job = app.store.job(job.head.id).await?.ok_or_else(deleted)?;
-    }
-    if told == Told::Perhaps && !job.head.status.is_final() {
-        app.store.ready().await?;
     }
     Ok(accepted(job))
 }

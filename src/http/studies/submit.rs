@@ -76,7 +76,8 @@ pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) ->
         };
     }
     let new = prepared(&app, turn, posted.value).await?;
-    let new = NewStudy { idempotency_key, body_hash: posted.hash, client: client.to_string(), ..new };
+    let (owner, client) = (app.owner.clone(), client.to_string());
+    let new = NewStudy { owner, idempotency_key, body_hash: posted.hash, client, ..new };
     match app.store.submit_study(new, app.limits.most_waiting()).await? {
         StudySubmission::New(study) => {
             tracing::info!(study = %study.id, jobs = study.jobs.len(), "study queued");

@@ -121,7 +121,7 @@ impl Commits {
 
     /// Waits until the end of a chunk is durable, then deletes the files that are not needed any more.
     pub async fn settle(&self, lease: &Lease, committed: Committed) -> Result<(), StoreError> {
-        retry(|| self.store.make_safe(lease)).await?;
+        retry(|| self.store.sync(lease.job)).await?;
         self.delete_obsolete(committed).await;
         Ok(())
     }

@@ -13,6 +13,7 @@ use skyduct::document::MeshSource;
 use skyduct::document::result::PlanResult;
 use skyduct::geometry::TriangleMesh;
 use skyduct::present::prepared::prepare;
+use skyduct::queue::owner::Owner;
 use skyduct::queue::store::{MostWaiting, NewJob};
 use tempfile::TempDir;
 use uuid::Uuid;
@@ -201,6 +202,7 @@ pub fn new_job() -> NewJob {
     let prepared = prepare(small_job().to_string().as_bytes(), &NoMeshes).unwrap();
     NewJob {
         id: Uuid::now_v7(),
+        owner: Owner::default(),
         client: "client".into(),
         name: Some("test".into()),
         submitted: "{}".into(),

@@ -1,0 +1,110 @@
+//! Events and passes of jobs.
+
+use sqlx::SqlitePool;
+use uuid::Uuid;
+
+use crate::engine::progress::PassReport;
+use crate::queue::events::{EventData, Planned};
+use crate::queue::store::*;
+
+use super::rows::{self, signed};
+use super::sql::{Scope, bound, of_job_in_scope, store_error};
+
+pub(super) async fn events(
+    pool: &SqlitePool,
+    scope: Scope<'_>,
+    id: Uuid,
+    after: i64,
+    limit: u32,
+) -> Result<Vec<Event>, StoreError> {
+    let rows = sqlx::query(concat!(
+        "SELECT seq, name, data FROM events WHERE ",
+        of_job_in_scope!(),
+        " AND seq > $3 ORDER BY seq LIMIT $4"
+    ))
+    .bind(id.to_string())
+    .bind(bound(scope))
+    .bind(after)
+    .bind(i64::from(limit))
+    .fetch_all(pool)
+    .await
+    .map_err(store_error)?;
+    let mut events = rows.iter().map(rows::event).collect::<Result<Vec<Event>, StoreError>>()?;
+    // the plan is kept once, in the job's row; old events have it
+    for event in events.iter_mut().filter(|event| event.name == Planned::NAME && event.data["plan"].is_null()) {
+        let row = sqlx::query(
+            "SELECT plan, study_id, (SELECT d.plan FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_plan \
+             FROM jobs WHERE id = $1",
+        )
+        .bind(id.to_string())
+        .fetch_optional(pool)
+        .await
+        .map_err(store_error)?;
+        // a job that was deleted meanwhile has no events
+        let Some(row) = row else { return Ok(Vec::new()) };
+        if let Some(data) = event.data.as_object_mut() {
+            data.insert("plan".to_owned(), rows::whole(&row, "plan", "shared_plan")?);
+        }
+    }
+    Ok(events)
+}
+
+/// Columns of a [`PassReport`].
+macro_rules! pass_columns {
+    () => {
+        "pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux, cpu_seconds"
+    };
+}
+
+pub(super) async fn convergence(
+    pool: &SqlitePool,
+    scope: Scope<'_>,
+    id: Uuid,
+    after: u64,
+    limit: u32,
+) -> Result<Vec<PassReport>, StoreError> {
+    sqlx::query(concat!(
+        "SELECT ",
+        pass_columns!(),
+        " FROM passes WHERE ",
+        of_job_in_scope!(),
+        " AND pass > $3 ORDER BY pass LIMIT $4"
+    ))
+    .bind(id.to_string())
+    .bind(bound(scope))
+    .bind(signed(after))
+    .bind(i64::from(limit))
+    .fetch_all(pool)
+    .await
+    .map_err(store_error)?
+    .iter()
+    .map(rows::pass)
+    .collect()
+}
+
+/// Reads about `points` rows of the convergence table, evenly spread. Tables from before passes were thinned have a row for each
+/// pass.
+pub(super) async fn convergence_outline(
+    pool: &SqlitePool,
+    scope: Scope<'_>,
+    id: Uuid,
+    points: u32,
+) -> Result<Vec<PassReport>, StoreError> {
+    sqlx::query(concat!(
+        "WITH counted AS (SELECT *, row_number() OVER (ORDER BY pass) AS number, count(*) OVER () AS total FROM passes \
+         WHERE ",
+        of_job_in_scope!(),
+        ") SELECT ",
+        pass_columns!(),
+        " FROM counted WHERE number % (total / $3 + 1) = 0 OR number = 1 OR number = total ORDER BY pass"
+    ))
+    .bind(id.to_string())
+    .bind(bound(scope))
+    .bind(i64::from(points.max(3) - 2))
+    .fetch_all(pool)
+    .await
+    .map_err(store_error)?
+    .iter()
+    .map(rows::pass)
+    .collect()
+}

@@ -1,0 +1,224 @@
+//! Two owners of one store: neither finds, lists, cancels, deletes or collides with what the other has.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use skyduct::db::SqliteStore;
+use skyduct::engine::progress::{PassReport, Progress, StoppedBy};
+use skyduct::queue::owner::Owner;
+use skyduct::queue::shared_fields::SharedFields;
+use skyduct::queue::store::*;
+use tempfile::TempDir;
+use uuid::Uuid;
+
+use crate::common::{most, new_job};
+
+/// Store of everything, and those of two owners.
+struct Stores {
+    all: SqliteStore,
+    owners: [Owner; 2],
+    ann: Arc<dyn Store>,
+    ben: Arc<dyn Store>,
+    _folder: TempDir,
+}
+
+impl Stores {
+    async fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let all = SqliteStore::open(&folder.path().join("test.db")).await.unwrap();
+        let owners = ["ann", "ben"].map(Owner::new);
+        let [ann, ben] = owners.clone().map(|owner| all.of(owner));
+        Self { all, owners, ann, ben, _folder: folder }
+    }
+
+    /// A job of one of the owners, posted with the key that both use.
+    fn keyed(&self, owner: usize) -> NewJob {
+        let (owner, body_hash) = (self.owners[owner].clone(), format!("hash of {owner}"));
+        NewJob { owner, body_hash, idempotency_key: Some("key".into()), ..new_job() }
+    }
+
+    /// Queues a job of Ann, and one of Ben with the same key.
+    async fn two_jobs(&self) -> [Uuid; 2] {
+        let id = |submission| match submission {
+            Submission::New(job, _) => job.head.id,
+            _ => panic!("not new"),
+        };
+        let ann = id(self.ann.submit(self.keyed(0), most(10)).await.unwrap());
+        assert!(self.ben.job_of_key("key").await.unwrap().is_none());
+        [ann, id(self.ben.submit(self.keyed(1), most(10)).await.unwrap())]
+    }
+
+    /// Queues a study of one job of Ann, and one of Ben with the same key.
+    async fn two_studies(&self) -> [Uuid; 2] {
+        let id = |submission| match submission {
+            StudySubmission::New(study) => study.id,
+            _ => panic!("not new"),
+        };
+        let ann = id(self.ann.submit_study(self.study(0), most(10)).await.unwrap());
+        assert!(self.ben.study_of_key("key").await.unwrap().is_none());
+        [ann, id(self.ben.submit_study(self.study(1), most(10)).await.unwrap())]
+    }
+
+    fn study(&self, owner: usize) -> NewStudy {
+        let NewJob { known, body_hash, client, .. } = self.keyed(owner);
+        let mut shared = SharedFields::default();
+        let own = shared.divide(json!({ "seed": 1 }).as_object().unwrap().clone());
+        let job = NewStudyJob {
+            part: Value::Null,
+            submitted: own.clone(),
+            document: own.clone(),
+            plan: own,
+            known,
+            warnings: Vec::new(),
+            first_chunk: 0..8,
+        };
+        NewStudy {
+            owner: self.owners[owner].clone(),
+            name: None,
+            request: "{}".into(),
+            refused: json!([]),
+            confidence: 0.95,
+            idempotency_key: Some("key".into()),
+            body_hash,
+            client,
+            meshes: Vec::new(),
+            submitted: shared.clone(),
+            document: shared.clone(),
+            plan: shared,
+            jobs: vec![job],
+        }
+    }
+
+    /// Renders the next waiting job to its end, with one pass and one file.
+    async fn render(&self) -> Uuid {
+        let lease = self.all.claim("worker", Duration::from_secs(60), Turn::default()).await.unwrap().unwrap();
+        let pass = PassReport {
+            passes: 1,
+            seconds: 1.0,
+            photons: 1,
+            rays: 1,
+            relative_error: None,
+            view_relative_error: None,
+            mean_lux: None,
+            cpu_seconds: None,
+        };
+        let finish = Finish {
+            end: JobEnd::Succeeded { stopped_by: StoppedBy::MaxPasses, progress: Progress::default() },
+            summary: None,
+            artifacts: vec![Artifact::in_store("file".into(), "application/json", "{}".into())],
+            last_pass: Some(Box::new(pass.into())),
+        };
+        let completed = self.all.complete(&lease, &[], &Completion::Finish(finish)).await.unwrap();
+        assert!(matches!(completed, Committed::Yes { .. }));
+        lease.job
+    }
+}
+
+/// What a store finds of a job, by each of its reads.
+async fn reads(store: &dyn Store, job: Uuid) -> [bool; 8] {
+    [
+        store.job(job).await.unwrap().is_some(),
+        store.job_head(job).await.unwrap().is_some(),
+        store.job_source(job).await.unwrap().is_some(),
+        !store.events(job, 0, 10).await.unwrap().is_empty(),
+        !store.convergence(job, 0, 10).await.unwrap().is_empty(),
+        !store.convergence_outline(job, 10).await.unwrap().is_empty(),
+        !store.artifacts(job).await.unwrap().is_empty(),
+        store.artifact(job, "file").await.unwrap().is_some(),
+    ]
+}
+
+async fn listed(store: &dyn Store, status: Option<JobStatus>) -> Vec<Uuid> {
+    let jobs = store.jobs(JobFilter { status, before: None, limit: 10 }).await.unwrap();
+    jobs.into_iter().map(|job| job.id).collect()
+}
+
+async fn ended(store: &dyn Store) -> Vec<Uuid> {
+    let jobs = store.ended_jobs(EndedFilter { status: None, before: None, limit: 10 }).await.unwrap();
+    jobs.into_iter().map(|job| job.id).collect()
+}
+
+#[tokio::test]
+async fn neither_meets_the_jobs_of_the_other() {
+    let stores = Stores::new().await;
+    let [of_ann, of_ben] = stores.two_jobs().await;
+    let (ann, ben) = (stores.ann.as_ref(), stores.ben.as_ref());
+    let repeated = ann.submit(stores.keyed(0), most(10)).await.unwrap();
+    assert!(matches!(repeated, Submission::Repeated(job) if job.head.id == of_ann));
+    let other_body = NewJob { body_hash: "other".into(), ..stores.keyed(1) };
+    assert!(matches!(ben.submit(other_body, most(10)).await.unwrap(), Submission::KeyReused));
+    assert_eq!(ben.job_of_key("key").await.unwrap().unwrap().head.id, of_ben);
+
+    assert_eq!([stores.render().await, stores.render().await], [of_ann, of_ben], "the worker renders the jobs of all");
+    for (store, own, other) in [(ann, of_ann, of_ben), (ben, of_ben, of_ann)] {
+        assert_eq!(reads(store, own).await, [true; 8]);
+        assert_eq!(reads(store, other).await, [false; 8]);
+        for status in [None, Some(JobStatus::Succeeded)] {
+            assert_eq!(listed(store, status).await, [own]);
+        }
+        assert_eq!(ended(store).await, [own]);
+        assert_eq!(store.cancel(other).await.unwrap(), CancelOutcome::NotFound);
+        assert!(!store.delete(other).await.unwrap());
+    }
+    assert_eq!(ended(&stores.all).await, [of_ann, of_ben]);
+    assert_eq!(reads(&stores.all, of_ann).await, [true; 8], "nobody else has deleted a part of it");
+    assert!(ann.delete(of_ann).await.unwrap());
+    assert_eq!(listed(&stores.all, None).await, [of_ben]);
+}
+
+#[tokio::test]
+async fn neither_meets_the_studies_of_the_other() {
+    let stores = Stores::new().await;
+    let [of_ann, of_ben] = stores.two_studies().await;
+    for (store, number, own, other) in [(&stores.ann, 0, of_ann, of_ben), (&stores.ben, 1, of_ben, of_ann)] {
+        let repeated = store.submit_study(stores.study(number), most(10)).await.unwrap();
+        assert!(matches!(repeated, StudySubmission::Repeated(study) if study.id == own));
+        assert_eq!(store.study_of_key("key").await.unwrap().unwrap().id, own);
+        assert_eq!(store.studies(None, 10).await.unwrap(), [own]);
+        for (study, found) in [(own, 1), (other, 0)] {
+            assert_eq!(store.study(study).await.unwrap().map_or(0, |study| study.jobs.len()), found);
+            assert_eq!(store.jobs_of_study(study).await.unwrap().len(), found);
+            assert_eq!(store.study_progress(study).await.unwrap().jobs.len(), found);
+        }
+        assert_eq!(store.cancel_study(other).await.unwrap(), 0);
+        assert!(!store.delete_study(other).await.unwrap());
+    }
+    assert_eq!(stores.ann.cancel_study(of_ann).await.unwrap(), 1);
+    stores.render().await;
+    for (store, own) in [(&stores.ann, of_ann), (&stores.ben, of_ben)] {
+        let progress = store.study_progress(own).await.unwrap();
+        assert!(progress.steps.iter().all(|step| progress.jobs.iter().any(|job| job.id == step.job)));
+        let ended = store.ended_studies(None, 10).await.unwrap();
+        assert_eq!(ended.into_iter().map(|study| study.id).collect::<Vec<_>>(), [own]);
+    }
+    assert!(stores.ann.delete_study(of_ann).await.unwrap());
+    assert_eq!(stores.all.studies(None, 10).await.unwrap(), [of_ben]);
+}
+
+/// Equal meshes of two owners are two files, each of which stays as long as a job of its owner needs it.
+#[tokio::test]
+async fn neither_meets_the_meshes_of_the_other() {
+    let stores = Stores::new().await;
+    let [ann, ben] = stores.owners.clone();
+    let mesh = |owner: &Owner, key: &str| Mesh {
+        owner: owner.clone(),
+        id: "m".into(),
+        key: key.into(),
+        size: 1,
+        triangles: 1,
+        materials: Vec::new(),
+        created_at: 0,
+    };
+    stores.ann.add_mesh(mesh(&ann, "of ann")).await.unwrap();
+    assert!(stores.ben.mesh("m").await.unwrap().is_none());
+    let using = NewJob { owner: ben.clone(), meshes: vec!["m".into()], ..new_job() };
+    let refused = stores.ben.submit(using.clone(), most(10)).await.unwrap();
+    assert!(matches!(refused, Submission::MeshGone(mesh) if mesh == "m"));
+    assert_eq!(stores.ben.add_mesh(mesh(&ben, "of ben")).await.unwrap().key, "of ben");
+    assert!(matches!(stores.ben.submit(using, most(10)).await.unwrap(), Submission::New(..)));
+    assert_eq!(stores.ben.delete_mesh("m").await.unwrap(), MeshDeletion::InUse);
+    assert_eq!(stores.ann.delete_mesh("m").await.unwrap(), MeshDeletion::Deleted("of ann".into()));
+    assert_eq!(stores.ann.delete_mesh("m").await.unwrap(), MeshDeletion::NotFound);
+    assert_eq!(stores.ben.mesh("m").await.unwrap().unwrap().key, "of ben");
+}
