@@ -1,20 +1,24 @@
 //! Errors of sensors that few photons find, or none: one photon's worth at least, where light can come at all.
 
+use std::sync::atomic::AtomicBool;
+
 use crate::documents::prepare;
 use crate::mesh_objects::closed_cube;
 use crate::scenes::{
-    RADIUS, assert_grid, bent, clear, cube, daylight, furnished, lambertian, light_tracing, run, sppm, straight,
-    traceable, values,
+    RADIUS, assert_grid, bent, clear, cube, daylight, furnished, lambertian, light_tracing, resize, run, sppm,
+    straight, traceable, values, with_sun,
 };
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use skyduct::document::WarningCode;
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::progress::StoppedBy;
+use skyduct::integrator::light_tracing::LightTracing;
 use skyduct::integrator::photon_mapping::{self, PhotonMapping};
 use skyduct::integrator::ppm::{self, Ppm};
 use skyduct::integrator::{Integrator, sppm};
-use skyduct::scene::{EstimateKind, Grid, Scene};
+use skyduct::optics::{Specular, Surface};
+use skyduct::scene::{Channels, EstimateKind, Grid, Scene, TubeShape};
 
 /// Every method that counts the photons of its sensors, with few of them in a pass.
 fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn Integrator>)> {
@@ -35,11 +39,47 @@ fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn I
 fn corridor() -> Scene {
     let tube = straight(1.0, 0.98, lambertian(0.6, 0.3));
     let mut scene = cube(0.9, 0.2, 0.1, vec![tube], daylight(15, 3000.0, 20.0, 160.0), EstimateKind::Point);
-    crate::scenes::resize(&mut scene, DVec3::new(0.8, 11.7, 2.3));
+    resize(&mut scene, DVec3::new(0.8, 11.7, 2.3));
     scene.tubes[0].centre = DVec2::new(0.55, 6.6);
     scene.tubes[0].opening_radius = 0.25 * RADIUS;
     scene.grids = vec![Grid::new("far".into(), 2.2, [4, 3], 0.0, [0.8, 11.7], EstimateKind::Point)];
     scene
+}
+
+/// Points count each photon that was connected to all of them, where no surface concentrates light; cells, and points of rooms with
+/// glossy walls, count one photon of a pass. The room is low, under a slender tube beside a wall, below sky and a high sun.
+#[test]
+fn points_count_the_photons_that_were_connected() {
+    let found = |glossy: bool| {
+        let mut tube = straight(0.6, 0.98, lambertian(0.6, 0.3));
+        (tube.centre, tube.opening_radius) = (DVec2::new(0.3, 1.1), 0.05);
+        let TubeShape::Cylinders(cylinders) = &mut tube.shape else { panic!("a mesh") };
+        cylinders.reflectance = [0.98, 0.95, 0.9].into();
+        let sky = daylight(12, 5000.0, 82.0, 2f64.to_degrees());
+        let mut scene = cube(0.3, 0.3, 0.3, vec![tube], sky, EstimateKind::Point);
+        let size = DVec3::new(3.0, 2.2, 2.5);
+        resize(&mut scene, size);
+        with_sun(&mut scene, 20_000.0, 82.0);
+        scene.channels = Channels::Rgb;
+        if glossy {
+            let specular = Some(Specular { reflectance: [0.5; 3], roughness: 0.4 });
+            let surface = Surface { specular, ..Surface::diffuse([0.3; 3]) };
+            (0..6).for_each(|face| scene.room.enclosure.paint(face, Some(surface)));
+        }
+        let grid = |height, cells, estimate| Grid::new("grid".into(), height, cells, 0.0, [size.x, size.y], estimate);
+        scene.grids = vec![
+            grid(0.0, [6, 7], EstimateKind::Point),
+            grid(1.0, [4, 5], EstimateKind::Point),
+            grid(0.4, [3, 3], EstimateKind::CellAverage),
+        ];
+        let method = LightTracing::<3>::new(traceable(&scene), &scene.grids, (256, 0.01), 1);
+        let pass = method.pass(0, &AtomicBool::new(false)).unwrap();
+        [0, 2].map(|grid: usize| pass.grids[grid].photons.iter().map(|count| count.found).collect::<Vec<_>>())
+    };
+    let [points, cells] = found(false);
+    assert!(points.iter().all(|found| *found == points[0] && (64.0..=256.0).contains(found)), "{points:?}");
+    assert_eq!(cells, [1.0; 9]);
+    assert_eq!(found(true)[0], [1.0; 42]);
 }
 
 /// Points that no photon found in any pass, but for the light that is connected, are within 4.5 of their errors of what light
@@ -135,6 +175,6 @@ fn a_job_that_no_light_reaches_ends_and_says_so() {
         assert_eq!((cells.illuminance_lux(40), cells.standard_error_lux(40) > 0.0), (0.0, told), "{method}");
         let warnings = prepared.render_warnings(&rendered.estimate);
         let said = warnings.iter().find(|warning| warning.code == WarningCode::NoLight).unwrap();
-        assert!(said.detail.contains("brought no light") && said.detail.contains("\"floor\""), "{}", said.detail);
+        assert!(said.detail.contains("\"floor\""), "{}", said.detail);
     }
 }

@@ -50,6 +50,7 @@ mod mirrors;
 mod outside;
 mod path_tracing;
 mod photon_mapping;
+mod point_statistics;
 mod predictions;
 mod progressive;
 mod results;

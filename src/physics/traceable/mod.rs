@@ -17,6 +17,8 @@ pub mod solids;
 mod source;
 mod surface_id;
 mod taken;
+#[cfg(test)]
+pub(crate) mod test_rooms;
 mod tube;
 mod way_by_mirrors;
 

@@ -118,8 +118,8 @@ mod tests {
     use super::*;
     use crate::optics::Surface;
     use crate::sampling::{Key, PathRandom, warp};
-    use crate::scene::{BoxObject, Channels, Enclosure, Room, Scene};
-    use crate::traceable::Follow;
+    use crate::scene::BoxObject;
+    use crate::traceable::test_rooms::{compiled, empty};
 
     /// No ray reaches a disc from any point of a cell from which `hides` reports it hidden, and the shadows of `between` hide exactly the
     /// points of the disc that rays do not reach.
@@ -128,18 +128,9 @@ mod tests {
         let surface = Surface::diffuse([0.5; 3]);
         let object =
             |x: f64, size: DVec3| BoxObject { size, base: DVec3::new(x, 3.0, 0.0), rotation: 0.4 * x, surface };
-        let boxes = vec![object(2.0, DVec3::new(0.5, 3.0, 2.0)), object(4.0, DVec3::new(0.8, 1.0, 1.5))];
-        let enclosure = Enclosure::cuboid(DVec3::new(6.0, 6.0, 3.0), [Some(surface); 6]);
-        let scene = Scene {
-            daylight: None,
-            room: Room { enclosure, boxes, meshes: Vec::new(), luminaires: Vec::new() },
-            tubes: Vec::new(),
-            grids: Vec::new(),
-            views: Vec::new(),
-            channels: Channels::Photopic,
-        };
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        let scene = TraceableScene::new(&scene, follow).unwrap();
+        let mut scene = empty(DVec3::new(6.0, 6.0, 3.0), Some(surface));
+        scene.room.boxes = vec![object(2.0, DVec3::new(0.5, 3.0, 2.0)), object(4.0, DVec3::new(0.8, 1.0, 1.5))];
+        let scene = compiled(&scene);
         let mut random = PathRandom::new(Key::new(8));
         let (mut hidden, mut in_part) = (0, 0);
         for _ in 0..4000 {

@@ -53,28 +53,20 @@ impl TraceableScene {
 mod tests {
     use super::*;
     use crate::optics::{Specular, Surface};
-    use crate::scene::{BoxObject, Channels, Enclosure, Face, Room, Scene};
-    use crate::traceable::Follow;
+    use crate::scene::{BoxObject, Face};
+    use crate::traceable::test_rooms::{compiled, empty};
 
     const SIZE: DVec3 = DVec3::new(2.0, 3.0, 2.5);
 
     /// An empty room of 2 x 3 x 2.5 m whose faces of these numbers are mirrors of these reflectances.
     fn room(mirrors: &[(Face, f64)], boxes: Vec<BoxObject>) -> TraceableScene {
-        let mut enclosure = Enclosure::cuboid(SIZE, [Some(Surface::diffuse([0.2; 3])); 6]);
+        let mut scene = empty(SIZE, Some(Surface::diffuse([0.2; 3])));
+        scene.room.boxes = boxes;
         for (face, reflectance) in mirrors {
             let specular = Some(Specular { reflectance: [*reflectance; 3], roughness: 0.0 });
-            enclosure.paint(*face as usize, Some(Surface { specular, ..Surface::diffuse([0.1; 3]) }));
+            scene.room.enclosure.paint(*face as usize, Some(Surface { specular, ..Surface::diffuse([0.1; 3]) }));
         }
-        let scene = Scene {
-            daylight: None,
-            room: Room { enclosure, boxes, meshes: Vec::new(), luminaires: Vec::new() },
-            tubes: Vec::new(),
-            grids: Vec::new(),
-            views: Vec::new(),
-            channels: Channels::Rgb,
-        };
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        TraceableScene::new(&scene, follow).unwrap()
+        compiled(&scene)
     }
 
     /// By hand: one mirror has one chain; two of reflectance 0.5 that face each other have two chains of each length up to eight mirrors,

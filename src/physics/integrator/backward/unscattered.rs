@@ -227,11 +227,11 @@ mod tests {
     use super::*;
     use crate::geometry::disc::far_disc_illuminance;
     use crate::optics::{Collector, Diffuser};
-    use crate::scene::{Channels, Daylight, Enclosure, Face, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
+    use crate::scene::{Daylight, Face, Segment, StraightOrBent, Tube, TubeShape};
     use crate::sky::zenith::ZenithFormula;
     use crate::sky::{CieType, Sky, SkyDistribution};
     use crate::statistics::Moments;
-    use crate::traceable::Follow;
+    use crate::traceable::test_rooms::{compiled, empty};
 
     /// Checks that below a lossless pipe a clear opening is as bright as a uniform sky: points that look up, sideways and askew get what a
     /// disc sends them in closed form, in every channel, within four standard errors.
@@ -240,7 +240,6 @@ mod tests {
         let (luminance, transmittance) = (3000.0, [0.9, 0.8, 0.5]);
         let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
         let sky = Some(Sky { distribution, zenith_luminance_cd_m2: luminance });
-        let size = DVec3::new(3.0, 2.0, 2.5);
         let tube = Tube {
             face: Face::Ceiling as usize,
             drop_m: 0.0,
@@ -253,21 +252,10 @@ mod tests {
             }),
             diffuser: Diffuser::Clear { transmittance },
         };
-        let scene = Scene {
-            daylight: Some(Daylight { sky, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
-            room: Room {
-                enclosure: Enclosure::cuboid(size, [None; 6]),
-                boxes: Vec::new(),
-                meshes: Vec::new(),
-                luminaires: Vec::new(),
-            },
-            tubes: vec![tube],
-            grids: Vec::new(),
-            views: Vec::new(),
-            channels: Channels::Rgb,
-        };
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        let traceable = TraceableScene::new(&scene, follow).unwrap();
+        let mut scene = empty(DVec3::new(3.0, 2.0, 2.5), None);
+        scene.daylight = Some(Daylight { sky, sun: None, formula: ZenithFormula::GivenZenithLuminance });
+        scene.tubes = vec![tube];
+        let traceable = compiled(&scene);
         let (stream, mut number) = (Key::new(8), 0);
         for position in [DVec3::new(0.0, 0.4, 0.1), DVec3::new(0.1, 1.9, 1.5), DVec3::new(2.9, 0.3, 0.7)] {
             let away = tube_axis(&traceable) - position;

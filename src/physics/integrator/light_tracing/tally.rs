@@ -164,9 +164,9 @@ mod tests {
     use crate::optics::reflection::Lobes;
     use crate::optics::{Oriented, Scatterer, Surface};
     use crate::sampling::Key;
-    use crate::scene::{BoxObject, Channels, Daylight, Enclosure, EstimateKind, Face, Grid, Room, Scene};
-    use crate::sky::zenith::ZenithFormula;
-    use crate::traceable::{Follow, Place, TraceableScene};
+    use crate::scene::{BoxObject, EstimateKind, Face, Grid};
+    use crate::traceable::test_rooms::{self, compiled};
+    use crate::traceable::{Place, TraceableScene};
 
     fn planes(grids: &[Grid]) -> Vec<SensorPlane> {
         let mut first = 0;
@@ -198,22 +198,8 @@ mod tests {
     fn lobes_are_connected() {
         let size = DVec3::new(3.0, 4.0, 2.5);
         let grid = |estimate| Grid::new("grid".into(), 0.5, [7, 5], 0.1, [size.x, size.y], estimate);
-        let scene = Scene {
-            daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
-            room: Room {
-                enclosure: Enclosure::cuboid(size, [None; 6]),
-                boxes: Vec::new(),
-                meshes: Vec::new(),
-                luminaires: Vec::new(),
-            },
-            tubes: Vec::new(),
-            grids: vec![grid(EstimateKind::Point), grid(EstimateKind::CellAverage)],
-            views: Vec::new(),
-            channels: Channels::Rgb,
-        };
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        let traceable = TraceableScene::new(&scene, follow).unwrap();
-        let sensors = planes(&scene.grids);
+        let traceable = compiled(&test_rooms::empty(size, None));
+        let sensors = planes(&[grid(EstimateKind::Point), grid(EstimateKind::CellAverage)]);
         let flux = Spectrum([2.0, 3.0, 5.0]);
         let white = Lobes::default().compile(&Surface::diffuse([1.0; 3]));
         let lux = |leaving: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
@@ -243,30 +229,17 @@ mod tests {
     #[test]
     fn boxes_hide_what_rays_do_not_pass() {
         let size = DVec3::new(3.0, 4.0, 2.5);
-        let grid = |cells, estimate| Grid::new("grid".into(), 0.5, cells, 0.1, [size.x, size.y], estimate);
+        let grid = |cells| Grid::new("grid".into(), 0.5, cells, 0.1, [size.x, size.y], EstimateKind::Point);
         let object = |base: DVec3, rotation: f64| BoxObject {
             size: DVec3::new(0.7, 0.4, 1.3),
             base,
             rotation,
             surface: Surface::diffuse([0.5; 3]),
         };
-        let boxes = vec![object(DVec3::new(1.0, 1.2, 0.0), 0.4), object(DVec3::new(2.1, 2.9, 0.3), 1.9)];
-        let scene = Scene {
-            daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
-            room: Room {
-                enclosure: Enclosure::cuboid(size, [None; 6]),
-                boxes,
-                meshes: Vec::new(),
-                luminaires: Vec::new(),
-            },
-            tubes: Vec::new(),
-            grids: vec![grid([9, 8], EstimateKind::Point), grid([60, 40], EstimateKind::Point)],
-            views: Vec::new(),
-            channels: Channels::Photopic,
-        };
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        let traceable = TraceableScene::new(&scene, follow).unwrap();
-        let sensors = planes(&scene.grids);
+        let mut scene = test_rooms::empty(size, None);
+        scene.room.boxes = vec![object(DVec3::new(1.0, 1.2, 0.0), 0.4), object(DVec3::new(2.1, 2.9, 0.3), 1.9)];
+        let traceable = compiled(&scene);
+        let sensors = planes(&[grid([9, 8]), grid([60, 40])]);
         let (mut hidden, mut seen) = (0, 0);
         let side = traceable.intersect(DVec3::new(0.2, 1.2, 1.0), DVec3::X, None);
         let vertices = [

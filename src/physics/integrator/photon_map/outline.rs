@@ -231,9 +231,9 @@ mod tests {
 
     use super::*;
     use crate::optics::{Specular, Surface};
-    use crate::scene::{BoxObject, Channels, Enclosure, Face, Luminaire, Room, Scene};
+    use crate::scene::{BoxObject, Face, Luminaire};
     use crate::statistics::Moments;
-    use crate::traceable::Follow;
+    use crate::traceable::test_rooms::{compiled, empty};
 
     const GREY: Surface = Surface { reflectance: [0.5; 3], specular: None };
 
@@ -249,24 +249,16 @@ mod tests {
             rotation: 0.2,
             surface: GREY,
         };
-        let mut surfaces = [Some(GREY); 6];
+        let mut scene = empty(DVec3::splat(3.0), Some(GREY));
+        (scene.room.boxes, scene.room.luminaires) = (vec![shelf], vec![lamp]);
         if let Some(reflectance) = mirror {
             let specular = Some(Specular { reflectance: [reflectance; 3], roughness: 0.0 });
-            surfaces[Face::North as usize] = Some(Surface { reflectance: [0.0; 3], specular });
+            scene.room.enclosure.paint(Face::North as usize, Some(Surface { reflectance: [0.0; 3], specular }));
         }
-        let room = Room {
-            enclosure: Enclosure::cuboid(DVec3::splat(3.0), surfaces),
-            boxes: vec![shelf],
-            meshes: Vec::new(),
-            luminaires: vec![lamp],
-        };
-        let (grids, tubes) = (Vec::new(), Vec::new());
         let eye = DVec3::new(0.4, 0.5, 0.3);
         let (y, angle) = mirror.map_or((1.3, 0.6), |_| (2.0 * 3.0 - 1.3, 0.35));
         let view = View::new("up".into(), eye, DVec3::new(1.8, y, 2.9), DVec3::Z, angle, [48, 32]).unwrap();
-        let scene = Scene { daylight: None, room, tubes, grids, views: Vec::new(), channels: Channels::Photopic };
-        let follow = Follow { interreflection: true, guide_return: false, objects: true };
-        (TraceableScene::new(&scene, follow).unwrap(), view)
+        (compiled(&scene), view)
     }
 
     /// Luminance of an outlined pixel is that of the luminaire times the fraction of the pixel that shows it, counted on a lattice, within

@@ -178,8 +178,8 @@ mod tests {
     use super::*;
     use crate::geometry::TriangleMesh;
     use crate::optics::Surface;
-    use crate::scene::{BoxObject, Channels, Enclosure, MeshObject, Room, Scene};
-    use crate::traceable::Follow;
+    use crate::scene::{BoxObject, MeshObject};
+    use crate::traceable::test_rooms::{compiled, empty};
 
     const GREY: Surface = Surface { reflectance: [0.5; 3], specular: None };
 
@@ -210,21 +210,9 @@ mod tests {
 
     /// Builds a cube of 4 m with some objects.
     fn room(boxes: Vec<BoxObject>, meshes: Vec<MeshObject>) -> TraceableScene {
-        let room = Room {
-            enclosure: Enclosure::cuboid(DVec3::splat(4.0), [Some(GREY); 6]),
-            boxes,
-            meshes,
-            luminaires: Vec::new(),
-        };
-        let scene = Scene {
-            daylight: None,
-            room,
-            tubes: Vec::new(),
-            grids: Vec::new(),
-            views: Vec::new(),
-            channels: Channels::Photopic,
-        };
-        TraceableScene::new(&scene, Follow { interreflection: true, guide_return: false, objects: true }).unwrap()
+        let mut scene = empty(DVec3::splat(4.0), Some(GREY));
+        (scene.room.boxes, scene.room.meshes) = (boxes, meshes);
+        compiled(&scene)
     }
 
     /// Returns the reachable area within a radius of the point hit by a ray, over the area of the disc.

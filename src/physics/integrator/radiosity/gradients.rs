@@ -86,35 +86,21 @@ pub fn of_opening(tube: &TraceableTube, place: DVec3, normal: DVec3) -> f64 {
 mod tests {
     use super::*;
     use crate::optics::Surface;
-    use crate::scene::{Channels, Enclosure, Luminaire, Room, Scene};
-    use crate::traceable::Follow;
+    use crate::scene::Luminaire;
+    use crate::traceable::test_rooms::{compiled, empty};
 
     /// Checks that a cell of a wall right below a luminaire is divided, and into more parts than one that is farther off; one of the floor,
     /// far below, and cells that the luminaire does not light are not.
     #[test]
     fn cells_beside_a_luminaire_are_divided() {
-        let size = DVec3::new(4.0, 4.0, 3.0);
-        let luminaire = Luminaire {
+        let mut scene = empty(DVec3::new(4.0, 4.0, 3.0), Some(Surface::diffuse([0.5; 3])));
+        scene.room.luminaires = vec![Luminaire {
             corner: DVec3::new(0.01, 1.0, 3.0),
             edge_u: DVec3::Y * 0.3,
             edge_v: DVec3::X * 0.3,
             luminance: [1000.0; 3],
-        };
-        let scene = Scene {
-            daylight: None,
-            room: Room {
-                enclosure: Enclosure::cuboid(size, [Some(Surface::diffuse([0.5; 3])); 6]),
-                boxes: Vec::new(),
-                meshes: Vec::new(),
-                luminaires: vec![luminaire],
-            },
-            tubes: Vec::new(),
-            grids: Vec::new(),
-            views: Vec::new(),
-            channels: Channels::Photopic,
-        };
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        let scene = TraceableScene::new(&scene, follow).unwrap();
+        }];
+        let scene = compiled(&scene);
         let gradients = Gradients::new(&scene, 80.0);
         let wall = |z: f64| gradients.parts(DVec3::new(0.0, 1.0, z), [DVec3::Y * 0.3, DVec3::Z * 0.3], DVec3::X);
         assert!(wall(2.7) >= 4 && wall(2.7) > wall(2.1), "{} {}", wall(2.7), wall(2.1));
