@@ -103,6 +103,24 @@ async fn a_job_from_post_to_delete() {
         assert!(!job[field].is_null(), "{field}");
     }
 
+    problem(service.request(Method::POST, &format!("{path}/cancel")).send().await.unwrap(), 409).await;
+    let deleted = service.request(Method::DELETE, &path).send().await.unwrap();
+    assert_eq!(deleted.status(), StatusCode::NO_CONTENT);
+    for gone in ["", "/events", "/convergence", "/grids/workplane", "/views/room.png"] {
+        problem(service.get(&format!("{path}{gone}")).send().await.unwrap(), 404).await;
+    }
+    problem(service.request(Method::DELETE, &path).send().await.unwrap(), 404).await;
+    let id = path.rsplit('/').next().unwrap();
+    let files = service.data.path().join("artifacts/jobs").join(id);
+    assert!(!files.exists(), "{} is still there", files.display());
+}
+
+/// The files of a job that has ended, in every representation, and those that it does not have.
+#[tokio::test]
+async fn the_files_of_a_job() {
+    let service = TestService::start().await;
+    let path = service.submit(&small_job()).await;
+    let job = service.finished(&path).await;
     let grid = service.json(job["links"]["grids"]["workplane"].as_str().unwrap()).await;
     assert_eq!(grid["cells"], json!([3, 2]));
     assert_eq!(grid["illuminance_lux"].as_array().unwrap().len(), 2);
@@ -161,17 +179,6 @@ async fn a_job_from_post_to_delete() {
     let svg = service.get(&format!("{path}/convergence.svg")).send().await.unwrap();
     assert_eq!(svg.headers()["content-type"], "image/svg+xml");
     assert!(svg.text().await.unwrap().contains("<svg"));
-
-    problem(service.request(Method::POST, &format!("{path}/cancel")).send().await.unwrap(), 409).await;
-    let deleted = service.request(Method::DELETE, &path).send().await.unwrap();
-    assert_eq!(deleted.status(), StatusCode::NO_CONTENT);
-    for gone in ["", "/events", "/convergence", "/grids/workplane", "/views/room.png"] {
-        problem(service.get(&format!("{path}{gone}")).send().await.unwrap(), 404).await;
-    }
-    problem(service.request(Method::DELETE, &path).send().await.unwrap(), 404).await;
-    let id = path.rsplit('/').next().unwrap();
-    let files = service.data.path().join("artifacts/jobs").join(id);
-    assert!(!files.exists(), "{} is still there", files.display());
 }
 
 #[tokio::test]
@@ -208,60 +215,6 @@ async fn artifacts_are_tagged_and_read_in_ranges() {
     let tag = job.headers()["etag"].clone();
     let again = service.get(&path).header("if-none-match", tag).send().await.unwrap();
     assert_eq!(again.status(), StatusCode::NOT_MODIFIED);
-}
-
-#[tokio::test]
-async fn an_idempotency_key_makes_one_job() {
-    let service = TestService::start().await;
-    let post = |document: Value| service.post_job(&document).header("idempotency-key", "key 1").send();
-    let answers = futures::future::join_all((0..20).map(|_| post(small_job()))).await;
-    // all but one say that the job is an earlier post's
-    let replayed = |answer: &reqwest::Response| match answer.headers().get("idempotency-replayed") {
-        None => false,
-        Some(value) => value == "true" || panic!("{value:?}"),
-    };
-    assert_eq!(answers.iter().filter(|answer| replayed(answer.as_ref().unwrap())).count(), 19);
-    let mut locations: Vec<String> = answers
-        .into_iter()
-        .map(|answer| {
-            let answer = answer.unwrap();
-            assert_eq!(answer.status(), StatusCode::ACCEPTED);
-            answer.headers()["location"].to_str().unwrap().to_owned()
-        })
-        .collect();
-    locations.dedup();
-    assert_eq!(locations.len(), 1);
-    assert_eq!(service.json("/v1/jobs").await["jobs"].as_array().unwrap().len(), 1);
-
-    // white space and the order of fields do not make another body
-    let pretty = serde_json::to_string_pretty(&small_job()).unwrap();
-    let request = service.request(Method::POST, "/v1/jobs").header("content-type", "application/json");
-    let again = request.header("idempotency-key", "key 1").body(pretty).send().await.unwrap();
-    assert_eq!(again.headers()["location"], locations[0].as_str());
-    assert!(replayed(&again));
-
-    // nor does another way to write a number
-    let mut rewritten = small_job();
-    rewritten["method"]["photons_per_pass"] = json!(2000);
-    rewritten["sky"]["zenith_luminance_cd_m2"] = json!(5000.0);
-    assert_eq!(post(rewritten).await.unwrap().headers()["location"], locations[0].as_str());
-    // a field that is given twice is refused, whatever its last value
-    let twice = small_job().to_string().replacen('{', "{\"seed\": 8, ", 1);
-    let request = service.request(Method::POST, "/v1/jobs").header("content-type", "application/json");
-    let twice = problem(request.header("idempotency-key", "key 1").body(twice).send().await.unwrap(), 422).await;
-    assert_eq!(twice["type"], "/problems/invalid-document");
-
-    let mut other = small_job();
-    other["seed"] = json!(8);
-    let reused = problem(post(other.clone()).await.unwrap(), 422).await;
-    assert_eq!(reused["type"], "/problems/key-reused");
-    let third = service.post_job(&other).header("idempotency-key", "key 2").send().await.unwrap();
-    assert_ne!(third.headers()["location"], locations[0].as_str());
-    assert!(!replayed(&third) && !replayed(&service.post_job(&other).send().await.unwrap()));
-    for key in ["", &"x".repeat(256), "\u{e9}"] {
-        let bad = service.post_job(&other).header("idempotency-key", key.as_bytes()).send().await.unwrap();
-        problem(bad, 400).await;
-    }
 }
 
 #[tokio::test]

@@ -25,6 +25,7 @@ mod durability_restart;
 mod durability_store;
 mod equal_jobs;
 mod events;
+mod idempotency;
 mod jobs;
 mod limits;
 mod long_passes;
