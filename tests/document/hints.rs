@@ -1,8 +1,8 @@
 //! What a document's writer is told: everything that is missing at once, what may have been meant, and other units.
 
 use serde_json::{Value, json};
-use skyduct::document::JobDocument;
 use skyduct::document::tube_flux::TubeFluxDocument;
+use skyduct::document::{FieldError, FieldErrorCode, JobDocument};
 
 fn base() -> Value {
     json!({
@@ -17,24 +17,26 @@ fn base() -> Value {
     })
 }
 
-/// The errors of `document`: pointers and details, sorted.
-fn errors(document: &Value) -> Vec<(String, String)> {
-    let errors = JobDocument::parse(document.to_string().as_bytes()).expect_err("a bad document").0;
-    let mut errors: Vec<_> = errors.into_iter().map(|error| (error.pointer, error.detail)).collect();
-    errors.sort();
+/// The errors of `document`, sorted by their pointers.
+fn errors(document: &Value) -> Vec<FieldError> {
+    let mut errors = JobDocument::parse(document.to_string().as_bytes()).expect_err("a bad document").0;
+    errors.sort_by(|a, b| a.pointer.cmp(&b.pointer));
     errors
+}
+
+fn pointers(errors: &[FieldError]) -> Vec<&str> {
+    errors.iter().map(|error| error.pointer.as_str()).collect()
 }
 
 #[track_caller]
 fn missing(document: &Value, pointers: &[&str]) {
     let errors = errors(document);
-    let found: Vec<_> = errors.iter().map(|(pointer, _)| pointer.as_str()).collect();
-    assert_eq!(found, pointers, "{errors:?}");
-    for (pointer, detail) in &errors {
-        assert!(
-            detail.contains("required") || detail.contains("needed") || detail.contains("at least one"),
-            "{pointer}: {detail}"
-        );
+    assert_eq!(self::pointers(&errors), pointers, "{errors:?}");
+    for error in &errors {
+        // needed only where another field is absent or has items
+        let depends = ["/grids", "/sky", "/tubes"].contains(&error.pointer.as_str());
+        let code = if depends { FieldErrorCode::Invalid } else { FieldErrorCode::Missing };
+        assert_eq!(error.code, code, "{error}");
     }
 }
 
@@ -120,7 +122,6 @@ fn faults_beside_missing_fields_are_named_too() {
     document["grids"][0]["cells"] = json!("many");
     document["stop"] = json!({ "max_passes": 0 });
     let errors = errors(&document);
-    let found: Vec<_> = errors.iter().map(|(pointer, _)| pointer.as_str()).collect();
     let expected = [
         "/grids/0/cells",
         "/stop/max_passes",
@@ -129,7 +130,7 @@ fn faults_beside_missing_fields_are_named_too() {
         "/tubes/0/reflectance",
         "/views/0/size_px/0",
     ];
-    assert_eq!(found, expected, "{errors:?}");
+    assert_eq!(pointers(&errors), expected, "{errors:?}");
     // a second tube overlaps nothing that was made up
     let mut document = base();
     let mut second = document["tubes"][0].clone();
@@ -146,15 +147,19 @@ fn fields_of_another_kind_are_all_named() {
     document["tubes"][0]["mesh"] = json!("pipe.obj");
     document["method"] = json!({ "kind": "path_tracing", "photons_per_pass": 1000, "alpha": 0.8 });
     let errors = errors(&document);
-    let of = |what: &str| -> Vec<&str> {
-        errors.iter().filter(|(_, detail)| detail.contains(what)).map(|(pointer, _)| pointer.as_str()).collect()
+    let of = |code: FieldErrorCode| -> Vec<&str> {
+        errors.iter().filter(|error| error.code == code).map(|error| error.pointer.as_str()).collect()
     };
     let others =
         ["collector", "diameter_m", "diffuser", "reflectance", "segments"].map(|name| format!("/tubes/0/{name}"));
     let mut expected = vec!["/method/alpha", "/method/photons_per_pass"];
     expected.extend(others.iter().map(String::as_str));
-    assert_eq!(of("not a field of"), expected, "{errors:?}");
-    assert_eq!(of("missing"), ["/tubes/0/opening_diameter_m", "/tubes/0/parts", "/tubes/0/unit"], "{errors:?}");
+    assert_eq!(of(FieldErrorCode::UnknownField), expected, "{errors:?}");
+    assert_eq!(
+        of(FieldErrorCode::Missing),
+        ["/tubes/0/opening_diameter_m", "/tubes/0/parts", "/tubes/0/unit"],
+        "{errors:?}"
+    );
 }
 
 #[test]
@@ -172,19 +177,20 @@ fn slips_in_names_get_a_proposal() {
         document["effects"] = json!({});
         document.pointer_mut(pointer).unwrap()[slip] = json!("off");
         let errors = errors(&document);
-        let detail = &errors.iter().find(|(at, _)| *at == format!("{pointer}/{slip}")).expect(slip).1;
+        let at = format!("{pointer}/{slip}");
+        let detail = &errors.iter().find(|error| error.pointer == at).expect(slip).detail;
         assert!(detail.ends_with(&format!("; did you mean `{meant}`?")), "{detail}");
     }
     let mut document = base();
     document["method"] = json!("light_trasing");
     let errors = errors(&document);
-    assert!(errors.len() == 1 && errors[0].1.ends_with("; did you mean `light_tracing`?"), "{errors:?}");
+    assert!(errors.len() == 1 && errors[0].detail.ends_with("; did you mean `light_tracing`?"), "{errors:?}");
     document["method"] = json!("weather");
     assert!(!errors_of(&document).contains("did you mean"));
 }
 
 fn errors_of(document: &Value) -> String {
-    errors(document).into_iter().map(|(pointer, detail)| format!("{pointer}: {detail}\n")).collect()
+    errors(document).into_iter().map(|error| format!("{error}\n")).collect()
 }
 
 #[test]
@@ -211,7 +217,8 @@ fn numbers_in_other_units_get_a_hint() {
         ("/tubes/0/reflectance", json!(-1), "/tubes/0/reflectance", ""),
     ] {
         let errors = errors(&with(pointer, number.clone()));
-        let detail = &errors.iter().find(|(found, _)| found == at).unwrap_or_else(|| panic!("{pointer}: {errors:?}")).1;
+        let error = errors.iter().find(|error| error.pointer == at);
+        let detail = &error.unwrap_or_else(|| panic!("{pointer}: {errors:?}")).detail;
         if hint.is_empty() {
             assert!(!detail.contains("looks like"), "{detail}");
         } else {

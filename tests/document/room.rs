@@ -3,7 +3,7 @@
 use crate::given::{SquarePipe, base, refused, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{WarningCode, to_scene};
+use skyduct::document::{FieldErrorCode, WarningCode, to_scene};
 use skyduct::scene::{Channels, Face};
 
 /// The base room with one panel of 0.2 m x 0.1 m in the ceiling.
@@ -24,25 +24,26 @@ fn luminaires() {
     assert_eq!(to_scene(&document, &SquarePipe).unwrap().0.channels, Channels::Rgb);
 
     let panel = "/room/luminaires/0";
-    for (field, value, at, detail) in [
-        ("corner_m/2", json!(2.04), "corner_m/2", "inside the room"),
-        ("corner_m/0", json!(1.9), "corner_m/0", "inside the room"),
-        ("corner_m/0", json!(1e9), "corner_m/0", "-1000000..1000000"),
-        ("edge_u_m", json!([0, 0, 0]), "edge_u_m", "long"),
-        ("edge_u_m", json!([0.1, 0.1, 0]), "edge_v_m", "right angle"),
-        ("edge_u_m", json!([0, -0.1, 0]), "edge_v_m", "emits out of the room"),
-        ("luminance_cd_m2", json!(-1), "luminance_cd_m2", "0.."),
-        ("luminance_cd_m2", json!([1, 1e10, 1]), "luminance_cd_m2/1", "0.."),
-        ("kind", json!("disc"), "kind", "unknown variant"),
-        ("flux_lm", json!(1), "flux_lm", "unknown field"),
+    for (field, value, at, code, named) in [
+        ("corner_m/2", json!(2.04), "corner_m/2", FieldErrorCode::Invalid, ""),
+        ("corner_m/0", json!(1.9), "corner_m/0", FieldErrorCode::Invalid, ""),
+        ("corner_m/0", json!(1e9), "corner_m/0", FieldErrorCode::OutOfRange, ""),
+        ("edge_u_m", json!([0, 0, 0]), "edge_u_m", FieldErrorCode::Invalid, ""),
+        ("edge_u_m", json!([0.1, 0.1, 0]), "edge_v_m", FieldErrorCode::Invalid, ""),
+        ("edge_u_m", json!([0, -0.1, 0]), "edge_v_m", FieldErrorCode::Invalid, ""),
+        ("luminance_cd_m2", json!(-1), "luminance_cd_m2", FieldErrorCode::OutOfRange, ""),
+        ("luminance_cd_m2", json!([1, 1e10, 1]), "luminance_cd_m2/1", FieldErrorCode::OutOfRange, ""),
+        ("kind", json!("disc"), "kind", FieldErrorCode::Invalid, ""),
+        ("flux_lm", json!(1), "flux_lm", FieldErrorCode::UnknownField, ""),
         // the opening has the radius 0.127 around (1.016, 1.016): 0.126 from its centre is covered, 0.128 is not
-        ("corner_m", json!([1.142, 1.0, 2.032]), "", "must not cover the opening of /tubes/0"),
+        ("corner_m", json!([1.142, 1.0, 2.032]), "", FieldErrorCode::Invalid, "/tubes/0"),
         // the box stands on (0.2, 0.2)..(0.8, 0.8) and is 0.75 high
-        ("corner_m", json!([0.75, 0.4, 0.3]), "", "/room/objects/0"),
-        ("corner_m", json!([0.3, 0.3, 0.75]), "", "/room/objects/0"),
+        ("corner_m", json!([0.75, 0.4, 0.3]), "", FieldErrorCode::Invalid, "/room/objects/0"),
+        ("corner_m", json!([0.3, 0.3, 0.75]), "", FieldErrorCode::Invalid, "/room/objects/0"),
     ] {
         let pointer = if at.is_empty() { panel.to_owned() } else { format!("{panel}/{at}") };
-        refused(&with(electric(), &format!("{panel}/{field}"), value), &pointer, detail);
+        let error = refused(&with(electric(), &format!("{panel}/{field}"), value), &pointer, code);
+        assert!(error.detail.contains(named), "{error}");
     }
     let good = [json!([1.144, 1.0, 2.032]), json!([1.142, 1.0, 2.03]), json!([0.81, 0.4, 0.3])];
     for corner in good {
@@ -61,7 +62,7 @@ fn luminaires() {
         second["edge_u_m"] = edge_u;
         with(document, "/room/luminaires/-", second)
     };
-    refused(&twice(electric(), json!([0, 0.1, 0])), "/room/luminaires/1", "overlap /room/luminaires/0");
+    refused(&twice(electric(), json!([0, 0.1, 0])), "/room/luminaires/1", FieldErrorCode::Invalid);
     let hanging = with(electric(), "/room/luminaires/0/corner_m/2", json!(1.5));
     assert!(parse(&twice(hanging, json!([0, -0.1, 0]))).is_ok());
 }
@@ -83,7 +84,7 @@ fn rooms_without_tubes() {
     document["time"] = json!("2011-09-15T15:00:00+02:00");
     let parsed = parse(&document).unwrap();
     assert_eq!(to_scene(&parsed, &SquarePipe).unwrap().1[0].code, WarningCode::PlaceWithoutSky);
-    refused(&with(electric(), "/sky", Value::Null), "/sky", "required unless `tubes` is empty");
+    refused(&with(electric(), "/sky", Value::Null), "/sky", FieldErrorCode::Invalid);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::given::{base, mesh_tube, refused, with};
 use crate::schema::parse;
 use glam::DVec3;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, MeshSource, to_scene};
+use skyduct::document::{DocumentErrors, FieldErrorCode, MeshSource, to_scene};
 use skyduct::geometry::coincident::overlaps;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::geometry::{Dropped, TriangleMesh};
@@ -298,7 +298,7 @@ fn nothing_covers_an_opening() {
         let document = room(&[&at(0.0, 0.5), &covering]);
         let errors = scene(&document, &[&at(0.0, 0.5), &covering]).unwrap_err().0;
         assert!(errors.len() == 1 && errors[0].pointer == "/room/objects/1", "{covering}: {errors:?}");
-        assert!(errors[0].detail.contains("the opening of /tubes/0"), "{errors:?}");
+        assert!(errors[0].detail.contains("/tubes/0"), "{errors:?}");
     }
     for free in [at(0.8, 2.03), at(0.388, 2.032), at(1.144, 2.032)] {
         assert!(objects(&[&free]).is_ok(), "{free}");
@@ -309,7 +309,7 @@ fn nothing_covers_an_opening() {
         with(base(), "/room/objects", json!([column]))
     };
     for (x, rotation) in [(1.3, 0.0), (0.7, 0.0), (1.4, 45.0)] {
-        refused(&column(x, 2.032, rotation), "/room/objects/0", "the opening of /tubes/0");
+        refused(&column(x, 2.032, rotation), "/room/objects/0", FieldErrorCode::Invalid);
         assert!(parse(&column(x, 2.03, rotation)).is_ok());
     }
     for (x, rotation) in [(1.4, 0.0), (0.6, 0.0), (1.45, 45.0)] {

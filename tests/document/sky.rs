@@ -3,7 +3,7 @@
 use crate::given::{self, SquarePipe, base, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, Warning, WarningCode, to_scene};
+use skyduct::document::{DocumentErrors, FieldErrorCode, Warning, WarningCode, to_scene};
 use skyduct::scene::Daylight;
 
 /// Daylight and its provenance under a sky, the sun at an altitude of 30 degrees unless `sky` says otherwise.
@@ -33,11 +33,11 @@ fn with_warnings(sky: Value) -> Result<(Daylight, Vec<Warning>, Value), Document
 }
 
 #[track_caller]
-fn refused(sky: Value, pointer: &str, part: &str) {
+fn refused(sky: Value, pointer: &str, code: FieldErrorCode) {
     let errors = under(sky).unwrap_err().0;
     assert!(
-        errors.iter().any(|error| error.pointer == pointer && error.detail.contains(part)),
-        "{pointer} {part}: {errors:?}"
+        errors.iter().any(|error| error.pointer == pointer && error.code == code),
+        "{pointer} {code:?}: {errors:?}"
     );
 }
 
@@ -97,11 +97,6 @@ fn an_overcast_sky_without_a_level_tells_its_ratio_to_the_mean() {
         let (_, warnings, result) = with_warnings(json!({ "cie_type": number })).unwrap();
         let [warning] = &warnings[..] else { panic!("{warnings:?}") };
         assert_eq!(warning.code, WarningCode::TypicalOvercastLevel);
-        assert!(
-            warning.detail.contains("Dv/Ev = 0.1:") && warning.detail.contains(" 0.62 times the mean"),
-            "{}",
-            warning.detail
-        );
         assert_eq!(result["zenith"]["dv_ev"], dv_ev);
         let ratio = result["zenith"]["ratio_to_mean_overcast"].as_f64().unwrap();
         assert!((ratio / (dv_ev * 1000.0 * 0.5 * lux / 10_800.0) - 1.0).abs() < 1e-8, "{ratio}");
@@ -139,13 +134,21 @@ fn an_overcast_sky_with_a_level_is_not_warned_of() {
 
 #[test]
 fn bad_skies_name_their_field() {
-    refused(json!({}), "/sky/cie_type", "required");
-    refused(json!({ "cie_type": 12, "preset": "ies_clear" }), "/sky/preset", "must be left out");
-    refused(json!({ "cie_type": 17 }), "/sky/cie_type", "16");
-    refused(json!({ "preset": "ies_clear", "luminous_turbidity": 3 }), "/sky/luminous_turbidity", "preset");
-    refused(json!({ "preset": "ies_clear", "dv_ev": 0.3 }), "/sky/dv_ev", "preset");
-    refused(json!({ "cie_type": 12, "dv_ev": 0 }), "/sky/dv_ev", "0");
-    refused(json!({ "cie_type": 12, "dv_ev": 0.2, "zenith_luminance_cd_m2": 100 }), "/sky/dv_ev", "only one of");
+    refused(json!({}), "/sky/cie_type", FieldErrorCode::Invalid);
+    refused(json!({ "cie_type": 12, "preset": "ies_clear" }), "/sky/preset", FieldErrorCode::Invalid);
+    refused(json!({ "cie_type": 17 }), "/sky/cie_type", FieldErrorCode::OutOfRange);
+    refused(
+        json!({ "preset": "ies_clear", "luminous_turbidity": 3 }),
+        "/sky/luminous_turbidity",
+        FieldErrorCode::Invalid,
+    );
+    refused(json!({ "preset": "ies_clear", "dv_ev": 0.3 }), "/sky/dv_ev", FieldErrorCode::Invalid);
+    refused(json!({ "cie_type": 12, "dv_ev": 0 }), "/sky/dv_ev", FieldErrorCode::OutOfRange);
+    refused(
+        json!({ "cie_type": 12, "dv_ev": 0.2, "zenith_luminance_cd_m2": 100 }),
+        "/sky/dv_ev",
+        FieldErrorCode::Invalid,
+    );
 }
 
 #[test]
@@ -156,29 +159,29 @@ fn place_and_time() {
         document["time"] = time;
         document
     };
-    given::refused(&located(json!("2011-09-15T15:00:00")), "/time", "offset");
-    given::refused(&located(json!("2011-02-30T15:00:00Z")), "/time", "RFC 3339");
-    given::refused(&located(json!("+006001-01-01T12:00:00Z")), "/time", "6001");
-    given::refused(&located(json!("-002001-06-01T12:00:00Z")), "/time", "-2001");
+    given::refused(&located(json!("2011-09-15T15:00:00")), "/time", FieldErrorCode::Invalid);
+    given::refused(&located(json!("2011-02-30T15:00:00Z")), "/time", FieldErrorCode::Invalid);
+    given::refused(&located(json!("+006001-01-01T12:00:00Z")), "/time", FieldErrorCode::OutOfRange);
+    given::refused(&located(json!("-002001-06-01T12:00:00Z")), "/time", FieldErrorCode::OutOfRange);
     given::refused(
         &with(located(json!("2011-09-15T15:00:00Z")), "/location/latitude_deg", json!(90.0001)),
         "/location/latitude_deg",
-        "90.0001",
+        FieldErrorCode::OutOfRange,
     );
     given::refused(
         &with(located(json!("2011-09-15T15:00:00Z")), "/location/longitude_deg", json!(181)),
         "/location/longitude_deg",
-        "181",
+        FieldErrorCode::OutOfRange,
     );
     given::refused(
         &with(located(json!("2011-09-15T15:00:00Z")), "/location/elevation_m", json!(1e5)),
         "/location/elevation_m",
-        "9000",
+        FieldErrorCode::OutOfRange,
     );
-    given::refused(&with(base(), "/time", json!("2011-09-15T15:00:00Z")), "/sky/sun_position", "must be left out");
+    given::refused(&with(base(), "/time", json!("2011-09-15T15:00:00Z")), "/sky/sun_position", FieldErrorCode::Invalid);
     let mut no_place = with(base(), "/sky/sun_position", Value::Null);
     no_place["time"] = json!("2011-09-15T15:00:00Z");
-    given::refused(&no_place, "/location", "required");
+    given::refused(&no_place, "/location", FieldErrorCode::Invalid);
 
     // the apparent altitude, as in tests/reference/sun_positions.csv
     let document = parse(&located(json!("2011-09-15T15:00:00+02:00"))).unwrap();
@@ -224,5 +227,5 @@ fn sun_levels_and_warnings() {
     let mut overcast = with(base(), "/sky/cie_type", json!(3));
     overcast = with(overcast, "/sky/zenith_luminance_cd_m2", Value::Null);
     overcast["sky"]["luminous_turbidity"] = json!(4);
-    given::refused(&overcast, "/sky/luminous_turbidity", "7..15");
+    given::refused(&overcast, "/sky/luminous_turbidity", FieldErrorCode::Invalid);
 }

@@ -4,7 +4,7 @@ use crate::given::{base, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
-use skyduct::document::{JobDocument, to_scene};
+use skyduct::document::{FieldErrorCode, JobDocument, to_scene};
 
 #[test]
 fn text_that_is_no_document() {
@@ -18,9 +18,9 @@ fn text_that_is_no_document() {
     assert_eq!(error(&"[".repeat(100_000)).pointer, "");
     assert!(error("{\"room\": {\"size_m\": [NaN, 1, 1]}}").detail.contains("line 1"));
     let overflow = error("{\"room\": {\"size_m\": [1, 1e999, 1]}}");
-    assert_eq!((overflow.pointer.as_str(), overflow.detail.contains("out of range")), ("/room/size_m/1", true));
+    assert_eq!((overflow.pointer.as_str(), overflow.code), ("/room/size_m/1", FieldErrorCode::Invalid));
     let twice = error("{\"room\": {\"size_m\": [1, 1, 1], \"size_m\": [2, 2, 2]}}");
-    assert_eq!((twice.pointer.as_str(), twice.detail.contains("given twice")), ("/room/size_m", true));
+    assert_eq!((twice.pointer.as_str(), twice.code), ("/room/size_m", FieldErrorCode::Invalid));
     assert!(JobDocument::parse(b"\xff\xfe{}").is_err());
     let refused = |bytes: &[u8]| JobDocument::parse(bytes).unwrap_err().0.remove(0).detail;
     assert!(refused(b"{\"name\": \"caf\xe9\"}").contains("not UTF-8 after byte 13"));

@@ -10,7 +10,7 @@ use glam::DVec3;
 use serde_json::json;
 use skyduct::analytic::holigilm::Holigilm;
 use skyduct::analytic::{Solution, Solver};
-use skyduct::document::JobDocument;
+use skyduct::document::{FieldErrorCode, JobDocument};
 use skyduct::engine::checkpoint::encode;
 use skyduct::estimate::{EnergyLedger, Estimate};
 use skyduct::integrator::deterministic::installation;
@@ -117,17 +117,20 @@ fn a_white_room_with_an_opening_is_in_balance() {
     assert!((guide_top / emitted - 1.0).abs() < 1e-9, "{guide_top} {emitted}");
     for surface in ["floor", "walls", "ceiling"] {
         let pointer = format!("/room/surfaces/{surface}/reflectance");
-        refused(&with(base(), &pointer, json!(1)), &pointer, "albedo must be < 1");
+        refused(&with(base(), &pointer, json!(1)), &pointer, FieldErrorCode::Invalid);
     }
 }
 
 #[test]
 fn reflectances_that_no_surface_has_are_refused() {
     let pointer = "/room/surfaces/floor/reflectance";
-    for (value, bound) in
-        [(json!(1.2), "1.2"), (json!(-0.1), "-0.1"), (json!(1), "albedo"), (json!("NaN"), "invalid type")]
-    {
-        refused(&with(base(), pointer, value), pointer, bound);
+    for (value, code) in [
+        (json!(1.2), FieldErrorCode::OutOfRange),
+        (json!(-0.1), FieldErrorCode::OutOfRange),
+        (json!(1), FieldErrorCode::Invalid),
+        (json!("NaN"), FieldErrorCode::Invalid),
+    ] {
+        refused(&with(base(), pointer, value), pointer, code);
     }
     let text = with(base(), pointer, json!(0.125)).to_string().replace("0.125", "NaN");
     assert!(JobDocument::parse(text.as_bytes()).is_err());
@@ -238,15 +241,15 @@ fn points_without_photons_have_wide_intervals() {
 /// and no grid without points; one point is a grid.
 #[test]
 fn sensors_stand_inside_the_room() {
-    for (pointer, value, bound) in [
-        ("/grids/0/height_m", json!(2.032), "below the ceiling"),
-        ("/grids/0/height_m", json!(-1e-9), ">= 0"),
-        ("/grids/0/margin_m", json!(1.016), "half the room"),
-        ("/grids/0/margin_m", json!(-0.1), ">= 0"),
-        ("/grids/0/cells", json!([0, 4]), "1..1000"),
+    for (pointer, value, code) in [
+        ("/grids/0/height_m", json!(2.032), FieldErrorCode::Invalid),
+        ("/grids/0/height_m", json!(-1e-9), FieldErrorCode::Invalid),
+        ("/grids/0/margin_m", json!(1.016), FieldErrorCode::Invalid),
+        ("/grids/0/margin_m", json!(-0.1), FieldErrorCode::Invalid),
+        ("/grids/0/cells", json!([0, 4]), FieldErrorCode::OutOfRange),
     ] {
         let at = if pointer == "/grids/0/cells" { "/grids/0/cells/0" } else { pointer };
-        refused(&with(base(), pointer, value), at, bound);
+        refused(&with(base(), pointer, value), at, code);
     }
     for (height, margin) in [(0.0, 0.0), (2.032f64.next_down(), 0.0), (0.0, 1.016f64.next_down()), (1e-300, 1e-300)] {
         let mut document = cube();

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use serde_json::{Value, json};
 use skyduct::document::JobDocument;
 use skyduct::engine::cancel::Stop;
+use skyduct::integrator::method::RefusalCode;
 use skyduct::present::prepared::{Prepared, prepare_document};
 
 use crate::documents::{Folder, prepare, render};
@@ -129,8 +130,10 @@ fn light_tracing_names_the_sensor_that_is_too_near() {
     document(&mut job, 1e-4, &lambertian(), 0.0);
     job["method"] = json!("light_tracing");
     let job = JobDocument::parse(job.to_string().as_bytes()).unwrap();
-    let error = prepare_document(&job, &Folder).err().unwrap().to_string();
-    for part in ["/method", "row 1, column 1", "\"below\"", "from an opening", "2.700e-2 m", "auto"] {
-        assert!(error.contains(part), "{part}: {error}");
+    let error = prepare_document(&job, &Folder).err().unwrap().0.remove(0);
+    let refusal = error.refusal.as_ref().map(|refusal| refusal.0);
+    assert_eq!((error.pointer.as_str(), refusal), ("/method", Some(RefusalCode::PointsNearSurfaces)));
+    for part in ["row 1, column 1", "\"below\"", "2.700e-2 m"] {
+        assert!(error.detail.contains(part), "{part}: {error}");
     }
 }

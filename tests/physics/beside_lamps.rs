@@ -12,7 +12,7 @@ use skyduct::estimate::Estimate;
 use skyduct::geometry::disc::far_disc_illuminance;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::lamp::flux::patched_flux;
-use skyduct::integrator::method::{Described, Task};
+use skyduct::integrator::method::{Described, RefusalCode, Task};
 use skyduct::integrator::path_tracing;
 use skyduct::integrator::photon::close_points::close_sensors;
 use skyduct::integrator::room_matrix::PATCHES;
@@ -320,19 +320,19 @@ fn documents_ask_for_responses_of_parts() {
     assert!(lit(0) > 0.0 && lit(PATCHES - 1) == 0.0);
     let flux = &estimate.tubes[0];
     assert!((0.01..0.5).contains(&(flux.evenly.mean / flux.into_room.mean)));
-    let refused = |edit: &dyn Fn(&mut Value)| prepared(edit).err().unwrap().0.remove(0);
+    let refused = |edit: &dyn Fn(&mut Value)| {
+        let error = prepared(edit).err().unwrap().0.remove(0);
+        assert_eq!(error.pointer, "/grids/0/responses", "{error}");
+        error.refusal.unwrap().0
+    };
     let bend = json!([{ "length_m": 0.5 }, { "length_m": 0.4, "tilt_deg": 30 }]);
-    let error = refused(&|document| document["tubes"][0]["segments"] = bend.clone());
-    assert_eq!(error.pointer, "/grids/0/responses");
-    assert!(
-        error.detail.contains("with a clear closure sends back") && error.detail.contains("light tracing"),
-        "{error:?}"
-    );
-    let error = refused(&|document| document["tubes"][0]["diffuser"]["lambertian_radius_m"] = json!(0.0));
-    assert!(!error.detail.is_empty());
-    let error = refused(&|document| {
+    let bent = refused(&|document| document["tubes"][0]["segments"] = bend.clone());
+    assert_eq!(bent, RefusalCode::ClearClosuresOfBentTubes);
+    let clear = refused(&|document| document["tubes"][0]["diffuser"]["lambertian_radius_m"] = json!(0.0));
+    assert_eq!(clear, RefusalCode::ClearClosures);
+    let cells = refused(&|document| {
         document["method"] = json!("light_tracing");
         document["grids"][0]["estimate"] = json!("cell_average");
     });
-    assert_eq!(error.pointer, "/grids/0/responses");
+    assert_eq!(cells, RefusalCode::NoResponses);
 }

@@ -7,7 +7,7 @@ use crate::reference;
 use crate::scenes::{assert_grid, bent, built, clear, furnished, lambertian, run, straight, traceable, values};
 use glam::DVec3;
 use serde_json::{Value, json};
-use skyduct::document::{JobDocument, WarningCode, to_scene};
+use skyduct::document::{FieldErrorCode, JobDocument, WarningCode, to_scene};
 use skyduct::integrator::Integrator;
 use skyduct::integrator::bidirectional::{Bidirectional, Sizes};
 use skyduct::integrator::method::RefusalCode;
@@ -82,11 +82,9 @@ fn warns_of_cells_between_mirrors() {
             document["grids"][0]["estimate"] = "cell_average".into();
             document["room"]["surfaces"]["wall_east"] = json!({ "reflectance": 0.05, "specular": specular });
         });
-        let warning = prepared.warnings.iter().find(|warning| warning.code == WarningCode::MirrorsByChance);
-        warning.map(|warning| warning.detail.clone())
+        prepared.warnings.iter().any(|warning| warning.code == WarningCode::MirrorsByChance)
     };
-    assert!(warns(0.85).is_some_and(|detail| detail.contains("light_tracing")));
-    assert_eq!(warns(0.0), None);
+    assert!(warns(0.85) && !warns(0.0));
 }
 
 /// Where chance alone would find the sun the method is refused with the reason; so are numbers out of bounds.
@@ -119,5 +117,6 @@ fn refusals() {
     }
     let many = json!({ "kind": "bidirectional_path_tracing", "photons_per_pass": 1_048_577 });
     let errors = job(&|document: &mut Value| document["method"] = many.clone()).err().unwrap().0;
-    assert!(errors[0].pointer == "/method/photons_per_pass" && errors[0].detail.contains("1048576"), "{errors:?}");
+    let expected = ("/method/photons_per_pass", FieldErrorCode::OutOfRange);
+    assert_eq!((errors[0].pointer.as_str(), errors[0].code), expected, "{errors:?}");
 }

@@ -6,7 +6,7 @@ use crate::scenes;
 use crate::scenes::{assert_grid, built, light_tracing, values};
 use glam::DVec3;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, JobDocument, to_scene};
+use skyduct::document::{DocumentErrors, FieldErrorCode, JobDocument, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::integrator::bidirectional::{self, Bidirectional};
 use skyduct::integrator::light_tracing::LightTracing;
@@ -336,27 +336,22 @@ fn documents() {
         }
         room(object)
     };
-    for (field, value, pointer, detail) in [
-        ("mesh", json!("none.obj"), "mesh", ""),
-        ("unit", json!("m"), "position_m/0", "with the unit `m`, the mesh must be inside the room"),
-        ("position_m", json!([1.2, 1.2, 1.8]), "position_m/2", "from 1.8 m to 2.3 m"),
-        ("position_m", json!([1.2, 1e9, 0]), "position_m/1", "1000000"),
-        ("rotation_deg", json!(400), "rotation_deg", "-360..360"),
-        (
-            "surfaces",
-            json!({ "top": { "reflectance": 0.5 } }),
-            "surfaces",
-            "needs a surface for the mesh's material \"side\"",
-        ),
-        ("surfaces/lid", json!({ "reflectance": 0.5 }), "surfaces/lid", "its materials are \"side\", \"top\""),
-        ("surfaces/top", json!({ "reflectance": 1.0 }), "surfaces/top/reflectance", "albedo"),
-        ("surfaces/top", json!({ "open": true }), "surfaces/top/open", "only a face"),
+    for (field, value, pointer, code) in [
+        ("mesh", json!("none.obj"), "mesh", FieldErrorCode::Invalid),
+        ("unit", json!("m"), "position_m/0", FieldErrorCode::Invalid),
+        ("position_m", json!([1.2, 1.2, 1.8]), "position_m/2", FieldErrorCode::Invalid),
+        ("position_m", json!([1.2, 1e9, 0]), "position_m/1", FieldErrorCode::OutOfRange),
+        ("rotation_deg", json!(400), "rotation_deg", FieldErrorCode::OutOfRange),
+        ("surfaces", json!({ "top": { "reflectance": 0.5 } }), "surfaces", FieldErrorCode::Invalid),
+        ("surfaces/lid", json!({ "reflectance": 0.5 }), "surfaces/lid", FieldErrorCode::Invalid),
+        ("surfaces/top", json!({ "reflectance": 1.0 }), "surfaces/top/reflectance", FieldErrorCode::Invalid),
+        ("surfaces/top", json!({ "open": true }), "surfaces/top/open", FieldErrorCode::Invalid),
     ] {
         let found = errors(with(field, value.clone())).0;
         let pointer = format!("/room/objects/0/{pointer}");
         let error = found.iter().find(|error| error.pointer == pointer);
         let error = error.unwrap_or_else(|| panic!("{field} {value}: nothing at {pointer}: {found:?}"));
-        assert!(error.detail.contains(detail), "{error}");
+        assert_eq!(error.code, code, "{error}");
     }
     let coloured = scene(&with("surfaces/top", json!({ "reflectance": [0.1, 0.2, 0.3] })));
     assert_eq!(coloured.channels, Channels::Rgb);

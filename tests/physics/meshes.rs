@@ -148,8 +148,6 @@ fn a_round_mesh_is_the_cylinder() {
         });
         let parametric = prepare(parametric, tube(96, cover));
         assert!(bits(&recognised) == bits(&parametric), "{kind}");
-        let reason = reason(&recognised);
-        assert!(reason.contains("recognised as a cylinder of radius 0.127 m and length 1 m"), "{reason}");
         assert_eq!(recognised.plan_json()["guides"][0]["kind"], "closed_form_straight");
         assert_eq!(switch(&recognised), "closed_form_straight_recognised");
         assert_eq!(switch(&parametric), "closed_form_straight");
@@ -194,8 +192,6 @@ fn a_round_mesh_with_an_elbow_is_the_bent_guide() {
         for (found, wanted) in values(&recognised).iter().zip(values(&parametric)) {
             assert!((found / wanted - 1.0).abs() < 1e-6, "{kind}: {found} {wanted}");
         }
-        let reason = reason(&recognised);
-        assert!(reason.contains("recognised as 2 cylinders of radius 0.127 m with mitred elbows"), "{reason}");
         assert_eq!(recognised.plan_json()["guides"][0]["kind"], "closed_form_bent");
         assert_eq!(switch(&recognised), "closed_form_bent_recognised");
     }
@@ -251,8 +247,8 @@ fn other_meshes_keep_their_facets() {
     }
     let kept = prepare(mesh_tube(Cover::Flat), tube(12, Cover::Flat));
     // (12 / 2 pi) sin(2 pi / 12) and 1 / cos(pi / 12)
-    assert!(reason(&kept).contains("12 sides has 0.95493 times the area"), "{}", reason(&kept));
-    assert!(reason(&kept).contains("1.03528 times its reflections"), "{}", reason(&kept));
+    let reason = reason(&kept);
+    assert!(["0.95493", "1.03528"].iter().all(|factor| reason.contains(factor)), "{reason}");
 }
 
 /// Rays aimed at vertices and points of edges of the pipe, up and down its length: in a mesh of perfect mirrors under a

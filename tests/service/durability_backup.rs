@@ -79,7 +79,6 @@ async fn a_backup_under_load_has_every_result_and_goes_on() {
             let (data, made) = (service.data.path().to_owned(), to.clone());
             let output = tokio::task::spawn_blocking(move || backup(&data, &made)).await.unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            assert!(String::from_utf8_lossy(&output.stdout).contains(" jobs backed up in "), "it says what it did");
             backups.push((to, known));
         }
         enough.store(true, Ordering::Relaxed);

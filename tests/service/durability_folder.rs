@@ -130,7 +130,7 @@ async fn no_other_database_adopts_a_folder_of_jobs_that_are_rows() {
     let other = data.path().join("other.db");
     for _ in 0..2 {
         let refusal = refused(data.path(), Some(&other)).await;
-        assert!(refusal.contains("this database has no identity") && refusal.contains("identity among"), "{refusal}");
+        assert!(refusal.contains("this database has no identity"), "{refusal}");
     }
     // one that was emptied in its place
     let database = data.path().join("skyduct.db");

@@ -94,8 +94,7 @@ async fn the_sum_of_all_views_counts() {
     for path in ["/v1/jobs", "/v1/plan"] {
         let response = service.request(reqwest::Method::POST, path).json(&job).send().await.unwrap();
         let problem = problem(response, 422).await;
-        assert_eq!(problem["errors"][0]["pointer"], "/views");
-        assert!(problem["errors"][0]["detail"].as_str().unwrap().contains("1.00 GB"), "{problem}");
+        assert_eq!(problem["errors"][0]["pointer"], "/views", "{problem}");
     }
     assert_eq!(service.post_job(&small_job()).send().await.unwrap().status(), 202);
     service.running.stop().await;

@@ -258,9 +258,7 @@ async fn a_request_that_never_ends_is_ended() {
     let mut answer = vec![0; 4096];
     let length = tokio::time::timeout(PATIENCE, half_body.read(&mut answer)).await.unwrap().unwrap();
     let answer = String::from_utf8_lossy(&answer[..length]).into_owned();
-    assert!(answer.starts_with("HTTP/1.1 408"), "{answer}");
-    assert!(answer.contains("application/problem+json"), "{answer}");
-    assert!(answer.contains("within 1 s (request_seconds of the configuration)"), "{answer}");
+    assert!(answer.starts_with("HTTP/1.1 408") && answer.contains("/problems/timeout"), "{answer}");
 }
 
 /// `skyduct healthcheck` is what a container's health check runs.

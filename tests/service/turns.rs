@@ -86,7 +86,6 @@ async fn fluxes_that_do_not_fit_into_their_time_are_refused_with_what_fits() {
     let error = &refused["errors"][0];
     assert_eq!((&error["pointer"], &error["code"]), (&json!("/times"), &json!("too_many")), "{refused}");
     let detail = error["detail"].as_str().unwrap();
-    assert!(detail.contains("would take about") && detail.contains("relative_error"), "{detail}");
     // as many as it says
     let fitting = detail.split(": request ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     let fitting: usize = fitting.parse().unwrap();

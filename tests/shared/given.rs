@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, MeshSource, to_scene};
+use skyduct::document::{DocumentErrors, FieldError, FieldErrorCode, MeshSource, to_scene};
 use skyduct::geometry::TriangleMesh;
 
 /// The thesis' room with every field that the engine can do.
@@ -102,12 +102,12 @@ pub fn errors(document: &Value) -> DocumentErrors {
     parse(document).and_then(|document| to_scene(&document, &SquarePipe)).map(drop).expect_err("a bad document")
 }
 
-/// The one error of `document` is at `pointer`, and its detail contains `detail`.
+/// The one error of `document`, which is at `pointer` and of this kind.
 #[track_caller]
-pub fn refused(document: &Value, pointer: &str, detail: &str) {
-    let errors = errors(document).0;
-    let found = errors.iter().find(|error| error.pointer == pointer);
-    let found = found.unwrap_or_else(|| panic!("nothing at {pointer}: {errors:?}"));
-    assert!(found.detail.contains(detail), "{pointer}: {}", found.detail);
+pub fn refused(document: &Value, pointer: &str, code: FieldErrorCode) -> FieldError {
+    let mut errors = errors(document).0;
     assert_eq!(errors.len(), 1, "{errors:?}");
+    let error = errors.remove(0);
+    assert_eq!((error.pointer.as_str(), error.code), (pointer, code), "{error}");
+    error
 }
