@@ -1,6 +1,6 @@
 //! Peak memory of a job, estimated before it has run.
 //!
-//! The estimates are upper bounds rather than best guesses: a job that is admitted must fit. `tests/service/memory.rs` renders jobs of
+//! The estimates are upper bounds rather than best guesses: a job that is admitted must fit. `tests/service/jobs/memory.rs` renders jobs of
 //! every method and compares the peak of the process with the estimates made here.
 
 use super::{Methods, Plan};

@@ -1,5 +1,7 @@
 //! Studies: several methods on one job, queued, compared and taken away again.
 
+mod study_storage;
+
 use std::time::{Duration, Instant};
 
 use reqwest::{Method, StatusCode};

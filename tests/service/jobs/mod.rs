@@ -1,5 +1,13 @@
 //! Jobs over HTTP, against a service that is bound to a port.
 
+mod equal_jobs;
+mod events;
+mod idempotency;
+mod memory;
+mod predictions;
+mod result_files;
+mod retention;
+
 use crate::common::{PATIENCE, TestService, endless_job, problem, small_job};
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};

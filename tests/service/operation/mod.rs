@@ -1,5 +1,11 @@
 //! Health, numbers, the description, connections.
 
+mod commands;
+mod contract_answers;
+mod log;
+mod page;
+mod security;
+
 use crate::common;
 use std::collections::BTreeSet;
 use std::path::Path;

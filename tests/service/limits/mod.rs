@@ -1,5 +1,10 @@
 //! What one client can burn: connections, streams, uploads, seconds.
 
+mod clients;
+mod long_passes;
+mod queue_clients;
+mod turns;
+
 use crate::common;
 use std::time::Duration;
 
