@@ -136,7 +136,7 @@ pub fn tables(bytes: &[u8]) {
     mirror(&shape.reflectance);
     if let Diffuser::Measured(table) = &tubes[0].diffuser {
         for cosine in COSINES {
-            let [through, back] = table.shares(cosine);
+            let [through, back] = table.albedos(cosine);
             assert!(through >= 0.0 && back >= 0.0 && through + back <= 1.0 + 1e-6, "{cosine}: {through} + {back}");
             for transmitted in [true, false] {
                 let values = COSINES.map(|exit| table.per_sr(transmitted, cosine, exit));

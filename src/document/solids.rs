@@ -6,25 +6,25 @@ use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
 use super::job::JobDocument;
 use super::room::object::ObjectDocument;
 use crate::scene::{EstimateKind, Scene};
-use crate::traceable::{RoomObject, Taken, solids_around};
+use crate::traceable::{OccupiedParts, RoomObject, solids_around};
 
 /// Excludes the sensors of a scene's grids that lie inside solids, and returns a warning for each grid that loses any. Errors
 /// name the grids of which no sensor is left, and views from within solids.
 pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec<Warning>, DocumentErrors> {
     let mut checks = Checks::default();
     let mut warnings = Vec::new();
-    let taken: Vec<Taken> = scene.grids.iter().map(|grid| Taken::of(scene, grid)).collect();
-    for (number, (grid, taken)) in scene.grids.iter_mut().zip(taken).enumerate() {
-        if taken.free.is_empty() {
+    let occupied: Vec<OccupiedParts> = scene.grids.iter().map(|grid| OccupiedParts::of(scene, grid)).collect();
+    for (number, (grid, occupied)) in scene.grids.iter_mut().zip(occupied).enumerate() {
+        if occupied.free.is_empty() {
             continue;
         }
-        let outside = taken.area.iter().filter(|area| **area == 0.0).count();
-        let (without_value, all) = (taken.without_value(), grid.len());
+        let outside = occupied.area.iter().filter(|area| **area == 0.0).count();
+        let (without_value, all) = (occupied.without_value(), grid.len());
         let things = match grid.estimate {
             EstimateKind::Point => "points",
             EstimateKind::CellAverage => "cells",
         };
-        let objects = pointers(document, &taken.by);
+        let objects = pointers(document, &occupied.by);
         if without_value == all {
             let detail = match outside {
                 0 => format!("all {things} lie inside solids ({objects}): choose another height or move the objects"),
@@ -38,20 +38,20 @@ pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec
             let detail = format!("/grids/{number}: {outside} of {all} points lie outside the room: they have no value");
             warnings.push(Warning { code: WarningCode::PointsOutside, detail });
         }
-        if !taken.by.is_empty() {
+        if !occupied.by.is_empty() {
             let mut detail = format!(
                 "/grids/{number}: {} of {all} {things} lie inside solids ({objects}): they have no value and are left \
                  out of all statistics",
                 without_value - outside
             );
-            if grid.estimate == EstimateKind::CellAverage && taken.partly() > 0 {
+            if grid.estimate == EstimateKind::CellAverage && occupied.partly() > 0 {
                 detail +=
-                    &format!("; {} lie partly inside, and their values are means over the free part", taken.partly());
+                    &format!("; {} lie partly inside, and their values are means over the free part", occupied.partly());
             }
             warnings.push(Warning { code: WarningCode::PointsInsideSolids, detail });
         }
-        grid.area = Some(taken.area.into()).filter(|area: &Arc<[f64]>| !area.is_empty());
-        grid.free = Some(taken.free.into());
+        grid.area = Some(occupied.area.into()).filter(|area: &Arc<[f64]>| !area.is_empty());
+        grid.free = Some(occupied.free.into());
     }
     for (number, view) in scene.views.iter().enumerate() {
         let around = solids_around(scene, view.eye);

@@ -65,7 +65,7 @@ impl Engine {
         let target = stop.target();
         let task = Task::whole(scene, traceable);
         let build = |choice: &MethodChoice, task: Task, seed: u64| choice.method.described().build(&task, seed, target);
-        if let Some(of_both) = methods.grids.as_ref().filter(|_| methods.share_passes()) {
+        if let Some(of_both) = methods.grids.as_ref().filter(|_| methods.passes_are_common()) {
             return match build(of_both, task, seed) {
                 Computation::Passes(integrator) => Self::Shared(integrator),
                 Computation::Solution(solver) => Self::Solver(solver),

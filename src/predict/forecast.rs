@@ -15,7 +15,7 @@ use crate::estimate::StopRule;
 use crate::estimate::stopping::{self, LEAST_PASSES, next_judgement};
 use crate::figure::convergence::{Course, CoursePoint};
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile, two_sided_student_quantile};
-use crate::statistics::power_law::{ErrorPoint, ErrorSteps, Foretold, PowerLaw, WIDEST};
+use crate::statistics::power_law::{ErrorPoint, ErrorSteps, PowerLaw, TimePrediction, WIDEST};
 
 /// Forecast after a pass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -215,17 +215,17 @@ impl Forecaster {
 
     /// Predicts the time at which outputs have a relative error, in render seconds of the whole job, with an interval of [`CONFIDENCE`];
     /// `None` before a pass has reported an error.
-    pub fn time_to(&self, outputs: Outputs, error: f64) -> Option<Foretold> {
-        let law = self.of(outputs)?.steps.foretelling()?;
-        let Foretold { seconds, from, to } = law.seconds_to(self.standard_error(error, &law), CONFIDENCE);
+    pub fn time_to(&self, outputs: Outputs, error: f64) -> Option<TimePrediction> {
+        let law = self.of(outputs)?.steps.predictive_law()?;
+        let TimePrediction { seconds, from, to } = law.seconds_to(self.standard_error(error, &law), CONFIDENCE);
         let [seconds, from, to] = [seconds, from, to].map(|passes| self.seconds_at(passes));
-        Some(Foretold { seconds, from, to: to.min(WIDEST * seconds) }).filter(|foretold| foretold.to.is_finite())
+        Some(TimePrediction { seconds, from, to: to.min(WIDEST * seconds) }).filter(|foretold| foretold.to.is_finite())
     }
 
     /// Predicts the error of outputs from half of the passes on, up to `beyond` times the seconds so far; `None` before a pass has reported
     /// an error, and where passes take no time.
     pub fn course(&self, outputs: Outputs, beyond: f64) -> Option<Course> {
-        let law = self.of(outputs)?.steps.foretelling()?;
+        let law = self.of(outputs)?.steps.predictive_law()?;
         let (pace, passes) = (self.seconds_per_pass(), law.last.passes);
         let now = self.told.last().map(|(_, seconds)| *seconds).filter(|_| pace > 0.0)?;
         let begin = (now - 0.5 * passes * pace).max(0.25 * now);
@@ -248,7 +248,7 @@ impl Forecaster {
     }
 
     fn output(&self, output: &Output, report: &PassReport, pace: f64) -> OutputForecast {
-        let law = output.steps.foretelling();
+        let law = output.steps.predictive_law();
         let left = |passes: f64| Some((passes - report.passes as f64).max(0.0) * pace).filter(|left| left.is_finite());
         let holds = |limit: f64| output.error.is_some_and(|error| error <= limit);
         let seconds_to = ACCURACIES.iter().map(|accuracy| {
@@ -273,7 +273,7 @@ impl Forecaster {
         let mut last = passes;
         for output in [&self.grids, &self.views].into_iter().flatten().filter(|output| !output.ended) {
             let error = output.error?;
-            let accurate = match output.steps.foretelling() {
+            let accurate = match output.steps.predictive_law() {
                 _ if error <= output.asked => passes as f64,
                 Some(law) => self.passes_to(output.asked, &law).ceil(),
                 None => f64::INFINITY,

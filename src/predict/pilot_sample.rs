@@ -1,6 +1,6 @@
 //! Sample of a job's outputs for a pilot: some sensors of each grid, and some windows of views.
 
-use crate::estimate::error_law::Found;
+use crate::estimate::error_law::PilotResults;
 use crate::estimate::film::BLOCK_PX;
 use crate::estimate::grid::{contrasts_of, sampling_variance};
 use crate::estimate::{FilmEstimate, GridEstimate};
@@ -35,8 +35,8 @@ pub struct Places {
 
 impl Places {
     /// Returns the values in the form from which error laws are derived.
-    pub fn found(&self) -> Found<'_> {
-        Found { values: &self.values, bias: &self.bias, fixed: &self.fixed, share: self.share }
+    pub fn found(&self) -> PilotResults<'_> {
+        PilotResults { values: &self.values, bias: &self.bias, fixed: &self.fixed, fraction: self.share }
     }
 }
 

@@ -61,7 +61,7 @@ impl Prepared {
             views: Some(views.collect()),
             tubes: Some(tubes.collect()),
             cross_check: self.cross_check(merged),
-            energy: self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes_of_ledger())),
+            energy: self.knows_energy().then(|| EnergyResult::new(&merged.energy, merged.passes_of_energy())),
             computed_by: None,
             render_warnings: Some(self.render_warnings(merged)),
         }
@@ -79,8 +79,8 @@ impl Prepared {
     /// Compares the grids with those of the second method, if there is one and it has found anything.
     fn cross_check(&self, merged: &Estimate) -> Option<CrossCheckResult> {
         let check = self.plan.methods.check.as_ref()?;
-        let discrepancy = Discrepancy::of(&merged.grids, |grid| grid.beside.last())?;
-        let errors = merged.grids.iter().filter_map(|grid| grid.beside.last()).map(grid_error);
+        let discrepancy = Discrepancy::of(&merged.grids, |grid| grid.companions.last())?;
+        let errors = merged.grids.iter().filter_map(|grid| grid.companions.last()).map(grid_error);
         let error = errors.reduce(f64::max).filter(|error| error.is_finite());
         Some(CrossCheckResult::new(check.method.name(), &check.reason, &discrepancy, error))
     }
@@ -110,13 +110,13 @@ impl Prepared {
 
     /// Warns of rays that left tubes through gaps, if they are more than rounding loses.
     fn lost_rays(&self, merged: &Estimate) -> Option<Warning> {
-        let Estimate { rays, lost_rays, ledger, .. } = merged;
-        let passes = merged.passes_of_ledger();
+        let Estimate { rays, lost_rays, energy, .. } = merged;
+        let passes = merged.passes_of_energy();
         if *lost_rays as f64 <= MOST_LOST * *rays as f64 {
             return None;
         }
         let flux = match self.knows_energy() {
-            true => format!(", carrying {} lm", ledger.lost / passes as f64),
+            true => format!(", carrying {} lm", energy.lost / passes as f64),
             false => String::new(),
         };
         let detail = format!(

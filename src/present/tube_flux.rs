@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crate::document::result::{PatchesResult, SourceFlux, TubeFluxAt, TubeFluxResult};
 use crate::document::tube_flux::ValidTubeFlux;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, MeshSource, to_scene};
-use crate::integrator::lamp::flux::{NoFlux, patched_flux, patches};
+use crate::integrator::diffuser_source::flux::{NoFlux, patched_flux, patches};
 use crate::plan::{Effects, compile};
 use crate::sampling::Key;
 use crate::scene::Daylight;

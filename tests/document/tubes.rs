@@ -164,7 +164,7 @@ fn measured_diffusers_are_read_and_judged() {
     let (scene, ..) = to_scene(&parsed, &SquarePipe).unwrap();
     let Diffuser::Measured(measured) = &scene.tubes[0].diffuser else { panic!("not measured") };
     assert_eq!(measured.per_sr(true, 1.0, 1.0), 0.3);
-    let [_, back] = measured.shares(1.0);
+    let [_, back] = measured.albedos(1.0);
     assert!((back - 0.1 * std::f64::consts::PI).abs() < 1e-12);
     let mut on_mesh = mesh_tube();
     on_mesh["parts"]["diffuser"] = table.clone();

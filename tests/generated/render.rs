@@ -129,7 +129,7 @@ pub fn job(document: &Value, name: &str, effort: Effort, seed: u64) -> Value {
     job
 }
 
-/// Renders a valid document, and checks what must hold of every render: values are finite and not negative, and the books of
+/// Renders a valid document, and checks what must hold of every render: values are finite and not negative, and the energy balance of
 /// the energy close.
 pub fn render(document: &Value, name: &str, effort: Effort, seed: u64) -> Result<Found, Left> {
     let job = job(document, name, effort, seed);
@@ -166,8 +166,8 @@ pub fn render(document: &Value, name: &str, effort: Effort, seed: u64) -> Result
             degrees: certain(moments.count - 1.0),
         }));
     }
-    let knows = method_of(&prepared).is_some_and(|method| method.described().knows().tube_fluxes);
-    let fluxes = estimate.tubes.iter().filter(|_| knows).map(|tube| Measured {
+    let outputs = method_of(&prepared).is_some_and(|method| method.described().outputs().tube_fluxes);
+    let fluxes = estimate.tubes.iter().filter(|_| outputs).map(|tube| Measured {
         value: tube.into_room.mean,
         error: tube.into_room.standard_error(),
         degrees: degrees(&tube.into_room, name == "holigilm"),
@@ -181,7 +181,7 @@ fn method_of(prepared: &Prepared) -> Option<&Method> {
     methods.grids.as_ref().or(methods.views.as_ref()).map(|choice| &choice.method)
 }
 
-/// Fails on values that no light can have, and on books that do not close.
+/// Fails on values that no light can have, and on energy balances that do not close.
 pub fn sound(prepared: &Prepared, estimate: &mut Estimate, job: &Value) {
     let mut finite = true;
     estimate.for_each_value(&mut |value| finite &= value.is_finite());
@@ -195,11 +195,11 @@ pub fn sound(prepared: &Prepared, estimate: &mut Estimate, job: &Value) {
         assert!(least >= 0.0, "a pixel has {least} cd/m2: {job}");
     }
     let Some(method) = method_of(prepared) else { return };
-    if method.described().knows().energy {
+    if method.described().outputs().energy {
         let numerical = estimate.grids.iter().any(|grid| grid.numerical);
-        let closure = estimate.ledger.relative_closure_error();
-        // a solver's books are numerical
+        let closure = estimate.energy.relative_closure_error();
+        // a solver's balance is numerical
         let most = if numerical { 2e-3 } else { 1e-9 };
-        assert!(closure.abs() < most, "books do not close by {closure}: {:?}\n{job}", estimate.ledger);
+        assert!(closure.abs() < most, "energy balance does not close by {closure}: {:?}\n{job}", estimate.energy);
     }
 }

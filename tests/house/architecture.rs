@@ -386,7 +386,7 @@ fn closures_are_told_apart_in_optics_only() {
         .map(|file| format!("{}: {}", file.display(), told_apart(file).join(", ")))
         .collect();
     assert!(found.is_empty(), "files that ask what a closure is:\n{}", found.join("\n"));
-    let example = "match closure { Closure::Measured(table) => table.shares(1.0), _ => todo!() } // Closure::Specular";
+    let example = "match closure { Closure::Measured(table) => table.albedos(1.0), _ => todo!() } // Closure::Specular";
     assert_eq!(closures_told_apart(example), ["Closure::Measured"]);
 }
 
@@ -398,9 +398,9 @@ const ASK_FOR_BOXES: &[&str] = &[
     "integrator/photon_map/domain.rs",
     "scene/enclosure.rs",
     "traceable/enclosure.rs",
-    "traceable/sight.rs",
+    "traceable/occupied.rs",
     "traceable/surface_id.rs",
-    "traceable/taken.rs",
+    "traceable/visibility.rs",
 ];
 
 /// Rooms have faces of any number and any slope: nobody else in the physics knows of six.

@@ -205,10 +205,10 @@ fn light_from_below_leaves_through_the_diffuser() {
     let method = light_tracing(&scene, 65_536, 1);
     let (mut top, mut absorbed) = (Moments::default(), Moments::default());
     for pass in 0..16 {
-        let ledger = method.pass(pass, &AtomicBool::new(false)).unwrap().account.ledger;
-        let above = ledger.emitted - ledger.collector - ledger.guide;
-        top.push(ledger.guide_top);
-        absorbed.push(ledger.diffuser - (1.0 - transmittance) * above);
+        let energy = method.pass(pass, &AtomicBool::new(false)).unwrap().totals.energy;
+        let above = energy.emitted - energy.collector - energy.guide;
+        top.push(energy.guide_top);
+        absorbed.push(energy.diffuser - (1.0 - transmittance) * above);
     }
     let rule = GaussLegendre::new(NonZeroUsize::new(32).unwrap());
     let factor = |x: f64, y: f64| disc_irradiance(RADIUS, SIDE, (x - 0.5 * SIDE).hypot(y - 0.5 * SIDE)).vertical;
@@ -222,9 +222,9 @@ fn light_from_below_leaves_through_the_diffuser() {
     // with a share sent back, below as above
     let (transmittance, reflectance) = (0.4, 0.35);
     let scene = reflecting_floor(transmittance, reflectance);
-    let ledger = light_tracing(&scene, 65_536, 2).pass(0, &AtomicBool::new(false)).unwrap().account.ledger;
-    let above = ledger.emitted - ledger.collector - ledger.guide;
+    let energy = light_tracing(&scene, 65_536, 2).pass(0, &AtomicBool::new(false)).unwrap().totals.energy;
+    let above = energy.emitted - energy.collector - energy.guide;
     let kept = 1.0 - transmittance - reflectance;
-    let (up, absorbed) = (ledger.guide_top - reflectance * above, ledger.diffuser - kept * above);
+    let (up, absorbed) = (energy.guide_top - reflectance * above, energy.diffuser - kept * above);
     assert!(up > 0.0 && (absorbed / up - kept / transmittance).abs() < 1e-9, "{absorbed} {up}");
 }

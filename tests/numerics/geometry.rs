@@ -193,9 +193,9 @@ fn a_rug_in_the_floor_s_plane_is_seen() {
     }
 }
 
-/// Open faces: what leaves is booked, and of a room whose faces are all open the floor has direct light alone.
+/// Open faces: what leaves is counted, and of a room whose faces are all open the floor has direct light alone.
 #[test]
-fn what_leaves_a_room_is_booked() {
+fn what_leaves_a_room_is_counted() {
     let mut open = disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point);
     for face in [Face::West, Face::East, Face::South, Face::North, Face::Floor] {
         open.room.enclosure.paint(face as usize, None);
@@ -203,14 +203,14 @@ fn what_leaves_a_room_is_booked() {
     let black = disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point);
     let [open, black] = [open, black].map(|scene| run(&scene, &*light_tracing(&scene, 4096, 1), 2));
     assert_eq!(values(&open).0, values(&black).0);
-    assert_eq!((open.ledger.open_surfaces, open.ledger.room), (black.ledger.room, 0.0));
+    assert_eq!((open.energy.open_surfaces, open.energy.room), (black.energy.room, 0.0));
 
     // of a furnace with one face open, a large part leaves
     let mut furnace = disc_room(0.9, 0.9, 0.9, 0.9, EstimateKind::Point);
     furnace.room.enclosure.paint(Face::South as usize, None);
     let estimate = run(&furnace, &*light_tracing(&furnace, 4096, 1), 8);
-    assert!(estimate.ledger.open_surfaces > 0.3 * estimate.tubes[0].into_room.mean * 8.0);
-    assert!(estimate.ledger.relative_closure_error().abs() < 1e-12);
+    assert!(estimate.energy.open_surfaces > 0.3 * estimate.tubes[0].into_room.mean * 8.0);
+    assert!(estimate.energy.relative_closure_error().abs() < 1e-12);
 }
 
 /// A wall of triangles with a gap of a millimetre, in a room that is open around it: through the gap goes what falls on it.
@@ -243,10 +243,10 @@ fn a_gap_of_a_millimetre_lets_its_share_out() {
     let method = light_tracing(&scene, 65_536, 1);
     let (mut out, mut emitted) = (Moments::default(), 0.0);
     for pass in 0..24 {
-        let ledger = method.pass(pass, &AtomicBool::new(false)).unwrap().account.ledger;
-        assert!(ledger.relative_closure_error().abs() < 1e-12);
-        out.push(ledger.open_surfaces);
-        emitted = ledger.luminaires;
+        let energy = method.pass(pass, &AtomicBool::new(false)).unwrap().totals.energy;
+        assert!(energy.relative_closure_error().abs() < 1e-12);
+        out.push(energy.open_surfaces);
+        emitted = energy.luminaires;
     }
     // Lambert's closed form along the gap
     let corners = [(0.9, 1.0), (0.9, 1.5), (1.5, 1.5), (1.5, 1.0)].map(|(y, z)| DVec3::new(0.5, y, z));
@@ -315,9 +315,9 @@ fn small_and_huge_rooms_keep_their_light() {
         let mesh = sheet(corners.map(|(y, z)| DVec3::new(x, y * size.y, z * size.z)));
         scene.room.meshes = vec![MeshObject { mesh, surfaces: vec![Surface::diffuse([0.7; 3])] }];
         scene.room.enclosure.paint(Face::West as usize, None);
-        let ledger = run(&scene, &*light_tracing(&scene, 8192, 1), 4).ledger;
-        assert_eq!(ledger.open_surfaces, 0.0, "{scale}");
-        assert!((ledger.room / ledger.luminaires - 1.0).abs() < 1e-12, "{scale}: {ledger:?}");
+        let energy = run(&scene, &*light_tracing(&scene, 8192, 1), 4).energy;
+        assert_eq!(energy.open_surfaces, 0.0, "{scale}");
+        assert!((energy.room / energy.luminaires - 1.0).abs() < 1e-12, "{scale}: {energy:?}");
     }
 }
 

@@ -12,7 +12,7 @@ use skyduct::analytic::holigilm::Holigilm;
 use skyduct::analytic::{Solution, Solver};
 use skyduct::document::{FieldErrorCode, JobDocument};
 use skyduct::engine::checkpoint::encode;
-use skyduct::estimate::{EnergyLedger, Estimate};
+use skyduct::estimate::{EnergyBalance, Estimate};
 use skyduct::integrator::deterministic::installation;
 use skyduct::integrator::photon::chunks::MOST_CHUNK;
 use skyduct::integrator::photon_map::progressive::{Radii, Radius};
@@ -42,7 +42,7 @@ fn a_black_room_has_direct_light_alone() {
     let truth = radiosity("S0", EstimateKind::Point).0;
     assert_grid(&estimate, &truth, &[0.0; 81], 4.5, 0.0, "black room");
     let into_room: f64 = estimate.tubes[0].into_room.mean * 32.0;
-    assert!((estimate.ledger.room / into_room - 1.0).abs() < 1e-12);
+    assert!((estimate.energy.room / into_room - 1.0).abs() < 1e-12);
 }
 
 /// Mean of all surfaces of a closed room of one reflectance, in lux, for 1000 lm.
@@ -54,16 +54,16 @@ fn furnace(reflectance: f64) -> f64 {
 fn traced(reflectance: f64, photons: u64, passes: u64) -> (f64, Moments) {
     let scene = disc_room(reflectance, reflectance, reflectance, reflectance, EstimateKind::CellAverage);
     let estimate = run(&scene, &*light_tracing(&scene, photons, 1), passes);
-    assert!(estimate.ledger.relative_closure_error().abs() < 1e-9);
+    assert!(estimate.energy.relative_closure_error().abs() < 1e-9);
     let into_room = estimate.tubes[0].into_room.mean * passes as f64;
     // what is absorbed by all, and leaves through the disc as if it was absorbed, is the furnace's mean
-    let EnergyLedger { emitted, collector, guide, guide_top, diffuser, room, .. } = estimate.ledger;
+    let EnergyBalance { emitted, collector, guide, guide_top, diffuser, room, .. } = estimate.energy;
     let from_above = emitted - collector - guide - into_room;
     let mean = 1000.0 * (room + guide_top + diffuser - from_above) / into_room;
     let of_surfaces = mean / (6.0 * SIDE * SIDE * (1.0 - reflectance));
     println!("{reflectance}: mean of the surfaces {of_surfaces}, floor {:?}", estimate.grids[0].mean);
     assert!((of_surfaces / furnace(reflectance) - 1.0).abs() < 1e-8);
-    (estimate.ledger.cut.abs() / into_room, estimate.grids[0].mean)
+    (estimate.energy.cut.abs() / into_room, estimate.grids[0].mean)
 }
 
 /// White furnaces of 0.5 and 0.9: the means of all surfaces, and the floor against radiosity; the solver within its own error.
@@ -85,7 +85,7 @@ fn white_furnaces_have_their_mean() {
     }
 }
 
-/// A thousand reflections on average: a path that ended after 64 would leave 6.3 % of the light. The books show that
+/// A thousand reflections on average: a path that ended after 64 would leave 6.3 % of the light. The energy balance shows that
 /// nothing is cut, and the floor has what radiosity gives it.
 #[test]
 fn a_thousand_reflections_are_followed() {
@@ -113,7 +113,7 @@ fn a_white_room_with_an_opening_is_in_balance() {
     let mean = estimate.grids[0].mean;
     assert!((mean.mean - PI * 1000.0).abs() < 4.0 * mean.standard_error(), "{mean:?}");
     assert!(mean.standard_error() < 0.05 * mean.mean);
-    let EnergyLedger { emitted, guide_top, .. } = estimate.ledger;
+    let EnergyBalance { emitted, guide_top, .. } = estimate.energy;
     assert!((guide_top / emitted - 1.0).abs() < 1e-9, "{guide_top} {emitted}");
     for surface in ["floor", "walls", "ceiling"] {
         let pointer = format!("/room/surfaces/{surface}/reflectance");
@@ -145,17 +145,17 @@ fn a_thousand_million_deposits_add_up() {
     let deposit = 1e-6;
     let deposits = 1_000_000_000u64;
     let per_pass = 1 << 20;
-    let (mut job, mut left) = (EnergyLedger::default(), deposits);
+    let (mut job, mut left) = (EnergyBalance::default(), deposits);
     // chunks of equally many photons have equal sums
     let chunk = |photons: u64| (0..photons).fold(0.0, |room, _| room + deposit);
     let whole_chunk = chunk(MOST_CHUNK);
     while left > 0 {
         let photons = per_pass.min(left);
         left -= photons;
-        let mut pass = EnergyLedger::default();
+        let mut pass = EnergyBalance::default();
         for first in (0..photons).step_by(MOST_CHUNK as usize) {
             let room = if photons - first < MOST_CHUNK { chunk(photons - first) } else { whole_chunk };
-            pass.add(&EnergyLedger { room, ..EnergyLedger::default() });
+            pass.add(&EnergyBalance { room, ..EnergyBalance::default() });
         }
         job.add(&pass);
     }

@@ -82,8 +82,8 @@ fn perfect_mirrors_lose_nothing_over_a_hundred_diameters() {
         assert!((lux / exact - 1.0).abs() < 1e-10, "{lux} {exact}");
     }
     let estimate = run(&scene, &*light_tracing(&scene, 4096, 1), 2);
-    let (emitted, ledger) = (estimate.ledger.emitted, estimate.ledger);
-    assert!(ledger.guide == 0.0 && ledger.guide_top == 0.0 && (ledger.room / emitted - 1.0).abs() < 1e-12);
+    let (emitted, energy) = (estimate.energy.emitted, estimate.energy);
+    assert!(energy.guide == 0.0 && energy.guide_top == 0.0 && (energy.room / emitted - 1.0).abs() < 1e-12);
 }
 
 /// Black walls pass what does not meet them, (2/pi)(acos A - A sqrt(1 - A^2)): the series without a logarithm of 0, and rays
@@ -208,7 +208,7 @@ fn rays_from_the_rim_outward_are_reflected_at_once() {
 }
 
 /// The circle where tube and diffuser meet belongs to one of them: light that ends on it from above passes the closure, from
-/// below it meets the opening or the ceiling, and the books of a job close.
+/// below it meets the opening or the ceiling, and the energy balance of a job closes.
 #[test]
 fn the_edge_circle_is_counted_once() {
     let inner = skyduct::optics::DiffuserZone::Lambertian;
@@ -231,8 +231,8 @@ fn the_edge_circle_is_counted_once() {
         let [weight] = transit.mirrors.0;
         assert!([1.0, 0.95, 0.95 * 0.95].contains(&weight), "{weight}");
     }
-    let ledger = run(&scene, &*light_tracing(&scene, 16_384, 1), 2).ledger;
-    assert!(ledger.relative_closure_error().abs() < 1e-12, "{}", ledger.relative_closure_error());
+    let energy = run(&scene, &*light_tracing(&scene, 16_384, 1), 2).energy;
+    assert!(energy.relative_closure_error().abs() < 1e-12, "{}", energy.relative_closure_error());
 }
 
 /// A tube of no length is no tube; one of a nanometre is none to 1e-9.

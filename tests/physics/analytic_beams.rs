@@ -131,7 +131,7 @@ fn kinds() -> Vec<(&'static str, Scene)> {
 }
 
 /// Every kind, with two seeds, sensor by sensor within four combined standard errors, corrected for the number of
-/// sensors; the root mean square of a grid within 1.5 of them. The light is booked to 0.2 %.
+/// sensors; the root mean square of a grid within 1.5 of them. The light is accounted for to 0.2 %.
 #[test]
 fn agrees_with_light_tracing() {
     let kinds = kinds();

@@ -9,7 +9,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{FieldErrorCode, JobDocument, WarningCode, to_scene};
 use skyduct::integrator::Integrator;
-use skyduct::integrator::bidirectional::{Bidirectional, Sizes};
+use skyduct::integrator::bidirectional::{Bidirectional, PathCounts};
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing;
 use skyduct::integrator::two_stage;
@@ -17,7 +17,7 @@ use skyduct::plan;
 use skyduct::scene::{EstimateKind, Scene, View};
 
 fn both_ways(scene: &Scene, photons_per_pass: u64, samples: u32, seed: u64) -> Bidirectional<1> {
-    let sizes = Sizes { photons: photons_per_pass, per_sensor: samples, per_pixel: samples };
+    let sizes = PathCounts { photons: photons_per_pass, per_sensor: samples, per_pixel: samples };
     Bidirectional::new(traceable(scene), &scene.grids, &scene.views, sizes, seed)
 }
 

@@ -64,11 +64,12 @@ fn check(name: &str, scene: &Scene, expected: Range<usize>) {
     assert!(computed >= 4, "{name}: {computed}");
 }
 
-/// Below lamps, and below lamps in part; with a mesh around and beside the boxes, a luminaire, a glossy wall and the sun.
+/// Below Lambertian closures, and below partly Lambertian ones; with a mesh around and beside the boxes, a luminaire, a glossy wall and the
+/// sun.
 #[test]
 fn sensors_in_boxes_stay_dark() {
-    check("lamps", &room(lambertian(0.5, 0.1)), 6..30);
-    check("lamps in part", &room(mixed(DiffuserZone::Lambertian)), 6..30);
+    check("Lambertian", &room(lambertian(0.5, 0.1)), 6..30);
+    check("partly Lambertian", &room(mixed(DiffuserZone::Lambertian)), 6..30);
     let mut meshed = room(lambertian(0.5, 0.1));
     meshed.room.meshes.push(closed_cube(DVec3::new(0.5, 0.5, 0.3), 0.5));
     meshed.room.meshes.push(closed_cube(DVec3::new(1.6, 0.3, 0.2), 0.1));

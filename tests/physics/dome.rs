@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::scenes::{RADIUS, cube, daylight, lambertian, light_tracing, run, straight};
 use glam::DVec3;
-use skyduct::guide::dome::Pipe;
+use skyduct::guide::dome::PipeBelow;
 use skyduct::guide::{BentGuide, DomedGuide, End, Guide, StraightGuide};
 use skyduct::optics::Collector;
 use skyduct::optics::fresnel::slab_transmittance;
@@ -18,7 +18,7 @@ fn straight_pipe(length: f64, reflectance: f64) -> StraightGuide {
 }
 
 fn domed(length: f64, reflectance: f64, index: f64, thickness: f64, absorption: f64) -> Guide {
-    let pipe = Pipe::Straight(straight_pipe(length, reflectance));
+    let pipe = PipeBelow::Straight(straight_pipe(length, reflectance));
     Guide::Domed(Box::new(DomedGuide::new(pipe, index, thickness, absorption)))
 }
 
@@ -211,8 +211,8 @@ fn down_and_up_are_reciprocal() {
     let (sin, cos) = 40f64.to_radians().sin_cos();
     let bend = [(0.4, DVec3::Z), (0.4, DVec3::new(sin, 0.0, cos))];
     let pipes = [
-        Pipe::Straight(straight_pipe(0.5, 0.9)),
-        Pipe::Bent(BentGuide::new(RADIUS, &bend, [0.95; 3].into(), [1.0; 3])),
+        PipeBelow::Straight(straight_pipe(0.5, 0.9)),
+        PipeBelow::Bent(BentGuide::new(RADIUS, &bend, [0.95; 3].into(), [1.0; 3])),
     ];
     let mut random = PathRandom::new(Key::new(3));
     for pipe in pipes {
@@ -251,14 +251,14 @@ fn dome(refractive_index: f64, absorption_per_m: f64) -> Collector {
     Collector::DielectricDome { refractive_index, thickness_m: 0.003, absorption_per_m }
 }
 
-/// The books close, and fluxes are those of an open tube when the dome does nothing.
+/// The energy balance closes, and fluxes are those of an open tube when the dome does nothing.
 #[test]
 fn rooms_under_domes_balance() {
     for bend_deg in [0.0, 50.0] {
         let estimate = |collector: Collector| {
             let scene = room(collector, bend_deg);
             let estimate = run(&scene, &*light_tracing(&scene, 8192, 5), 24);
-            assert!(estimate.ledger.relative_closure_error().abs() < 1e-9, "{:?}", estimate.ledger);
+            assert!(estimate.energy.relative_closure_error().abs() < 1e-9, "{:?}", estimate.energy);
             estimate
         };
         let (open, nothing) = (estimate(Collector::Open), estimate(dome(1.0, 0.0)));
@@ -270,6 +270,6 @@ fn rooms_under_domes_balance() {
         println!("bend {bend_deg}: a dome of glass leaves {share:.4}");
         assert!(share > 0.85 && share < 1.0, "{share}");
         assert!(flux(&grey).mean < flux(&glass).mean * 0.98);
-        assert!(glass.ledger.collector > 0.0);
+        assert!(glass.energy.collector > 0.0);
     }
 }

@@ -11,7 +11,7 @@ use skyduct::estimate::Estimate;
 use skyduct::geometry::lambert::quadrilateral_irradiance;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::photon::emission::Emission;
-use skyduct::integrator::photon::ledger::Account;
+use skyduct::integrator::photon::energy_balance::PhotonTotals;
 use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::sppm::Settings;
 use skyduct::integrator::two_stage;
@@ -98,13 +98,13 @@ fn mean_illuminance(kernel: &TraceableScene, area: f64, passes: u64, photons: u6
     let emission = Emission::new(kernel, photons);
     let means: Vec<f64> = (0..passes)
         .map(|pass| {
-            let (mut arrivals, mut account) = (Arrivals(0.0), Account::new(0));
+            let (mut arrivals, mut totals) = (Arrivals(0.0), PhotonTotals::new(0));
             for number in 0..photons {
                 let (photon, mut samples) = emission.photon(kernel, Key::new(11).child(pass), number);
-                trace::<1>(kernel, &photon.unwrap(), &mut samples, &mut arrivals, &mut account);
+                trace::<1>(kernel, &photon.unwrap(), &mut samples, &mut arrivals, &mut totals);
             }
-            assert!(account.ledger.relative_closure_error().abs() < 1e-9);
-            assert!((account.ledger.luminaires - 1e4).abs() < 1e-6);
+            assert!(totals.energy.relative_closure_error().abs() < 1e-9);
+            assert!((totals.energy.luminaires - 1e4).abs() < 1e-6);
             arrivals.0 / area
         })
         .collect();
@@ -130,7 +130,7 @@ fn white_furnace() {
     }
 }
 
-/// A black sheet of 2 m2 in the ceiling takes its share: arrivals at it are absorbed, and the books close.
+/// A black sheet of 2 m2 in the ceiling takes its share: arrivals at it are absorbed, and the energy balance closes.
 #[test]
 fn luminaires_absorb() {
     let rho: f64 = 0.5;
@@ -140,9 +140,9 @@ fn luminaires_absorb() {
     let with_sheet = run(&scene, &*light_tracing(&scene, 8192, 5), 16);
     let empty = electric_room(DVec3::splat(4.0), rho, vec![lit], [4, 4], EstimateKind::Point);
     let without = run(&empty, &*light_tracing(&empty, 8192, 5), 16);
-    assert!(with_sheet.ledger.relative_closure_error().abs() < 1e-9);
-    assert_eq!(with_sheet.ledger.emitted, 0.0);
-    assert!((with_sheet.ledger.luminaires / 16.0 - 1e4).abs() < 1e-6);
+    assert!(with_sheet.energy.relative_closure_error().abs() < 1e-9);
+    assert_eq!(with_sheet.energy.emitted, 0.0);
+    assert!((with_sheet.energy.luminaires / 16.0 - 1e4).abs() < 1e-6);
     // about 3 % less: far outside the errors
     let loss = 1.0 - with_sheet.grids[0].mean.mean / without.grids[0].mean.mean;
     assert!(loss > 0.01 && loss < 0.1, "{loss}");
@@ -200,7 +200,7 @@ fn back_to_back() {
     }
 }
 
-/// Daylight and electric light add up: each alone, and both (4.5 standard errors at 81 sensors), with one ledger.
+/// Daylight and electric light add up: each alone, and both (4.5 standard errors at 81 sensors), with one energy balance.
 #[test]
 fn daylight_and_electric_light_add_up() {
     let lamp = panel(DVec3::new(0.5, 0.6, 1.9), 0.3, 0.2, 300.0);
@@ -221,8 +221,8 @@ fn daylight_and_electric_light_add_up() {
     let errors: Vec<f64> =
         (0..81).map(|s| day.grids[0].standard_error_lux(s).hypot(lamp.grids[0].standard_error_lux(s))).collect();
     assert_grid(&both, &sum, &errors, 4.5, 0.0, "day and lamp");
-    assert!(both.ledger.emitted > 0.0 && (both.ledger.luminaires / 24.0 - 300.0).abs() < 1e-6);
-    assert!(both.ledger.relative_closure_error().abs() < 1e-9);
+    assert!(both.energy.emitted > 0.0 && (both.energy.luminaires / 24.0 - 300.0).abs() < 1e-6);
+    assert!(both.energy.relative_closure_error().abs() < 1e-9);
 }
 
 /// A luminaire on a wall is seen with its luminance from the front; a ray from behind meets a black sheet.

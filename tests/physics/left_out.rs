@@ -55,7 +55,7 @@ fn added(scene: &Scene, kind: EffectKind) -> (f64, f64) {
     // of what falls on them, surfaces keep a share of one minus their albedo
     let falls = |without: &[EffectKind]| {
         let passes = passes(scene, without);
-        moments(passes.iter().map(|pass| pass.account.ledger.room / (1.0 - albedo(without))))
+        moments(passes.iter().map(|pass| pass.totals.energy.room / (1.0 - albedo(without))))
     };
     let (with, without) = (falls(&[]), falls(&[kind]));
     let (kept, error) = share(&without, &with);
@@ -134,7 +134,7 @@ fn shares_of_sources_are_those_of_their_flux() {
             / (by_sky.mean + sun.normal_illuminance_lux * by_sun.mean);
         let flux = |without: EffectKind| {
             let passes = passes(&scene, &[without, EffectKind::GuideReturn]);
-            moments(passes.iter().map(|pass| pass.account.tubes[0].into_room + pass.account.ledger.luminaires))
+            moments(passes.iter().map(|pass| pass.totals.tubes[0].into_room + pass.totals.energy.luminaires))
         };
         let sources = [EffectKind::Sky, EffectKind::Sun, EffectKind::Luminaires];
         let [no_sky, no_sun, no_panel] = sources.map(flux);

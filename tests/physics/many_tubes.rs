@@ -28,7 +28,7 @@ fn halves_add_up() {
         let sum: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a + b).collect();
         let errors: Vec<f64> = a_error.iter().zip(&b_error).map(|(a, b)| a.hypot(*b)).collect();
         assert_grid(&all, &sum, &errors, 4.5, 0.0, "all tubes");
-        assert!(all.ledger.relative_closure_error().abs() < 1e-9);
+        assert!(all.energy.relative_closure_error().abs() < 1e-9);
         let relative = all.grids[0].mean.standard_error() / all.grids[0].mean.mean;
         assert!(all.tubes.len() == count && relative < 0.01, "{relative}");
         let into_room: f64 = all.tubes.iter().map(|tube| tube.into_room.mean).sum();

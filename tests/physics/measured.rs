@@ -78,7 +78,7 @@ fn a_forward_peak_lights_what_is_below() {
     let flat = run(&uniform(lambertian(0.5, 0.0)), &*light_tracing(&uniform(lambertian(0.5, 0.0)), 8192, 6), 8);
     let contrast = |estimate: &Estimate| estimate.grids[0].illuminance_lux(40) / estimate.grids[0].illuminance_lux(36);
     assert!(contrast(&estimate) > 5.0 * contrast(&flat), "{} {}", contrast(&estimate), contrast(&flat));
-    assert!(estimate.ledger.relative_closure_error().abs() < 1e-9);
+    assert!(estimate.energy.relative_closure_error().abs() < 1e-9);
 }
 
 /// Eyes see the diffuser brighter from below than from aside, by its table.

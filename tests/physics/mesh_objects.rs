@@ -112,7 +112,7 @@ fn points_beside_a_mesh_are_not_left_to_connections() {
     let settings = two_stage::Settings { samples_per_sensor: Some(1024), ..Default::default() };
     let stages = built(&mesh, &settings, 3);
     let stages = scenes::run(&mesh, &*stages, 48);
-    let sizes = bidirectional::Sizes { photons: 1024, per_sensor: 64, per_pixel: 1 };
+    let sizes = bidirectional::PathCounts { photons: 1024, per_sensor: 64, per_pixel: 1 };
     let found = Bidirectional::<1>::new(traceable(&mesh), &mesh.grids, &[], sizes, 3);
     let found = scenes::run(&mesh, &found, 48);
     let block = beside(box_block(), 0.002);

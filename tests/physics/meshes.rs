@@ -289,7 +289,7 @@ fn rays_at_vertices_and_edges_do_not_leak() {
     }
 }
 
-/// Light through a hole in a pipe is booked as lost and its rays are counted, by methods that follow light and by those that
+/// Light through a hole in a pipe is counted as lost and its rays are counted, by methods that follow light and by those that
 /// follow paths backward, with a warning; a whole pipe loses none.
 #[test]
 fn rays_through_a_hole_are_counted() {
@@ -312,10 +312,10 @@ fn rays_through_a_hole_are_counted() {
             assert_eq!(estimate.lost_rays > 0, leaks, "{method}: {} of {}", estimate.lost_rays, estimate.rays);
             let warnings: Vec<_> = prepared.render_warnings(&estimate).iter().map(|warning| warning.code).collect();
             assert_eq!(warnings, if leaks { vec![WarningCode::LostRays] } else { vec![] }, "{method}");
-            let ledger = estimate.ledger;
-            assert!(ledger.relative_closure_error().abs() < 1e-9, "{method}: {ledger:?}");
-            if ledger.emitted > 0.0 {
-                assert_eq!(ledger.lost > 0.0, leaks, "{method}: {ledger:?}");
+            let energy = estimate.energy;
+            assert!(energy.relative_closure_error().abs() < 1e-9, "{method}: {energy:?}");
+            if energy.emitted > 0.0 {
+                assert_eq!(energy.lost > 0.0, leaks, "{method}: {energy:?}");
             }
         }
     }

@@ -34,11 +34,11 @@ fn results_have_what_their_method_says_that_it_knows() {
             document["grids"] = json!([{ "name": "floor", "height_m": 0, "cells": [2, 2] }]);
             document["stop"] = json!({ "max_passes": 2 });
         });
-        let knows = prepared.plan.methods.grids.as_ref().unwrap().method.described().knows();
+        let outputs = prepared.plan.methods.grids.as_ref().unwrap().method.described().outputs();
         let results = prepared.summary_json(&first_passes(&prepared, 8), Spent::NOTHING, StoppedBy::MaxPasses);
         let emitted = results["energy"]["emitted_lm"].as_f64();
-        assert_eq!(emitted.is_some_and(|flux| flux > 0.0), knows.energy, "{name}: {results}");
-        assert_eq!(results["tubes"][0]["into_room"].is_object(), knows.tube_fluxes, "{name}: {results}");
+        assert_eq!(emitted.is_some_and(|flux| flux > 0.0), outputs.energy, "{name}: {results}");
+        assert_eq!(results["tubes"][0]["into_room"].is_object(), outputs.tube_fluxes, "{name}: {results}");
     }
 }
 

@@ -9,7 +9,7 @@ use skyduct::document::{DocumentErrors, JobDocument};
 use skyduct::estimate::Estimate;
 use skyduct::estimate::room_matrix::RoomMatrix;
 use skyduct::integrator::Integrator;
-use skyduct::integrator::lamp::flux::patched_flux;
+use skyduct::integrator::diffuser_source::flux::patched_flux;
 use skyduct::integrator::method::{RefusalCode, Task};
 use skyduct::integrator::room_matrix::PATCHES;
 use skyduct::integrator::two_stage::{Settings, TwoStage};
@@ -54,7 +54,7 @@ fn told(mut scene: Scene) -> Scene {
 
 /// Mean over the patches of what each gives to a sensor per lumen, and its standard error where the errors of all patches go together.
 fn evenly_lit(estimate: &Estimate, sensor: usize) -> (f64, f64) {
-    let patches = &estimate.grids[0].beside[..PATCHES];
+    let patches = &estimate.grids[0].companions[..PATCHES];
     let mean = |of: &dyn Fn(usize) -> f64| (0..PATCHES).map(of).sum::<f64>() / PATCHES as f64;
     (mean(&|patch| patches[patch].illuminance_lux(sensor)), mean(&|patch| patches[patch].standard_error_lux(sensor)))
 }
@@ -110,7 +110,7 @@ fn light_straight_from_a_patch_is_its_integral() {
     }
     for (sensor, integrals) in integrals.iter_mut().enumerate() {
         let mut responses: Vec<f64> =
-            found.grids[0].beside[..PATCHES].iter().map(|patch| patch.illuminance_lux(sensor)).collect();
+            found.grids[0].companions[..PATCHES].iter().map(|patch| patch.illuminance_lux(sensor)).collect();
         responses.sort_by(f64::total_cmp);
         integrals.sort_by(f64::total_cmp);
         for (response, integral) in responses.iter().zip(integrals) {
@@ -159,7 +159,7 @@ fn lumens_times_responses_are_the_light() {
 fn bits(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
     let of = |pass| {
         let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
-        let beside = pass.grids[0].beside.iter().flat_map(|part| part.illuminance.clone());
+        let beside = pass.grids[0].companions.iter().flat_map(|part| part.illuminance.clone());
         beside.map(f64::to_bits).collect::<Vec<_>>()
     };
     (0..passes).flat_map(of).collect()

@@ -79,7 +79,7 @@ impl Things {
         let same: &[SheetSide] = &[SheetSide::Same];
         let mut all = vec![Thing {
             name: "sensor",
-            scatterer: Scatterer::Sensor(skyduct::optics::scatterer::Sensor { normal: DVec3::Z }),
+            scatterer: Scatterer::Sensor(skyduct::optics::scatterer::CosineSensor { normal: DVec3::Z }),
             normal: DVec3::Z,
             reciprocal: true,
             sides: same,
@@ -380,13 +380,13 @@ fn values_are_weights_times_densities() {
             assert!((value.0[0] - truth).abs() <= 1e-9 * truth, "{value:?} {truth}");
         }
     }
-    let value: Spectrum<1> = Scatterer::Sensor(skyduct::optics::scatterer::Sensor { normal: DVec3::Z }).value(
+    let value: Spectrum<1> = Scatterer::Sensor(skyduct::optics::scatterer::CosineSensor { normal: DVec3::Z }).value(
         Travel::AgainstLight,
         DVec3::Z,
         DVec3::new(0.6, 0.0, 0.8),
     );
     assert_eq!(value.0[0], 0.8);
-    let albedo: Spectrum<1> =
-        Scatterer::Sensor(skyduct::optics::scatterer::Sensor { normal: DVec3::Z }).albedo(DVec3::Z, SheetSide::Same);
+    let albedo: Spectrum<1> = Scatterer::Sensor(skyduct::optics::scatterer::CosineSensor { normal: DVec3::Z })
+        .albedo(DVec3::Z, SheetSide::Same);
     assert_eq!(albedo.0[0], PI);
 }

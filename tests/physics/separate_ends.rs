@@ -54,7 +54,7 @@ fn a_grid_ends_before_a_view() {
     assert_eq!(lux(&estimate), lux(&alone));
     // so have the fluxes
     assert_eq!(estimate.tubes[0].into_room.mean.to_bits(), alone.tubes[0].into_room.mean.to_bits());
-    assert_eq!(estimate.passes_of_ledger(), passes);
+    assert_eq!(estimate.passes_of_energy(), passes);
 }
 
 /// A view that is accurate before the grid.

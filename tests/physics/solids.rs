@@ -7,14 +7,14 @@ use skyduct::optics::Surface;
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
 use skyduct::scene::{BoxObject, EstimateKind, Grid};
-use skyduct::traceable::{RoomObject, Taken};
+use skyduct::traceable::{OccupiedParts, RoomObject};
 
 use crate::documents::{Folder, first_passes, prepare};
 use crate::mesh_objects::closed_cube;
 use crate::scenes::{cube, daylight, lambertian, straight};
 
 /// Part of each sensor that two boxes in each other and a mesh leave free at a height, and who takes it.
-fn taken(height: f64, cells: [usize; 2], estimate: EstimateKind) -> (Grid, Taken) {
+fn occupied(height: f64, cells: [usize; 2], estimate: EstimateKind) -> (Grid, OccupiedParts) {
     let mut scene =
         cube(0.3, 0.5, 0.7, vec![straight(0.5, 0.9, lambertian(0.5, 0.1))], daylight(5, 1e3, 35.0, 0.0), estimate);
     let object = |x: f64, width: f64| BoxObject {
@@ -26,8 +26,8 @@ fn taken(height: f64, cells: [usize; 2], estimate: EstimateKind) -> (Grid, Taken
     scene.room.boxes = vec![object(0.5, 0.5), object(0.75, 0.5)];
     scene.room.meshes = vec![closed_cube(DVec3::new(1.5, 0.5, 0.0), 0.25)];
     let grid = Grid::new("grid".into(), height, cells, 0.0, [2.0, 2.0], estimate);
-    let taken = Taken::of(&scene, &grid);
-    (grid, taken)
+    let occupied = OccupiedParts::of(&scene, &grid);
+    (grid, occupied)
 }
 
 /// Boxes from (0.25, 0.5) to (1, 1.5) and a cube of a quarter of a metre at (1.5, 0.5): points in them, on the sides, on top.
@@ -36,12 +36,12 @@ fn points_in_solids_are_taken_and_those_on_them_are_not() {
     for (height, below_top, below_cube) in
         [(0.0, true, true), (0.2, true, true), (0.3, true, false), (0.5, false, false)]
     {
-        let (grid, taken) = taken(height, [32, 32], EstimateKind::Point);
-        for sensor in 0..taken.free.len() {
+        let (grid, occupied) = occupied(height, [32, 32], EstimateKind::Point);
+        for sensor in 0..occupied.free.len() {
             let DVec2 { x, y } = grid.centre(sensor).truncate();
             let in_boxes = below_top && x > 0.25 && x < 1.0 && y > 0.5 && y < 1.5;
             let in_cube = below_cube && x > 1.5 && x < 1.75 && y > 0.5 && y < 0.75;
-            assert_eq!(taken.free[sensor] == 0.0, in_boxes || in_cube, "{height} {x} {y}");
+            assert_eq!(occupied.free[sensor] == 0.0, in_boxes || in_cube, "{height} {x} {y}");
         }
         let mut by = vec![RoomObject::Box(0), RoomObject::Box(1), RoomObject::Mesh(0)];
         by.truncate(if below_cube {
@@ -51,24 +51,24 @@ fn points_in_solids_are_taken_and_those_on_them_are_not() {
         } else {
             0
         });
-        assert_eq!(taken.by, by, "{height}");
+        assert_eq!(occupied.by, by, "{height}");
     }
     // on the sides
-    let (_, on_sides) = taken(0.2, [4, 2], EstimateKind::Point);
-    assert_eq!(on_sides, Taken::default());
+    let (_, on_sides) = occupied(0.2, [4, 2], EstimateKind::Point);
+    assert_eq!(on_sides, OccupiedParts::default());
 }
 
 /// Cells of 0.4 m, of which boxes together take rectangles.
 #[test]
 fn cells_know_which_part_of_them_is_free() {
-    let (grid, taken) = taken(0.2, [5, 5], EstimateKind::CellAverage);
+    let (grid, occupied) = occupied(0.2, [5, 5], EstimateKind::CellAverage);
     let overlap = |centre: f64, low: f64, high: f64| ((centre + 0.2).min(high) - (centre - 0.2).max(low)).max(0.0);
-    for (sensor, free) in taken.free.iter().enumerate() {
+    for (sensor, free) in occupied.free.iter().enumerate() {
         let DVec2 { x, y } = grid.centre(sensor).truncate();
         let covered = overlap(x, 0.25, 1.0) * overlap(y, 0.5, 1.5) + overlap(x, 1.5, 1.75) * overlap(y, 0.5, 0.75);
         assert!((1.0 - free - covered / 0.16).abs() < 1e-6, "{sensor}: {free} {}", covered / 0.16);
     }
-    assert!(taken.without_value() > 0 && taken.partly() > 0, "{taken:?}");
+    assert!(occupied.without_value() > 0 && occupied.partly() > 0, "{occupied:?}");
 }
 
 /// Half of S1's floor under a box.

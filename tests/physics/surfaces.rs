@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, FieldErrorCode, JobDocument, ValidJob, to_scene};
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::photon::emission::Emission;
-use skyduct::integrator::photon::ledger::Account;
+use skyduct::integrator::photon::energy_balance::PhotonTotals;
 use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::sppm::Settings;
 use skyduct::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum, Specular, Surface};
@@ -63,13 +63,13 @@ fn white_furnace() {
     let mut arrived = Moments::default();
     for pass in 0..16 {
         let mut flown = Flown::default();
-        let mut account = Account::new(1);
+        let mut totals = PhotonTotals::new(1);
         for number in 0..emission.photons() {
             let (photon, mut samples) = emission.photon(&kernel, Key::new(9).child(pass), number);
-            trace::<1>(&kernel, &photon.unwrap(), &mut samples, &mut flown, &mut account);
+            trace::<1>(&kernel, &photon.unwrap(), &mut samples, &mut flown, &mut totals);
         }
-        assert!(account.ledger.relative_closure_error().abs() < 1e-9, "{:?}", account.ledger);
-        arrived.push(flown.0 / account.tubes[0].into_room);
+        assert!(totals.energy.relative_closure_error().abs() < 1e-9, "{:?}", totals.energy);
+        arrived.push(flown.0 / totals.tubes[0].into_room);
     }
     println!("{} +- {}", arrived.mean, arrived.standard_error());
     assert!((arrived.mean - 2.0).abs() < 4.0 * arrived.standard_error(), "{arrived:?}");
@@ -129,7 +129,7 @@ fn an_eye_sees_the_disc_in_a_glossy_wall() {
     }
 }
 
-/// Colours: two parts of different hues split the light, and the ledger still closes; the channels are independent.
+/// Colours: two parts of different hues split the light, and the energy balance still closes; the channels are independent.
 #[test]
 fn colours_are_independent() {
     let coloured = |diffuse: [f64; 3], reflectance: [f64; 3]| {
@@ -144,7 +144,7 @@ fn colours_are_independent() {
     let kernel = traceable(&scene);
     let method = skyduct::integrator::light_tracing::LightTracing::<3>::new(kernel, &scene.grids, (16_384, 0.01), 1);
     let all = run(&scene, &method, 32);
-    assert!(all.ledger.relative_closure_error().abs() < 1e-9, "{:?}", all.ledger);
+    assert!(all.energy.relative_closure_error().abs() < 1e-9, "{:?}", all.energy);
     let (lux, error) = values(&all);
     let (mut truth, mut truth_error) = (vec![0.0; 4], vec![0.0f64; 4]);
     for (weight, diffuse, reflectance) in [(0.2126, 0.5, 0.1), (0.7152, 0.1, 0.6), (0.0722, 0.3, 0.3)] {

@@ -46,7 +46,7 @@ fn refuses_what_cannot_be_cut() {
         document["tubes"][0]["segments"] = json!([{ "length_m": 1.0 }]);
     };
     assert!(job(straight).is_ok());
-    // what comes in beside lamps is found for grids alone
+    // light of the directional part is found for grids alone
     let seen = job(|document| {
         straight(document);
         document["views"] = json!([{ "name": "view", "eye_m": [0.5, 0.5, 1.0], "look_at_m": [1.0, 1.0, 1.0],

@@ -206,7 +206,7 @@ impl<'de> Visitor<'de> for MethodVisitor {
 
 fn computes_grids_only(request: &MethodRequest) -> bool {
     match request {
-        MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) => !method.described().knows().views,
+        MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) => !method.described().outputs().views,
         MethodRequest::Auto => false,
     }
 }

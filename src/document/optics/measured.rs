@@ -53,10 +53,10 @@ impl MeasuredDocument {
         }
         match self.diffuser() {
             Ok(_) => {}
-            Err(TableError::Gain { row, share }) => {
+            Err(TableError::Gain { row, albedo }) => {
                 let detail = format!(
                     "must scatter at most the light that it receives, but at an incidence of {} degrees it scatters \
-                     {share} times as much (2 pi int f cos sin, transmitted plus reflected)",
+                     {albedo} times as much (2 pi int f cos sin, transmitted plus reflected)",
                     self.incidence_deg[row]
                 );
                 checks.refuse(format!("{pointer}/btdf_per_sr/{row}"), detail);

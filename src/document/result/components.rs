@@ -59,7 +59,7 @@ impl GridComponents {
         };
         for (index, part) in parts.iter().enumerate() {
             let found = estimate
-                .beside
+                .companions
                 .get(index)
                 .map_or_else(|| GridPart::of(&dark, columns), |part| GridPart::of(part, columns));
             let component = match part {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::estimate::EnergyLedger;
+use crate::estimate::EnergyBalance;
 
 /// Energy balance: flux by the place where it ended, in lm, the mean over passes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -35,10 +35,20 @@ pub struct EnergyResult {
 }
 
 impl EnergyResult {
-    /// Returns the mean over `passes` of the sums in `ledger`; zeros before the first pass.
-    pub fn new(ledger: &EnergyLedger, passes: u64) -> Self {
-        let EnergyLedger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost } =
-            *ledger;
+    /// Returns the mean over `passes` of the sums in `energy`; zeros before the first pass.
+    pub fn new(energy: &EnergyBalance, passes: u64) -> Self {
+        let EnergyBalance {
+            emitted,
+            luminaires,
+            collector,
+            guide,
+            guide_top,
+            diffuser,
+            room,
+            open_surfaces,
+            cut,
+            lost,
+        } = *energy;
         let per_pass = |sum: f64| {
             if passes == 0 { 0.0 } else { sum / passes as f64 }
         };
@@ -53,7 +63,7 @@ impl EnergyResult {
             open_surfaces_lm: per_pass(open_surfaces),
             cut_lm: per_pass(cut),
             lost_lm: per_pass(lost),
-            relative_closure_error: ledger.relative_closure_error(),
+            relative_closure_error: energy.relative_closure_error(),
         }
     }
 }
@@ -64,6 +74,6 @@ mod tests {
 
     #[test]
     fn without_light_nothing_is_missing() {
-        assert_eq!(EnergyResult::new(&EnergyLedger::default(), 0).relative_closure_error, 0.0);
+        assert_eq!(EnergyResult::new(&EnergyBalance::default(), 0).relative_closure_error, 0.0);
     }
 }

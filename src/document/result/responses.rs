@@ -32,6 +32,6 @@ impl PatchResponse {
             let (tube, patch) = (number / PATCHES, number % PATCHES);
             Self { tube, patch, lux_per_lumen: rows(&values, columns), standard_error: rows(&errors, columns) }
         };
-        estimate.beside.iter().take(tubes * PATCHES).enumerate().map(of).collect()
+        estimate.companions.iter().take(tubes * PATCHES).enumerate().map(of).collect()
     }
 }

@@ -7,7 +7,7 @@ use super::number::coverage_factor;
 use super::tube::FluxResult;
 use crate::document::errors::Warning;
 use crate::document::schema::shapes::PlaneOffset;
-use crate::integrator::lamp::flux::PatchedFlux;
+use crate::integrator::diffuser_source::flux::PatchedFlux;
 
 /// Fluxes that a tube sends into a room, for every requested sky and time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -8,7 +8,7 @@ use super::RoomDocument;
 use super::object::{MeshObjectDocument, ObjectDocument};
 use super::openings::cover_no_opening;
 use super::plan::PartitionDocument;
-use super::sheets::{one_sheet_each, untold_words};
+use super::sheets::{one_sheet_each, undetermined_words};
 use super::surface::SurfaceDocument;
 use crate::document::errors::Checks;
 use crate::document::frame::{Up, hint_at_other_axis, upright};
@@ -108,8 +108,8 @@ fn mesh_object(
             mesh = once.mesh.unwrap_or(mesh);
             once.lies_on_itself
         }
-        Err(untold) => {
-            checks.refuse(format!("{pointer}/mesh"), untold_words(untold, &mesh));
+        Err(undetermined) => {
+            checks.refuse(format!("{pointer}/mesh"), undetermined_words(undetermined, &mesh));
             return None;
         }
     };

@@ -8,7 +8,7 @@ use crate::document::errors::Checks;
 use crate::geometry::TriangleMesh;
 use crate::geometry::coincident::{Overlap, TooMany, overlaps, rounding};
 use crate::geometry::facets::pieces;
-use crate::geometry::sheets::{Meeting, Sheets, Untold, apart};
+use crate::geometry::sheets::{Contact, Sheets, Undetermined, apart};
 use crate::geometry::welded;
 use crate::optics::Surface;
 use crate::scene::{Enclosure, EnclosureFace, MeshObject};
@@ -38,18 +38,18 @@ pub fn one_sheet_each(
     }
     all.sources = (0..all.triangles.len() as u32).collect();
     let near = rounding(&all.positions, &all.triangles);
-    let told = overlaps_of_objects(&all, (&owners, on_themselves), near).map_err(Untold::from).and_then(|found| {
+    let told = overlaps_of_objects(&all, (&owners, on_themselves), near).map_err(Undetermined::from).and_then(|found| {
         if found.is_empty() {
             return Ok(None);
         }
         let closed = closed(objects, enclosure, near);
         let is_closed = |number: u32| closed[number as usize];
         let meeting = |first: u32, second: u32, turned: bool| match (is_closed(first), is_closed(second)) {
-            (true, true) if turned => Meeting::Apart,
-            (false, false) => Meeting::OneSheet,
-            _ => Meeting::Hidden,
+            (true, true) if turned => Contact::Apart,
+            (false, false) => Contact::OneSheet,
+            _ => Contact::Hidden,
         };
-        if found.iter().all(|pair| meeting(pair.triangles[0], pair.triangles[1], pair.turned) == Meeting::Apart) {
+        if found.iter().all(|pair| meeting(pair.triangles[0], pair.triangles[1], pair.turned) == Contact::Apart) {
             return Ok(None);
         }
         let is_same = |a: u32, b: u32| surfaces[a as usize] == surfaces[b as usize];
@@ -58,7 +58,7 @@ pub fn one_sheet_each(
     match told {
         Ok(None) => {}
         Ok(Some(sheets)) => hand_back(objects, &owners, &sheets),
-        Err(Untold::Contradiction { triangles, at }) => {
+        Err(Undetermined::Contradiction { triangles, at }) => {
             let [one, other] = triangles.map(|number| {
                 let owner = owners[number as usize];
                 let first = owners.partition_point(|of| *of < owner);
@@ -76,7 +76,7 @@ pub fn one_sheet_each(
             );
             checks.refuse(format!("/room/objects/{}/mesh", other.0), detail);
         }
-        Err(Untold::TooMany(reason)) => checks.refuse("/room/objects", reason.to_string()),
+        Err(Undetermined::TooMany(reason)) => checks.refuse("/room/objects", reason.to_string()),
     }
 }
 
@@ -119,10 +119,10 @@ fn overlaps_of_objects(
 const ONE_SIDE: &str = "a polygon faces the side from which its corners run counter-clockwise";
 
 /// Returns the reason, as a sentence, why a mesh with contradictory polygons is refused.
-pub fn untold_words(untold: Untold, mesh: &TriangleMesh) -> String {
-    match untold {
-        Untold::TooMany(reason) => reason.to_string(),
-        Untold::Contradiction { triangles, at } => {
+pub fn undetermined_words(undetermined: Undetermined, mesh: &TriangleMesh) -> String {
+    match undetermined {
+        Undetermined::TooMany(reason) => reason.to_string(),
+        Undetermined::Contradiction { triangles, at } => {
             let [one, other] =
                 triangles.map(|number| &mesh.materials[mesh.triangle_materials[number as usize] as usize]);
             format!(

@@ -11,11 +11,11 @@ use crate::document::frame::{hint_at_other_axis, upright};
 use crate::document::limits::COORDINATE_M;
 use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
-use crate::document::room::sheets::untold_words;
+use crate::document::room::sheets::undetermined_words;
 use crate::geometry::TriangleMesh;
 use crate::geometry::coincident::{Overlap, overlaps, rounding};
 use crate::geometry::repeats::rounded;
-use crate::geometry::sheets::{Meeting, Sheets, Untold, apart};
+use crate::geometry::sheets::{Contact, Sheets, Undetermined, apart};
 use crate::guide::mesh::Part;
 use crate::guide::{inner_materials, recognise};
 use crate::optics::Diffuser;
@@ -58,8 +58,8 @@ pub(crate) fn mesh_tube(
     }
     let mesh = match one_sheet_each(&mesh, &parts) {
         Ok(once) => once.unwrap_or(mesh),
-        Err(untold) => {
-            checks.refuse(format!("{pointer}/mesh"), untold_words(untold, &mesh));
+        Err(undetermined) => {
+            checks.refuse(format!("{pointer}/mesh"), undetermined_words(undetermined, &mesh));
             return None;
         }
     };
@@ -76,7 +76,7 @@ pub(crate) fn mesh_tube(
 /// no coincident triangles.
 ///
 /// Keeps the pipe if a pipe and a collector coincide.
-fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<TriangleMesh>, Untold> {
+fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<TriangleMesh>, Undetermined> {
     let near = rounding(&mesh.positions, &mesh.triangles);
     let part = |number: u32| &parts[mesh.triangle_materials[number as usize] as usize];
     let is_pipe = |number: u32| matches!(part(number), Part::Pipe { .. });
@@ -90,7 +90,7 @@ fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<Triangle
         // a collector has the same optics from either side
         if !is_pipe(*a) && !is_pipe(*b) && part(*a) != part(*b) {
             let corners = mesh.triangles[*b as usize].map(|corner| mesh.positions[corner as usize]);
-            return Err(Untold::Contradiction { triangles: [*a, *b], at: corners.iter().sum::<DVec3>() / 3.0 });
+            return Err(Undetermined::Contradiction { triangles: [*a, *b], at: corners.iter().sum::<DVec3>() / 3.0 });
         }
     }
     let given = Sheets {
@@ -99,7 +99,7 @@ fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<Triangle
         sides: (0..mesh.triangles.len()).map(|number| mesh.sides(number)).collect(),
         sources: (0..mesh.triangles.len() as u32).collect(),
     };
-    let meeting = |a: u32, b: u32, _| if is_pipe(a) == is_pipe(b) { Meeting::OneSheet } else { Meeting::Hidden };
+    let meeting = |a: u32, b: u32, _| if is_pipe(a) == is_pipe(b) { Contact::OneSheet } else { Contact::Hidden };
     let is_same = |a: u32, b: u32| parts[a as usize] == parts[b as usize];
     let sheets = apart(given, &found, near, |number| u8::from(!is_pipe(number)), meeting, is_same)?;
     let mut sources = sheets.sources;

@@ -113,8 +113,8 @@ impl Patch {
     /// Returns the number of the part that holds a point of the patch.
     fn part_at(&self, position: DVec3) -> usize {
         let index = |k: usize| {
-            let share = (position[k] - self.low[k]) / (self.high[k] - self.low[k]);
-            ((share * DIVIDED as f64).max(0.0) as usize).min(DIVIDED - 1)
+            let fraction = (position[k] - self.low[k]) / (self.high[k] - self.low[k]);
+            ((fraction * DIVIDED as f64).max(0.0) as usize).min(DIVIDED - 1)
         };
         index((self.axis() + 1) % 3) * DIVIDED + index((self.axis() + 2) % 3)
     }

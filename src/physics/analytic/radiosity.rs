@@ -138,12 +138,12 @@ impl Radiosity {
                 change = change.max((value - exitance[i]).abs());
                 exitance[i] = value;
             }
-            let share = residual_of(&exitance, direct) / balance;
+            let fraction = residual_of(&exitance, direct) / balance;
             for (value, rho) in exitance.iter_mut().zip(&self.reflectance) {
-                *value += share * rho;
+                *value += fraction * rho;
             }
             let largest = exitance.iter().copied().fold(0.0, f64::max);
-            if change.max(share.abs()) <= CONVERGED * largest {
+            if change.max(fraction.abs()) <= CONVERGED * largest {
                 return Ok(exitance);
             }
         }

@@ -106,8 +106,8 @@ mod tests {
     }
 
     fn compared(mut grid: GridEstimate, check: GridEstimate) -> Discrepancy {
-        grid.beside.push(check);
-        Discrepancy::of(&[grid], |grid| grid.beside.last()).unwrap()
+        grid.companions.push(check);
+        Discrepancy::of(&[grid], |grid| grid.companions.last()).unwrap()
     }
 
     /// For 4000 sensors of 8 passes the root mean square is 1 within 4 of its errors 1 / sqrt(2 n), the worst is that of normal numbers,
@@ -154,7 +154,7 @@ mod tests {
         one.sensors = vec![Moments::default()];
         one.sensors[0].push(1.0);
         one.mean.push(1.0);
-        one.beside.push(one.clone());
-        assert_eq!(Discrepancy::of(&[one], |grid| grid.beside.last()), None);
+        one.companions.push(one.clone());
+        assert_eq!(Discrepancy::of(&[one], |grid| grid.companions.last()), None);
     }
 }

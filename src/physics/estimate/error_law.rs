@@ -40,7 +40,7 @@ pub struct ErrorLaw {
 }
 
 /// Results of the passes of a pilot at its places, which are sensors or blocks of pixels.
-pub struct Found<'a> {
+pub struct PilotResults<'a> {
     /// Values of the places, for every pass.
     pub values: &'a [Vec<f64>],
     /// Estimated bias of the places, for every pass; empty lists for unbiased methods.
@@ -48,7 +48,7 @@ pub struct Found<'a> {
     /// Variance of each place by the choice of fixed points; empty without fixed points.
     pub fixed: &'a [f64],
     /// Fraction of all places that the pilot computed, up to 1.
-    pub share: f64,
+    pub fraction: f64,
 }
 
 /// Standard deviation of the logarithm of a variance that is predicted from smaller passes.
@@ -75,7 +75,7 @@ struct Relative {
 
 impl Relative {
     /// Computes the moments of all passes but `left_out`.
-    fn of(found: &Found<'_>, left_out: Option<usize>, alpha: Option<f64>) -> Self {
+    fn of(found: &PilotResults<'_>, left_out: Option<usize>, alpha: Option<f64>) -> Self {
         let kept = || (0..found.values.len()).filter(move |pass| Some(*pass) != left_out);
         let passes = kept().count() as f64;
         let places = found.values.first().map_or(0, Vec::len);
@@ -86,13 +86,13 @@ impl Relative {
         };
         let values: Vec<(f64, f64)> = (0..places).map(|place| moments(found.values, place)).collect();
         let least = LEAST_SHARE_OF_MEAN * values.iter().map(|(mean, _)| mean).sum::<f64>() / places as f64;
-        let share = |variance: f64, place: usize| match values[place].0.max(least) {
+        let fraction = |variance: f64, place: usize| match values[place].0.max(least) {
             scale if scale > 0.0 => variance / (scale * scale),
             _ => 0.0,
         };
         let mean = |of: &dyn Fn(usize) -> f64| (0..places).map(of).sum::<f64>() / places as f64;
-        let noise = mean(&|place| share(values[place].1, place));
-        let deviations = mean(&|place| (share(values[place].1, place) - noise).powi(2));
+        let noise = mean(&|place| fraction(values[place].1, place));
+        let deviations = mean(&|place| (fraction(values[place].1, place) - noise).powi(2));
         let spread = if noise > 0.0 { (deviations / places as f64).sqrt() / noise } else { 0.0 };
         // relative to the radius of the first pass
         let radii = |pass: usize| alpha.map_or(1.0, |alpha| Radii::square(pass as f64, alpha));
@@ -107,12 +107,12 @@ impl Relative {
         let mut relative = Self { noise: noise / inverse, shared: shared / inverse, spread, ..Self::default() };
         if found.bias.iter().all(|bias| bias.len() == places) && places > 0 {
             let bias: Vec<(f64, f64)> = (0..places).map(|place| moments(found.bias, place)).collect();
-            let without_noise = |place: usize| share(bias[place].0.powi(2) - bias[place].1 / passes, place);
+            let without_noise = |place: usize| fraction(bias[place].0.powi(2) - bias[place].1 / passes, place);
             relative.squared_bias = mean(&without_noise) / (square * square);
-            relative.bias_noise = mean(&|place| share(bias[place].1, place)) / inverse;
+            relative.bias_noise = mean(&|place| fraction(bias[place].1, place)) / inverse;
         }
         if found.fixed.len() == places {
-            relative.fixed = mean(&|place| share(found.fixed[place], place)).max(0.0);
+            relative.fixed = mean(&|place| fraction(found.fixed[place], place)).max(0.0);
         }
         relative
     }
@@ -133,7 +133,7 @@ impl ErrorLaw {
     /// Estimates the law of a method's own passes from the passes of its trial, with the ratios between the two; `None` with fewer than
     /// three passes. Deviations are those of leaving out one pass after the other (the jackknife), and of the places that the pilot did not
     /// compute. `alpha` is given if gather radii shrink.
-    pub fn of(found: &Found<'_>, ratios: &Ratios, alpha: Option<f64>) -> Option<Self> {
+    pub fn of(found: &PilotResults<'_>, ratios: &Ratios, alpha: Option<f64>) -> Option<Self> {
         let passes = found.values.len();
         if passes < 3 || found.values.first().is_none_or(Vec::is_empty) {
             return None;
@@ -149,7 +149,7 @@ impl ErrorLaw {
             (relative.noise - relative.shared) * ratios.variance + relative.shared * ratios.shared_variance
         };
         let by_passes = jackknife(&|relative| libm::log(noise(relative).max(f64::MIN_POSITIVE)));
-        let by_places = all.spread * (1.0 - found.share.min(1.0)).sqrt();
+        let by_places = all.spread * (1.0 - found.fraction.min(1.0)).sqrt();
         let by_size = if ratios.variance == 1.0 && ratios.shared_variance == 1.0 { 0.0 } else { OF_SMALLER_PASSES };
         let bias_deviation = jackknife(&|relative| relative.squared_bias);
         let is_significant = all.squared_bias > SIGNIFICANT * bias_deviation;
@@ -171,7 +171,7 @@ impl ErrorLaw {
             None => (1.0 / passes, 1.0),
             Some(alpha) => (Radii::mean_inverse_square(passes, alpha) / passes, Radii::mean_square(passes, alpha)),
         };
-        let bias = told_square(self.squared_bias.max(0.0) * square * square, self.bias_noise * noise);
+        let bias = reported_square(self.squared_bias.max(0.0) * square * square, self.bias_noise * noise);
         (self.noise * noise + self.fixed + bias).sqrt()
     }
 
@@ -213,7 +213,7 @@ impl ErrorLaw {
 /// deviations about the bias whose square is `square`.
 ///
 /// With Z normal and b the bias in its standard deviations, E max((b + Z)^2 - 1, 0) is b^2 less the part between b + Z = -1 and 1.
-fn told_square(square: f64, noise: f64) -> f64 {
+fn reported_square(square: f64, noise: f64) -> f64 {
     if noise <= 0.0 {
         return square;
     }
@@ -290,14 +290,17 @@ mod tests {
     fn the_square_of_an_uncertain_bias_is_what_a_job_adds() {
         let mut random = PathRandom::new(Key::new(3));
         for bias in [0.0, 0.3, 1.0, 2.5, 8.0] {
-            let mut told = Moments::default();
+            let mut reported = Moments::default();
             for _ in 0..400_000 {
-                told.push(((bias + normal(&mut random)).powi(2) - 1.0).max(0.0));
+                reported.push(((bias + normal(&mut random)).powi(2) - 1.0).max(0.0));
             }
-            let expected = told_square(0.01 * bias * bias, 0.01) / 0.01;
-            assert!((told.mean - expected).abs() < 4.0 * told.standard_error(), "{bias}: {told:?} {expected}");
+            let expected = reported_square(0.01 * bias * bias, 0.01) / 0.01;
+            assert!(
+                (reported.mean - expected).abs() < 4.0 * reported.standard_error(),
+                "{bias}: {reported:?} {expected}"
+            );
         }
-        assert_eq!(told_square(0.25, 0.0), 0.25);
+        assert_eq!(reported_square(0.25, 0.0), 0.25);
     }
 
     /// Laws of normal passes, 6 at 20 places: the mean of the logarithm of the noise is right within 4 standard errors and its own bias, 1
@@ -310,7 +313,7 @@ mod tests {
             let mut random = PathRandom::new(Key::new(seed));
             let pass = |random: &mut PathRandom| (0..20).map(|_| 10.0 + 2.0 * normal(random)).collect();
             let values: Vec<Vec<f64>> = (0..6).map(|_| pass(&mut random)).collect();
-            let found = Found { values: &values, bias: &vec![Vec::new(); 6], fixed: &[], share: 1.0 };
+            let found = PilotResults { values: &values, bias: &vec![Vec::new(); 6], fixed: &[], fraction: 1.0 };
             let law = ErrorLaw::of(&found, &ratios, None).unwrap();
             assert_eq!((law.squared_bias, law.bias_noise, law.fixed), (0.0, 0.0, 0.0));
             let off = (law.noise / (0.04 * 0.5)).ln();
@@ -328,7 +331,7 @@ mod tests {
     /// Noise of 0.04 and 0.01, common to all of 12 places and of their own, in 2000 passes: each is estimated within 4 standard errors of
     /// about sqrt(2 / 2000) of the former; only the latter stays if the former falls by a hundred.
     #[test]
-    fn noise_that_places_share_is_told_from_their_own() {
+    fn noise_that_places_share_is_separated_from_their_own() {
         let mut random = PathRandom::new(Key::new(11));
         let mut law = |shared: f64, own: f64, ratios: &Ratios| {
             let pass = |random: &mut PathRandom| -> Vec<f64> {
@@ -336,7 +339,7 @@ mod tests {
                 (0..12).map(|_| 10.0 * (1.0 + common + own * normal(random))).collect()
             };
             let values: Vec<Vec<f64>> = (0..2000).map(|_| pass(&mut random)).collect();
-            let found = Found { values: &values, bias: &vec![Vec::new(); 2000], fixed: &[], share: 1.0 };
+            let found = PilotResults { values: &values, bias: &vec![Vec::new(); 2000], fixed: &[], fraction: 1.0 };
             ErrorLaw::of(&found, ratios, None).unwrap().noise
         };
         let ratios = Ratios { shared_variance: 0.01, ..TrialPasses::WHOLE.ratios(1.0) };
@@ -355,14 +358,23 @@ mod tests {
         let mut law = |bias: f64| {
             let mut pass = |mean: f64| -> Vec<f64> { (0..30).map(|_| mean + 0.5 * normal(&mut random)).collect() };
             let (values, bias): (Vec<_>, Vec<_>) = (0..6).map(|_| (pass(10.0), pass(bias))).unzip();
-            ErrorLaw::of(&Found { values: &values, bias: &bias, fixed: &[0.01; 30], share: 1.0 }, &ratios, None)
-                .unwrap()
+            ErrorLaw::of(
+                &PilotResults { values: &values, bias: &bias, fixed: &[0.01; 30], fraction: 1.0 },
+                &ratios,
+                None,
+            )
+            .unwrap()
         };
         assert_eq!(law(0.0).squared_bias, 0.0);
         let clear = law(2.0);
         assert!((clear.squared_bias / (0.04 * 0.0625) - 1.0).abs() < 0.2, "{clear:?}");
         assert!((clear.fixed / 1e-4 - 1.0).abs() < 0.1);
-        let two = Found { values: &[vec![1.0], vec![2.0]], bias: &[Vec::new(), Vec::new()], fixed: &[], share: 1.0 };
+        let two = PilotResults {
+            values: &[vec![1.0], vec![2.0]],
+            bias: &[Vec::new(), Vec::new()],
+            fixed: &[],
+            fraction: 1.0,
+        };
         assert_eq!(ErrorLaw::of(&two, &ratios, None), None);
     }
 }

@@ -25,8 +25,8 @@ pub struct GridEstimate {
     pub mean: Moments,
     /// True if the values come from a solver: errors are then numerical, and similar for neighbours.
     pub numerical: bool,
-    /// Estimates of the same grid by parts of the light and by another method, in the order of [`GridPass::beside`].
-    pub beside: Vec<GridEstimate>,
+    /// Estimates of the same grid by parts of the light and by another method, in the order of [`GridPass::companions`].
+    pub companions: Vec<GridEstimate>,
     /// Fraction of each sensor that no solid covers, as in [`Grid::free`]: the value of a sensor is that of its free part, and a sensor
     /// without such a part has no value.
     pub free: Option<Arc<[f64]>>,
@@ -49,7 +49,7 @@ impl GridEstimate {
             residuals: Residuals::default(),
             mean: Moments::default(),
             numerical: false,
-            beside: Vec::new(),
+            companions: Vec::new(),
             free: None,
             area: None,
         }
@@ -87,12 +87,12 @@ impl GridEstimate {
             estimate.begin(start);
             estimate
         };
-        self.beside = start.beside.iter().map(begun).collect();
+        self.companions = start.companions.iter().map(begun).collect();
     }
 
     /// Adds one pass of the same grid.
     pub fn push(&mut self, pass: &GridPass) {
-        let beside = &pass.beside;
+        let companions = &pass.companions;
         let of_free_parts = self.free.as_ref().map(|free| pass.of_free_parts(free));
         let pass = of_free_parts.as_ref().unwrap_or(pass);
         self.sensors.iter_mut().zip(&pass.illuminance).for_each(|(sensor, value)| sensor.push(*value));
@@ -101,7 +101,7 @@ impl GridEstimate {
         self.residuals.push(pass);
         self.photons.iter_mut().zip(&pass.photons).for_each(|(all, of_pass)| all.add(of_pass));
         self.mean.push(self.mean_of(&pass.illuminance));
-        self.beside.iter_mut().zip(beside).for_each(|(beside, pass)| beside.push(pass));
+        self.companions.iter_mut().zip(companions).for_each(|(companions, pass)| companions.push(pass));
     }
 
     /// Adds the result of a solver: as two replicates whose spread is the numerical error, or as one if the error is unknown.
@@ -182,14 +182,14 @@ impl GridEstimate {
 
     /// Calls `f` on every number in a fixed order, to read or to replace them, as checkpoints do.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, beside, free: _, area: _ } = self;
+        let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, companions, free: _, area: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
         photons
             .iter_mut()
             .flat_map(|PhotonCount { found, one_lux, brightest_lux }| [found, one_lux, brightest_lux])
             .for_each(&mut *f);
         residuals.for_each_value(f);
-        beside.iter_mut().for_each(|grid| grid.for_each_value(f));
+        companions.iter_mut().for_each(|grid| grid.for_each_value(f));
     }
 }
 

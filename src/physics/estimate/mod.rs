@@ -17,13 +17,13 @@ pub use stopping::{Accuracy, StopRule};
 use self::grid::push_with_error;
 use crate::analytic::{Balance, Quantity, Solution};
 use crate::guide::RayCount;
-use crate::integrator::photon::ledger::{Account, TubeFlux};
+use crate::integrator::photon::energy_balance::{PhotonTotals, TubeFlux};
 use crate::integrator::photon_map::progressive::Carried;
 use crate::integrator::{GridPass, Pass, ViewPass};
 use crate::scene::Scene;
 use crate::statistics::Moments;
 
-pub use crate::integrator::photon::ledger::EnergyLedger;
+pub use crate::integrator::photon::energy_balance::EnergyBalance;
 
 /// State of a job: the sum of all its passes. Chunks are merged in their order only.
 #[derive(Clone, Debug, Default)]
@@ -43,7 +43,7 @@ pub struct Estimate {
     /// Fluxes, in the order of the scene's tubes.
     pub tubes: Vec<TubeEstimate>,
     /// Flux by the places where it ended, in lm: the sum over the passes.
-    pub ledger: EnergyLedger,
+    pub energy: EnergyBalance,
     /// Number of the first photon of the last pass whose result is infinite or not a number: a fault of the program, which ends the job.
     pub not_finite: Option<u64>,
     /// Statistics of points that the last pass hands to the next one; empty where passes are independent.
@@ -81,7 +81,7 @@ impl Estimate {
         Pass {
             grids: self.grids.iter().map(grid).collect(),
             views: self.views.iter().map(view).collect(),
-            account: Account::new(self.tubes.len()),
+            totals: PhotonTotals::new(self.tubes.len()),
             ..Pass::default()
         }
     }
@@ -111,23 +111,23 @@ impl Estimate {
         self.views.first().map_or(self.passes, |view| view.passes as u64)
     }
 
-    /// Returns the number of passes that computed the fluxes and the ledger: those of the grids, or else of the views.
-    pub fn passes_of_ledger(&self) -> u64 {
+    /// Returns the number of passes that computed the fluxes and the energy balance: those of the grids, or else of the views.
+    pub fn passes_of_energy(&self) -> u64 {
         if self.grids.is_empty() { self.passes_of_views() } else { self.passes_of_grids() }
     }
 
     /// Adds one pass. `grids` and `views` come from the methods that compute them, and are `None` once they are accurate enough; both may
     /// be the same pass.
     ///
-    /// Fluxes and the ledger are those of the passes that compute the grids, or of the views if there are no grids.
+    /// Fluxes and the energy balance are those of the passes that compute the grids, or of the views if there are no grids.
     pub fn push(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
         self.passes += 1;
         for pass in [grids, views.filter(|views| !grids.is_some_and(|grids| std::ptr::eq(*views, grids)))] {
             self.photons += pass.map_or(0, |pass| pass.photons);
-            let rays = pass.map_or_else(RayCount::default, |pass| pass.account.rays);
+            let rays = pass.map_or_else(RayCount::default, |pass| pass.totals.rays);
             self.rays += rays.followed;
             self.lost_rays += rays.lost;
-            self.not_finite = self.not_finite.or(pass.and_then(|pass| pass.account.not_finite));
+            self.not_finite = self.not_finite.or(pass.and_then(|pass| pass.totals.not_finite));
         }
         if let Some(pass) = grids {
             self.grids.iter_mut().zip(&pass.grids).for_each(|(estimate, grid)| estimate.push(grid));
@@ -136,8 +136,8 @@ impl Estimate {
             self.views.iter_mut().zip(&pass.views).for_each(|(estimate, view)| estimate.push(view));
         }
         if let Some(pass) = if self.grids.is_empty() { views } else { grids } {
-            self.ledger.add(&pass.account.ledger);
-            self.tubes.iter_mut().zip(&pass.account.tubes).for_each(|(estimate, flux)| estimate.push(flux));
+            self.energy.add(&pass.totals.energy);
+            self.tubes.iter_mut().zip(&pass.totals.tubes).for_each(|(estimate, flux)| estimate.push(flux));
         }
         for pass in [grids, views].into_iter().flatten() {
             self.carried.replace(&pass.carried);
@@ -158,7 +158,7 @@ impl Estimate {
             of(&mut estimate.into_room, flux.into_room);
         }
         let Balance { emitted, collector, guide, guide_top, diffuser, room, open_surfaces } = solution.balance;
-        self.ledger.add(&EnergyLedger {
+        self.energy.add(&EnergyBalance {
             emitted,
             luminaires: 0.0,
             collector,
@@ -181,7 +181,7 @@ impl Estimate {
                 .into_iter()
                 .for_each(|moments| moments.for_each_value(f));
         }
-        self.ledger.values_mut().into_iter().for_each(&mut *f);
+        self.energy.values_mut().into_iter().for_each(&mut *f);
         self.carried.for_each_value(f);
     }
 
@@ -197,14 +197,14 @@ impl Estimate {
                 Some(format!("pixel {pixel} of view {number}"))
             })
         });
-        let mut ledger = self.ledger;
+        let mut energy = self.energy;
         let tubes = self.tubes.iter().position(|tube| {
             [tube.at_collector, tube.at_diffuser, tube.into_room, tube.evenly].iter().any(|flux| !flux.mean.is_finite())
         });
-        let books = ledger.values_mut().into_iter().any(|value| !value.is_finite());
+        let energy_not_finite = energy.values_mut().into_iter().any(|value| !value.is_finite());
         grid_or_view
             .or_else(|| tubes.map(|number| format!("the flux through tube {number}")))
-            .or_else(|| books.then(|| "the energy balance".to_owned()))
+            .or_else(|| energy_not_finite.then(|| "the energy balance".to_owned()))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Illuminances of sensors as the sum of a coarse solution and a residual.
 //!
 //! A method that estimates most of a sensor's light by a coarse solution of the room, and the rest by few paths, reports both parts:
-//! `known`, that of the coarse solution, has little noise, and an error that the paths of all sensors together measure; `beyond`, the
+//! `coarse`, that of the coarse solution, has little noise, and an error that the paths of all sensors together measure; `beyond`, the
 //! residual that it leaves out, is small and noisy. The residual that the sensors of a grid have in common is estimated from all their
 //! paths. Only if sensors differ by more than their noise, each also counts its own residual, with the weight that gives the least error:
 //! this is the estimator of James and Stein in the form of empirical Bayes (Efron and Morris 1973; Morris 1983), for relative residuals of
@@ -28,7 +28,7 @@ const LEAST_SCALE: f64 = 0.1;
 #[derive(Clone, Debug, Default)]
 pub struct Residuals {
     /// Illuminance in lx by the coarse solution, direct light included.
-    known: Vec<Moments>,
+    coarse: Vec<Moments>,
     /// Illuminance in lx that the coarse solution leaves out.
     beyond: Vec<Moments>,
     /// Illuminance in lx by the coarse solution, without direct light.
@@ -54,19 +54,19 @@ impl Residuals {
     /// Creates the residuals of `count` sensors, without any pass.
     pub fn of_sensors(count: usize) -> Self {
         let none = vec![Moments::default(); count];
-        Self { known: none.clone(), beyond: none.clone(), gathered: none, pooled: None }
+        Self { coarse: none.clone(), beyond: none.clone(), gathered: none, pooled: None }
     }
 
     /// True if the method reports no residuals.
     pub fn is_empty(&self) -> bool {
-        self.known.is_empty()
+        self.coarse.is_empty()
     }
 
     /// Adds a pass.
     pub fn push(&mut self, GridPass { illuminance, residual, gathered, .. }: &GridPass) {
         let of_pass = illuminance.iter().zip(residual).zip(gathered);
-        for (place, ((whole, beyond), gathered)) in of_pass.enumerate().take(self.known.len()) {
-            self.known[place].push(whole - beyond);
+        for (place, ((whole, beyond), gathered)) in of_pass.enumerate().take(self.coarse.len()) {
+            self.coarse[place].push(whole - beyond);
             self.beyond[place].push(*beyond);
             self.gathered[place].push(*gathered);
         }
@@ -75,7 +75,7 @@ impl Residuals {
 
     /// Calls `f` on every number in a fixed order, to read or to replace them.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        self.known
+        self.coarse
             .iter_mut()
             .chain(&mut self.beyond)
             .chain(&mut self.gathered)
@@ -85,19 +85,19 @@ impl Residuals {
 
     /// Returns the illuminance of a sensor in lx, and its variance; infinite with fewer than two passes.
     pub fn value_and_variance(&self, sensor: usize) -> (f64, f64) {
-        let (known, beyond) = (&self.known[sensor], &self.beyond[sensor]);
+        let (coarse, beyond) = (&self.coarse[sensor], &self.beyond[sensor]);
         if !self.is_lit(sensor) {
-            return (known.mean, known.variance_of_mean());
+            return (coarse.mean, coarse.variance_of_mean());
         }
         let Some(pooled) = &self.pooled else {
-            return (known.mean + beyond.mean, known.variance_of_mean() + beyond.variance_of_mean());
+            return (coarse.mean + beyond.mean, coarse.variance_of_mean() + beyond.variance_of_mean());
         };
         let scale = self.gathered[sensor].mean.max(pooled.least_scale);
         let others = 1.0 - pooled.own;
-        let value = known.mean + pooled.own * beyond.mean + others * pooled.mean * scale;
+        let value = coarse.mean + pooled.own * beyond.mean + others * pooled.mean * scale;
         let own = pooled.own * pooled.own * beyond.variance_of_mean();
         let of_others = (others * scale).powi(2) * (pooled.spread + pooled.variance_of_mean);
-        (value, known.variance_of_mean() + own + of_others)
+        (value, coarse.variance_of_mean() + own + of_others)
     }
 
     /// True if a sensor gets reflected light; otherwise its residual is zero, and is not pooled with others.
@@ -112,7 +112,7 @@ impl Residuals {
 
     /// Returns the residual that sensors have in common; `None` if these are too few, or have no light.
     fn in_common(&self) -> Option<Pooled> {
-        let members = || (0..self.known.len()).filter(|sensor| self.is_lit(*sensor));
+        let members = || (0..self.coarse.len()).filter(|sensor| self.is_lit(*sensor));
         let count = members().count() as f64;
         if count < LEAST_SENSORS as f64 || members().any(|sensor| self.beyond[sensor].count < 2.0) {
             return None;
@@ -179,7 +179,7 @@ mod tests {
     /// sensors have a noise of 10 lx a pass about 1 lx, and differ by `spread`; the known part has a noise of 1 lx a pass.
     fn errors(sensors: usize, spread: f64) -> [f64; 2] {
         let mut random = PathRandom::new(Key::new(3));
-        let (mut actual, mut told) = (Moments::default(), Moments::default());
+        let (mut actual, mut reported) = (Moments::default(), Moments::default());
         for _ in 0..200 {
             let mut residuals = Residuals::of_sensors(sensors);
             let truth: Vec<f64> = (0..sensors).map(|_| 1.0 + spread * normal(&mut random)).collect();
@@ -191,10 +191,10 @@ mod tests {
             for (sensor, truth) in truth.iter().enumerate() {
                 let (value, variance) = residuals.value_and_variance(sensor);
                 actual.push((value - 100.0 - truth).powi(2));
-                told.push(variance);
+                reported.push(variance);
             }
         }
-        [actual.mean.sqrt(), told.mean.sqrt()]
+        [actual.mean.sqrt(), reported.mean.sqrt()]
     }
 
     /// Sensors that do not differ have a fraction of their own noise, 3.5 lx; those that differ by much have all of it. The estimated
@@ -203,25 +203,25 @@ mod tests {
     fn sensors_count_their_own_residual_as_far_as_they_differ() {
         let few = [(81, 0.0, 1.4), (81, 1.0, 1.5), (81, 2.0, 2.1), (81, 4.0, 2.8), (81, 40.0, 3.7)];
         for (sensors, spread, most) in few.into_iter().chain([(2400, 0.0, 0.8), (2400, 1.0, 1.2)]) {
-            let [actual, told] = errors(sensors, spread);
+            let [actual, reported] = errors(sensors, spread);
             assert!(actual < most, "{sensors} {spread}: {actual}");
-            assert!((0.97..2.0).contains(&(told / actual)), "{sensors} {spread}: {told} {actual}");
+            assert!((0.97..2.0).contains(&(reported / actual)), "{sensors} {spread}: {reported} {actual}");
         }
     }
 
     /// Few sensors, and sensors without light by the coarse solution, count their own residuals whole.
     #[test]
     fn few_sensors_stay_apart() {
-        for (known, sensors) in [(100.0, LEAST_SENSORS - 1), (0.0, 100)] {
+        for (coarse, sensors) in [(100.0, LEAST_SENSORS - 1), (0.0, 100)] {
             let mut residuals = Residuals::of_sensors(sensors);
             for pass in 0..4 {
                 let beyond: Vec<f64> = (0..sensors).map(|sensor| f64::from(pass) * sensor as f64).collect();
-                let whole: Vec<f64> = beyond.iter().map(|beyond| known + beyond).collect();
+                let whole: Vec<f64> = beyond.iter().map(|beyond| coarse + beyond).collect();
                 residuals.push(&pass_of(whole, beyond));
             }
             for sensor in 0..sensors {
                 let (value, variance) = residuals.value_and_variance(sensor);
-                assert!((value - known - 1.5 * sensor as f64).abs() < 1e-9);
+                assert!((value - coarse - 1.5 * sensor as f64).abs() < 1e-9);
                 assert!((variance - (sensor as f64).powi(2) * 5.0 / 12.0).abs() < 1e-9, "{variance}");
             }
         }

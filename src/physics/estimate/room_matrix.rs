@@ -29,7 +29,7 @@ impl RoomMatrix {
             standard_error: part.standard_error_lux(sensor),
         };
         let column = |part: &GridEstimate| (0..part.sensors.len()).map(|sensor| response(part, sensor)).collect();
-        Self { columns: grid.beside.iter().take(patches).map(column).collect() }
+        Self { columns: grid.companions.iter().take(patches).map(column).collect() }
     }
 
     /// Returns the illuminances in lx of all sensors when the patches send the given lumens; errors add up as if those of all patches were

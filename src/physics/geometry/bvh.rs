@@ -320,8 +320,8 @@ mod tests {
             for triangle in &triangles {
                 for k in 0..3 {
                     for _ in 0..300 {
-                        let share = if random.uniform() < 0.3 { 0.0 } else { random.uniform() };
-                        let target = triangle[k].lerp(triangle[(k + 1) % 3], share);
+                        let fraction = if random.uniform() < 0.3 { 0.0 } else { random.uniform() };
+                        let target = triangle[k].lerp(triangle[(k + 1) % 3], fraction);
                         let origin = centre + (warp::cosine_hemisphere(random.uniform2()) - DVec3::Z * 0.5) * 0.9;
                         let direction = (target - origin).normalize();
                         let hit = bvh.nearest(origin, direction, None).expect("leak");

@@ -114,7 +114,7 @@ fn pieces([a, b]: Edge, others: &[Edge], tolerance: f64) -> Vec<Edge> {
         }
         let on_it = [c, d].map(|p| (*p - a, unit.perp_dot(*p - a)));
         cuts.extend(on_it.iter().filter(|(_, beside)| beside.abs() <= tolerance).map(|(to, _)| unit.dot(*to)));
-        cuts.extend(crossing([a, b], [*c, *d]).map(|share| share * length));
+        cuts.extend(crossing([a, b], [*c, *d]).map(|fraction| fraction * length));
     }
     cuts.retain(|cut| (0.0..=length).contains(cut));
     cuts.sort_unstable_by(f64::total_cmp);

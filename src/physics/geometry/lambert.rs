@@ -37,8 +37,8 @@ pub fn quadrilateral_irradiance(corners: &[DVec3; 4], point: DVec3, normal: DVec
             count += 1;
         }
         if (heights[k] > 0.0) != (heights[next] > 0.0) && count < MOST_CORNERS {
-            let share = heights[k] / (heights[k] - heights[next]);
-            cut[count] = relative[k].lerp(relative[next], share);
+            let fraction = heights[k] / (heights[k] - heights[next]);
+            cut[count] = relative[k].lerp(relative[next], fraction);
             count += 1;
         }
     }

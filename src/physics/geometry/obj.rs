@@ -81,7 +81,7 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
         });
     }
     let text = utf8(bytes).map_err(|reason| ObjError { line: 1, detail: format!("the file {reason}") })?;
-    let mut reader = Reader::new(limits, cancel);
+    let mut reader = ObjReader::new(limits, cancel);
     let mut statements = Statements::of(&text, limits.line_bytes);
     let mut next_look = 1;
     for statement in statements.by_ref() {
@@ -99,7 +99,7 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
 const STOPPED: &str = "reading stopped at this line: it took too long, or the request was cancelled";
 
 /// Reads a file statement by statement into an [`Assembly`].
-struct Reader<'a> {
+struct ObjReader<'a> {
     limits: ObjLimits,
     effort: Effort<'a>,
     /// Corners of the current face, and the numbers of their vertices.
@@ -116,7 +116,7 @@ struct Reader<'a> {
     assembly: Assembly,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ObjReader<'a> {
     fn new(limits: ObjLimits, cancel: &'a AtomicBool) -> Self {
         Self {
             limits,

@@ -108,8 +108,8 @@ impl Polygon {
     pub fn distance_to_sides(&self, point: DVec3) -> f64 {
         let to_side = |[a, b]: [DVec3; 2]| {
             let along = b - a;
-            let share = ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-            (point - a.lerp(b, share)).length()
+            let fraction = ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+            (point - a.lerp(b, fraction)).length()
         };
         self.sides().map(to_side).fold(f64::INFINITY, f64::min)
     }

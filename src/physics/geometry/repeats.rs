@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::TriangleMesh;
 use super::coincident::{Overlap, overlaps, rounding, slack_m2};
 use super::facets::pieces;
-use super::sheets::{self, Meeting, Sheets, Untold};
+use super::sheets::{self, Contact, Sheets, Undetermined};
 use super::welded;
 
 /// A mesh in which every polygon occurs once.
@@ -23,7 +23,7 @@ pub struct Once {
 ///
 /// Overlapping triangles are repeats if all of their connected group is covered equally often. Faces of two bodies that touch are no
 /// repeats: a body ends there on either side. Triangles that cover others only in part stay. `is_same` is true if two materials are equal.
-pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) -> Result<Once, Untold> {
+pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) -> Result<Once, Undetermined> {
     let near = rounding(&mesh.positions, &mesh.triangles);
     let found = overlaps(&mesh.positions, &mesh.triangles, near)?;
     if found.is_empty() {
@@ -38,9 +38,9 @@ pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) 
     for members in layers.components() {
         let Some(times) = layers.times(&members) else { continue };
         layers.drop_repeats(&members, times, &mut kept);
-        let told = layers.told(&members, times, &kept, &sides, &is_same)?;
-        match told {
-            Some(told) => told.into_iter().for_each(|(number, back)| sides[number as usize][1] = back),
+        let determined = layers.determined(&members, times, &kept, &sides, &is_same)?;
+        match determined {
+            Some(determined) => determined.into_iter().for_each(|(number, back)| sides[number as usize][1] = back),
             None => members.iter().for_each(|member| {
                 kept[*member as usize] = true;
                 mixed[*member as usize] = true;
@@ -55,7 +55,7 @@ pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) 
         Sheets { positions, triangles: mesh.triangles.clone(), sides, sources: (0..kept.len() as u32).collect() };
     let in_mixed = |overlap: &&Overlap| mixed[overlap.triangles[0] as usize];
     let cut: Vec<Overlap> = found.iter().filter(in_mixed).copied().collect();
-    let whole = sheets::apart(given, &cut, near, |_| 0, |_, _, _| Meeting::OneSheet, is_same)?;
+    let whole = sheets::apart(given, &cut, near, |_| 0, |_, _, _| Contact::OneSheet, is_same)?;
     let left = |number: &usize| kept[whole.sources[*number] as usize];
     let left: Vec<usize> = (0..whole.triangles.len()).filter(left).collect();
     let mut once = TriangleMesh {
@@ -154,14 +154,14 @@ impl<'a> Layers<'a> {
 
     /// Returns the back materials of the kept triangles whose backs differ from their fronts; `None` if the back of a triangle has several
     /// materials.
-    fn told(
+    fn determined(
         &self,
         members: &[u32],
         times: f64,
         kept: &[bool],
         sides: &[[u32; 2]],
         is_same: &impl Fn(u32, u32) -> bool,
-    ) -> Result<Option<Vec<(u32, u32)>>, Untold> {
+    ) -> Result<Option<Vec<(u32, u32)>>, Undetermined> {
         let mut backs = Vec::new();
         for member in members.iter().filter(|member| kept[**member as usize]) {
             let (area, slack) = self.area(*member);
@@ -174,7 +174,7 @@ impl<'a> Layers<'a> {
             let copies = || self.partners[member].iter().filter(|(other, ..)| !kept[*other as usize]);
             if let Some((other, ..)) = copies().find(|(other, _, turned)| !turned && !is_same(of(*other), front)) {
                 let at = self.corners(*member).iter().sum::<DVec3>() / 3.0;
-                return Err(Untold::Contradiction { triangles: [*member, *other], at });
+                return Err(Undetermined::Contradiction { triangles: [*member, *other], at });
             }
             let back = || copies().filter(|(.., turned)| *turned);
             let Some((other, ..)) = back().find(|(other, ..)| !is_same(of(*other), front)) else { continue };
@@ -195,7 +195,7 @@ impl<'a> Layers<'a> {
         let places = welded::places(self.positions);
         let numbered = (0..).zip(self.triangles.iter().map(|triangle| triangle.map(|corner| places[corner as usize])));
         for edge in welded::sides(numbered).chunk_by(|a, b| a.edge == b.edge) {
-            let component = |side: &welded::Side| self.component.get(&side.triangle).copied();
+            let component = |side: &welded::TriangleSide| self.component.get(&side.triangle).copied();
             let singles = edge.iter().filter(|side| component(side).is_none()).count();
             for side in edge {
                 let Some(own) = component(side) else { continue };
@@ -208,8 +208,8 @@ impl<'a> Layers<'a> {
     }
 
     /// True if all triangles at an edge lie on one side of it.
-    fn is_border(&self, edge: &[welded::Side]) -> bool {
-        let inward = |side: &welded::Side| {
+    fn is_border(&self, edge: &[welded::TriangleSide]) -> bool {
+        let inward = |side: &welded::TriangleSide| {
             let corners = self.corners(side.triangle);
             let at = |k: u8| corners[usize::from((side.side + k) % 3)];
             let along = (at(1) - at(0)).normalize_or_zero();

@@ -25,7 +25,7 @@ pub struct Sheets {
 
 /// Relation of two triangles where they overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Meeting {
+pub enum Contact {
     /// Two surfaces that touch: both stay.
     Apart,
     /// Two surfaces of which the first hides the second.
@@ -36,7 +36,7 @@ pub enum Meeting {
 
 /// Reason why the materials of overlapping triangles cannot be determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Untold {
+pub enum Undetermined {
     /// Two triangles that face the same side at a point with different materials.
     Contradiction {
         /// Indices of both triangles.
@@ -48,14 +48,14 @@ pub enum Untold {
     TooMany(TooMany),
 }
 
-impl From<TooMany> for Untold {
+impl From<TooMany> for Undetermined {
     fn from(reason: TooMany) -> Self {
         Self::TooMany(reason)
     }
 }
 
 /// A convex part of a triangle.
-struct Cell {
+struct ConvexCell {
     /// Corners in the order of the triangle's.
     polygon: Vec<DVec3>,
     source: u32,
@@ -82,9 +82,9 @@ pub fn apart(
     overlaps: &[Overlap],
     near: f64,
     rank: impl Fn(u32) -> u8,
-    meeting: impl Fn(u32, u32, bool) -> Meeting,
+    meeting: impl Fn(u32, u32, bool) -> Contact,
     is_same: impl Fn(u32, u32) -> bool,
-) -> Result<Sheets, Untold> {
+) -> Result<Sheets, Undetermined> {
     let mut partners: HashMap<u32, Vec<(u32, bool)>> = HashMap::new();
     for Overlap { triangles: [a, b], turned, .. } in overlaps {
         partners.entry(*a).or_default().push((*b, *turned));
@@ -102,7 +102,7 @@ pub fn apart(
         for (other, turned) in &partners[&number] {
             let Some(cells) = cells_of.get(other) else { continue };
             let meeting = meeting(*other, number, *turned);
-            if meeting == Meeting::Apart {
+            if meeting == Contact::Apart {
                 continue;
             }
             for cell in cells {
@@ -114,7 +114,7 @@ pub fn apart(
                     };
                     is_whole = false;
                     left.extend(rest);
-                    if meeting == Meeting::OneSheet {
+                    if meeting == Contact::OneSheet {
                         work.cells[*cell].meet(common, sides, number, *turned, &is_same)?;
                     }
                 }
@@ -122,7 +122,7 @@ pub fn apart(
             }
         }
         let first = work.cells.len();
-        let cell = |polygon| Cell { polygon, source: number, is_whole, sides, claims: Vec::new() };
+        let cell = |polygon| ConvexCell { polygon, source: number, is_whole, sides, claims: Vec::new() };
         work.cells.extend(pieces.into_iter().map(cell));
         cells_of.insert(number, (first..work.cells.len()).collect());
     }
@@ -130,7 +130,7 @@ pub fn apart(
     Ok(put_together(given, cells, |number| partners.contains_key(&number)))
 }
 
-impl Cell {
+impl ConvexCell {
     /// Adds the materials that a triangle with two `sides` gives to the part `common`; fails if they contradict the cell's own.
     fn meet(
         &mut self,
@@ -139,7 +139,7 @@ impl Cell {
         by: u32,
         turned: bool,
         is_same: &impl Fn(u32, u32) -> bool,
-    ) -> Result<(), Untold> {
+    ) -> Result<(), Undetermined> {
         let is_double = |[front, back]: [u32; 2]| !is_same(front, back);
         // materials of the other triangle toward the cell's front and back, as far as it gives them
         let [toward_front, toward_back] = match (turned, is_double(sides)) {
@@ -149,9 +149,9 @@ impl Cell {
             (true, true) => [Some(sides[1]), Some(sides[0])],
         };
         let own = [Some(self.sides[0]), Some(self.sides[1]).filter(|_| is_double(self.sides))];
-        for (told, own) in [toward_front, toward_back].into_iter().zip(own) {
-            if let (Some(told), Some(own)) = (told, own)
-                && !is_same(told, own)
+        for (claimed, own) in [toward_front, toward_back].into_iter().zip(own) {
+            if let (Some(claimed), Some(own)) = (claimed, own)
+                && !is_same(claimed, own)
             {
                 return Err(contradiction([self.source, by], &common));
             }
@@ -163,12 +163,12 @@ impl Cell {
     }
 }
 
-fn contradiction(triangles: [u32; 2], common: &[DVec3]) -> Untold {
-    Untold::Contradiction { triangles, at: common.iter().sum::<DVec3>() / common.len() as f64 }
+fn contradiction(triangles: [u32; 2], common: &[DVec3]) -> Undetermined {
+    Undetermined::Contradiction { triangles, at: common.iter().sum::<DVec3>() / common.len() as f64 }
 }
 
 struct Work {
-    cells: Vec<Cell>,
+    cells: Vec<ConvexCell>,
     near: f64,
     cuts: usize,
 }
@@ -186,7 +186,7 @@ impl Work {
     }
 
     /// Splits the cells so that each has one material on its back.
-    fn sided(mut self, is_same: &impl Fn(u32, u32) -> bool) -> Result<Vec<Cell>, Untold> {
+    fn sided(mut self, is_same: &impl Fn(u32, u32) -> bool) -> Result<Vec<ConvexCell>, Undetermined> {
         let mut done = Vec::with_capacity(self.cells.len());
         for mut cell in std::mem::take(&mut self.cells) {
             let claims = std::mem::take(&mut cell.claims);
@@ -206,29 +206,29 @@ impl Work {
             let mut parts = vec![(cell.polygon, None)];
             for Claim { polygon: claimed, kind, by } in claims {
                 let mut next = Vec::new();
-                for (polygon, told) in parts {
+                for (polygon, material) in parts {
                     self.cuts += 1;
                     if self.cuts > MOST_CUTS {
                         return Err(TooMany.into());
                     }
                     let Some((common, rest)) = within(&polygon, &claimed, self.near) else {
-                        next.push((polygon, told));
+                        next.push((polygon, material));
                         continue;
                     };
-                    if let Some((other, first)) = told
+                    if let Some((other, first)) = material
                         && !is_same(other, kind)
                     {
                         return Err(contradiction([first, by], &common));
                     }
-                    next.extend(rest.into_iter().map(|rest| (rest, told)));
-                    next.push((common, told.or(Some((kind, by)))));
+                    next.extend(rest.into_iter().map(|rest| (rest, material)));
+                    next.push((common, material.or(Some((kind, by)))));
                 }
                 parts = next;
             }
             let (source, back) = (cell.source, cell.sides[1]);
-            done.extend(parts.into_iter().map(|(polygon, told)| {
-                let sides = [front, told.map_or(back, |(kind, _)| kind)];
-                Cell { polygon, source, is_whole: false, sides, claims: Vec::new() }
+            done.extend(parts.into_iter().map(|(polygon, material)| {
+                let sides = [front, material.map_or(back, |(kind, _)| kind)];
+                ConvexCell { polygon, source, is_whole: false, sides, claims: Vec::new() }
             }));
         }
         Ok(done)
@@ -240,7 +240,7 @@ fn within(polygon: &[DVec3], cutter: &[DVec3], near: f64) -> Cut {
 }
 
 /// Assembles the triangles: those of `given` that are `replaced` come from the cells, the others are kept, in the order of their sources.
-fn put_together(given: Sheets, cells: Vec<Cell>, replaced: impl Fn(u32) -> bool) -> Sheets {
+fn put_together(given: Sheets, cells: Vec<ConvexCell>, replaced: impl Fn(u32) -> bool) -> Sheets {
     let name = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
     let mut numbers: HashMap<[u64; 3], u32> =
         given.positions.iter().zip(0..).map(|(position, number)| (name(*position), number)).collect();
@@ -248,7 +248,7 @@ fn put_together(given: Sheets, cells: Vec<Cell>, replaced: impl Fn(u32) -> bool)
     let mut by_source: Vec<(u32, [u32; 3], [u32; 2])> = Vec::with_capacity(given.triangles.len());
     let untouched = (0..).zip(given.triangles.iter().zip(&given.sides)).filter(|(number, _)| !replaced(*number));
     by_source.extend(untouched.map(|(number, (triangle, sides))| (number, *triangle, *sides)));
-    for Cell { polygon, source, is_whole, sides, .. } in cells {
+    for ConvexCell { polygon, source, is_whole, sides, .. } in cells {
         if is_whole {
             by_source.push((source, given.triangles[source as usize], sides));
             continue;
@@ -299,9 +299,9 @@ mod tests {
         sheets
     }
 
-    fn told_apart(given: Sheets) -> Result<Sheets, Untold> {
+    fn split(given: Sheets) -> Result<Sheets, Undetermined> {
         let found = overlaps(&given.positions, &given.triangles, NEAR).unwrap();
-        apart(given, &found, NEAR, |_| 0, |_, _, _| Meeting::OneSheet, |a, b| a == b)
+        apart(given, &found, NEAR, |_| 0, |_, _, _| Contact::OneSheet, |a, b| a == b)
     }
 
     /// Returns the area for each pair of materials of the upper and the lower side.
@@ -320,7 +320,7 @@ mod tests {
     }
 
     fn assert_areas(given: &[([f64; 2], [f64; 2], bool, u32)], expected: &[([u32; 2], f64)]) {
-        let found = told_apart(sheets(given)).unwrap();
+        let found = split(sheets(given)).unwrap();
         let areas = areas(&found);
         let fits = areas.len() == expected.len()
             && areas.iter().zip(expected).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() < 1e-4);
@@ -351,8 +351,8 @@ mod tests {
         let at = |up: bool, kind: u32| ([0.25, 0.25], [0.75, 0.75], up, kind);
         let all = |up: bool, kind: u32| ([0.0; 2], [1.0; 2], up, kind);
         for given in [[all(true, 0), at(true, 1), at(false, 0)], [all(true, 0), all(false, 1), at(false, 2)]] {
-            let found = told_apart(sheets(&given));
-            let Err(Untold::Contradiction { at, .. }) = found else { panic!("{given:?}: {found:?}") };
+            let found = split(sheets(&given));
+            let Err(Undetermined::Contradiction { at, .. }) = found else { panic!("{given:?}: {found:?}") };
             assert!(at.cmpge(DVec3::new(0.25, 0.25, 0.0)).all() && at.cmple(DVec3::new(0.75, 0.75, 0.0)).all(), "{at}");
         }
     }

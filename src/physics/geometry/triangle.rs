@@ -136,8 +136,8 @@ fn distance(corners: &[DVec3; 3], point: DVec3) -> f64 {
 fn distance_to_line(from: DVec3, to: DVec3, point: DVec3) -> f64 {
     let along = to - from;
     let squared = along.length_squared();
-    let share = if squared > 0.0 { ((point - from).dot(along) / squared).clamp(0.0, 1.0) } else { 0.0 };
-    (from + along * share - point).length()
+    let fraction = if squared > 0.0 { ((point - from).dot(along) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    (from + along * fraction - point).length()
 }
 
 #[cfg(test)]
@@ -158,8 +158,8 @@ mod tests {
             let [a, b, c] = corners;
             let lattice = (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| (i, j)));
             let places = lattice.map(|(i, j)| {
-                let share = |k: i32| f64::from(k) / f64::from(steps);
-                a + (b - a) * share(i) + (c - a) * share(j)
+                let fraction = |k: i32| f64::from(k) / f64::from(steps);
+                a + (b - a) * fraction(i) + (c - a) * fraction(j)
             });
             let near = places.filter(|place| place.z > height).map(|place| (place - from).length()).reduce(f64::min);
             let step = (b - a).length().max((c - a).length()).max((c - b).length()) / f64::from(steps);

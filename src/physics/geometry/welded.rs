@@ -24,7 +24,7 @@ pub fn places(positions: &[DVec3]) -> Vec<u32> {
 
 /// One side of a triangle, with places as given by [`places`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Side {
+pub struct TriangleSide {
     /// Places of the ends, the lesser first, which identify the edge.
     pub edge: [u32; 2],
     /// Number of the triangle.
@@ -37,11 +37,11 @@ pub struct Side {
 
 /// Returns the sides of triangles, each given by its number and the places of its corners, sorted such that all sides at an edge are
 /// adjacent (`chunk_by` the edge).
-pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])> + Clone) -> Vec<Side> {
+pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])> + Clone) -> Vec<TriangleSide> {
     let of_triangle = |(triangle, corners): (u32, [u32; 3])| {
         [0_u8, 1, 2].map(|side| {
             let (a, b) = (corners[usize::from(side)], corners[usize::from(side + 1) % 3]);
-            Side { edge: [a.min(b), a.max(b)], triangle, side, forward: a < b }
+            TriangleSide { edge: [a.min(b), a.max(b)], triangle, side, forward: a < b }
         })
     };
     // counting sort by the lesser place, at which few sides begin, then by the rest of the key
@@ -55,7 +55,7 @@ pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])> + Clone) -> Vec<Si
     for end in &mut ends {
         (*end, count) = (count, count + *end);
     }
-    let none = Side { edge: [0; 2], triangle: 0, side: 0, forward: false };
+    let none = TriangleSide { edge: [0; 2], triangle: 0, side: 0, forward: false };
     let mut sides = vec![none; count as usize];
     for side in triangles.flat_map(of_triangle) {
         let end = &mut ends[side.edge[0] as usize];
@@ -80,8 +80,8 @@ mod tests {
         let sides = sides([(7, [0, 1, 2]), (9, [2, 1, 3])].into_iter());
         let pairs: Vec<_> = sides.chunk_by(|a, b| a.edge == b.edge).filter(|edge| edge.len() == 2).collect();
         let common = [
-            Side { edge: [1, 2], triangle: 7, side: 1, forward: true },
-            Side { edge: [1, 2], triangle: 9, side: 0, forward: false },
+            TriangleSide { edge: [1, 2], triangle: 7, side: 1, forward: true },
+            TriangleSide { edge: [1, 2], triangle: 9, side: 0, forward: false },
         ];
         assert_eq!(pairs, [common]);
         assert_eq!(sides.len(), 6);

@@ -178,25 +178,25 @@ mod tests {
         for (reflectance, asked) in [(0.9, 0.02), (0.98, 0.03), (0.7, 0.01)] {
             let guide = straight_by_rays(1.0, reflectance);
             let found = beams(&guide, 4, asked, 1024).over(&altitudes, &numbers);
-            let (mut squares, mut told) = ([0.0; 2], [0.0; 2]);
+            let (mut squares, mut reported) = ([0.0; 2], [0.0; 2]);
             for (altitude, beams) in altitudes.iter().zip(&found) {
                 let exact = exact(*altitude, reflectance);
                 for (index, found) in [beams.first.transmission(), beams.all].into_iter().enumerate() {
                     let error = found.standard_error;
                     assert!((found.value - exact).abs() < 4.0 * error, "{altitude}: {found:?} {exact}");
                     squares[index] += (found.value - exact).powi(2) / (error * error);
-                    told[index] += error * error / altitudes.len() as f64;
+                    reported[index] += error * error / altitudes.len() as f64;
                 }
             }
             assert!(squares.iter().all(|sum| *sum < 46.0), "{reflectance}: {squares:?}");
-            assert!(told.iter().all(|told| told.sqrt() <= asked), "{reflectance}: {told:?}");
+            assert!(reported.iter().all(|reported| reported.sqrt() <= asked), "{reflectance}: {reported:?}");
         }
     }
 
     /// Checks the coverage of estimated errors when rays are added until the error is small enough: 2 standard errors include the exact
     /// series in 95 % of cases if the errors are exact, in 91 % with eight replicates; of 720 cases each, 88 % are 3 standard errors less.
     #[test]
-    fn two_told_errors_hold_the_exact_series() {
+    fn two_reported_errors_hold_the_exact_series() {
         let (altitudes, numbers) = (altitudes(), (0..18).collect::<Vec<_>>());
         let guide = straight_by_rays(1.0, 0.9);
         let mut held = [0.0; 2];
@@ -209,7 +209,7 @@ mod tests {
                 }
             }
         }
-        assert!(held.iter().all(|share| *share > 0.88), "{held:?}");
+        assert!(held.iter().all(|fraction| *fraction > 0.88), "{held:?}");
     }
 
     /// Compares beams from all azimuths together with rays for each azimuth alone, within 4 combined errors, at a tilted end, which lets

@@ -38,7 +38,7 @@ pub struct Dome {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DomedGuide {
     /// The guide below; its own collector passes everything.
-    pub pipe: Pipe,
+    pub pipe: PipeBelow,
     /// The shell above the pipe's upper end.
     pub dome: Dome,
     /// The dome's frame: origin in the centre of the pipe's upper end, z along its axis.
@@ -48,7 +48,7 @@ pub struct DomedGuide {
 
 /// Guide that a dome stands on.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Pipe {
+pub enum PipeBelow {
     /// One vertical cylinder.
     Straight(StraightGuide),
     /// Cylinders with elbows; the dome leans with the last of them.
@@ -57,7 +57,7 @@ pub enum Pipe {
 
 /// Place where light leaves a dome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Exit {
+enum DomeExit {
     /// Aperture in the plane z = 0, within the inner face, passed downward.
     Aperture,
     /// Outer face, passed outward.
@@ -70,15 +70,15 @@ enum Exit {
 /// Passage of a ray through a dome, with the throughput.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
-    exit: Exit,
+    exit: DomeExit,
     position: DVec3,
     direction: DVec3,
-    share: f64,
+    fraction: f64,
     rays: u32,
 }
 
 /// A ray in a dome with the quantities that are constant along its path.
-struct Ray {
+struct DomeRay {
     position: DVec3,
     direction: DVec3,
     /// Throughputs of the s and p polarised light.
@@ -102,14 +102,14 @@ impl Dome {
         let impact = position.cross(direction).length();
         if impact >= self.inner {
             // reflected by the outer face, or totally by the inner one, or past it: back outside or into the rim
-            return Crossing { exit: Exit::Outside, position, direction, share: 0.0, rays: 1 };
+            return Crossing { exit: DomeExit::Outside, position, direction, fraction: 0.0, rays: 1 };
         }
         let mut ray = self.ray(position, direction, impact);
         ray.pass(|ray, k| 1.0 - ray.at_outer[k], 1.0);
         ray.direction = refract(direction, position / self.outer, self.index);
         while ray.rays < MAX_STEPS {
             if !ray.cross(self.inner) {
-                return ray.ends(Exit::Absorbed);
+                return ray.ends(DomeExit::Absorbed);
             }
             let once_more = ray.mean(|ray, k| ray.at_inner[k] * ray.at_outer[k] * ray.passes);
             if !ray.chooses(once_more, random) {
@@ -120,11 +120,11 @@ impl Dome {
             ray.pass(|ray, k| ray.at_inner[k] * ray.at_outer[k], once_more);
             ray.reflect();
             if !ray.cross(self.outer) {
-                return ray.ends(Exit::Absorbed);
+                return ray.ends(DomeExit::Absorbed);
             }
             ray.reflect();
         }
-        ray.ends(Exit::Cut)
+        ray.ends(DomeExit::Cut)
     }
 
     /// Follows unpolarised light that comes up through the plane z = 0.
@@ -134,7 +134,7 @@ impl Dome {
     }
 
     /// Follows a ray from within the inner face; one branch is chosen at every face.
-    fn inside(&self, mut ray: Ray, random: &mut PathRandom) -> Crossing {
+    fn inside(&self, mut ray: DomeRay, random: &mut PathRandom) -> Crossing {
         while ray.rays < MAX_STEPS {
             ray.rays += 1;
             let along = ray.position.dot(ray.direction);
@@ -145,7 +145,7 @@ impl Dome {
             if to_aperture <= to_face {
                 ray.position += ray.direction * to_aperture;
                 ray.position.z = 0.0;
-                return ray.ends(Exit::Aperture);
+                return ray.ends(DomeExit::Aperture);
             }
             ray.position = (ray.position + ray.direction * to_face).normalize() * self.inner;
             if ray.reflects(|ray, k| ray.at_inner[k], random) {
@@ -157,22 +157,22 @@ impl Dome {
                 return end;
             }
         }
-        ray.ends(Exit::Cut)
+        ray.ends(DomeExit::Cut)
     }
 
     /// Follows a ray outward from the inner face until it has left the shell; `None` if it is inside again.
-    fn in_shell(&self, ray: &mut Ray, random: &mut PathRandom) -> Option<Crossing> {
+    fn in_shell(&self, ray: &mut DomeRay, random: &mut PathRandom) -> Option<Crossing> {
         while ray.rays < MAX_STEPS {
             if !ray.cross(self.outer) {
-                return Some(ray.ends(Exit::Absorbed));
+                return Some(ray.ends(DomeExit::Absorbed));
             }
             if !ray.reflects(|ray, k| ray.at_outer[k], random) {
                 ray.direction = refract(ray.direction, -ray.position / self.outer, 1.0 / self.index);
-                return Some(ray.ends(Exit::Outside));
+                return Some(ray.ends(DomeExit::Outside));
             }
             ray.reflect();
             if !ray.cross(self.inner) {
-                return Some(ray.ends(Exit::Absorbed));
+                return Some(ray.ends(DomeExit::Absorbed));
             }
             if !ray.reflects(|ray, k| ray.at_inner[k], random) {
                 ray.direction = refract(ray.direction, ray.position / self.inner, 1.0 / self.index);
@@ -180,10 +180,10 @@ impl Dome {
             }
             ray.reflect();
         }
-        Some(ray.ends(Exit::Cut))
+        Some(ray.ends(DomeExit::Cut))
     }
 
-    fn ray(&self, position: DVec3, direction: DVec3, impact: f64) -> Ray {
+    fn ray(&self, position: DVec3, direction: DVec3, impact: f64) -> DomeRay {
         let Self { inner, outer, index, absorption } = *self;
         let at = |radius: f64| {
             let sine = impact / radius;
@@ -192,11 +192,20 @@ impl Dome {
         let foot = |radius: f64| ((radius - impact / index) * (radius + impact / index)).max(0.0).sqrt();
         let chord = (outer - inner) * (outer + inner) / (foot(outer) + foot(inner));
         let passes = libm::exp(-absorption * chord);
-        Ray { position, direction, shares: [0.5; 2], at_outer: at(outer), at_inner: at(inner), chord, passes, rays: 1 }
+        DomeRay {
+            position,
+            direction,
+            shares: [0.5; 2],
+            at_outer: at(outer),
+            at_inner: at(inner),
+            chord,
+            passes,
+            rays: 1,
+        }
     }
 }
 
-impl Ray {
+impl DomeRay {
     /// Returns the mean of a factor over both polarisations, weighted by their throughputs.
     fn mean(&self, factor: impl Fn(&Self, usize) -> f64) -> f64 {
         let [s, p] = self.shares;
@@ -233,7 +242,7 @@ impl Ray {
             return false;
         }
         self.position = end.normalize() * radius;
-        self.shares = self.shares.map(|share| share * self.passes);
+        self.shares = self.shares.map(|fraction| fraction * self.passes);
         true
     }
 
@@ -243,14 +252,14 @@ impl Ray {
         self.direction = (self.direction - normal * (2.0 * self.direction.dot(normal))).normalize();
     }
 
-    fn ends(&self, exit: Exit) -> Crossing {
+    fn ends(&self, exit: DomeExit) -> Crossing {
         let Self { position, direction, shares, rays, .. } = *self;
-        Crossing { exit, position, direction, share: shares[0] + shares[1], rays }
+        Crossing { exit, position, direction, fraction: shares[0] + shares[1], rays }
     }
 }
 
 /// Position and direction of light in the aperture between dome and pipe.
-enum Place {
+enum ApertureRay {
     /// Light on its way down into the pipe.
     Falls(DVec3, DVec3),
     Rises(DVec3, DVec3),
@@ -259,10 +268,10 @@ enum Place {
 impl DomedGuide {
     /// Puts a dome on a `pipe` with a clear collector; the dome's inner radius is the pipe's, `thickness` is in metres and `absorption` in
     /// 1/m.
-    pub fn new(pipe: Pipe, index: f64, thickness: f64, absorption: f64) -> Self {
+    pub fn new(pipe: PipeBelow, index: f64, thickness: f64, absorption: f64) -> Self {
         let (radius, centre, to_local) = match &pipe {
-            Pipe::Straight(guide) => (guide.radius, DVec3::Z * guide.length, DMat3::IDENTITY),
-            Pipe::Bent(guide) => {
+            PipeBelow::Straight(guide) => (guide.radius, DVec3::Z * guide.length, DMat3::IDENTITY),
+            PipeBelow::Bent(guide) => {
                 let (centre, to_local) = guide.upper_end();
                 (guide.radius, centre, to_local)
             }
@@ -309,15 +318,15 @@ impl DomedGuide {
             end: End::Absorbed,
             position,
             direction,
-            collector: Spectrum::ONE * crossing.share,
+            collector: Spectrum::ONE * crossing.fraction,
             mirrors: Spectrum::ONE,
             entered: true,
             rays: crossing.rays,
         };
-        if crossing.exit == Exit::Aperture {
+        if crossing.exit == DomeExit::Aperture {
             let (position, direction) = self.to_tube(&crossing);
-            self.follow(&mut transit, Place::Falls(position, direction), random);
-        } else if crossing.exit == Exit::Cut {
+            self.follow(&mut transit, ApertureRay::Falls(position, direction), random);
+        } else if crossing.exit == DomeExit::Cut {
             transit.end = End::Cut;
         } else {
             // it has never been in the pipe: what is lost is lost by the collector
@@ -329,14 +338,14 @@ impl DomedGuide {
     pub(super) fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
         let mut transit = self.pipe.up::<C>(position, direction);
         if transit.end == End::Top {
-            let place = Place::Rises(transit.position, transit.direction);
+            let place = ApertureRay::Rises(transit.position, transit.direction);
             self.follow(&mut transit, place, random);
         }
         transit
     }
 
     /// Follows light from the aperture to the end of its path.
-    fn follow<const C: usize>(&self, transit: &mut Transit<C>, from: Place, random: &mut PathRandom) {
+    fn follow<const C: usize>(&self, transit: &mut Transit<C>, from: ApertureRay, random: &mut PathRandom) {
         let mut place = from;
         loop {
             if transit.rays >= MAX_STEPS {
@@ -344,7 +353,7 @@ impl DomedGuide {
                 return;
             }
             match place {
-                Place::Falls(position, direction) => {
+                ApertureRay::Falls(position, direction) => {
                     let below: Transit<C> = self.pipe.down(position, direction);
                     transit.mirrors *= below.mirrors;
                     transit.rays += below.rays;
@@ -352,22 +361,22 @@ impl DomedGuide {
                     if below.end != End::Top {
                         return;
                     }
-                    place = Place::Rises(below.position, below.direction);
+                    place = ApertureRay::Rises(below.position, below.direction);
                 }
-                Place::Rises(position, direction) => {
+                ApertureRay::Rises(position, direction) => {
                     let (p, d) = (self.to_local * (position - self.centre), self.to_local * direction);
                     let crossing = self.dome.leave(p, d, random);
-                    transit.collector = transit.collector * crossing.share;
+                    transit.collector = transit.collector * crossing.fraction;
                     transit.rays += crossing.rays;
                     (transit.position, transit.direction) = self.to_tube(&crossing);
                     transit.end = match crossing.exit {
-                        Exit::Aperture => {
-                            place = Place::Falls(transit.position, transit.direction);
+                        DomeExit::Aperture => {
+                            place = ApertureRay::Falls(transit.position, transit.direction);
                             continue;
                         }
-                        Exit::Outside => End::Top,
-                        Exit::Absorbed => End::Absorbed,
-                        Exit::Cut => End::Cut,
+                        DomeExit::Outside => End::Top,
+                        DomeExit::Absorbed => End::Absorbed,
+                        DomeExit::Cut => End::Cut,
                     };
                     return;
                 }
@@ -381,7 +390,7 @@ impl DomedGuide {
     }
 }
 
-impl Pipe {
+impl PipeBelow {
     fn down<const C: usize>(&self, position: DVec3, direction: DVec3) -> Transit<C> {
         match self {
             Self::Straight(guide) => guide.down(position, direction),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::bvh::TriangleBvh;
-use crate::geometry::welded::Side;
+use crate::geometry::welded::TriangleSide;
 
 /// Number of rays from the opening that search for parts of the pipe (`RAYS`), and largest number of reflections of each.
 const RAYS: u32 = 64;
@@ -14,7 +14,7 @@ const REFLECTIONS: u32 = 64;
 ///
 /// Light that is reflected up the pipe from the centre of the opening (the origin) meets inner sides only, and neighbours of a triangle
 /// have consistent inner sides. `sides` are those of the mirrors among the triangles of `bvh`.
-pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &TriangleBvh) -> Vec<i8> {
+pub(super) fn inward(sides: &[TriangleSide], is_mirror: impl Fn(usize) -> bool, bvh: &TriangleBvh) -> Vec<i8> {
     let mut neighbours = vec![[None; 3]; bvh.len()];
     for edge in sides.chunk_by(|a, b| a.edge == b.edge) {
         let [a, b] = edge else { continue };
@@ -28,9 +28,9 @@ pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &Tr
     let mut signs = vec![0; bvh.len()];
     for ray in 0..RAYS {
         // even over the projected hemisphere, each a golden angle on
-        let share = (f64::from(ray) + 0.5) / f64::from(RAYS);
+        let fraction = (f64::from(ray) + 0.5) / f64::from(RAYS);
         let (sin, cos) = libm::sincos(2.399_963_229_728_653 * f64::from(ray));
-        let mut direction = DVec3::new(share.sqrt() * cos, share.sqrt() * sin, (1.0 - share).sqrt());
+        let mut direction = DVec3::new(fraction.sqrt() * cos, fraction.sqrt() * sin, (1.0 - fraction).sqrt());
         let (mut position, mut left) = (DVec3::ZERO, None);
         for _ in 0..REFLECTIONS {
             let Some(hit) = bvh.nearest(position, direction, left) else { break };

@@ -255,14 +255,14 @@ impl MeshGuide {
                 }
                 Part::Collector { transmittance, reflectance } => {
                     let (out, back) = (Spectrum::<C>::from_rgb(*transmittance), Spectrum::<C>::from_rgb(*reflectance));
-                    let share = if back.max() > 0.0 { back.max() / (back.max() + out.max()) } else { 0.0 };
-                    if share == 0.0 || random.uniform() >= share {
-                        transit.collector *= out * (1.0 / (1.0 - share));
+                    let fraction = if back.max() > 0.0 { back.max() / (back.max() + out.max()) } else { 0.0 };
+                    if fraction == 0.0 || random.uniform() >= fraction {
+                        transit.collector *= out * (1.0 / (1.0 - fraction));
                         beyond = true;
                         // past the neighbours of an edge, and past the pipe at its rim
                         transit.position += transit.direction * (CLEARANCE * self.far);
                     } else {
-                        transit.collector *= back * (1.0 / share);
+                        transit.collector *= back * (1.0 / fraction);
                         self.reflect(&mut transit, normal, hit.distance);
                     }
                 }

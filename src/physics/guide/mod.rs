@@ -34,7 +34,7 @@ pub use recognise::{RecognisedCylinder, Section};
 pub use straight::StraightGuide;
 pub use transit::{End, Entry, RayCount, Transit};
 
-use self::dome::Pipe;
+use self::dome::PipeBelow;
 use crate::sampling::{NestedCones, PathRandom};
 
 /// Guide and collector of one tube.
@@ -110,8 +110,8 @@ impl Guide {
         match self {
             Self::Straight(guide) => guide.cone(),
             Self::Domed(guide) => match &guide.pipe {
-                Pipe::Straight(guide) => guide.cone(),
-                Pipe::Bent(_) => None,
+                PipeBelow::Straight(guide) => guide.cone(),
+                PipeBelow::Bent(_) => None,
             },
             Self::Bent(_) | Self::Mesh(_) => None,
         }
@@ -130,9 +130,9 @@ impl Guide {
 
     /// Follows light downward from entry points, each `(position, unit direction)`, with the results of [`Guide::down`] in less time;
     /// `None` for guides that gain nothing by it.
-    pub fn down_together<const C: usize>(&self, rays: &[(DVec3, DVec3)]) -> Option<Vec<Transit<C>>> {
+    pub fn down_packet<const C: usize>(&self, rays: &[(DVec3, DVec3)]) -> Option<Vec<Transit<C>>> {
         match self {
-            Self::Bent(guide) => Some(guide.down_together(rays)),
+            Self::Bent(guide) => Some(guide.down_packet(rays)),
             Self::Straight(_) | Self::Domed(_) | Self::Mesh(_) => None,
         }
     }
@@ -152,7 +152,7 @@ impl Guide {
     pub fn returns_light(&self) -> bool {
         match self {
             Self::Straight(_) => false,
-            Self::Domed(guide) => matches!(guide.pipe, dome::Pipe::Bent(_)) || guide.dome.index != 1.0,
+            Self::Domed(guide) => matches!(guide.pipe, dome::PipeBelow::Bent(_)) || guide.dome.index != 1.0,
             Self::Bent(_) | Self::Mesh(_) => true,
         }
     }

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::geometry::welded::Side;
+use crate::geometry::welded::TriangleSide;
 
 /// Tolerance by which the rim may leave its plane, and the pipe stand out of it, relative to the size of the mesh: digits of files.
 const FLAT: f64 = 1e-6;
@@ -27,7 +27,7 @@ pub(super) struct Mouth {
 impl Mouth {
     /// Finds the mouth of a pipe, if it has one, from the sides of its triangles; `at` has the positions by place, and `size` is that of
     /// the mesh in m.
-    pub fn of(sides: &[Side], at: &[DVec3], size: f64) -> Option<Self> {
+    pub fn of(sides: &[TriangleSide], at: &[DVec3], size: f64) -> Option<Self> {
         let [one, other] = &boundary_loops(sides)?[..] else { return None };
         let position = |place: &u32| at[*place as usize];
         let at = |places: &[u32]| -> Vec<DVec3> { places.iter().map(position).collect() };
@@ -89,7 +89,7 @@ impl Mouth {
 
 /// Returns the borders of a surface, given by its sides, as loops of places; `None` if it has edges of more than two triangles, or borders
 /// that cross.
-fn boundary_loops(sides: &[Side]) -> Option<Vec<Vec<u32>>> {
+fn boundary_loops(sides: &[TriangleSide]) -> Option<Vec<Vec<u32>>> {
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut starts = Vec::new();
     for edge in sides.chunk_by(|a, b| a.edge == b.edge) {
@@ -110,13 +110,13 @@ fn boundary_loops(sides: &[Side]) -> Option<Vec<Vec<u32>>> {
     let mut loops = Vec::new();
     for start in starts {
         // starts of loops that were followed already have been removed
-        let Some(mut ways) = next.remove(&start) else { continue };
+        let Some(mut neighbours) = next.remove(&start) else { continue };
         let mut border = vec![start];
-        let mut current = ways.pop()?;
-        while let Some(ways) = next.remove(&current) {
+        let mut current = neighbours.pop()?;
+        while let Some(neighbours) = next.remove(&current) {
             let previous = border[border.len() - 1];
             border.push(current);
-            current = if ways[0] == previous { ways[1] } else { ways[0] };
+            current = if neighbours[0] == previous { neighbours[1] } else { neighbours[0] };
         }
         loops.push(border);
     }

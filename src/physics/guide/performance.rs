@@ -59,8 +59,8 @@ pub(super) fn closed_beam(guide: &Guide, toward: DVec3) -> Option<Throughput> {
         return Some(Throughput::nothing());
     }
     let passed = by_channel(reflectance, |reflectance| beam_transmission(aspect, tangent, reflectance));
-    let share = Spectrum::<3>(passed) * Spectrum::from_rgb(collector_transmittance);
-    Some(Throughput::exact(entering, entering * share.luminance()))
+    let fraction = Spectrum::<3>(passed) * Spectrum::from_rgb(collector_transmittance);
+    Some(Throughput::exact(entering, entering * fraction.luminance()))
 }
 
 /// Traces the throughput of parallel light of 1 lx (normal to itself) from the unit vector `toward` with rays.

@@ -42,7 +42,7 @@ pub(super) fn bend(
     tolerance: f64,
     most_turn: f64,
 ) -> Result<Bend, &'static str> {
-    let pipe = Pipe::new(mesh, parts);
+    let pipe = PipeGraph::new(mesh, parts);
     let rings = pipe.rings(tolerance)?;
     let centres: Vec<DVec3> = rings.iter().map(|ring| pipe.centre(ring)).collect();
     let nodes = nodes(&centres, tolerance);
@@ -56,8 +56,8 @@ pub(super) fn bend(
     let segments: Vec<(f64, DVec3)> = nodes
         .windows(2)
         .map(|ends| {
-            let way = centres[ends[1]] - centres[ends[0]];
-            (way.length(), way.normalize())
+            let axis = centres[ends[1]] - centres[ends[0]];
+            (axis.length(), axis.normalize())
         })
         .collect();
     let (lowest, highest) = (segments[0], segments[segments.len() - 1]);
@@ -140,7 +140,7 @@ fn has_room(segments: &[(f64, DVec3)], radius: f64) -> bool {
 }
 
 /// The pipe of a mesh as a graph of places (merged positions).
-struct Pipe {
+struct PipeGraph {
     positions: HashMap<u32, DVec3>,
     neighbours: HashMap<u32, Vec<u32>>,
     /// Neighbours along edges at the border, which have one triangle.
@@ -148,7 +148,7 @@ struct Pipe {
     is_manifold: bool,
 }
 
-impl Pipe {
+impl PipeGraph {
     fn new(mesh: &TriangleMesh, parts: &[Part]) -> Self {
         let places = welded::places(&mesh.positions);
         let mut pipe =

@@ -78,13 +78,13 @@ impl Directions {
             .collect();
         let mut up_to = 0.0;
         // skies without light get no probability
-        let share = |light: f64, all: f64| if all > 0.0 { light / all } else { 0.0 };
+        let fraction = |light: f64, all: f64| if all > 0.0 { light / all } else { 0.0 };
         let shares = patches.into_iter().zip(met).map(|(patch, [uniform, sky])| {
-            up_to += EVENLY * patch.solid_angle_sr / TAU + share(uniform, of_uniform) + share(sky, of_sky);
+            up_to += EVENLY * patch.solid_angle_sr / TAU + fraction(uniform, of_uniform) + fraction(sky, of_sky);
             (patch, up_to)
         });
         let mut patches: Vec<(SkyPatch, f64)> = shares.collect();
-        patches.iter_mut().for_each(|(_, share)| *share /= up_to);
+        patches.iter_mut().for_each(|(_, fraction)| *fraction /= up_to);
         Self { patches }
     }
 
@@ -101,7 +101,7 @@ impl Directions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guide::dome::Pipe;
+    use crate::guide::dome::PipeBelow;
     use crate::guide::test_pipes::{RADIUS, cie_sky, straight, straight_by_rays};
     use crate::guide::{BentGuide, DomedGuide};
     use crate::optics::Mirror;
@@ -112,7 +112,7 @@ mod tests {
         let (sin, cos) = 40f64.to_radians().sin_cos();
         let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
         let bent = BentGuide::new(RADIUS, &axes, Mirror::Constant([0.95; 3]), [0.9; 3]);
-        let domed = DomedGuide::new(Pipe::Bent(bent.clone()), 1.49, 0.003, 0.0);
+        let domed = DomedGuide::new(PipeBelow::Bent(bent.clone()), 1.49, 0.003, 0.0);
         for guide in [Guide::Bent(bent), Guide::Domed(Box::new(domed)), straight_by_rays(1.0, 0.98)] {
             for number in [1, 12, 14] {
                 let of_job = cie_sky(number);
@@ -134,7 +134,7 @@ mod tests {
     /// Checks the coverage of estimated errors: 2 standard errors include the closed form in 91 % of cases with eight replicates; of 240
     /// cases, 84 % are 4 standard errors less.
     #[test]
-    fn two_told_errors_hold_the_closed_form() {
+    fn two_reported_errors_hold_the_closed_form() {
         let (traced, closed) = (straight_by_rays(1.0, 0.9), straight(1.0, 0.9));
         let effort = Effort { standard_error: 0.01, least: 20, most: 2048 };
         let mut held = 0.0;
@@ -168,8 +168,8 @@ mod tests {
         for (i, j) in (0..sides[0]).flat_map(|i| (0..sides[1]).map(move |j| (i, j))) {
             let (toward, density) = directions.sample([at(i, 0), at(j, 1)]);
             assert!(toward.is_normalized() && toward.z >= 0.0);
-            let share = 1.0 / (density * f64::from(sides[0] * sides[1]));
-            (solid_angle, height) = (solid_angle + share, height + share * toward.z);
+            let fraction = 1.0 / (density * f64::from(sides[0] * sides[1]));
+            (solid_angle, height) = (solid_angle + fraction, height + fraction * toward.z);
         }
         assert!((solid_angle / TAU - 1.0).abs() < 0.02, "{solid_angle}");
         assert!((height / std::f64::consts::PI - 1.0).abs() < 0.02, "{height}");

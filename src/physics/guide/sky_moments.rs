@@ -130,8 +130,9 @@ impl Panel {
     }
 
     /// Evaluates both integrals at a position (0..1) within the panel.
-    fn at(&self, share: f64) -> [f64; 2] {
-        [&self.level, &self.upright].map(|of| of.iter().rev().fold(0.0, |sum, coefficient| sum * share + coefficient))
+    fn at(&self, fraction: f64) -> [f64; 2] {
+        [&self.level, &self.upright]
+            .map(|of| of.iter().rev().fold(0.0, |sum, coefficient| sum * fraction + coefficient))
     }
 
     fn ends(&self) -> [f64; 2] {

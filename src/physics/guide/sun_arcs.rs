@@ -55,8 +55,8 @@ pub fn sun_nodes(sun: &Sun, (count, shift): (usize, f64), [low, high]: [f64; 2])
         let zenith_angle = middle + half * libm::sin(t);
         // sin^2 of half the azimuth at which the disc ends, free of cancellation
         let across = half_squared - libm::sin(0.5 * (zenith_angle - centre)).powi(2);
-        let share = across / (libm::sin(zenith_angle) * libm::sin(centre));
-        let half_azimuth = if share >= 1.0 { PI } else { 2.0 * libm::asin(share.max(0.0).sqrt()) };
+        let fraction = across / (libm::sin(zenith_angle) * libm::sin(centre));
+        let half_azimuth = if fraction >= 1.0 { PI } else { 2.0 * libm::asin(fraction.max(0.0).sqrt()) };
         SunNode { zenith_angle, step: half * libm::cos(t) * PI / count as f64, half_azimuth }
     };
     (0..count).map(node).filter(|node| node.zenith_angle > 0.0 && node.zenith_angle < FRAC_PI_2).collect()
@@ -128,7 +128,7 @@ impl PointBelow<'_> {
             let mut arc =
                 Arc { guide: self.guide, reach, foot: self.foot, inward, sin, cos, sun_azimuth, half_azimuth, rays: 0 };
             let mut of_node = Spectrum::ZERO;
-            let mut lit = |arc: &Arc, Lit { angle, length, bounces }: Lit| {
+            let mut lit = |arc: &Arc, VisibleArc { angle, length, bounces }: VisibleArc| {
                 let (offset, direction) = arc.ray(angle);
                 let mirrors = arc.mirrors::<C>(offset, direction, bounces);
                 of_node += arrives(offset, direction) * mirrors * length;
@@ -188,7 +188,7 @@ enum Course {
 
 /// A piece of the arc from which the sun is visible.
 #[derive(Clone, Copy)]
-struct Lit {
+struct VisibleArc {
     /// Angle of its middle along the arc, in radians.
     angle: f64,
     /// Length in radians.
@@ -198,7 +198,13 @@ struct Lit {
 
 impl Arc<'_> {
     /// Passes the pieces between two angles that see the disc to `lit`.
-    fn for_each_lit(&mut self, from: f64, to: f64, (steps, shift): (usize, f64), lit: &mut impl FnMut(&Self, Lit)) {
+    fn for_each_lit(
+        &mut self,
+        from: f64,
+        to: f64,
+        (steps, shift): (usize, f64),
+        lit: &mut impl FnMut(&Self, VisibleArc),
+    ) {
         let step = (to - from) / steps as f64;
         let mut before = self.outside(from);
         for number in 0..=steps {
@@ -264,7 +270,7 @@ impl Arc<'_> {
         }
     }
 
-    fn between(&mut self, a: Outside, b: Outside, halvings: u32, lit: &mut impl FnMut(&Self, Lit)) {
+    fn between(&mut self, a: Outside, b: Outside, halvings: u32, lit: &mut impl FnMut(&Self, VisibleArc)) {
         let length = b.angle - a.angle;
         let (low, high) =
             (a.azimuth.min(b.azimuth).max(-self.half_azimuth), a.azimuth.max(b.azimuth).min(self.half_azimuth));
@@ -278,17 +284,20 @@ impl Arc<'_> {
         }
         if course == Course::Smooth && turn.abs() < largest {
             if is_lit {
-                let (middle, share) = match turn {
+                let (middle, fraction) = match turn {
                     0.0 => (0.5, 1.0),
                     _ => ((0.5 * (low + high) - a.azimuth) / turn, (high - low) / turn.abs()),
                 };
-                lit(self, Lit { angle: a.angle + middle * length, length: share * length, bounces: a.bounces });
+                lit(
+                    self,
+                    VisibleArc { angle: a.angle + middle * length, length: fraction * length, bounces: a.bounces },
+                );
             }
             return;
         }
         if halvings == 0 {
             for end in [a, b].into_iter().filter(|end| end.azimuth.abs() <= self.half_azimuth) {
-                lit(self, Lit { angle: end.angle, length: 0.5 * length, bounces: end.bounces });
+                lit(self, VisibleArc { angle: end.angle, length: 0.5 * length, bounces: end.bounces });
             }
             return;
         }

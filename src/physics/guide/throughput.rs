@@ -20,7 +20,7 @@ const OPEN: f64 = 1.53;
 const MORE_RAYS: [f64; 2] = [1.25, 2.0];
 
 /// Approximate number of rays that go down a guide as one batch.
-const AT_ONCE: usize = 64;
+const PACKET: usize = 64;
 
 /// Number of rays to trace: `least` in each of 8 replicates, then repeatedly as many more as the error suggests, until the standard error
 /// of the transmission is at most `standard_error`, or `most` are traced.
@@ -184,10 +184,10 @@ pub(super) fn follow<const N: usize>(
     debug_assert!(count <= REPLICATE_LEN, "{count} rays are more than one randomisation has");
     let mut done = kinds.first().map_or(count, |rays| rays.count);
     // rays of all replicates together, a batch at a time
-    let at_once = (AT_ONCE / (kinds.len() * REPLICATES as usize).max(1)).max(1) as u64;
-    let mut aimed = Vec::with_capacity(2 * AT_ONCE);
+    let packet = (PACKET / (kinds.len() * REPLICATES as usize).max(1)).max(1) as u64;
+    let mut aimed = Vec::with_capacity(2 * PACKET);
     while done < count {
-        let rays = done..(done + at_once).min(count);
+        let rays = done..(done + packet).min(count);
         aimed.clear();
         for (kind, Rays { key, .. }) in kinds.iter().enumerate() {
             for number in 0..REPLICATES {
@@ -201,18 +201,18 @@ pub(super) fn follow<const N: usize>(
             }
         }
         let entering: Vec<_> = aimed.iter().map(|(_, _, aim, entry)| (entry.position, -aim.toward)).collect();
-        let mut ways = guide.down_together::<3>(&entering).map(Vec::into_iter);
+        let mut transits = guide.down_packet::<3>(&entering).map(Vec::into_iter);
         for (kind, number, aim, entry) in &aimed {
             let (random, sums) = &mut kinds[*kind].replicates[*number];
-            let way = ways.as_mut().and_then(Iterator::next);
-            let way = way.unwrap_or_else(|| guide.down(entry.position, -aim.toward, random));
-            if !way.entered {
+            let transit = transits.as_mut().and_then(Iterator::next);
+            let transit = transit.unwrap_or_else(|| guide.down(entry.position, -aim.toward, random));
+            if !transit.entered {
                 continue;
             }
-            let share = if way.end == End::Opening { Spectrum::luminance(&way.weight()) } else { 0.0 };
+            let fraction = if transit.end == End::Opening { Spectrum::luminance(&transit.weight()) } else { 0.0 };
             for (sum, weight) in sums.iter_mut().zip(aim.weights) {
                 sum.0 += weight * entry.projected_area_m2;
-                sum.1 += weight * entry.projected_area_m2 * share;
+                sum.1 += weight * entry.projected_area_m2 * fraction;
             }
         }
         done = rays.end;

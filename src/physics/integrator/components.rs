@@ -83,16 +83,16 @@ impl Integrator for InParts {
         let mut of_all = Vec::new();
         for (.., light) in &self.all {
             let part = light.pass(pass, cancel)?;
-            whole.account.tubes.resize(part.account.tubes.len().max(whole.account.tubes.len()), Default::default());
-            whole.account.add(&part.account);
+            whole.totals.tubes.resize(part.totals.tubes.len().max(whole.totals.tubes.len()), Default::default());
+            whole.totals.add(&part.totals);
             whole.photons += part.photons;
             of_all.push(part.grids);
         }
         let mut of_direct = Vec::new();
         for (source, light) in &self.direct {
             let part = light.pass(pass, cancel)?;
-            whole.account.rays += part.account.rays;
-            whole.account.not_finite = whole.account.not_finite.or(part.account.not_finite);
+            whole.totals.rays += part.totals.rays;
+            whole.totals.not_finite = whole.totals.not_finite.or(part.totals.not_finite);
             whole.photons += part.photons;
             of_direct.push((*source, part.grids));
         }
@@ -118,8 +118,8 @@ impl Integrator for InParts {
                 Component::Interreflected(source) => all_of(source).without(&direct_of(source)),
                 Component::OfTube(number) => sum(&|_, tube| tube == Some(number)),
             };
-            let beside = self.parts.iter().map(of_part).collect();
-            whole.grids.push(GridPass { beside, ..sum(&|_, _| true) });
+            let companions = self.parts.iter().map(of_part).collect();
+            whole.grids.push(GridPass { companions, ..sum(&|_, _| true) });
         }
         Some(whole)
     }
@@ -130,7 +130,7 @@ impl Integrator for InParts {
         grids.resize(self.grids, GridPass::default());
         for grid in &mut grids {
             grid.residual.clear();
-            grid.beside = vec![grid.clone(); self.parts.len()];
+            grid.companions = vec![grid.clone(); self.parts.len()];
         }
         Pass { grids, ..Pass::default() }
     }

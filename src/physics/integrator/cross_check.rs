@@ -25,17 +25,17 @@ impl Integrator for CrossChecked {
         let mut check = self.check.start().grids;
         start.grids.resize(self.grids, GridPass::default());
         check.resize(self.grids, GridPass::default());
-        start.grids.iter_mut().zip(check).for_each(|(grid, check)| grid.beside.push(check));
+        start.grids.iter_mut().zip(check).for_each(|(grid, check)| grid.companions.push(check));
         start
     }
 
     fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
         let mut checked = self.checked.pass_after(pass, before, cancel)?;
         let check = self.check.pass(pass, cancel)?;
-        checked.account.rays += check.account.rays;
-        checked.account.not_finite = checked.account.not_finite.or(check.account.not_finite);
+        checked.totals.rays += check.totals.rays;
+        checked.totals.not_finite = checked.totals.not_finite.or(check.totals.not_finite);
         checked.photons += check.photons;
-        checked.grids.iter_mut().zip(check.grids).for_each(|(grid, check)| grid.beside.push(check));
+        checked.grids.iter_mut().zip(check.grids).for_each(|(grid, check)| grid.companions.push(check));
         Some(checked)
     }
 }

@@ -22,7 +22,7 @@
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
 use super::deterministic::{installation, refuses};
-use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Trial};
+use super::method::{Computation, Described, Load, Outputs, Passes, Refusal, RefusalCode, Task, Trial};
 use crate::analytic::holigilm::Holigilm;
 use crate::analytic::patches::Mesh;
 use crate::guide::Guide;
@@ -50,8 +50,8 @@ impl Described for Settings {
         Passes::None
     }
 
-    fn knows(&self) -> Knows {
-        Knows { views: false, ..Knows::ALL }
+    fn outputs(&self) -> Outputs {
+        Outputs { views: false, ..Outputs::ALL }
     }
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {

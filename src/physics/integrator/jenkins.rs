@@ -18,7 +18,7 @@
 use std::f64::consts::PI;
 
 use super::deterministic::{cylinders, installation, refuses};
-use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Trial};
+use super::method::{Caveat, CaveatCode, Computation, Described, Outputs, Passes, Refusal, RefusalCode, Task, Trial};
 use crate::analytic::jenkins::{Jenkins, Pipe};
 use crate::scene::{Scene, StraightOrBent};
 
@@ -33,9 +33,9 @@ impl Described for Settings {
         Passes::None
     }
 
-    fn knows(&self) -> Knows {
+    fn outputs(&self) -> Outputs {
         // the formula follows no light to its end
-        Knows { views: false, energy: false, ..Knows::ALL }
+        Outputs { views: false, energy: false, ..Outputs::ALL }
     }
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {

@@ -20,12 +20,12 @@ pub trait Described: Send + Sync {
     fn name(&self) -> &'static str;
 
     /// Returns the kinds of output that the method computes.
-    fn knows(&self) -> Knows {
-        Knows::ALL
+    fn outputs(&self) -> Outputs {
+        Outputs::ALL
     }
 
     /// True if the method can estimate daylight coefficients: the illuminance of sensors per lumen from each patch of the openings.
-    fn tells_responses(&self) -> bool {
+    fn computes_responses(&self) -> bool {
         false
     }
 
@@ -39,8 +39,8 @@ pub trait Described: Send + Sync {
         None
     }
 
-    /// Returns the reason why the method cannot compute a task; `None` if it can. Outputs that [`knows`](Self::knows) excludes need not be
-    /// checked here.
+    /// Returns the reason why the method cannot compute a task; `None` if it can. Outputs that [`outputs`](Self::outputs) excludes need not
+    /// be checked here.
     fn refuses(&self, _task: &Task) -> Option<Refusal> {
         None
     }
@@ -56,13 +56,13 @@ pub trait Described: Send + Sync {
     }
 
     /// Returns the amount of data that the method stores for each sensor of a grid.
-    fn kept_of_sensor(&self, _grid: &Grid) -> Kept {
-        Kept::MEANS
+    fn retained_per_sensor(&self, _grid: &Grid) -> Retained {
+        Retained::MEANS
     }
 
     /// Returns the amount of data that the method stores for each pixel of a view.
-    fn kept_of_pixel(&self) -> Kept {
-        Kept::MEANS
+    fn retained_per_pixel(&self) -> Retained {
+        Retained::MEANS
     }
 
     /// Returns the method with passes that are small enough for a trial of a task, of grids or of views, that it does not refuse. From the
@@ -159,7 +159,7 @@ impl Computation {
 
 /// Kinds of output that a method computes beside the illuminance of grids, which every method computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Knows {
+pub struct Outputs {
     /// Luminance of views.
     pub views: bool,
     /// Energy balance: light is followed from its sources to where it ends.
@@ -181,7 +181,7 @@ pub enum Passes {
     None,
 }
 
-impl Knows {
+impl Outputs {
     /// Every output that a result can have, at level sensors that look up.
     pub const ALL: Self = Self { views: true, energy: true, tube_fluxes: true, any_sensors: false };
 }
@@ -328,7 +328,7 @@ pub struct Load {
     /// True if sunlight enters the room unscattered.
     pub sunbeams: bool,
     /// Number of sensors of all grids that receive traced light beside that of Lambertian closures; 0 where all tubes end in these.
-    pub sensors_beside: usize,
+    pub directional_sensors: usize,
 }
 
 impl Load {
@@ -343,7 +343,7 @@ impl Load {
 
 /// Amount of data that a method stores for a sensor or pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kept {
+pub struct Retained {
     /// Number of points of a sensor or pixel whose values a pass holds.
     pub points: f64,
     /// Number of contrasts (differences between the fixed points), each with a running mean.
@@ -351,10 +351,10 @@ pub struct Kept {
     /// Number of points whose gather radius is carried from pass to pass.
     pub radii: f64,
     /// Number of sums that chunks of photons hold at the same time.
-    pub sums_at_once: f64,
+    pub concurrent_sums: f64,
 }
 
-impl Kept {
+impl Retained {
     /// Running means alone.
-    pub const MEANS: Self = Self { points: 1.0, contrasts: 0.0, radii: 0.0, sums_at_once: 1.0 };
+    pub const MEANS: Self = Self { points: 1.0, contrasts: 0.0, radii: 0.0, concurrent_sums: 1.0 };
 }

@@ -4,7 +4,7 @@
 //! - `backward`: paths are followed from sensors and eyes.
 //! - `photon_map`: photons are stored, and their density is estimated.
 //!
-//! `lamp` cuts paths at Lambertian diffusers: the flux that leaves them is computed once for the whole room.
+//! `diffuser_source` cuts paths at Lambertian diffusers: the flux that leaves them is computed once for the whole room.
 //!
 //! `method` is the interface between a method and the rest of the program, `pass` defines a pass, `pass_size` how large one is, `trial`
 //! extrapolates from a few small ones, `registry` lists the methods, `deterministic` has the parts shared by those without passes,
@@ -20,9 +20,9 @@ pub mod bidirectional;
 pub mod components;
 pub mod cross_check;
 pub mod deterministic;
+pub mod diffuser_source;
 pub mod holigilm;
 pub mod jenkins;
-pub mod lamp;
 pub mod light_tracing;
 pub mod method;
 mod pass;

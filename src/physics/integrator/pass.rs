@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::photon::ledger::Account;
+use super::photon::energy_balance::PhotonTotals;
 use super::photon_map::progressive::{Carried, PointStatistics};
 
 /// Method whose results are computed pass by pass.
@@ -31,7 +31,7 @@ pub struct Pass {
     /// Luminances, in the order of the views that the method was built for.
     pub views: Vec<ViewPass>,
     /// Energy balance of the pass, the fluxes of its tubes, and the number of its rays.
-    pub account: Account,
+    pub totals: PhotonTotals,
     /// Number of emitted photons.
     pub photons: u64,
     /// State for the next pass; empty where passes are independent.
@@ -69,7 +69,7 @@ pub struct GridPass {
     /// Number of photons behind each sensor's value; empty where the method's errors do not depend on it.
     pub photons: Vec<PhotonCount>,
     /// Values of the same grid for single parts of the light, or by another method; equally many in every pass.
-    pub beside: Vec<GridPass>,
+    pub companions: Vec<GridPass>,
 }
 
 impl GridPass {
@@ -100,7 +100,8 @@ impl GridPass {
     /// is dark in every pass, so a mean over the whole sensor is that over the free part times this fraction. Sensors inside solids become
     /// 0, and the values beside the grid are dropped.
     pub fn of_free_parts(&self, free: &[f64]) -> Self {
-        let factors: Vec<f64> = free.iter().map(|share| if *share > 0.0 { 1.0 / share } else { 0.0 }).collect();
+        let factors: Vec<f64> =
+            free.iter().map(|fraction| if *fraction > 0.0 { 1.0 / fraction } else { 0.0 }).collect();
         let scaled = |values: &[f64]| -> Vec<f64> {
             // as many values of one sensor after the other
             let each = (values.len() / factors.len().max(1)).max(1);
@@ -119,7 +120,7 @@ impl GridPass {
             residual: scaled(&self.residual),
             gathered: scaled(&self.gathered),
             photons: photons.collect(),
-            beside: Vec::new(),
+            companions: Vec::new(),
         }
     }
 

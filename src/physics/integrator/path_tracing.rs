@@ -36,10 +36,10 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Trial};
+use crate::integrator::method::{Caveat, Computation, Described, Outputs, Refusal, Task, Trial};
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::descent::sun_exits;
-use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::energy_balance::PhotonTotals;
 use crate::optics::Spectrum;
 use crate::sampling::path_samples::SOBOL_PAIRS;
 use crate::sampling::{Key, PathSamples, Stream};
@@ -66,8 +66,8 @@ impl Described for Settings {
         "path_tracing"
     }
 
-    fn knows(&self) -> Knows {
-        Knows { energy: false, tube_fluxes: false, any_sensors: true, ..Knows::ALL }
+    fn outputs(&self) -> Outputs {
+        Outputs { energy: false, tube_fluxes: false, any_sensors: true, ..Outputs::ALL }
     }
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {
@@ -133,7 +133,7 @@ impl<const C: usize> PathTracing<C> {
                 }
                 (seen, rays)
             };
-            fold_chunks(Chunks::of_short_paths(count), 0, cancel, chunk, |(seen, of_chunk): Seen<C>| {
+            fold_chunks(Chunks::of_short_paths(count), 0, cancel, chunk, |(seen, of_chunk): SunlitPixels<C>| {
                 rays += of_chunk;
                 for (pixel, value) in seen {
                     for (channel, value) in value.0.into_iter().enumerate() {
@@ -147,9 +147,9 @@ impl<const C: usize> PathTracing<C> {
 }
 
 /// Pixels that see some of the sun's rays, with the luminance that these add, and the number of rays traced.
-type Seen<const C: usize> = (Vec<(usize, Spectrum<C>)>, RayCount);
+type SunlitPixels<const C: usize> = (Vec<(usize, Spectrum<C>)>, RayCount);
 
-impl<const C: usize> Tally for Seen<C> {
+impl<const C: usize> Tally for SunlitPixels<C> {
     fn is_finite(&self) -> bool {
         self.0.iter().all(|(_, luminance)| luminance.is_finite())
     }
@@ -181,7 +181,7 @@ impl<const C: usize> Integrator for PathTracing<C> {
             result.views.push(ViewPass { luminance, rays, ..ViewPass::default() });
         }
         // nothing is emitted: neither the fluxes of tubes nor the energy balance are estimated
-        result.account = Account { rays, ..Account::default() };
+        result.totals = PhotonTotals { rays, ..PhotonTotals::default() };
         Some(result)
     }
 }

@@ -37,7 +37,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::integrator::backward::chance;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Passes, Retained, Task, Trial};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::outline::OutlinedView;
@@ -105,12 +105,12 @@ impl Described for Settings {
         Passes::InOrder
     }
 
-    fn kept_of_sensor(&self, grid: &Grid) -> Kept {
-        self.kept_of(if grid.estimate == EstimateKind::CellAverage { self.samples_per_sensor } else { 1 })
+    fn retained_per_sensor(&self, grid: &Grid) -> Retained {
+        self.retained(if grid.estimate == EstimateKind::CellAverage { self.samples_per_sensor } else { 1 })
     }
 
-    fn kept_of_pixel(&self) -> Kept {
-        self.kept_of(self.samples_per_pixel)
+    fn retained_per_pixel(&self) -> Retained {
+        self.retained(self.samples_per_pixel)
     }
 
     fn trial(&self, task: &Task, _target: f64) -> Trial {
@@ -134,10 +134,10 @@ impl Described for Settings {
 impl Settings {
     /// Returns the numbers that are kept for a sensor or pixel with some fixed points: a contrast for every block of at least two, and a
     /// radius for each point if radii are per point.
-    fn kept_of(&self, points: u32) -> Kept {
+    fn retained(&self, points: u32) -> Retained {
         let points = f64::from(points);
         let radii = if self.radius == Radius::PerPoint { points } else { 0.0 };
-        Kept { points, contrasts: 0.5 * points, radii, ..Kept::MEANS }
+        Retained { points, contrasts: 0.5 * points, radii, ..Retained::MEANS }
     }
 }
 
@@ -170,17 +170,17 @@ struct Mean<const C: usize> {
 impl<const C: usize> Mean<C> {
     fn new(strata: Strata, points: impl Iterator<Item = (Gathered<C>, PhotonCount)>) -> Self {
         let (points, counts): (Vec<_>, Vec<_>) = points.unzip();
-        let share = 1.0 / points.len() as f64;
+        let fraction = 1.0 / points.len() as f64;
         let mut value = Gathered::NOTHING;
         for point in &points {
-            value.irradiance += point.irradiance * share;
-            value.bias += point.bias * share;
+            value.irradiance += point.irradiance * fraction;
+            value.bias += point.bias * fraction;
         }
         let mut photons = PhotonCount::default();
         counts.iter().for_each(|count| photons.add(count));
         // effect of one photon at one point on the mean over the points, averaged over them
-        photons.one_lux *= share * share;
-        photons.brightest_lux *= share * share;
+        photons.one_lux *= fraction * fraction;
+        photons.brightest_lux *= fraction * fraction;
         let luminances: Vec<f64> = points.iter().map(|point| point.irradiance.luminance()).collect();
         Self {
             value,
@@ -344,11 +344,11 @@ impl<const C: usize> Integrator for Ppm<C> {
     fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
         let before = before.or(|| self.start().carried);
-        let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
+        let (maps, totals) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
         let grid = |number: usize| self.grid(number, &maps, before.grid(number), key, cancel);
         let grids: Option<Vec<_>> = (0..self.mapper.grids.len()).map(grid).collect();
         let view = |number: usize| self.view(number, &maps, before.view(number), key, cancel);
         let views: Option<Vec<_>> = (0..self.views.len()).map(view).collect();
-        Some(Pass { account, photons: self.mapper.photons(), ..Pass::carrying(grids?, views?) })
+        Some(Pass { totals, photons: self.mapper.photons(), ..Pass::carrying(grids?, views?) })
     }
 }

@@ -5,11 +5,11 @@ use crate::sampling::roulette::faint_survival;
 /// Number of events after which a path is cut off; reached only in scenes that absorb nothing.
 pub const MAX_EVENTS: u32 = 1_000_000;
 
-/// Returns the probability with which a path survives that arrives with the weight `arriving` > 0 and would leave with `leaving`; `first`
+/// Returns the probability with which a path survives that arrives with the weight `arriving` > 0 and would leave with `outgoing`; `first`
 /// is its weight at the start. The weight of a survivor is divided by it, so that bright paths leave with the weight they arrived with.
 #[inline]
-pub fn survival(leaving: f64, arriving: f64, first: f64) -> f64 {
-    (leaving / arriving * faint_survival(arriving, first)).min(1.0)
+pub fn survival(outgoing: f64, arriving: f64, first: f64) -> f64 {
+    (outgoing / arriving * faint_survival(arriving, first)).min(1.0)
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::integrator::backward::chance;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Passes, Retained, Task, Trial};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::outline::OutlinedView;
@@ -90,13 +90,13 @@ impl Described for Settings {
         Passes::InOrder
     }
 
-    fn kept_of_sensor(&self, _: &Grid) -> Kept {
-        self.kept_of_pixel()
+    fn retained_per_sensor(&self, _: &Grid) -> Retained {
+        self.retained_per_pixel()
     }
 
-    fn kept_of_pixel(&self) -> Kept {
+    fn retained_per_pixel(&self) -> Retained {
         let radii = if self.radius == Radius::PerPoint { 1.0 } else { 0.0 };
-        Kept { radii, ..Kept::MEANS }
+        Retained { radii, ..Retained::MEANS }
     }
 
     fn trial(&self, task: &Task, _target: f64) -> Trial {
@@ -220,11 +220,11 @@ impl<const C: usize> Integrator for Sppm<C> {
     fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
         let before = before.or(|| self.start().carried);
-        let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
+        let (maps, totals) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
         let grid = |number: usize| self.grid(number, &maps, before.grid(number), key, cancel);
         let grids: Option<Vec<_>> = (0..self.mapper.grids.len()).map(grid).collect();
         let view = |number: usize| self.view(number, &maps, before.view(number), key, cancel);
         let views: Option<Vec<_>> = (0..self.views.len()).map(view).collect();
-        Some(Pass { account, photons: self.mapper.photons(), ..Pass::carrying(grids?, views?) })
+        Some(Pass { totals, photons: self.mapper.photons(), ..Pass::carrying(grids?, views?) })
     }
 }

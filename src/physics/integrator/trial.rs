@@ -82,9 +82,9 @@ impl TrialPasses {
         Self { tried: tried as f64, size: photons as f64, powers, ..Self::WHOLE }
     }
 
-    /// Returns the number of photons of a trial's pass of a method that emits `photons` in each: about the fraction `share` of them.
-    pub fn fewer(photons: u64, share: f64) -> u64 {
-        ((photons as f64 * share) as u64).clamp(LEAST_PHOTONS, MOST_PHOTONS).min(photons)
+    /// Returns the number of photons of a trial's pass of a method that emits `photons` in each: about `fraction` of them.
+    pub fn fewer(photons: u64, fraction: f64) -> u64 {
+        ((photons as f64 * fraction) as u64).clamp(LEAST_PHOTONS, MOST_PHOTONS).min(photons)
     }
 
     /// Returns the ratios of work and errors of the method's own passes to those of passes of the size `tried`.

@@ -7,12 +7,12 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 pub struct Distribution {
     /// Angles of incidence in radians, ascending from 0 to pi/2.
     incidence: Vec<f64>,
-    rows: Vec<Row>,
+    rows: Vec<IncidenceRow>,
 }
 
 /// Values over the angle of exit at one angle of incidence.
 #[derive(Clone, Debug, PartialEq)]
-struct Row {
+struct IncidenceRow {
     /// Angles of exit in radians, ascending from 0 to pi/2.
     exit: Vec<f64>,
     per_sr: Vec<f64>,
@@ -24,21 +24,21 @@ impl Distribution {
     /// Builds a table from angles of `incidence` and `exit` in radians and a row of values per sr for each angle of incidence; `None`
     /// unless angles ascend from 0 to pi/2 and there is one value >= 0 for each pair.
     pub fn new(incidence: &[f64], exit: &[f64], table: &[Vec<f64>]) -> Option<Self> {
-        let rows: Option<Vec<Row>> = table.iter().map(|row| Row::new(exit, row)).collect();
+        let rows: Option<Vec<IncidenceRow>> = table.iter().map(|row| IncidenceRow::new(exit, row)).collect();
         let rows = rows.filter(|rows| rows.len() == incidence.len() && covers(incidence))?;
         Some(Self { incidence: incidence.to_vec(), rows })
     }
 
     /// Finds the rows around an angle of incidence, and the weight of the second.
-    fn around(&self, incidence: f64) -> (&Row, &Row, f64) {
-        let (row, share) = place(&self.incidence, incidence);
-        (&self.rows[row], &self.rows[row + 1], share)
+    fn around(&self, incidence: f64) -> (&IncidenceRow, &IncidenceRow, f64) {
+        let (row, fraction) = place(&self.incidence, incidence);
+        (&self.rows[row], &self.rows[row + 1], fraction)
     }
 
     /// Computes the fraction of the light at an angle of incidence that leaves at any angle.
-    pub fn share(&self, incidence: f64) -> f64 {
-        let (a, b, share) = self.around(incidence);
-        (1.0 - share) * a.total() + share * b.total()
+    pub fn albedo(&self, incidence: f64) -> f64 {
+        let (a, b, fraction) = self.around(incidence);
+        (1.0 - fraction) * a.total() + fraction * b.total()
     }
 
     /// Returns the fraction of the light at the angle of incidence of a row that leaves at any angle.
@@ -48,9 +48,9 @@ impl Distribution {
 
     /// Computes the least value per sr over the angles of exit, at an angle of incidence in radians.
     pub fn least_per_sr(&self, incidence: f64) -> f64 {
-        let (a, b, share) = self.around(incidence);
+        let (a, b, fraction) = self.around(incidence);
         // a row is linear between its angles: its least value is at one of them
-        let values = a.per_sr.iter().zip(&b.per_sr).map(|(a, b)| (1.0 - share) * a + share * b);
+        let values = a.per_sr.iter().zip(&b.per_sr).map(|(a, b)| (1.0 - fraction) * a + fraction * b);
         values.fold(f64::INFINITY, f64::min)
     }
 
@@ -78,24 +78,24 @@ impl Distribution {
 
     /// Interpolates the value per sr at the angles of incidence and exit in radians.
     pub fn per_sr(&self, [incidence, exit]: [f64; 2]) -> f64 {
-        let (a, b, share) = self.around(incidence);
-        (1.0 - share) * a.at(exit) + share * b.at(exit)
+        let (a, b, fraction) = self.around(incidence);
+        (1.0 - fraction) * a.at(exit) + fraction * b.at(exit)
     }
 
     /// Samples the angle of exit in radians: chooses a row by its part of the light, then an angle by that row's own distribution.
     pub fn sample(&self, incidence: f64, u: f64) -> f64 {
-        let (a, b, share) = self.around(incidence);
-        let (first, second) = ((1.0 - share) * a.total(), share * b.total());
+        let (a, b, fraction) = self.around(incidence);
+        let (first, second) = ((1.0 - fraction) * a.total(), fraction * b.total());
         let target = u * (first + second);
         if target < first || second == 0.0 {
-            a.exit_within(target / (1.0 - share))
+            a.exit_within(target / (1.0 - fraction))
         } else {
-            b.exit_within((target - first) / share)
+            b.exit_within((target - first) / fraction)
         }
     }
 }
 
-impl Row {
+impl IncidenceRow {
     fn new(exit: &[f64], per_sr: &[f64]) -> Option<Self> {
         let good = per_sr.iter().all(|value| *value >= 0.0 && value.is_finite());
         if !good || per_sr.len() != exit.len() || !covers(exit) {
@@ -115,8 +115,8 @@ impl Row {
     }
 
     fn at(&self, exit: f64) -> f64 {
-        let (segment, share) = place(&self.exit, exit);
-        self.per_sr[segment] + share * (self.per_sr[segment + 1] - self.per_sr[segment])
+        let (segment, fraction) = place(&self.exit, exit);
+        self.per_sr[segment] + fraction * (self.per_sr[segment + 1] - self.per_sr[segment])
     }
 
     /// Computes the fraction of the light between the start of a segment and the angle `to` in it: 2 pi int f sin cos, exactly.
@@ -197,16 +197,16 @@ mod tests {
         let [a, b] = [exit[1], exit[2]];
         let square = (b * b - a * a) / 2.0;
         let cube = (b.powi(3) - a.powi(3)) / 3.0;
-        let share = TAU * peak * (0.5 * a * a + square - (cube - a * square) / (b - a));
-        let found = distribution.share(0.0);
-        assert!((found / share - 1.0).abs() < 1e-9, "{found} {share}");
+        let total = TAU * peak * (0.5 * a * a + square - (cube - a * square) / (b - a));
+        let found = distribution.albedo(0.0);
+        assert!((found / total - 1.0).abs() < 1e-9, "{found} {total}");
         // and each part of it leaves within the angle that holds it
         for u in [0.01, 0.3, 0.7, 0.99] {
             let exit_angle = distribution.sample(0.0, u);
             let row = &distribution.rows[0];
             let segment = usize::from(exit_angle > a);
             let within = row.within[segment] + row.part(segment, exit_angle);
-            assert!((within / share - u).abs() < 1e-6, "{u}: {exit_angle} {within}");
+            assert!((within / total - u).abs() < 1e-6, "{u}: {exit_angle} {within}");
         }
     }
 }

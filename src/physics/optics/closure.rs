@@ -52,11 +52,11 @@ impl<'a> Closure<'a> {
     /// Returns the fraction of light from the unit vector `from` that passes as through a Lambertian sheet, without any other transmitted
     /// light.
     #[inline]
-    pub fn even_share<const C: usize>(&self, from: DVec3) -> Spectrum<C> {
+    pub fn even_fraction<const C: usize>(&self, from: DVec3) -> Spectrum<C> {
         match self {
             Self::Specular { .. } => Spectrum::ZERO,
             Self::Lambertian { transmittance, .. } => Spectrum::from_rgb(*transmittance),
-            Self::Measured(table) => Spectrum([table.even_share(from.z.abs()); C]),
+            Self::Measured(table) => Spectrum([table.even_fraction(from.z.abs()); C]),
         }
     }
 
@@ -89,7 +89,9 @@ impl<const C: usize> Scatter<C> for Closure<'_> {
     fn value(&self, travel: Travel, from: DVec3, toward: DVec3) -> Spectrum<C> {
         match self {
             Self::Measured(table) => table.value(travel, from, toward),
-            _ => self.lambertian(side_of(from, toward)).map_or(Spectrum::ZERO, |share| share * (toward.z.abs() / PI)),
+            _ => self
+                .lambertian(side_of(from, toward))
+                .map_or(Spectrum::ZERO, |fraction| fraction * (toward.z.abs() / PI)),
         }
     }
 

@@ -132,8 +132,8 @@ impl Glossy {
     fn loss(&self, cosine: f64) -> f64 {
         let t = cosine * (1.0 + self.alpha) / (cosine + self.alpha);
         let k = ((t * INTERVALS as f64) as usize).min(INTERVALS - 1);
-        let share = ((cosine - self.cosines[k]) / (self.cosines[k + 1] - self.cosines[k])).clamp(0.0, 1.0);
-        self.losses[k] + (self.losses[k + 1] - self.losses[k]) * share
+        let fraction = ((cosine - self.cosines[k]) / (self.cosines[k + 1] - self.cosines[k])).clamp(0.0, 1.0);
+        self.losses[k] + (self.losses[k + 1] - self.losses[k]) * fraction
     }
 }
 
@@ -274,7 +274,7 @@ mod tests {
             let alpha = roughness * roughness;
             for cosine in [0.99, 0.9, 0.7, 0.4, 0.15, 0.05] {
                 let from = direction(cosine, 0.3);
-                let share = |toward: DVec3| {
+                let fraction = |toward: DVec3| {
                     if toward.z <= 0.0 {
                         return 0.0;
                     }
@@ -288,9 +288,9 @@ mod tests {
                 let by_half_vectors = |[u, v]: [f64; 2]| {
                     let half = half_vector(alpha, 1.0 - (1.0 - u).powi(4), TAU * v);
                     // half vectors that the light meets from behind have no direction of their own
-                    if from.dot(half) > 0.0 { share(half * (2.0 * from.dot(half)) - from) } else { 0.0 }
+                    if from.dot(half) > 0.0 { fraction(half * (2.0 * from.dot(half)) - from) } else { 0.0 }
                 };
-                let sum: f64 = cells().map(|p| by_half_vectors(p) + share(direction(p[0], TAU * p[1]))).sum();
+                let sum: f64 = cells().map(|p| by_half_vectors(p) + fraction(direction(p[0], TAU * p[1]))).sum();
                 let albedo = sum / (n * n) as f64;
                 println!("{roughness} {cosine}: {:.1e}", albedo - 1.0);
                 assert!((albedo - 1.0).abs() < 3e-4, "{roughness} {cosine}: {albedo}");
@@ -369,8 +369,8 @@ mod tests {
                 let toward = lobe.reflect(DVec3::Z, from, point, &mut random);
                 (toward - mirrored).length() > 0.02
             });
-            let share = outside.count() as f64 / 1e4;
-            assert!((least..=most).contains(&share), "{roughness}: {share}");
+            let fraction = outside.count() as f64 / 1e4;
+            assert!((least..=most).contains(&fraction), "{roughness}: {fraction}");
         }
     }
 

@@ -27,12 +27,12 @@ pub enum TableError {
     #[error("the table must have a value >= 0 for each pair of angles from 0 to 90 degrees")]
     Shape,
     /// A row that gives more light than it gets, by more than rounding.
-    #[error("row {row} scatters {share} times the light that it receives, but at most 1 is possible")]
+    #[error("row {row} scatters {albedo} times the light that it receives, but at most 1 is possible")]
     Gain {
         /// Number of the row, from 0, counted by angles of incidence.
         row: usize,
         /// Light that the row sends out, over what it gets: above 1.
-        share: f64,
+        albedo: f64,
     },
 }
 
@@ -58,9 +58,9 @@ impl MeasuredDiffuser {
         // the cosine of a small angle of incidence rounds to 1
         for row in 0..incidence.len() {
             let total = |distribution: &Distribution| distribution.total(row);
-            let share = total(&diffuser.transmission) + diffuser.reflection.as_ref().map_or(0.0, total);
-            if share > 1.0 + ROUNDING {
-                return Err(TableError::Gain { row, share });
+            let albedo = total(&diffuser.transmission) + diffuser.reflection.as_ref().map_or(0.0, total);
+            if albedo > 1.0 + ROUNDING {
+                return Err(TableError::Gain { row, albedo });
             }
         }
         Ok(diffuser)
@@ -76,21 +76,21 @@ impl MeasuredDiffuser {
     /// let angles = [0.0, FRAC_PI_2];
     /// let btdf = vec![vec![0.6 / PI; 2]; 2];
     /// let sheet = skyduct_physics::optics::MeasuredDiffuser::new(&angles, &angles, &btdf, None).unwrap();
-    /// let [through, back] = sheet.shares(0.3);
+    /// let [through, back] = sheet.albedos(0.3);
     /// assert!((through - 0.6).abs() < 1e-15 && back == 0.0);
     /// ```
-    pub fn shares(&self, cosine: f64) -> [f64; 2] {
+    pub fn albedos(&self, cosine: f64) -> [f64; 2] {
         let angle = libm::acos(cosine.clamp(0.0, 1.0));
-        [self.transmission.share(angle), self.reflection.as_ref().map_or(0.0, |reflection| reflection.share(angle))]
+        [self.transmission.albedo(angle), self.reflection.as_ref().map_or(0.0, |reflection| reflection.albedo(angle))]
     }
 
     /// Computes the fraction of the light at an angle of incidence with the given cosine that passes as through a Lambertian sheet: pi
     /// times the least BTDF over the angles of exit. The rest of the BTDF is nowhere negative.
-    pub fn even_share(&self, cosine: f64) -> f64 {
+    pub fn even_fraction(&self, cosine: f64) -> f64 {
         PI * self.transmission.least_per_sr(libm::acos(cosine.clamp(0.0, 1.0)))
     }
 
-    /// True if light at some angle of incidence passes in part as through a Lambertian sheet: [`Self::even_share`] is not 0.
+    /// True if light at some angle of incidence passes in part as through a Lambertian sheet: [`Self::even_fraction`] is not 0.
     pub fn has_even_part(&self) -> bool {
         self.transmission.has_even_part()
     }
@@ -137,13 +137,13 @@ const LEAST_ALBEDO: f64 = 0.05;
 impl MeasuredDiffuser {
     /// Returns the density per sr of directions of `exit_cosine` that [`Self::exit_direction`] chooses; 0 where nothing leaves.
     fn density(&self, transmitted: bool, incident_cosine: f64, exit_cosine: f64) -> f64 {
-        let share = self.shares(incident_cosine)[usize::from(!transmitted)];
-        if share > 0.0 { self.per_sr(transmitted, incident_cosine, exit_cosine) * exit_cosine / share } else { 0.0 }
+        let albedo = self.albedos(incident_cosine)[usize::from(!transmitted)];
+        if albedo > 0.0 { self.per_sr(transmitted, incident_cosine, exit_cosine) * exit_cosine / albedo } else { 0.0 }
     }
 
     /// Returns the probability with which a direction against the light is chosen by the table.
     fn by_table(&self, transmitted: bool, eye_cosine: f64) -> f64 {
-        if self.shares(eye_cosine)[usize::from(!transmitted)] > 0.0 { BY_TABLE } else { 0.0 }
+        if self.albedos(eye_cosine)[usize::from(!transmitted)] > 0.0 { BY_TABLE } else { 0.0 }
     }
 }
 
@@ -197,11 +197,11 @@ impl<const C: usize> Scatter<C> for MeasuredDiffuser {
     }
 
     fn albedo(&self, from: DVec3, side: SheetSide) -> Spectrum<C> {
-        Spectrum([self.shares(from.z.abs())[usize::from(side == SheetSide::Same)]; C])
+        Spectrum([self.albedos(from.z.abs())[usize::from(side == SheetSide::Same)]; C])
     }
 
     fn likely_albedo(&self, from: DVec3, side: SheetSide) -> Spectrum<C> {
-        Scatter::<C>::albedo(self, from, side).map(|share| share.max(LEAST_ALBEDO))
+        Scatter::<C>::albedo(self, from, side).map(|albedo| albedo.max(LEAST_ALBEDO))
     }
 }
 
@@ -235,11 +235,11 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_integrals() {
+    fn albedos_are_integrals() {
         let diffuser = prism();
         for incidence in [0.0, 10.0, 50.0, 71.0, 90.0f64] {
             let cosine = incidence.to_radians().cos();
-            let [through, back] = diffuser.shares(cosine);
+            let [through, back] = diffuser.albedos(cosine);
             assert!((through - quadrature(&diffuser, true, cosine, FRAC_PI_2)).abs() < 1e-9);
             assert!((back - quadrature(&diffuser, false, cosine, FRAC_PI_2)).abs() < 1e-9);
         }
@@ -247,8 +247,8 @@ mod tests {
         let flat = vec![vec![0.6 / PI; 2]; 2];
         let ends = [0.0, FRAC_PI_2];
         let lambertian = MeasuredDiffuser::new(&ends, &ends, &flat, None).unwrap();
-        assert!((lambertian.shares(0.3)[0] - 0.6).abs() < 1e-15);
-        assert_eq!(lambertian.shares(0.3)[1], 0.0);
+        assert!((lambertian.albedos(0.3)[0] - 0.6).abs() < 1e-15);
+        assert_eq!(lambertian.albedos(0.3)[1], 0.0);
     }
 
     /// The even part is the largest Lambertian sheet that a table holds: nowhere above it, and equal to it at one angle of exit.
@@ -260,7 +260,7 @@ mod tests {
         assert!(diffuser.has_even_part() && !prism().opaque().has_even_part());
         for incidence in [0.0f64, 20.0, 50.0, 70.0, 90.0] {
             let cosine = incidence.to_radians().cos();
-            let even = diffuser.even_share(cosine) / PI;
+            let even = diffuser.even_fraction(cosine) / PI;
             let above = |step: u32| diffuser.per_sr(true, cosine, (f64::from(step) * FRAC_PI_2 / 900.0).cos()) - even;
             let least = (0..=900).map(above).fold(f64::INFINITY, f64::min);
             assert!(least.abs() < 1e-12, "{incidence}: {least}");
@@ -269,13 +269,13 @@ mod tests {
         // no row has an even part alone, but between them there is one
         let crossed = vec![vec![0.2, 0.2, 0.0, 0.2], vec![0.0, 0.0, 0.2, 0.2]];
         let crossed = MeasuredDiffuser::new(&angles(&[0.0, 90.0]), &exit, &crossed, None).unwrap();
-        assert!(crossed.has_even_part() && crossed.even_share(1.0) == 0.0 && crossed.even_share(0.7) > 0.1);
+        assert!(crossed.has_even_part() && crossed.even_fraction(1.0) == 0.0 && crossed.even_fraction(0.7) > 0.1);
         assert!(
             prism().has_even_part()
-                != (0..=90).all(|angle| prism().even_share(f64::from(angle).to_radians().cos()) == 0.0)
+                != (0..=90).all(|angle| prism().even_fraction(f64::from(angle).to_radians().cos()) == 0.0)
         );
         let opaque = prism().opaque();
-        assert_eq!(opaque.shares(0.6), [0.0, prism().shares(0.6)[1]]);
+        assert_eq!(opaque.albedos(0.6), [0.0, prism().albedos(0.6)[1]]);
     }
 
     #[test]
@@ -284,7 +284,7 @@ mod tests {
         let one = |value: f64| vec![vec![0.1; 2], vec![value / PI; 2]];
         assert!(MeasuredDiffuser::new(&ends, &ends, &one(1.0), None).is_ok());
         let gain = MeasuredDiffuser::new(&ends, &ends, &one(1.001), None).unwrap_err();
-        assert!(matches!(gain, TableError::Gain { row: 1, share } if (share - 1.001).abs() < 1e-12), "{gain}");
+        assert!(matches!(gain, TableError::Gain { row: 1, albedo } if (albedo - 1.001).abs() < 1e-12), "{gain}");
         assert!(MeasuredDiffuser::new(&ends, &ends, &one(0.7), Some(&one(0.4))).is_err());
         for bad in [vec![vec![0.1; 2]], vec![vec![0.1; 3]; 2], vec![vec![-0.1; 2]; 2], vec![vec![f64::NAN; 2]; 2]] {
             assert_eq!(MeasuredDiffuser::new(&ends, &ends, &bad, None), Err(TableError::Shape));

@@ -44,9 +44,9 @@ impl MirrorTable {
         let angle = libm::acos(cosine.clamp(0.0, 1.0));
         let next = self.angles.partition_point(|row| *row <= angle).clamp(1, self.angles.len() - 1);
         let (from, to) = (self.angles[next - 1], self.angles[next]);
-        let share = (angle - from) / (to - from);
+        let fraction = (angle - from) / (to - from);
         let (a, b) = (self.reflectances[next - 1], self.reflectances[next]);
-        std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
+        std::array::from_fn(|channel| a[channel] + fraction * (b[channel] - a[channel]))
     }
 }
 

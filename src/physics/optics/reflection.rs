@@ -106,7 +106,7 @@ impl SurfaceOptics {
     /// Returns the probability with which a path continues diffusely: the brightest diffuse channel over the sum with the brightest
     /// specular one.
     #[inline]
-    fn diffuse_share(&self) -> f64 {
+    fn diffuse_probability(&self) -> f64 {
         let brightest = |rgb: [f64; 3]| rgb.into_iter().fold(0.0, f64::max);
         let diffuse = brightest(self.reflectance);
         match &self.specular {
@@ -132,14 +132,14 @@ impl Oriented<'_, SurfaceOptics> {
         if !optics.is_specular() {
             return Some((warp::around(normal, warp::cosine_hemisphere(point)), Kind::Diffuse, optics.diffuse()));
         }
-        let share = optics.diffuse_share();
-        if samples.random.uniform() < share {
+        let probability = optics.diffuse_probability();
+        if samples.random.uniform() < probability {
             let toward = warp::around(normal, warp::cosine_hemisphere(point));
-            return Some((toward, Kind::Diffuse, optics.diffuse() * (1.0 / share)));
+            return Some((toward, Kind::Diffuse, optics.diffuse() * (1.0 / probability)));
         }
         let toward = optics.reflect(normal, from, point, &mut samples.random)?;
         let kind = if optics.is_mirror() { Kind::Mirror } else { Kind::Glossy };
-        Some((toward, kind, optics.specular() * (1.0 / (1.0 - share))))
+        Some((toward, kind, optics.specular() * (1.0 / (1.0 - probability))))
     }
 
     /// Samples a direction of the lobe or mirror alone, in which a path from `from` continues; `None` where there is neither.
@@ -174,12 +174,12 @@ impl<const C: usize> Scatter<C> for Oriented<'_, SurfaceOptics> {
             return (Spectrum::ZERO, 0.0);
         }
         let diffuse = self.optics.diffuse() * (cosine / PI);
-        let share = self.optics.diffuse_share();
+        let probability = self.optics.diffuse_probability();
         match self.optics.lobe() {
-            None => (diffuse, share * cosine / PI),
+            None => (diffuse, probability * cosine / PI),
             Some(lobe) => {
                 let per_sr = lobe.density(self.normal, from, toward);
-                (diffuse + self.optics.specular() * per_sr, share * cosine / PI + (1.0 - share) * per_sr)
+                (diffuse + self.optics.specular() * per_sr, probability * cosine / PI + (1.0 - probability) * per_sr)
             }
         }
     }
@@ -195,7 +195,7 @@ impl<const C: usize> Scatter<C> for Oriented<'_, SurfaceOptics> {
             return (cosine > 0.0).then(|| Scattered { toward, kind, pdf: cosine / PI, weight: weight_of_kind });
         }
         if kind == Kind::Mirror {
-            let pdf = 1.0 - self.optics.diffuse_share();
+            let pdf = 1.0 - self.optics.diffuse_probability();
             return Some(Scattered { toward, kind, pdf, weight: weight_of_kind });
         }
         let (value, pdf) = self.value_and_pdf(travel, from, toward);

@@ -12,7 +12,7 @@ use crate::sampling::{PathSamples, warp};
 #[derive(Clone, Copy, Debug)]
 pub enum Scatterer<'a> {
     /// A sensor of illuminance.
-    Sensor(Sensor),
+    Sensor(CosineSensor),
     /// A surface of the room.
     Surface(Oriented<'a, SurfaceOptics>),
     /// A lobe of reflectance 1.
@@ -23,7 +23,7 @@ pub enum Scatterer<'a> {
 
 /// A sensor of illuminance. Its value is the cosine, so that the radiance of paths times this value adds up to illuminance.
 #[derive(Clone, Copy, Debug)]
-pub struct Sensor {
+pub struct CosineSensor {
     /// Unit normal, to the side that light falls on.
     pub normal: DVec3,
 }
@@ -105,7 +105,7 @@ impl<const C: usize> Scatter<C> for Scatterer<'_> {
     }
 }
 
-impl<const C: usize> Scatter<C> for Sensor {
+impl<const C: usize> Scatter<C> for CosineSensor {
     fn value(&self, _: Travel, _: DVec3, toward: DVec3) -> Spectrum<C> {
         Spectrum([toward.dot(self.normal).max(0.0); C])
     }

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::integrator::components::Component;
-use crate::integrator::lamp::beside::all_lamps;
+use crate::integrator::diffuser_source::closure_source::all_lambertian;
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::{
@@ -105,9 +105,9 @@ impl Methods {
     /// requested method, or every method, cannot report them.
     pub fn with_responses(self, task: &Task, request: &MethodRequest) -> Result<Self, Refusal> {
         let instead = Method::TwoStage(two_stage::Settings::default());
-        let tells = |choice: &MethodChoice| choice.method.described().tells_responses();
+        let computes = |choice: &MethodChoice| choice.method.described().computes_responses();
         if let MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) = request
-            && !self.grids.iter().all(tells)
+            && !self.grids.iter().all(computes)
         {
             let detail = format!("{} cannot report `responses`: use auto or {}", method.name(), instead.name());
             return Err(Refusal::new(RefusalCode::NoResponses, detail));
@@ -117,7 +117,7 @@ impl Methods {
             let detail = format!("{} cannot report `responses`: {}", instead.name(), refusal.detail);
             return Err(Refusal { detail, ..refusal });
         }
-        if self.grids.iter().all(tells) {
+        if self.grids.iter().all(computes) {
             return Ok(self);
         }
         let reason = "the document asks for the `responses` of a grid".to_owned();
@@ -149,7 +149,7 @@ impl Methods {
     }
 
     /// True if one pass of one method computes both grids and views.
-    pub fn share_passes(&self) -> bool {
+    pub fn passes_are_common(&self) -> bool {
         match (&self.grids, &self.views) {
             (Some(grids), Some(views)) => grids.method == views.method && self.parts.is_none() && self.check.is_none(),
             _ => false,
@@ -200,7 +200,7 @@ fn for_grids(task: &Task) -> MethodChoice {
 fn two_stage_reason(scene: &TraceableScene) -> String {
     let (found, beside) = if scene.tubes.is_empty() {
         ("luminaires alone light the room", "")
-    } else if all_lamps(&scene.tubes) {
+    } else if all_lambertian(&scene.tubes) {
         ("light that leaves the diffusers of the tubes is computed once for all sensors", "")
     } else {
         (
@@ -231,7 +231,7 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
         Some(Method::PhotonMapping(photon_mapping::Settings::default())),
     ];
     // unscattered light beside Lambertian closures is computed by light tracing
-    let beside = !all_lamps(&task.traceable.tubes);
+    let beside = !all_lambertian(&task.traceable.tubes);
     let traces_light = |method: &Method| matches!(method, Method::TwoStage(_) | Method::LightTracing(_));
     let is_able = |method: &Method| {
         let described = method.described();
@@ -265,10 +265,10 @@ fn for_views(task: &Task) -> MethodChoice {
 /// Returns the reason why a method cannot compute a task, if there is one.
 pub fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
     let described = method.described();
-    if !described.knows().views && !task.views.is_empty() {
+    if !described.outputs().views && !task.views.is_empty() {
         return Some(Refusal::new(RefusalCode::GridsOnly, "it computes grids only"));
     }
-    if !described.knows().any_sensors && task.has_placed_sensors() {
+    if !described.outputs().any_sensors && task.has_placed_sensors() {
         return Some(Refusal::new(RefusalCode::PlacedSensors, "it computes only horizontal sensors that face upward"));
     }
     described.refuses(task)

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::guide::dome::{Dome, DomedGuide, Pipe};
+use crate::guide::dome::{Dome, DomedGuide, PipeBelow};
 use crate::guide::{Guide, Section, recognise};
 use crate::optics::Diffuser;
 use crate::optics::fresnel::slab_transmittance;
@@ -90,7 +90,7 @@ fn facets(triangles: usize, section: Option<&Section>) -> String {
 fn measured(diffuser: &Diffuser) -> String {
     let Diffuser::Measured(table) = diffuser else { return String::new() };
     let at = |degrees: f64| {
-        let [through, back] = table.shares(libm::cos(degrees.to_radians()));
+        let [through, back] = table.albedos(libm::cos(degrees.to_radians()));
         format!("{through:.4} and {back:.4} at {degrees} degrees")
     };
     format!("; measured diffuser: transmits and reflects {}, {}, {}", at(0.0), at(30.0), at(60.0))
@@ -99,8 +99,8 @@ fn measured(diffuser: &Diffuser) -> String {
 fn domed(guide: &DomedGuide) -> GuidePlan {
     let Dome { inner, outer, index, absorption } = guide.dome;
     let (kind, pipe) = match guide.pipe {
-        Pipe::Straight(_) => (GuideKind::ClosedFormStraight, STRAIGHT),
-        Pipe::Bent(_) => (GuideKind::ClosedFormBent, BENT),
+        PipeBelow::Straight(_) => (GuideKind::ClosedFormStraight, STRAIGHT),
+        PipeBelow::Bent(_) => (GuideKind::ClosedFormBent, BENT),
     };
     let axial = slab_transmittance(1.0, index, absorption * (outer - inner));
     let reason = format!(

@@ -37,12 +37,12 @@ impl LeftOut {
 
     /// Describes the fraction in words, with the light that it refers to.
     pub fn words(&self, kind: EffectKind) -> String {
-        let percent = |share: f64| match 100.0 * share {
-            share if share >= 9.5 => format!("{share:.0} %"),
-            share if share >= 0.01 => format!("{share:.2} %"),
-            share => format!("{share:.0e} %"),
+        let percent = |fraction: f64| match 100.0 * fraction {
+            fraction if fraction >= 9.5 => format!("{fraction:.0} %"),
+            fraction if fraction >= 0.01 => format!("{fraction:.2} %"),
+            fraction => format!("{fraction:.0e} %"),
         };
-        let share = match (self.about, self.at_most) {
+        let fraction = match (self.about, self.at_most) {
             (_, Some(1.0)) => "all".to_owned(),
             (Some(about), Some(most)) => format!("about {}, at most {},", percent(about), percent(most)),
             (Some(about), None) => format!("about {}", percent(about)),
@@ -51,10 +51,10 @@ impl LeftOut {
         };
         match kind {
             EffectKind::Sky | EffectKind::Sun | EffectKind::Luminaires => {
-                format!("{share} of the light that comes into the room is left out")
+                format!("{fraction} of the light that comes into the room is left out")
             }
-            EffectKind::Objects => format!("{share} of the light in the room meets the objects"),
-            _ => format!("{share} of the light that falls on the room's surfaces is left out"),
+            EffectKind::Objects => format!("{fraction} of the light in the room meets the objects"),
+            _ => format!("{fraction} of the light that falls on the room's surfaces is left out"),
         }
     }
 }
@@ -65,11 +65,11 @@ pub fn left_out(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> Lef
     match kind {
         EffectKind::Sky | EffectKind::Sun | EffectKind::Luminaires => source(scene, tubes, kind),
         EffectKind::Interreflection => LeftOut {
-            about: Some(surfaces.mean.share(surfaces.mean.albedo)),
+            about: Some(surfaces.mean.fraction(surfaces.mean.albedo)),
             at_most: surfaces.brightest.bound(surfaces.brightest.albedo),
         },
         EffectKind::Glossy => LeftOut {
-            about: Some(surfaces.mean.share(surfaces.mean.specular)),
+            about: Some(surfaces.mean.fraction(surfaces.mean.specular)),
             at_most: surfaces.brightest.bound(surfaces.brightest.specular),
         },
         // in even light every area gets an equal flux per m2
@@ -96,14 +96,14 @@ struct Reflects {
 impl Reflects {
     /// Returns the fraction of all light that is left out. `first` is the light that is left out before its first reflection, relative to
     /// the light that stays; all reflections after it are left out, too.
-    fn share(&self, first: f64) -> f64 {
+    fn fraction(&self, first: f64) -> f64 {
         // X / (I + X) with X = I first / (1 - albedo); in a room that loses nothing it is 1
         if first > 0.0 { first / (first + 1.0 - self.albedo) } else { 0.0 }
     }
 
-    /// Returns [`Self::share`] if it is below 1.
+    /// Returns [`Self::fraction`] if it is below 1.
     fn bound(&self, first: f64) -> Option<f64> {
-        Some(self.share(first)).filter(|share| *share < 1.0)
+        Some(self.fraction(first)).filter(|fraction| *fraction < 1.0)
     }
 }
 
@@ -142,9 +142,9 @@ impl Surfaces {
         for (area, surface) in faces.chain(objects) {
             let Some(surface) = surface else { continue };
             let specular = surface.specular.map_or([0.0; 3], |specular| specular.reflectance);
-            let share = area / (all.of_faces + all.of_objects);
-            all.mean.albedo += share * luminance(surface.albedo());
-            all.mean.specular += share * luminance(specular);
+            let fraction = area / (all.of_faces + all.of_objects);
+            all.mean.albedo += fraction * luminance(surface.albedo());
+            all.mean.specular += fraction * luminance(specular);
             all.brightest.albedo = surface.albedo().into_iter().fold(all.brightest.albedo, f64::max);
             all.brightest.specular = specular.into_iter().fold(all.brightest.specular, f64::max);
         }
@@ -170,7 +170,7 @@ fn first_returns(scene: &Scene, surfaces: &Surfaces) -> f64 {
     let tubes = scene.tubes.iter().filter(|tube| returns(tube).is_some());
     let (mut from_above, mut from_below) = (0.0, 0.0);
     for tube in tubes {
-        let Sheet { through, back } = Sheet::of(&tube.diffuser);
+        let SheetLimits { through, back } = SheetLimits::of(&tube.diffuser);
         let up_and_down = returned(tube);
         // down again off the upper side of the sheet, and once more, and so on
         let rounds = up_and_down / (1.0 - (back * up_and_down).min(1.0 - 1e-9));
@@ -181,12 +181,12 @@ fn first_returns(scene: &Scene, surfaces: &Surfaces) -> f64 {
 }
 
 /// Largest transmittance and reflectance of a sheet, 0..1.
-struct Sheet {
+struct SheetLimits {
     through: f64,
     back: f64,
 }
 
-impl Sheet {
+impl SheetLimits {
     fn of(diffuser: &Diffuser) -> Self {
         let most = |channels: [f64; 3]| channels.into_iter().fold(0.0, f64::max);
         match diffuser {
@@ -200,9 +200,9 @@ impl Sheet {
                 back: most(*lambertian_reflectance),
             },
             Diffuser::Measured(table) => {
-                let degrees = (0..=90).map(|degree| table.shares(libm::cos(f64::from(degree).to_radians())));
+                let degrees = (0..=90).map(|degree| table.albedos(libm::cos(f64::from(degree).to_radians())));
                 let [through, back] =
-                    degrees.fold([0.0f64; 2], |most, shares| std::array::from_fn(|k| most[k].max(shares[k])));
+                    degrees.fold([0.0f64; 2], |most, albedos| std::array::from_fn(|k| most[k].max(albedos[k])));
                 // between the degrees, too: tables are interpolated
                 Self { through: (1.01 * through).min(1.0), back: (1.01 * back).min(1.0) }
             }
@@ -278,13 +278,13 @@ fn most_from_wall(radius: f64, offset: f64) -> f64 {
 
 /// Flux in lm: an estimate between bounds.
 #[derive(Clone, Copy, Debug, Default)]
-struct Flux {
+struct FluxBounds {
     least: f64,
     about: f64,
     most: f64,
 }
 
-impl Flux {
+impl FluxBounds {
     fn add(&mut self, other: Self) {
         self.least += other.least;
         self.about += other.about;
@@ -303,8 +303,8 @@ fn source(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> LeftOut {
         .iter()
         .map(|luminaire| PI * luminaire.edge_u.cross(luminaire.edge_v).length() * luminance(luminaire.luminance));
     let electric: f64 = electric.sum();
-    let electric = Flux { least: electric, about: electric, most: electric };
-    let (mut sky, mut sun) = (Flux::default(), Flux::default());
+    let electric = FluxBounds { least: electric, about: electric, most: electric };
+    let (mut sky, mut sun) = (FluxBounds::default(), FluxBounds::default());
     for (index, tube) in tubes.iter().enumerate() {
         sky.add(of_sky(scene, tube, index));
         sun.add(of_sun(scene, tube, index));
@@ -314,19 +314,19 @@ fn source(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> LeftOut {
         EffectKind::Sun => (sun, [sky, electric]),
         _ => (electric, [sky, sun]),
     };
-    let rest = |of: fn(&Flux) -> f64| others.iter().map(of).sum::<f64>();
+    let rest = |of: fn(&FluxBounds) -> f64| others.iter().map(of).sum::<f64>();
     let about = own.about / (own.about + rest(|flux| flux.about));
     let at_most = own.most / (own.most + rest(|flux| flux.least));
     let alone = rest(|flux| flux.most) == 0.0;
     LeftOut {
-        about: Some(about).filter(|share| share.is_finite()),
-        at_most: if alone { Some(1.0) } else { Some(at_most).filter(|share| *share < 1.0) },
+        about: Some(about).filter(|fraction| fraction.is_finite()),
+        at_most: if alone { Some(1.0) } else { Some(at_most).filter(|fraction| *fraction < 1.0) },
     }
 }
 
 /// Returns the least, likely and largest fraction of the luminous flux from above that a tube's closure first passes into the room.
-fn passes(tube: &TraceableTube) -> Flux {
-    let equal = |share: f64| Flux { least: share, about: share, most: share };
+fn passes(tube: &TraceableTube) -> FluxBounds {
+    let equal = |fraction: f64| FluxBounds { least: fraction, about: fraction, most: fraction };
     match &tube.diffuser {
         Diffuser::Open => equal(1.0),
         Diffuser::Clear { transmittance } | Diffuser::Lambertian { transmittance, .. } => {
@@ -340,19 +340,19 @@ fn passes(tube: &TraceableTube) -> Flux {
                 DiffuserZone::Clear => (clear, scattered),
             };
             let about = within * inner + (1.0 - within) * outer;
-            Flux { least: scattered.min(clear), about, most: scattered.max(clear) }
+            FluxBounds { least: scattered.min(clear), about, most: scattered.max(clear) }
         }
         Diffuser::Measured(table) => {
-            let [through, _] = table.shares(libm::cos(PI / 4.0));
-            Flux { least: 0.0, about: through, most: 1.0 }
+            let [through, _] = table.albedos(libm::cos(PI / 4.0));
+            FluxBounds { least: 0.0, about: through, most: 1.0 }
         }
     }
 }
 
 /// Returns the flux of the sky in lm that a tube passes into the room.
-fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
+fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> FluxBounds {
     let Some(sky) = scene.daylight.as_ref().and_then(|daylight| daylight.sky.as_ref()) else {
-        return Flux::default();
+        return FluxBounds::default();
     };
     let closure = passes(tube);
     let traced = performance::sky(&tube.guide, sky, Key::new(index as u64), RAYS);
@@ -365,12 +365,12 @@ fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
         }
         _ => f64::INFINITY,
     };
-    Flux { least: 0.0, about: about.min(most), most }
+    FluxBounds { least: 0.0, about: about.min(most), most }
 }
 
 /// Returns the flux of the sun's beam in lm that a tube passes into the room.
-fn of_sun(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
-    let Some(sun) = scene.daylight.as_ref().and_then(|daylight| daylight.sun) else { return Flux::default() };
+fn of_sun(scene: &Scene, tube: &TraceableTube, index: usize) -> FluxBounds {
+    let Some(sun) = scene.daylight.as_ref().and_then(|daylight| daylight.sun) else { return FluxBounds::default() };
     let closure = passes(tube);
     let beam = performance::beam(&tube.guide, sun.direction, Key::new(index as u64), RAYS);
     let flux = sun.normal_illuminance_lux * beam.arriving().mean;
@@ -379,8 +379,8 @@ fn of_sun(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
         Guide::Straight(guide)
             if scene.channels == Channels::Photopic && matches!(guide.reflectance, Mirror::Constant(_)) =>
         {
-            Flux { least: closure.least * flux, about, most: closure.most * flux }
+            FluxBounds { least: closure.least * flux, about, most: closure.most * flux }
         }
-        _ => Flux { least: 0.0, about, most: f64::INFINITY },
+        _ => FluxBounds { least: 0.0, about, most: f64::INFINITY },
     }
 }

@@ -5,8 +5,8 @@
 
 use super::{Methods, Plan};
 use crate::integrator::components::Component;
-use crate::integrator::lamp::beside::all_lamps;
-use crate::integrator::method::{Described, Kept, Load};
+use crate::integrator::diffuser_source::closure_source::all_lambertian;
+use crate::integrator::method::{Described, Load, Retained};
 use crate::integrator::room_matrix::PATCHES;
 use crate::scene::{EnclosureFace, Grid, Scene, View};
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -64,16 +64,16 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         views,
         events: events(scene),
         sunbeams: traceable.sun.is_some() && traceable.tubes.iter().any(lets_beams_in),
-        sensors_beside: if all_lamps(&traceable.tubes) { 0 } else { scene.grids.iter().map(Grid::len).sum() },
+        directional_sensors: if all_lambertian(&traceable.tubes) { 0 } else { scene.grids.iter().map(Grid::len).sum() },
     };
     if let Some(choice) = grids {
         let method = choice.method.described();
         // the parts of the light, each of which needs as much as the whole
         let copies = 1 + parts.map_or(0, |_| Component::of_scene(traceable).len());
         let patches = PATCHES * traceable.tubes.len();
-        let told = |grid: &Grid| (copies + if grid.responses { patches } else { 0 }) as f64;
-        bytes.grids = scene.grids.iter().map(|grid| told(grid) * of_grid(grid, method)).sum::<f64>();
-        let views = if plan.methods.share_passes() { scene.views.len() } else { 0 };
+        let columns = |grid: &Grid| (copies + if grid.responses { patches } else { 0 }) as f64;
+        bytes.grids = scene.grids.iter().map(|grid| columns(grid) * of_grid(grid, method)).sum::<f64>();
+        let views = if plan.methods.passes_are_common() { scene.views.len() } else { 0 };
         let sensors: usize = scene.grids.iter().filter(|grid| grid.responses).map(Grid::len).sum();
         let responses = (sensors * patches) as f64 * (RESPONSE * scene.channels.count() as f64 + RESPONSE);
         bytes.working = method.working_bytes(&load(views)) + responses;
@@ -95,9 +95,9 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
 /// Returns the bytes of one grid: its sums, a pass of it, and its files.
 fn of_grid(grid: &Grid, method: &dyn Described) -> f64 {
     let sensors = grid.len() as f64;
-    let kept = method.kept_of_sensor(grid);
-    let sums = 2.0 * MOMENTS + PHOTONS + of_points(kept);
-    let pass = 80.0 + 8.0 * kept.sums_at_once + 32.0 * kept.points;
+    let retained = method.retained_per_sensor(grid);
+    let sums = 2.0 * MOMENTS + PHOTONS + of_points(retained);
+    let pass = 80.0 + 8.0 * retained.concurrent_sums + 32.0 * retained.points;
     // as JSON and CSV, and as numbers before
     let files = 640.0;
     sensors * (COPIES * sums + pass + files)
@@ -106,11 +106,11 @@ fn of_grid(grid: &Grid, method: &dyn Described) -> f64 {
 /// Returns the bytes of one view: its sums, a pass of it, and its files.
 fn of_view(view: &View, channels: f64, method: &dyn Described) -> f64 {
     let pixels = (view.size_px[0] * view.size_px[1]) as f64;
-    let kept = method.kept_of_pixel();
+    let retained = method.retained_per_pixel();
     // values, their variance and rays, and blocks of 64 pixels
-    let sums = 8.0 * channels + 16.0 + 2.0 * MOMENTS / 64.0 + of_points(kept);
+    let sums = 8.0 * channels + 16.0 + 2.0 * MOMENTS / 64.0 + of_points(retained);
     // values of pixels with their rays in lists that grow, the image, its bias
-    let pass = 40.0 * channels + 40.0 + 32.0 * kept.points;
+    let pass = 40.0 * channels + 40.0 + 32.0 * retained.points;
     // floats for EXR and the file itself, two pictures, and luminances in order for their scales
     let files = 8.0 * (channels + 2.0) + 48.0;
     // memory of a pass is free when files are made
@@ -118,8 +118,8 @@ fn of_view(view: &View, channels: f64, method: &dyn Described) -> f64 {
 }
 
 /// Returns the bytes that fixed points and statistics per point add to the sums of one sensor or pixel.
-fn of_points(kept: Kept) -> f64 {
-    MOMENTS * kept.contrasts + RADIUS * kept.radii
+fn of_points(retained: Retained) -> f64 {
+    MOMENTS * retained.contrasts + RADIUS * retained.radii
 }
 
 /// Returns the mean number of surfaces that a photon hits in the room, if it hit all surfaces in proportion to their areas: 1 / (1 - rho).

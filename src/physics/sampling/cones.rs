@@ -37,18 +37,18 @@ impl NestedCones {
             .collect();
         let wider = half_angles.len() - 1;
         let first = if wider == 0 { 1.0 } else { NARROWEST_SHARE };
-        let share = |k: usize| if k == 0 { first } else { (1.0 - first) / wider as f64 };
-        Self { cones: half_angles.into_iter().enumerate().map(|(k, half_angle)| (half_angle, share(k))).collect() }
+        let fraction = |k: usize| if k == 0 { first } else { (1.0 - first) / wider as f64 };
+        Self { cones: half_angles.into_iter().enumerate().map(|(k, half_angle)| (half_angle, fraction(k))).collect() }
     }
 
     /// Samples a unit vector by a point of the unit square.
     pub fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (mut from, last) = (0.0, self.cones.len() - 1);
-        for (k, (half_angle, share)) in self.cones.iter().enumerate() {
-            if k == last || u < from + share {
-                return warp::cone([((u - from) / share).clamp(0.0, 1.0), v], *half_angle);
+        for (k, (half_angle, fraction)) in self.cones.iter().enumerate() {
+            if k == last || u < from + fraction {
+                return warp::cone([((u - from) / fraction).clamp(0.0, 1.0), v], *half_angle);
             }
-            from += share;
+            from += fraction;
         }
         DVec3::Z
     }
@@ -59,9 +59,9 @@ impl NestedCones {
             return 0.0;
         }
         let sine = direction.truncate().length();
-        let of_cone = |(half_angle, share): &(f64, f64)| {
+        let of_cone = |(half_angle, fraction): &(f64, f64)| {
             let solid_angle = 2.0 * TAU * libm::sin(0.5 * half_angle).powi(2);
-            if sine < libm::sin(*half_angle) { share / solid_angle } else { 0.0 }
+            if sine < libm::sin(*half_angle) { fraction / solid_angle } else { 0.0 }
         };
         self.cones.iter().map(of_cone).sum()
     }

@@ -103,7 +103,7 @@ streams! {
     /// Choice among the photons of a diffuser; the index is the tube's.
     DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
     /// Photons that estimate where the light in the room ends, for the energy balance: their paths, their choice, those of luminaires.
-    RoomBooks = 1 << 38, 3, below [TwoStagePass];
+    RoomBalance = 1 << 38, 3, below [TwoStagePass];
     /// Connections of photons to sensors, numbered by photons below it.
     Connections = 1 << 35, 1, below [BidirectionalPass];
 
@@ -126,9 +126,9 @@ streams! {
     /// Light that reaches a sensor through clear closures; the index is the sensor's if one key has several.
     Unscattered = 1 << 32, MANY, below [LightTracingPass, GatheringSensor];
     /// Light that reaches a sensor of bidirectional path tracing through clear closures.
-    UnscatteredBesidePaths = 1 << 34, 1, below [BidirectionalSensor];
+    UnscatteredBidirectional = 1 << 34, 1, below [BidirectionalSensor];
     /// Light that reaches a sensor through clear closures where other closures are Lambertian; the index is the sensor's.
-    UnscatteredBesideLamps = 1 << 39, MANY, below [TwoStagePass];
+    UnscatteredTwoStage = 1 << 39, MANY, below [TwoStagePass];
     /// Random point of a cell for the closed form of luminaires; the index is the sensor's.
     CellPoint = 1 << 33, MANY, below [LightTracingPass];
     /// Sky light through a tube.

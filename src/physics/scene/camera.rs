@@ -44,14 +44,14 @@ impl View {
     /// Returns the part of this view that begins at pixel `first` (column and row, from the upper left) and is `size_px` wide and high:
     /// its pixels are those of the whole view.
     pub fn window(&self, first: [usize; 2], size_px: [usize; 2]) -> Self {
-        let share = |axis: usize| size_px[axis] as f64 / self.size_px[axis] as f64;
+        let fraction = |axis: usize| size_px[axis] as f64 / self.size_px[axis] as f64;
         let middle = |axis: usize| (2 * first[axis] + size_px[axis]) as f64 / self.size_px[axis] as f64 - 1.0;
         Self {
             name: self.name.clone(),
             size_px,
-            right: self.right * share(0),
-            up: self.up * share(1),
-            middle: [(self.middle[0] + middle(0)) / share(0), (self.middle[1] - middle(1)) / share(1)],
+            right: self.right * fraction(0),
+            up: self.up * fraction(1),
+            middle: [(self.middle[0] + middle(0)) / fraction(0), (self.middle[1] - middle(1)) / fraction(1)],
             ..*self
         }
     }

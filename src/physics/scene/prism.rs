@@ -59,9 +59,9 @@ impl Enclosure {
         }];
         for (number, [from, to]) in walls {
             // the wall's top bends where another plane of the ceiling becomes the lowest
-            let at = |share: f64| from.lerp(to, share);
+            let at = |fraction: f64| from.lerp(to, fraction);
             let mut bends: Vec<f64> = CeilingPlane::crossings(ceiling, from, to);
-            bends.retain(|share| CeilingPlane::meet(ceiling, at(*share), height(at(*share))));
+            bends.retain(|fraction| CeilingPlane::meet(ceiling, at(*fraction), height(at(*fraction))));
             bends.sort_by(f64::total_cmp);
             let top = bends.into_iter().map(at).map(|p| p.extend(height(p)));
             let mut corners = vec![to.extend(0.0), from.extend(0.0), from.extend(height(from))];
@@ -129,11 +129,11 @@ impl CeilingPlane {
     /// Finds the fractions of the segment between two places at which any two of some planes cross.
     fn crossings(planes: &[Self], from: DVec2, to: DVec2) -> Vec<f64> {
         let pairs = planes.iter().enumerate().flat_map(|(number, a)| planes[number + 1..].iter().map(move |b| (a, b)));
-        let share = |(a, b): (&Self, &Self)| {
+        let fraction = |(a, b): (&Self, &Self)| {
             let (start, end) = (a.at(from) - b.at(from), a.at(to) - b.at(to));
             ((start > 0.0 && end < 0.0) || (start < 0.0 && end > 0.0)).then(|| start / (start - end))
         };
-        pairs.filter_map(share).collect()
+        pairs.filter_map(fraction).collect()
     }
 
     /// True if at least two of some planes have this height at a place.

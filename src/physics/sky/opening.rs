@@ -49,9 +49,9 @@ pub fn illuminance_through_rectangle(sky: &Sky, corner: DVec3, size: DVec2, poin
                 for (x, weight_x) in nodes {
                     for (y, weight_y) in nodes {
                         let across = DVec2::new(x_low + x_size * 0.5 * (1.0 + x), y_low + y_size * 0.5 * (1.0 + y));
-                        let way = across.extend(corner.z) - point;
-                        let squared = way.length_squared();
-                        let toward = way / squared.sqrt();
+                        let to_opening = across.extend(corner.z) - point;
+                        let squared = to_opening.length_squared();
+                        let toward = to_opening / squared.sqrt();
                         let received = toward.dot(normal).max(0.0) * toward.z / squared;
                         sum += 0.25 * weight_x * weight_y * x_size * y_size * received * sky.luminance(toward);
                     }

@@ -152,13 +152,13 @@ impl SkySampler {
         } else {
             self.sample_cells([(u - CONES_SHARE) / (1.0 - CONES_SHARE), v])
         };
-        (toward, shared(toward, cones, of_cells))
+        (toward, mixed_density(toward, cones, of_cells))
     }
 
     #[inline]
     fn sample_cells(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
-        let (band, height, band_share) = self.bands.invert(u);
-        let (sector, turn, sector_share) = self.sectors[band].invert(v);
+        let (band, height, band_probability) = self.bands.invert(u);
+        let (sector, turn, sector_probability) = self.sectors[band].invert(v);
         let z = (band as f64 + height) / BANDS as f64;
         // on from the middle of the sector, by an angle below pi / SECTORS: the series' next terms are below 1e-17
         let (middle_sin, middle_cos) = self.middles[sector];
@@ -168,13 +168,13 @@ impl SkySampler {
         let cos = 1.0 - y * (0.5 - y * (1.0 / 24.0 - y * (1.0 / 720.0 - y * (1.0 / 40320.0))));
         let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
         let (sin, cos) = (middle_sin * cos + middle_cos * sin, middle_cos * cos - middle_sin * sin);
-        (DVec3::new(radius * sin, radius * cos, z), density(band_share, sector_share))
+        (DVec3::new(radius * sin, radius * cos, z), density(band_probability, sector_probability))
     }
 
     /// Returns the density per sr at a unit vector toward the sky; zero below the horizon.
     pub fn density(&self, direction: DVec3) -> f64 {
         let of_cells = self.density_of_cells(direction);
-        self.cones.as_ref().map_or(of_cells, |cones| shared(direction, cones, of_cells))
+        self.cones.as_ref().map_or(of_cells, |cones| mixed_density(direction, cones, of_cells))
     }
 
     fn density_of_cells(&self, direction: DVec3) -> f64 {
@@ -184,12 +184,12 @@ impl SkySampler {
         let band = ((direction.z * BANDS as f64) as usize).min(BANDS - 1);
         let turn = libm::atan2(direction.x, direction.y).rem_euclid(TAU) / TAU;
         let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
-        density(self.bands.share(band), self.sectors[band].share(sector))
+        density(self.bands.probability(band), self.sectors[band].probability(sector))
     }
 }
 
 /// Returns the density per sr of the mixture of cones and cells.
-fn shared(toward: DVec3, cones: &NestedCones, of_cells: f64) -> f64 {
+fn mixed_density(toward: DVec3, cones: &NestedCones, of_cells: f64) -> f64 {
     CONES_SHARE * cones.density(toward) + (1.0 - CONES_SHARE) * of_cells
 }
 
@@ -202,8 +202,8 @@ fn toward(z: f64, turn: f64) -> DVec3 {
 }
 
 #[inline]
-fn density(band_share: f64, sector_share: f64) -> f64 {
-    band_share * sector_share * (BANDS * SECTORS) as f64 / TAU
+fn density(band_probability: f64, sector_probability: f64) -> f64 {
+    band_probability * sector_probability * (BANDS * SECTORS) as f64 / TAU
 }
 
 impl Cumulative {
@@ -227,7 +227,7 @@ impl Cumulative {
         Self { values, first }
     }
 
-    fn share(&self, index: usize) -> f64 {
+    fn probability(&self, index: usize) -> f64 {
         self.values[index + 1] - self.values[index]
     }
 
@@ -239,9 +239,9 @@ impl Cumulative {
         while index + 1 < count && self.values[index + 1] <= u {
             index += 1;
         }
-        let share = self.share(index);
-        let within = ((u - self.values[index]) / share).clamp(0.0, 1.0);
-        (index, within, share)
+        let probability = self.probability(index);
+        let within = ((u - self.values[index]) / probability).clamp(0.0, 1.0);
+        (index, within, probability)
     }
 }
 

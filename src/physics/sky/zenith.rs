@@ -12,7 +12,7 @@ pub const EXTRATERRESTRIAL_LUX: f64 = 133_800.0;
 /// the altitude.
 const LAST_FITTED_ALTITUDE_DEG: f64 = 75.0;
 
-struct Row {
+struct ZenithRow {
     a1: f64,
     a2: f64,
     b: f64,
@@ -23,13 +23,13 @@ struct Row {
     typical_turbidity: f64,
 }
 
-const fn row(values: [f64; 8]) -> Row {
+const fn row(values: [f64; 8]) -> ZenithRow {
     let [a1, a2, b, c, d, e, typical_dv_ev, typical_turbidity] = values;
-    Row { a1, a2, b, c, d, e, typical_dv_ev, typical_turbidity }
+    ZenithRow { a1, a2, b, c, d, e, typical_dv_ev, typical_turbidity }
 }
 
 /// Types 1 to 15: A1, A2 (types 7 to 15), B, C, D, E, typical Dv/Ev, typical luminous turbidity.
-const ROWS: [Row; 15] = [
+const ROWS: [ZenithRow; 15] = [
     row([0.0, 0.0, 54.63, 1.00, 0.00, 0.00, 0.10, 45.0]),
     row([0.0, 0.0, 12.35, 3.68, 0.59, 50.47, 0.18, 20.0]),
     row([0.0, 0.0, 48.30, 1.00, 0.00, 0.00, 0.15, 45.0]),
@@ -157,7 +157,7 @@ fn fitted(cie_type: CieType, formula: ZenithFormula, altitude: f64, distribution
     1000.0 * thousand_cd_m2
 }
 
-fn table(cie_type: CieType) -> &'static Row {
+fn table(cie_type: CieType) -> &'static ZenithRow {
     ROWS.get(usize::from(cie_type.number()) - 1).unwrap_or(&ROWS[0])
 }
 

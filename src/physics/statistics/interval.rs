@@ -144,8 +144,8 @@ pub(crate) mod tests {
     fn the_expansion_is_near_from_seven_degrees_on() {
         let z = two_sided_normal_quantile(0.95);
         for degrees in [7.0, 8.0, 15.0, 100.0] {
-            let share = student_quantile_near(z, degrees) / two_sided_student_quantile(0.95, degrees);
-            assert!(share < 1.0 && share > 0.995, "{degrees}: {share}");
+            let fraction = student_quantile_near(z, degrees) / two_sided_student_quantile(0.95, degrees);
+            assert!(fraction < 1.0 && fraction > 0.995, "{degrees}: {fraction}");
         }
     }
 

@@ -20,7 +20,7 @@ const ASSUMED_NOISE: f64 = 0.5;
 const ASSUMED_DEGREES: usize = 4;
 
 /// Largest factor between a predicted time and the one by which errors fall with [`OF_INDEPENDENT_PASSES`].
-const MOST_BESIDE_THE_ROOT: f64 = 10.0;
+const MOST_FROM_ROOT_LAW: f64 = 10.0;
 
 /// Largest factor between a predicted time and an end of its interval.
 pub const WIDEST: f64 = 1000.0;
@@ -59,7 +59,7 @@ pub struct PowerLaw {
 
 /// Time predicted by a law, with an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Foretold {
+pub struct TimePrediction {
     /// Time at which the law has the requested error.
     pub seconds: f64,
     /// Lower end of the interval.
@@ -126,10 +126,10 @@ impl ErrorSteps {
     /// one, weighted by their inverse variances, and the variance of the noise is the mean of the prior one and of that of the residuals,
     /// weighted by their degrees of freedom. A few points are extrapolated by the square root, and their weight grows with each further
     /// point.
-    pub fn foretelling(&self) -> Option<PowerLaw> {
+    pub fn predictive_law(&self) -> Option<PowerLaw> {
         let last = self.last?;
-        let told = self.steps.saturating_sub(1);
-        let degrees = ASSUMED_DEGREES + told;
+        let observed = self.steps.saturating_sub(1);
+        let degrees = ASSUMED_DEGREES + observed;
         let explained = if self.of_times > 0.0 { self.of_both * self.of_both / self.of_times } else { 0.0 };
         let residuals = (self.of_errors - explained).max(0.0);
         let tau_squared = (ASSUMED_DEGREES as f64 * ASSUMED_NOISE + residuals) / degrees as f64;
@@ -163,7 +163,7 @@ impl PowerLaw {
         }
         let by_the_root = ratio * ratio;
         let own = if self.exponent < 0.0 { libm::pow(ratio, -1.0 / self.exponent) } else { f64::INFINITY };
-        let bounds = [by_the_root / MOST_BESIDE_THE_ROOT, by_the_root * MOST_BESIDE_THE_ROOT];
+        let bounds = [by_the_root / MOST_FROM_ROOT_LAW, by_the_root * MOST_FROM_ROOT_LAW];
         self.last.seconds * own.clamp(bounds[0].max(1.0), bounds[1])
     }
 
@@ -176,7 +176,7 @@ impl PowerLaw {
 
     /// Returns [`Self::time_of`] `error`, above zero, with the interval for exponents and last errors within `confidence`. Its ends differ
     /// from the time by a factor of a thousand at most.
-    pub fn seconds_to(&self, error: f64, confidence: f64) -> Foretold {
+    pub fn seconds_to(&self, error: f64, confidence: f64) -> TimePrediction {
         let seconds = self.time_of(error);
         let half = two_sided_student_quantile(confidence, self.degrees as f64);
         let ratio = libm::log(self.last.error / error).max(0.0);
@@ -186,7 +186,7 @@ impl PowerLaw {
         // by the square root, the logarithm of the time has twice the deviation of that of the error
         let of_last = 2.0 * half * self.deviation;
         let off = |beside: f64| libm::exp(libm::hypot(beside, of_last).min(libm::log(WIDEST)));
-        Foretold {
+        TimePrediction {
             seconds,
             from: (seconds / off(sooner.min(0.0))).max(self.last.seconds),
             to: seconds * off(later.max(0.0)),
@@ -240,23 +240,23 @@ mod tests {
             for count in [2, 3, 4, 5, 8, 40, 2000] {
                 let error = |k: u32| f64::from(k).powf(exponent) * (1.0 + wave * f64::from(k).sin());
                 let points: Vec<_> = (2..2 + count).map(|k| point(k, 0.1 * f64::from(k), error(k))).collect();
-                for law in [PowerLaw::fit(&points), ErrorSteps::of(&points).foretelling()].into_iter().flatten() {
+                for law in [PowerLaw::fit(&points), ErrorSteps::of(&points).predictive_law()].into_iter().flatten() {
                     for ratio in [0.5, 1.0, 1.01, 3.0, 100.0, 1e6] {
-                        let foretold = law.seconds_to(law.last.error / ratio, 0.95);
+                        let predicted = law.seconds_to(law.last.error / ratio, 0.95);
                         let by_the_root = law.last.seconds * ratio.max(1.0).powi(2);
                         let within = |value: f64, factor: f64, of: f64| {
                             value <= factor * of * (1.0 + 1e-12) && value * factor * (1.0 + 1e-12) >= of
                         };
                         assert!(
-                            within(foretold.seconds, 10.0, by_the_root),
-                            "{exponent} {count} {ratio}: {foretold:?}"
+                            within(predicted.seconds, 10.0, by_the_root),
+                            "{exponent} {count} {ratio}: {predicted:?}"
                         );
                         assert!(
-                            within(foretold.from, 1000.0, foretold.seconds)
-                                && within(foretold.to, 1000.0, foretold.seconds)
-                                && foretold.from <= foretold.seconds
-                                && foretold.to >= foretold.seconds,
-                            "{exponent} {count} {ratio}: {foretold:?}"
+                            within(predicted.from, 1000.0, predicted.seconds)
+                                && within(predicted.to, 1000.0, predicted.seconds)
+                                && predicted.from <= predicted.seconds
+                                && predicted.to >= predicted.seconds,
+                            "{exponent} {count} {ratio}: {predicted:?}"
                         );
                     }
                 }
@@ -266,24 +266,24 @@ mod tests {
 
     #[test]
     fn few_points_are_extrapolated_by_the_square_root_and_many_by_themselves() {
-        assert_eq!(ErrorSteps::of(&[point(1, 1.0, 0.1)]).foretelling(), None, "one pass tells no error");
-        let one = ErrorSteps::of(&[point(2, 0.2, 0.1)]).foretelling().unwrap();
+        assert_eq!(ErrorSteps::of(&[point(1, 1.0, 0.1)]).predictive_law(), None, "one pass tells no error");
+        let one = ErrorSteps::of(&[point(2, 0.2, 0.1)]).predictive_law().unwrap();
         assert_eq!((one.exponent, one.standard_error, one.degrees), (-0.5, SPREAD, ASSUMED_DEGREES));
         // a tenth of the error is a hundred times the work
-        let foretold = one.seconds_to(0.01, 0.95);
-        assert!((foretold.seconds / (100.0 * one.last.seconds) - 1.0).abs() < 1e-12);
-        assert!(foretold.from < foretold.seconds && foretold.to > foretold.seconds);
+        let predicted = one.seconds_to(0.01, 0.95);
+        assert!((predicted.seconds / (100.0 * one.last.seconds) - 1.0).abs() < 1e-12);
+        assert!(predicted.from < predicted.seconds && predicted.to > predicted.seconds);
         // however the errors lie, eight passes move the exponent by less than an end of what is assumed
         let courses: [fn(u32) -> f64; 3] = [|_| 1.0, |k| 1.0 / f64::from(k), |k| if k == 8 { 1.0 } else { 0.2 }];
         for error in courses {
             let points: Vec<_> = (2..=8).map(|k| point(k, f64::from(k), error(k))).collect();
-            let law = ErrorSteps::of(&points).foretelling().unwrap();
+            let law = ErrorSteps::of(&points).predictive_law().unwrap();
             assert!((law.exponent + 0.5).abs() < 2.0 * SPREAD, "{law:?}");
         }
         // the weight of the points grows with their number
         let exponent = |count: u32| {
             let points: Vec<_> = (2..count).map(|k| point(k, f64::from(k), f64::from(k).powf(-0.3))).collect();
-            ErrorSteps::of(&points).foretelling().unwrap().exponent
+            ErrorSteps::of(&points).predictive_law().unwrap().exponent
         };
         let exponents = [8, 16, 64, 256, 4096].map(exponent);
         assert!(exponents.is_sorted() && exponents[0] < -0.45 && exponents[4] > -0.301, "{exponents:?}");
@@ -316,8 +316,8 @@ mod tests {
             let half = two_sided_student_quantile(0.95, law.degrees as f64) * law.standard_error;
             covered += u32::from((law.exponent + 0.5).abs() < half);
         }
-        let share = f64::from(covered) / f64::from(RUNS);
+        let fraction = f64::from(covered) / f64::from(RUNS);
         let tolerance = 4.0 * (0.95 * 0.05 / f64::from(RUNS)).sqrt();
-        assert!((share - 0.95).abs() < tolerance, "{share} +- {tolerance}");
+        assert!((fraction - 0.95).abs() < tolerance, "{fraction} +- {tolerance}");
     }
 }

@@ -74,7 +74,7 @@ impl TraceableBox {
     }
 
     /// Returns the distance in m of a point outside the box to a side or the underside; infinite at and above the height of the top.
-    pub fn distance_beside(&self, point: DVec3) -> f64 {
+    pub fn horizontal_distance(&self, point: DVec3) -> f64 {
         let (low, high) = self.span();
         if point.z >= high {
             return f64::INFINITY;

@@ -67,7 +67,7 @@ impl TraceableLuminaire {
 
     /// Returns the distance in m of a point on the side that emits to the nearest part of the rectangle that is higher than the point;
     /// infinite on the dark side, and where no part is higher.
-    pub fn distance_beside(&self, point: DVec3) -> f64 {
+    pub fn horizontal_distance(&self, point: DVec3) -> f64 {
         self.distance_of_part_above(point, point.z)
     }
 
@@ -126,13 +126,13 @@ impl TraceableLuminaire {
     /// over evenly distributed points is the irradiance without occlusion.
     #[inline]
     pub fn connection<const C: usize>(&self, source: DVec3, position: DVec3, normal: DVec3) -> Spectrum<C> {
-        let way = source - position;
-        let (arriving, leaving) = (way.dot(normal), -way.dot(self.normal));
-        if arriving <= 0.0 || leaving <= 0.0 {
+        let to_light = source - position;
+        let (arriving, outgoing) = (to_light.dot(normal), -to_light.dot(self.normal));
+        if arriving <= 0.0 || outgoing <= 0.0 {
             return Spectrum::ZERO;
         }
-        let distance_squared = way.length_squared();
-        let geometry = arriving * leaving / (distance_squared * distance_squared) * self.area_m2;
+        let distance_squared = to_light.length_squared();
+        let geometry = arriving * outgoing / (distance_squared * distance_squared) * self.area_m2;
         Spectrum::from_rgb(self.luminance) * geometry
     }
 

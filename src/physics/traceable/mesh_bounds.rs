@@ -19,20 +19,20 @@ type Bounds = [DVec3; 2];
 const EMPTY: Bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
 /// Some triangles of a mesh, and the block around them.
-struct Part {
+struct TriangleGroup {
     triangles: Vec<u32>,
     bounds: Bounds,
 }
 
 /// Finds at most [`MOST`] axis-aligned blocks that hold all triangles of a mesh: the lowest and highest corner of each.
 pub fn blocks_around(mesh: &TriangleMesh) -> Vec<Bounds> {
-    let whole = Part::new(mesh, (0..mesh.triangles.len() as u32).collect());
+    let whole = TriangleGroup::new(mesh, (0..mesh.triangles.len() as u32).collect());
     if whole.triangles.is_empty() {
         return Vec::new();
     }
     let all = whole.bounds;
     let (mut open, mut done) = (vec![whole], Vec::new());
-    let larger = |a: &Part, b: &Part| volume(&a.bounds).total_cmp(&volume(&b.bounds));
+    let larger = |a: &TriangleGroup, b: &TriangleGroup| volume(&a.bounds).total_cmp(&volume(&b.bounds));
     while let Some(largest) = (0..open.len()).max_by(|a, b| larger(&open[*a], &open[*b])) {
         let part = open.swap_remove(largest);
         match part.divided(mesh).filter(|_| open.len() + done.len() + 2 <= MOST) {
@@ -43,7 +43,7 @@ pub fn blocks_around(mesh: &TriangleMesh) -> Vec<Bounds> {
     if done.iter().map(volume).sum::<f64>() <= WORTHWHILE * volume(&all) { done } else { vec![all] }
 }
 
-impl Part {
+impl TriangleGroup {
     fn new(mesh: &TriangleMesh, triangles: Vec<u32>) -> Self {
         let bounds = triangles.iter().fold(EMPTY, |bounds, triangle| joined(&bounds, &bounds_of(mesh, *triangle)));
         Self { triangles, bounds }
@@ -55,8 +55,8 @@ impl Part {
         // number of the last plane that a triangle's middle is before
         let slab = |triangle: u32, axis: usize| {
             let [least, most] = bounds_of(mesh, triangle).map(|corner| corner[axis]);
-            let share = (0.5 * (least + most) - low[axis]) / (high[axis] - low[axis]);
-            ((share * (PLANES + 1) as f64) as usize).min(PLANES)
+            let fraction = (0.5 * (least + most) - low[axis]) / (high[axis] - low[axis]);
+            ((fraction * (PLANES + 1) as f64) as usize).min(PLANES)
         };
         let mut best: Option<(f64, usize, usize)> = None;
         for axis in (0..3).filter(|axis| high[*axis] > low[*axis]) {

@@ -114,7 +114,7 @@ impl TraceableMeshes {
 
     /// Returns the distance in m of a point to the nearest part of the meshes that rises above the point by more than `level` m; `None`
     /// where that distance is not below `reach`.
-    pub fn distance_beside(&self, point: DVec3, level: f64, reach: f64) -> Option<f64> {
+    pub fn horizontal_distance(&self, point: DVec3, level: f64, reach: f64) -> Option<f64> {
         self.bvh.distance_above(point, point.z + level, reach)
     }
 }

@@ -21,7 +21,7 @@ const BRIGHT: f64 = 0.1;
 /// Plane mirrors of a room, and the chains of them that are kept.
 #[derive(Clone, Debug, Default)]
 pub struct Mirrors {
-    planes: Vec<Plane>,
+    planes: Vec<MirrorPlane>,
     chains: Vec<Chain>,
     /// True if mirrors reflect light by chains that are not kept, too.
     shows_more: bool,
@@ -31,7 +31,7 @@ pub struct Mirrors {
 
 /// A plane mirror.
 #[derive(Clone, Debug)]
-struct Plane {
+struct MirrorPlane {
     surface: SurfaceId,
     /// A point of the mirror, in m; `normal` is the unit normal of the side that reflects.
     point: DVec3,
@@ -58,7 +58,7 @@ impl Chain {
     }
 }
 
-impl Plane {
+impl MirrorPlane {
     #[inline]
     fn height(&self, point: DVec3) -> f64 {
         (point - self.point).dot(self.normal)
@@ -103,7 +103,7 @@ impl Mirrors {
             let corners = vec![corner, corner + u, corner + u + v, corner + v];
             Some(plane(surface, mirror(surface)?, corner, object.normal(face), corners))
         });
-        let planes: Vec<Plane> = faces.chain(of_boxes).collect();
+        let planes: Vec<MirrorPlane> = faces.chain(of_boxes).collect();
         let sides = [Side::Front, Side::Back];
         let meshes = (0..numbering.facets)
             .any(|facet| sides.iter().any(|side| mirror(numbering.facet_side(facet, *side)).is_some()));
@@ -139,7 +139,7 @@ impl Mirrors {
         let chain = &self.chains[number];
         let Some(last) = chain.planes.last().map(|last| &self.planes[*last]) else { return Vec::new() };
         let next = self.planes.iter().enumerate().filter(|(_, plane)| plane.faces(last));
-        let longer = |(next, plane): (usize, &Plane)| {
+        let longer = |(next, plane): (usize, &MirrorPlane)| {
             let mut planes = chain.planes.clone();
             planes.push(next);
             let reflectance = std::array::from_fn(|channel| chain.reflectance[channel] * plane.reflectance[channel]);
@@ -246,9 +246,9 @@ impl Mirrors {
     }
 }
 
-fn plane(surface: SurfaceId, optics: &SurfaceOptics, point: DVec3, normal: DVec3, corners: Vec<DVec3>) -> Plane {
+fn plane(surface: SurfaceId, optics: &SurfaceOptics, point: DVec3, normal: DVec3, corners: Vec<DVec3>) -> MirrorPlane {
     let reflectance: Spectrum<3> = optics.specular();
-    Plane { surface, point, normal, corners, reflectance: reflectance.0 }
+    MirrorPlane { surface, point, normal, corners, reflectance: reflectance.0 }
 }
 
 fn brightest(rgb: [f64; 3]) -> f64 {

@@ -169,8 +169,8 @@ impl Block {
         let is_bound = self.is_bound();
         // the object inside a bound may be flat
         let hair = if is_bound { ON_TARGET * (depth.abs() + self.half.length()) } else { 0.0 };
-        let share = |z: f64| ((position.z - z) / depth).clamp(0.0, 1.0 - ON_TARGET);
-        let (of_top, of_base) = (share(self.high + hair), share(self.low - hair));
+        let fraction = |z: f64| ((position.z - z) / depth).clamp(0.0, 1.0 - ON_TARGET);
+        let (of_top, of_base) = (fraction(self.high + hair), fraction(self.low - hair));
         let (enters, leaves) = (of_top.min(of_base), of_top.max(of_base));
         if depth == 0.0 || leaves <= enters {
             return None;
@@ -226,12 +226,12 @@ impl Block {
         if self.high <= position.z || self.low >= centre.z || depth <= 0.0 {
             return true;
         }
-        let share = |height: f64| ((height - position.z) / depth).clamp(0.0, 1.0);
-        let (from, to) = (share(self.low), share(self.high));
-        let width = |share: f64| share * radius + (1.0 - share) * reach;
+        let fraction = |height: f64| ((height - position.z) / depth).clamp(0.0, 1.0);
+        let (from, to) = (fraction(self.low), fraction(self.high));
+        let width = |fraction: f64| fraction * radius + (1.0 - fraction) * reach;
         let reached = self.half + width(from).max(width(to));
-        let at = |share: f64| {
-            let away = position.truncate().lerp(centre.truncate(), share) - self.centre;
+        let at = |fraction: f64| {
+            let away = position.truncate().lerp(centre.truncate(), fraction) - self.centre;
             DVec2::new(away.dot(self.along), self.along.perp_dot(away))
         };
         let (start, end) = (at(from), at(to));
@@ -281,7 +281,7 @@ mod tests {
             if (position.z <= height) != (is_above == 1) || object.contains(sensor) || object.contains(position) {
                 continue;
             }
-            let met = object.intersect(sensor, position - sensor).is_some_and(|(share, ..)| share < 1.0);
+            let met = object.intersect(sensor, position - sensor).is_some_and(|(fraction, ..)| fraction < 1.0);
             let (dx, dy) = (sensor.x - position.x, sensor.y - position.y);
             let all = Obstacles::new(&[object], &[], &[], &room(DVec3::splat(3.0)), &[]);
             let within = |shadow: &Shadow| shadow.north[0] <= dy && dy <= shadow.north[1];

@@ -81,8 +81,8 @@ impl Opening {
 /// wherever there is any.
 #[inline]
 pub fn opening_weight(centre: DVec3, radius: f64, position: DVec3, normal: DVec3) -> f64 {
-    let way = centre - position;
+    let to_opening = centre - position;
     let reach = radius * normal.truncate().length();
-    let squared = way.length_squared() + radius * radius;
-    (way.dot(normal) + reach).max(0.0) * way.z.max(0.0) / (squared * squared)
+    let squared = to_opening.length_squared() + radius * radius;
+    (to_opening.dot(normal) + reach).max(0.0) * to_opening.z.max(0.0) / (squared * squared)
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::geometry::turn::unit_vector;
-use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
+use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::PipeBelow};
 use crate::optics::{Closure, Collector, Diffuser};
 use crate::sampling::NestedCones;
 use crate::scene::{Enclosure, MeshTube, StraightOrBent, Tube, TubeShape};
@@ -108,22 +108,22 @@ pub fn cylinder_guide(tube: &StraightOrBent, radius: f64) -> Guide {
         return Guide::Domed(Box::new(DomedGuide::new(pipe, refractive_index, thickness_m, absorption_per_m)));
     }
     match pipe {
-        Pipe::Straight(guide) => Guide::Straight(guide),
-        Pipe::Bent(guide) => Guide::Bent(guide),
+        PipeBelow::Straight(guide) => Guide::Straight(guide),
+        PipeBelow::Bent(guide) => Guide::Bent(guide),
     }
 }
 
-fn pipe(tube: &StraightOrBent, radius: f64) -> Pipe {
+fn pipe(tube: &StraightOrBent, radius: f64) -> PipeBelow {
     let reflectance = tube.reflectance.clone();
     let collector_transmittance = tube.collector.transmittance();
     if tube.segments.iter().all(|segment| segment.tilt == 0.0) {
         let length = tube.segments.iter().map(|segment| segment.length_m).sum();
-        return Pipe::Straight(StraightGuide { radius, length, reflectance, collector_transmittance });
+        return PipeBelow::Straight(StraightGuide { radius, length, reflectance, collector_transmittance });
     }
     let axis = |tilt: f64, azimuth: f64| direction(std::f64::consts::FRAC_PI_2 - tilt, azimuth);
     let segments: Vec<_> =
         tube.segments.iter().map(|segment| (segment.length_m, axis(segment.tilt, segment.azimuth))).collect();
-    Pipe::Bent(BentGuide::new(radius, &segments, reflectance, collector_transmittance))
+    PipeBelow::Bent(BentGuide::new(radius, &segments, reflectance, collector_transmittance))
 }
 
 fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideError> {

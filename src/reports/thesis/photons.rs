@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::page::ReportError;
 use crate::run::compile;
 use skyduct::integrator::photon::emission::Emission;
-use skyduct::integrator::photon::ledger::Account;
+use skyduct::integrator::photon::energy_balance::PhotonTotals;
 use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::photon_map::grid::Photon;
 use skyduct::optics::Spectrum;
@@ -42,11 +42,11 @@ impl FloorPhotons {
             .into_par_iter()
             .map(|chunk| {
                 let mut floor = Floor(Vec::new());
-                let mut account = Account::new(self.traceable.tubes.len());
+                let mut totals = PhotonTotals::new(self.traceable.tubes.len());
                 for number in chunk * CHUNK..((chunk + 1) * CHUNK).min(photons) {
                     let (photon, mut samples) = self.emission.photon(&self.traceable, key, number);
                     if let Some(photon) = photon {
-                        trace::<1>(&self.traceable, &photon, &mut samples, &mut floor, &mut account);
+                        trace::<1>(&self.traceable, &photon, &mut samples, &mut floor, &mut totals);
                     }
                 }
                 floor.0

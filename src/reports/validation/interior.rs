@@ -253,7 +253,7 @@ fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, F
             let of_floor = &estimate.grids[0].mean;
             mean += weight * of_floor.mean;
             variance += weight * weight * of_floor.variance_of_mean();
-            closure.add(estimate.ledger.relative_closure_error());
+            closure.add(estimate.energy.relative_closure_error());
         }
         let value = mean - FLUX_LM / 96.0;
         deviations.add((value - indirect(reflectance)) / variance.sqrt());

@@ -124,11 +124,11 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
         Computation::Solution(solver) => estimate.push_solution(&solver.solve(&AtomicBool::new(false)).unwrap()),
     }
     assert_eq!(estimate.first_not_finite(), None);
-    let knows = method.described().knows();
-    if knows.energy {
-        // a solver's books are numerical
+    let supported = method.described().outputs();
+    if supported.energy {
+        // a solver's balance is numerical
         let most = if matches!(method, Method::Holigilm(_)) { 2e-3 } else { 1e-9 };
-        assert!(estimate.ledger.relative_closure_error().abs() < most, "{}: {:?}", column.name, estimate.ledger);
+        assert!(estimate.energy.relative_closure_error().abs() < most, "{}: {:?}", column.name, estimate.energy);
     }
     let grids = estimate.grids.iter().map(grid);
     let views = estimate.views.iter().zip(&images).map(|(film, image)| view(film, image));
@@ -138,7 +138,7 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
         error: moments.standard_error(),
         degrees: degrees(moments, estimate.grids.iter().any(|grid| grid.numerical)),
     };
-    let tubes = if knows.tube_fluxes { &estimate.tubes[..] } else { &[] };
+    let tubes = if supported.tube_fluxes { &estimate.tubes[..] } else { &[] };
     Ok((method, Values { outputs, tubes: tubes.iter().map(|tube| flux(&tube.into_room)).collect() }))
 }
 

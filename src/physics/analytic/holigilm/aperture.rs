@@ -35,11 +35,11 @@ impl Aperture<'_> {
             let (replicate, index) = Replicate::of(stream, number);
             let [u, v, ..] = replicate.point(index, 0);
             let local = warp::annulus([u, v], inner, outer).extend(0.0);
-            let way = self.tube.origin + local - self.sensor;
-            let squared = way.length_squared();
+            let to_opening = self.tube.origin + local - self.sensor;
+            let squared = to_opening.length_squared();
             let geometry = depth * depth / (squared * squared);
             weights += geometry;
-            let transit: Transit<1> = self.tube.guide.up(local, way / squared.sqrt(), &mut random);
+            let transit: Transit<1> = self.tube.guide.up(local, to_opening / squared.sqrt(), &mut random);
             if transit.end == End::Top {
                 sum += geometry * transit.weight().luminance() * sky.luminance(transit.direction);
             }

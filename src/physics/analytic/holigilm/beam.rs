@@ -26,7 +26,7 @@ pub enum Source<'a> {
 
 /// Room and tube through which light is traced.
 #[derive(Clone, Copy)]
-pub struct Way<'a> {
+pub struct BeamTask<'a> {
     pub room: &'a Installation,
     pub mesh: &'a Mesh,
     pub tube: &'a Tube,
@@ -34,8 +34,8 @@ pub struct Way<'a> {
     pub cancel: &'a AtomicBool,
 }
 
-/// Number of rays that are traced between two looks at [`Way::cancel`]: a few milliseconds.
-pub const RAYS_AT_ONCE: u64 = 1 << 12;
+/// Number of rays that are traced between two looks at [`BeamTask::cancel`]: a few milliseconds.
+pub const RAYS_BETWEEN_CHECKS: u64 = 1 << 12;
 
 /// Light of one source through one tube, in lm, by the places where it ends.
 #[derive(Clone, Debug)]
@@ -100,8 +100,8 @@ pub fn sky_sampler(sky: &Sky, tube: &Tube) -> Option<SkySampler> {
 }
 
 /// Traces `count` rays of one replicate; fewer when cancelled.
-pub fn follow(way: &Way, source: Source, stream: Key, count: u64) -> Beam {
-    let Way { room, mesh, tube, cancel } = *way;
+pub fn follow(task: &BeamTask, source: Source, stream: Key, count: u64) -> Beam {
+    let BeamTask { room, mesh, tube, cancel } = *task;
     let cells = lambertian_cells(tube);
     let averages = |kind: EstimateKind, len: usize| if kind == EstimateKind::CellAverage { len } else { 0 };
     let mut beam = Beam {
@@ -117,7 +117,7 @@ pub fn follow(way: &Way, source: Source, stream: Key, count: u64) -> Beam {
     };
     let mut random = PathRandom::new(stream);
     for number in 0..count {
-        if number % RAYS_AT_ONCE == 0 && is_raised(cancel) {
+        if number % RAYS_BETWEEN_CHECKS == 0 && is_raised(cancel) {
             break;
         }
         let (replicate, index) = Replicate::of(stream, number);

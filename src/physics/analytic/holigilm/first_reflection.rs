@@ -42,12 +42,12 @@ struct Tree {
     /// Nodes; the children of a node are consecutive and stand before it, and the last node is the whole patch.
     nodes: Vec<Node>,
     /// Cells, the children of the smallest nodes.
-    cells: Vec<Cell>,
+    cells: Vec<ReflectingCell>,
 }
 
 /// Light that one square of a patch reflects.
 #[derive(Clone, Debug)]
-struct Cell {
+struct ReflectingCell {
     /// Reflected flux in lm by randomisation.
     flux: [f64; COUNT],
     /// Number of the quarter of the parent that this is: 2 in the upper half of the first axis, plus 1 in that of the second.
@@ -57,7 +57,7 @@ struct Cell {
 /// Light that the cells of a larger square reflect.
 #[derive(Clone, Debug)]
 struct Node {
-    sum: Cell,
+    sum: ReflectingCell,
     /// Four points of equal flux, from the patch's corner along its two axes, in metres.
     points: [DVec2; 4],
     /// Numbers of the children: of nodes, or of cells for the smallest nodes.
@@ -66,7 +66,7 @@ struct Node {
 
 /// Flux with its moments about the patch's corner.
 #[derive(Clone, Copy, Default)]
-struct Moments {
+struct FluxMoments {
     flux: f64,
     first: DVec2,
     /// Second moments: along the first axis, mixed, and along the second axis.
@@ -102,11 +102,11 @@ impl Reflected {
         (self.lux() - self.coarse).abs()
     }
 
-    fn add(&mut self, light: &Cell, weight: f64) {
+    fn add(&mut self, light: &ReflectingCell, weight: f64) {
         self.replicas.iter_mut().zip(&light.flux).for_each(|(sum, flux)| *sum += flux * weight);
     }
 
-    fn add_coarse(&mut self, light: &Cell, weight: f64) {
+    fn add_coarse(&mut self, light: &ReflectingCell, weight: f64) {
         self.coarse += light.flux.iter().sum::<f64>() * weight / REPLICATES as f64;
     }
 }
@@ -158,9 +158,9 @@ impl Tree {
         depth: u32,
         [i, j]: [usize; 2],
         flux_of: &impl Fn([usize; 2]) -> [f64; COUNT],
-    ) -> Option<(Node, Moments)> {
-        let mut sum = Cell { flux: [0.0; COUNT], quarter: (2 * (i % 2) + j % 2) as u8 };
-        let mut moments = Moments::default();
+    ) -> Option<(Node, FluxMoments)> {
+        let mut sum = ReflectingCell { flux: [0.0; COUNT], quarter: (2 * (i % 2) + j % 2) as u8 };
+        let mut moments = FluxMoments::default();
         let quarters = (0..4u8).map(|quarter| (quarter, part([i, j], quarter)));
         let children = if depth + 1 == HALVINGS {
             let first = self.cells.len() as u32;
@@ -169,7 +169,7 @@ impl Tree {
                 let total: f64 = flux.iter().sum();
                 if total > 0.0 {
                     moments.add_even(total, square(self.patch, HALVINGS, index), &self.patch);
-                    self.cells.push(Cell { flux, quarter });
+                    self.cells.push(ReflectingCell { flux, quarter });
                 }
             }
             self.cells[first as usize..].iter().for_each(|cell| sum.add(cell));
@@ -205,7 +205,7 @@ impl Tree {
             return;
         }
         let children = node.children.start as usize..node.children.end as usize;
-        let of = |child: &Cell| square(whole, 1, part([0, 0], child.quarter));
+        let of = |child: &ReflectingCell| square(whole, 1, part([0, 0], child.quarter));
         if depth + 1 == HALVINGS {
             sum.add_coarse(&node.sum, receiver.of_even(&whole));
             self.cells[children].iter().for_each(|cell| sum.add(cell, receiver.of_even(&of(cell))));
@@ -217,7 +217,7 @@ impl Tree {
     }
 }
 
-impl Cell {
+impl ReflectingCell {
     fn add(&mut self, other: &Self) {
         self.flux.iter_mut().zip(&other.flux).for_each(|(sum, flux)| *sum += flux);
     }
@@ -241,7 +241,7 @@ fn part([i, j]: [usize; 2], quarter: u8) -> [usize; 2] {
     [2 * i + quarter / 2, 2 * j + quarter % 2]
 }
 
-impl Moments {
+impl FluxMoments {
     /// Adds flux that is spread evenly over a square of a patch.
     fn add_even(&mut self, flux: f64, square: Patch, patch: &Patch) {
         let [u, v] = axes(patch);
@@ -311,9 +311,9 @@ impl Receiver {
     fn of_point(&self, position: DVec3, face: &Patch) -> f64 {
         match self {
             Self::Point(element) => {
-                let way = position - element.position;
-                let squared = way.length_squared();
-                let cosines = way.dot(element.normal()).max(0.0) * (-way.dot(face.normal())).max(0.0);
+                let offset = position - element.position;
+                let squared = offset.length_squared();
+                let cosines = offset.dot(element.normal()).max(0.0) * (-offset.dot(face.normal())).max(0.0);
                 FRAC_1_PI * cosines / (squared * squared)
             }
             Self::Area(area) if !before(area, position) => 0.0,
@@ -337,7 +337,7 @@ impl Receiver {
                         part.high[axis] = part.high[axis].min(plane).max(part.low[axis]);
                     }
                 }
-                let share = part.area() / square.area();
+                let fraction = part.area() / square.area();
                 let half = (0.5 / 3f64.sqrt()) * (part.high - part.low);
                 let [u, v] = axes(square);
                 let at = |signs: [f64; 2]| {
@@ -347,7 +347,7 @@ impl Receiver {
                     self.of_point(position, square)
                 };
                 let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
-                share * 0.25 * corners.into_iter().map(at).sum::<f64>()
+                fraction * 0.25 * corners.into_iter().map(at).sum::<f64>()
             }
         }
     }
@@ -380,8 +380,8 @@ mod tests {
         let (mesh, spot) = (mesh(), DVec3::new(0.0, 1.1015625, 1.8046875));
         let beams = FirstReflection::new(&landed(&mesh, &[(Face::West, spot)]), &mesh, [Some(0.7); 6]);
         let sensor = DVec3::new(1.9, 1.6, 0.3);
-        let way = spot - sensor;
-        let exact = 0.7 * FRAC_1_PI * way.z * -way.x / way.length_squared().powi(2);
+        let offset = spot - sensor;
+        let exact = 0.7 * FRAC_1_PI * offset.z * -offset.x / offset.length_squared().powi(2);
         let found = beams.at(&Receiver::Point(Element::looking_up(sensor)));
         assert!((found.lux() / exact - 1.0).abs() < 1e-3, "{} {exact}", found.lux());
         assert!(found.error() < 1e-12 * exact);
@@ -417,8 +417,8 @@ mod tests {
         let rows = 400;
         let mean = (0..rows * rows).map(|k| {
             let at = |n: usize| (n as f64 + 0.5) / rows as f64;
-            let share = DVec3::new(at(k % rows), at(k / rows), 0.0);
-            exitance * patch.factor_from(Element::looking_up(low + (high - low) * share)) / (rows * rows) as f64
+            let fraction = DVec3::new(at(k % rows), at(k / rows), 0.0);
+            exitance * patch.factor_from(Element::looking_up(low + (high - low) * fraction)) / (rows * rows) as f64
         });
         let mean: f64 = mean.sum();
         assert!((found.lux() / mean - 1.0).abs() < 2e-3, "{} {mean}", found.lux());

@@ -104,8 +104,8 @@ pub fn room(installation: &Installation, lights: &[TubeLight], cancel: &AtomicBo
     let openings: Vec<f64> = installation.tubes.iter().zip(lights).map(underside).collect();
     let reflectance = |patch: &Patch| {
         let face = installation.reflectance[patch.face].unwrap_or(0.0);
-        let shares = installation.tubes.iter().zip(&openings).map(|(tube, opening)| (share(patch, tube), opening));
-        shares.fold(face, |sum, (share, opening)| sum + share * (opening - face))
+        let shares = installation.tubes.iter().zip(&openings).map(|(tube, opening)| (fraction(patch, tube), opening));
+        shares.fold(face, |sum, (fraction, opening)| sum + fraction * (opening - face))
     };
     Interreflection::new(installation.size, reflectance, cancel)
 }
@@ -120,7 +120,7 @@ fn underside(tube: &Tube, returned: f64) -> f64 {
 }
 
 /// Computes the fraction of a patch that a tube's opening covers.
-fn share(patch: &Patch, tube: &Tube) -> f64 {
+fn fraction(patch: &Patch, tube: &Tube) -> f64 {
     if patch.face != Face::Ceiling as usize {
         return 0.0;
     }
@@ -131,7 +131,7 @@ fn share(patch: &Patch, tube: &Tube) -> f64 {
 }
 
 /// Adds the light that ends in the room to the energy balance; `direct`: averages over the patches.
-pub fn book(
+pub fn add_room_balance(
     installation: &Installation,
     mesh: &Mesh,
     direct: &[f64],
@@ -143,11 +143,11 @@ pub fn book(
         let flux = patch.area() * (direct[index] + reflected.as_ref().map_or(0.0, |values| values[index]));
         let mut covered = 0.0;
         for tube in &installation.tubes {
-            let share = share(patch, tube);
-            covered += share;
+            let fraction = fraction(patch, tube);
+            covered += fraction;
             let (absorbed, up) = upward(tube);
-            balance.diffuser += absorbed * share * flux;
-            balance.guide_top += up * share * flux;
+            balance.diffuser += absorbed * fraction * flux;
+            balance.guide_top += up * fraction * flux;
         }
         match installation.reflectance[patch.face] {
             None => balance.open_surfaces += flux,

@@ -70,9 +70,9 @@ pub fn axes(patch: &Patch) -> [usize; 2] {
 /// Returns the number of the cell of a patch that holds a point.
 fn cell(patch: &Patch, position: DVec3) -> usize {
     let index = |k: usize| {
-        let share = (position[k] - patch.low[k]) / (patch.high[k] - patch.low[k]);
+        let fraction = (position[k] - patch.low[k]) / (patch.high[k] - patch.low[k]);
         // the patch of a point on a border may be found by other roundings
-        ((share * EDGE as f64).max(0.0) as usize).min(EDGE - 1)
+        ((fraction * EDGE as f64).max(0.0) as usize).min(EDGE - 1)
     };
     let [u, v] = axes(patch);
     index(u) * EDGE + index(v)

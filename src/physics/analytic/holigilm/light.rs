@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use super::aperture::{luminance_from, upward};
-use super::beam::{Beam, RAYS_AT_ONCE, Source, Way, follow, lambertian_cells, sky_sampler};
+use super::beam::{Beam, BeamTask, RAYS_BETWEEN_CHECKS, Source, follow, lambertian_cells, sky_sampler};
 use super::coefficients::{lambertian_coefficients, reflectance};
 use super::landing::Landed;
 use super::levels::{FIRST_RAYS, REPLICATES};
@@ -151,19 +151,19 @@ fn returned(tube: &Tube) -> f64 {
 }
 
 /// Sums up the luminances that arrive from the sky on the upper side of each cell, over `count` rays: the shape of the profile.
-fn sky_shape(way: &Way, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec<f64> {
+fn sky_shape(task: &BeamTask, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec<f64> {
     let mut shape = vec![0.0; RINGS * SECTORS];
     let mut random = PathRandom::new(stream);
-    let cones = way.tube.guide.cones();
+    let cones = task.tube.guide.cones();
     for number in 0..count {
-        if number % RAYS_AT_ONCE == 0 && is_raised(way.cancel) {
+        if number % RAYS_BETWEEN_CHECKS == 0 && is_raised(task.cancel) {
             break;
         }
         let (replicate, index) = Replicate::of(stream, number);
         let [u, v, s, t] = replicate.point(index, 0);
         let point = warp::annulus([u, v], cells.inner, cells.outer);
         shape[cells.at(point)] +=
-            luminance_from(&way.tube.guide, sky, point, upward([s, t], cones.as_ref()), &mut random);
+            luminance_from(&task.tube.guide, sky, point, upward([s, t], cones.as_ref()), &mut random);
     }
     shape
 }
@@ -191,15 +191,15 @@ impl Light {
         let tubes = room.tubes.len();
         let of_tube = |tube: usize, replicate: u64| {
             let stream = seed.stream(Stream::TubeLight, tube as u64).child(replicate);
-            let way = Way { room, mesh, tube: &room.tubes[tube], cancel };
-            (!is_raised(cancel)).then(|| Replica::new(&way, &lights[tube], stream, count))
+            let task = BeamTask { room, mesh, tube: &room.tubes[tube], cancel };
+            (!is_raised(cancel)).then(|| Replica::new(&task, &lights[tube], stream, count))
         };
         let mut replicas: Vec<Vec<Replica>> = Vec::with_capacity(tubes);
         let mut landed = Vec::new();
         // a few tubes at a time: the landed light of each fills many cells until it is summed up
-        let at_once = rayon::current_num_threads().div_ceil(REPLICATES as usize);
-        for first in (0..tubes).step_by(at_once) {
-            let few = (first..tubes.min(first + at_once)).into_par_iter();
+        let concurrent = rayon::current_num_threads().div_ceil(REPLICATES as usize);
+        for first in (0..tubes).step_by(concurrent) {
+            let few = (first..tubes.min(first + concurrent)).into_par_iter();
             let few: Option<Vec<Vec<Replica>>> = few
                 .map(|tube| (0..REPLICATES).into_par_iter().map(|replicate| of_tube(tube, replicate)).collect())
                 .collect();
@@ -262,8 +262,8 @@ impl Light {
                     return 0.0;
                 }
                 patch_mean(patch, &rule, |point, normal| {
-                    let way = point - tube.origin;
-                    profile.illuminance(way.truncate(), -way.z, normal)
+                    let from_opening = point - tube.origin;
+                    profile.illuminance(from_opening.truncate(), -from_opening.z, normal)
                 })
             };
             let mut values: Vec<f64> = mesh.patches.par_iter().map(mean).collect();
@@ -282,7 +282,7 @@ impl Light {
                 }
                 if let (Some(shape), Some(profile)) = (shape, &replica.profile) {
                     let flux = profile.flux();
-                    lux.iter_mut().zip(shape).for_each(|(lux, share)| *lux += flux * share);
+                    lux.iter_mut().zip(shape).for_each(|(lux, fraction)| *lux += flux * fraction);
                 }
             }
             lux
@@ -303,8 +303,8 @@ impl Light {
 }
 
 impl Replica {
-    fn new(way: &Way, light: &TubeLight, stream: Key, count: u64) -> Self {
-        let Way { room, mesh, tube, .. } = *way;
+    fn new(task: &BeamTask, light: &TubeLight, stream: Key, count: u64) -> Self {
+        let BeamTask { room, mesh, tube, .. } = *task;
         let cells = lambertian_cells(tube);
         let mut flux = vec![0.0; if cells.is_some() { RINGS * SECTORS } else { 0 }];
         let mut replica = Self {
@@ -326,21 +326,21 @@ impl Replica {
                     through.at_diffuser
                 }
                 through => {
-                    let beam = follow(way, Source::Sky(sky, sampler), stream.stream(Stream::SkyBeam, 0), count);
+                    let beam = follow(task, Source::Sky(sky, sampler), stream.stream(Stream::SkyBeam, 0), count);
                     replica.add(tube, beam, through, count)
                 }
             };
             if let Some(cells) = cells {
-                let shape = sky_shape(way, sky, cells, stream.stream(Stream::SkyProfile, 0), count);
+                let shape = sky_shape(task, sky, cells, stream.stream(Stream::SkyProfile, 0), count);
                 replica.rays += count;
                 let sum: f64 = shape.iter().sum();
                 if sum > 0.0 {
-                    flux.iter_mut().zip(&shape).for_each(|(flux, share)| *flux += share * on_lambertian / sum);
+                    flux.iter_mut().zip(&shape).for_each(|(flux, fraction)| *flux += fraction * on_lambertian / sum);
                 }
             }
         }
         if let Some(sun) = &room.sun {
-            let mut beam = follow(way, Source::Sun(sun), stream.stream(Stream::SunBeam, 0), count);
+            let mut beam = follow(task, Source::Sun(sun), stream.stream(Stream::SunBeam, 0), count);
             let on_cells = std::mem::take(&mut beam.cells);
             let arrived: f64 = on_cells.iter().sum();
             beam.cells = vec![arrived];
@@ -377,7 +377,7 @@ impl Replica {
             self.balance.guide_top += beam.guide_top;
         }
         let transmittance =
-            tube.diffuser.at(zone_radius(tube)).unscattered::<1>().map_or(0.0, |share| share.luminance());
+            tube.diffuser.at(zone_radius(tube)).unscattered::<1>().map_or(0.0, |fraction| fraction.luminance());
         self.at_diffuser += beam.clear;
         self.into_room += transmittance * beam.clear;
         self.balance.diffuser += (1.0 - transmittance) * beam.clear;

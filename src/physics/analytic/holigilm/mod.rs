@@ -135,7 +135,7 @@ impl Holigilm {
             Err(_) => None,
         };
         let mut balance = light.balance();
-        indirect::book(&self.room, mesh, &direct.mean(), indirect.as_ref(), &mut balance);
+        indirect::add_room_balance(&self.room, mesh, &direct.mean(), indirect.as_ref(), &mut balance);
         let mut rays = light.rays();
         let mut grids = Vec::new();
         for (number, grid) in self.room.grids.iter().enumerate() {

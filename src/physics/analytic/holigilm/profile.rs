@@ -36,10 +36,10 @@ impl Cells {
     /// Returns the number of the cell that holds a point, measured from the centre.
     pub fn at(&self, point: DVec2) -> usize {
         let (from, to) = (self.inner * self.inner, self.outer * self.outer);
-        let share = ((point.length_squared() - from) / (to - from)).clamp(0.0, 1.0);
+        let fraction = ((point.length_squared() - from) / (to - from)).clamp(0.0, 1.0);
         let turn = libm::atan2(point.y, point.x).rem_euclid(TAU) / TAU;
-        let index = |share: f64, count: usize| ((share * count as f64) as usize).min(count - 1);
-        index(share, RINGS) * SECTORS + index(turn, SECTORS)
+        let index = |fraction: f64, count: usize| ((fraction * count as f64) as usize).min(count - 1);
+        index(fraction, RINGS) * SECTORS + index(turn, SECTORS)
     }
 
     /// Computes the area of the zone in m2.
@@ -108,9 +108,9 @@ impl Profile {
                     let part = |k: usize| (k as f64 + 0.5) / split as f64;
                     let radius = self.radius(ring as f64 + part(k / split));
                     let angle = TAU * (sector as f64 + part(k % split)) / self.sectors as f64;
-                    let way = (unit_vector(angle) * radius - offset).extend(depth);
-                    let squared = way.length_squared();
-                    seen += depth * way.dot(normal).max(0.0) / (squared * squared);
+                    let to_source = (unit_vector(angle) * radius - offset).extend(depth);
+                    let squared = to_source.length_squared();
+                    seen += depth * to_source.dot(normal).max(0.0) / (squared * squared);
                 }
                 sum += (value - mean) * per_cell / PI * seen;
             }

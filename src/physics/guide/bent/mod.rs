@@ -1,6 +1,6 @@
 //! Bent tubes: equal mirror cylinders that meet in mitred elbows.
 
-mod together;
+mod packet;
 mod vectors;
 
 use std::f64::consts::PI;

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::next_event::{Daylight, Way, share};
+use super::next_event::{Daylight, PathState, power_heuristic};
 use super::up_guide::upward;
 use super::vertex::Vertex;
 use super::walk::Walk;
@@ -31,45 +31,45 @@ pub struct Followed;
 
 impl<const C: usize> Daylight<C> for Followed {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        Connections::ONE.connect(walk, vertex, tube);
+        DaylightConnections::ONE.connect(walk, vertex, tube);
     }
 
-    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
+    fn sky_weight(&self, scene: &TraceableScene, tube: usize, state: &PathState, position: DVec3) -> Option<f64> {
         // connections count the sun, and share the sky that is found at once
-        Some(Connections::ONE.sky_share(&scene.tubes[tube], way, position))
+        Some(DaylightConnections::ONE.sky_weight(&scene.tubes[tube], state, position))
     }
 }
 
 /// Daylight estimator of scattered light: like [`Followed`], but without light that enters the room unscattered through clear zones of
 /// closures.
 #[derive(Debug)]
-pub struct FollowedThroughLamps {
+pub struct ScatteredDaylight {
     /// Number of connections of each vertex to an opening.
     pub connections: u32,
     /// Largest distance in m of points of an opening that are connected; may be infinite.
     pub within: f64,
 }
 
-impl FollowedThroughLamps {
-    fn connections(&self) -> Connections {
-        Connections { count: self.connections, scattered: true, within: self.within }
+impl ScatteredDaylight {
+    fn connections(&self) -> DaylightConnections {
+        DaylightConnections { count: self.connections, scattered: true, within: self.within }
     }
 }
 
-impl<const C: usize> Daylight<C> for FollowedThroughLamps {
+impl<const C: usize> Daylight<C> for ScatteredDaylight {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         self.connections().connect(walk, vertex, tube);
     }
 
-    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
+    fn sky_weight(&self, scene: &TraceableScene, tube: usize, state: &PathState, position: DVec3) -> Option<f64> {
         let is_clear = scene.tubes[tube].closure_at(position).unscattered::<C>().is_some();
-        let is_within = way.last.is_none_or(|last| (position - last.position).length() < self.within);
-        (!is_clear && is_within).then(|| self.connections().sky_share(&scene.tubes[tube], way, position))
+        let is_within = state.last.is_none_or(|last| (position - last.position).length() < self.within);
+        (!is_clear && is_within).then(|| self.connections().sky_weight(&scene.tubes[tube], state, position))
     }
 }
 
 /// Connections of a vertex to sky and sun through an opening.
-struct Connections {
+struct DaylightConnections {
     count: u32,
     /// True if clear zones of the closure are excluded.
     scattered: bool,
@@ -77,15 +77,15 @@ struct Connections {
     within: f64,
 }
 
-impl Connections {
+impl DaylightConnections {
     /// One connection, to any point of the opening.
     const ONE: Self = Self { count: 1, scattered: false, within: f64::INFINITY };
 
     /// Returns the weight (MIS) of the sky that a scattered ray finds beside these connections.
-    fn sky_share(&self, tube: &TraceableTube, way: &Way, position: DVec3) -> f64 {
-        way.last.map_or(1.0, |last| {
+    fn sky_weight(&self, tube: &TraceableTube, state: &PathState, position: DVec3) -> f64 {
+        state.last.map_or(1.0, |last| {
             let area = Disc::within(tube, last.position, self.within).map_or(0.0, |disc| disc.area_m2());
-            share(last.density, f64::from(self.count) * area_density(area, position - last.position))
+            power_heuristic(last.density, f64::from(self.count) * area_density(area, position - last.position))
         })
     }
 
@@ -115,11 +115,11 @@ impl Connections {
         disc: &Disc,
     ) {
         let point = disc.centre + (warp::disc(walk.samples.pair()) * disc.radius).extend(0.0);
-        let way = point - vertex.position;
-        if way.length() >= self.within || (point - tube.origin).length() > tube.opening_radius {
+        let to_light = point - vertex.position;
+        if to_light.length() >= self.within || (point - tube.origin).length() > tube.opening_radius {
             return;
         }
-        let from = -way.normalize();
+        let from = -to_light.normalize();
         let closure = tube.closure_at(point);
         // drawn before the vertex answers, so that what is hidden uses as many numbers as what is seen
         let upward = upward::<C>(tube, &closure, from, SheetSide::Other, &mut walk.samples);
@@ -134,8 +134,8 @@ impl Connections {
             return;
         }
         let sky = walk.scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
-        let connected = area_density(disc.area_m2(), way);
-        let counted = share(f64::from(self.count) * connected, density);
+        let connected = area_density(disc.area_m2(), to_light);
+        let counted = power_heuristic(f64::from(self.count) * connected, density);
         walk.sum += response * weight * transit.weight() * (sky * counted / connected);
     }
 
@@ -150,12 +150,12 @@ impl Connections {
         let mut exits: Vec<Exit<'_, C>> = Vec::new();
         sun_exits(walk.scene, tube, sun, &mut walk.samples, &mut walk.rays, |exit| exits.push(*exit));
         for exit in exits {
-            let way = exit.position - vertex.position;
-            let distance_squared = way.length_squared();
+            let to_light = exit.position - vertex.position;
+            let distance_squared = to_light.length_squared();
             if distance_squared >= self.within * self.within {
                 continue;
             }
-            let intensity = exit.intensity(-way / distance_squared.sqrt());
+            let intensity = exit.intensity(-to_light / distance_squared.sqrt());
             if intensity.max() > 0.0
                 && let Some((response, _)) = walk.respond(vertex, exit.position, None)
             {
@@ -189,13 +189,13 @@ impl Disc {
     }
 }
 
-/// Returns the density per sr, seen from the start of `way`, of a uniform random point of a tube's opening.
-pub fn opening_density(tube: &TraceableTube, way: DVec3) -> f64 {
-    area_density(tube.opening_area_m2(), way)
+/// Returns the density per sr, seen from the start of `to_light`, of a uniform random point of a tube's opening.
+pub fn opening_density(tube: &TraceableTube, to_light: DVec3) -> f64 {
+    area_density(tube.opening_area_m2(), to_light)
 }
 
-/// Returns the density per sr, seen from the start of `way`, of a uniform random point of a level area in m2.
-fn area_density(area_m2: f64, way: DVec3) -> f64 {
-    let distance_squared = way.length_squared();
-    distance_squared * distance_squared.sqrt() / (way.z.abs() * area_m2)
+/// Returns the density per sr, seen from the start of `to_light`, of a uniform random point of a level area in m2.
+fn area_density(area_m2: f64, to_light: DVec3) -> f64 {
+    let distance_squared = to_light.length_squared();
+    distance_squared * distance_squared.sqrt() / (to_light.z.abs() * area_m2)
 }

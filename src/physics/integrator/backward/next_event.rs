@@ -10,17 +10,17 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::opening::DaylightShare;
+use super::opening::DaylightWeights;
 use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
-use crate::integrator::radiosity::{Bright, Solution};
+use crate::integrator::radiosity::{BrightPatches, Solution};
 use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Openings, Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Largest number of openings that a vertex is connected to one by one if their fluxes are not computed; otherwise it is connected to one
 /// opening, chosen by its estimated contribution.
-const MOST_OF_UNKNOWN: usize = 4;
+const MOST_OF_UNCOMPUTED: usize = 4;
 
 /// Estimator of the daylight of openings, which each method chooses.
 pub trait Daylight<const C: usize>: Sync {
@@ -57,13 +57,13 @@ pub trait Daylight<const C: usize>: Sync {
     }
 
     /// Returns the coarse solution of the reflected light, at whose bright patches some rays are aimed; `None` where there is none.
-    fn bright(&self) -> Option<&Solution<C>> {
+    fn coarse_solution(&self) -> Option<&Solution<C>> {
         None
     }
 
     /// Returns the weight of the sky that is found by a ray through the opening of tube `tube` at `position` without a return to the
     /// opening; sky found after a return down the guide counts fully. `None`: neither counts.
-    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64>;
+    fn sky_weight(&self, scene: &TraceableScene, tube: usize, state: &PathState, position: DVec3) -> Option<f64>;
 }
 
 /// Next-event estimation of luminaires, and of openings by `Daylight`.
@@ -72,14 +72,14 @@ pub struct NextEvent<'a, D>(pub &'a D);
 
 /// State of a ray: the vertex from which it comes.
 #[derive(Clone, Copy, Debug)]
-pub struct Way {
+pub struct PathState {
     /// Last vertex, if its connections count some of the light that the ray finds; `None` where there were none.
-    pub last: Option<Last>,
+    pub last: Option<LastVertex>,
     /// True for a ray straight from the eye.
     pub from_eye: bool,
 }
 
-impl Way {
+impl PathState {
     /// State of a ray straight from the eye.
     pub const FROM_EYE: Self = Self { last: None, from_eye: true };
     /// State of a ray after a vertex without connections.
@@ -88,7 +88,7 @@ impl Way {
 
 /// Connected vertex from which a ray comes.
 #[derive(Clone, Copy, Debug)]
-pub struct Last {
+pub struct LastVertex {
     pub position: DVec3,
     /// Density of the ray's direction per sr, by the scattering distribution.
     pub density: f64,
@@ -114,29 +114,29 @@ enum Aimed {
 }
 
 impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
-    type Trace = Way;
+    type Trace = PathState;
     type Arrival = ();
 
     #[inline]
-    fn reflected(&self, ray: &Ray<C, Way>, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
+    fn reflected(&self, ray: &Ray<C, PathState>, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
         // what the eye sees straight shows the edges of patches
         if ray.trace.from_eye { None } else { self.0.reflected(surface, point) }
     }
 
     #[inline]
-    fn bright(&self) -> Option<&Bright> {
-        self.0.bright()?.bright()
+    fn bright_patches(&self) -> Option<&BrightPatches> {
+        self.0.coarse_solution()?.bright_patches()
     }
 
-    fn is_aimed(&self, way: Way, patch: Option<u32>, share: f64) -> Way {
-        let aim = Some((patch.map_or(Aimed::Elsewhere, Aimed::At), share));
-        Way { last: way.last.map(|last| Last { aim, ..last }), ..way }
+    fn is_aimed(&self, state: PathState, patch: Option<u32>, fraction: f64) -> PathState {
+        let aim = Some((patch.map_or(Aimed::Elsewhere, Aimed::At), fraction));
+        PathState { last: state.last.map(|last| LastVertex { aim, ..last }), ..state }
     }
 
     #[inline]
-    fn share_of_aim(&self, ray: &Ray<C, Way>, hit: &RoomHit) -> f64 {
-        let Some(Last { aim: Some((aim, share)), position, density, .. }) = ray.trace.last else { return 1.0 };
-        let Some(solution) = self.0.bright() else { return 1.0 };
+    fn aim_weight(&self, ray: &Ray<C, PathState>, hit: &RoomHit) -> f64 {
+        let Some(LastVertex { aim: Some((aim, fraction)), position, density, .. }) = ray.trace.last else { return 1.0 };
+        let Some(solution) = self.0.coarse_solution() else { return 1.0 };
         let met = match hit.place {
             Place::Surface(surface) => solution.aimed(surface, hit.position),
             Place::Opening(_) => None,
@@ -144,15 +144,15 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         match (aim, met) {
             (Aimed::At(patch), met) if met.is_none_or(|(number, _)| number != patch) => 0.0,
             (_, Some((_, per_area))) if per_area > 0.0 => {
-                let aimed = share * density_toward(per_area, position, hit);
-                let scattered = density * (1.0 - share);
+                let aimed = fraction * density_toward(per_area, position, hit);
+                let scattered = density * (1.0 - fraction);
                 scattered / (scattered + aimed)
             }
             _ => 1.0,
         }
     }
 
-    fn arrives(&self, _: &Way, _: f64) {}
+    fn arrives(&self, _: &PathState, _: f64) {}
 
     fn arrives_at_closure(&self) {}
 
@@ -167,8 +167,8 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
                 }
             }
         } else {
-            let known = self.0.openings();
-            let most = if known.is_some() { 1 } else { MOST_OF_UNKNOWN };
+            let computed = self.0.openings();
+            let most = if computed.is_some() { 1 } else { MOST_OF_UNCOMPUTED };
             if scene.tubes.len() <= most {
                 for (index, tube) in scene.tubes.iter().enumerate() {
                     if tube.origin.z > vertex.position.z {
@@ -177,7 +177,7 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
                 }
             } else {
                 let number = walk.samples.random.uniform();
-                let openings = known.unwrap_or(&scene.openings);
+                let openings = computed.unwrap_or(&scene.openings);
                 if let Some((tube, probability)) = openings.choose(vertex.position, vertex.normal, number) {
                     let weight = vertex.weight * (1.0 / probability);
                     self.0.connect(walk, &Vertex { weight, ..*vertex }, tube);
@@ -197,35 +197,38 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
                 continue;
             }
             let source = scene.enclosure.clamp(luminaire.point(walk.samples.pair()));
-            let way = source - vertex.position;
-            let connected = luminaire_density(luminaire, way);
+            let to_light = source - vertex.position;
+            let connected = luminaire_density(luminaire, to_light);
             if connected > 0.0
                 && let Some((response, density)) = walk.respond(vertex, source, Some(luminaire.surface))
             {
-                walk.sum += response * luminaire.seen(way) * (share(connected, density) / connected);
+                walk.sum += response * luminaire.seen(to_light) * (power_heuristic(connected, density) / connected);
             }
         }
     }
 
-    fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), _: DVec3, pdf: f64) -> Way {
+    fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), _: DVec3, pdf: f64) -> PathState {
         let closed_form = !scene.luminaires_obstructed && vertex.lambertian().is_some();
         let (position, narrow, is_sensor) = (vertex.position, vertex.is_narrow(), vertex.is_sensor());
-        let last = Last { position, density: pdf, closed_form, narrow, chain: None, is_sensor, aim: None };
-        Way { last: Some(last), from_eye: false }
+        let last = LastVertex { position, density: pdf, closed_form, narrow, chain: None, is_sensor, aim: None };
+        PathState { last: Some(last), from_eye: false }
     }
 
-    fn turns(&self, scene: &TraceableScene, way: &Way, surface: SurfaceId) -> Way {
-        let connected = way.last.filter(|last| self.0.counts_mirrors() && !last.narrow);
-        let turned =
-            |last: Last| Some(Last { chain: Some(scene.mirrors.next(last.chain, surface)?), aim: None, ..last });
-        connected.and_then(turned).map_or(Way::UNCONNECTED, |last| Way { last: Some(last), from_eye: false })
+    fn turns(&self, scene: &TraceableScene, state: &PathState, surface: SurfaceId) -> PathState {
+        let connected = state.last.filter(|last| self.0.counts_mirrors() && !last.narrow);
+        let turned = |last: LastVertex| {
+            Some(LastVertex { chain: Some(scene.mirrors.next(last.chain, surface)?), aim: None, ..last })
+        };
+        connected
+            .and_then(turned)
+            .map_or(PathState::UNCONNECTED, |last| PathState { last: Some(last), from_eye: false })
     }
 
-    fn passes(&self, _: &Way) -> Way {
-        Way::UNCONNECTED
+    fn passes(&self, _: &PathState) -> PathState {
+        PathState::UNCONNECTED
     }
 
-    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, Way>, position: DVec3) -> f64 {
+    fn luminaire_weight(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, PathState>, position: DVec3) -> f64 {
         let luminaire = &scene.luminaires[number];
         match ray.trace.last {
             None => 1.0,
@@ -244,7 +247,7 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
                     Some(chain) => [rays, scene.mirrors.connections(chain, most)],
                 };
                 let [rays, connections] = at_sensor.map_or([1.0, usual], of_chain);
-                share(rays * last.density, connections * luminaire_density(luminaire, position - origin))
+                power_heuristic(rays * last.density, connections * luminaire_density(luminaire, position - origin))
             }
         }
     }
@@ -253,12 +256,12 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         &self,
         walk: &mut Walk<'_, C>,
         tube: usize,
-        ray: &Ray<C, Way>,
+        ray: &Ray<C, PathState>,
         position: DVec3,
-    ) -> Option<DaylightShare> {
-        Some(match self.0.found_share(walk.scene, tube, &ray.trace, position) {
-            None => DaylightShare::NONE,
-            Some(sky) => DaylightShare { sky, sky_later: 1.0, sun: 0.0 },
+    ) -> Option<DaylightWeights> {
+        Some(match self.0.sky_weight(walk.scene, tube, &ray.trace, position) {
+            None => DaylightWeights::NONE,
+            Some(sky) => DaylightWeights { sky, sky_later: 1.0, sun: 0.0 },
         })
     }
 }
@@ -279,15 +282,15 @@ impl<D> NextEvent<'_, D> {
         for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
             let source = scene.enclosure.clamp(luminaire.point(walk.samples.random.uniform2()));
             let place = (vertex.position, vertex.surface);
-            let Some(way) = scene.way_by_mirrors::<C>(chain, place, (source, Some(luminaire.surface))) else {
+            let Some(path) = scene.mirror_path::<C>(chain, place, (source, Some(luminaire.surface))) else {
                 continue;
             };
-            walk.rays += way.rays;
-            let connected = probability * luminaire_density(luminaire, way.unfolded);
+            walk.rays += path.rays;
+            let connected = probability * luminaire_density(luminaire, path.unfolded);
             if connected > 0.0 {
-                let (response, density) = vertex.response(way.toward);
-                let found = response * way.reflectance * luminaire.seen(way.unfolded);
-                walk.sum += found * (share(connected, density) / connected);
+                let (response, density) = vertex.response(path.toward);
+                let found = response * path.reflectance * luminaire.seen(path.unfolded);
+                walk.sum += found * (power_heuristic(connected, density) / connected);
             }
         }
     }
@@ -295,20 +298,20 @@ impl<D> NextEvent<'_, D> {
 
 /// Converts a density per m2 of points on a surface to one per sr of directions, seen from a place whose ray meets the surface at `hit`.
 fn density_toward(per_area: f64, from: DVec3, hit: &RoomHit) -> f64 {
-    let way = hit.position - from;
-    let squared = way.length_squared();
-    let cosine = -way.dot(hit.normal) / squared.sqrt();
+    let to_hit = hit.position - from;
+    let squared = to_hit.length_squared();
+    let cosine = -to_hit.dot(hit.normal) / squared.sqrt();
     per_area * squared / cosine.max(f64::MIN_POSITIVE)
 }
 
-/// Returns the density per sr of a connection to a uniform random point of a luminaire along `way`; zero from behind it.
-pub fn luminaire_density(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
-    let leaving = -way.dot(luminaire.normal);
-    let distance_squared = way.length_squared();
-    if leaving > 0.0 { distance_squared * distance_squared.sqrt() / (leaving * luminaire.area_m2) } else { 0.0 }
+/// Returns the density per sr of a connection to a uniform random point of a luminaire along `to_light`; zero from behind it.
+pub fn luminaire_density(luminaire: &TraceableLuminaire, to_light: DVec3) -> f64 {
+    let cosine = -to_light.dot(luminaire.normal);
+    let distance_squared = to_light.length_squared();
+    if cosine > 0.0 { distance_squared * distance_squared.sqrt() / (cosine * luminaire.area_m2) } else { 0.0 }
 }
 
 /// Returns the weight of light that was found with `density`, and could have been found with density `other`: the power heuristic.
-pub fn share(density: f64, other: f64) -> f64 {
+pub fn power_heuristic(density: f64, other: f64) -> f64 {
     if other == 0.0 { 1.0 } else { 1.0 / (1.0 + (other / density).powi(2)) }
 }

@@ -11,7 +11,7 @@ use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Weights (MIS) of the daylight found by a ray that meets an opening.
 #[derive(Clone, Copy, Debug)]
-pub struct DaylightShare {
+pub struct DaylightWeights {
     /// Weight of the sky that the ray finds without a return to the opening.
     pub sky: f64,
     /// Weight of the sky that the ray finds after it came back down the guide.
@@ -20,7 +20,7 @@ pub struct DaylightShare {
     pub sun: f64,
 }
 
-impl DaylightShare {
+impl DaylightWeights {
     /// Weights where other estimators count all daylight.
     pub const NONE: Self = Self { sky: 0.0, sky_later: 0.0, sun: 0.0 };
 
@@ -54,14 +54,14 @@ pub fn enter_tube<'a, const C: usize>(
     scene: &TraceableScene,
     tube: &'a TraceableTube,
     mut arriving: Arriving<C>,
-    shares: DaylightShare,
+    weights: DaylightWeights,
     samples: &mut PathSamples,
     rays: &mut RayCount,
 ) -> (Spectrum<C>, Onward<'a, C>) {
     let mut found = Spectrum::ZERO;
-    let shares = if tube.daylit { shares } else { DaylightShare::NONE };
-    let mut share_of_sky = shares.sky;
-    let climbs = !shares.is_none() || (scene.guide_return && tube.guide.returns_light());
+    let weights = if tube.daylit { weights } else { DaylightWeights::NONE };
+    let mut sky_weight = weights.sky;
+    let climbs = !weights.is_none() || (scene.guide_return && tube.guide.returns_light());
     for _ in 0..MAX_EVENTS {
         let Arriving { position, direction, weight } = arriving;
         let from_below = direction.z > 0.0;
@@ -78,7 +78,7 @@ pub fn enter_tube<'a, const C: usize>(
                 if from_below { (SheetSide::Other, SheetSide::Same) } else { (SheetSide::Same, SheetSide::Other) };
             let down = weight * closure.likely_albedo(-direction, below);
             match upward::<C>(tube, &closure, -direction, above, samples) {
-                Some((toward, share)) => (down, weight * share, toward),
+                Some((toward, fraction)) => (down, weight * fraction, toward),
                 None => (down, Spectrum::ZERO, direction),
             }
         };
@@ -89,9 +89,9 @@ pub fn enter_tube<'a, const C: usize>(
             let out = up * transit.weight();
             if transit.end == End::Top {
                 let toward = transit.direction;
-                let sky = scene.sky.as_ref().map_or(0.0, |sky| share_of_sky * sky.luminance(toward));
-                let sun = scene.sun.filter(|sun| shares.sun > 0.0 && toward.z > 0.0 && sun.covers(toward));
-                found += out * (sky + sun.map_or(0.0, |sun| shares.sun * sun.luminance_cd_m2()));
+                let sky = scene.sky.as_ref().map_or(0.0, |sky| sky_weight * sky.luminance(toward));
+                let sun = scene.sun.filter(|sun| weights.sun > 0.0 && toward.z > 0.0 && sun.covers(toward));
+                found += out * (sky + sun.map_or(0.0, |sun| weights.sun * sun.luminance_cd_m2()));
             } else if transit.end == End::Opening && scene.guide_return {
                 returning = out;
                 place = (tube.origin + transit.position, transit.direction);
@@ -111,7 +111,7 @@ pub fn enter_tube<'a, const C: usize>(
         }
         let weight = returning * (1.0 / (survival * returns));
         arriving = Arriving { position: place.0, direction: place.1, weight };
-        share_of_sky = shares.sky_later;
+        sky_weight = weights.sky_later;
     }
     (found, Onward::Ends)
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::next_event::{Daylight, NextEvent, Way};
+use super::next_event::{Daylight, NextEvent, PathState};
 use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
 use crate::guide::RayCount;
@@ -42,7 +42,7 @@ impl Sampling {
 /// keys.
 ///
 /// The directions are those of a lattice ([`lattice`]).
-struct Spread {
+struct SensorDirections {
     paths: f64,
     shift: [f64; 2],
     /// Number of paths for each one that continues.
@@ -51,7 +51,7 @@ struct Spread {
     next: f64,
 }
 
-impl Spread {
+impl SensorDirections {
     fn new(sampling: Sampling, beyond: u32, random: &mut PathRandom) -> Self {
         let paths = f64::from(sampling.paths);
         let stride = paths / f64::from(beyond);
@@ -104,7 +104,7 @@ pub fn sensor<const C: usize>(
         return (lux, rays);
     }
     let mut random = PathRandom::new(stream.stream(Stream::GatherDirections, 0));
-    let mut spread = sampling.beyond.map(|beyond| Spread::new(sampling, beyond, &mut random));
+    let mut spread = sampling.beyond.map(|beyond| SensorDirections::new(sampling, beyond, &mut random));
     let mut going_on = 0;
     // such a sensor gets light by its paths only from what surfaces reflect
     let is_point = grid.estimate == EstimateKind::Point && !scene.is_in_solid(centre);
@@ -116,7 +116,7 @@ pub fn sensor<const C: usize>(
         if let Some((point, 0.0)) = next
             && gathers
         {
-            let of_ray = Gathered::from_sensor(scene, daylight, Sensor { position: centre, normal }, point);
+            let of_ray = FirstHitLight::from_sensor(scene, daylight, Sensor { position: centre, normal }, point);
             let Some(mut gathered) = of_ray else { continue };
             if !gathered.follow(scene, daylight, &mut random) {
                 let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
@@ -164,18 +164,18 @@ pub fn sensor<const C: usize>(
 
 /// Light found by a sensor's ray that ends at the first surface with a coarse solution, and by its reflections if that is a mirror: a
 /// faster form of [`Walk`].
-struct Gathered<const C: usize> {
+struct FirstHitLight<const C: usize> {
     /// Illuminance in lux.
     sum: Spectrum<C>,
     /// Part of the ray that is not yet followed.
-    ray: Ray<C, Way>,
+    ray: Ray<C, PathState>,
     rays: u64,
 }
 
 /// Fraction of a ray's first weight below which Russian roulette decides whether a mirror reflects it.
 const FAINT: f64 = 0.2;
 
-impl<const C: usize> Gathered<C> {
+impl<const C: usize> FirstHitLight<C> {
     /// Makes a ray from a sensor in the direction given by a point of the unit square; `None` where it would be aimed below the horizon.
     fn from_sensor(
         scene: &TraceableScene,
@@ -184,17 +184,17 @@ impl<const C: usize> Gathered<C> {
         point: [f64; 2],
     ) -> Option<Self> {
         let meeting = NextEvent(daylight);
-        let bright = Meeting::<C>::bright(&meeting);
-        let share = bright.map_or(0.0, |bright| bright.share(0.0));
-        let aim = bright.map_or(Aim::Elsewhere(point), |bright| bright.aim(share, point));
+        let bright = Meeting::<C>::bright_patches(&meeting);
+        let fraction = bright.map_or(0.0, |bright| bright.fraction(0.0));
+        let aim = bright.map_or(Aim::Elsewhere(point), |bright| bright.aim(fraction, point));
         let (direction, patch) = match aim {
             Aim::At(patch, place) => ((place - sensor.position).try_normalize()?, Some(patch)),
             Aim::Elsewhere(point) => (warp::around(sensor.normal, warp::cosine_hemisphere(point)), None),
         };
         let cosine = direction.dot(sensor.normal);
-        let rest = 1.0 - share;
+        let rest = 1.0 - fraction;
         let trace = meeting.leaves(scene, &Vertex::sensor(sensor), &(), direction, cosine / PI);
-        let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, patch, share) } else { trace };
+        let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, patch, fraction) } else { trace };
         let (origin, weight) = (sensor.position, Spectrum::ONE * (PI / rest));
         let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };
         (cosine > 0.0).then_some(Self { sum: Spectrum::ZERO, ray, rays: 0 })
@@ -207,13 +207,13 @@ impl<const C: usize> Gathered<C> {
             let Ray { origin, direction, from, weight, trace, .. } = self.ray;
             let hit = scene.intersect(origin, direction, from);
             let Place::Surface(surface) = hit.place else { return false };
-            let weight = weight * NextEvent(daylight).share_of_aim(&self.ray, &hit);
+            let weight = weight * NextEvent(daylight).aim_weight(&self.ray, &hit);
             if weight.max() <= 0.0 {
                 return true;
             }
-            let Some(known) = daylight.reflected(surface, hit.position) else { return false };
+            let Some(coarse) = daylight.reflected(surface, hit.position) else { return false };
             self.rays += 1;
-            self.sum += weight * known;
+            self.sum += weight * coarse;
             let Some(optics) = scene.optics(surface).filter(|optics| optics.is_mirror()) else { return true };
             let weight = weight * optics.specular();
             let survival = (weight.max() / (FAINT * PI)).min(1.0);
@@ -268,7 +268,7 @@ fn pixel<const C: usize>(
         let [x, y] = place_in_pixel(stream, number, paths, &mut walk.samples);
         let direction = view.ray_direction(column as f64 + x, row as f64 + y);
         if let Some(origin) = enter_room(scene, view.eye, direction) {
-            walk.luminance(&NextEvent(daylight), origin, direction, Way::FROM_EYE);
+            walk.luminance(&NextEvent(daylight), origin, direction, PathState::FROM_EYE);
         }
         luminance += walk.sum;
         rays += walk.rays;

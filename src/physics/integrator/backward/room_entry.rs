@@ -32,9 +32,9 @@ pub fn exit_seen_by<const C: usize>(
     view: &View,
 ) -> Option<(usize, Spectrum<C>)> {
     let (pixel, solid_angle) = view.pixel_of(exit.position)?;
-    let way = exit.position - view.eye;
-    let distance_squared = way.length_squared();
-    let direction = way / distance_squared.sqrt();
+    let to_exit = exit.position - view.eye;
+    let distance_squared = to_exit.length_squared();
+    let direction = to_exit / distance_squared.sqrt();
     let intensity = exit.intensity(-direction);
     if intensity.max() <= 0.0 {
         return None;

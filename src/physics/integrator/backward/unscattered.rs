@@ -57,9 +57,9 @@ pub fn unscattered(
     looks_up: LooksUp,
     by: impl Fn(&TraceableTube) -> bool,
 ) -> (f64, RayCount) {
-    let (mut lux, mut taken) = (0.0, RayCount::default());
+    let (mut lux, mut traced) = (0.0, RayCount::default());
     if scene.is_in_solid(sensor) {
-        return (lux, taken);
+        return (lux, traced);
     }
     let is_picked = |tube: &TraceableTube| tube.daylit && tube.origin.z > sensor.z && by(tube);
     let all: Vec<(usize, Backward)> = scene
@@ -80,9 +80,9 @@ pub fn unscattered(
         let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), wanted);
         let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), looks_up.sun_nodes);
         lux += sky + sun;
-        taken += sky_rays + sun_rays;
+        traced += sky_rays + sun_rays;
     }
-    (lux, taken)
+    (lux, traced)
 }
 
 /// Computes the sky light that reaches a point of a surface straight through clear closures, in lx, by one ray to each tube, and the number
@@ -92,19 +92,19 @@ pub fn sky_through_openings(
     (position, normal): (DVec3, DVec3),
     samples: &mut PathSamples,
 ) -> (Spectrum<3>, RayCount) {
-    let (mut lux, mut taken) = (Spectrum::ZERO, RayCount::default());
-    let Some(sky) = &scene.sky else { return (lux, taken) };
+    let (mut lux, mut traced) = (Spectrum::ZERO, RayCount::default());
+    let Some(sky) = &scene.sky else { return (lux, traced) };
     for tube in scene.tubes.iter().filter(|tube| tube.daylit && tube.origin.z > position.z) {
         let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
         let backward = Backward { scene, tube, sensor: position, normal, zone };
         let (inner, outer) = zone;
         let area = PI * (outer * outer - inner * inner);
         let point = tube.origin + warp::annulus(samples.pair(), inner, outer).extend(0.0);
-        if let Some((weight, toward)) = backward.through(point, &mut samples.random, &mut taken) {
+        if let Some((weight, toward)) = backward.through(point, &mut samples.random, &mut traced) {
             lux += weight * (area * sky.luminance(toward));
         }
     }
-    (lux, taken)
+    (lux, traced)
 }
 
 /// Light that reaches a sensor unscattered through one tube, followed backward.
@@ -151,8 +151,8 @@ impl Backward<'_> {
             let Some(point) = point else { continue };
             if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
                 // combined density of both kinds of rays, relative to uniform points of the zone
-                let share = if near { 2.0 / (1.0 + self.cosine_density(point) * area) } else { 1.0 };
-                sum += share * weight.luminance() * sky.luminance(toward);
+                let fraction = if near { 2.0 / (1.0 + self.cosine_density(point) * area) } else { 1.0 };
+                sum += fraction * weight.luminance() * sky.luminance(toward);
             }
         }
         (sum * area / wanted, rays)
@@ -172,9 +172,9 @@ impl Backward<'_> {
 
     /// Returns the density per m2 of points in cosine-distributed directions.
     fn cosine_density(&self, point: DVec3) -> f64 {
-        let way = point - self.sensor;
-        let distance_squared = way.length_squared();
-        way.dot(self.normal).max(0.0) * way.z / (PI * distance_squared * distance_squared)
+        let to_point = point - self.sensor;
+        let distance_squared = to_point.length_squared();
+        to_point.dot(self.normal).max(0.0) * to_point.z / (PI * distance_squared * distance_squared)
     }
 
     /// Computes the sunlight through a straight pipe, by the arcs of the opening in which the disc is visible, at random zenith angles of
@@ -205,9 +205,9 @@ impl Backward<'_> {
     /// outside.
     fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut RayCount) -> Option<(Spectrum<3>, DVec3)> {
         let transmittance: Spectrum<3> = self.tube.closure_at(point).unscattered()?;
-        let way = point - self.sensor;
-        let distance_squared = way.length_squared();
-        let direction = way / distance_squared.sqrt();
+        let to_point = point - self.sensor;
+        let distance_squared = to_point.length_squared();
+        let direction = to_point / distance_squared.sqrt();
         if !self.scene.visible(self.sensor, None, point, None) {
             return None;
         }

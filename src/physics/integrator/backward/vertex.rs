@@ -24,7 +24,7 @@ pub struct Vertex<'a, const C: usize> {
 impl<'a, const C: usize> Vertex<'a, C> {
     /// Makes the vertex of a sensor.
     pub fn sensor(Sensor { position, normal }: Sensor) -> Self {
-        let scatterer = Scatterer::Sensor(scatterer::Sensor { normal });
+        let scatterer = Scatterer::Sensor(scatterer::CosineSensor { normal });
         Self { position, normal, surface: None, eye: normal, weight: Spectrum::ONE, scatterer }
     }
 

@@ -6,10 +6,10 @@
 
 use glam::DVec3;
 
-use super::opening::{Arriving, DaylightShare, Onward, enter_tube};
+use super::opening::{Arriving, DaylightWeights, Onward, enter_tube};
 use super::vertex::Vertex;
 use crate::guide::RayCount;
-use crate::integrator::radiosity::{Aim, Bright};
+use crate::integrator::radiosity::{Aim, BrightPatches};
 use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Kind, Oriented, Scatter, Scattered, SheetSide, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
@@ -43,11 +43,11 @@ pub trait Meeting<const C: usize> {
 
     /// Returns the bright patches of the coarse solution, at which some rays are aimed; `None` where rays are not aimed.
     #[inline]
-    fn bright(&self) -> Option<&Bright> {
+    fn bright_patches(&self) -> Option<&BrightPatches> {
         None
     }
 
-    /// Returns the state of a ray that is aimed at a patch (`None`: at no patch), where a fraction `share` of the rays is.
+    /// Returns the state of a ray that is aimed at a patch (`None`: at no patch), where `fraction` of the rays are.
     fn is_aimed(&self, trace: Self::Trace, _patch: Option<u32>, _share: f64) -> Self::Trace {
         trace
     }
@@ -55,7 +55,7 @@ pub trait Meeting<const C: usize> {
     /// Returns the weight of a ray where it ends, because both aimed rays and others may end there (the balance heuristic, Veach and Guibas
     /// 1995); 0 for an aimed ray that ends elsewhere.
     #[inline]
-    fn share_of_aim(&self, _ray: &Ray<C, Self::Trace>, _hit: &RoomHit) -> f64 {
+    fn aim_weight(&self, _ray: &Ray<C, Self::Trace>, _hit: &RoomHit) -> f64 {
         1.0
     }
 
@@ -91,8 +91,13 @@ pub trait Meeting<const C: usize> {
     fn passes(&self, trace: &Self::Trace) -> Self::Trace;
 
     /// Returns the weight (MIS) of the light of luminaire `number` for a ray that finds it at `position`.
-    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, Self::Trace>, position: DVec3)
-    -> f64;
+    fn luminaire_weight(
+        &self,
+        scene: &TraceableScene,
+        number: usize,
+        ray: &Ray<C, Self::Trace>,
+        position: DVec3,
+    ) -> f64;
 
     /// Returns the weights of the daylight found by a ray that meets the opening of a tube at `position`; `None` where the path ends there.
     fn meets_opening(
@@ -101,7 +106,7 @@ pub trait Meeting<const C: usize> {
         tube: usize,
         ray: &Ray<C, Self::Trace>,
         position: DVec3,
-    ) -> Option<DaylightShare>;
+    ) -> Option<DaylightWeights>;
 }
 
 /// Ray through the room.
@@ -118,11 +123,14 @@ pub struct Ray<const C: usize, Trace> {
 }
 
 /// Returns the bright patches at which some rays from a vertex are aimed, and the fraction of rays that are; `None` where none are.
-fn aimed_from<'a, const C: usize, M: Meeting<C>>(meeting: &'a M, vertex: &Vertex<'_, C>) -> Option<(&'a Bright, f64)> {
-    let bright = meeting.bright().filter(|_| !vertex.is_narrow())?;
+fn aimed_from<'a, const C: usize, M: Meeting<C>>(
+    meeting: &'a M,
+    vertex: &Vertex<'_, C>,
+) -> Option<(&'a BrightPatches, f64)> {
+    let bright = meeting.bright_patches().filter(|_| !vertex.is_narrow())?;
     let reflected = || Scatter::<C>::albedo(&vertex.scatterer, vertex.eye, vertex.side()).max();
-    let share = bright.share(if vertex.is_sensor() { 0.0 } else { reflected() });
-    (share > 0.0).then_some((bright, share))
+    let fraction = bright.fraction(if vertex.is_sensor() { 0.0 } else { reflected() });
+    (fraction > 0.0).then_some((bright, fraction))
 }
 
 /// Path that is followed backward, with its random numbers and the light that it found.
@@ -187,19 +195,19 @@ impl<'a, const C: usize> Walk<'a, C> {
             let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
             meeting.flew(&mut ray.trace, (hit.position - ray.origin).length());
-            let share = meeting.share_of_aim(&ray, &hit);
-            if share <= 0.0 {
+            let weight = meeting.aim_weight(&ray, &hit);
+            if weight <= 0.0 {
                 return;
             }
-            ray.weight = ray.weight * share;
+            ray.weight = ray.weight * weight;
             let next = match hit.place {
                 Place::Opening(index) => self.meet_opening(meeting, index, hit.position, &ray),
                 Place::Surface(surface) => {
                     if let Some(number) = scene.numbering.luminaire_of(surface) {
                         let seen: Spectrum<C> = scene.luminaires[number].seen(ray.direction);
                         if seen.max() > 0.0 {
-                            let share = meeting.luminaire_share(scene, number, &ray, hit.position);
-                            self.sum += ray.weight * seen * share;
+                            let weight = meeting.luminaire_weight(scene, number, &ray, hit.position);
+                            self.sum += ray.weight * seen * weight;
                         }
                         return;
                     }
@@ -208,7 +216,7 @@ impl<'a, const C: usize> Walk<'a, C> {
                         return;
                     }
                     match meeting.reflected(&ray, surface, hit.position) {
-                        Some(known) => {
+                        Some(coarse) => {
                             let plain;
                             let rest = match optics.is_mirror() {
                                 true => {
@@ -218,7 +226,7 @@ impl<'a, const C: usize> Walk<'a, C> {
                                 }
                                 false => optics,
                             };
-                            if !self.goes_beyond(known, (rest, meeting.bright()), &mut ray) {
+                            if !self.goes_beyond(coarse, (rest, meeting.bright_patches()), &mut ray) {
                                 return;
                             }
                             self.meet_surface(meeting, (surface, rest), &hit, &ray, None)
@@ -256,26 +264,26 @@ impl<'a, const C: usize> Walk<'a, C> {
         self.stands_for = stands_for;
     }
 
-    /// Counts the `known` light of a coarse solution where a ray meets a surface, and decides whether the ray continues for the residual;
-    /// if so it gets the weight of those that end.
+    /// Counts `coarse`, the light of a coarse solution, where a ray meets a surface, and decides whether the ray continues for the
+    /// residual; if so it gets the weight of those that end.
     fn goes_beyond<Trace>(
         &mut self,
-        known: Spectrum<C>,
-        (optics, bright): (&SurfaceOptics, Option<&Bright>),
+        coarse: Spectrum<C>,
+        (optics, bright): (&SurfaceOptics, Option<&BrightPatches>),
         ray: &mut Ray<C, Trace>,
     ) -> bool {
-        self.sum += ray.weight * known;
+        self.sum += ray.weight * coarse;
         self.since.get_or_insert(self.sum);
         let stands_for = self.stands_for.take().unwrap_or_else(|| {
-            let leaving = ray.weight * (optics.diffuse() + optics.specular());
-            let reflectance = leaving.max() / ray.weight.max();
+            let outgoing = ray.weight * (optics.diffuse() + optics.specular());
+            let reflectance = outgoing.max() / ray.weight.max();
             // rays that are not aimed represent all rays
-            let aimed = bright.map_or(0.0, |bright| bright.share(reflectance));
+            let aimed = bright.map_or(0.0, |bright| bright.fraction(reflectance));
             let probability = (reflectance / (1.0 - aimed)).clamp(LEAST_BEYOND, 1.0);
             if self.samples.random.uniform() < probability { 1.0 / probability } else { 0.0 }
         });
         ray.weight = ray.weight * stands_for;
-        self.sum += ray.weight * known * -1.0;
+        self.sum += ray.weight * coarse * -1.0;
         stands_for > 0.0
     }
 
@@ -296,9 +304,9 @@ impl<'a, const C: usize> Walk<'a, C> {
             meeting.connect(self, &vertex, &arrival);
         }
         let specular = ray.weight * optics.specular();
-        let leaving = if M::FOLLOWS_DIFFUSE { ray.weight * optics.diffuse() + specular } else { specular }.max();
+        let outgoing = if M::FOLLOWS_DIFFUSE { ray.weight * optics.diffuse() + specular } else { specular }.max();
         let survival = match first {
-            Some(first) => self.survival(leaving, ray.weight.max(), first)?,
+            Some(first) => self.survival(outgoing, ray.weight.max(), first)?,
             None => 1.0,
         };
         let (scattered, patch) = if M::FOLLOWS_DIFFUSE {
@@ -327,12 +335,12 @@ impl<'a, const C: usize> Walk<'a, C> {
         vertex: &Vertex<'_, C>,
         side: SheetSide,
     ) -> Option<(Scattered<C>, Option<u32>)> {
-        let Some((bright, share)) = aimed_from(meeting, vertex) else {
+        let Some((bright, fraction)) = aimed_from(meeting, vertex) else {
             let scattered = vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, side, &mut self.samples)?;
             return Some((scattered, None));
         };
-        let rest = 1.0 - share;
-        match bright.aim(share, self.samples.pair()) {
+        let rest = 1.0 - fraction;
+        match bright.aim(fraction, self.samples.pair()) {
             Aim::At(patch, point) => {
                 let toward = (point - vertex.position).try_normalize()?;
                 let (value, pdf) = Vertex { weight: Spectrum::ONE, ..*vertex }.response(toward);
@@ -357,7 +365,7 @@ impl<'a, const C: usize> Walk<'a, C> {
     ) -> M::Trace {
         let trace = meeting.leaves(self.scene, vertex, arrival, toward, pdf);
         match aimed_from(meeting, vertex) {
-            Some((_, share)) => meeting.is_aimed(trace, patch, share),
+            Some((_, fraction)) => meeting.is_aimed(trace, patch, fraction),
             None => trace,
         }
     }
@@ -365,15 +373,15 @@ impl<'a, const C: usize> Walk<'a, C> {
     /// Decides by Russian roulette whether a path continues that arrives with one weight, would leave with another, and began with `first`;
     /// returns the probability of this, and `None` where the path ends.
     #[inline]
-    pub fn survival(&mut self, leaving: f64, arriving: f64, first: f64) -> Option<f64> {
-        if leaving <= 0.0 {
+    pub fn survival(&mut self, outgoing: f64, arriving: f64, first: f64) -> Option<f64> {
+        if outgoing <= 0.0 {
             return None;
         }
-        if self.certain > 0 && leaving >= CERTAIN_ABOVE * first {
+        if self.certain > 0 && outgoing >= CERTAIN_ABOVE * first {
             self.certain -= 1;
             return Some(1.0);
         }
-        let survival = survival(leaving, arriving, first);
+        let survival = survival(outgoing, arriving, first);
         (self.samples.random.uniform() < survival).then_some(survival)
     }
 
@@ -386,10 +394,10 @@ impl<'a, const C: usize> Walk<'a, C> {
         ray: &Ray<C, M::Trace>,
     ) -> Option<Ray<C, M::Trace>> {
         let scene = self.scene;
-        let shares = meeting.meets_opening(self, index, ray, position)?;
+        let weights = meeting.meets_opening(self, index, ray, position)?;
         let arriving = Arriving { position, direction: ray.direction, weight: ray.weight };
         let tube = &scene.tubes[index];
-        let (found, onward) = enter_tube(scene, tube, arriving, shares, &mut self.samples, &mut self.rays);
+        let (found, onward) = enter_tube(scene, tube, arriving, weights, &mut self.samples, &mut self.rays);
         self.sum += found;
         match onward {
             Onward::Ends => None,

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::light::LightVertex;
 use super::weight::{Edge, MisWeight};
-use crate::integrator::backward::opening::DaylightShare;
+use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::traceable::{SurfaceId, TraceableScene};
@@ -66,7 +66,7 @@ impl<const C: usize> EyeSide<'_, C> {
     /// Makes the state of a ray straight from the eye through a pixel of solid angle `pixel` in sr; `outside` is the distance in m from the
     /// eye to the point where its ray enters the room.
     pub fn start_at_eye(&self, outside: f64, pixel: f64) -> EyeTrace {
-        let mut edge = Edge::leaving(&MisWeight::start(1.0, 0.0), 1.0 / pixel, 1.0, 0.0, self.cut);
+        let mut edge = Edge::outgoing(&MisWeight::start(1.0, 0.0), 1.0 / pixel, 1.0, 0.0, self.cut);
         edge.extend(outside);
         EyeTrace { edge, from: From::Eye }
     }
@@ -100,12 +100,12 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         }
         let scene = walk.scene;
         for light in self.photon {
-            let way = light.position - vertex.position;
-            let distance_squared = way.length_squared();
+            let to_light = light.position - vertex.position;
+            let distance_squared = to_light.length_squared();
             if distance_squared == 0.0 {
                 continue;
             }
-            let toward = way / distance_squared.sqrt();
+            let toward = to_light / distance_squared.sqrt();
             let (response, forward) = vertex.response(toward);
             let arriving = response * light.intensity(scene, -toward);
             if arriving.max() <= 0.0 {
@@ -132,7 +132,7 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         pdf: f64,
     ) -> EyeTrace {
         let cosine = toward.dot(vertex.normal);
-        let edge = Edge::leaving(&arrival.weight, pdf, cosine, vertex.back(toward), arrival.cut);
+        let edge = Edge::outgoing(&arrival.weight, pdf, cosine, vertex.back(toward), arrival.cut);
         EyeTrace { edge, from: arrival.from }
     }
 
@@ -146,7 +146,7 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         EyeTrace { edge: Edge::uncut(), from: From::Inside }
     }
 
-    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, EyeTrace>, _: DVec3) -> f64 {
+    fn luminaire_weight(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, EyeTrace>, _: DVec3) -> f64 {
         let cosine = -ray.direction.dot(scene.luminaires[number].normal);
         let weight = ray.trace.edge.arrive(cosine);
         let start = self.starts.luminaires[number];
@@ -160,7 +160,7 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         tube: usize,
         ray: &Ray<C, EyeTrace>,
         position: DVec3,
-    ) -> Option<DaylightShare> {
+    ) -> Option<DaylightWeights> {
         let EyeTrace { edge, from } = ray.trace;
         let mut weight = edge.arrive(ray.direction.z);
         let clear = walk.scene.tubes[tube].closure_at(position).unscattered::<C>().is_some();
@@ -174,9 +174,9 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         let sky = 1.0 / (1.0 + weight.others(start, ray.direction.z / PI) + crossing);
         Some(match from {
             // photons reach points by their last segment through the closure alone, cells by any
-            From::Point if straight_to_sensor => DaylightShare { sky: 0.0, sky_later: 1.0, sun },
-            From::Cell(_) if straight_to_sensor => DaylightShare { sky: 0.0, sky_later: 0.0, sun },
-            _ => DaylightShare { sky, sky_later: sky, sun },
+            From::Point if straight_to_sensor => DaylightWeights { sky: 0.0, sky_later: 1.0, sun },
+            From::Cell(_) if straight_to_sensor => DaylightWeights { sky: 0.0, sky_later: 0.0, sun },
+            _ => DaylightWeights { sky, sky_later: sky, sun },
         })
     }
 }

@@ -25,7 +25,7 @@ pub struct LightVertex<const C: usize> {
     /// True if the path starts here: at a diffuser or a luminaire.
     source: bool,
     /// Lambertian flux that leaves, in lm.
-    leaving: Spectrum<C>,
+    outgoing: Spectrum<C>,
     /// Flux that leaves in a lobe, or at a measured diffuser the flux that arrives, in lm.
     lobe: Spectrum<C>,
     pub weight: MisWeight,
@@ -43,7 +43,7 @@ impl<const C: usize> LightVertex<C> {
         if cosine <= 0.0 {
             return Spectrum::ZERO;
         }
-        let lambertian = self.leaving * (cosine / PI);
+        let lambertian = self.outgoing * (cosine / PI);
         match self.scatterer(scene) {
             Some(scatterer) if self.lobe.max() > 0.0 => {
                 lambertian + self.lobe * scatterer.value(Travel::WithLight, -self.incident, outward)
@@ -166,7 +166,7 @@ impl<'a, const C: usize> Recorder<'a, C> {
     }
 
     fn push(&mut self, scattering: &Scattering<'_, C>, source: bool, weight: MisWeight) {
-        let Scattering { position, normal, leaving, lobe, surface, diffuser } = *scattering;
+        let Scattering { position, normal, outgoing, lobe, surface, diffuser } = *scattering;
         self.paths.vertices.push(LightVertex {
             position,
             normal,
@@ -174,7 +174,7 @@ impl<'a, const C: usize> Recorder<'a, C> {
             surface,
             diffuser,
             source,
-            leaving,
+            outgoing,
             lobe: lobe.map_or(Spectrum::ZERO, |lobe| lobe.flux),
             weight,
         });
@@ -202,21 +202,21 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
 
     fn flew(&mut self, flight: &Flight<C>) {
         let from_opening = matches!(flight.origin, Origin::Specular | Origin::Diffuser);
-        let way = flight.to - flight.from;
-        let length = way.length();
+        let segment = flight.to - flight.from;
+        let length = segment.length();
         // light that leaves an opening a second time has met it from below
         self.ended |= (from_opening && self.flights > 0) || length == 0.0;
         if self.ended {
             return;
         }
-        let direction = way / length;
+        let direction = segment / length;
         let mirror = |surface: SurfaceId| self.scene.optics(surface).is_some_and(SurfaceOptics::is_mirror);
         match flight.origin {
             Origin::Specular => {
                 self.unscattered.push(*flight);
                 let cosine = direction.z.abs();
                 let start = MisWeight::start(self.start, self.found);
-                self.edge = Edge::leaving(&start, cosine / PI, cosine, 0.0, 0.0);
+                self.edge = Edge::outgoing(&start, cosine / PI, cosine, 0.0, 0.0);
                 self.from_source = true;
             }
             Origin::Lobe(surface) if mirror(surface) => {
@@ -230,7 +230,7 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
                     let cosine = direction.dot(vertex.normal);
                     let density = vertex.forward(self.scene, direction);
                     let back = vertex.back(self.scene, direction);
-                    self.edge = Edge::leaving(&vertex.weight, density, cosine, back, 1.0);
+                    self.edge = Edge::outgoing(&vertex.weight, density, cosine, back, 1.0);
                     self.from_source = vertex.source;
                     if vertex.alone() {
                         self.alone.push(*flight);

@@ -43,17 +43,17 @@ use rayon::prelude::*;
 use self::eye::{EyeSide, From, Starts};
 use self::light::{LightPaths, LightVertex, Recorder};
 use self::settings::MOST;
-pub use self::settings::{Settings, Sizes};
+pub use self::settings::{PathCounts, Settings};
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::RayCount;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Trial};
-use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks, sums_at_once};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Retained, Task, Trial};
+use crate::integrator::photon::chunks::{Chunks, Tally, concurrent_sums, fold_chunks};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
-use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::energy_balance::PhotonTotals;
 use crate::integrator::photon::path::{Flight, trace};
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::Spectrum;
@@ -88,34 +88,34 @@ impl Described for Settings {
             * Load::COPIES
     }
 
-    fn kept_of_sensor(&self, grid: &Grid) -> Kept {
+    fn retained_per_sensor(&self, grid: &Grid) -> Retained {
         let photons = self.photons_per_pass.unwrap_or(MOST as u64);
-        Kept { sums_at_once: sums_at_once(grid.len(), photons) as f64, ..Kept::MEANS }
+        Retained { concurrent_sums: concurrent_sums(grid.len(), photons) as f64, ..Retained::MEANS }
     }
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
-        let sizes = self.sizes(target, !task.views.is_empty());
-        let (share, most_places, powers) = if task.views.is_empty() {
+        let counts = self.path_counts(target, !task.views.is_empty());
+        let (fraction, most_places, powers) = if task.views.is_empty() {
             (0.5, 36, Powers::OF_PHOTONS)
         } else {
             // the noise is that of the eye paths, each of which is connected to one photon
             (0.0625, 1024, Powers { work_of_place: 0.0, variance: 0.0, shared_variance: 0.0, ..Powers::OF_PHOTONS })
         };
-        let tried = TrialPasses::fewer(sizes.photons, share);
-        let samples = f64::from(sizes.per_sensor) * tried as f64 / sizes.photons as f64;
+        let tried = TrialPasses::fewer(counts.photons, fraction);
+        let samples = f64::from(counts.per_sensor) * tried as f64 / counts.photons as f64;
         let samples_per_sensor = Some((samples as u32).max(1));
         let smaller = Self { photons_per_pass: Some(tried), samples_per_sensor, ..self.clone() };
-        Trial::whole(smaller, most_places).with(TrialPasses::of_photons(tried, sizes.photons, powers))
+        Trial::whole(smaller, most_places).with(TrialPasses::of_photons(tried, counts.photons, powers))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
-        let sizes = self.sizes(target, !task.views.is_empty());
+        let counts = self.path_counts(target, !task.views.is_empty());
         match task.scene.channels {
             Channels::Photopic => {
-                Computation::passes(Bidirectional::<1>::new(scene, task.grids, task.views, sizes, seed))
+                Computation::passes(Bidirectional::<1>::new(scene, task.grids, task.views, counts, seed))
             }
-            Channels::Rgb => Computation::passes(Bidirectional::<3>::new(scene, task.grids, task.views, sizes, seed)),
+            Channels::Rgb => Computation::passes(Bidirectional::<3>::new(scene, task.grids, task.views, counts, seed)),
         }
     }
 }
@@ -134,7 +134,7 @@ pub struct Bidirectional<const C: usize> {
     starts: Starts,
     grids: Vec<Grid>,
     views: Vec<View>,
-    sizes: Sizes,
+    counts: PathCounts,
     seed: Key,
 }
 
@@ -145,12 +145,12 @@ struct Connected<const C: usize> {
     grids: Vec<Vec<f64>>,
     /// Pixels and their luminance in cd/m2, per view.
     views: Vec<Vec<(usize, Spectrum<C>)>>,
-    account: Account,
+    totals: PhotonTotals,
 }
 
 impl<const C: usize> Tally for Connected<C> {
     fn is_finite(&self) -> bool {
-        self.account.is_finite()
+        self.totals.is_finite()
             && self.grids.iter().flatten().all(|lux| lux.is_finite())
             && self.views.iter().flatten().all(|(_, luminance)| luminance.is_finite())
     }
@@ -158,35 +158,35 @@ impl<const C: usize> Tally for Connected<C> {
 
 impl<const C: usize> Bidirectional<C> {
     /// Builds the method, and divides the photons of a pass among the sources; equal seeds give equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], sizes: Sizes, seed: u64) -> Self {
-        let emission = Emission::new(&scene, sizes.photons);
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], counts: PathCounts, seed: u64) -> Self {
+        let emission = Emission::new(&scene, counts.photons);
         let sky =
-            scene.tubes.iter().enumerate().map(|(number, tube)| emission.sky_share(number) / tube.opening_area_m2());
+            scene.tubes.iter().enumerate().map(|(number, tube)| emission.sky_fraction(number) / tube.opening_area_m2());
         let luminaires = scene.luminaires.iter().enumerate();
         let starts = Starts {
             sky: sky.collect(),
-            luminaires: luminaires.map(|(number, l)| emission.luminaire_share(number) / l.area_m2).collect(),
+            luminaires: luminaires.map(|(number, l)| emission.luminaire_fraction(number) / l.area_m2).collect(),
         };
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { scene, emission, starts, grids, views, sizes, seed: Key::new(seed) }
+        Self { scene, emission, starts, grids, views, counts, seed: Key::new(seed) }
     }
 
     /// Traces photons of these numbers, and connects them to sensors and eyes.
     fn photons(&self, key: Key, numbers: Range<u64>) -> Connected<C> {
         let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
         let mut views = vec![Vec::new(); self.views.len()];
-        let mut account = Account::new(self.scene.tubes.len());
+        let mut totals = PhotonTotals::new(self.scene.tubes.len());
         let mut recorder = Recorder::new(&self.scene);
         for number in numbers {
             let (photon, mut samples) = self.emission.photon(&self.scene, key, number);
             if let Some(photon) = &photon {
                 recorder.begin(photon, self.start_density(photon));
-                trace::<C>(&self.scene, photon, &mut samples, &mut recorder, &mut account);
+                trace::<C>(&self.scene, photon, &mut samples, &mut recorder, &mut totals);
             }
             let mut random = PathRandom::new(key.stream(Stream::Connections, 0).child(number));
             for vertex in recorder.end() {
                 for (grid, lux) in self.grids.iter().zip(&mut grids) {
-                    account.rays += self.connect_sensors(vertex, grid, lux, &mut random);
+                    totals.rays += self.connect_sensors(vertex, grid, lux, &mut random);
                 }
                 for (view, pixels) in self.views.iter().zip(&mut views) {
                     pixels.extend(self.connect_eye(vertex, view));
@@ -202,7 +202,7 @@ impl<const C: usize> Bidirectional<C> {
                 self.cross(&flight, grid, f64::INFINITY, lux);
             }
         }
-        Connected { paths: recorder.paths, grids, views, account }
+        Connected { paths: recorder.paths, grids, views, totals }
     }
 
     /// Returns the density per m2 of a photon's start on its opening or luminaire, taken as uniform.
@@ -227,9 +227,9 @@ impl<const C: usize> Bidirectional<C> {
         let mut rays = 0;
         for index in (first..grid.len()).step_by(stride) {
             let sensor = place(grid, index, offset, height);
-            let way = sensor - vertex.position;
-            let distance_squared = way.length_squared();
-            let outward = way / distance_squared.sqrt();
+            let to_sensor = sensor - vertex.position;
+            let distance_squared = to_sensor.length_squared();
+            let outward = to_sensor / distance_squared.sqrt();
             let intensity = vertex.intensity(&self.scene, outward).luminance();
             // flights count light that comes from near
             let counted = is_average(grid) && vertex.alone() && distance_squared < near(grid).powi(2);
@@ -250,9 +250,9 @@ impl<const C: usize> Bidirectional<C> {
     /// Returns the pixel in which the eye sees a vertex, and its luminance.
     fn connect_eye(&self, vertex: &LightVertex<C>, view: &View) -> Option<(usize, Spectrum<C>)> {
         let (pixel, solid_angle) = view.pixel_of(vertex.position)?;
-        let way = vertex.position - view.eye;
-        let distance_squared = way.length_squared();
-        let direction = way / distance_squared.sqrt();
+        let to_vertex = vertex.position - view.eye;
+        let distance_squared = to_vertex.length_squared();
+        let direction = to_vertex / distance_squared.sqrt();
         let intensity = vertex.intensity(&self.scene, -direction);
         if intensity.max() <= 0.0 {
             return None;
@@ -272,8 +272,8 @@ impl<const C: usize> Bidirectional<C> {
         if flight.from.z <= level || flight.to.z > level {
             return;
         }
-        let share = (flight.from.z - grid.height_m) / (flight.from.z - flight.to.z);
-        let crossing = flight.from.lerp(flight.to, share);
+        let fraction = (flight.from.z - grid.height_m) / (flight.from.z - flight.to.z);
+        let crossing = flight.from.lerp(flight.to, fraction);
         if (crossing - flight.from).length_squared() >= within * within {
             return;
         }
@@ -285,16 +285,16 @@ impl<const C: usize> Bidirectional<C> {
     /// Returns the number of connections of photons to a sensor for each of its paths.
     fn connections_per_path(&self, grid: &Grid) -> f64 {
         let connections = self.emission.photons() as f64 / stride(grid) as f64;
-        connections / f64::from(self.sizes.per_sensor)
+        connections / f64::from(self.counts.per_sensor)
     }
 
     /// Returns the number of photons times the area of a cell in m2 for each of its paths.
     fn crossings_per_path(&self, grid: &Grid) -> f64 {
-        self.emission.photons() as f64 * grid.cell_area_m2() / f64::from(self.sizes.per_sensor)
+        self.emission.photons() as f64 * grid.cell_area_m2() / f64::from(self.counts.per_sensor)
     }
 
     fn connections_per_ray(&self) -> f64 {
-        self.emission.photons() as f64 / f64::from(self.sizes.per_pixel)
+        self.emission.photons() as f64 / f64::from(self.counts.per_pixel)
     }
 
     /// Starts eye path `number` of a sensor or pixel, and returns it with the vertices of the photon to which it is connected.
@@ -315,7 +315,7 @@ impl<const C: usize> Bidirectional<C> {
 
     /// Computes the illuminance of one sensor in lx without the photons' connections, and the number of rays.
     fn sensor(&self, grid: &Grid, index: usize, paths: &LightPaths<C>, stream: Key) -> (f64, RayCount) {
-        let count = self.sizes.per_sensor;
+        let count = self.counts.per_sensor;
         let average = is_average(grid);
         let from = if average { From::Cell(self.crossings_per_path(grid)) } else { From::Point };
         let (photons, cut) = (self.emission.photons() as f64, self.connections_per_path(grid));
@@ -339,7 +339,7 @@ impl<const C: usize> Bidirectional<C> {
             let (straight, backward) = unscattered(
                 &self.scene,
                 sensor,
-                stream.stream(Stream::UnscatteredBesidePaths, 0),
+                stream.stream(Stream::UnscatteredBidirectional, 0),
                 LooksUp::by_rays(backward_rays),
                 |_| true,
             );
@@ -352,7 +352,7 @@ impl<const C: usize> Bidirectional<C> {
     /// Computes the luminance of one pixel in cd/m2 without the photons' connections, and the number of rays.
     fn pixel(&self, view: &View, pixel: usize, paths: &LightPaths<C>, stream: Key) -> (Spectrum<C>, RayCount) {
         let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
-        let count = self.sizes.per_pixel;
+        let count = self.counts.per_pixel;
         let (photons, cut) = (self.emission.photons() as f64, self.connections_per_ray());
         let (mut luminance, mut rays) = (Spectrum::ZERO, RayCount::default());
         for number in 0..count {
@@ -377,7 +377,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
         let key = self.seed.stream(Stream::Pass, pass);
         let going_on = || !cancel.load(Ordering::Relaxed);
         let mut paths = LightPaths::new();
-        let mut account = Account::new(self.scene.tubes.len());
+        let mut totals = PhotonTotals::new(self.scene.tubes.len());
         let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
         let mut views: Vec<_> =
             self.views.iter().map(|view| vec![0.0; C * view.size_px[0] * view.size_px[1]]).collect();
@@ -390,7 +390,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
             chunk,
             |chunk: Connected<C>| {
                 paths.append(&chunk.paths);
-                account.add(&chunk.account);
+                totals.add(&chunk.totals);
                 for (sum, lux) in grids.iter_mut().zip(&chunk.grids) {
                     sum.iter_mut().zip(lux).for_each(|(sum, lux)| *sum += lux);
                 }
@@ -401,7 +401,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
                 }
             },
         )?;
-        account.not_finite = folded.not_finite;
+        totals.not_finite = folded.not_finite;
         for (number, (grid, lux)) in self.grids.iter().zip(&mut grids).enumerate() {
             let stream = key.stream(Stream::Grid, number as u64);
             let sensor = |index: usize| {
@@ -413,7 +413,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
             let sensors: Option<Vec<_>> = (0..grid.len()).into_par_iter().map(sensor).collect();
             for (sum, (value, rays)) in lux.iter_mut().zip(sensors?) {
                 *sum += value;
-                account.rays += rays;
+                totals.rays += rays;
             }
         }
         for (number, (view, image)) in self.views.iter().zip(&mut views).enumerate() {
@@ -422,14 +422,14 @@ impl<const C: usize> Integrator for Bidirectional<C> {
             let pixels: Option<Vec<_>> = (0..image.len() / C).into_par_iter().map(pixel).collect();
             for (sum, (luminance, rays)) in image.chunks_exact_mut(C).zip(pixels?) {
                 add(sum, &luminance);
-                account.rays += rays;
+                totals.rays += rays;
             }
         }
         let grids = grids.into_iter().map(|illuminance| GridPass { illuminance, ..GridPass::default() }).collect();
-        let rays = vec![f64::from(self.sizes.per_pixel)];
+        let rays = vec![f64::from(self.counts.per_pixel)];
         let view = |luminance| ViewPass { luminance, rays: rays.clone(), ..ViewPass::default() };
         let views = views.into_iter().map(view).collect();
-        Some(Pass { grids, views, account, photons: self.emission.photons(), ..Pass::default() })
+        Some(Pass { grids, views, totals, photons: self.emission.photons(), ..Pass::default() })
     }
 }
 

@@ -31,7 +31,7 @@ const PHOTONS_TO_A_SAMPLE: u64 = 64;
 
 /// Numbers of photons and paths of a pass.
 #[derive(Clone, Copy, Debug)]
-pub struct Sizes {
+pub struct PathCounts {
     /// Number of photons of all tubes and sources together.
     pub photons: u64,
     /// Number of eye paths of each sensor.
@@ -42,11 +42,11 @@ pub struct Sizes {
 
 impl Settings {
     /// Returns the numbers of a pass for a relative standard error `target` of grids, or with views.
-    pub fn sizes(&self, target: f64, views: bool) -> Sizes {
+    pub fn path_counts(&self, target: f64, views: bool) -> PathCounts {
         let wanted = if views { MOST as u64 } else { PHOTONS.power_of_two(target) };
         let photons = self.photons_per_pass.unwrap_or(wanted);
         let samples = (photons / PHOTONS_TO_A_SAMPLE).max(1);
-        Sizes {
+        PathCounts {
             photons,
             per_sensor: self.samples_per_sensor.unwrap_or(samples as u32),
             per_pixel: self.samples_per_pixel,

@@ -54,7 +54,7 @@ pub struct Edge {
 
 impl Edge {
     /// Makes the edge from a vertex into a direction of `density` per sr; `back` per sr as in [`MisWeight::others`].
-    pub fn leaving(weight: &MisWeight, density: f64, cosine: f64, back: f64, cut: f64) -> Self {
+    pub fn outgoing(weight: &MisWeight, density: f64, cosine: f64, back: f64, cut: f64) -> Self {
         Self { density, cosine, back: (weight.cut + back * weight.behind) / weight.density, cut, length: 0.0 }
     }
 

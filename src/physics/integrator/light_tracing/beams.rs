@@ -9,7 +9,7 @@ use crate::integrator::photon::chunks::{self, Chunks, fold_chunks};
 use crate::integrator::photon::connect::SensorPlane;
 use crate::integrator::photon::descent::{Entering, descend};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
-use crate::integrator::photon::ledger::EnergyLedger;
+use crate::integrator::photon::energy_balance::EnergyBalance;
 use crate::sampling::Key;
 use crate::traceable::TraceableScene;
 
@@ -18,13 +18,13 @@ use crate::traceable::TraceableScene;
 pub const BEAMS_PER_PHOTON: u64 = 16;
 
 /// Illuminance of cells by some rays through clear closures.
-struct Beams {
+struct BeamSums {
     /// Illuminance per sensor in lx.
     lux: Vec<f64>,
     rays: RayCount,
 }
 
-impl chunks::Tally for Beams {
+impl chunks::Tally for BeamSums {
     fn is_finite(&self) -> bool {
         self.lux.iter().all(|sum| sum.is_finite())
     }
@@ -40,17 +40,17 @@ pub fn add_beams<const C: usize>(
     lux: &mut [f64],
 ) -> Option<RayCount> {
     let chunk = |numbers: Range<u64>| {
-        let mut sums = Beams { lux: vec![0.0; lux.len()], rays: RayCount::default() };
-        let mut ledger = EnergyLedger::default();
+        let mut sums = BeamSums { lux: vec![0.0; lux.len()], rays: RayCount::default() };
+        let mut energy = EnergyBalance::default();
         let mut through = Vec::new();
         for number in numbers {
             let (Some(photon), mut samples) = beams.photon(scene, key, number) else { continue };
             let Start::Tube(tube) = photon.start else { continue };
             let EmittedPhoton { position, direction, flux, .. } = photon;
-            let books = (&mut sums.rays, &mut ledger);
+            let counts = (&mut sums.rays, &mut energy);
             let entering = Entering { position, direction, flux };
-            descend::<C>(scene, &scene.tubes[tube], entering, &mut samples, books, |exit| {
-                let passed = exit.closure.unscattered::<C>().map(|share| exit.flux * share);
+            descend::<C>(scene, &scene.tubes[tube], entering, &mut samples, counts, |exit| {
+                let passed = exit.closure.unscattered::<C>().map(|fraction| exit.flux * fraction);
                 through.extend(passed.map(|flux| (exit.position, -exit.from, flux.luminance())));
             });
             for (from, direction, flux) in through.drain(..) {
@@ -69,7 +69,7 @@ pub fn add_beams<const C: usize>(
     let mut rays = RayCount::default();
     let chunks = Chunks::of_short_paths(beams.photons());
     let mut sums = vec![0.0; lux.len()];
-    fold_chunks(chunks, 8 * lux.len() as u64, cancel, chunk, |of_chunk: Beams| {
+    fold_chunks(chunks, 8 * lux.len() as u64, cancel, chunk, |of_chunk: BeamSums| {
         sums.iter_mut().zip(&of_chunk.lux).for_each(|(sum, value)| *sum += value);
         rays += of_chunk.rays;
     })?;

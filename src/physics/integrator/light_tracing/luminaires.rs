@@ -10,7 +10,7 @@ use crate::traceable::luminaire::TraceableLuminaire;
 
 /// Smallest number of sensors for which one thread computes the closed form: fewer (some tens of ns each) are not worth waking another
 /// thread.
-const SENSORS_AT_ONCE: usize = 64;
+const SENSORS_PER_TASK: usize = 64;
 
 /// True if the direct light of luminaires has a closed form: nothing hides it.
 pub fn has_closed_form(scene: &TraceableScene) -> bool {
@@ -22,7 +22,7 @@ pub fn at_points<const C: usize>(scene: &TraceableScene, sensors: &[SensorPlane]
     let mut direct = vec![0.0; sensors.last().map_or(0, |last| last.first + last.len())];
     for plane in sensors.iter().filter(|plane| !plane.average) {
         let of_plane = &mut direct[plane.first..plane.first + plane.len()];
-        of_plane.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
+        of_plane.par_iter_mut().with_min_len(SENSORS_PER_TASK).enumerate().for_each(|(index, lux)| {
             *lux = illuminance::<C>(scene, DVec3::new(plane.x[index], plane.y[index], plane.height));
         });
     }
@@ -31,7 +31,7 @@ pub fn at_points<const C: usize>(scene: &TraceableScene, sensors: &[SensorPlane]
 
 /// Adds the direct illuminance in lx at a random point of each cell of a grid of averages. `C` channels of light.
 pub fn add_to_cells<const C: usize>(scene: &TraceableScene, plane: &SensorPlane, pass: Key, lux: &mut [f64]) {
-    lux.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
+    lux.par_iter_mut().with_min_len(SENSORS_PER_TASK).enumerate().for_each(|(index, lux)| {
         let [u, v] = PathRandom::new(pass.stream(Stream::CellPoint, (plane.first + index) as u64)).uniform2();
         let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
         let offset = DVec3::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1], 0.0);

@@ -42,12 +42,12 @@ use rayon::prelude::*;
 
 use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
-use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial};
-use crate::integrator::photon::chunks::{self, Chunks, fold_chunks, sums_at_once};
+use crate::integrator::method::{Computation, Described, Outputs, Refusal, Retained, Task, Trial};
+use crate::integrator::photon::chunks::{self, Chunks, concurrent_sums, fold_chunks};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::connect::SensorPlane;
 use crate::integrator::photon::emission::Emission;
-use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::energy_balance::PhotonTotals;
 use crate::integrator::photon::path::trace;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
@@ -61,15 +61,15 @@ use luminaires::{add_to_cells, at_points, has_closed_form};
 pub use refusals::{noisy_points, refuses_points};
 use settings::MOST;
 pub use settings::{Settings, photons_for};
-pub(crate) use tally::Tally;
+pub(crate) use tally::SensorTally;
 
 impl Described for Settings {
     fn name(&self) -> &'static str {
         "light_tracing"
     }
 
-    fn knows(&self) -> Knows {
-        Knows { views: false, ..Knows::ALL }
+    fn outputs(&self) -> Outputs {
+        Outputs { views: false, ..Outputs::ALL }
     }
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {
@@ -78,10 +78,10 @@ impl Described for Settings {
         refusal.map(|refusal| refusal.or("`estimate` cell_average"))
     }
 
-    fn kept_of_sensor(&self, grid: &Grid) -> Kept {
-        Kept {
-            sums_at_once: sums_at_once(grid.len(), self.photons_per_pass.unwrap_or(MOST as u64)) as f64,
-            ..Kept::MEANS
+    fn retained_per_sensor(&self, grid: &Grid) -> Retained {
+        Retained {
+            concurrent_sums: concurrent_sums(grid.len(), self.photons_per_pass.unwrap_or(MOST as u64)) as f64,
+            ..Retained::MEANS
         }
     }
 
@@ -139,7 +139,7 @@ impl<const C: usize> LightTracing<C> {
 
     /// Builds the method for the light of sky and sun beside that of Lambertian closures; `straight` if some connections start where it
     /// enters the room.
-    pub(crate) fn beside_lamps(
+    pub(crate) fn directional(
         scene: Arc<TraceableScene>,
         grids: &[Grid],
         (photons, target): (u64, f64),
@@ -195,22 +195,22 @@ impl<const C: usize> LightTracing<C> {
     }
 
     /// Traces the photons of a pass with these numbers.
-    fn photons(&self, pass: Key, numbers: Range<u64>) -> Sums {
+    fn photons(&self, pass: Key, numbers: Range<u64>) -> SensorSums {
         let mut tally = self.tally();
-        let mut account = Account::new(self.scene.tubes.len());
+        let mut totals = PhotonTotals::new(self.scene.tubes.len());
         for number in numbers {
             let (photon, mut samples) = self.emission.photon(&self.scene, pass, number);
             if let Some(photon) = photon {
                 tally.begin(&photon);
-                trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut account);
+                trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut totals);
             }
         }
-        Sums { lux: tally.lux, connected: tally.connected, account }
+        SensorSums { lux: tally.lux, connected: tally.connected, totals }
     }
 
     /// Makes a tally without photons.
-    pub(crate) fn tally(&self) -> Tally<'_> {
-        Tally {
+    pub(crate) fn tally(&self) -> SensorTally<'_> {
+        SensorTally {
             scene: &self.scene,
             sensors: &self.sensors,
             vectors: self.vectors,
@@ -233,17 +233,17 @@ impl<const C: usize> LightTracing<C> {
 }
 
 /// Sums over some photons of a pass.
-struct Sums {
+struct SensorSums {
     /// Illuminance per sensor in lx.
     lux: Vec<f64>,
     /// Number of photons that were connected to all sensors of a plane, for each plane.
     connected: Vec<u64>,
-    account: Account,
+    totals: PhotonTotals,
 }
 
-impl chunks::Tally for Sums {
+impl chunks::Tally for SensorSums {
     fn is_finite(&self) -> bool {
-        self.lux.iter().all(|sum| sum.is_finite()) && self.account.is_finite()
+        self.lux.iter().all(|sum| sum.is_finite()) && self.totals.is_finite()
     }
 }
 
@@ -253,17 +253,18 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let photons = self.emission.photons();
         let mut lux = vec![0.0; self.sensor_count()];
         let mut connected = vec![0; self.sensors.len()];
-        let mut account = Account::new(self.scene.tubes.len());
+        let mut totals = PhotonTotals::new(self.scene.tubes.len());
         let chunk_bytes = 8 * lux.len() as u64;
         let chunk = |numbers: Range<u64>| self.photons(key, numbers);
-        let folded = fold_chunks(Chunks::of_long_paths(photons), chunk_bytes, cancel, chunk, |of_chunk: Sums| {
-            lux.iter_mut().zip(&of_chunk.lux).for_each(|(sum, value)| *sum += value);
-            connected.iter_mut().zip(&of_chunk.connected).for_each(|(sum, number)| *sum += number);
-            account.add(&of_chunk.account);
-        })?;
-        account.not_finite = folded.not_finite;
-        let into_room = account.tubes.iter().map(|tube| tube.into_room).sum::<f64>() + account.ledger.luminaires;
-        let flux = if into_room > 0.0 { into_room } else { account.ledger.emitted };
+        let folded =
+            fold_chunks(Chunks::of_long_paths(photons), chunk_bytes, cancel, chunk, |of_chunk: SensorSums| {
+                lux.iter_mut().zip(&of_chunk.lux).for_each(|(sum, value)| *sum += value);
+                connected.iter_mut().zip(&of_chunk.connected).for_each(|(sum, number)| *sum += number);
+                totals.add(&of_chunk.totals);
+            })?;
+        totals.not_finite = folded.not_finite;
+        let into_room = totals.tubes.iter().map(|tube| tube.into_room).sum::<f64>() + totals.energy.luminaires;
+        let flux = if into_room > 0.0 { into_room } else { totals.energy.emitted };
         let counts = self.counts(&lux, &connected, flux);
         if has_closed_form(&self.scene) {
             lux.iter_mut().zip(&self.direct).for_each(|(sum, direct)| *sum += direct);
@@ -272,8 +273,8 @@ impl<const C: usize> Integrator for LightTracing<C> {
             }
         }
         let stream = |sensor: u64| key.stream(Stream::Unscattered, sensor);
-        account.rays += self.add_unscattered(stream, cancel, &mut lux)?;
-        Some(Pass { grids: self.by_grids(&lux, &counts), account, photons, ..Pass::default() })
+        totals.rays += self.add_unscattered(stream, cancel, &mut lux)?;
+        Some(Pass { grids: self.by_grids(&lux, &counts), totals, photons, ..Pass::default() })
     }
 }
 

@@ -17,7 +17,7 @@ use crate::traceable::{SurfaceId, TraceableScene};
 const DIFFUSER_CONNECTIONS: u64 = 4;
 
 /// Illuminance of all sensors in lx, from some photons.
-pub struct Tally<'a> {
+pub struct SensorTally<'a> {
     pub scene: &'a TraceableScene,
     pub sensors: &'a [SensorPlane],
     /// Widest vectors of this machine.
@@ -45,7 +45,7 @@ pub struct Tally<'a> {
 /// with 0.12 as long.
 const CERTAIN_ABOVE: f64 = 0.2;
 
-impl<const C: usize> Visitor<C> for Tally<'_> {
+impl<const C: usize> Visitor<C> for SensorTally<'_> {
     const CERTAIN_ABOVE: f64 = CERTAIN_ABOVE;
 
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
@@ -80,7 +80,7 @@ impl<const C: usize> Visitor<C> for Tally<'_> {
     fn arrived(&mut self, _: SurfaceId, _: DVec3, _: Spectrum<C>, _: Origin) {}
 }
 
-impl Tally<'_> {
+impl SensorTally<'_> {
     /// Prepares for the path of a photon.
     pub fn begin(&mut self, photon: &EmittedPhoton) {
         let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
@@ -94,7 +94,7 @@ impl Tally<'_> {
         if weight == 0.0 {
             return;
         }
-        let per_sr = weight * scattering.leaving.luminance() / PI;
+        let per_sr = weight * scattering.outgoing.luminance() / PI;
         for (number, plane) in self.sensors.iter().enumerate() {
             let depth = scattering.position.z - plane.height;
             if depth <= 0.0 {
@@ -152,7 +152,7 @@ impl Tally<'_> {
                 connection.add_to(self.vectors, lux, &plane.x, &plane.y);
                 continue;
             }
-            plane.add_seen(&connection, self.vectors, &shadows, start, sees, lux);
+            plane.add_visible(&connection, self.vectors, &shadows, start, sees, lux);
         }
     }
 }
@@ -177,8 +177,8 @@ mod tests {
         grids.iter().map(plane).collect()
     }
 
-    fn empty<'a>(scene: &'a TraceableScene, sensors: &'a [SensorPlane], diffuser_weight: f64) -> Tally<'a> {
-        Tally {
+    fn empty<'a>(scene: &'a TraceableScene, sensors: &'a [SensorPlane], diffuser_weight: f64) -> SensorTally<'a> {
+        SensorTally {
             scene,
             sensors,
             vectors: pulp::Arch::new(),
@@ -202,14 +202,20 @@ mod tests {
         let sensors = planes(&[grid(EstimateKind::Point), grid(EstimateKind::CellAverage)]);
         let flux = Spectrum([2.0, 3.0, 5.0]);
         let white = Lobes::default().compile(&Surface::diffuse([1.0; 3]));
-        let lux = |leaving: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
+        let lux = |outgoing: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
             let incident = DVec3::new(-1.0, 0.2, -0.3).normalize();
             let normal = DVec3::X;
             let scatterer = Scatterer::Surface(Oriented { optics: &white, normal });
             let lobe = lobed.then_some(Lobe { scatterer, incident, flux });
             let position = DVec3::new(0.0, 1.7, 1.9);
-            let scattering =
-                Scattering { position, normal, leaving, lobe, surface: Some(SurfaceId::of_face(Face::West)), diffuser };
+            let scattering = Scattering {
+                position,
+                normal,
+                outgoing,
+                lobe,
+                surface: Some(SurfaceId::of_face(Face::West)),
+                diffuser,
+            };
             let mut tally = empty(&traceable, &sensors, 4.0);
             tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
             tally.lux
@@ -252,15 +258,15 @@ mod tests {
             },
         ];
         for (position, normal, surface) in vertices {
-            let leaving = Spectrum([100.0]);
+            let outgoing = Spectrum([100.0]);
             let scattering =
-                Scattering { position, normal, leaving, lobe: None, surface: Some(surface), diffuser: None };
+                Scattering { position, normal, outgoing, lobe: None, surface: Some(surface), diffuser: None };
             let mut tally = empty(&traceable, &sensors, 1.0);
             tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
             for plane in &sensors {
                 let lux = &tally.lux[plane.first..plane.first + plane.len()];
                 let start = lux.iter().position(|lux| *lux > 0.0).unwrap() % plane.stride;
-                let per_sr = leaving.luminance() / PI;
+                let per_sr = outgoing.luminance() / PI;
                 let connection = Connection {
                     vertex: position,
                     normal,
@@ -271,8 +277,8 @@ mod tests {
                 for (index, lux) in lux.iter().enumerate() {
                     let target = DVec3::new(plane.x[index], plane.y[index], plane.height);
                     let visible = traceable.visible(position, Some(surface), target, None);
-                    let share = if index % plane.stride == start && visible { plane.stride as f64 } else { 0.0 };
-                    let expected = share * connection.illuminance(target.x, target.y);
+                    let fraction = if index % plane.stride == start && visible { plane.stride as f64 } else { 0.0 };
+                    let expected = fraction * connection.illuminance(target.x, target.y);
                     assert!((lux - expected).abs() <= 1e-12 * expected, "{index} of {position}: {lux} {expected}");
                     seen += usize::from(expected > 0.0);
                     hidden += usize::from(!visible && index % plane.stride == start);

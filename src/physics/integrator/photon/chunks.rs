@@ -46,22 +46,22 @@ impl Chunks {
 }
 
 /// Most chunks that are computed before the first of them is folded, used where results are small: enough to keep all threads busy.
-const MOST_AT_ONCE: u64 = 256;
+const MOST_CONCURRENT: u64 = 256;
 
 /// Fewest chunks that are computed in parallel, however large their results are.
-const LEAST_AT_ONCE: u64 = 16;
+const LEAST_CONCURRENT: u64 = 16;
 
-/// Bytes that the results of chunks waiting to be folded may take, unless these are only [`LEAST_AT_ONCE`] chunks.
-const BYTES_AT_ONCE: u64 = 128 << 20;
+/// Bytes that the results of chunks waiting to be folded may take, unless these are only [`LEAST_CONCURRENT`] chunks.
+const CONCURRENT_BYTES: u64 = 128 << 20;
 
 /// Returns the number of chunks with results of `chunk_bytes` each that are held at the same time.
-pub fn chunks_at_once(chunk_bytes: u64) -> u64 {
-    (BYTES_AT_ONCE / chunk_bytes.max(1)).clamp(LEAST_AT_ONCE, MOST_AT_ONCE)
+pub fn concurrent_chunks(chunk_bytes: u64) -> u64 {
+    (CONCURRENT_BYTES / chunk_bytes.max(1)).clamp(LEAST_CONCURRENT, MOST_CONCURRENT)
 }
 
 /// Returns the largest number of sums over `sensors` sensors that chunks of a pass of `photons` hold at the same time.
-pub fn sums_at_once(sensors: usize, photons: u64) -> u64 {
-    chunks_at_once(8 * sensors as u64).min(Chunks::of_long_paths(photons).count())
+pub fn concurrent_sums(sensors: usize, photons: u64) -> u64 {
+    concurrent_chunks(8 * sensors as u64).min(Chunks::of_long_paths(photons).count())
 }
 
 /// Result of some photons of a pass.
@@ -91,10 +91,10 @@ pub fn fold_chunks<T: Tally>(
     mut fold: impl FnMut(T),
 ) -> Option<Folded> {
     let one = |chunk: u64| (!cancel.load(Ordering::Relaxed)).then(|| of(chunks.numbers(chunk)));
-    let at_once = chunks_at_once(chunk_bytes);
+    let concurrent = concurrent_chunks(chunk_bytes);
     let (mut first, mut not_finite) = (0, None);
     while first < chunks.count() {
-        let end = (first + at_once).min(chunks.count());
+        let end = (first + concurrent).min(chunks.count());
         let results: Option<Vec<T>> = (first..end).into_par_iter().map(one).collect();
         for (chunk, result) in (first..end).zip(results?) {
             if not_finite.is_none() && !result.is_finite() {
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!(counts(Chunks::of_long_paths), [1, 4, 8, 8, 8, 1024]);
         assert_eq!(counts(Chunks::of_short_paths), [1, 1, 1, 2, 8, 1024]);
         assert_eq!([0, 1, 7, 64].map(|number| Chunks::of_size(number, 7).count()), [0, 1, 1, 10]);
-        assert_eq!([512, 2048, 1 << 20].map(|photons| sums_at_once(100, photons)), [4, 8, 256]);
+        assert_eq!([512, 2048, 1 << 20].map(|photons| concurrent_sums(100, photons)), [4, 8, 256]);
     }
 
     #[test]

@@ -120,16 +120,16 @@ pub fn distance_to_surface(scene: &TraceableScene, point: DVec3, near: f64) -> O
             (face.distance(point), if is_wall { "a wall" } else { "the ceiling" })
         }));
         let outside = scene.boxes.iter().filter(|object| !object.contains(point));
-        found.extend(outside.map(|object| (object.distance_beside(point), "a box")));
+        found.extend(outside.map(|object| (object.horizontal_distance(point), "a box")));
         // a grid may lie on a mesh
         let level = scene.coinciding();
-        let meshes = scene.meshes.as_ref().and_then(|meshes| meshes.distance_beside(point, level, near));
+        let meshes = scene.meshes.as_ref().and_then(|meshes| meshes.horizontal_distance(point, level, near));
         found.extend(meshes.map(|distance| (distance, "a mesh")));
     }
     // without anything in between their light has a closed form
     if scene.luminaires_obstructed {
         let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits());
-        found.extend(luminaires.map(|luminaire| (luminaire.distance_beside(point), "a luminaire")));
+        found.extend(luminaires.map(|luminaire| (luminaire.horizontal_distance(point), "a luminaire")));
     }
     found.into_iter().filter(|(distance, _)| *distance < near).min_by(|a, b| a.0.total_cmp(&b.0))
 }

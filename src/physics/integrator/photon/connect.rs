@@ -11,7 +11,7 @@ use crate::traceable::obstacles::Shadow;
 const CONNECTIONS: usize = 1024;
 
 /// Number of sensors whose shadows are computed together.
-pub const TOGETHER: usize = 128;
+pub const PACKET: usize = 128;
 
 /// A grid's sensors, row by row.
 #[derive(Debug)]
@@ -57,8 +57,8 @@ impl SensorPlane {
     }
 
     /// Adds the illuminance in lux that every [`Self::stride`]-th sensor from `start` on gets by a connection, times the stride, where
-    /// `shadows` do not hide it; `sees` is that of [`Connection::add_seen`], for a sensor of the plane.
-    pub fn add_seen(
+    /// `shadows` do not hide it; `sees` is that of [`Connection::add_visible`], for a sensor of the plane.
+    pub fn add_visible(
         &self,
         connection: &Connection,
         vectors: pulp::Arch,
@@ -67,16 +67,16 @@ impl SensorPlane {
         sees: impl Fn(usize) -> bool,
         lux: &mut [f64],
     ) {
-        let (mut x, mut y) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+        let (mut x, mut y) = ([0.0; PACKET], [0.0; PACKET]);
         let mut first = start;
         while first < self.len() {
             let index = |place: usize| first + place * self.stride;
-            let count = (self.len() - first).div_ceil(self.stride).min(TOGETHER);
+            let count = (self.len() - first).div_ceil(self.stride).min(PACKET);
             for place in 0..count {
                 (x[place], y[place]) = (self.x[index(place)], self.y[index(place)]);
             }
             let add = |place: usize, value: f64| lux[index(place)] += value * self.stride as f64;
-            connection.add_seen(vectors, shadows, [&x[..count], &y[..count]], |place| sees(index(place)), add);
+            connection.add_visible(vectors, shadows, [&x[..count], &y[..count]], |place| sees(index(place)), add);
             first = index(count);
         }
     }
@@ -105,10 +105,10 @@ impl Connection {
         );
     }
 
-    /// Calls `add` with the place and illuminance of each of at most [`TOGETHER`] sensors at (`x`, `y`), ordered by y, that `shadows` do
+    /// Calls `add` with the place and illuminance of each of at most [`PACKET`] sensors at (`x`, `y`), ordered by y, that `shadows` do
     /// not hide. `sees` decides for a sensor that only the shadow of a bounding volume covers: it returns true if the sensor sees the
     /// vertex.
-    pub fn add_seen(
+    pub fn add_visible(
         &self,
         vectors: pulp::Arch,
         shadows: &[Shadow],
@@ -116,7 +116,7 @@ impl Connection {
         sees: impl Fn(usize) -> bool,
         mut add: impl FnMut(usize, f64),
     ) {
-        let [values, bounds] = vectors.dispatch(Seen { connection: self, shadows, x, y });
+        let [values, bounds] = vectors.dispatch(VisibleConnections { connection: self, shadows, x, y });
         if shadows.iter().all(|shadow| !shadow.is_bound) {
             values.into_iter().enumerate().take(x.len()).for_each(|(place, value)| add(place, value));
             return;
@@ -140,33 +140,33 @@ impl Connection {
 
     /// Returns the illuminance in lux at a horizontal sensor by light in a lobe: I cos(theta') / d^2.
     pub fn lobe_illuminance<const C: usize>(&self, lobe: &Lobe<'_, C>, x: f64, y: f64) -> f64 {
-        let way = DVec3::new(x - self.vertex.x, y - self.vertex.y, -self.depth);
-        let distance_squared = way.length_squared();
+        let to_sensor = DVec3::new(x - self.vertex.x, y - self.vertex.y, -self.depth);
+        let distance_squared = to_sensor.length_squared();
         if distance_squared < self.near_squared {
             return 0.0;
         }
         let distance = distance_squared.sqrt();
-        lobe.intensity(way / distance).luminance() * self.depth / (distance_squared * distance)
+        lobe.intensity(to_sensor / distance).luminance() * self.depth / (distance_squared * distance)
     }
 }
 
-/// Illuminance by a connection at no more than [`TOGETHER`] sensors, ordered by y, 0 where a box hides the vertex; and for each sensor a
+/// Illuminance by a connection at no more than [`PACKET`] sensors, ordered by y, 0 where a box hides the vertex; and for each sensor a
 /// flag, not 0 if something inside a bounding volume may hide it.
-struct Seen<'a> {
+struct VisibleConnections<'a> {
     connection: &'a Connection,
     shadows: &'a [Shadow],
     x: &'a [f64],
     y: &'a [f64],
 }
 
-impl pulp::NullaryFnOnce for Seen<'_> {
-    type Output = [[f64; TOGETHER]; 2];
+impl pulp::NullaryFnOnce for VisibleConnections<'_> {
+    type Output = [[f64; PACKET]; 2];
 
     #[inline(always)]
-    fn call(self) -> [[f64; TOGETHER]; 2] {
+    fn call(self) -> [[f64; PACKET]; 2] {
         let Self { connection, shadows, x, y } = self;
         let vertex = connection.vertex;
-        let (mut values, mut bounds) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+        let (mut values, mut bounds) = ([0.0; PACKET], [0.0; PACKET]);
         for ((value, x), y) in values.iter_mut().zip(x).zip(y) {
             *value = connection.illuminance(*x, *y);
         }

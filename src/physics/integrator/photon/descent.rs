@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::ledger::EnergyLedger;
+use super::energy_balance::EnergyBalance;
 use crate::guide::{RayCount, Transit};
 use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::{Closure, Scatter, SheetSide, Spectrum, Travel};
@@ -35,7 +35,7 @@ impl<const C: usize> Exit<'_, C> {
 
     /// Returns the part of the flux into the room that leaves with a Lambertian distribution, in lm.
     pub fn evenly(&self) -> Spectrum<C> {
-        self.flux * self.closure.even_share(self.from)
+        self.flux * self.closure.even_fraction(self.from)
     }
 
     /// Returns the flux that leaves into the room, in lm.
@@ -65,17 +65,17 @@ pub struct Descent<const C: usize> {
 }
 
 /// Follows light down to the closure, and again each time the tube returns it there. Calls `at` for every arrival, adds the rays to the ray
-/// count, and adds to the ledger all flux but that which leaves into the room. Light that passes a clear closure ends there.
+/// count, and adds to the energy balance all flux but that which leaves into the room. Light that passes a clear closure ends there.
 pub fn descend<'a, const C: usize>(
     scene: &TraceableScene,
     tube: &'a TraceableTube,
     entering: Entering,
     samples: &mut PathSamples,
-    books: (&mut RayCount, &mut EnergyLedger),
+    sums: (&mut RayCount, &mut EnergyBalance),
     at: impl FnMut(&Exit<'a, C>),
 ) -> Descent<C> {
-    let way = tube.guide.down(entering.position, entering.direction, &mut samples.random);
-    descend_by(way, scene, tube, entering, samples, books, at)
+    let transit = tube.guide.down(entering.position, entering.direction, &mut samples.random);
+    descend_by(transit, scene, tube, entering, samples, sums, at)
 }
 
 /// Does what [`descend`] does, for light whose first transit down the guide is already computed.
@@ -85,18 +85,18 @@ pub fn descend_by<'a, const C: usize>(
     tube: &'a TraceableTube,
     entering: Entering,
     samples: &mut PathSamples,
-    (rays, ledger): (&mut RayCount, &mut EnergyLedger),
+    (rays, energy): (&mut RayCount, &mut EnergyBalance),
     mut at: impl FnMut(&Exit<'a, C>),
 ) -> Descent<C> {
     let entered = if transit.entered { Spectrum([entering.flux; C]) } else { Spectrum::ZERO };
     let (mut flux, mut arrived) = (entered, Spectrum::ZERO);
-    ledger.emitted += entered.luminance();
+    energy.emitted += entered.luminance();
     let returns = scene.guide_return && tube.guide.returns_light();
     for event in 0..MAX_EVENTS {
         *rays += transit.ray_count();
         let before = flux;
         flux *= transit.weight();
-        if !ledger.book_transit(&transit, before, flux) || flux.max() <= 0.0 {
+        if !energy.add_transit(&transit, before, flux) || flux.max() <= 0.0 {
             return Descent { entered, arrived };
         }
         if event == 0 {
@@ -110,30 +110,30 @@ pub fn descend_by<'a, const C: usize>(
         at(&exit);
         let through = exit.into_room();
         if closure.unscattered::<C>().is_some() {
-            ledger.diffuser += flux.luminance() - through.luminance();
+            energy.diffuser += flux.luminance() - through.luminance();
             return Descent { entered, arrived };
         }
         let back = flux * closure.albedo(from, SheetSide::Same);
-        ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
+        energy.diffuser += flux.luminance() - through.luminance() - back.luminance();
         if !returns {
-            ledger.guide_top += back.luminance();
+            energy.guide_top += back.luminance();
             return Descent { entered, arrived };
         }
         let survival = (back.max() / flux.max()).min(1.0);
         if samples.random.uniform() >= survival {
-            ledger.cut += back.luminance();
+            energy.cut += back.luminance();
             return Descent { entered, arrived };
         }
         let sample = Scatter::<C>::sample(&closure, Travel::WithLight, from, SheetSide::Same, samples);
         let Some(scattered) = sample else {
-            ledger.cut += back.luminance();
+            energy.cut += back.luminance();
             return Descent { entered, arrived };
         };
         flux = back * (1.0 / survival);
-        ledger.cut += back.luminance() - flux.luminance();
+        energy.cut += back.luminance() - flux.luminance();
         transit = tube.guide.up(position - tube.origin, scattered.toward, &mut samples.random);
     }
-    ledger.cut += flux.luminance();
+    energy.cut += flux.luminance();
     Descent { entered, arrived }
 }
 
@@ -159,7 +159,7 @@ pub fn sun_exits<'a, const C: usize>(
         tube,
         Entering { position: entry.position, direction: -toward, flux },
         samples,
-        (rays, &mut EnergyLedger::default()),
+        (rays, &mut EnergyBalance::default()),
         at,
     );
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance};
+use crate::guide::{Guide, StraightGuide, dome::PipeBelow, transmittance};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream, warp};
 use crate::sky::Sun;
@@ -31,14 +31,14 @@ pub struct Emission {
 
 #[derive(Debug)]
 struct Emitter {
-    source: Source,
+    source: EmissionSource,
     photons: u64,
     /// Number within the pass of the emitter's first photon.
     first: u64,
 }
 
 #[derive(Debug)]
-enum Source {
+enum EmissionSource {
     Sky { tube: usize, table: Arc<SkyTable>, sampler: Arc<SkySampler> },
     Sun { tube: usize, sun: Sun },
     Luminaire(usize),
@@ -105,23 +105,23 @@ impl Emission {
                     sampled
                 });
                 if let Some((sampler, flux)) = sampled {
-                    sources.push((Source::Sky { tube: index, table: table.clone(), sampler }, flux));
+                    sources.push((EmissionSource::Sky { tube: index, table: table.clone(), sampler }, flux));
                 }
             }
             if let Some(sun) = scene.sun {
                 let flux = sun.normal_illuminance_lux * expected(sun.direction);
                 if tube.guide.projected_area_m2(-sun.direction) > 0.0 && flux > 0.0 {
-                    sources.push((Source::Sun { tube: index, sun }, flux));
+                    sources.push((EmissionSource::Sun { tube: index, sun }, flux));
                 }
             }
         }
         for (index, luminaire) in luminaires.iter().enumerate().filter(|(_, luminaire)| luminaire.emits()) {
             let flux: Spectrum<3> = luminaire.flux();
-            sources.push((Source::Luminaire(index), flux.luminance()));
+            sources.push((EmissionSource::Luminaire(index), flux.luminance()));
         }
         let fluxes: Vec<f64> = sources.iter().map(|(_, flux)| *flux).collect();
         let mut first = 0;
-        let emitter = |((source, _), photons): ((Source, f64), u64)| {
+        let emitter = |((source, _), photons): ((EmissionSource, f64), u64)| {
             first += photons;
             Emitter { source, photons, first: first - photons }
         };
@@ -135,25 +135,25 @@ impl Emission {
     }
 
     /// Returns the fraction of the photons that come from the sky through tube `number`.
-    pub fn sky_share(&self, number: usize) -> f64 {
-        self.share(|source| matches!(source, Source::Sky { tube, .. } if *tube == number))
+    pub fn sky_fraction(&self, number: usize) -> f64 {
+        self.fraction(|source| matches!(source, EmissionSource::Sky { tube, .. } if *tube == number))
     }
 
     /// Returns the number of the sun's photons per sr and per m2 of area perpendicular to the sun's direction that are sent to a tube's
     /// collector; 0 without such photons.
     pub fn sun_density(&self, scene: &TraceableScene, number: usize) -> f64 {
-        let of_sun = |emitter: &&Emitter| matches!(emitter.source, Source::Sun { tube, .. } if tube == number);
+        let of_sun = |emitter: &&Emitter| matches!(emitter.source, EmissionSource::Sun { tube, .. } if tube == number);
         let Some((emitter, sun)) = self.emitters.iter().find(of_sun).zip(scene.sun) else { return 0.0 };
         let area = scene.tubes[number].guide.projected_area_m2(-sun.direction);
         emitter.photons as f64 / (area * Sun::solid_angle_sr())
     }
 
     /// Returns the fraction of the photons that leave luminaire `number`.
-    pub fn luminaire_share(&self, number: usize) -> f64 {
-        self.share(|source| matches!(source, Source::Luminaire(luminaire) if *luminaire == number))
+    pub fn luminaire_fraction(&self, number: usize) -> f64 {
+        self.fraction(|source| matches!(source, EmissionSource::Luminaire(luminaire) if *luminaire == number))
     }
 
-    fn share(&self, is: impl Fn(&Source) -> bool) -> f64 {
+    fn fraction(&self, is: impl Fn(&EmissionSource) -> bool) -> f64 {
         let of = self.emitters.iter().filter(|emitter| is(&emitter.source)).map(|emitter| emitter.photons);
         of.sum::<u64>() as f64 / self.photons() as f64
     }
@@ -167,16 +167,16 @@ impl Emission {
         let mut samples = PathSamples::new(pass.stream(Stream::Emission, index as u64), number - emitter.first);
         let point = samples.pair();
         let (tube, toward, luminance_per_density) = match &emitter.source {
-            Source::Sky { tube, table, sampler } => {
+            EmissionSource::Sky { tube, table, sampler } => {
                 let (toward, density) = sampler.sample(point);
                 (*tube, toward, table.sky().luminance(toward) / density)
             }
-            Source::Sun { tube, sun } => {
+            EmissionSource::Sun { tube, sun } => {
                 let toward = warp::around(sun.direction, warp::cone(point, HALF_ANGLE));
                 let visible = if toward.z > 0.0 { 1.0 } else { 0.0 };
                 (*tube, toward, visible * sun.luminance_cd_m2() * Sun::solid_angle_sr())
             }
-            Source::Luminaire(index) => {
+            EmissionSource::Luminaire(index) => {
                 let luminaire = &scene.luminaires[*index];
                 let photon = EmittedPhoton {
                     start: Start::Luminaire(*index),
@@ -196,7 +196,7 @@ impl Emission {
             start: Start::Tube(tube),
             position: entry.position,
             direction: -toward,
-            sun: matches!(emitter.source, Source::Sun { .. }),
+            sun: matches!(emitter.source, EmissionSource::Sun { .. }),
             flux: luminance_per_density * entry.projected_area_m2 / emitter.photons as f64,
             index: number - emitter.first,
             of: emitter.photons,
@@ -215,8 +215,8 @@ fn divided(photons: u64, fluxes: &[f64]) -> Vec<u64> {
     let of_source = |(after, flux): (u64, &f64)| {
         // all that come after it have one at least
         let most = left - after;
-        let share = photons as f64 * (least + (1.0 - LEAST_SHARE) * flux / total);
-        let of_source = if after == 0 { most } else { (share as u64).clamp(1, most) };
+        let fraction = photons as f64 * (least + (1.0 - LEAST_SHARE) * flux / total);
+        let of_source = if after == 0 { most } else { (fraction as u64).clamp(1, most) };
         left -= of_source;
         of_source
     };
@@ -255,13 +255,13 @@ fn likely_transmission(tube: &TraceableTube, toward: DVec3) -> f64 {
     match &tube.guide {
         Guide::Straight(guide) => straight(guide),
         Guide::Domed(guide) => match &guide.pipe {
-            Pipe::Straight(pipe) => {
+            PipeBelow::Straight(pipe) => {
                 // most light that passes the near side but not the aperture leaves on the far side
                 let aperture = PI * pipe.radius * pipe.radius * toward.z.max(0.0);
                 let silhouette = tube.guide.projected_area_m2(-toward);
                 straight(pipe) * (aperture / silhouette + FAR_SIDE_REFLECTANCE).min(1.0)
             }
-            Pipe::Bent(_) => 1.0,
+            PipeBelow::Bent(_) => 1.0,
         },
         Guide::Bent(_) | Guide::Mesh(_) => 1.0,
     }

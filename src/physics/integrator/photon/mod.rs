@@ -5,5 +5,5 @@ pub mod close_points;
 pub(crate) mod connect;
 pub mod descent;
 pub mod emission;
-pub mod ledger;
+pub mod energy_balance;
 pub mod path;

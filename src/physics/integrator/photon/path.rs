@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::emission::{EmittedPhoton, Start};
-use super::ledger::{Account, EnergyLedger};
+use super::energy_balance::{EnergyBalance, PhotonTotals};
 use crate::guide::Transit;
 use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Kind, Oriented, Scatter, Scatterer, SheetSide, Spectrum, SurfaceOptics, Travel};
@@ -19,8 +19,8 @@ pub struct Scattering<'a, const C: usize> {
     pub position: DVec3,
     /// Unit normal toward the side on which the light leaves.
     pub normal: DVec3,
-    /// Lambertian flux that leaves, in lm: an intensity of `leaving` cos / pi.
-    pub leaving: Spectrum<C>,
+    /// Lambertian flux that leaves, in lm: an intensity of `outgoing` cos / pi.
+    pub outgoing: Spectrum<C>,
     /// Light that leaves in addition to the Lambertian flux, with a finite but not Lambertian distribution.
     pub lobe: Option<Lobe<'a, C>>,
     /// Surface that scatters; `None` at a diffuser.
@@ -90,8 +90,8 @@ pub trait Visitor<const C: usize> {
     /// Handles light that has crossed the room from one point to another, with nothing between.
     fn flew(&mut self, flight: &Flight<C>);
     /// Handles `flux` lm of light that leave the closure of a tube at `_position` with a Lambertian distribution. The photon does not carry
-    /// this part any further: the closure counts as a secondary source. Only [`trace_beside_lamps`] calls it.
-    fn left_lamp(&mut self, _tube: usize, _position: DVec3, _flux: Spectrum<C>) {}
+    /// this part any further: the closure counts as a secondary source. Only [`trace_directional`] calls it.
+    fn lambertian_exit(&mut self, _tube: usize, _position: DVec3, _flux: Spectrum<C>) {}
     /// Handles light that arrives at a room surface, before its reflectance is applied.
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
 }
@@ -102,34 +102,34 @@ pub fn trace<const C: usize>(
     photon: &EmittedPhoton,
     samples: &mut PathSamples,
     visitor: &mut impl Visitor<C>,
-    account: &mut Account,
+    totals: &mut PhotonTotals,
 ) {
-    Tracer { scene, samples, visitor, account, first: 0.0, into_room: 0.0, in_room: false, lamps: false }.trace(photon);
+    Tracer { scene, samples, visitor, totals, first: 0.0, into_room: 0.0, in_room: false, split: false }.trace(photon);
 }
 
 /// Follows one photon to its end, without the part of its light that leaves a closure with a Lambertian distribution: that part is passed
-/// to [`Visitor::left_lamp`], and the visitor must add its flux to the energy balance.
-pub fn trace_beside_lamps<const C: usize>(
+/// to [`Visitor::lambertian_exit`], and the visitor must add its flux to the energy balance.
+pub fn trace_directional<const C: usize>(
     scene: &TraceableScene,
     photon: &EmittedPhoton,
     samples: &mut PathSamples,
     visitor: &mut impl Visitor<C>,
-    account: &mut Account,
+    totals: &mut PhotonTotals,
 ) {
-    Tracer { scene, samples, visitor, account, first: 0.0, into_room: 0.0, in_room: false, lamps: true }.trace(photon);
+    Tracer { scene, samples, visitor, totals, first: 0.0, into_room: 0.0, in_room: false, split: true }.trace(photon);
 }
 
 /// Follows light of `flux` lm that a diffuser sends from `position` along the unit vector `direction` into the room, and adds the places
 /// where it ends to the energy balance.
-pub fn book_in_room<const C: usize>(
+pub fn balance_in_room<const C: usize>(
     scene: &TraceableScene,
     (position, direction): (DVec3, DVec3),
     flux: Spectrum<C>,
     samples: &mut PathSamples,
-    account: &mut Account,
+    totals: &mut PhotonTotals,
 ) {
     let (first, visitor) = (flux.max(), &mut Silent);
-    let mut tracer = Tracer { scene, samples, visitor, account, first, into_room: first, in_room: true, lamps: false };
+    let mut tracer = Tracer { scene, samples, visitor, totals, first, into_room: first, in_room: true, split: false };
     tracer.go_on(Step::Room(Beam { position, direction, flux }, Origin::Diffuser));
 }
 
@@ -157,7 +157,7 @@ struct Tracer<'a, V> {
     scene: &'a TraceableScene,
     samples: &'a mut PathSamples,
     visitor: &'a mut V,
-    account: &'a mut Account,
+    totals: &'a mut PhotonTotals,
     /// Largest channel of the photon's first flux, in lm.
     first: f64,
     /// Largest channel of the flux with which the photon entered the room, in lm.
@@ -165,7 +165,7 @@ struct Tracer<'a, V> {
     /// True once the light has entered the room: if it passes a closure again, it no longer counts as flux of that tube.
     in_room: bool,
     /// True if the Lambertian part of what a closure sends into the room is handed over and not followed here.
-    lamps: bool,
+    split: bool,
 }
 
 impl<V> Tracer<'_, V> {
@@ -195,7 +195,7 @@ impl<V> Tracer<'_, V> {
                         (self.in_room, self.into_room) = (true, beam.flux.max());
                     }
                     if events > MAX_EVENTS {
-                        self.account.ledger.cut += beam.flux.luminance();
+                        self.totals.energy.cut += beam.flux.luminance();
                         return;
                     }
                     self.cross_room(beam, origin)
@@ -212,16 +212,16 @@ impl<V> Tracer<'_, V> {
     {
         let tube = &self.scene.tubes[index];
         let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut self.samples.random);
-        self.account.rays += transit.ray_count();
+        self.totals.rays += transit.ray_count();
         let flux = Spectrum([photon.flux; C]);
         self.first = flux.max();
         if !transit.entered {
             return Step::Ended;
         }
-        self.account.ledger.emitted += flux.luminance();
-        self.account.tubes[index].at_collector += flux.luminance();
-        let Some(beam) = settle(&transit, flux, tube.origin, &mut self.account.ledger) else { return Step::Ended };
-        self.account.tubes[index].at_diffuser += beam.flux.luminance();
+        self.totals.energy.emitted += flux.luminance();
+        self.totals.tubes[index].at_collector += flux.luminance();
+        let Some(beam) = settle(&transit, flux, tube.origin, &mut self.totals.energy) else { return Step::Ended };
+        self.totals.tubes[index].at_diffuser += beam.flux.luminance();
         self.meet_closure(index, beam)
     }
 
@@ -233,11 +233,11 @@ impl<V> Tracer<'_, V> {
         let luminaire = &self.scene.luminaires[index];
         let flux = Spectrum::from_rgb(luminaire.luminance) * photon.flux;
         self.first = flux.max();
-        self.account.ledger.luminaires += flux.luminance();
+        self.totals.energy.luminaires += flux.luminance();
         let EmittedPhoton { position, direction, .. } = *photon;
         let (normal, surface) = (luminaire.normal, luminaire.surface);
         self.visitor.emitted(
-            &Scattering { position, normal, leaving: flux, lobe: None, surface: Some(surface), diffuser: None },
+            &Scattering { position, normal, outgoing: flux, lobe: None, surface: Some(surface), diffuser: None },
             self.samples,
         );
         Step::Room(Beam { position, direction, flux }, Origin::Luminaire(surface))
@@ -250,12 +250,12 @@ impl<V> Tracer<'_, V> {
     {
         let tube = &self.scene.tubes[index];
         if !self.scene.guide_return || !tube.guide.returns_light() {
-            self.account.ledger.guide_top += beam.flux.luminance();
+            self.totals.energy.guide_top += beam.flux.luminance();
             return Step::Ended;
         }
         let transit: Transit<C> = tube.guide.up(beam.position - tube.origin, beam.direction, &mut self.samples.random);
-        self.account.rays += transit.ray_count();
-        match settle(&transit, beam.flux, tube.origin, &mut self.account.ledger) {
+        self.totals.rays += transit.ray_count();
+        match settle(&transit, beam.flux, tube.origin, &mut self.totals.energy) {
             None => Step::Ended,
             Some(beam) => self.meet_closure(index, beam),
         }
@@ -270,10 +270,10 @@ impl<V> Tracer<'_, V> {
         let from_above = direction.z < 0.0;
         let tube = &self.scene.tubes[index];
         let closure = tube.closure_at(position);
-        let (ledger, fluxes) = (&mut self.account.ledger, &mut self.account.tubes[index]);
+        let (energy, fluxes) = (&mut self.totals.energy, &mut self.totals.tubes[index]);
         if let Some(transmittance) = closure.unscattered() {
             let passing = flux * transmittance;
-            ledger.diffuser += flux.luminance() - passing.luminance();
+            energy.diffuser += flux.luminance() - passing.luminance();
             if passing.max() <= 0.0 {
                 return Step::Ended;
             }
@@ -288,17 +288,17 @@ impl<V> Tracer<'_, V> {
         }
         let [through, back]: [Spectrum<C>; 2] =
             [SheetSide::Other, SheetSide::Same].map(|side| flux * closure.albedo(-direction, side));
-        ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
+        energy.diffuser += flux.luminance() - through.luminance() - back.luminance();
         let (down, up) = if from_above { (through, back) } else { (back, through) };
         // the Lambertian part that is handed over, and the rest
-        let (mut lamp, mut rest) = (Spectrum::ZERO, down);
+        let (mut lambertian, mut rest) = (Spectrum::ZERO, down);
         if from_above && !self.in_room {
-            let evenly = flux * closure.even_share(-direction);
+            let evenly = flux * closure.even_fraction(-direction);
             fluxes.into_room += through.luminance();
             fluxes.evenly += evenly.luminance();
-            if self.lamps {
-                self.visitor.left_lamp(index, position, evenly);
-                lamp = evenly;
+            if self.split {
+                self.visitor.lambertian_exit(index, position, evenly);
+                lambertian = evenly;
                 rest = if closure.table().is_some() { down + evenly * -1.0 } else { Spectrum::ZERO };
             }
         }
@@ -307,10 +307,10 @@ impl<V> Tracer<'_, V> {
             // of a table the flux that arrives counts, with its direction
             let lobe =
                 closure.table().map(|_| Lobe { scatterer: Scatterer::Closure(closure), incident: direction, flux });
-            let leaving = if lobe.is_none() { down } else { lamp * -1.0 };
+            let outgoing = if lobe.is_none() { down } else { lambertian * -1.0 };
             let normal = DVec3::NEG_Z;
             self.visitor.scattered(
-                &Scattering { position, normal, leaving, lobe, surface: None, diffuser: Some(index) },
+                &Scattering { position, normal, outgoing, lobe, surface: None, diffuser: Some(index) },
                 self.samples,
             );
         }
@@ -318,7 +318,7 @@ impl<V> Tracer<'_, V> {
         let up = if self.scene.guide_return && tube.guide.returns_light() {
             up
         } else {
-            ledger.guide_top += up.luminance();
+            energy.guide_top += up.luminance();
             Spectrum::ZERO
         };
         let both = up.max() + down.max();
@@ -326,23 +326,23 @@ impl<V> Tracer<'_, V> {
             return Step::Ended;
         }
         // one of the two directions is followed, chosen by its flux
-        let up_share = up.max() / both;
-        let goes_up = up_share > 0.0 && self.samples.random.uniform() < up_share;
+        let up_fraction = up.max() / both;
+        let goes_up = up_fraction > 0.0 && self.samples.random.uniform() < up_fraction;
         // directions are sampled from all light that goes down, of which the rest is a fraction
-        let onward = if goes_up { up * (1.0 / up_share) } else { (down + lamp) * (1.0 / (1.0 - up_share)) };
-        ledger.cut += down.luminance() + up.luminance() - onward.luminance();
+        let onward = if goes_up { up * (1.0 / up_fraction) } else { (down + lambertian) * (1.0 / (1.0 - up_fraction)) };
+        energy.cut += down.luminance() + up.luminance() - onward.luminance();
         let side = if goes_up == from_above { SheetSide::Same } else { SheetSide::Other };
         let Some(scattered) = Scatter::<C>::sample(&closure, Travel::WithLight, -direction, side, self.samples) else {
-            ledger.cut += onward.luminance();
+            energy.cut += onward.luminance();
             return Step::Ended;
         };
         let mut beam = Beam { position, direction: scattered.toward, flux: onward };
-        if !goes_up && lamp.max() > 0.0 {
+        if !goes_up && lambertian.max() > 0.0 {
             let all: Spectrum<C> = closure.value(Travel::WithLight, -direction, scattered.toward);
-            let evenly: Spectrum<C> = closure.even_share(-direction);
-            let share = 1.0 - evenly.max() * (scattered.toward.z.abs() / PI) / all.max();
-            beam.flux = onward * share.max(0.0);
-            ledger.cut += onward.luminance() - beam.flux.luminance();
+            let evenly: Spectrum<C> = closure.even_fraction(-direction);
+            let fraction = 1.0 - evenly.max() * (scattered.toward.z.abs() / PI) / all.max();
+            beam.flux = onward * fraction.max(0.0);
+            energy.cut += onward.luminance() - beam.flux.luminance();
         }
         if goes_up { Step::Guide(index, beam) } else { Step::Room(beam, Origin::Diffuser) }
     }
@@ -358,19 +358,19 @@ impl<V> Tracer<'_, V> {
             Origin::Diffuser | Origin::Specular => None,
         };
         let hit = self.scene.intersect(position, direction, from);
-        self.account.rays += 1;
+        self.totals.rays += 1;
         self.visitor.flew(&Flight { from: position, to: hit.position, flux, origin });
         let surface = match hit.place {
             Place::Opening(index) => return self.meet_closure(index, Beam { position: hit.position, ..beam }),
             Place::Surface(surface) => surface,
         };
         let Some(optics) = self.scene.optics(surface) else {
-            self.account.ledger.open_surfaces += flux.luminance();
+            self.totals.energy.open_surfaces += flux.luminance();
             return Step::Ended;
         };
         self.visitor.arrived(surface, hit.position, flux, origin);
         if !self.scene.interreflection {
-            self.account.ledger.room += flux.luminance();
+            self.totals.energy.room += flux.luminance();
             return Step::Ended;
         }
         self.reflect(surface, optics, &hit, Beam { position: hit.position, ..beam })
@@ -388,11 +388,11 @@ impl<V> Tracer<'_, V> {
         V: Visitor<C>,
     {
         let Beam { position, direction, flux } = beam;
-        let (normal, ledger) = (hit.normal, &mut self.account.ledger);
+        let (normal, energy) = (hit.normal, &mut self.totals.energy);
         let diffuse = flux * optics.diffuse();
-        let leaving = diffuse + flux * optics.specular();
-        if leaving.max() <= 0.0 {
-            ledger.room += flux.luminance();
+        let outgoing = diffuse + flux * optics.specular();
+        if outgoing.max() <= 0.0 {
+            energy.room += flux.luminance();
             return Step::Ended;
         }
         let lobe = optics.lobe().map(|lobe| Lobe {
@@ -402,27 +402,27 @@ impl<V> Tracer<'_, V> {
         });
         if lobe.is_some() || diffuse.max() > 0.0 {
             self.visitor.scattered(
-                &Scattering { position, normal, leaving: diffuse, lobe, surface: Some(surface), diffuser: None },
+                &Scattering { position, normal, outgoing: diffuse, lobe, surface: Some(surface), diffuser: None },
                 self.samples,
             );
         }
-        // roulette keeps the flux of a survivor; colours change its balance, so the ledger counts both
-        let is_certain = leaving.max() >= V::CERTAIN_ABOVE * self.into_room;
-        let survival = if is_certain { 1.0 } else { survival(leaving.max(), flux.max(), self.first) };
+        // roulette keeps the flux of a survivor; colours change its balance, so the energy balance counts both
+        let is_certain = outgoing.max() >= V::CERTAIN_ABOVE * self.into_room;
+        let survival = if is_certain { 1.0 } else { survival(outgoing.max(), flux.max(), self.first) };
         if !is_certain && self.samples.random.uniform() >= survival {
-            ledger.room += flux.luminance();
+            energy.room += flux.luminance();
             return Step::Ended;
         }
-        let expected = leaving * (1.0 / survival);
-        ledger.room += flux.luminance() - expected.luminance();
+        let expected = outgoing * (1.0 / survival);
+        energy.room += flux.luminance() - expected.luminance();
         let sample = Oriented { optics, normal }.sample_apart(-direction, self.samples);
         let Some((toward, kind, weight)) = sample else {
-            ledger.cut += expected.luminance();
+            energy.cut += expected.luminance();
             return Step::Ended;
         };
         // the diffuse and the specular part have separate entries
         let onward = flux * weight * (1.0 / survival);
-        ledger.cut += expected.luminance() - onward.luminance();
+        energy.cut += expected.luminance() - onward.luminance();
         let origin = match kind {
             Kind::Diffuse | Kind::Through => Origin::Surface(surface),
             Kind::Glossy | Kind::Mirror => Origin::Lobe(surface),
@@ -436,10 +436,10 @@ fn settle<const C: usize>(
     transit: &Transit<C>,
     flux: Spectrum<C>,
     origin: DVec3,
-    ledger: &mut EnergyLedger,
+    energy: &mut EnergyBalance,
 ) -> Option<Beam<C>> {
     let arriving = flux * transit.collector * transit.mirrors;
-    ledger.book_transit(transit, flux, arriving).then(|| {
+    energy.add_transit(transit, flux, arriving).then(|| {
         let mut position = origin + transit.position;
         position.z = origin.z;
         Beam { position, direction: transit.direction, flux: arriving }

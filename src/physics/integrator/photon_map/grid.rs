@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use glam::DVec3;
 
-use super::lanes::{Ball, Columns, Found, LANES, Rows, within};
+use super::lanes::{Ball, BallSums, Columns, LANES, Rows, within};
 use crate::optics::Spectrum;
 use crate::traceable::SurfaceId;
 
@@ -147,7 +147,7 @@ impl<const C: usize, On: LiesOn> PhotonGrid<C, On> {
             counts: [high[1] - low[1] + 1, high[2] - low[2] + 1],
             strides: [across, across * down],
         };
-        let Found { whole, half, count } = within(&self.columns, rows, ball);
+        let BallSums { whole, half, count } = within(&self.columns, rows, ball);
         let [whole, half] = [whole, half].map(|flux| Spectrum(flux.map(|flux| flux * self.unit_lm)));
         (whole, half, count)
     }

@@ -51,7 +51,7 @@ pub struct Rows {
 
 /// Sums of flux by channel in the whole ball and within half the area, and the number of photons in the whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found<const C: usize> {
+pub struct BallSums<const C: usize> {
     pub whole: [f64; C],
     pub half: [f64; C],
     pub count: u64,
@@ -59,8 +59,8 @@ pub struct Found<const C: usize> {
 
 /// Sums the photons of some rows that lie in a ball.
 #[inline]
-pub fn within<const C: usize>(columns: &Columns<C>, rows: Rows, ball: Ball) -> Found<C> {
-    let query = Query { columns, rows, ball };
+pub fn within<const C: usize>(columns: &Columns<C>, rows: Rows, ball: Ball) -> BallSums<C> {
+    let query = BallQuery { columns, rows, ball };
     #[cfg(target_arch = "x86_64")]
     if let Some(vectors) = V3::try_new() {
         return vectors.vectorize(Vectorized { query, vectors });
@@ -68,7 +68,7 @@ pub fn within<const C: usize>(columns: &Columns<C>, rows: Rows, ball: Ball) -> F
     query.answer(OneByOne)
 }
 
-struct Query<'a, const C: usize> {
+struct BallQuery<'a, const C: usize> {
     columns: &'a Columns<C>,
     rows: Rows,
     ball: Ball,
@@ -76,14 +76,14 @@ struct Query<'a, const C: usize> {
 
 /// Sums by lane.
 #[derive(Clone, Copy)]
-struct Sums<const C: usize> {
+struct LaneSums<const C: usize> {
     whole: [[f32; LANES]; C],
     half: [[f32; LANES]; C],
     count: [u32; LANES],
 }
 
 /// Up to [`LANES`] photons that follow each other.
-struct Step<'a, const C: usize> {
+struct LaneGroup<'a, const C: usize> {
     places: [&'a [f32; LANES]; 3],
     on: &'a [u32; LANES],
     fluxes: [&'a [f32; LANES]; C],
@@ -92,17 +92,17 @@ struct Step<'a, const C: usize> {
 }
 
 /// Implementation that processes several photons at once.
-trait Lanes: Copy {
+trait PhotonLanes: Copy {
     /// Adds the photons of a step that lie in the ball.
-    fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>);
+    fn add<const C: usize>(self, step: &LaneGroup<C>, ball: &Ball, sums: &mut LaneSums<C>);
 }
 
-impl<const C: usize> Query<'_, C> {
+impl<const C: usize> BallQuery<'_, C> {
     #[inline(always)]
-    fn answer<L: Lanes>(self, lanes: L) -> Found<C> {
+    fn answer<L: PhotonLanes>(self, lanes: L) -> BallSums<C> {
         let Self { columns, rows, ball } = self;
-        let nothing = Sums { whole: [[0.0; LANES]; C], half: [[0.0; LANES]; C], count: [0; LANES] };
-        let mut found = Found { whole: [0.0; C], half: [0.0; C], count: 0 };
+        let nothing = LaneSums { whole: [[0.0; LANES]; C], half: [[0.0; LANES]; C], count: [0; LANES] };
+        let mut found = BallSums { whole: [0.0; C], half: [0.0; C], count: 0 };
         let (mut sums, mut steps) = (nothing, 0);
         for layer in 0..rows.counts[1] {
             for row in 0..rows.counts[0] {
@@ -130,9 +130,9 @@ impl<const C: usize> Query<'_, C> {
 
 impl<const C: usize> Columns<C> {
     #[inline(always)]
-    fn step(&self, at: usize, left: u32) -> Option<Step<'_, C>> {
+    fn step(&self, at: usize, left: u32) -> Option<LaneGroup<'_, C>> {
         const NOTHING: &[f32; LANES] = &[0.0; LANES];
-        let mut step = Step { places: [NOTHING; 3], on: eight(&self.on, at)?, fluxes: [NOTHING; C], left };
+        let mut step = LaneGroup { places: [NOTHING; 3], on: eight(&self.on, at)?, fluxes: [NOTHING; C], left };
         for axis in 0..3 {
             step.places[axis] = eight(&self.places[axis], at)?;
         }
@@ -143,10 +143,10 @@ impl<const C: usize> Columns<C> {
     }
 }
 
-impl<const C: usize> Found<C> {
+impl<const C: usize> BallSums<C> {
     /// Adds the sums of all lanes, in their order.
     #[inline(always)]
-    fn add(&mut self, sums: &Sums<C>) {
+    fn add(&mut self, sums: &LaneSums<C>) {
         for channel in 0..C {
             for lane in 0..LANES {
                 self.whole[channel] += f64::from(sums.whole[channel][lane]);
@@ -169,9 +169,9 @@ fn eight<T>(values: &[T], at: usize) -> Option<&[T; LANES]> {
 #[derive(Clone, Copy)]
 struct OneByOne;
 
-impl Lanes for OneByOne {
+impl PhotonLanes for OneByOne {
     #[inline(always)]
-    fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>) {
+    fn add<const C: usize>(self, step: &LaneGroup<C>, ball: &Ball, sums: &mut LaneSums<C>) {
         for lane in 0..LANES {
             let [dx, dy, dz] = [0, 1, 2].map(|axis| step.places[axis][lane] - ball.centre[axis]);
             let distance_squared = dx * dx + dy * dy + dz * dz;
@@ -191,16 +191,16 @@ impl Lanes for OneByOne {
 /// Query answered by vector instructions, with all functions that take part inlined.
 #[cfg(target_arch = "x86_64")]
 struct Vectorized<'a, const C: usize> {
-    query: Query<'a, C>,
+    query: BallQuery<'a, C>,
     vectors: V3,
 }
 
 #[cfg(target_arch = "x86_64")]
 impl<const C: usize> pulp::NullaryFnOnce for Vectorized<'_, C> {
-    type Output = Found<C>;
+    type Output = BallSums<C>;
 
     #[inline(always)]
-    fn call(self) -> Found<C> {
+    fn call(self) -> BallSums<C> {
         self.query.answer(self.vectors)
     }
 }
@@ -209,9 +209,9 @@ impl<const C: usize> pulp::NullaryFnOnce for Vectorized<'_, C> {
 const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 #[cfg(target_arch = "x86_64")]
-impl Lanes for V3 {
+impl PhotonLanes for V3 {
     #[inline(always)]
-    fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>) {
+    fn add<const C: usize>(self, step: &LaneGroup<C>, ball: &Ball, sums: &mut LaneSums<C>) {
         let (avx, avx2) = (self.avx, self.avx2);
         let floats = |values: &[f32; LANES]| pulp::cast::<[f32; LANES], __m256>(*values);
         let numbers = |values: &[u32; LANES]| pulp::cast::<[u32; LANES], __m256i>(*values);
@@ -268,7 +268,7 @@ mod tests {
             for (first, end, counts) in [(0, 5, [4, 3]), (1, 3, [2, 2]), (7, 9, [1, 1])] {
                 let rows = Rows { first, end, counts, strides: [5, 20] };
                 let found = within(&columns, rows, ball);
-                let plain = Query { columns: &columns, rows, ball }.answer(OneByOne);
+                let plain = BallQuery { columns: &columns, rows, ball }.answer(OneByOne);
                 assert_eq!(found.whole.map(f64::to_bits), plain.whole.map(f64::to_bits));
                 assert_eq!(found.half.map(f64::to_bits), plain.half.map(f64::to_bits));
                 assert_eq!(found.count, plain.count);

@@ -25,7 +25,7 @@ use super::surfaces::Surfaces;
 use crate::integrator::PhotonCount;
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::emission::Emission;
-use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::energy_balance::PhotonTotals;
 use crate::integrator::photon::path::trace;
 use crate::optics::{Diffuser, Glossy, Spectrum, SurfaceOptics};
 use crate::sampling::{Key, PathRandom};
@@ -151,8 +151,8 @@ impl<const C: usize> Mapper<C> {
     }
 
     /// Traces the photons of the pass with this key and sorts them for a gather radius in metres; returns `None` if cancelled.
-    pub fn maps(&self, key: Key, radius: f64, cancel: &AtomicBool) -> Option<(Maps<C>, Account)> {
-        let (store, account) = self.trace_photons(key, cancel)?;
+    pub fn maps(&self, key: Key, radius: f64, cancel: &AtomicBool) -> Option<(Maps<C>, PhotonTotals)> {
+        let (store, totals) = self.trace_photons(key, cancel)?;
         let measured = |tube: usize| matches!(self.scene.tubes[tube].diffuser, Diffuser::Measured(_));
         let all_exits: Vec<Photon<C, Tube>> =
             (0..store.exits.len()).filter(|tube| !measured(*tube)).flat_map(|tube| store.exits[tube].clone()).collect();
@@ -166,7 +166,7 @@ impl<const C: usize> Mapper<C> {
         let nearest_lm = if self.scene.is_dark() {
             0.0
         } else {
-            let arrived = account.ledger.emitted + account.ledger.luminaires;
+            let arrived = totals.energy.emitted + totals.energy.luminaires;
             let exits = mean_lm(store.exits.iter().flatten());
             exits.unwrap_or(arrived / self.photons().max(1) as f64)
         };
@@ -189,40 +189,40 @@ impl<const C: usize> Mapper<C> {
             incidents: store.incidents,
             radius,
         };
-        Some((maps, account))
+        Some((maps, totals))
     }
 
     fn store(&self) -> PhotonStore<'_, C> {
         PhotonStore::new(&self.scene, &self.grids, self.keeps_surfaces, self.caustics.as_ref())
     }
 
-    fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(PhotonStore<'_, C>, Account)> {
+    fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(PhotonStore<'_, C>, PhotonTotals)> {
         let chunk = |numbers: Range<u64>| {
             let mut store = self.store();
-            let mut account = Account::new(self.scene.tubes.len());
+            let mut totals = PhotonTotals::new(self.scene.tubes.len());
             for number in numbers {
                 let (photon, mut samples) = self.emission.photon(&self.scene, key, number);
                 if let Some(photon) = photon {
                     store.begin(&photon);
-                    trace::<C>(&self.scene, &photon, &mut samples, &mut store, &mut account);
+                    trace::<C>(&self.scene, &photon, &mut samples, &mut store, &mut totals);
                 }
             }
-            (store, account)
+            (store, totals)
         };
         let mut all = self.store();
-        let mut account = Account::new(self.scene.tubes.len());
+        let mut totals = PhotonTotals::new(self.scene.tubes.len());
         let folded = fold_chunks(
             Chunks::of_long_paths(self.emission.photons()),
             0,
             cancel,
             chunk,
-            |(store, part): (PhotonStore<C>, Account)| {
+            |(store, part): (PhotonStore<C>, PhotonTotals)| {
                 all.append(store);
-                account.add(&part);
+                totals.add(&part);
             },
         )?;
-        account.not_finite = folded.not_finite;
-        Some((all, account))
+        totals.not_finite = folded.not_finite;
+        Some((all, totals))
     }
 
     /// Estimates the irradiance of a surface point from photons within `radius` metres, and by connections to diffusers and luminaires.
@@ -266,10 +266,10 @@ impl<const C: usize> Mapper<C> {
                 let brdf = lobe.density(hit.normal, -beam.direction, eye) / eye.dot(hit.normal);
                 let chosen = lobe.density(hit.normal, eye, -beam.direction);
                 let gathered = self.beams_gathered(maps, beam.tube, -beam.direction.dot(hit.normal));
-                let share = gathered / (gathered + chosen);
-                whole += flux * (brdf * share);
+                let fraction = gathered / (gathered + chosen);
+                whole += flux * (brdf * fraction);
                 if distance_squared < half_squared {
-                    half += flux * (brdf * share);
+                    half += flux * (brdf * fraction);
                 }
             }
         });
@@ -345,7 +345,7 @@ impl<const C: usize> Mapper<C> {
     }
 }
 
-impl<const C: usize> Tally for (PhotonStore<'_, C>, Account) {
+impl<const C: usize> Tally for (PhotonStore<'_, C>, PhotonTotals) {
     fn is_finite(&self) -> bool {
         self.0.is_finite() && self.1.is_finite()
     }

@@ -48,13 +48,13 @@ impl<const C: usize> Mapper<C> {
                 let stratum = (k as f64 + random.uniform()) / count as f64;
                 let number = ((stratum * exits.len() as f64) as usize).min(exits.len() - 1);
                 let exit = &exits[number];
-                let way = exit.position - position;
-                let distance_squared = way.length_squared();
-                let cosines = way.dot(normal) * way.z;
-                if cosines > 0.0 && way.z > 0.0 && self.scene.visible(position, surface, exit.position, None) {
+                let to_exit = exit.position - position;
+                let distance_squared = to_exit.length_squared();
+                let cosines = to_exit.dot(normal) * to_exit.z;
+                if cosines > 0.0 && to_exit.z > 0.0 && self.scene.visible(position, surface, exit.position, None) {
                     let mut geometry = cosines / (distance_squared * distance_squared) / PI;
                     if let Some(table) = diffuser.measured() {
-                        let down = way.z / distance_squared.sqrt();
+                        let down = to_exit.z / distance_squared.sqrt();
                         geometry *= PI * measured_per_sr(table, maps.incidents[index][number], down);
                     }
                     gathered.irradiance += exit.flux * (geometry * exits.len() as f64 / count as f64);
@@ -113,10 +113,10 @@ impl<const C: usize> Mapper<C> {
                 sum += luminaire.irradiance(position, normal);
                 continue;
             }
-            let share = 1.0 / strata as f64;
+            let fraction = 1.0 / strata as f64;
             let count = strata * strata;
-            if luminaire.is_within(share * luminaire.longer_edge_m(), position)
-                && let Some(seen) = self.seen_share(luminaire, position, normal, surface, count, random)
+            if luminaire.is_within(fraction * luminaire.longer_edge_m(), position)
+                && let Some(seen) = self.seen_part(luminaire, position, normal, surface, count, random)
             {
                 sum += luminaire.irradiance(position, normal) * seen;
                 continue;
@@ -125,7 +125,7 @@ impl<const C: usize> Mapper<C> {
                 let source = self.point_of(luminaire, strata, stratum, random);
                 let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
                 if arriving.max() > 0.0 && self.scene.visible(position, surface, source, Some(luminaire.surface)) {
-                    sum += arriving * (share * share);
+                    sum += arriving * (fraction * fraction);
                 }
             }
         }
@@ -146,12 +146,12 @@ impl<const C: usize> Mapper<C> {
         for luminaire in self.scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
             for stratum in 0..POINT_STRATA * POINT_STRATA {
                 let source = self.point_of(luminaire, POINT_STRATA, stratum, random);
-                let way = source - hit.position;
-                let toward = way.normalize();
-                let connected = connections_to_luminaire(luminaire, way);
+                let to_light = source - hit.position;
+                let toward = to_light.normalize();
+                let connected = connections_to_luminaire(luminaire, to_light);
                 let density = if connected > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
                 if density > 0.0 && self.scene.visible(hit.position, surface, source, Some(luminaire.surface)) {
-                    sum += luminaire.seen(way) * (density / (density + connected));
+                    sum += luminaire.seen(to_light) * (density / (density + connected));
                 }
             }
         }
@@ -166,15 +166,15 @@ impl<const C: usize> Mapper<C> {
         stratum: usize,
         random: &mut PathRandom,
     ) -> DVec3 {
-        let share = 1.0 / strata as f64;
+        let fraction = 1.0 / strata as f64;
         let [u, v] = random.uniform2();
-        let along = [((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share];
+        let along = [((stratum % strata) as f64 + u) * fraction, ((stratum / strata) as f64 + v) * fraction];
         self.scene.enclosure.clamp(luminaire.point(along))
     }
 
     /// Estimates the unoccluded fraction of a luminaire's light at a point, by up to `count` cosine-distributed rays that meet the
     /// luminaire; `None` if none does. The mean over any number of such rays has the right expectation.
-    fn seen_share(
+    fn seen_part(
         &self,
         luminaire: &TraceableLuminaire,
         position: DVec3,
@@ -249,19 +249,19 @@ impl<const C: usize> Mapper<C> {
                 let stratum = (k as f64 + random.uniform()) / count as f64;
                 let number = ((stratum * exits.len() as f64) as usize).min(exits.len() - 1);
                 let exit = &exits[number];
-                let way = exit.position - hit.position;
-                let distance_squared = way.length_squared();
-                let toward = way / distance_squared.sqrt();
+                let to_exit = exit.position - hit.position;
+                let distance_squared = to_exit.length_squared();
+                let toward = to_exit / distance_squared.sqrt();
                 let density = if toward.z > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
                 if density > 0.0 && self.scene.visible(hit.position, surface, exit.position, None) {
-                    let connected = connection_density(tube, way);
-                    let share = connected / (density + connected);
+                    let connected = connection_density(tube, to_exit);
+                    let fraction = connected / (density + connected);
                     let per_sr = match tube.diffuser.measured() {
                         Some(table) => toward.z * measured_per_sr(table, maps.incidents[index][number], toward.z),
                         None => toward.z / PI,
                     };
                     let geometry = density * per_sr / distance_squared;
-                    sum += exit.flux * (share * geometry * exits.len() as f64 / count as f64);
+                    sum += exit.flux * (fraction * geometry * exits.len() as f64 / count as f64);
                 }
             }
         }
@@ -300,25 +300,25 @@ fn measured_per_sr(table: &MeasuredDiffuser, incident: DVec3, exit_cosine: f64) 
     table.per_sr(incident.z < 0.0, incident.z.abs(), exit_cosine)
 }
 
-/// Returns the MIS weight of a ray that meets a diffuser along `way`; `chosen` is the probability density with which a glossy lobe sampled
-/// the direction, `None` if none did.
-pub fn share_of(chosen: Option<f64>, tube: &TraceableTube, way: DVec3) -> f64 {
-    chosen.map_or(1.0, |density| density / (density + connection_density(tube, way)))
+/// Returns the MIS weight of a ray that meets a diffuser along `to_light`; `chosen` is the probability density with which a glossy lobe
+/// sampled the direction, `None` if none did.
+pub fn opening_weight(chosen: Option<f64>, tube: &TraceableTube, to_light: DVec3) -> f64 {
+    chosen.map_or(1.0, |density| density / (density + connection_density(tube, to_light)))
 }
 
-/// Returns the MIS weight of a ray that meets a luminaire along `way`; `chosen` as in [`share_of`].
-pub fn share_of_luminaire(chosen: Option<f64>, luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
-    chosen.map_or(1.0, |density| density / (density + connections_to_luminaire(luminaire, way)))
+/// Returns the MIS weight of a ray that meets a luminaire along `to_light`; `chosen` as in [`opening_weight`].
+pub fn luminaire_weight(chosen: Option<f64>, luminaire: &TraceableLuminaire, to_light: DVec3) -> f64 {
+    chosen.map_or(1.0, |density| density / (density + connections_to_luminaire(luminaire, to_light)))
 }
 
-/// Returns the number of connections per sr along `way` from a glossy surface to a luminaire.
-fn connections_to_luminaire(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
-    (POINT_STRATA * POINT_STRATA) as f64 * luminaire_density(luminaire, way)
+/// Returns the number of connections per sr along `to_light` from a glossy surface to a luminaire.
+fn connections_to_luminaire(luminaire: &TraceableLuminaire, to_light: DVec3) -> f64 {
+    (POINT_STRATA * POINT_STRATA) as f64 * luminaire_density(luminaire, to_light)
 }
 
-/// Returns the number of connections per sr along `way` to a diffuser, as if its photons were even on the opening; it is the density of
-/// connections in the balance heuristic.
-fn connection_density(tube: &TraceableTube, way: DVec3) -> f64 {
-    let distance_squared = way.length_squared();
-    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (way.z * tube.opening_area_m2())
+/// Returns the number of connections per sr along `to_light` to a diffuser, as if its photons were even on the opening; it is the density
+/// of connections in the balance heuristic.
+fn connection_density(tube: &TraceableTube, to_light: DVec3) -> f64 {
+    let distance_squared = to_light.length_squared();
+    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (to_light.z * tube.opening_area_m2())
 }

@@ -65,15 +65,15 @@ impl OutlinedView {
         key: Key,
     ) -> Gathered<C> {
         let mut sum = Gathered::NOTHING;
-        let share = 1.0 / RAYS as f64;
+        let fraction = 1.0 / RAYS as f64;
         for ray in 0..RAYS {
             let (replicate, number) = Replicate::of(key, ray);
             // the first two: they have a point in each part of any cut of the pixel along its edges
             let [x, y, ..] = replicate.point(number, 0);
             let direction = self.view.ray_direction(column as f64 + x, row as f64 + y);
             let seen = seen_straight(mapper, maps, self.view.eye, direction);
-            sum.irradiance += seen.irradiance * share;
-            sum.bias += seen.bias * share;
+            sum.irradiance += seen.irradiance * fraction;
+            sum.bias += seen.bias * fraction;
         }
         sum
     }
@@ -82,14 +82,14 @@ impl OutlinedView {
 /// Returns the luminance in cd/m2 along an eye ray that comes directly from a diffuser or luminaire.
 fn seen_straight<const C: usize>(mapper: &Mapper<C>, maps: &Maps<C>, eye: DVec3, direction: DVec3) -> Gathered<C> {
     let scene = &*mapper.scene;
-    let Some(Seen { source, direction, weight, .. }) = source::<C>(scene, eye, direction) else {
+    let Some(SeenSource { source, direction, weight, .. }) = source::<C>(scene, eye, direction) else {
         return Gathered::NOTHING;
     };
     match source {
-        Source::Luminaire(number) => {
+        OutlineSource::Luminaire(number) => {
             Gathered { irradiance: scene.luminaires[number].seen(direction) * weight, ..Gathered::NOTHING }
         }
-        Source::Diffuser(tube, position) => {
+        OutlineSource::Diffuser(tube, position) => {
             let of_tube = mapper.luminance(maps, tube, scene.tubes[tube].closure_at(position), position, direction);
             Gathered {
                 irradiance: of_tube.irradiance * weight,
@@ -101,8 +101,8 @@ fn seen_straight<const C: usize>(mapper: &Mapper<C>, maps: &Maps<C>, eye: DVec3,
 }
 
 /// Source that an eye sees along a ray, and the path to it.
-struct Seen<const C: usize> {
-    source: Source,
+struct SeenSource<const C: usize> {
+    source: OutlineSource,
     /// The ray's direction where it meets the source.
     direction: DVec3,
     /// The last mirror on the path.
@@ -112,13 +112,13 @@ struct Seen<const C: usize> {
 }
 
 /// Source that an outline belongs to.
-enum Source {
+enum OutlineSource {
     Luminaire(usize),
     /// Diffuser of a tube, with the point of its opening.
     Diffuser(usize, DVec3),
 }
 
-impl Source {
+impl OutlineSource {
     /// Returns a number of the source, from 1.
     fn number(&self, scene: &TraceableScene) -> usize {
         match self {
@@ -129,7 +129,7 @@ impl Source {
 }
 
 /// Finds the source that an eye sees along a ray, directly or by way of up to [`MIRRORS`] mirrors.
-fn source<const C: usize>(scene: &TraceableScene, eye: DVec3, mut direction: DVec3) -> Option<Seen<C>> {
+fn source<const C: usize>(scene: &TraceableScene, eye: DVec3, mut direction: DVec3) -> Option<SeenSource<C>> {
     let mut origin = enter_room(scene, eye, direction)?;
     let (mut mirror, mut weight, mut reflected) = (None, Spectrum::ONE, false);
     for _ in 0..=MIRRORS {
@@ -137,14 +137,19 @@ fn source<const C: usize>(scene: &TraceableScene, eye: DVec3, mut direction: DVe
         let surface = match hit.place {
             Place::Opening(tube) => {
                 let clear = scene.tubes[tube].closure_at(hit.position).unscattered::<1>().is_some();
-                let source = Source::Diffuser(tube, hit.position);
-                return (!clear).then_some(Seen { source, direction, mirror, weight });
+                let source = OutlineSource::Diffuser(tube, hit.position);
+                return (!clear).then_some(SeenSource { source, direction, mirror, weight });
             }
             Place::Surface(surface) => surface,
         };
         if let Some(number) = scene.numbering.luminaire_of(surface) {
             let shines = scene.luminaires[number].seen::<3>(direction).max() > 0.0;
-            return shines.then_some(Seen { source: Source::Luminaire(number), direction, mirror, weight });
+            return shines.then_some(SeenSource {
+                source: OutlineSource::Luminaire(number),
+                direction,
+                mirror,
+                weight,
+            });
         }
         let optics = scene.optics(surface).filter(|optics| optics.is_mirror())?;
         if reflected && !scene.interreflection {
@@ -290,10 +295,10 @@ mod tests {
                 let direction = view.ray_direction(place[0] as f64 + x, place[1] as f64 + y);
                 source::<1>(&scene, view.eye, direction).is_some()
             });
-            let share = shows.count() as f64 / f64::from(lines * lines);
+            let fraction = shows.count() as f64 / f64::from(lines * lines);
             if !outlined.is_outlined(pixel) {
-                assert!(share == 0.0 || share == 1.0, "{place:?}: {share}");
-                whole += u32::from(share == 1.0);
+                assert!(fraction == 0.0 || fraction == 1.0, "{place:?}: {fraction}");
+                whole += u32::from(fraction == 1.0);
                 continue;
             }
             let mut seen = Moments::default();
@@ -301,7 +306,7 @@ mod tests {
                 seen.push(outlined.straight(&mapper, &maps, place, Key::new(pass).child(pixel as u64)).irradiance.0[0]);
             }
             let tolerance = 4.0 * seen.standard_error() + 3.0 / f64::from(lines);
-            assert!((seen.mean - luminance * share).abs() < tolerance, "{place:?}: {seen:?} {share}");
+            assert!((seen.mean - luminance * fraction).abs() < tolerance, "{place:?}: {seen:?} {fraction}");
             edges += 1;
         }
         assert!(edges > 20 && whole > 10, "{edges} {whole}");

@@ -158,7 +158,7 @@ impl<const C: usize> Visitor<C> for PhotonStore<'_, C> {
         if let Some(tube) = scattering.diffuser {
             self.history = History::Caustic;
             // of a lobe the arriving flux is stored, with its direction
-            let flux = scattering.lobe.map_or(scattering.leaving, |lobe| lobe.flux);
+            let flux = scattering.lobe.map_or(scattering.outgoing, |lobe| lobe.flux);
             self.incidents[tube].extend(scattering.lobe.map(|lobe| lobe.incident));
             let photon = Photon { position: scattering.position, on: Tube(tube as u32), flux };
             self.exits[tube].push(photon);
@@ -183,8 +183,8 @@ impl<const C: usize> Visitor<C> for PhotonStore<'_, C> {
         for ((height, points), photons) in self.levels.iter().zip(&mut self.planes) {
             let level = height + self.contact;
             if flight.from.z > level && flight.to.z <= level && !(backward && *points) {
-                let share = (flight.from.z - height) / (flight.from.z - flight.to.z);
-                let crossing: DVec2 = flight.from.truncate().lerp(flight.to.truncate(), share);
+                let fraction = (flight.from.z - height) / (flight.from.z - flight.to.z);
+                let crossing: DVec2 = flight.from.truncate().lerp(flight.to.truncate(), fraction);
                 photons.push(Photon { position: crossing.extend(*height), on: (), flux: flight.flux });
             }
         }

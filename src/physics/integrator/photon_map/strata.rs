@@ -92,18 +92,18 @@ mod tests {
             for count in [2, 4, 6, 7, 9, 16] {
                 let strata = Strata::new(count);
                 let mut random = PathRandom::new(Key::new(u64::from(count)));
-                let (mut means, mut told) = (Moments::default(), Moments::default());
+                let (mut means, mut reported) = (Moments::default(), Moments::default());
                 for _ in 0..20_000 {
                     let values: Vec<f64> =
                         (0..strata.count()).map(|number| light(strata.point(number, random.uniform2()))).collect();
                     means.push(values.iter().sum::<f64>() / f64::from(count));
-                    told.push(strata.contrasts(&values).iter().map(|contrast| contrast * contrast).sum());
+                    reported.push(strata.contrasts(&values).iter().map(|contrast| contrast * contrast).sum());
                 }
                 let variance = means.m2 / (means.count - 1.0);
-                let ratio = told.mean / variance;
+                let ratio = reported.mean / variance;
                 println!("{name} {count}: {ratio}");
                 // a variance of so many values is known within 1.5 %
-                let error = 4.0 * (told.standard_error() / variance).hypot(0.015 * ratio);
+                let error = 4.0 * (reported.standard_error() / variance).hypot(0.015 * ratio);
                 assert!(ratio > 1.0 - error, "{name} {count}: {ratio}");
                 if name == "slope" && [4, 16].contains(&count) {
                     assert!(ratio < 1.0 + error, "{name} {count}: {ratio}");

@@ -26,14 +26,14 @@ pub struct Surfaces {
     /// Domains of the faces of the room and its boxes, in the order of their numbers.
     pub faces: Vec<Domain>,
     /// Covered sides of facets, by the index of the surface.
-    facets: BTreeMap<usize, Patch>,
+    facets: BTreeMap<usize, CoveredSide>,
     /// Reason why some covered areas were not subtracted; `None` if all were.
     pub uncut: Option<Uncut>,
 }
 
 /// Covered regions of one side of a facet.
 #[derive(Debug)]
-struct Patch {
+struct CoveredSide {
     sheet: Sheet,
     regions: Vec<Region>,
 }
@@ -140,7 +140,7 @@ impl Surfaces {
                     meshes.facets.edges(facet).iter().map(|edge| edge.map(|p| sheet.flat(p))).collect();
                 let regions = regions(&outline, sections(near.into_iter(), &sheet).covers, scene);
                 if !regions.is_empty() {
-                    self.facets.insert(scene.numbering.facet_side(facet, side).index(), Patch { sheet, regions });
+                    self.facets.insert(scene.numbering.facet_side(facet, side).index(), CoveredSide { sheet, regions });
                 }
             }
         }
@@ -154,7 +154,7 @@ impl Surfaces {
             Some((meshes, facet)) => {
                 let area = meshes.facets.area_within(facet, centre, radius);
                 match self.facets.get(&surface.index()) {
-                    Some(Patch { sheet, regions }) => {
+                    Some(CoveredSide { sheet, regions }) => {
                         let p = sheet.flat(centre);
                         (area - regions.iter().map(|region| region.area(p, radius)).sum::<f64>()).max(0.0)
                     }
@@ -191,8 +191,8 @@ mod tests {
     /// brighter, because a cuboid of one surface would be traced as a box.
     fn mesh(base: [f64; 3], size: [f64; 3]) -> MeshObject {
         let corner = |k: usize| {
-            let share = DVec3::new((k & 1) as f64 - 0.5, (k >> 1 & 1) as f64 - 0.5, (k >> 2) as f64);
-            DVec3::from(base) + share * DVec3::from(size)
+            let fraction = DVec3::new((k & 1) as f64 - 0.5, (k >> 1 & 1) as f64 - 0.5, (k >> 2) as f64);
+            DVec3::from(base) + fraction * DVec3::from(size)
         };
         let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
         let mesh = TriangleMesh {
@@ -204,7 +204,7 @@ mod tests {
         };
         MeshObject {
             mesh,
-            surfaces: vec![GREY, Surface { reflectance: GREY.reflectance.map(|share| share + 1e-9), ..GREY }],
+            surfaces: vec![GREY, Surface { reflectance: GREY.reflectance.map(|fraction| fraction + 1e-9), ..GREY }],
         }
     }
 
@@ -216,7 +216,7 @@ mod tests {
     }
 
     /// Returns the reachable area within a radius of the point hit by a ray, over the area of the disc.
-    fn share(scene: &TraceableScene, from: DVec3, toward: DVec3, radius: f64) -> f64 {
+    fn fraction(scene: &TraceableScene, from: DVec3, toward: DVec3, radius: f64) -> f64 {
         let hit = scene.intersect(from, toward, None);
         let crate::traceable::Place::Surface(surface) = hit.place else { panic!("{:?}", hit.place) };
         let surfaces = Surfaces::new(scene);
@@ -244,7 +244,7 @@ mod tests {
             room(vec![cuboid(below.0, below.1)], vec![mesh(through.0, through.1)]),
         ];
         for scene in &scenes {
-            let top = |x: f64, y: f64, radius: f64| share(scene, DVec3::new(x, y, 0.7), DVec3::NEG_Z, radius);
+            let top = |x: f64, y: f64, radius: f64| fraction(scene, DVec3::new(x, y, 0.7), DVec3::NEG_Z, radius);
             close(top(2.2 + 1e-7, 2.0, 0.1), 0.5);
             close(top(2.2 + 1e-7, 2.2 + 1e-7, 0.1), 0.75);
             close(top(2.4, 2.0, 0.05), 1.0);
@@ -257,7 +257,7 @@ mod tests {
     fn covers_are_clipped_and_joined() {
         let low = cuboid([2.0, 2.0, 0.0], [1.0, 1.0, 0.5]);
         let over = cuboid([2.5, 2.0, 0.5], [0.4, 0.4, 0.4]);
-        let top = |scene: &TraceableScene| share(scene, DVec3::new(1.6, 2.0, 3.0), DVec3::NEG_Z, 9.0) * PI * 81.0;
+        let top = |scene: &TraceableScene| fraction(scene, DVec3::new(1.6, 2.0, 3.0), DVec3::NEG_Z, 9.0) * PI * 81.0;
         close(top(&room(vec![low, over], vec![])), 1.0 - 0.08);
         close(top(&room(vec![low, over], vec![mesh([2.5, 2.1, 0.5], [0.4, 0.4, 0.3])])), 1.0 - 0.10);
         // on the floor, too
@@ -266,7 +266,7 @@ mod tests {
     }
 
     fn top_of_floor(scene: &TraceableScene) -> f64 {
-        share(scene, DVec3::new(0.2, 0.2, 3.0), DVec3::NEG_Z, 99.0) * PI * 99.0 * 99.0
+        fraction(scene, DVec3::new(0.2, 0.2, 3.0), DVec3::NEG_Z, 99.0) * PI * 99.0 * 99.0
     }
 
     /// Cuboids side by side: half of a disc is left on the taller one's side, at the height of the lower one.
@@ -279,7 +279,7 @@ mod tests {
             room(vec![cuboid(low.0, low.1)], vec![mesh(tall.0, tall.1)]),
             room(vec![], vec![mesh(tall.0, tall.1), mesh(low.0, low.1)]),
         ] {
-            let side = |y: f64, z: f64, radius: f64| share(&scene, DVec3::new(3.5, y, z), DVec3::NEG_X, radius);
+            let side = |y: f64, z: f64, radius: f64| fraction(&scene, DVec3::new(3.5, y, z), DVec3::NEG_X, radius);
             close(side(2.0, 0.4 + 1e-7, 0.1), 0.5);
             close(side(2.3 + 1e-7, 0.4 + 1e-7, 0.1), 0.75);
             close(side(2.0, 0.7, 9.0) * PI * 81.0, 1.0 - 0.24);
@@ -296,7 +296,7 @@ mod tests {
 
     /// A cube without one of its sides has no inside, which is reported.
     #[test]
-    fn open_meshes_are_told() {
+    fn open_meshes_are_reported() {
         let mut open = mesh([2.0, 2.0, 0.0], [1.0, 1.0, 1.0]);
         open.mesh.triangles.truncate(11);
         open.mesh.triangle_materials.truncate(11);

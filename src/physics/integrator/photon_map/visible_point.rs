@@ -12,10 +12,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::maps::{Gathered, Mapper, Maps};
-use super::near_light::{share_of, share_of_luminaire};
+use super::near_light::{luminaire_weight, opening_weight};
 use super::outline::{MIRRORS, OutlinedView};
 use crate::integrator::ViewPass;
-use crate::integrator::backward::opening::DaylightShare;
+use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
@@ -116,15 +116,15 @@ pub fn luminance<const C: usize>(
     let scene = &*mapper.scene;
     let EyeRay { eye, direction, straight } = ray;
     let Some(origin) = enter_room(scene, eye, direction) else { return Gathered::NOTHING };
-    let gathering = Gathering { mapper, maps, irradiance, found: Cell::new(0.0), bias: Cell::new(0.0) };
+    let gathering = MapGathering { mapper, maps, irradiance, found: Cell::new(0.0), bias: Cell::new(0.0) };
     let mut walk = Walk::new(scene, samples, SURE_REFLECTIONS);
-    let trace = EyeWay { origin, lobe: None, beams: None, counted: (!straight).then_some(MIRRORS) };
+    let trace = EyePathState { origin, lobe: None, beams: None, counted: (!straight).then_some(MIRRORS) };
     walk.luminance(&gathering, origin, direction, trace);
     Gathered { irradiance: walk.sum, found: gathering.found.get(), bias: gathering.bias.get() }
 }
 
 /// Gathering of light from photon maps along the path of an eye ray.
-struct Gathering<'a, const C: usize, F> {
+struct MapGathering<'a, const C: usize, F> {
     mapper: &'a Mapper<C>,
     maps: &'a Maps<C>,
     irradiance: F,
@@ -145,7 +145,7 @@ struct BeamsGathered {
 
 /// State of an eye ray along its path.
 #[derive(Clone, Copy)]
-struct EyeWay {
+struct EyePathState {
     /// Point where it left the last vertex, in m.
     origin: DVec3,
     /// Probability density per sr of its direction if a glossy lobe sampled it.
@@ -158,17 +158,17 @@ struct EyeWay {
     counted: Option<u32>,
 }
 
-impl<const C: usize, F> Meeting<C> for Gathering<'_, C, F>
+impl<const C: usize, F> Meeting<C> for MapGathering<'_, C, F>
 where
     F: Fn(&RoomHit, SurfaceId, Spectrum<C>, &mut PathRandom) -> Gathered<C>,
 {
     const FOLLOWS_DIFFUSE: bool = false;
-    type Trace = EyeWay;
+    type Trace = EyePathState;
     /// First glossy surface of the path where sunbeams were gathered.
     type Arrival = Option<BeamsGathered>;
 
-    fn arrives(&self, way: &EyeWay, _: f64) -> Self::Arrival {
-        way.beams
+    fn arrives(&self, state: &EyePathState, _: f64) -> Self::Arrival {
+        state.beams
     }
 
     fn arrives_at_closure(&self) -> Self::Arrival {
@@ -214,22 +214,28 @@ where
         beams: &Self::Arrival,
         toward: DVec3,
         density: f64,
-    ) -> EyeWay {
+    ) -> EyePathState {
         let here = BeamsGathered { density, cosine: toward.dot(vertex.normal) };
-        EyeWay { origin: vertex.position, lobe: Some(density), beams: Some(beams.unwrap_or(here)), counted: None }
+        EyePathState { origin: vertex.position, lobe: Some(density), beams: Some(beams.unwrap_or(here)), counted: None }
     }
 
-    fn turns(&self, _: &TraceableScene, way: &EyeWay, _: SurfaceId) -> EyeWay {
-        EyeWay { lobe: None, counted: way.counted.and_then(|mirrors| mirrors.checked_sub(1)), ..*way }
+    fn turns(&self, _: &TraceableScene, state: &EyePathState, _: SurfaceId) -> EyePathState {
+        EyePathState { lobe: None, counted: state.counted.and_then(|mirrors| mirrors.checked_sub(1)), ..*state }
     }
 
-    fn passes(&self, way: &EyeWay) -> EyeWay {
-        EyeWay { lobe: None, counted: None, ..*way }
+    fn passes(&self, state: &EyePathState) -> EyePathState {
+        EyePathState { lobe: None, counted: None, ..*state }
     }
 
-    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, EyeWay>, position: DVec3) -> f64 {
-        let EyeWay { origin, lobe, counted, .. } = ray.trace;
-        if counted.is_some() { 0.0 } else { share_of_luminaire(lobe, &scene.luminaires[number], position - origin) }
+    fn luminaire_weight(
+        &self,
+        scene: &TraceableScene,
+        number: usize,
+        ray: &Ray<C, EyePathState>,
+        position: DVec3,
+    ) -> f64 {
+        let EyePathState { origin, lobe, counted, .. } = ray.trace;
+        if counted.is_some() { 0.0 } else { luminaire_weight(lobe, &scene.luminaires[number], position - origin) }
     }
 
     /// Ends the path at a diffuser, whose luminance is estimated from the photons that it scattered.
@@ -237,22 +243,22 @@ where
         &self,
         walk: &mut Walk<'_, C>,
         tube: usize,
-        ray: &Ray<C, EyeWay>,
+        ray: &Ray<C, EyePathState>,
         position: DVec3,
-    ) -> Option<DaylightShare> {
+    ) -> Option<DaylightWeights> {
         let of_tube = &walk.scene.tubes[tube];
         let closure = of_tube.closure_at(position);
         if closure.unscattered::<C>().is_some() {
             let sun = ray.trace.beams.map_or(1.0, |BeamsGathered { density, cosine }| {
                 density / (density + self.mapper.beams_gathered(self.maps, tube, cosine))
             });
-            return Some(DaylightShare { sky: 1.0, sky_later: 1.0, sun });
+            return Some(DaylightWeights { sky: 1.0, sky_later: 1.0, sun });
         }
         if ray.trace.counted.is_some() {
             return None;
         }
         let seen = self.mapper.luminance(self.maps, tube, closure, position, ray.direction);
-        let weight = ray.weight * share_of(ray.trace.lobe, of_tube, position - ray.trace.origin);
+        let weight = ray.weight * opening_weight(ray.trace.lobe, of_tube, position - ray.trace.origin);
         walk.sum += seen.irradiance * weight;
         self.bias.set(self.bias.get() + seen.bias * weight.luminance());
         None

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 
 use crate::guide::RayCount;
-use crate::integrator::backward::opening::DaylightShare;
+use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
@@ -16,7 +16,7 @@ use crate::sampling::{Key, PathRandom, PathSamples, Replicate, warp};
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Photon maps of one pass, with a count of the rays that gather from them.
-pub struct Gathering<'a, const C: usize> {
+pub struct FinalGathering<'a, const C: usize> {
     mapper: &'a Mapper<C>,
     pub maps: &'a Maps<C>,
     /// Number of rays that were traced.
@@ -24,7 +24,7 @@ pub struct Gathering<'a, const C: usize> {
 }
 
 /// Surface element from which gather rays start.
-pub struct Receiver {
+pub struct GatherPoint {
     pub normal: DVec3,
     pub surface: Option<SurfaceId>,
     pub key: Key,
@@ -50,7 +50,7 @@ impl RayCounter {
     }
 }
 
-impl<'a, const C: usize> Gathering<'a, C> {
+impl<'a, const C: usize> FinalGathering<'a, C> {
     pub fn new(mapper: &'a Mapper<C>, maps: &'a Maps<C>) -> Self {
         Self { mapper, maps, rays: RayCounter::default() }
     }
@@ -67,7 +67,7 @@ impl<'a, const C: usize> Gathering<'a, C> {
 
     /// Estimates the irradiance of a receiver by light from diffuse parts of surfaces, by `count` rays. `start` maps a point of the unit
     /// square to the start of a ray; it returns `None` where no light arrives.
-    pub fn gather(&self, receiver: &Receiver, start: impl Fn([f64; 2]) -> Option<DVec3>, count: u32) -> Gathered<C> {
+    pub fn gather(&self, receiver: &GatherPoint, start: impl Fn([f64; 2]) -> Option<DVec3>, count: u32) -> Gathered<C> {
         let mut sum = Gathered::NOTHING;
         if !self.mapper.scene.interreflection {
             return sum;
@@ -112,7 +112,7 @@ impl<'a, const C: usize> Gathering<'a, C> {
 /// Gather ray: adds the luminance in cd/m2 that diffuse parts of surfaces send along it. Light from diffusers and luminaires, and through
 /// openings, is estimated separately.
 struct GatherRay<'a, const C: usize> {
-    gathering: &'a Gathering<'a, C>,
+    gathering: &'a FinalGathering<'a, C>,
     /// Estimated bias in cd/m2.
     bias: Cell<f64>,
     /// Photons found, scaled to full discs.
@@ -154,11 +154,11 @@ impl<const C: usize> Meeting<C> for GatherRay<'_, C> {
 
     fn passes(&self, (): &()) {}
 
-    fn luminaire_share(&self, _: &TraceableScene, _: usize, _: &Ray<C, ()>, _: DVec3) -> f64 {
+    fn luminaire_weight(&self, _: &TraceableScene, _: usize, _: &Ray<C, ()>, _: DVec3) -> f64 {
         0.0
     }
 
-    fn meets_opening(&self, _: &mut Walk<'_, C>, _: usize, _: &Ray<C, ()>, _: DVec3) -> Option<DaylightShare> {
+    fn meets_opening(&self, _: &mut Walk<'_, C>, _: usize, _: &Ray<C, ()>, _: DVec3) -> Option<DaylightWeights> {
         None
     }
 }

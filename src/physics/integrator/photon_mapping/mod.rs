@@ -35,7 +35,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::gather::{Gathering, Receiver};
+use self::gather::{FinalGathering, GatherPoint};
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
 use crate::integrator::backward::chance;
@@ -100,12 +100,12 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let photons = self.photons(target, !task.views.is_empty());
-        let (share, default, most_places) = if task.views.is_empty() {
+        let (fraction, default, most_places) = if task.views.is_empty() {
             (0.5, sensor_rays(task.grids.iter().map(Grid::len).sum::<usize>() as f64), 6)
         } else {
             (0.0625, POINT_GATHER_RAYS, 128)
         };
-        let tried = TrialPasses::fewer(photons, share);
+        let tried = TrialPasses::fewer(photons, fraction);
         let gather_rays = Some(self.gather_rays.unwrap_or(default));
         let smaller = Self { photons_per_pass: Some(tried), gather_rays, ..self.clone() };
         let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
@@ -164,8 +164,8 @@ const BACKWARD_RAYS: u64 = 1024;
 
 /// Returns the default number of gather rays per pass and sensor.
 fn sensor_rays(sensors: f64) -> u32 {
-    let share = RAYS_OF_ALL_SENSORS / sensors.max(1.0);
-    share.clamp(f64::from(LEAST_SENSOR_RAYS), f64::from(SENSOR_GATHER_RAYS)) as u32
+    let fraction = RAYS_OF_ALL_SENSORS / sensors.max(1.0);
+    fraction.clamp(f64::from(LEAST_SENSOR_RAYS), f64::from(SENSOR_GATHER_RAYS)) as u32
 }
 
 /// Photon mapping of one scene with `C` channels of light.
@@ -191,14 +191,14 @@ impl<const C: usize> PhotonMapping<C> {
     }
 
     /// Computes one grid of one pass; returns `None` if cancelled.
-    fn grid(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<GridPass> {
+    fn grid(&self, number: usize, gathering: &FinalGathering<C>, key: Key, cancel: &AtomicBool) -> Option<GridPass> {
         let grid = &self.mapper.grids[number];
         let stream = key.stream(Stream::GatheringGrid, number as u64);
         let average = grid.estimate == EstimateKind::CellAverage;
         let values: Option<Vec<(f64, f64, PhotonCount)>> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
-                let sensor = Sensor { grid, index, key: stream.child(index as u64) };
+                let sensor = KeyedSensor { grid, index, key: stream.child(index as u64) };
                 let going_on = !cancel.load(Ordering::Relaxed);
                 going_on.then(|| {
                     if grid.is_inside(index) {
@@ -247,17 +247,22 @@ impl<const C: usize> PhotonMapping<C> {
 
     /// Estimates the illuminance of a sensor in lux without caustics, and its bias; also returns the number of photons that gather rays
     /// found.
-    fn sensor(&self, number: usize, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64, PhotonCount) {
+    fn sensor(
+        &self,
+        number: usize,
+        sensor: &KeyedSensor<'_>,
+        gathering: &FinalGathering<C>,
+    ) -> (f64, f64, PhotonCount) {
         let scene = &*self.mapper.scene;
         let mut random = PathRandom::new(sensor.key);
         let lift = DVec3::Z * scene.contact();
         let strata = if sensor.grid.estimate == EstimateKind::CellAverage { CELL_STRATA } else { 1 };
-        let share = 1.0 / strata as f64;
+        let fraction = 1.0 / strata as f64;
         let mut direct = Gathered::<C>::NOTHING;
         for stratum in 0..strata * strata {
             let jitter = if strata > 1 { random.uniform2() } else { [0.5; 2] };
             let place = [(stratum % strata) as f64 + jitter[0], (stratum / strata) as f64 + jitter[1]];
-            let point = sensor.point(place.map(|place| place * share)) + lift;
+            let point = sensor.point(place.map(|place| place * fraction)) + lift;
             if self.covered(point) {
                 continue;
             }
@@ -265,17 +270,17 @@ impl<const C: usize> PhotonMapping<C> {
             let maps = gathering.maps;
             let mapper = &self.mapper;
             let diffusers = mapper.diffuser_irradiance(maps, point, DVec3::Z, None, connections, &mut random);
-            direct.irradiance += diffusers.irradiance * (share * share);
-            direct.bias += diffusers.bias * (share * share);
+            direct.irradiance += diffusers.irradiance * (fraction * fraction);
+            direct.bias += diffusers.bias * (fraction * fraction);
             direct.irradiance +=
-                mapper.luminaire_irradiance(point, DVec3::Z, None, points, &mut random) * (share * share);
+                mapper.luminaire_irradiance(point, DVec3::Z, None, points, &mut random) * (fraction * fraction);
         }
         let start = |place: [f64; 2]| Some(sensor.point(place) + lift).filter(|point| !self.covered(*point));
         let count = self.gather_rays.unwrap_or_else(|| {
             let sensors: usize = self.mapper.grids.iter().map(Grid::len).sum();
             sensor_rays(sensors as f64)
         });
-        let receiver = Receiver { normal: DVec3::Z, surface: None, key: sensor.key.stream(Stream::Gather, 0) };
+        let receiver = GatherPoint { normal: DVec3::Z, surface: None, key: sensor.key.stream(Stream::Gather, 0) };
         let gathered = gathering.gather(&receiver, start, count);
         let reach =
             if strata > 1 { 0.5 * libm::hypot(sensor.grid.cell_size_m[0], sensor.grid.cell_size_m[1]) } else { 0.0 };
@@ -292,8 +297,8 @@ impl<const C: usize> PhotonMapping<C> {
     fn caustics(
         &self,
         number: usize,
-        sensor: &Sensor<'_>,
-        gathering: &Gathering<C>,
+        sensor: &KeyedSensor<'_>,
+        gathering: &FinalGathering<C>,
     ) -> ((Gathered<C>, PhotonCount), f64) {
         let (scene, centre) = (&*self.mapper.scene, sensor.centre());
         let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
@@ -305,7 +310,7 @@ impl<const C: usize> PhotonMapping<C> {
     }
 
     /// Computes one view of one pass; returns `None` if cancelled.
-    fn view(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
+    fn view(&self, number: usize, gathering: &FinalGathering<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
         let rays = f64::from(self.gather_rays.unwrap_or(POINT_GATHER_RAYS));
         let maps = gathering.maps;
@@ -315,7 +320,7 @@ impl<const C: usize> PhotonMapping<C> {
                 points.set(points.get() + 1);
                 // faint reflections need fewer rays
                 let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
-                let receiver = Receiver {
+                let receiver = GatherPoint {
                     normal: hit.normal,
                     surface: Some(surface),
                     key: key.stream(Stream::Gather, points.get()),
@@ -333,26 +338,26 @@ impl<const C: usize> PhotonMapping<C> {
 impl<const C: usize> Integrator for PhotonMapping<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
-        let (maps, mut account) = self.mapper.maps(key, self.radius, cancel)?;
-        let gathering = Gathering::new(&self.mapper, &maps);
+        let (maps, mut totals) = self.mapper.maps(key, self.radius, cancel)?;
+        let gathering = FinalGathering::new(&self.mapper, &maps);
         let grids = (0..self.mapper.grids.len())
             .map(|number| self.grid(number, &gathering, key, cancel))
             .collect::<Option<_>>()?;
         let views =
             (0..self.views.len()).map(|number| self.view(number, &gathering, key, cancel)).collect::<Option<_>>()?;
-        account.rays += gathering.rays();
-        Some(Pass { grids, views, account, photons: self.mapper.photons(), ..Pass::default() })
+        totals.rays += gathering.rays();
+        Some(Pass { grids, views, totals, photons: self.mapper.photons(), ..Pass::default() })
     }
 }
 
 /// Sensor of a grid, with the key of its random numbers.
-struct Sensor<'a> {
+struct KeyedSensor<'a> {
     grid: &'a Grid,
     index: usize,
     key: Key,
 }
 
-impl Sensor<'_> {
+impl KeyedSensor<'_> {
     fn centre(&self) -> DVec3 {
         self.grid.centre(self.index)
     }

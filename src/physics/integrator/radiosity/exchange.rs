@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bright::{Area, Bright};
+use super::bright_patches::{Area, BrightPatches};
 use super::gradients::of_opening;
 use super::patches::Patches;
-use crate::integrator::lamp::cells::per_lumen;
+use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, warp};
 use crate::traceable::{Place, SurfaceId, TraceableScene, TraceableTube};
@@ -36,7 +36,7 @@ const NOT_FOUND: u32 = u32::MAX - 1;
 
 /// Point of a surface, or a sensor.
 #[derive(Clone, Copy, Debug)]
-pub struct Spot {
+pub struct SurfacePoint {
     /// Position in m.
     pub position: DVec3,
     /// Unit normal toward the room.
@@ -66,47 +66,47 @@ pub struct Exchange<const C: usize> {
 }
 
 /// Points of a patch that rays have met.
-struct Found {
+struct MetPatch {
     surface: SurfaceId,
-    spots: Vec<Spot>,
+    points: Vec<SurfacePoint>,
 }
 
 impl<const C: usize> Exchange<C> {
     /// Finds the patches that rays from `starts` meet, directly or after reflections; always the same for the same scene and starts. `edge`
     /// is the approximate length of an edge of a patch in m. `None` where no light is reflected.
-    pub fn new(scene: &TraceableScene, starts: &[Spot], edge: f64) -> Option<Self> {
+    pub fn new(scene: &TraceableScene, starts: &[SurfacePoint], edge: f64) -> Option<Self> {
         if !scene.interreflection {
             return None;
         }
         let patches = Patches::new(scene, edge);
         let mut numbers = vec![NOT_FOUND; patches.count];
-        let mut found: Vec<Found> = Vec::new();
+        let mut found: Vec<MetPatch> = Vec::new();
         let key = Key::new(0);
-        let (mut first, mut rays): (usize, Vec<Option<End>>) = (0, Vec::new());
+        let (mut first, mut rays): (usize, Vec<Option<RayEnd>>) = (0, Vec::new());
         rays.par_extend(starts.par_iter().enumerate().flat_map_iter(|(number, start)| {
             let mut random = PathRandom::new(key.child(number as u64));
             (0..FROM_STARTS).map(move |stratum| ray(scene, start, stratum, &mut random))
         }));
-        let first_seen: Vec<Spot> = rays.iter().flatten().map(|end| end.spot).collect();
+        let first_seen: Vec<SurfacePoint> = rays.iter().flatten().map(|end| end.point).collect();
         loop {
-            for End { spot, .. } in rays.drain(..).flatten() {
-                let Some(surface) = spot.surface else { continue };
-                let Some(patch) = patches.at(surface, spot.position) else { continue };
+            for RayEnd { point, .. } in rays.drain(..).flatten() {
+                let Some(surface) = point.surface else { continue };
+                let Some(patch) = patches.at(surface, point.position) else { continue };
                 if numbers[patch] == NOT_FOUND {
                     numbers[patch] = found.len() as u32;
-                    found.push(Found { surface, spots: Vec::new() });
+                    found.push(MetPatch { surface, points: Vec::new() });
                     // rays rarely meet every part of a cell
                     let face = scene.enclosure.polygons.get(surface.index());
                     for (part, position) in patches.beside(surface, patch) {
                         if numbers[part] == NOT_FOUND && face.is_none_or(|face| face.contains(position)) {
                             numbers[part] = found.len() as u32;
-                            found.push(Found { surface, spots: vec![Spot { position, ..spot }] });
+                            found.push(MetPatch { surface, points: vec![SurfacePoint { position, ..point }] });
                         }
                     }
                 }
-                let Found { spots, .. } = &mut found[numbers[patch] as usize];
-                if spots.len() < RAYS {
-                    spots.push(spot);
+                let MetPatch { points, .. } = &mut found[numbers[patch] as usize];
+                if points.len() < RAYS {
+                    points.push(point);
                 }
             }
             if first == found.len() {
@@ -116,24 +116,25 @@ impl<const C: usize> Exchange<C> {
                 let mut random = PathRandom::new(key.child(1).child((first + number) as u64));
                 (0..FINDING).map(move |ray_number| {
                     let stratum = ray_number * (RAYS / FINDING) + ray_number;
-                    ray(scene, &patch.spots[ray_number % patch.spots.len()], stratum, &mut random)
+                    ray(scene, &patch.points[ray_number % patch.points.len()], stratum, &mut random)
                 })
             }));
             first = found.len();
         }
-        let of_patch = |(number, patch): (usize, &Found)| {
+        let of_patch = |(number, patch): (usize, &MetPatch)| {
             let mut random = PathRandom::new(key.child(2).child(number as u64));
-            Lit::of(scene, patch, &mut random)
+            PatchRays::of(scene, patch, &mut random)
         };
-        let lit: Vec<Lit<C>> = found.par_iter().enumerate().map(of_patch).collect();
-        let number = |end: &Option<End>| {
-            let patch = end.and_then(|end| Some((patches.at(end.spot.surface?, end.spot.position)?, end.weight)));
+        let lit: Vec<PatchRays<C>> = found.par_iter().enumerate().map(of_patch).collect();
+        let number = |end: &Option<RayEnd>| {
+            let patch = end.and_then(|end| Some((patches.at(end.point.surface?, end.point.position)?, end.weight)));
             patch.map_or((NONE, 0.0), |(patch, weight)| (numbers[patch], weight))
         };
         let met = lit.iter().flat_map(|lit| lit.met.iter().map(number)).collect();
         let of_openings = lit.iter().flat_map(|lit| lit.of_openings.iter().copied()).collect();
         let of_luminaires = lit.iter().map(|lit| lit.of_luminaires).collect();
-        let reflectance = |patch: &Found| scene.optics(patch.surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
+        let reflectance =
+            |patch: &MetPatch| scene.optics(patch.surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
         let reflectances = found.iter().map(reflectance).collect();
         let area = |(patch, number): (usize, &u32)| {
             let found = found.get(*number as usize)?;
@@ -144,7 +145,7 @@ impl<const C: usize> Exchange<C> {
             areas[number as usize] = area;
         }
         let seen =
-            first_seen.iter().filter_map(|spot| Some(numbers[patches.at(spot.surface?, spot.position)?])).collect();
+            first_seen.iter().filter_map(|point| Some(numbers[patches.at(point.surface?, point.position)?])).collect();
         let exchange = Self { numbers, areas, reflectances, seen, met, of_openings, of_luminaires, patches };
         (!found.is_empty()).then_some(exchange)
     }
@@ -173,14 +174,14 @@ impl<const C: usize> Exchange<C> {
         for _ in 0..SWEEPS {
             let (mut changed, mut all) = (0.0, 0.0);
             for (patch, met) in self.met.chunks_exact(RAYS).enumerate() {
-                let (mut sum, mut known) = (Spectrum::ZERO, 0_u32);
+                let (mut sum, mut members) = (Spectrum::ZERO, 0_u32);
                 for (number, weight) in met {
                     if let Some(of_other) = radiosities.get(*number as usize) {
                         sum += *of_other * *weight;
                     }
-                    known += u32::from(*number != NOT_FOUND);
+                    members += u32::from(*number != NOT_FOUND);
                 }
-                let radiosity = self.reflectances[patch] * (straight[patch] + sum * (1.0 / f64::from(known.max(1))));
+                let radiosity = self.reflectances[patch] * (straight[patch] + sum * (1.0 / f64::from(members.max(1))));
                 changed += (radiosity.max() - radiosities[patch].max()).abs();
                 all += radiosity.max();
                 radiosities[patch] = radiosity;
@@ -195,51 +196,57 @@ impl<const C: usize> Exchange<C> {
         let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
         let seen = self.seen.iter().filter_map(|number| Some(radiosities.get(*number as usize)?.luminance()));
         let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
-        let bright = Bright::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()), mean);
-        Solution { exchange: self.clone(), bright, luminances: radiosities, flux: (alone && all > 0.0).then_some(all) }
+        let bright_patches =
+            BrightPatches::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()), mean);
+        Solution {
+            exchange: self.clone(),
+            bright_patches,
+            luminances: radiosities,
+            flux: (alone && all > 0.0).then_some(all),
+        }
     }
 }
 
 /// Rays and direct light of one patch.
-struct Lit<const C: usize> {
+struct PatchRays<const C: usize> {
     /// Ends of its rays.
-    met: [Option<End>; RAYS],
+    met: [Option<RayEnd>; RAYS],
     of_openings: Vec<(u32, f64)>,
     of_luminaires: Spectrum<C>,
 }
 
-impl<const C: usize> Lit<C> {
-    fn of(scene: &TraceableScene, patch: &Found, random: &mut PathRandom) -> Self {
-        let spot = |number: usize| &patch.spots[number % patch.spots.len()];
-        let met = std::array::from_fn(|number| ray(scene, spot(number), number, random));
+impl<const C: usize> PatchRays<C> {
+    fn of(scene: &TraceableScene, patch: &MetPatch, random: &mut PathRandom) -> Self {
+        let point = |number: usize| &patch.points[number % patch.points.len()];
+        let met = std::array::from_fn(|number| ray(scene, point(number), number, random));
         let start = random.uniform();
         let mut of_openings: Vec<_> = (0..RAYS)
             .map(|number| {
-                let spot = spot(number);
+                let point = point(number);
                 // uniform choices among the openings, in an order that is unrelated to that of the spots
                 let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
-                let Some((tube, probability)) = scene.openings.choose(spot.position, spot.normal, choice) else {
+                let Some((tube, probability)) = scene.openings.choose(point.position, point.normal, choice) else {
                     return (0, 0.0);
                 };
                 let of_tube = &scene.tubes[tube];
                 let to = point_of(of_tube, random);
-                let lux = of_opening(of_tube, spot.position, spot.normal) / of_tube.opening_area_m2();
+                let lux = of_opening(of_tube, point.position, point.normal) / of_tube.opening_area_m2();
                 let is_seen =
-                    lux > 0.0 && to.z > spot.position.z && scene.visible(to, None, spot.position, spot.surface);
+                    lux > 0.0 && to.z > point.position.z && scene.visible(to, None, point.position, point.surface);
                 (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
             })
             .collect();
         if !scene.mirrors.is_empty() {
-            of_openings.extend((0..RAYS).map(|number| by_mirrors::<C>(scene, spot(number), random)));
+            of_openings.extend((0..RAYS).map(|number| by_mirrors::<C>(scene, point(number), random)));
         }
         let mut of_luminaires = Spectrum::ZERO;
-        for number in 0..patch.spots.len() {
-            let spot = spot(number);
+        for number in 0..patch.points.len() {
+            let point = point(number);
             for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
                 let source = luminaire.point(random.uniform2());
-                if scene.visible(source, Some(luminaire.surface), spot.position, spot.surface) {
-                    let lux: Spectrum<C> = luminaire.irradiance(spot.position, spot.normal);
-                    of_luminaires += lux * (1.0 / patch.spots.len() as f64);
+                if scene.visible(source, Some(luminaire.surface), point.position, point.surface) {
+                    let lux: Spectrum<C> = luminaire.irradiance(point.position, point.normal);
+                    of_luminaires += lux * (1.0 / patch.points.len() as f64);
                 }
             }
         }
@@ -253,14 +260,14 @@ fn point_of(tube: &TraceableTube, random: &mut PathRandom) -> DVec3 {
 }
 
 /// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
-fn by_mirrors<const C: usize>(scene: &TraceableScene, spot: &Spot, random: &mut PathRandom) -> (u32, f64) {
+fn by_mirrors<const C: usize>(scene: &TraceableScene, point: &SurfacePoint, random: &mut PathRandom) -> (u32, f64) {
     let mut found = || {
-        let (chain, of_chain) = scene.mirrors.choose(spot.position, random.uniform())?;
-        let (image, normal) = scene.mirrors.image(chain, (spot.position, spot.normal));
+        let (chain, of_chain) = scene.mirrors.choose(point.position, random.uniform())?;
+        let (image, normal) = scene.mirrors.image(chain, (point.position, point.normal));
         let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
         let source = (point_of(&scene.tubes[tube], random), None);
-        let way = scene.way_by_mirrors::<C>(chain, (spot.position, spot.surface), source)?;
-        let lux = per_lumen(way.unfolded, normal).max(0.0) * way.reflectance.luminance();
+        let path = scene.mirror_path::<C>(chain, (point.position, point.surface), source)?;
+        let lux = per_lumen(path.unfolded, normal).max(0.0) * path.reflectance.luminance();
         Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
     };
     found().unwrap_or((0, 0.0))
@@ -268,15 +275,15 @@ fn by_mirrors<const C: usize>(scene: &TraceableScene, spot: &Spot, random: &mut 
 
 /// End of a ray.
 #[derive(Clone, Copy)]
-struct End {
-    spot: Spot,
+struct RayEnd {
+    point: SurfacePoint,
     /// Reflectance of mirrors on the path, divided by the probability of this path.
     weight: f64,
 }
 
 /// Traces a ray from a spot in a stratum of directions and returns its end; `None` in an opening. At a surface that is partly a mirror
 /// chance decides whether it is reflected or ends.
-fn ray(scene: &TraceableScene, from: &Spot, stratum: usize, random: &mut PathRandom) -> Option<End> {
+fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: &mut PathRandom) -> Option<RayEnd> {
     let [u, v] = random.uniform2();
     let (row, column) = (stratum / STRATA, stratum % STRATA);
     let at = [(row as f64 + u) / STRATA as f64, (column as f64 + v) / STRATA as f64];
@@ -285,14 +292,14 @@ fn ray(scene: &TraceableScene, from: &Spot, stratum: usize, random: &mut PathRan
     for _ in 0..MOST_TURNS {
         let hit = scene.intersect(position, direction, surface);
         let Place::Surface(met) = hit.place else { return None };
-        let spot = Spot { position: hit.position, normal: hit.normal, surface: Some(met) };
+        let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
         let Some(optics) = scene.optics(met).filter(|optics| optics.is_mirror()) else {
-            return Some(End { spot, weight });
+            return Some(RayEnd { point, weight });
         };
         let [diffuse, specular] = [optics.diffuse::<3>(), optics.specular()].map(|part| part.luminance());
         let turns = specular / (diffuse + specular).max(f64::MIN_POSITIVE);
         if random.uniform() >= turns {
-            return Some(End { spot, weight: weight / (1.0 - turns) });
+            return Some(RayEnd { point, weight: weight / (1.0 - turns) });
         }
         weight *= specular / turns;
         direction = optics.reflect(hit.normal, -direction, [0.0; 2], random)?;
@@ -311,7 +318,7 @@ pub struct Solution<const C: usize> {
     /// Luminances in cd/m2, by the number of the patch.
     luminances: Vec<Spectrum<C>>,
     /// Patches that are much brighter than most.
-    bright: Bright,
+    bright_patches: BrightPatches,
     /// Luminous flux of all openings in lm, to which the luminances are proportional; `None` where they are not.
     flux: Option<f64>,
 }
@@ -336,14 +343,14 @@ impl<const C: usize> Solution<C> {
 
     /// Returns the patches at which rays are aimed; `None` where none is bright.
     #[inline]
-    pub fn bright(&self) -> Option<&Bright> {
-        Some(&self.bright).filter(|bright| !bright.is_empty())
+    pub fn bright_patches(&self) -> Option<&BrightPatches> {
+        Some(&self.bright_patches).filter(|bright_patches| !bright_patches.is_empty())
     }
 
     /// Returns the number of the patch of a point, and the fraction of aimed rays that end there per m2; `None` where there is no patch.
     #[inline]
     pub fn aimed(&self, surface: SurfaceId, point: DVec3) -> Option<(u32, f64)> {
         let number = self.number(surface, point)?;
-        Some((number, self.bright.density(number)))
+        Some((number, self.bright_patches.density(number)))
     }
 }

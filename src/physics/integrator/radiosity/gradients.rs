@@ -41,7 +41,7 @@ impl<'a> Gradients<'a> {
     pub fn parts(&self, corner: DVec3, edges: [DVec3; 2], normal: DVec3) -> u32 {
         let middle = corner + 0.5 * (edges[0] + edges[1]);
         let length = edges[0].length().max(edges[1].length());
-        let share = (edges[0].cross(edges[1]).length() / self.area_m2).sqrt();
+        let fraction = (edges[0].cross(edges[1]).length() / self.area_m2).sqrt();
         let is_near = |source: DVec3, size: f64| (source - middle).length() < FAR * (length + size);
         let tubes: Vec<_> = self.tubes.iter().filter(|tube| is_near(tube.origin, tube.opening_radius)).collect();
         let luminaires: Vec<_> = self
@@ -63,7 +63,7 @@ impl<'a> Gradients<'a> {
             }
         }
         let wanted = |kind: usize| match self.means[kind] {
-            mean if mean > 0.0 => (high[kind] - low[kind]) / mean * share / TOLERANCE,
+            mean if mean > 0.0 => (high[kind] - low[kind]) / mean * fraction / TOLERANCE,
             _ => 0.0,
         };
         wanted(0).max(wanted(1)).ceil().clamp(1.0, MOST_PARTS) as u32

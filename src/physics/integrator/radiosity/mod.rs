@@ -5,16 +5,16 @@
 //! radiosity of every patch by Gauss and Seidel's sweeps.
 //!
 //! Cells of surfaces on which direct light has a steep gradient are divided ([`gradients`]), and some rays are aimed at patches that are
-//! much brighter than most ([`bright`]).
+//! much brighter than most ([`bright_patches`]).
 //!
 //! Methods use the solution as a control variate: a ray counts the radiosity of the patch that it meets, and a fraction of the rays
 //! continue and count its residual, so that the sum is exact in expectation. Coarse patches and noisy radiosities increase the variance,
 //! but not the mean of the estimate.
 
-mod bright;
+mod bright_patches;
 mod exchange;
 mod gradients;
 mod patches;
 
-pub use bright::{Aim, Bright};
-pub use exchange::{Exchange, Solution, Spot};
+pub use bright_patches::{Aim, BrightPatches};
+pub use exchange::{Exchange, Solution, SurfacePoint};

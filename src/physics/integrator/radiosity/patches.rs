@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::bright::Area;
+use super::bright_patches::Area;
 use super::gradients::Gradients;
 use crate::geometry::planar::Polygon;
 use crate::sampling::warp;
@@ -19,7 +19,7 @@ const MOST_OF_FACES: f64 = 16_384.0;
 pub struct Patches {
     /// Layouts, by the number of the surface.
     layouts: Vec<Layout>,
-    planes: Vec<Plane>,
+    planes: Vec<DividedRectangle>,
     /// Number of patches.
     pub count: usize,
 }
@@ -37,7 +37,7 @@ enum Layout {
 
 /// Rectangle that is divided evenly into cells, and these into parts.
 #[derive(Clone, Debug)]
-struct Plane {
+struct DividedRectangle {
     corner: DVec3,
     /// Vectors along the edges, of the length of a cell.
     edges: [DVec3; 2],
@@ -45,17 +45,17 @@ struct Plane {
     along: [DVec3; 2],
     cells: [u32; 2],
     /// Parts of each cell; empty where each is one.
-    parts: Vec<Parts>,
+    parts: Vec<CellParts>,
 }
 
 /// Parts of a cell: `along_edge` squared, numbered from `first`.
 #[derive(Clone, Copy, Debug)]
-struct Parts {
+struct CellParts {
     along_edge: u32,
     first: u32,
 }
 
-impl Plane {
+impl DividedRectangle {
     /// Divides the rectangle of these edges from a corner into cells with edges of about `edge` m.
     fn new(corner: DVec3, edges: [DVec3; 2], edge: f64) -> Self {
         let cells = edges.map(|side| (side.length() / edge).round().max(1.0) as u32);
@@ -79,7 +79,7 @@ impl Plane {
         let [row, column] = [u as u32, v as u32];
         let (row, column) = (row.min(self.cells[0] - 1), column.min(self.cells[1] - 1));
         let cell = row * self.cells[1] + column;
-        let Some(Parts { along_edge, first }) = self.parts.get(cell as usize) else { return cell };
+        let Some(CellParts { along_edge, first }) = self.parts.get(cell as usize) else { return cell };
         let within =
             |place: f64, cell: u32| (((place - f64::from(cell)) * f64::from(*along_edge)) as u32).min(along_edge - 1);
         first + within(u, row) * along_edge + within(v, column)
@@ -94,9 +94,9 @@ impl Plane {
     /// Divides each cell into parts; `wanted` returns their number along an edge for the cell's corner and edges.
     fn divide_cells(&mut self, wanted: impl Fn(DVec3, [DVec3; 2]) -> u32) {
         let mut first = 0;
-        let parts: Vec<Parts> = (0..self.cells[0] * self.cells[1])
+        let parts: Vec<CellParts> = (0..self.cells[0] * self.cells[1])
             .map(|cell| {
-                let parts = Parts { along_edge: wanted(self.corner_of(cell), self.edges), first };
+                let parts = CellParts { along_edge: wanted(self.corner_of(cell), self.edges), first };
                 first += parts.along_edge * parts.along_edge;
                 parts
             })
@@ -112,8 +112,8 @@ impl Plane {
             true => number,
             false => self.parts.partition_point(|parts| parts.first <= number).saturating_sub(1) as u32,
         };
-        let Parts { along_edge, first } =
-            self.parts.get(cell as usize).copied().unwrap_or(Parts { along_edge: 1, first: number });
+        let CellParts { along_edge, first } =
+            self.parts.get(cell as usize).copied().unwrap_or(CellParts { along_edge: 1, first: number });
         let edges = self.edges.map(|edge| edge / f64::from(along_edge));
         let [row, column] = [(number - first) / along_edge, (number - first) % along_edge].map(f64::from);
         Area { corner: self.corner_of(cell) + edges[0] * row + edges[1] * column, edges }
@@ -123,7 +123,7 @@ impl Plane {
     fn beside(&self, number: u32) -> impl Iterator<Item = (u32, DVec3)> {
         let cell = self.parts.partition_point(|parts| parts.first <= number).saturating_sub(1);
         let parts = self.parts.get(cell).copied().filter(|parts| parts.along_edge > 1);
-        parts.into_iter().flat_map(move |Parts { along_edge, first }| {
+        parts.into_iter().flat_map(move |CellParts { along_edge, first }| {
             let corner = self.corner_of(cell as u32);
             let middle = move |part: u32| (f64::from(part) + 0.5) / f64::from(along_edge);
             (0..along_edge * along_edge).map(move |part| {
@@ -146,7 +146,7 @@ impl Patches {
         let mut patches = Self { layouts: vec![Layout::None; scene.surfaces_count()], planes: Vec::new(), count: 0 };
         let gradients = Gradients::new(scene, area);
         for (surface, corner, edges) in rectangles {
-            let mut plane = Plane::new(corner, edges, edge);
+            let mut plane = DividedRectangle::new(corner, edges, edge);
             let normal = plane_normal(scene, surface);
             plane.divide_cells(|corner, edges| gradients.parts(corner, edges, normal));
             patches.divide(scene, [surface], plane);
@@ -158,7 +158,12 @@ impl Patches {
     }
 
     /// Divides surfaces that lie in one plane, each separately.
-    fn divide(&mut self, scene: &TraceableScene, surfaces: impl IntoIterator<Item = SurfaceId>, plane: Plane) {
+    fn divide(
+        &mut self,
+        scene: &TraceableScene,
+        surfaces: impl IntoIterator<Item = SurfaceId>,
+        plane: DividedRectangle,
+    ) {
         let number = self.planes.len() as u32;
         for surface in surfaces.into_iter().filter(|surface| reflects(scene, *surface)) {
             self.layouts[surface.index()] = Layout::Divided { plane: number, first: self.count as u32 };
@@ -173,7 +178,7 @@ impl Patches {
         for (facet, [corner, u, v]) in extents(meshes).into_iter().enumerate() {
             let surfaces = [Side::Front, Side::Back].map(|side| scene.numbering.facet_side(facet, side));
             if u.length().max(v.length()) > edge {
-                self.divide(scene, surfaces, Plane::new(corner, [u, v], edge));
+                self.divide(scene, surfaces, DividedRectangle::new(corner, [u, v], edge));
                 continue;
             }
             let middle = (corner + (u + v) * 0.5) / edge;
@@ -285,7 +290,7 @@ mod tests {
     /// its area; the cell of a part has four parts with their middles.
     #[test]
     fn cells_are_divided_into_parts() {
-        let mut plane = Plane::new(DVec3::Z, [DVec3::X * 3.0, DVec3::Y * 2.0], 1.0);
+        let mut plane = DividedRectangle::new(DVec3::Z, [DVec3::X * 3.0, DVec3::Y * 2.0], 1.0);
         assert_eq!((plane.count(), plane.at(DVec3::new(1.2, 1.7, 1.0))), (6, 3));
         let fourth = DVec3::new(1.0, 1.0, 1.0);
         plane.divide_cells(|corner, _| if (corner - fourth).length() < 1e-9 { 2 } else { 1 });

@@ -18,12 +18,12 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 
 use super::GridPass;
-use super::lamp::beside::refuses_all_but_lamps;
+use super::diffuser_source::closure_source::refuses_all_but_lambertian;
 use crate::guide::{Guide, RayCount, StraightGuide};
 use crate::integrator::backward::pass::{each, lifted};
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::lamp::cells::{CELLS, Receiver, is_far};
-use crate::integrator::lamp::zone::Zone;
+use crate::integrator::diffuser_source::cells::{CELLS, DiscReceiver, is_far};
+use crate::integrator::diffuser_source::zone::Zone;
 use crate::integrator::method::{Refusal, RefusalCode, Task};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream};
@@ -40,13 +40,13 @@ pub const PATHS: u32 = 128;
 /// Returns the reason why a room has no matrix for some grids, if there is one.
 pub fn refuses(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
-    let is_lamp = |tube: &TraceableTube| tube.diffuser.even_zone(tube.opening_radius).is_some();
-    if !scene.tubes.is_empty() && !scene.tubes.iter().any(is_lamp) {
-        return refuses_all_but_lamps(&scene.tubes);
+    let is_lambertian = |tube: &TraceableTube| tube.diffuser.even_zone(tube.opening_radius).is_some();
+    if !scene.tubes.is_empty() && !scene.tubes.iter().any(is_lambertian) {
+        return refuses_all_but_lambertian(&scene.tubes);
     }
     let is_near = |grid: &&Grid| {
         let mut places =
-            (0..grid.len()).filter(|index| !grid.is_inside(*index)).map(|index| Place::of(scene, grid, index));
+            (0..grid.len()).filter(|index| !grid.is_inside(*index)).map(|index| SensorPoints::of(scene, grid, index));
         grid.responses && places.any(|place| scene.tubes.iter().any(|tube| !place.is_far(tube)))
     };
     let grid = task.grids.iter().find(is_near)?;
@@ -70,18 +70,18 @@ const POINTS_IN_PART: u64 = 16;
 
 /// Room with openings that emit light, independent of the sky and of most guides; `C` channels of light.
 #[derive(Debug)]
-pub struct Room<const C: usize> {
+pub struct MatrixEstimator<const C: usize> {
     scene: TraceableScene,
     /// Emitting zone of each opening.
     zones: Vec<Zone>,
-    grids: Vec<Sensors>,
+    grids: Vec<ResponseSensors>,
     paths: u32,
     seed: Key,
 }
 
 /// Sensors of a grid whose daylight coefficients are requested.
 #[derive(Debug)]
-struct Sensors {
+struct ResponseSensors {
     grid: Grid,
     /// Number of the grid.
     number: usize,
@@ -91,14 +91,14 @@ struct Sensors {
 
 /// One replicate of the matrix.
 #[derive(Debug)]
-pub struct Replicate {
+pub struct MatrixReplicate {
     /// Illuminances in lx by one lumen of white light from each patch, tube by tube, for each grid; none where they are not requested.
     pub grids: Vec<Vec<GridPass>>,
     /// Number of rays that were traced for it.
     pub rays: RayCount,
 }
 
-impl<const C: usize> Room<C> {
+impl<const C: usize> MatrixEstimator<C> {
     /// Builds the room of a scene, with `paths` paths of each sensor; equal seeds give equal bits. `None` where no grid requests daylight
     /// coefficients.
     pub fn new(scene: &TraceableScene, grids: &[Grid], paths: u32, seed: u64) -> Option<Self> {
@@ -106,15 +106,15 @@ impl<const C: usize> Room<C> {
             return None;
         }
         let (room, zones) = (below_openings(scene), zones(scene));
-        let told = grids.iter().enumerate().filter(|(_, grid)| grid.responses);
-        let grids = told.map(|(number, grid)| Sensors::new(&room, &zones, number, grid)).collect();
+        let wanted = grids.iter().enumerate().filter(|(_, grid)| grid.responses);
+        let grids = wanted.map(|(number, grid)| ResponseSensors::new(&room, &zones, number, grid)).collect();
         Some(Self { scene: room, zones, grids, paths, seed: Key::new(seed) })
     }
 
     /// Computes a replicate of the first `grids` grids; `None` when cancelled.
-    pub fn replicate(&self, number: u64, grids: usize, cancel: &AtomicBool) -> Option<Replicate> {
+    pub fn replicate(&self, number: u64, grids: usize, cancel: &AtomicBool) -> Option<MatrixReplicate> {
         let key = self.seed.stream(Stream::RoomPass, number);
-        let mut replicate = Replicate { grids: vec![Vec::new(); grids], rays: RayCount::default() };
+        let mut replicate = MatrixReplicate { grids: vec![Vec::new(); grids], rays: RayCount::default() };
         for sensors in &self.grids {
             let stream = key.stream(Stream::Grid, sensors.number as u64);
             let of_sensor = |index| self.response(sensors, index, stream.stream(Stream::Sensor, index as u64));
@@ -136,9 +136,9 @@ impl<const C: usize> Room<C> {
     }
 
     /// Computes the illuminance in lx of a sensor per lumen of each patch, and the number of rays.
-    fn response(&self, sensors: &Sensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
+    fn response(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
         let scene = &self.scene;
-        let place = Place::of(scene, &sensors.grid, index);
+        let place = SensorPoints::of(scene, &sensors.grid, index);
         let light = PatchLight::<C>::new(&self.zones);
         let mut rays = RayCount::default();
         if sensors.grid.is_inside(index) {
@@ -157,8 +157,8 @@ impl<const C: usize> Room<C> {
             || straight((scene, &self.zones), &place, stream.stream(Stream::StraightFromPatches, 0), POINTS_IN_PART);
         let known = &sensors.straight[index];
         let straight = if known.is_empty() { in_part() } else { known.clone() };
-        let share = 1.0 / f64::from(self.paths);
-        let reflected = light.into_found().into_iter().map(|found: Spectrum<C>| (found * share).luminance());
+        let fraction = 1.0 / f64::from(self.paths);
+        let reflected = light.into_found().into_iter().map(|found: Spectrum<C>| (found * fraction).luminance());
         (straight.into_iter().zip(reflected).map(|(straight, reflected)| straight + reflected).collect(), rays)
     }
 }
@@ -194,14 +194,14 @@ fn returns_light(scene: &TraceableScene, tube: &TraceableTube) -> bool {
 
 /// Points of a sensor.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct SensorPoints {
     centre: DVec3,
     normal: DVec3,
     /// Edges of the cell in m; `None` for a point.
     cell: Option<DVec2>,
 }
 
-impl Place {
+impl SensorPoints {
     /// Returns the points of sensor `index` of a grid.
     fn of(scene: &TraceableScene, grid: &Grid, index: usize) -> Self {
         let cell = (grid.estimate == EstimateKind::CellAverage).then_some(DVec2::from(grid.cell_size_m));
@@ -233,10 +233,10 @@ impl Place {
     }
 }
 
-impl Sensors {
+impl ResponseSensors {
     fn new(scene: &TraceableScene, zones: &[Zone], number: usize, grid: &Grid) -> Self {
         let straight = |index: usize| {
-            let place = Place::of(scene, grid, index);
+            let place = SensorPoints::of(scene, grid, index);
             // the same points for all sensors and replicates: the direct light adds no noise here
             match scene.tubes.iter().all(|tube| place.sees(scene, tube)) {
                 true => straight((scene, zones), &place, Key::new(0).stream(Stream::StraightFromPatches, 0), POINTS),
@@ -248,7 +248,7 @@ impl Sensors {
 }
 
 /// Computes the direct light from each patch to a sensor in lx/lm, by `points` points of each, in a room with these zones of its openings.
-fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &Place, stream: Key, points: u64) -> Vec<f64> {
+fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &SensorPoints, stream: Key, points: u64) -> Vec<f64> {
     let mut lit = vec![0.0; scene.tubes.len() * CELLS];
     for number in 0..points {
         let mut samples = PathSamples::new(stream, number);
@@ -259,7 +259,7 @@ fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &Place, stream: K
         let numbers = samples.pair();
         for ((tube, zone), lit) in scene.tubes.iter().zip(zones).zip(lit.chunks_exact_mut(CELLS)) {
             let (of_patches, held) = (zone.within_each(numbers), zone.held());
-            let receiver = Receiver::new(position, place.normal, tube.origin);
+            let receiver = DiscReceiver::new(position, place.normal, tube.origin);
             for ((lit, point), held) in lit.iter_mut().zip(&of_patches).zip(held) {
                 let source = tube.origin + (*point * tube.opening_radius).extend(0.0);
                 if held > 0.0 && scene.visible(source, None, position, None) {

@@ -10,13 +10,13 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use crate::integrator::backward::daylight::opening_density;
-use crate::integrator::backward::next_event::{Daylight, NextEvent, Way, share};
-use crate::integrator::backward::opening::DaylightShare;
+use crate::integrator::backward::next_event::{Daylight, NextEvent, PathState, power_heuristic};
+use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
-use crate::integrator::lamp::cells::{CELLS, Receiver, cell, is_far};
-use crate::integrator::lamp::sight::{Sight, sight};
-use crate::integrator::lamp::zone::Zone;
+use crate::integrator::diffuser_source::cells::{CELLS, DiscReceiver, cell, is_far};
+use crate::integrator::diffuser_source::opening_visibility::{OpeningVisibility, opening_visibility};
+use crate::integrator::diffuser_source::zone::Zone;
 use crate::optics::Spectrum;
 use crate::sampling::warp;
 use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
@@ -64,8 +64,8 @@ impl<'a, const C: usize> PatchLight<'a, C> {
     }
 
     fn connect_to(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, number: usize, tube: &TraceableTube) {
-        match sight(walk.scene, vertex, tube.origin, tube.opening_radius) {
-            Sight::Never => {}
+        match opening_visibility(walk.scene, vertex, tube.origin, tube.opening_radius) {
+            OpeningVisibility::Never => {}
             _ if vertex.is_narrow() => {}
             _ if !is_far(tube.origin, tube.opening_radius, vertex.position, 0.0) => {
                 let away = warp::disc(walk.samples.pair()) * tube.opening_radius;
@@ -74,33 +74,33 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                 if let Some((response, density)) = walk.respond(vertex, source, None) {
                     let patch = cell(away, tube.opening_radius);
                     let luminance = self.luminance(tube, number, source, patch);
-                    self.find(number, patch, response * (luminance * share(connected, density) / connected));
+                    self.find(number, patch, response * (luminance * power_heuristic(connected, density) / connected));
                 }
             }
-            Sight::Whole(albedo) => {
+            OpeningVisibility::Whole(albedo) => {
                 let points = self.zones[number].within_each(walk.samples.pair());
                 let held = self.zones[number].held();
-                let receiver = Receiver::new(vertex.position, vertex.normal, tube.origin);
+                let receiver = DiscReceiver::new(vertex.position, vertex.normal, tube.origin);
                 let (centre, radius) = (tube.origin.truncate(), tube.opening_radius);
-                let lit = Lit { receiver: &receiver, points: &points, held: &held, centre, radius };
+                let lit = PointIlluminances { receiver: &receiver, points: &points, held: &held, centre, radius };
                 let lit = self.vectors.dispatch(lit);
                 let mut found = self.found.borrow_mut();
                 for (found, lit) in found.iter_mut().skip(number * CELLS).zip(lit) {
                     *found += albedo * (lit * (1.0 / PI));
                 }
             }
-            Sight::InPart | Sight::ByRays => {
+            OpeningVisibility::InPart | OpeningVisibility::ByRays => {
                 let numbers: [[f64; 2]; CONNECTIONS] = std::array::from_fn(|_| walk.samples.pair());
                 for numbers in numbers {
                     let away = warp::disc(numbers) * tube.opening_radius;
                     let patch = cell(away, tube.opening_radius);
                     let source = tube.origin + away.extend(0.0);
-                    let way = source - vertex.position;
-                    let distance_squared = way.length_squared();
+                    let to_light = source - vertex.position;
+                    let distance_squared = to_light.length_squared();
                     if let Some((response, _)) = walk.respond(vertex, source, None) {
-                        let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
-                        let share = self.per_part(tube, number, source, patch) / CONNECTIONS as f64;
-                        self.find(number, patch, response * (per_area * share));
+                        let per_area = to_light.z / (PI * distance_squared * distance_squared.sqrt());
+                        let fraction = self.per_part(tube, number, source, patch) / CONNECTIONS as f64;
+                        self.find(number, patch, response * (per_area * fraction));
                     }
                 }
             }
@@ -110,8 +110,8 @@ impl<'a, const C: usize> PatchLight<'a, C> {
 
 /// Vectorized computation of the illuminance in lx of a receiver by one lumen that leaves each of some points of an opening, where it
 /// emits.
-struct Lit<'a> {
-    receiver: &'a Receiver,
+struct PointIlluminances<'a> {
+    receiver: &'a DiscReceiver,
     points: &'a [DVec2; CELLS],
     /// 1 for each point that emits, else 0.
     held: &'a [f64; CELLS],
@@ -119,7 +119,7 @@ struct Lit<'a> {
     radius: f64,
 }
 
-impl pulp::NullaryFnOnce for Lit<'_> {
+impl pulp::NullaryFnOnce for PointIlluminances<'_> {
     type Output = [f64; CELLS];
 
     #[inline(always)]
@@ -139,7 +139,7 @@ struct NoDaylight;
 impl<const C: usize> Daylight<C> for NoDaylight {
     fn connect(&self, _: &mut Walk<'_, C>, _: &Vertex<'_, C>, _: usize) {}
 
-    fn found_share(&self, _: &TraceableScene, _: usize, _: &Way, _: DVec3) -> Option<f64> {
+    fn sky_weight(&self, _: &TraceableScene, _: usize, _: &PathState, _: DVec3) -> Option<f64> {
         None
     }
 }
@@ -148,10 +148,10 @@ impl<const C: usize> Daylight<C> for NoDaylight {
 const LUMINAIRES: NextEvent<'static, NoDaylight> = NextEvent(&NoDaylight);
 
 impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
-    type Trace = Way;
+    type Trace = PathState;
     type Arrival = ();
 
-    fn arrives(&self, _: &Way, _: f64) {}
+    fn arrives(&self, _: &PathState, _: f64) {}
 
     fn arrives_at_closure(&self) {}
 
@@ -170,34 +170,34 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
         }
     }
 
-    fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), toward: DVec3, pdf: f64) -> Way {
+    fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), toward: DVec3, pdf: f64) -> PathState {
         Meeting::<C>::leaves(&LUMINAIRES, scene, vertex, &(), toward, pdf)
     }
 
-    fn turns(&self, scene: &TraceableScene, way: &Way, surface: SurfaceId) -> Way {
-        Meeting::<C>::turns(&LUMINAIRES, scene, way, surface)
+    fn turns(&self, scene: &TraceableScene, state: &PathState, surface: SurfaceId) -> PathState {
+        Meeting::<C>::turns(&LUMINAIRES, scene, state, surface)
     }
 
-    fn passes(&self, way: &Way) -> Way {
-        Meeting::<C>::passes(&LUMINAIRES, way)
+    fn passes(&self, state: &PathState) -> PathState {
+        Meeting::<C>::passes(&LUMINAIRES, state)
     }
 
-    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, Way>, position: DVec3) -> f64 {
-        LUMINAIRES.luminaire_share(scene, number, ray, position)
+    fn luminaire_weight(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, PathState>, position: DVec3) -> f64 {
+        LUMINAIRES.luminaire_weight(scene, number, ray, position)
     }
 
     fn meets_opening(
         &self,
         walk: &mut Walk<'_, C>,
         tube: usize,
-        ray: &Ray<C, Way>,
+        ray: &Ray<C, PathState>,
         position: DVec3,
-    ) -> Option<DaylightShare> {
+    ) -> Option<DaylightWeights> {
         let of = &walk.scene.tubes[tube];
         let found = match ray.trace.last {
             Some(last) if last.narrow => 1.0,
             Some(last) if is_far(of.origin, of.opening_radius, last.position, 0.0) => 0.0,
-            Some(last) => share(last.density, opening_density(of, position - last.position)),
+            Some(last) => power_heuristic(last.density, opening_density(of, position - last.position)),
             None if ray.trace.from_eye => 0.0,
             None => 1.0,
         };
@@ -205,6 +205,6 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
             let patch = cell((position - of.origin).truncate(), of.opening_radius);
             self.find(tube, patch, ray.weight * (self.luminance(of, tube, position, patch) * found));
         }
-        Some(DaylightShare::NONE)
+        Some(DaylightWeights::NONE)
     }
 }

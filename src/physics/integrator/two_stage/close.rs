@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::guide::RayCount;
 use crate::integrator::bidirectional::{self, Bidirectional};
-use crate::integrator::lamp::beside::all_lamps;
+use crate::integrator::diffuser_source::closure_source::all_lambertian;
 use crate::integrator::method::{Described, Refusal, Task};
 use crate::integrator::photon::close_points::{close_sensors, dishonest_points};
 use crate::integrator::{GridPass, Integrator};
@@ -21,7 +21,7 @@ const SEED: u64 = 0x63_6c_6f_73_65;
 
 /// Sensors close to a surface, and the method that computes them.
 #[derive(Debug)]
-pub struct Close<const C: usize> {
+pub struct CloseSensors<const C: usize> {
     /// Method in which each close sensor is a grid of its own.
     method: Bidirectional<C>,
     /// Number of the grid of each close sensor, and of the sensor in it.
@@ -35,18 +35,18 @@ pub fn refuses_close(task: &Task) -> Option<Refusal> {
     (!serves || bidirectional::Settings::default().refuses(task).is_some()).then_some(refusal)
 }
 
-impl<const C: usize> Close<C> {
+impl<const C: usize> CloseSensors<C> {
     /// Finds the close sensors of a scene with traced light beside that of Lambertian closures; `None` where there is none. `target` is the
     /// relative standard error.
     pub fn new(scene: &Arc<TraceableScene>, grids: &[Grid], seed: u64, target: f64) -> Option<Self> {
-        if all_lamps(&scene.tubes) {
+        if all_lambertian(&scene.tubes) {
             return None;
         }
         let places: Vec<(usize, usize)> = close_sensors(scene, grids).collect();
         let alone = |(grid, sensor): &(usize, usize)| grids[*grid].alone(*sensor);
         let each: Vec<Grid> = places.iter().map(alone).collect();
-        let sizes = bidirectional::Settings::default().sizes(target, false);
-        let method = Bidirectional::new(scene.clone(), &each, &[], sizes, seed ^ SEED);
+        let counts = bidirectional::Settings::default().path_counts(target, false);
+        let method = Bidirectional::new(scene.clone(), &each, &[], counts, seed ^ SEED);
         (!places.is_empty()).then_some(Self { method, places })
     }
 
@@ -64,6 +64,6 @@ impl<const C: usize> Close<C> {
                 parts.get_mut(*sensor).into_iter().for_each(|part| *part = 0.0);
             }
         }
-        Some(found.account.rays)
+        Some(found.totals.rays)
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::integrator::lamp::beside::{Lamps, Lit};
+use crate::integrator::diffuser_source::closure_source::{ClosureLight, ClosureSource};
 use crate::integrator::method::Task;
 use crate::integrator::radiosity::{Exchange, Solution};
 use crate::sampling::{Key, Stream};
@@ -30,7 +30,7 @@ pub fn reflected<const C: usize>(task: &Task, exchange: &Arc<Exchange<C>>, seed:
     let scene = task.traceable;
     let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
     let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
-    let lit = Lamps::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
-    let fluxes = lit.map_or_else(Vec::new, |lit: Lit<C>| lit.lamps.fluxes());
+    let lit = ClosureSource::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
+    let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
     Arc::new(exchange.solve(&fluxes))
 }

@@ -1,10 +1,11 @@
 //! Two stages: the path is cut at Lambertian diffusers, which forget where light came from.
 //!
-//! **Idea.** In each pass photons first find the flux that leaves the diffusers ([`lamp`](super::lamp)). Then paths go backward from the
-//! sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A coarse solution of the light
-//! that surfaces reflect ([`radiosity`](super::radiosity)) is a control variate: rays count it, and some continue for its residual. The
-//! stages are independent, and the second is linear in the first: every pass is unbiased, one replicate. The sensors of a grid share one
-//! estimate of the residual as far as they do not differ; their possible differences are part of their errors (`estimate::residual`).
+//! **Idea.** In each pass photons first find the flux that leaves the diffusers ([`diffuser_source`](super::diffuser_source)). Then paths
+//! go backward from the sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A coarse
+//! solution of the light that surfaces reflect ([`radiosity`](super::radiosity)) is a control variate: rays count it, and some continue for
+//! its residual. The stages are independent, and the second is linear in the first: every pass is unbiased, one replicate. The sensors of a
+//! grid share one estimate of the residual as far as they do not differ; their possible differences are part of their errors
+//! (`estimate::residual`).
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#two-stages). A vertex V is *far* beyond one radius from a
 //! disc.
@@ -19,7 +20,7 @@
 //! | `K t F S+ (V\|E)`, `M S+ (V\|E)` by plane mirrors | connections to images |
 //! | the same by other mirrors | chance |
 //! | `M ..` and interreflection, light sent up and back included | as path tracing, around the coarse solution |
-//! | `(K\|N) t C ..` of grids, below closures that are Lambertian in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
+//! | `(K\|N) t C ..` of grids, below closures that are Lambertian in part | as light tracing ([`closure_source`](super::diffuser_source::closure_source)) |
 //! | all light of points close to a surface, below such closures | as bidirectional path tracing ([`close`]) |
 //!
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536) and
@@ -37,8 +38,8 @@
 
 mod close;
 mod coarse;
+mod sample_counts;
 mod sensors;
-mod sizes;
 mod straight;
 
 use std::sync::Arc;
@@ -52,27 +53,27 @@ use crate::integrator::backward;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Lux, Sampling, each, lifted};
 use crate::integrator::backward::room_entry::exit_seen_by;
-use crate::integrator::lamp::beside::{
-    Lamps, Lit, add_beside, all_lamps, bytes_beside, most_places, of_light_tracing, refuses_all_but_lamps,
-    refuses_beside,
+use crate::integrator::diffuser_source::closure_source::{
+    ClosureLight, ClosureSource, add_directional, all_lambertian, directional_bytes, most_places, of_light_tracing,
+    refuses_all_but_lambertian, refuses_directional,
 };
-use crate::integrator::lamp::light::{DiffuserLight, SensorLit};
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, Task, Trial};
+use crate::integrator::diffuser_source::light::{DiffuserLight, SensorLit};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Task, Trial};
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::radiosity::{Exchange, Solution};
-use crate::integrator::room_matrix::{self, Room};
+use crate::integrator::room_matrix::{self, MatrixEstimator};
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
-use close::{Close, refuses_close};
+use close::{CloseSensors, refuses_close};
 use coarse::{PHOTONS_DOWN_EACH, TRIED_PASSES, pixels, reflected, valued};
+use sample_counts::{PATHS, RelativeVariances, SampleCounts, TrialValues};
 use sensors::{reach, starts};
-use sizes::{PATHS, Sizes, Spread, Tried};
-use straight::{Connections, Sensors, Straight, by_mirrors, of_luminaires};
+use straight::{GridSensors, OpeningConnections, Straight, by_mirrors, of_luminaires};
 
 /// Settings of the two-stage method.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,11 +102,11 @@ impl Described for Settings {
         Some("photons are traced to the diffusers, and paths backward from sensors and cameras in the room")
     }
 
-    fn knows(&self) -> Knows {
-        Knows { any_sensors: true, ..Knows::ALL }
+    fn outputs(&self) -> Outputs {
+        Outputs { any_sensors: true, ..Outputs::ALL }
     }
 
-    fn tells_responses(&self) -> bool {
+    fn computes_responses(&self) -> bool {
         true
     }
 
@@ -115,16 +116,16 @@ impl Described for Settings {
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
-        let told = task.grids.iter().any(|grid| grid.responses);
+        let has_responses = task.grids.iter().any(|grid| grid.responses);
         // paths from sensors to patches find mirrors by chance
-        let of_responses = || told.then(|| chance::mirrors(self.name(), task.traceable)).flatten();
+        let of_responses = || has_responses.then(|| chance::mirrors(self.name(), task.traceable)).flatten();
         chance::other_mirrors(self.name(), task.traceable).or_else(of_responses)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {
         // a place on the diffuser, the flux, and an offset for cells
-        let photons = self.photons_per_pass.map_or(Sizes::most_photons(), |photons| photons as f64);
-        photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
+        let photons = self.photons_per_pass.map_or(SampleCounts::most_photons(), |photons| photons as f64);
+        photons * load.photon_bytes() * Load::COPIES + directional_bytes(load, photons)
     }
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
@@ -135,7 +136,8 @@ impl Described for Settings {
         }
         // each place has the noise of its own paths, whose number does not change, and all share the noise of the photons
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
-        let photons = self.photons_per_pass.unwrap_or_else(|| Sizes::photons(target, tubes, !task.views.is_empty()));
+        let photons =
+            self.photons_per_pass.unwrap_or_else(|| SampleCounts::photons(target, tubes, !task.views.is_empty()));
         let tried = TrialPasses::fewer(photons, 0.125);
         let smaller = Self { photons_per_pass: Some(tried), ..self.clone() };
         let most_places = if task.views.is_empty() { 9 } else { 512 };
@@ -150,16 +152,16 @@ impl Described for Settings {
     }
 }
 
-/// Returns the reason why paths cannot be cut at the closures, if there is one: light beside that of Lambertian closures is computed for
+/// Returns the reason why paths cannot be cut at the closures, if there is one: directional light of closures is computed for
 /// level grids only, and near an opening paths would follow all light that a measured closure scatters.
 fn refuses_closures(task: &Task) -> Option<Refusal> {
     let tubes = &task.traceable.tubes;
     let measured = tubes.iter().any(|tube| tube.diffuser.measured().is_some());
-    let by_lamps = measured || !task.views.is_empty() || task.has_placed_sensors();
-    if by_lamps || all_lamps(tubes) {
-        return refuses_all_but_lamps(tubes);
+    let by_lambertian = measured || !task.views.is_empty() || task.has_placed_sensors();
+    if by_lambertian || all_lambertian(tubes) {
+        return refuses_all_but_lambertian(tubes);
     }
-    refuses_beside(task).or_else(|| refuses_close(task).map(of_light_tracing))
+    refuses_directional(task).or_else(|| refuses_close(task).map(of_light_tracing))
 }
 
 /// Number of reflections of a path without Russian roulette, which would spoil the gain of low-discrepancy points.
@@ -176,17 +178,17 @@ const SOBOL_PAIRS_SEEN: u32 = 2;
 #[derive(Debug)]
 pub struct TwoStage<const C: usize> {
     scene: Arc<TraceableScene>,
-    lamps: Lamps<C>,
+    closures: ClosureSource<C>,
     grids: Vec<Grid>,
     views: Vec<View>,
-    sizes: Sizes,
-    connections: Connections,
+    counts: SampleCounts,
+    connections: OpeningConnections,
     /// Coarse solution of the light that surfaces reflect; `None` where they reflect none.
     reflected: Option<Arc<Solution<C>>>,
     /// Sensors close to surfaces, which another method computes.
-    close: Option<Close<C>>,
+    close: Option<CloseSensors<C>>,
     /// Matrix of the room, where daylight coefficients are requested.
-    room: Option<Room<C>>,
+    room: Option<MatrixEstimator<C>>,
     seed: Key,
 }
 
@@ -205,63 +207,75 @@ impl<const C: usize> TwoStage<C> {
         let starts = starts(scene, task.grids, task.views);
         let mut edge = EDGE * scene.enclosure.shortest_edge_m();
         let mut exchange = Exchange::new(scene, &starts, edge).map(Arc::new);
-        let mut known = exchange.as_ref().map(|exchange| reflected(task, exchange, seed, target));
-        let mut sizes = Self::sizes(task, settings, known.as_ref(), (seed, target));
+        let mut solution = exchange.as_ref().map(|exchange| reflected(task, exchange, seed, target));
+        let mut counts = Self::counts(task, settings, solution.as_ref(), (seed, target));
         if let Some(coarse) = &exchange {
-            let finer = sizes.finer(coarse.rays(), (valued(task.grids), pixels(task.views)));
+            let finer = counts.finer(coarse.rays(), (valued(task.grids), pixels(task.views)));
             if finer < WORTHWHILE {
                 edge *= finer;
                 exchange = Exchange::new(scene, &starts, edge).map(Arc::new);
-                known = exchange.as_ref().map(|exchange| reflected(task, exchange, seed, target));
-                sizes = Self::sizes(task, settings, known.as_ref(), (seed, target));
+                solution = exchange.as_ref().map(|exchange| reflected(task, exchange, seed, target));
+                counts = Self::counts(task, settings, solution.as_ref(), (seed, target));
             }
         }
-        let room = Room::new(scene, task.grids, settings.samples_per_sensor.unwrap_or(room_matrix::PATHS), seed);
-        let close = Close::new(scene, task.grids, seed, target);
-        Self { room, close, ..Self::sized(scene, (task.grids, task.views), (sizes, target), known, seed) }
+        let room =
+            MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor.unwrap_or(room_matrix::PATHS), seed);
+        let close = CloseSensors::new(scene, task.grids, seed, target);
+        Self { room, close, ..Self::with_counts(scene, (task.grids, task.views), (counts, target), solution, seed) }
     }
 
     /// Chooses the sizes of a pass, by a small trial where the document does not set the number of paths.
-    fn sizes(
+    fn counts(
         task: &Task,
         settings: &Settings,
         reflected: Option<&Arc<Solution<C>>>,
         (seed, target): (u64, f64),
-    ) -> Sizes {
+    ) -> SampleCounts {
         let scene = task.traceable;
-        let photons = Sizes::photons(target, &scene.tubes, !task.views.is_empty());
-        let sizes = Sizes {
+        let photons = SampleCounts::photons(target, &scene.tubes, !task.views.is_empty());
+        let counts = SampleCounts {
             photons: settings.photons_per_pass.unwrap_or(photons),
             per_sensor: 1,
             beyond: 1,
-            per_opening: Sizes::per_opening(target),
+            per_opening: SampleCounts::per_opening(target),
             per_pixel: settings.samples_per_pixel,
         };
         match settings.samples_per_sensor {
-            Some(paths) => sizes.with_paths(paths),
+            Some(paths) => counts.with_paths(paths),
             None => Self::tried(scene, task.grids, reflected, (seed, target)).map_or_else(
-                || sizes.with_paths(PATHS.power_of_two(target) as u32),
+                || counts.with_paths(PATHS.power_of_two(target) as u32),
                 |spread| {
-                    let tried = sizes.tried(target, spread, (valued(task.grids), scene.tubes.len()));
-                    Sizes { photons: settings.photons_per_pass.unwrap_or(tried.photons), ..tried }
+                    let tried = counts.tried(target, spread, (valued(task.grids), scene.tubes.len()));
+                    SampleCounts { photons: settings.photons_per_pass.unwrap_or(tried.photons), ..tried }
                 },
             ),
         }
     }
 
     /// Builds the method with given sizes, and divides the photons of a pass among sky and sun of the tubes.
-    fn sized(
+    fn with_counts(
         scene: &Arc<TraceableScene>,
         (grids, views): (&[Grid], &[View]),
-        (sizes, target): (Sizes, f64),
+        (counts, target): (SampleCounts, f64),
         reflected: Option<Arc<Solution<C>>>,
         seed: u64,
     ) -> Self {
-        let lamps = Lamps::new(scene, grids, (sizes.photons, target), seed);
+        let closures = ClosureSource::new(scene, grids, (counts.photons, target), seed);
         let seed = Key::new(seed);
-        let connections = Connections::new(scene, grids, sizes.per_opening, seed);
+        let connections = OpeningConnections::new(scene, grids, counts.per_opening, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { lamps, grids, views, sizes, connections, reflected, close: None, room: None, seed, scene: scene.clone() }
+        Self {
+            closures,
+            grids,
+            views,
+            counts,
+            connections,
+            reflected,
+            close: None,
+            room: None,
+            seed,
+            scene: scene.clone(),
+        }
     }
 
     /// Computes trial paths from some sensors and returns the spread of their values; `None` without sensors.
@@ -270,42 +284,47 @@ impl<const C: usize> TwoStage<C> {
         grids: &[Grid],
         reflected: Option<&Arc<Solution<C>>>,
         (seed, target): (u64, f64),
-    ) -> Option<Spread> {
+    ) -> Option<RelativeVariances> {
         let grids: Vec<Grid> = grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
-        let sizes = Sizes { photons, ..Sizes::TRIED };
-        let method = Self::sized(scene, (&grids, &[]), (sizes, target), reflected.cloned(), seed);
+        let counts = SampleCounts { photons, ..SampleCounts::TRIAL };
+        let method = Self::with_counts(scene, (&grids, &[]), (counts, target), reflected.cloned(), seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // all passes have the same light, because its variance does not depend on paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;
         let tried = |number: usize, sensor: usize| {
-            let sensors = Sensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
-            let straight = method.connections.straight(scene, &light.lamps, sensors, sensor);
-            Tried {
-                ways: method.connections.ways(scene, number, sensor) as f64,
+            let sensors = GridSensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
+            let straight = method.connections.straight(scene, &light.lambertian, sensors, sensor);
+            TrialValues {
+                hidden_sources: method.connections.hidden_sources(scene, number, sensor) as f64,
                 by_one_photon: straight.by_one_photon,
-                ..Tried::default()
+                ..TrialValues::default()
             }
         };
         let of_grid = |(number, grid): (usize, &Grid)| (0..grid.len()).map(|sensor| tried(number, sensor)).collect();
-        let mut values: Vec<Vec<Tried>> = grids.iter().enumerate().map(of_grid).collect();
+        let mut values: Vec<Vec<TrialValues>> = grids.iter().enumerate().map(of_grid).collect();
         for pass in 0..TRIED_PASSES {
-            let (found, _) = method.grids(&light.lamps, key(pass), pass, &AtomicBool::new(false))?;
+            let (found, _) = method.grids(&light.lambertian, key(pass), pass, &AtomicBool::new(false))?;
             for (values, grid) in values.iter_mut().zip(&found) {
                 for (sensor, tried) in values.iter_mut().enumerate() {
                     tried.push(grid, sensor);
                 }
             }
         }
-        Spread::of(values.into_iter().flatten())
+        RelativeVariances::of(values.into_iter().flatten())
     }
 
     /// Computes one pass of a grid, and the number of its rays; `None` when cancelled.
-    fn grid(&self, light: &DiffuserLight<C>, sensors: Sensors, cancel: &AtomicBool) -> Option<(GridPass, RayCount)> {
+    fn grid(
+        &self,
+        light: &DiffuserLight<C>,
+        sensors: GridSensors,
+        cancel: &AtomicBool,
+    ) -> Option<(GridPass, RayCount)> {
         let (scene, grid) = (&*self.scene, sensors.grid);
         let sampling = Sampling {
-            paths: self.sizes.per_sensor,
-            beyond: self.reflected.is_some().then_some(self.sizes.beyond),
+            paths: self.counts.per_sensor,
+            beyond: self.reflected.is_some().then_some(self.counts.beyond),
             certain: CERTAIN_REFLECTIONS,
             pairs: SOBOL_PAIRS,
         };
@@ -314,7 +333,7 @@ impl<const C: usize> TwoStage<C> {
                 return (Straight::default(), Lux::default(), RayCount::default());
             }
             let mut straight = self.connections.straight(scene, light, sensors, sensor);
-            let rays_and_connections = [f64::from(self.sizes.per_sensor), f64::from(self.sizes.per_opening)];
+            let rays_and_connections = [f64::from(self.counts.per_sensor), f64::from(self.counts.per_opening)];
             straight += of_luminaires::<C>(scene, sensors, sensor, rays_and_connections);
             straight += by_mirrors(scene, light, sensors, sensor, rays_and_connections);
             let centre = lifted(scene, grid, sensor).position;
@@ -356,13 +375,13 @@ impl<const C: usize> TwoStage<C> {
     }
 
     /// Computes the light of a pass, with the coarse solution of the light that surfaces reflect of it.
-    fn lit(&self, key: Key, cancel: &AtomicBool) -> Option<Lit<C>> {
-        let Lit { lamps, beside, account } = self.lamps.pass(&self.scene, key, cancel)?;
-        let lamps = match &self.reflected {
-            Some(reflected) => lamps.reflected_by(reflected),
-            None => lamps,
+    fn lit(&self, key: Key, cancel: &AtomicBool) -> Option<ClosureLight<C>> {
+        let ClosureLight { lambertian, directional, totals } = self.closures.pass(&self.scene, key, cancel)?;
+        let lambertian = match &self.reflected {
+            Some(reflected) => lambertian.reflected_by(reflected),
+            None => lambertian,
         };
-        Some(Lit { lamps, beside, account })
+        Some(ClosureLight { lambertian, directional, totals })
     }
 
     /// Computes all grids in one pass, and the number of rays.
@@ -378,7 +397,7 @@ impl<const C: usize> TwoStage<C> {
             let stream = key.stream(Stream::Grid, number as u64);
             let average = grid.estimate == EstimateKind::CellAverage;
             let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
-            let sensors = Sensors { number, grid, pass, offsets: offsets.as_deref(), stream };
+            let sensors = GridSensors { number, grid, pass, offsets: offsets.as_deref(), stream };
             let (grid, rays) = self.grid(light, sensors, cancel)?;
             all_rays += rays;
             grids.push(grid);
@@ -390,10 +409,10 @@ impl<const C: usize> TwoStage<C> {
 impl<const C: usize> Integrator for TwoStage<C> {
     fn start(&self) -> Pass {
         let nothing = |grid: &Grid| vec![0.0; if self.reflected.is_some() { grid.len() } else { 0 }];
-        let columns = self.room.as_ref().map_or(0, Room::columns);
+        let columns = self.room.as_ref().map_or(0, MatrixEstimator::columns);
         let grid = |grid: &Grid| {
-            let beside = vec![GridPass::default(); if grid.responses { columns } else { 0 }];
-            GridPass { residual: nothing(grid), beside, ..GridPass::default() }
+            let companions = vec![GridPass::default(); if grid.responses { columns } else { 0 }];
+            GridPass { residual: nothing(grid), companions, ..GridPass::default() }
         };
         Pass { grids: self.grids.iter().map(grid).collect(), ..Pass::default() }
     }
@@ -401,30 +420,30 @@ impl<const C: usize> Integrator for TwoStage<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let scene = &*self.scene;
         let key = self.seed.stream(Stream::Pass, pass);
-        let Lit { lamps: light, beside, mut account } = self.lit(key, cancel)?;
+        let ClosureLight { lambertian: light, directional, mut totals } = self.lit(key, cancel)?;
         let (grids, rays) = self.grids(&light, key, pass, cancel)?;
-        account.rays += rays;
-        let mut result = Pass { account, grids, photons: self.lamps.photons(), ..Pass::default() };
-        add_beside(&mut result.grids, &beside);
+        totals.rays += rays;
+        let mut result = Pass { totals, grids, photons: self.closures.photons(), ..Pass::default() };
+        add_directional(&mut result.grids, &directional);
         if let Some(close) = &self.close {
-            result.account.rays += close.replace(pass, &mut result.grids, cancel)?;
+            result.totals.rays += close.replace(pass, &mut result.grids, cancel)?;
         }
         if let Some(room) = &self.room {
             let replicate = room.replicate(pass, self.grids.len(), cancel)?;
-            result.account.rays += replicate.rays;
-            result.grids.iter_mut().zip(replicate.grids).for_each(|(grid, responses)| grid.beside = responses);
+            result.totals.rays += replicate.rays;
+            result.grids.iter_mut().zip(replicate.grids).for_each(|(grid, responses)| grid.companions = responses);
         }
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);
-            let paths = self.sizes.per_pixel;
+            let paths = self.counts.per_pixel;
             let sampling = Sampling { paths, beyond: None, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS_SEEN };
             let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
             self.add_diffusers(&light, view, &mut luminance);
-            result.account.rays += rays;
-            let rays = vec![f64::from(self.sizes.per_pixel)];
+            result.totals.rays += rays;
+            let rays = vec![f64::from(self.counts.per_pixel)];
             result.views.push(ViewPass { luminance, rays, ..ViewPass::default() });
         }
         Some(result)

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::backward::room_entry::enter_room;
-use crate::integrator::radiosity::Spot;
+use crate::integrator::radiosity::SurfacePoint;
 use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::{Place, TraceableScene};
 
@@ -24,19 +24,19 @@ pub fn point_of_cell(grid: &Grid, [u, v]: [f64; 2]) -> DVec3 {
 
 /// Part of an opening that a sensor sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seen {
+pub enum VisiblePart {
     /// Certainly the whole opening.
     Whole,
     /// Certainly nothing of it.
     Hidden,
     /// Unknown part, of which only boxes can hide something from the sensor, which is a point.
-    BesideBoxes,
+    PastBoxes,
     /// Unknown part.
     InPart,
 }
 
 /// Finds the part of each opening that each sensor of a grid sees, tube by tube.
-pub fn seen(scene: &TraceableScene, grid: &Grid) -> Vec<Seen> {
+pub fn visible_parts(scene: &TraceableScene, grid: &Grid) -> Vec<VisiblePart> {
     let reach = reach(grid);
     let of_sensor = |sensor: usize| {
         let position = lifted(scene, grid, sensor).position;
@@ -49,13 +49,13 @@ pub fn seen(scene: &TraceableScene, grid: &Grid) -> Vec<Seen> {
         scene.tubes.iter().map(move |tube| {
             let (centre, radius) = (tube.origin, tube.opening_radius);
             if scene.leaves_clear(position, reach, None, centre, radius) {
-                Seen::Whole
+                VisiblePart::Whole
             } else if scene.hides(&corners, centre, radius) {
-                Seen::Hidden
+                VisiblePart::Hidden
             } else if grid.estimate == EstimateKind::Point && !scene.between(position, centre, radius).is_more {
-                Seen::BesideBoxes
+                VisiblePart::PastBoxes
             } else {
-                Seen::InPart
+                VisiblePart::InPart
             }
         })
     };
@@ -70,13 +70,13 @@ const STARTS_OF_GRID: usize = 256;
 const STARTS_OF_ROW: usize = 16;
 
 /// Chooses starts of paths: some of the sensors, and points that eyes see.
-pub fn starts(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Vec<Spot> {
+pub fn starts(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Vec<SurfacePoint> {
     let mut starts = Vec::new();
     for grid in grids.iter().map(|grid| grid.thinned(STARTS_OF_GRID)) {
         let valued = (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor));
         let sensor = |sensor| {
             let Sensor { position, normal } = lifted(scene, &grid, sensor);
-            Spot { position, normal, surface: None }
+            SurfacePoint { position, normal, surface: None }
         };
         starts.extend(valued.map(sensor));
     }
@@ -88,7 +88,7 @@ pub fn starts(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Vec<Spo
             let Some(origin) = enter_room(scene, view.eye, direction) else { continue };
             let hit = scene.intersect(origin, direction, None);
             if let Place::Surface(surface) = hit.place {
-                starts.push(Spot { position: hit.position, normal: hit.normal, surface: Some(surface) });
+                starts.push(SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(surface) });
             }
         }
     }

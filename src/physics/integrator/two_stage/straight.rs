@@ -14,13 +14,13 @@ use std::ops::AddAssign;
 
 use glam::{DVec2, DVec3};
 
-use super::sensors::{Seen, point_of_cell, reach, seen};
-use super::sizes::PASSES;
+use super::sample_counts::PASSES;
+use super::sensors::{VisiblePart, point_of_cell, reach, visible_parts};
 use crate::guide::RayCount;
-use crate::integrator::backward::next_event::{luminaire_density, share};
+use crate::integrator::backward::next_event::{luminaire_density, power_heuristic};
 use crate::integrator::backward::pass::lifted;
-use crate::integrator::lamp::cells::per_lumen;
-use crate::integrator::lamp::light::DiffuserLight;
+use crate::integrator::diffuser_source::cells::per_lumen;
+use crate::integrator::diffuser_source::light::DiffuserLight;
 use crate::sampling::{Key, PathRandom, Stream, lattice};
 use crate::scene::{EstimateKind, Grid, Sensor};
 use crate::traceable::TraceableScene;
@@ -49,9 +49,9 @@ impl AddAssign for Straight {
 
 /// Connections of sensors to openings.
 #[derive(Debug)]
-pub struct Connections {
+pub struct OpeningConnections {
     /// Part of each opening that each sensor sees, grid by grid, and tube by tube.
-    seen: Vec<Vec<Seen>>,
+    seen: Vec<Vec<VisiblePart>>,
     /// Number of connections to an opening that something may hide.
     per_opening: u32,
     seed: Key,
@@ -59,7 +59,7 @@ pub struct Connections {
 
 /// Sensors of a grid in a pass.
 #[derive(Clone, Copy)]
-pub struct Sensors<'a> {
+pub struct GridSensors<'a> {
     /// Number of the grid.
     pub number: usize,
     pub grid: &'a Grid,
@@ -71,18 +71,18 @@ pub struct Sensors<'a> {
     pub stream: Key,
 }
 
-impl Connections {
+impl OpeningConnections {
     /// Finds the openings that the sensors of the grids see whole, and those that they do not see at all.
     pub fn new(scene: &TraceableScene, grids: &[Grid], per_opening: u32, seed: Key) -> Self {
-        Self { seen: grids.iter().map(|grid| seen(scene, grid)).collect(), per_opening, seed }
+        Self { seen: grids.iter().map(|grid| visible_parts(scene, grid)).collect(), per_opening, seed }
     }
 
     /// Counts the sources to each of which a sensor of a grid has several connections: openings and luminaires that something may hide in
     /// part, and chains of mirrors.
-    pub fn ways(&self, scene: &TraceableScene, grid: usize, sensor: usize) -> usize {
+    pub fn hidden_sources(&self, scene: &TraceableScene, grid: usize, sensor: usize) -> usize {
         let tubes = scene.tubes.len();
         let seen = &self.seen[grid][sensor * tubes..(sensor + 1) * tubes];
-        let openings = seen.iter().filter(|seen| **seen == Seen::InPart).count();
+        let openings = seen.iter().filter(|seen| **seen == VisiblePart::InPart).count();
         let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).count();
         let hidden = if scene.luminaires_obstructed { luminaires } else { 0 };
         openings + hidden + scene.mirrors.count() * (1 + luminaires)
@@ -93,7 +93,7 @@ impl Connections {
         &self,
         scene: &TraceableScene,
         light: &DiffuserLight<C>,
-        sensors: Sensors,
+        sensors: GridSensors,
         sensor: usize,
     ) -> Straight {
         let grid = sensors.grid;
@@ -106,22 +106,22 @@ impl Connections {
         let (mut straight, mut squares) = (Straight::default(), 0.0);
         for tube in (0..tubes).filter(|tube| light.tubes()[*tube].is_far(position, reach)) {
             match self.seen[sensors.number][sensor * tubes + tube] {
-                Seen::Whole => {
+                VisiblePart::Whole => {
                     straight.lux += light.at_sensor(tube, Sensor { position, normal }, sensors.offsets);
                     continue;
                 }
-                Seen::Hidden => continue,
-                Seen::BesideBoxes => {
-                    let of_tube = beside_boxes(scene, light, tube, Sensor { position, normal });
+                VisiblePart::Hidden => continue,
+                VisiblePart::PastBoxes => {
+                    let of_tube = past_boxes(scene, light, tube, Sensor { position, normal });
                     straight += Straight { missed: 0.0, ..of_tube };
                     squares += of_tube.missed.powi(2);
                     continue;
                 }
-                Seen::InPart => {}
+                VisiblePart::InPart => {}
             }
             let start = PathRandom::new(key.child(tube as u64)).uniform();
             let connections = self.per_opening;
-            let share = 1.0 / f64::from(connections);
+            let fraction = 1.0 / f64::from(connections);
             let mut unhidden = 0.0;
             for connection in 0..connections {
                 let point = position + if average { point_of_cell(grid, random.uniform2()) } else { DVec3::ZERO };
@@ -130,10 +130,10 @@ impl Connections {
                 let Some((source, lux)) = light.of_photon(tube, Sensor { position: point, normal }, place) else {
                     continue;
                 };
-                unhidden += lux * share;
+                unhidden += lux * fraction;
                 straight.rays += 1;
                 if !(average && scene.is_in_solid(point)) && scene.visible(source, None, point, None) {
-                    straight.lux += lux * share;
+                    straight.lux += lux * fraction;
                 }
             }
             squares += (unhidden / (f64::from(connections).powi(3) * PASSES).sqrt()).powi(2);
@@ -143,7 +143,7 @@ impl Connections {
 }
 
 /// Computes the direct light of a point from an opening that boxes may partly hide: for every photon the shadows of the boxes decide.
-fn beside_boxes<const C: usize>(
+fn past_boxes<const C: usize>(
     scene: &TraceableScene,
     light: &DiffuserLight<C>,
     tube: usize,
@@ -153,8 +153,8 @@ fn beside_boxes<const C: usize>(
     let between = scene.between(sensor.position, of_tube.origin, of_tube.radius);
     let (mut seen, mut unhidden, mut squares) = (0.0, 0.0, 0.0);
     for (source, flux) in of_tube.photons() {
-        let way = source - sensor.position;
-        let lux = flux.luminance() * per_lumen(way, sensor.normal).max(0.0);
+        let to_light = source - sensor.position;
+        let lux = flux.luminance() * per_lumen(to_light, sensor.normal).max(0.0);
         unhidden += lux;
         if !between.hides(source.truncate()) {
             seen += lux;
@@ -175,7 +175,7 @@ fn beside_boxes<const C: usize>(
 pub fn by_mirrors<const C: usize>(
     scene: &TraceableScene,
     light: &DiffuserLight<C>,
-    sensors: Sensors,
+    sensors: GridSensors,
     sensor: usize,
     [rays, connections]: [f64; 2],
 ) -> Straight {
@@ -195,17 +195,18 @@ pub fn by_mirrors<const C: usize>(
                 continue;
             }
             let numbers = lattice::point(f64::from(connection), connections, shift);
-            if let Some((way, light)) = light.by_mirrors(scene, chain, (point, normal, None), numbers) {
-                straight.rays += way.rays;
-                straight.lux += light.luminance() * way.toward.dot(normal).max(0.0) / connections;
+            if let Some((path, light)) = light.by_mirrors(scene, chain, (point, normal, None), numbers) {
+                straight.rays += path.rays;
+                straight.lux += light.luminance() * path.toward.dot(normal).max(0.0) / connections;
             }
             for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
                 let source = scene.enclosure.clamp(luminaire.point(random.uniform2()));
                 let to = (source, Some(luminaire.surface));
-                let Some(way) = scene.way_by_mirrors::<C>(chain, (point, None), to) else { continue };
-                straight.rays += way.rays;
-                let per_luminance = beside_rays(luminaire, way.unfolded, way.toward.dot(normal), [rays, connections]);
-                straight.lux += (way.reflectance * luminaire.seen(way.unfolded)).luminance() * per_luminance;
+                let Some(path) = scene.mirror_path::<C>(chain, (point, None), to) else { continue };
+                straight.rays += path.rays;
+                let per_luminance =
+                    weighted_connection(luminaire, path.unfolded, path.toward.dot(normal), [rays, connections]);
+                straight.lux += (path.reflectance * luminaire.seen(path.unfolded)).luminance() * per_luminance;
             }
         }
     }
@@ -216,7 +217,7 @@ pub fn by_mirrors<const C: usize>(
 /// each, which share it with the sensor's `rays` by the power heuristic (Veach and Guibas 1995, beta = 2).
 pub fn of_luminaires<const C: usize>(
     scene: &TraceableScene,
-    sensors: Sensors,
+    sensors: GridSensors,
     sensor: usize,
     [rays, connections]: [f64; 2],
 ) -> Straight {
@@ -246,26 +247,35 @@ pub fn of_luminaires<const C: usize>(
                 continue;
             }
             let source = scene.enclosure.clamp(luminaire.point(if average { random.uniform2() } else { even(shift) }));
-            let way = source - point;
-            let cosine = way.normalize_or_zero().dot(normal);
-            let per_luminance = beside_rays(luminaire, way, cosine, [rays, connections]);
+            let to_light = source - point;
+            let cosine = to_light.normalize_or_zero().dot(normal);
+            let per_luminance = weighted_connection(luminaire, to_light, cosine, [rays, connections]);
             if per_luminance <= 0.0 {
                 continue;
             }
             straight.rays += 1;
             if scene.visible(source, Some(luminaire.surface), point, None) {
-                straight.lux += luminaire.seen::<C>(way).luminance() * per_luminance;
+                straight.lux += luminaire.seen::<C>(to_light).luminance() * per_luminance;
             }
         }
     }
     straight
 }
 
-/// Returns the illuminance of a sensor per luminance by one of `connections` connections to a luminaire, along a `way` that arrives at this
+/// Returns the illuminance of a sensor per luminance by one of `connections` connections to a luminaire, `to_light`, that arrives at this
 /// cosine, weighted (MIS) against `rays` of the sensor.
-fn beside_rays(luminaire: &TraceableLuminaire, way: DVec3, cosine: f64, [rays, connections]: [f64; 2]) -> f64 {
-    let connected = connections * luminaire_density(luminaire, way);
-    if cosine > 0.0 && connected > 0.0 { cosine * share(connected, rays * cosine / PI) / connected } else { 0.0 }
+fn weighted_connection(
+    luminaire: &TraceableLuminaire,
+    to_light: DVec3,
+    cosine: f64,
+    [rays, connections]: [f64; 2],
+) -> f64 {
+    let connected = connections * luminaire_density(luminaire, to_light);
+    if cosine > 0.0 && connected > 0.0 {
+        cosine * power_heuristic(connected, rays * cosine / PI) / connected
+    } else {
+        0.0
+    }
 }
 
 /// Mirrors the binary digits of a number at the point (radical inverse, van der Corput 1935): consecutive numbers are uniform in 0..1.

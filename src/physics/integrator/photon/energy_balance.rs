@@ -5,7 +5,7 @@ use crate::optics::Spectrum;
 
 /// Flux by the places where it ended, in lm; that of an estimate is the sum over its passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EnergyLedger {
+pub struct EnergyBalance {
     /// Flux that reaches the collectors from outside.
     pub emitted: f64,
     /// Flux that leaves the luminaires.
@@ -29,7 +29,7 @@ pub struct EnergyLedger {
     pub lost: f64,
 }
 
-impl EnergyLedger {
+impl EnergyBalance {
     /// Adds the entries of other photons.
     pub fn add(&mut self, other: &Self) {
         let mut other = *other;
@@ -43,7 +43,7 @@ impl EnergyLedger {
     }
 
     /// Adds the flux that was lost in a guide, of which `arriving` reached the end of its path; true if that end is the opening.
-    pub fn book_transit<const C: usize>(
+    pub fn add_transit<const C: usize>(
         &mut self,
         transit: &Transit<C>,
         flux: Spectrum<C>,
@@ -67,9 +67,9 @@ impl EnergyLedger {
     /// Returns 0 without light.
     pub fn relative_closure_error(&self) -> f64 {
         let mut copy = *self;
-        let booked: f64 = copy.values_mut()[2..].iter().map(|value| **value).sum();
+        let accounted: f64 = copy.values_mut()[2..].iter().map(|value| **value).sum();
         let sources = self.emitted + self.luminaires;
-        if sources == 0.0 { 0.0 } else { (sources - booked) / sources }
+        if sources == 0.0 { 0.0 } else { (sources - accounted) / sources }
     }
 }
 
@@ -88,9 +88,9 @@ pub struct TubeFlux {
 
 /// Sums over a set of photons, beside the visitor's own tallies.
 #[derive(Clone, Debug, Default)]
-pub struct Account {
+pub struct PhotonTotals {
     /// Flux by the places where it ended, in lm.
-    pub ledger: EnergyLedger,
+    pub energy: EnergyBalance,
     /// Fluxes of each tube, in the scene's order.
     pub tubes: Vec<TubeFlux>,
     /// Number of ray segments that were traced.
@@ -99,7 +99,7 @@ pub struct Account {
     pub not_finite: Option<u64>,
 }
 
-impl Account {
+impl PhotonTotals {
     /// Creates the sums over no photons.
     pub fn new(tubes: usize) -> Self {
         Self { tubes: vec![TubeFlux::default(); tubes], ..Self::default() }
@@ -107,17 +107,17 @@ impl Account {
 
     /// True if all fluxes are finite.
     pub fn is_finite(&self) -> bool {
-        let mut ledger = self.ledger;
+        let mut energy = self.energy;
         let tubes = self
             .tubes
             .iter()
             .all(|tube| (tube.at_collector + tube.at_diffuser + tube.into_room + tube.evenly).is_finite());
-        tubes && ledger.values_mut().into_iter().all(|value| value.is_finite())
+        tubes && energy.values_mut().into_iter().all(|value| value.is_finite())
     }
 
     /// Adds the sums over other photons. Rounding depends on the order of the additions, which must be the same in every run.
     pub fn add(&mut self, other: &Self) {
-        self.ledger.add(&other.ledger);
+        self.energy.add(&other.energy);
         for (sum, tube) in self.tubes.iter_mut().zip(&other.tubes) {
             sum.at_collector += tube.at_collector;
             sum.at_diffuser += tube.at_diffuser;

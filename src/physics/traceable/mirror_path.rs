@@ -9,7 +9,7 @@ use crate::optics::Spectrum;
 
 /// A path from a place to a source by a chain of mirrors.
 #[derive(Clone, Copy, Debug)]
-pub struct WayByMirrors<const C: usize> {
+pub struct MirrorPath<const C: usize> {
     /// Unit vector along the first segment, from the place.
     pub toward: DVec3,
     /// Vector from the image of the place to the source, in m: its length is that of the whole path, its direction that of the last
@@ -24,12 +24,12 @@ pub struct WayByMirrors<const C: usize> {
 impl TraceableScene {
     /// Finds the path from a place to a source by a chain of mirrors; `None` where the mirrors do not show the source, or something
     /// stands between. The surfaces that place and source lie on do not occlude.
-    pub fn way_by_mirrors<const C: usize>(
+    pub fn mirror_path<const C: usize>(
         &self,
         chain: usize,
         (place, from): (DVec3, Option<SurfaceId>),
         (source, to): (DVec3, Option<SurfaceId>),
-    ) -> Option<WayByMirrors<C>> {
+    ) -> Option<MirrorPath<C>> {
         let mirrors = &self.mirrors;
         let toward = (mirrors.shown(chain, source)? - place).try_normalize()?;
         let (mut origin, mut direction, mut surface, mut rays) = (place, toward, from, 1);
@@ -45,7 +45,7 @@ impl TraceableScene {
             return None;
         }
         let (image, _) = mirrors.image(chain, (place, DVec3::ZERO));
-        Some(WayByMirrors { toward, unfolded: source - image, reflectance: mirrors.reflectance(chain), rays })
+        Some(MirrorPath { toward, unfolded: source - image, reflectance: mirrors.reflectance(chain), rays })
     }
 }
 
@@ -95,18 +95,18 @@ mod tests {
         let both = scene.mirrors.next(Some(by_north), south).unwrap();
         assert_eq!(scene.mirrors.next(Some(by_north), north), None);
         for (chain, across, reflectance) in [(by_north, 4.0, 0.5), (both, 6.0, 0.4)] {
-            let way = scene.way_by_mirrors::<1>(chain, (place, None), (source, None)).unwrap();
+            let path = scene.mirror_path::<1>(chain, (place, None), (source, None)).unwrap();
             let expected = DVec3::new(0.5, across, 1.0);
-            assert!((way.toward - expected.normalize()).length() < 1e-12, "{way:?}");
-            assert!((way.unfolded.length() - expected.length()).abs() < 1e-12, "{way:?}");
+            assert!((path.toward - expected.normalize()).length() < 1e-12, "{path:?}");
+            assert!((path.unfolded.length() - expected.length()).abs() < 1e-12, "{path:?}");
             // it ends north of the mirror at y = 0 and comes back from there, or south of that at y = 3
-            assert_eq!(way.unfolded.y.signum(), if chain == both { 1.0 } else { -1.0 });
-            assert!((way.reflectance.0[0] - reflectance).abs() < 1e-12);
+            assert_eq!(path.unfolded.y.signum(), if chain == both { 1.0 } else { -1.0 });
+            assert!((path.reflectance.0[0] - reflectance).abs() < 1e-12);
         }
         let (size, base) = (DVec3::new(2.0, 0.1, 2.5), DVec3::new(1.0, 2.0, 0.0));
         let surface = Surface::diffuse([0.5; 3]);
         let hidden = room(&mirrors, vec![BoxObject { size, base, rotation: 0.0, surface }]);
-        assert!(hidden.way_by_mirrors::<1>(by_north, (place, None), (source, None)).is_none());
+        assert!(hidden.mirror_path::<1>(by_north, (place, None), (source, None)).is_none());
         let behind = DVec3::new(1.0, 3.0 + 1e-6, 1.0);
         assert!(scene.mirrors.before(behind).all(|(chain, _)| chain != by_north));
     }

@@ -23,35 +23,35 @@ const MOST_SWEEPS: usize = 16;
 
 impl BentGuide {
     /// Follows light from entry points, each `(position, unit direction)`, down, with the results of [`BentGuide::down`].
-    pub(in super::super) fn down_together<const C: usize>(&self, rays: &[(DVec3, DVec3)]) -> Vec<Transit<C>> {
+    pub(in super::super) fn down_packet<const C: usize>(&self, rays: &[(DVec3, DVec3)]) -> Vec<Transit<C>> {
         let alone = |(position, direction): &(DVec3, DVec3)| self.down(*position, *direction);
         if matches!(self.reflectance, Mirror::ByAngle(_)) {
             return rays.iter().map(alone).collect();
         }
-        let mut ways: Vec<Way> = rays.iter().map(|ray| Way::new(ray, self.segments.len() - 1)).collect();
-        Arch::new().dispatch(Sweeps { segments: &self.segments, radius: self.radius, ways: &mut ways });
+        let mut states: Vec<RayState> = rays.iter().map(|ray| RayState::new(ray, self.segments.len() - 1)).collect();
+        Arch::new().dispatch(Sweeps { segments: &self.segments, radius: self.radius, states: &mut states });
         let most_bounces = self.most_bounces();
         let crossings = [self.collected(1), self.collected(2)];
-        let transit = |(ray, way): (&(DVec3, DVec3), Way)| {
-            let (end, collector) = match way.at {
+        let transit = |(ray, state): (&(DVec3, DVec3), RayState)| {
+            let (end, collector) = match state.at {
                 At::Opening => (End::Opening, crossings[0]),
                 At::Top => (End::Top, crossings[1]),
                 At::Segment(_) | At::Alone => return alone(ray),
             };
-            if way.bounces > most_bounces {
+            if state.bounces > most_bounces {
                 return alone(ray);
             }
             Transit {
                 end,
-                position: way.position.into(),
-                direction: way.direction.into(),
+                position: state.position.into(),
+                direction: state.direction.into(),
                 collector,
-                mirrors: self.reflectance.power(|| 1.0, way.bounces),
+                mirrors: self.reflectance.power(|| 1.0, state.bounces),
                 entered: true,
-                rays: way.rays as u32,
+                rays: state.rays as u32,
             }
         };
-        rays.iter().zip(ways).map(transit).collect()
+        rays.iter().zip(states).map(transit).collect()
     }
 }
 
@@ -68,7 +68,7 @@ enum At {
 
 /// State of a ray in the frame of the tube, between two segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Way {
+struct RayState {
     position: [f64; 3],
     direction: [f64; 3],
     /// Number of reflections (`bounces`), and of ray segments computed by steps (`rays`).
@@ -77,7 +77,7 @@ struct Way {
     at: At,
 }
 
-impl Way {
+impl RayState {
     fn new((position, direction): &(DVec3, DVec3), segment: usize) -> Self {
         let (position, direction) = (position.to_array(), direction.to_array());
         Self { position, direction, bounces: 0.0, rays: 0.0, at: At::Segment(segment) }
@@ -87,7 +87,7 @@ impl Way {
 struct Sweeps<'a> {
     segments: &'a [Cylinder],
     radius: f64,
-    ways: &'a mut [Way],
+    states: &'a mut [RayState],
 }
 
 // functions are inlined, and no closure is passed on: they would be compiled without the vector instructions
@@ -97,21 +97,21 @@ impl WithSimd for Sweeps<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { segments, radius, ways } = self;
-        let mut here = Vec::with_capacity(ways.len());
+        let Self { segments, radius, states } = self;
+        let mut here = Vec::with_capacity(states.len());
         for sweep in 0..MOST_SWEEPS {
             let mut left = 0;
             for step in 0..segments.len() {
                 let index = if sweep % 2 == 0 { segments.len() - 1 - step } else { step };
                 here.clear();
-                for (number, way) in ways.iter().enumerate() {
-                    if way.at == At::Segment(index) {
+                for (number, state) in states.iter().enumerate() {
+                    if state.at == At::Segment(index) {
                         here.push(number);
                     }
                 }
                 left += here.len();
                 for group in here.chunks(S::F64_LANES) {
-                    pass(simd, segments, index, radius, ways, group);
+                    pass(simd, segments, index, radius, states, group);
                 }
             }
             if left == 0 {
@@ -121,19 +121,19 @@ impl WithSimd for Sweeps<'_> {
     }
 }
 
-/// Takes the rays `group` of `ways`, at least one and no more than a vector has lanes, through the segment they are in.
+/// Takes the rays `group` of `states`, at least one and no more than a vector has lanes, through the segment they are in.
 #[inline(always)]
-fn pass<S: Simd>(simd: S, segments: &[Cylinder], index: usize, radius: f64, ways: &mut [Way], group: &[usize]) {
+fn pass<S: Simd>(simd: S, segments: &[Cylinder], index: usize, radius: f64, states: &mut [RayState], group: &[usize]) {
     let mut columns = [[0.0; WIDEST]; 8];
     for lane in 0..S::F64_LANES {
         // unused lanes repeat the first ray
-        let way = &ways[*group.get(lane).unwrap_or(&group[0])];
+        let state = &states[*group.get(lane).unwrap_or(&group[0])];
         for axis in 0..3 {
-            columns[axis][lane] = way.position[axis];
-            columns[3 + axis][lane] = way.direction[axis];
+            columns[axis][lane] = state.position[axis];
+            columns[3 + axis][lane] = state.direction[axis];
         }
-        columns[6][lane] = way.bounces;
-        columns[7][lane] = way.rays;
+        columns[6][lane] = state.bounces;
+        columns[7][lane] = state.rays;
     }
     let [x, y, z, u, v, w, bounces, rays] = &columns;
     let (position, direction) = ([of(simd, x), of(simd, y), of(simd, z)], [of(simd, u), of(simd, v), of(simd, w)]);
@@ -174,7 +174,7 @@ fn pass<S: Simd>(simd: S, segments: &[Cylinder], index: usize, radius: f64, ways
             At::Alone
         };
         let [x, y, z, u, v, w, bounces, rays] = &columns;
-        ways[*number] = Way {
+        states[*number] = RayState {
             position: [x[lane], y[lane], z[lane]],
             direction: [u[lane], v[lane], w[lane]],
             bounces: bounces[lane],
@@ -353,14 +353,14 @@ mod tests {
         None,
     }
 
-    fn swept(guide: &BentGuide, rays: &[(DVec3, DVec3)], vectors: Vectors) -> Vec<Way> {
-        let mut ways: Vec<Way> = rays.iter().map(|ray| Way::new(ray, guide.segments.len() - 1)).collect();
-        let sweeps = Sweeps { segments: &guide.segments, radius: guide.radius, ways: &mut ways };
+    fn swept(guide: &BentGuide, rays: &[(DVec3, DVec3)], vectors: Vectors) -> Vec<RayState> {
+        let mut states: Vec<RayState> = rays.iter().map(|ray| RayState::new(ray, guide.segments.len() - 1)).collect();
+        let sweeps = Sweeps { segments: &guide.segments, radius: guide.radius, states: &mut states };
         match vectors {
             Vectors::Any => Arch::new().dispatch(sweeps),
             Vectors::None => sweeps.with_simd(pulp::Scalar),
         }
-        ways
+        states
     }
 
     fn guide(axes: &[(f64, DVec3)], reflectance: f64) -> BentGuide {
@@ -398,14 +398,14 @@ mod tests {
                 let point = if number % 9 == 3 { [1.0 - 1e-15, 0.1] } else { random.uniform2() };
                 rays.extend(guide.entry(point, direction).map(|entry| (entry.position, direction)));
             }
-            let together = guide.down_together::<1>(&rays);
+            let together = guide.down_packet::<1>(&rays);
             assert_eq!(together.len(), rays.len());
             for ((position, direction), transit) in rays.iter().zip(together) {
                 let alone: Transit<1> = guide.down(*position, *direction);
                 assert_eq!(format!("{alone:?}"), format!("{transit:?}"));
             }
-            let ways = swept(&guide, &rays, Vectors::Any);
-            let alone = ways.iter().filter(|way| !matches!(way.at, At::Opening | At::Top)).count();
+            let states = swept(&guide, &rays, Vectors::Any);
+            let alone = states.iter().filter(|state| !matches!(state.at, At::Opening | At::Top)).count();
             assert!(alone < rays.len() / 3, "{alone} of {}", rays.len());
         }
     }
@@ -424,7 +424,7 @@ mod tests {
         for (any, none) in any.iter().zip(&none).filter(|(any, _)| any.at != At::Alone) {
             assert_eq!(any, none);
         }
-        let alone = |ways: &[Way]| ways.iter().map(|way| way.at == At::Alone).collect::<Vec<_>>();
+        let alone = |states: &[RayState]| states.iter().map(|state| state.at == At::Alone).collect::<Vec<_>>();
         assert_eq!(alone(&any), alone(&none));
     }
 }

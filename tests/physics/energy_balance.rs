@@ -1,25 +1,25 @@
-//! The books of methods that follow no photon in the room: where a few photons end stands for all of the light.
+//! Energy balance of methods that follow no photon in the room: where a few photons end stands for all of the light.
 
 use std::sync::atomic::AtomicBool;
 
 use crate::scenes::{self, bent, domed, furnished, lambertian, traceable, with_sun};
 use skyduct::integrator::Integrator;
 use skyduct::integrator::method::{Computation, Described, Task};
-use skyduct::integrator::photon::ledger::EnergyLedger;
+use skyduct::integrator::photon::energy_balance::EnergyBalance;
 use skyduct::integrator::two_stage;
 use skyduct::scene::{EstimateKind, Scene};
 use skyduct::statistics::Moments;
 
 const PASSES: u64 = 96;
 
-/// Entries of the books as means over passes, each pass closed to rounding.
-fn books(method: &dyn Integrator) -> [Moments; 10] {
+/// Entries of the energy balance as means over passes, each pass closed to rounding.
+fn balance(method: &dyn Integrator) -> [Moments; 10] {
     let mut entries = [Moments::default(); 10];
     for pass in 0..PASSES {
         let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
-        let mut ledger: EnergyLedger = pass.account.ledger;
-        assert!(ledger.relative_closure_error().abs() < 1e-12, "{ledger:?}");
-        entries.iter_mut().zip(ledger.values_mut()).for_each(|(moments, value)| moments.push(*value));
+        let mut energy: EnergyBalance = pass.totals.energy;
+        assert!(energy.relative_closure_error().abs() < 1e-12, "{energy:?}");
+        entries.iter_mut().zip(energy.values_mut()).for_each(|(moments, value)| moments.push(*value));
     }
     entries
 }
@@ -44,8 +44,8 @@ fn every_entry_is_that_of_light_tracing() {
     (scene.grids[0].x_m, scene.grids[0].y_m) = (vec![1.0], vec![1.0]);
     let stages =
         two_stage::Settings { photons_per_pass: Some(2048), samples_per_sensor: Some(1), ..Default::default() };
-    let found = books(built(&scene, &stages).as_ref());
-    let truth = books(&*scenes::light_tracing(&scene, 4096, 5));
+    let found = balance(built(&scene, &stages).as_ref());
+    let truth = balance(&*scenes::light_tracing(&scene, 4096, 5));
     for (entry, (found, truth)) in found.iter().zip(&truth).enumerate() {
         let error = found.standard_error().hypot(truth.standard_error());
         let difference = (found.mean - truth.mean).abs();

@@ -94,11 +94,11 @@ impl TraceableScene {
 
     /// True if a segment passes through an opening that hangs into the room, other than by ending in it.
     fn opening_between(&self, a: DVec3, b: DVec3) -> bool {
-        let way = b - a;
+        let segment = b - a;
         self.tubes.iter().filter(|tube| tube.hangs).any(|tube| {
-            let share = (tube.origin.z - a.z) / way.z;
-            let inside = share * way.length() > self.coinciding() && share < 1.0 - ON_TARGET;
-            inside && tube.has(a + way * share)
+            let fraction = (tube.origin.z - a.z) / segment.z;
+            let inside = fraction * segment.length() > self.coinciding() && fraction < 1.0 - ON_TARGET;
+            inside && tube.has(a + segment * fraction)
         })
     }
 

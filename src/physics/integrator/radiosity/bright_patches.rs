@@ -25,13 +25,13 @@ impl Area {
 
 /// Bright patches, each with the probability with which it is chosen, in proportion to its flux.
 #[derive(Clone, Debug, Default)]
-pub struct Bright {
+pub struct BrightPatches {
     /// Number of each among the patches, its area, and the sum of the probabilities up to it.
     chosen: Vec<(u32, Area, f64)>,
     /// Fraction of the aimed rays that end in a patch, per m2, by its number; 0 where it is not bright.
     densities: Vec<f64>,
     /// Fraction of all flux that bright patches send.
-    share: f64,
+    fraction: f64,
 }
 
 /// Choice of a ray's direction, made by a point of the unit square.
@@ -43,7 +43,7 @@ pub enum Aim {
     Elsewhere([f64; 2]),
 }
 
-impl Bright {
+impl BrightPatches {
     /// Finds the bright ones among patches of these luminances in cd/m2 and areas; `mean` is the mean luminance that rays meet. Patches
     /// without an area cannot be bright.
     pub fn new(patches: impl Iterator<Item = (f64, Option<Area>)> + Clone, mean: f64) -> Self {
@@ -61,7 +61,7 @@ impl Bright {
         if all <= 0.0 {
             return Self::default();
         }
-        let share = all / flux;
+        let fraction = all / flux;
         let mut densities = vec![0.0; patches.count()];
         let mut sum = 0.0;
         let add = |(number, area, flux): (u32, Area, f64)| {
@@ -69,7 +69,7 @@ impl Bright {
             sum += flux / all;
             (number, area, sum)
         };
-        Self { chosen: bright.into_iter().map(add).collect(), densities, share }
+        Self { chosen: bright.into_iter().map(add).collect(), densities, fraction }
     }
 
     /// True if no patch is bright.
@@ -79,16 +79,16 @@ impl Bright {
     }
 
     /// Returns the fraction of the rays that are aimed from a surface of this reflectance; a sensor counts as reflectance 0.
-    pub fn share(&self, reflectance: f64) -> f64 {
-        self.share.min(MOST_AIMED * (1.0 - reflectance)).max(0.0)
+    pub fn fraction(&self, reflectance: f64) -> f64 {
+        self.fraction.min(MOST_AIMED * (1.0 - reflectance)).max(0.0)
     }
 
     /// Chooses the direction of a ray where this fraction is aimed; uniform points give uniform choices.
-    pub fn aim(&self, share: f64, [u, v]: [f64; 2]) -> Aim {
-        if u >= share {
-            return Aim::Elsewhere([(u - share) / (1.0 - share), v]);
+    pub fn aim(&self, fraction: f64, [u, v]: [f64; 2]) -> Aim {
+        if u >= fraction {
+            return Aim::Elsewhere([(u - fraction) / (1.0 - fraction), v]);
         }
-        let choice = u / share;
+        let choice = u / fraction;
         let place = self.chosen.partition_point(|(.., sum)| *sum <= choice).min(self.chosen.len() - 1);
         let before = if place > 0 { self.chosen[place - 1].2 } else { 0.0 };
         let (number, Area { corner, edges }, sum) = self.chosen[place];
@@ -113,12 +113,12 @@ mod tests {
     fn rays_are_aimed_at_the_brightest() {
         let area = |edge: f64| Some(Area { corner: DVec3::ZERO, edges: [DVec3::X * edge, DVec3::Y] });
         let few = [(100.0, area(0.25)), (100.0, area(0.25)), (500.0, None)];
-        let bright = Bright::new(std::iter::repeat_n((1.0, area(1.0)), 10).chain(few), 2.0);
-        assert_eq!([0.0, 0.5, 1.0].map(|reflectance| bright.share(reflectance)), [0.5, 0.25, 0.0]);
+        let bright = BrightPatches::new(std::iter::repeat_n((1.0, area(1.0)), 10).chain(few), 2.0);
+        assert_eq!([0.0, 0.5, 1.0].map(|reflectance| bright.fraction(reflectance)), [0.5, 0.25, 0.0]);
         assert_eq!(bright.aim(0.5, [0.125, 0.5]), Aim::At(10, DVec3::new(0.125, 0.5, 0.0)));
         assert_eq!(bright.aim(0.5, [0.375, 0.5]), Aim::At(11, DVec3::new(0.125, 0.5, 0.0)));
         assert_eq!(bright.aim(0.5, [0.75, 0.25]), Aim::Elsewhere([0.5, 0.25]));
         assert_eq!([9, 10, 12].map(|number| bright.density(number)), [0.0, 2.0, 0.0]);
-        assert!(Bright::new(std::iter::repeat_n((1.0, area(1.0)), 10), 2.0).is_empty());
+        assert!(BrightPatches::new(std::iter::repeat_n((1.0, area(1.0)), 10), 2.0).is_empty());
     }
 }

@@ -1,9 +1,9 @@
 //! Energy balance of the room for methods that follow no photons there, estimated by a few photons.
 
-use super::cells::Leaving;
+use super::cells::Emitted;
 use crate::integrator::photon::emission::Emission;
-use crate::integrator::photon::ledger::Account;
-use crate::integrator::photon::path::{Silent, book_in_room, trace};
+use crate::integrator::photon::energy_balance::PhotonTotals;
+use crate::integrator::photon::path::{Silent, balance_in_room, trace};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::traceable::TraceableScene;
@@ -16,20 +16,20 @@ const FEWEST: usize = 4;
 ///
 /// Photons are chosen in proportion to their fluxes by even steps through all of them, and each represents an equal part of the whole: the
 /// balance closes, and its entries are unbiased.
-pub fn book_room<const C: usize>(
+pub fn add_room_balance<const C: usize>(
     scene: &TraceableScene,
-    leaving: &[Vec<Leaving<C>>],
+    emitted: &[Vec<Emitted<C>>],
     pass: Key,
-    account: &mut Account,
+    totals: &mut PhotonTotals,
 ) {
     let all =
-        || leaving.iter().enumerate().flat_map(|(tube, photons)| photons.iter().map(move |photon| (tube, photon)));
+        || emitted.iter().enumerate().flat_map(|(tube, photons)| photons.iter().map(move |photon| (tube, photon)));
     let total: f64 = all().map(|(_, photon)| photon.flux.luminance()).sum();
     if total > 0.0 {
         let followed = (all().count() / PHOTONS_PER_FOLLOWED).max(FEWEST);
-        let stream = pass.stream(Stream::RoomBooks, 0);
+        let stream = pass.stream(Stream::RoomBalance, 0);
         let step = total / followed as f64;
-        let mut next = step * PathSamples::new(pass.stream(Stream::RoomBooks, 1), 0).random.uniform();
+        let mut next = step * PathSamples::new(pass.stream(Stream::RoomBalance, 1), 0).random.uniform();
         let (mut passed, mut number) = (0.0, 0);
         for (tube, photon) in all() {
             passed += photon.flux.luminance();
@@ -38,19 +38,19 @@ pub fn book_room<const C: usize>(
                 let down = -warp::cosine_hemisphere(samples.pair());
                 let position = photon.position.extend(scene.tubes[tube].origin.z);
                 let flux: Spectrum<C> = photon.flux * (step / photon.flux.luminance());
-                book_in_room(scene, (position, down), flux, &mut samples, account);
+                balance_in_room(scene, (position, down), flux, &mut samples, totals);
                 next += step;
                 number += 1;
             }
         }
         // rounding may leave out the last one
-        account.ledger.cut += step * (followed - number) as f64;
+        totals.energy.cut += step * (followed - number) as f64;
     }
     let emission = Emission::of_luminaires(scene, FEWEST as u64);
     for number in 0..emission.photons() {
-        let (photon, mut samples) = emission.photon(scene, pass.stream(Stream::RoomBooks, 2), number);
+        let (photon, mut samples) = emission.photon(scene, pass.stream(Stream::RoomBalance, 2), number);
         if let Some(photon) = photon {
-            trace::<C>(scene, &photon, &mut samples, &mut Silent, account);
+            trace::<C>(scene, &photon, &mut samples, &mut Silent, totals);
         }
     }
 }

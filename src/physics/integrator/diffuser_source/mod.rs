@@ -1,11 +1,11 @@
 //! Tubes as Lambertian secondary sources: the flux that leaves a diffuser is computed once per pass and used by the whole room.
 
-pub mod beside;
-mod books;
 pub mod cells;
+pub mod closure_source;
+mod directional;
 pub mod flux;
 pub mod light;
-pub mod sight;
-pub mod sizes;
-mod traced;
+pub mod opening_visibility;
+pub mod photon_counts;
+mod room_balance;
 pub mod zone;

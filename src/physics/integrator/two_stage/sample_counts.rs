@@ -1,8 +1,8 @@
 //! Numbers of photons and paths of a pass, chosen from a small trial in the room so that about eight passes reach the requested accuracy.
 
 use crate::integrator::GridPass;
-use crate::integrator::lamp::beside::photons_beside;
-use crate::integrator::lamp::sizes::photons_for;
+use crate::integrator::diffuser_source::closure_source::directional_photons;
+use crate::integrator::diffuser_source::photon_counts::photons_for;
 use crate::integrator::pass_size::PassSize;
 use crate::sampling::power_of_two;
 use crate::statistics::Moments;
@@ -12,7 +12,7 @@ use crate::traceable::TraceableTube;
 const FEWEST_PHOTONS: f64 = 64.0;
 const MOST_PHOTONS: f64 = 8192.0;
 /// Most photons of a pass where they also bring light into the room beside that of Lambertian closures.
-const MOST_BESIDE: f64 = 65_536.0;
+const MOST_DIRECTIONAL: f64 = 65_536.0;
 
 /// Fewest and most paths from a sensor in a pass, unless the document sets their number.
 const FEWEST_PATHS: f64 = 4.0;
@@ -54,7 +54,7 @@ const FINEST: f64 = 0.15;
 
 /// Numbers of photons, paths and connections of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sizes {
+pub struct SampleCounts {
     /// Number of photons down the tubes.
     pub photons: u64,
     /// Number of paths from each sensor.
@@ -67,17 +67,17 @@ pub struct Sizes {
     pub per_pixel: u32,
 }
 
-impl Sizes {
+impl SampleCounts {
     /// Returns the number of photons of a pass for a relative standard error `target`, or with views.
     pub fn photons(target: f64, tubes: &[TraceableTube], views: bool) -> u64 {
-        let of_lamps = photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS);
-        let beside = photons_beside(tubes, target).min(MOST_BESIDE);
-        power_of_two(if views { MOST_PHOTONS } else { of_lamps.max(beside) })
+        let of_lambertian = photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS);
+        let directional = directional_photons(tubes, target).min(MOST_DIRECTIONAL);
+        power_of_two(if views { MOST_PHOTONS } else { of_lambertian.max(directional) })
     }
 
     /// Returns the largest number of photons of a pass, where the document does not set it.
     pub const fn most_photons() -> f64 {
-        MOST_BESIDE
+        MOST_DIRECTIONAL
     }
 
     /// Returns the number of connections to an opening that something may hide.
@@ -91,7 +91,7 @@ impl Sizes {
     }
 
     /// Sizes of a small trial of how much sensors differ from pass to pass.
-    pub const TRIED: Self = Self { photons: 0, per_sensor: 16, beyond: 4, per_opening: 4, per_pixel: 0 };
+    pub const TRIAL: Self = Self { photons: 0, per_sensor: 16, beyond: 4, per_opening: 4, per_pixel: 0 };
 
     /// Returns the factor, at most 1, by which edges of patches should be shorter, so that the coarse solution, which took `rays` rays, has
     /// its fraction of the time of a job with this number of sensors and pixels.
@@ -105,29 +105,29 @@ impl Sizes {
     /// Returns these sizes with the paths, connections and photons that the spread of the tried sensors, some of `all` below this number of
     /// `tubes`, requires: of all divisions of the squared error between gathered, residual and partly hidden light, the one that takes the
     /// least time.
-    pub fn tried(self, target: f64, spread: Spread, (all, tubes): (usize, usize)) -> Self {
+    pub fn tried(self, target: f64, spread: RelativeVariances, (all, tubes): (usize, usize)) -> Self {
         // the residual counts in a sensor's error as far as sensors do not share its estimate
         let beyond = spread.beyond * (DIFFERENT + 1.0 / (all.max(1) as f64).sqrt()).min(1.0);
         let variance = PASSES * SHARE_OF_PATHS * target * target;
         let of = |part: u32| variance * f64::from(part) / f64::from(DIVISIONS);
-        let divided = |[gathered, beside]: [u32; 2]| {
+        let divided = |[gathered, residual]: [u32; 2]| {
             let fewer = libm::pow(spread.gathered / of(gathered), 1.0 / GAIN_OF_EVEN);
-            let beyond = (beyond / of(beside)).clamp(1.0, MOST_PATHS);
-            let paths = (f64::from(Self::TRIED.per_sensor) * fewer).max(beyond).clamp(FEWEST_PATHS, MOST_PATHS);
+            let beyond = (beyond / of(residual)).clamp(1.0, MOST_PATHS);
+            let paths = (f64::from(Self::TRIAL.per_sensor) * fewer).max(beyond).clamp(FEWEST_PATHS, MOST_PATHS);
             let connections = match spread.hidden {
                 0.0 => 0.0,
                 hidden => {
-                    let fewer = libm::pow(hidden / of(DIVISIONS - gathered - beside), 1.0 / GAIN_OF_CONNECTIONS);
-                    f64::from(Self::TRIED.per_opening) * fewer
+                    let fewer = libm::pow(hidden / of(DIVISIONS - gathered - residual), 1.0 / GAIN_OF_CONNECTIONS);
+                    f64::from(Self::TRIAL.per_opening) * fewer
                 }
             };
             [paths, beyond, connections.clamp(f64::from(self.per_opening), MOST_PER_OPENING)]
         };
         let time = |[paths, beyond, connections]: &[f64; 3]| {
-            paths + TIME_BEYOND * beyond + TIME_OF_CONNECTION * spread.ways * connections
+            paths + TIME_BEYOND * beyond + TIME_OF_CONNECTION * spread.hidden_sources * connections
         };
         let of_hidden = u32::from(spread.hidden > 0.0);
-        let rest = |gathered: u32| (1..=DIVISIONS - gathered - of_hidden).map(move |beside| [gathered, beside]);
+        let rest = |gathered: u32| (1..=DIVISIONS - gathered - of_hidden).map(move |residual| [gathered, residual]);
         let all = (1..DIVISIONS - of_hidden).flat_map(rest).map(divided);
         let least = all.min_by(|one, other| time(one).total_cmp(&time(other)));
         let [per_sensor, beyond, per_opening] =
@@ -142,7 +142,7 @@ const DIVISIONS: u32 = 16;
 
 /// Values of a sensor in some passes by the sizes of a trial, in lx.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tried {
+pub struct TrialValues {
     /// Illuminance by all light.
     pub lux: Moments,
     /// Part that surfaces reflect by the coarse solution.
@@ -154,10 +154,10 @@ pub struct Tried {
     /// Variance in lx2 by light that boxes partly hide, with one photon of each opening.
     pub by_one_photon: f64,
     /// Number of openings, luminaires and chains of mirrors to each of which the sensor has several connections.
-    pub ways: f64,
+    pub hidden_sources: f64,
 }
 
-impl Tried {
+impl TrialValues {
     /// Adds the values of a sensor in one pass.
     pub fn push(&mut self, grid: &GridPass, sensor: usize) {
         let [lux, gathered, beyond] = [&grid.illuminance, &grid.gathered, &grid.residual].map(|values| values[sensor]);
@@ -170,7 +170,7 @@ impl Tried {
 
 /// Variances relative to the squared illuminance of a sensor: means over some sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
+pub struct RelativeVariances {
     /// Variance of the gathered part, by the number of paths of the trial.
     pub gathered: f64,
     /// Variance of the residual, by one path.
@@ -178,27 +178,27 @@ pub struct Spread {
     /// Variance of the direct light, by the number of connections of the trial.
     pub hidden: f64,
     /// Number of openings, luminaires and chains of mirrors to each of which a sensor has several connections.
-    pub ways: f64,
+    pub hidden_sources: f64,
     /// Variance by light that boxes partly hide, with one photon of each opening.
     pub by_one_photon: f64,
 }
 
-impl Spread {
+impl RelativeVariances {
     /// Computes the spread of sensors; `None` if none of them is lit.
-    pub fn of(sensors: impl Iterator<Item = Tried>) -> Option<Self> {
-        let [mut gathered, mut beyond, mut hidden, mut ways, mut by_one_photon] = [Moments::default(); 5];
+    pub fn of(sensors: impl Iterator<Item = TrialValues>) -> Option<Self> {
+        let [mut gathered, mut beyond, mut hidden, mut hidden_sources, mut by_one_photon] = [Moments::default(); 5];
         for tried in sensors.filter(|tried| tried.lux.mean > 0.0) {
             let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.lux.mean.powi(2);
             gathered.push(relative(tried.gathered));
-            beyond.push(relative(tried.beyond) * f64::from(Sizes::TRIED.beyond));
+            beyond.push(relative(tried.beyond) * f64::from(SampleCounts::TRIAL.beyond));
             hidden.push(relative(tried.straight));
-            ways.push(tried.ways);
+            hidden_sources.push(tried.hidden_sources);
             by_one_photon.push(tried.by_one_photon / tried.lux.mean.powi(2));
         }
         let is_lit = gathered.count > 0.0;
-        let [gathered, beyond, hidden, ways, by_one_photon] =
-            [gathered, beyond, hidden, ways, by_one_photon].map(|all| all.mean);
-        is_lit.then_some(Self { gathered, beyond, hidden, ways, by_one_photon })
+        let [gathered, beyond, hidden, hidden_sources, by_one_photon] =
+            [gathered, beyond, hidden, hidden_sources, by_one_photon].map(|all| all.mean);
+        is_lit.then_some(Self { gathered, beyond, hidden, hidden_sources, by_one_photon })
     }
 }
 
@@ -206,28 +206,30 @@ impl Spread {
 mod tests {
     use super::*;
 
-    const NONE: Sizes = Sizes { photons: 64, per_sensor: 1, beyond: 1, per_opening: 4, per_pixel: 1 };
+    const NONE: SampleCounts = SampleCounts { photons: 64, per_sensor: 1, beyond: 1, per_opening: 4, per_pixel: 1 };
 
     /// Checks values computed by hand: 4.8 (1 %)^2 may be divided; gathered light alone takes 15/16 of it, and (16/15)^(1/1.4) as many
     /// paths as were tried, which would be enough if it had all; half the error takes 4^(1/1.4) as many; a residual that many sensors share
     /// takes fewer paths of each; bounds hold.
     #[test]
     fn paths_follow_from_what_is_tried() {
-        let spread = Spread { gathered: 4.8e-4, beyond: 0.0, hidden: 0.0, ways: 0.0, by_one_photon: 0.0 };
-        let tried = |target: f64, spread: Spread, all: usize| NONE.tried(target, spread, (all, 1));
+        let spread =
+            RelativeVariances { gathered: 4.8e-4, beyond: 0.0, hidden: 0.0, hidden_sources: 0.0, by_one_photon: 0.0 };
+        let tried = |target: f64, spread: RelativeVariances, all: usize| NONE.tried(target, spread, (all, 1));
         assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [17, 45]);
-        assert_eq!(tried(0.1, spread, 81), Sizes { per_sensor: 4, beyond: 1, ..NONE });
-        let noisy = Spread { beyond: 0.1, ..spread };
+        assert_eq!(tried(0.1, spread, 81), SampleCounts { per_sensor: 4, beyond: 1, ..NONE });
+        let noisy = RelativeVariances { beyond: 0.1, ..spread };
         let [one, many] = [1, 10_000].map(|all| tried(0.02, noisy, all));
         assert!(one.beyond > 3 * many.beyond && one.per_sensor >= many.per_sensor, "{one:?} {many:?}");
-        assert_eq!(tried(1e-6, noisy, 1), Sizes { per_sensor: 1024, beyond: 1024, ..NONE });
+        assert_eq!(tried(1e-6, noisy, 1), SampleCounts { per_sensor: 1024, beyond: 1024, ..NONE });
         // connections that cost nothing are many and leave the error to paths; dear ones are few
-        let hidden = Spread { hidden: 4.8e-4, ways: 1e-9, ..spread };
-        let [free, dear] = [hidden, Spread { ways: 40.0, ..hidden }].map(|spread| tried(0.005, spread, 81));
+        let hidden = RelativeVariances { hidden: 4.8e-4, hidden_sources: 1e-9, ..spread };
+        let [free, dear] =
+            [hidden, RelativeVariances { hidden_sources: 40.0, ..hidden }].map(|spread| tried(0.005, spread, 81));
         assert!(free.per_opening > dear.per_opening && free.per_sensor < dear.per_sensor, "{free:?} {dear:?}");
         // by hand: a sixteenth of the error for what boxes hide in part
-        let beside = tried(0.01, Spread { by_one_photon: 4.8e-4 / 16.0 * 100.0, ..spread }, 81);
-        assert_eq!(beside, Sizes { photons: 128, ..tried(0.01, spread, 81) });
+        let many_photons = tried(0.01, RelativeVariances { by_one_photon: 4.8e-4 / 16.0 * 100.0, ..spread }, 81);
+        assert_eq!(many_photons, SampleCounts { photons: 128, ..tried(0.01, spread, 81) });
         assert!(dear.per_opening >= 4 && tried(0.01, spread, 81).per_opening == 4);
     }
 
@@ -240,11 +242,19 @@ mod tests {
             moments
         };
         let part = of([1.0, 3.0]);
-        let dark = Tried { lux: of([0.0, 0.0]), ..Tried::default() };
+        let dark = TrialValues { lux: of([0.0, 0.0]), ..TrialValues::default() };
         let by_one_photon = 8.0;
-        let lit = Tried { lux: of([2.0, 2.0]), gathered: part, beyond: part, straight: part, ways: 3.0, by_one_photon };
-        let spread = Spread { gathered: 0.5, beyond: 2.0, hidden: 0.5, ways: 3.0, by_one_photon: 2.0 };
-        assert_eq!(Spread::of([lit, dark].into_iter()).unwrap(), spread);
-        assert_eq!(Spread::of(std::iter::once(dark)), None);
+        let lit = TrialValues {
+            lux: of([2.0, 2.0]),
+            gathered: part,
+            beyond: part,
+            straight: part,
+            hidden_sources: 3.0,
+            by_one_photon,
+        };
+        let spread =
+            RelativeVariances { gathered: 0.5, beyond: 2.0, hidden: 0.5, hidden_sources: 3.0, by_one_photon: 2.0 };
+        assert_eq!(RelativeVariances::of([lit, dark].into_iter()).unwrap(), spread);
+        assert_eq!(RelativeVariances::of(std::iter::once(dark)), None);
     }
 }

@@ -36,7 +36,7 @@ pub enum RoomObject {
 
 /// Parts of a grid that solids take.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Taken {
+pub struct OccupiedParts {
     /// Free fraction of each sensor, as in [`Grid::free`]; empty where nothing is taken.
     pub free: Vec<f64>,
     /// Fraction of the area of each sensor's cell that lies in the room, as in [`Grid::area`]; empty where that is all of every cell.
@@ -45,7 +45,7 @@ pub struct Taken {
     pub by: Vec<RoomObject>,
 }
 
-impl Taken {
+impl OccupiedParts {
     /// Returns the number of sensors outside the room or inside solids; a cell counts where nothing of it is free.
     pub fn without_value(&self) -> usize {
         self.free.iter().filter(|free| **free == 0.0).count()
@@ -75,10 +75,10 @@ impl Taken {
         }
         for row in 0..grid.cells[1] {
             let sensors = row * grid.cells[0]..(row + 1) * grid.cells[0];
-            let shares = &mut free[sensors];
+            let free_parts = &mut free[sensors];
             match grid.estimate {
-                EstimateKind::Point => take_points(grid, row, &covers, tolerance, shares, &mut by),
-                EstimateKind::CellAverage => take_cells(grid, row, &covers, tolerance, shares, &mut by),
+                EstimateKind::Point => take_points(grid, row, &covers, tolerance, free_parts, &mut by),
+                EstimateKind::CellAverage => take_cells(grid, row, &covers, tolerance, free_parts, &mut by),
             }
         }
         by.sort_unstable();
@@ -113,7 +113,7 @@ impl Taken {
 
 /// Lists the objects of a scene inside which a point of its room lies, boxes first.
 pub fn solids_around(scene: &Scene, point: DVec3) -> Vec<RoomObject> {
-    Taken::of(scene, &single_point(scene, point)).by
+    OccupiedParts::of(scene, &single_point(scene, point)).by
 }
 
 /// Returns a grid of one point sensor.
@@ -304,11 +304,11 @@ fn take_cells(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: &
             continue;
         }
         let area = grid.cell_area_m2();
-        let share = 1.0 - enclosed_area(&covered(&rectangle(low, high), &parts, tolerance)) / area;
-        *free = match *free + share - 1.0 {
-            share if share < LEAST_SHARE => 0.0,
-            share if share > 1.0 - LEAST_SHARE => continue,
-            share => share,
+        let fraction = 1.0 - enclosed_area(&covered(&rectangle(low, high), &parts, tolerance)) / area;
+        *free = match *free + fraction - 1.0 {
+            fraction if fraction < LEAST_SHARE => 0.0,
+            fraction if fraction > 1.0 - LEAST_SHARE => continue,
+            fraction => fraction,
         };
         by.extend(takers);
         by.sort_unstable();

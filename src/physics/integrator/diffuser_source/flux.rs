@@ -8,9 +8,9 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
 
-use super::beside::is_lamp;
-use super::cells::{CELLS, Leaving, cell, middle};
-use super::light::{Part, leaving};
+use super::cells::{CELLS, Emitted, cell, middle};
+use super::closure_source::is_lambertian;
+use super::light::{EmittedPart, emitted};
 use crate::integrator::photon::emission::Emission;
 use crate::sampling::{Key, Stream};
 use crate::statistics::Moments;
@@ -85,12 +85,12 @@ pub fn patched_flux(
     let emission = Emission::of_daylight(scene, PHOTONS);
     for pass in 0..MOST_PASSES {
         let key = key.stream(Stream::Pass, pass);
-        let traced = |part: Part| leaving::<3>(scene, &emission, key, part, cancel).ok_or(NoFlux::Cancelled);
-        let (photons, account) = traced(Part::All)?;
-        if let Some(photon) = account.not_finite {
+        let traced = |part: EmittedPart| emitted::<3>(scene, &emission, key, part, cancel).ok_or(NoFlux::Cancelled);
+        let (photons, totals) = traced(EmittedPart::All)?;
+        if let Some(photon) = totals.not_finite {
             return Err(NoFlux::NotFinite { pass, photon });
         }
-        let by_patches = |photons: &[Vec<Leaving<3>>]| {
+        let by_patches = |photons: &[Vec<Emitted<3>>]| {
             let mut patches = [0.0; CELLS];
             for photon in photons.iter().take(1).flatten() {
                 patches[cell(photon.position - tube.origin.truncate(), tube.opening_radius)] += photon.flux.luminance();
@@ -99,10 +99,10 @@ pub fn patched_flux(
         };
         let patches = by_patches(&photons);
         // the same photons are traced once more
-        let evenly = if is_lamp(tube) { patches } else { by_patches(&traced(Part::Evenly)?.0) };
+        let evenly = if is_lambertian(tube) { patches } else { by_patches(&traced(EmittedPart::Evenly)?.0) };
         sum.patches.iter_mut().zip(patches).for_each(|(moments, flux)| moments.push(flux));
         sum.patches_evenly.iter_mut().zip(evenly).for_each(|(moments, flux)| moments.push(flux));
-        let [fluxes, ..] = &account.tubes[..] else { return Ok(sum) };
+        let [fluxes, ..] = &totals.tubes[..] else { return Ok(sum) };
         sum.at_collector.push(fluxes.at_collector);
         sum.at_diffuser.push(fluxes.at_diffuser);
         sum.into_room.push(fluxes.into_room);

@@ -31,7 +31,7 @@ pub struct TubeLight<const C: usize> {
     /// Radius of the opening in m.
     pub radius: f64,
     /// Photons that leave, sorted by cells.
-    pub photons: Vec<Leaving<C>>,
+    pub photons: Vec<Emitted<C>>,
     /// Differences of the exitance of each ring (lm/m2) to that of the next one outward.
     steps: [Spectrum<C>; RINGS],
     /// Points that represent the differences of the cells, which are the sectors of rings.
@@ -39,13 +39,13 @@ pub struct TubeLight<const C: usize> {
     /// Differences of the flux of each cell to the mean of its ring, in lm, by channels.
     differences: [[f64; CELLS]; C],
     /// Photons with their cells, each repeated in proportion to its flux; each represents the whole flux, and their mean is unbiased.
-    pub choices: Vec<(Leaving<C>, usize)>,
+    pub choices: Vec<(Emitted<C>, usize)>,
     vectors: pulp::Arch,
 }
 
 /// Light that leaves a diffuser at a point, as from a Lambertian surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Leaving<const C: usize> {
+pub struct Emitted<const C: usize> {
     /// Position in the ceiling plane in m.
     pub position: DVec2,
     /// Flux in lm.
@@ -54,10 +54,10 @@ pub struct Leaving<const C: usize> {
 
 impl<const C: usize> TubeLight<C> {
     /// Sorts the photons that leave a tube's diffuser into cells; `start` in 0..1 is where the choice among them begins.
-    pub fn new(tube: &TraceableTube, photons: Vec<Leaving<C>>, start: f64) -> Self {
+    pub fn new(tube: &TraceableTube, photons: Vec<Emitted<C>>, start: f64) -> Self {
         let (origin, radius) = (tube.origin, tube.opening_radius);
         // neighbours in space are neighbours in the list, so that uniform numbers choose them uniformly
-        let mut cells: [Vec<Leaving<C>>; CELLS] = std::array::from_fn(|_| Vec::new());
+        let mut cells: [Vec<Emitted<C>>; CELLS] = std::array::from_fn(|_| Vec::new());
         for photon in photons {
             let away = photon.position - origin.truncate();
             cells[cell(away, radius)].push(photon);
@@ -103,7 +103,7 @@ impl<const C: usize> TubeLight<C> {
     }
 
     /// Returns a photon chosen by a number in 0..1, with the flux of all; `None` without light.
-    pub fn choice(&self, number: f64) -> Option<&(Leaving<C>, usize)> {
+    pub fn choice(&self, number: f64) -> Option<&(Emitted<C>, usize)> {
         self.choices.get((number * self.choices.len() as f64) as usize)
     }
 
@@ -124,8 +124,8 @@ impl<const C: usize> TubeLight<C> {
     /// left out by rings and cells.
     pub fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
         let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
-        let receiver = Receiver::new(position, normal, self.origin);
-        let (discs, points, mut sum) = self.vectors.dispatch(Parts { light: self, receiver: &receiver });
+        let receiver = DiscReceiver::new(position, normal, self.origin);
+        let (discs, points, mut sum) = self.vectors.dispatch(DiscParts { light: self, receiver: &receiver });
         for (step, disc) in self.steps.iter().zip(&discs) {
             sum += *step * *disc;
         }
@@ -143,12 +143,12 @@ impl<const C: usize> TubeLight<C> {
 const LANES: usize = 4;
 
 /// Vectorized computation of the light that a receiver gets from every ring's disc and from every cell's point.
-struct Parts<'a, const C: usize> {
+struct DiscParts<'a, const C: usize> {
     light: &'a TubeLight<C>,
-    receiver: &'a Receiver,
+    receiver: &'a DiscReceiver,
 }
 
-impl<const C: usize> pulp::NullaryFnOnce for Parts<'_, C> {
+impl<const C: usize> pulp::NullaryFnOnce for DiscParts<'_, C> {
     /// Illuminance of the discs per unit exitance, of the points per lumen, and of all points by their differences.
     type Output = ([f64; RINGS], [f64; CELLS], Spectrum<C>);
 
@@ -177,19 +177,19 @@ impl<const C: usize> pulp::NullaryFnOnce for Parts<'_, C> {
 }
 
 /// Chooses photons by systematic resampling: every choice has the same luminous flux, and the mean of all is the whole. `start` in 0..1.
-fn choose<const C: usize>(cells: &[Vec<Leaving<C>>; CELLS], start: f64) -> Vec<(Leaving<C>, usize)> {
+fn choose<const C: usize>(cells: &[Vec<Emitted<C>>; CELLS], start: f64) -> Vec<(Emitted<C>, usize)> {
     let all = || cells.iter().enumerate().flat_map(|(cell, photons)| photons.iter().map(move |photon| (photon, cell)));
     let total: f64 = all().map(|(photon, _)| photon.flux.luminance()).sum();
     let count = all().count().min(MOST_CHOICES);
-    let share = total / count as f64;
+    let fraction = total / count as f64;
     let mut choices = Vec::new();
     let mut reached = 0.0;
     for (photon, cell) in all() {
         let luminous = photon.flux.luminance();
         reached += luminous;
-        while choices.len() < count && (choices.len() as f64 + start) * share < reached {
+        while choices.len() < count && (choices.len() as f64 + start) * fraction < reached {
             let flux = photon.flux * (total / luminous);
-            choices.push((Leaving { position: photon.position, flux }, cell));
+            choices.push((Emitted { position: photon.position, flux }, cell));
         }
     }
     choices
@@ -249,7 +249,7 @@ pub fn is_far(origin: DVec3, radius: f64, position: DVec3, reach: f64) -> bool {
 }
 
 /// Surface that receives light from a disc in the ceiling.
-pub struct Receiver {
+pub struct DiscReceiver {
     position: DVec3,
     normal: DVec3,
     /// Height of the disc above the receiver in m.
@@ -260,12 +260,12 @@ pub struct Receiver {
     toward_axis: f64,
 }
 
-impl Receiver {
+impl DiscReceiver {
     /// Makes a receiver at `position`, of unit `normal`, for a disc around `centre`.
     pub fn new(position: DVec3, normal: DVec3, centre: DVec3) -> Self {
-        let way = (centre - position).truncate();
-        let offset = way.length();
-        let toward_axis = if offset > 0.0 { normal.truncate().dot(way) / offset } else { 0.0 };
+        let to_axis = (centre - position).truncate();
+        let offset = to_axis.length();
+        let toward_axis = if offset > 0.0 { normal.truncate().dot(to_axis) / offset } else { 0.0 };
         Self { position, normal, depth: centre.z - position.z, offset, toward_axis }
     }
 
@@ -282,12 +282,12 @@ impl Receiver {
     }
 }
 
-/// Returns the illuminance of a surface of unit `normal` per lumen from a point of the ceiling plane, `way` from it: cos(theta) cos(theta')
-/// / (pi d^2).
+/// Returns the illuminance of a surface of unit `normal` per lumen from a point of the ceiling plane, `to_light` from it: cos(theta)
+/// cos(theta') / (pi d^2).
 #[inline(always)]
-pub fn per_lumen(way: DVec3, normal: DVec3) -> f64 {
-    let distance_squared = way.length_squared();
-    way.dot(normal) * way.z / (PI * distance_squared * distance_squared)
+pub fn per_lumen(to_light: DVec3, normal: DVec3) -> f64 {
+    let distance_squared = to_light.length_squared();
+    to_light.dot(normal) * to_light.z / (PI * distance_squared * distance_squared)
 }
 
 #[cfg(test)]
@@ -300,7 +300,7 @@ mod tests {
     const RADIUS: f64 = 0.127;
 
     /// Integrates over a disc in the plane z = `depth` by the midpoint rule, in `n` steps of squared radius and of angle.
-    fn quadrature(receiver: &Receiver, centre: DVec2, radius: f64, n: usize) -> f64 {
+    fn quadrature(receiver: &DiscReceiver, centre: DVec2, radius: f64, n: usize) -> f64 {
         let mut sum = 0.0;
         for i in 0..n {
             let r = radius * ((i as f64 + 0.5) / n as f64).sqrt();
@@ -342,7 +342,7 @@ mod tests {
             (0.8, 0.5, leaning),
         ] {
             let (position, centre) = (DVec3::new(offset, 0.0, 0.0), DVec3::new(0.0, 0.0, depth));
-            let receiver = Receiver::new(position, normal, centre);
+            let receiver = DiscReceiver::new(position, normal, centre);
             let expected = quadrature(&receiver, DVec2::ZERO, RADIUS, 300);
             let found = receiver.disc(RADIUS);
             assert!((found / expected - 1.0).abs() < 2e-5, "{depth} {offset} {normal}: {found} {expected}");
@@ -354,7 +354,7 @@ mod tests {
     fn a_small_disc_far_away_is_a_point() {
         let radius = 0.001;
         for normal in [DVec3::Z, DVec3::NEG_X, DVec3::new(-0.6, 0.0, 0.8)] {
-            let receiver = Receiver::new(DVec3::new(100.0, 0.0, 0.0), normal, DVec3::new(0.0, 0.0, 100.0));
+            let receiver = DiscReceiver::new(DVec3::new(100.0, 0.0, 0.0), normal, DVec3::new(0.0, 0.0, 100.0));
             let per_area = receiver.point(DVec2::ZERO);
             let whole = receiver.disc(radius) / (PI * radius * radius);
             assert!((whole / per_area - 1.0).abs() < 1e-9, "{normal}: {whole} {per_area}");
@@ -365,13 +365,13 @@ mod tests {
     }
 
     /// Makes photons in a lopsided pattern: twice as dense on one side, and denser toward the middle.
-    fn lopsided(count: usize, centre: DVec2) -> Vec<Leaving<3>> {
+    fn lopsided(count: usize, centre: DVec2) -> Vec<Emitted<3>> {
         let (replicate, _) = Replicate::of(Key::new(5), 0);
         let photon = |k: usize| {
             let [u, v, w, _] = replicate.point(k as u16, 0);
             let angle = if w < 2.0 / 3.0 { PI * v } else { -PI * v };
             let position = centre + DVec2::from_angle(angle) * RADIUS * u.powf(0.6);
-            Leaving { position, flux: Spectrum([1.0, 2.0, 0.5]) * (1.0 / count as f64) }
+            Emitted { position, flux: Spectrum([1.0, 2.0, 0.5]) * (1.0 / count as f64) }
         };
         (0..count).map(photon).collect()
     }
@@ -408,7 +408,7 @@ mod tests {
             (DVec3::new(0.0, 1.0, 1.8), DVec3::X),
             (DVec3::new(1.3, 1.25, 2.3), DVec3::NEG_X),
         ] {
-            let receiver = Receiver::new(position, normal, origin);
+            let receiver = DiscReceiver::new(position, normal, origin);
             let mut truth = Spectrum::ZERO;
             photons.iter().for_each(|photon| truth += photon.flux * receiver.point(photon.position));
             let (mut mean, mut spread, mut alone) = (Spectrum::ZERO, 0.0, 0.0);

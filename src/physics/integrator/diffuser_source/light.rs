@@ -17,22 +17,22 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 
-use super::books;
-use super::cells::{Leaving, TubeLight, per_lumen};
-use super::sight::{Sight, sight};
-use crate::integrator::backward::daylight::FollowedThroughLamps;
-use crate::integrator::backward::next_event::{Daylight, Way};
+use super::cells::{Emitted, TubeLight, per_lumen};
+use super::opening_visibility::{OpeningVisibility, opening_visibility};
+use super::room_balance;
+use crate::integrator::backward::daylight::ScatteredDaylight;
+use crate::integrator::backward::next_event::{Daylight, PathState};
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::descent::{Entering, Exit, descend_by};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
-use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::energy_balance::PhotonTotals;
 use crate::integrator::radiosity::Solution;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::scene::Sensor;
-use crate::traceable::{Openings, SurfaceId, TraceableScene, TraceableTube, WayByMirrors};
+use crate::traceable::{MirrorPath, Openings, SurfaceId, TraceableScene, TraceableTube};
 
 /// Number of photons that a vertex is connected to where there is no closed form.
 const CONNECTIONS: usize = 2;
@@ -41,21 +41,21 @@ const CONNECTIONS: usize = 2;
 const LEAST_POWER: f64 = 1e-3;
 
 /// Number of photons that go down a tube together.
-const AT_ONCE: usize = 64;
+const PACKET: usize = 64;
 
-/// Photons that leave the closure of each tube, for some of a pass' photons, and their account.
-pub type Sums<const C: usize> = (Vec<Vec<Leaving<C>>>, Account);
+/// Photons that leave the closure of each tube, for some of a pass' photons, and their totals.
+pub type EmittedSums<const C: usize> = (Vec<Vec<Emitted<C>>>, PhotonTotals);
 
-impl<const C: usize> Tally for Sums<C> {
+impl<const C: usize> Tally for EmittedSums<C> {
     fn is_finite(&self) -> bool {
-        let is_finite = |photon: &Leaving<C>| photon.position.is_finite() && photon.flux.is_finite();
+        let is_finite = |photon: &Emitted<C>| photon.position.is_finite() && photon.flux.is_finite();
         self.0.iter().flatten().all(is_finite) && self.1.is_finite()
     }
 }
 
 /// Part of the light that leaves a closure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum EmittedPart {
     /// All light that leaves.
     All,
     /// Light that leaves as from a Lambertian surface.
@@ -64,25 +64,25 @@ pub enum Part {
 
 /// Computes the light that leaves the closure of each tube in one pass, all or a part of it, with the fluxes of the tubes, and the energy
 /// balance of all but the light that enters the room; `None` when cancelled.
-pub fn leaving<const C: usize>(
+pub fn emitted<const C: usize>(
     scene: &TraceableScene,
     emission: &Emission,
     pass: Key,
-    part: Part,
+    part: EmittedPart,
     cancel: &AtomicBool,
-) -> Option<Sums<C>> {
+) -> Option<EmittedSums<C>> {
     let chunk = |numbers: Range<u64>| {
-        let mut sums = (vec![Vec::new(); scene.tubes.len()], Account::new(scene.tubes.len()));
+        let mut sums = (vec![Vec::new(); scene.tubes.len()], PhotonTotals::new(scene.tubes.len()));
         let mut tube_photons = |tube, photons: &mut Vec<_>| {
-            leave(scene, part, tube, photons, &mut sums);
+            add_emitted(scene, part, tube, photons, &mut sums);
             photons.clear();
         };
-        let (mut tube_before, mut photons) = (0, Vec::with_capacity(AT_ONCE));
+        let (mut tube_before, mut photons) = (0, Vec::with_capacity(PACKET));
         for number in numbers {
             if let (Some(EmittedPhoton { start: Start::Tube(tube), position, direction, flux, .. }), samples) =
                 emission.photon(scene, pass, number)
             {
-                if tube != tube_before || photons.len() == AT_ONCE {
+                if tube != tube_before || photons.len() == PACKET {
                     tube_photons(tube_before, &mut photons);
                     tube_before = tube;
                 }
@@ -92,32 +92,37 @@ pub fn leaving<const C: usize>(
         tube_photons(tube_before, &mut photons);
         sums
     };
-    let mut account = Account::new(scene.tubes.len());
-    let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); scene.tubes.len()];
-    let folded =
-        fold_chunks(Chunks::of_short_paths(emission.photons()), 0, cancel, chunk, |(leaving, of_chunk): Sums<C>| {
-            account.add(&of_chunk);
-            all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
-        })?;
-    account.not_finite = folded.not_finite;
-    Some((all, account))
+    let mut totals = PhotonTotals::new(scene.tubes.len());
+    let mut all: Vec<Vec<Emitted<C>>> = vec![Vec::new(); scene.tubes.len()];
+    let folded = fold_chunks(
+        Chunks::of_short_paths(emission.photons()),
+        0,
+        cancel,
+        chunk,
+        |(emitted, of_chunk): EmittedSums<C>| {
+            totals.add(&of_chunk);
+            all.iter_mut().zip(emitted).for_each(|(all, emitted)| all.extend(emitted));
+        },
+    )?;
+    totals.not_finite = folded.not_finite;
+    Some((all, totals))
 }
 
 /// Adds the light that some photons send from the closure of the tube with number `tube` to the sums.
-fn leave<const C: usize>(
+fn add_emitted<const C: usize>(
     scene: &TraceableScene,
-    part: Part,
+    part: EmittedPart,
     tube: usize,
     photons: &mut [(Entering, PathSamples)],
-    (leaving, account): &mut Sums<C>,
+    (emitted, totals): &mut EmittedSums<C>,
 ) {
-    let Account { tubes: fluxes, rays, ledger, .. } = account;
-    let (of_tube, leaving, fluxes) = (&scene.tubes[tube], &mut leaving[tube], &mut fluxes[tube]);
+    let PhotonTotals { tubes: fluxes, rays, energy, .. } = totals;
+    let (of_tube, emitted, fluxes) = (&scene.tubes[tube], &mut emitted[tube], &mut fluxes[tube]);
     let entering: Vec<_> = photons.iter().map(|(entering, _)| (entering.position, entering.direction)).collect();
-    let ways = of_tube.guide.down_together(&entering);
+    let transits = of_tube.guide.down_packet(&entering);
     for (number, (entering, samples)) in photons.iter_mut().enumerate() {
-        let way = ways.as_ref().and_then(|ways| ways.get(number));
-        let way = way
+        let transit = transits.as_ref().and_then(|transits| transits.get(number));
+        let transit = transit
             .copied()
             .unwrap_or_else(|| of_tube.guide.down(entering.position, entering.direction, &mut samples.random));
         let (mut into_room, mut evenly) = (0.0, 0.0);
@@ -125,10 +130,10 @@ fn leave<const C: usize>(
             let through = exit.into_room();
             into_room += through.luminance();
             evenly += exit.evenly().luminance();
-            let flux = if part == Part::All { through } else { exit.evenly() };
-            leaving.push(Leaving { position: exit.position.truncate(), flux });
+            let flux = if part == EmittedPart::All { through } else { exit.evenly() };
+            emitted.push(Emitted { position: exit.position.truncate(), flux });
         };
-        let descent = descend_by(way, scene, of_tube, *entering, samples, (rays, ledger), at_diffuser);
+        let descent = descend_by(transit, scene, of_tube, *entering, samples, (rays, energy), at_diffuser);
         fluxes.into_room += into_room;
         fluxes.evenly += evenly;
         fluxes.at_collector += descent.entered.luminance();
@@ -153,15 +158,15 @@ impl<const C: usize> DiffuserLight<C> {
         emission: &Emission,
         pass: Key,
         cancel: &AtomicBool,
-    ) -> Option<(Self, Account)> {
-        let (all, mut account) = leaving(scene, emission, pass, Part::All, cancel)?;
-        Some((Self::of(scene, all, pass, &mut account), account))
+    ) -> Option<(Self, PhotonTotals)> {
+        let (all, mut totals) = emitted(scene, emission, pass, EmittedPart::All, cancel)?;
+        Some((Self::of(scene, all, pass, &mut totals), totals))
     }
 
-    /// Makes the light of one pass from the photons that leave each closure evenly; their energy balance in the room is added to `account`.
-    pub fn of(scene: &TraceableScene, all: Vec<Vec<Leaving<C>>>, pass: Key, account: &mut Account) -> Self {
-        books::book_room(scene, &all, pass, account);
-        let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
+    /// Makes the light of one pass from the photons that leave each closure evenly; their energy balance in the room is added to `totals`.
+    pub fn of(scene: &TraceableScene, all: Vec<Vec<Emitted<C>>>, pass: Key, totals: &mut PhotonTotals) -> Self {
+        room_balance::add_room_balance(scene, &all, pass, totals);
+        let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Emitted<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };
         let tubes: Vec<TubeLight<C>> = scene.tubes.iter().zip(all).enumerate().map(light).collect();
@@ -212,7 +217,7 @@ impl<const C: usize> DiffuserLight<C> {
             return 0.0;
         }
         if normal != DVec3::Z {
-            let of = |photon: &Leaving<C>| {
+            let of = |photon: &Emitted<C>| {
                 photon.flux.luminance() * per_lumen(photon.position.extend(light.origin.z) - position, normal).max(0.0)
             };
             return light.photons.iter().map(of).sum();
@@ -247,16 +252,16 @@ impl<const C: usize> DiffuserLight<C> {
         chain: usize,
         (position, normal, surface): (DVec3, DVec3, Option<SurfaceId>),
         [opening, photon]: [f64; 2],
-    ) -> Option<(WayByMirrors<C>, Spectrum<C>)> {
+    ) -> Option<(MirrorPath<C>, Spectrum<C>)> {
         let (image, turned) = scene.mirrors.image(chain, (position, normal));
         let (tube, probability) = self.openings.choose(image, turned, opening)?;
         let light = &self.tubes[tube];
         let (photon, _) = light.choice(photon)?;
         let source = photon.position.extend(light.origin.z);
-        let way = scene.way_by_mirrors(chain, (position, surface), (source, None))?;
-        let squared = way.unfolded.length_squared();
-        let per_area = way.unfolded.z.max(0.0) / (PI * squared * squared.sqrt());
-        Some((way, photon.flux * way.reflectance * (per_area / probability)))
+        let path = scene.mirror_path(chain, (position, surface), (source, None))?;
+        let squared = path.unfolded.length_squared();
+        let per_area = path.unfolded.z.max(0.0) / (PI * squared * squared.sqrt());
+        Some((path, photon.flux * path.reflectance * (per_area / probability)))
     }
 }
 
@@ -268,18 +273,18 @@ const CONNECTIONS_BESIDE: u32 = 8;
 const FOLLOWED: f64 = 0.25;
 
 /// Estimator that follows the light of a whole opening: for narrow lobes, and for sensors, whose paths share it.
-const FOLLOWED_WHOLE: FollowedThroughLamps = FollowedThroughLamps { connections: 1, within: f64::INFINITY };
+const FOLLOWED_WHOLE: ScatteredDaylight = ScatteredDaylight { connections: 1, within: f64::INFINITY };
 
 impl<const C: usize> TubeLight<C> {
     /// Returns the estimator that follows the light of points of the opening very near to a vertex.
-    fn followed(&self) -> FollowedThroughLamps {
-        FollowedThroughLamps { connections: CONNECTIONS_BESIDE, within: FOLLOWED * self.radius }
+    fn followed(&self) -> ScatteredDaylight {
+        ScatteredDaylight { connections: CONNECTIONS_BESIDE, within: FOLLOWED * self.radius }
     }
 }
 
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     #[inline]
-    fn bright(&self) -> Option<&Solution<C>> {
+    fn coarse_solution(&self) -> Option<&Solution<C>> {
         self.reflected.as_ref().map(|(solution, _)| &**solution)
     }
 
@@ -290,9 +295,9 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     fn connect_by_mirrors(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, chain: usize) {
         let numbers = walk.samples.random.uniform2();
         let place = (vertex.position, vertex.normal, vertex.surface);
-        if let Some((way, light)) = self.by_mirrors(walk.scene, chain, place, numbers) {
-            walk.rays += way.rays;
-            let (response, _) = vertex.response(way.toward);
+        if let Some((path, light)) = self.by_mirrors(walk.scene, chain, place, numbers) {
+            walk.rays += path.rays;
+            let (response, _) = vertex.response(path.toward);
             walk.sum += response * light;
         }
     }
@@ -309,17 +314,17 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let light = &self.tubes[tube];
-        match sight(walk.scene, vertex, light.origin, light.radius) {
-            Sight::ByRays => return FOLLOWED_WHOLE.connect(walk, vertex, tube),
-            Sight::Never => return,
-            Sight::Whole(albedo) => {
+        match opening_visibility(walk.scene, vertex, light.origin, light.radius) {
+            OpeningVisibility::ByRays => return FOLLOWED_WHOLE.connect(walk, vertex, tube),
+            OpeningVisibility::Never => return,
+            OpeningVisibility::Whole(albedo) => {
                 if !light.choices.is_empty() {
                     let number = walk.samples.random.uniform();
                     walk.sum += albedo * light.seen_by(walk.met, vertex.position, vertex.normal, number) * (1.0 / PI);
                 }
                 return;
             }
-            Sight::InPart => {}
+            OpeningVisibility::InPart => {}
         }
         let followed = light.followed();
         Daylight::<C>::connect(&followed, walk, vertex, tube);
@@ -327,31 +332,31 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         for number in numbers {
             let Some((photon, _)) = light.choice(number) else { continue };
             let source = photon.position.extend(light.origin.z);
-            let way = source - vertex.position;
-            let distance_squared = way.length_squared();
+            let to_light = source - vertex.position;
+            let distance_squared = to_light.length_squared();
             if distance_squared < followed.within * followed.within {
                 continue;
             }
             if let Some((response, _)) = walk.respond(vertex, source, None) {
-                let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
+                let per_area = to_light.z / (PI * distance_squared * distance_squared.sqrt());
                 walk.sum += response * photon.flux * (per_area / CONNECTIONS as f64);
             }
         }
     }
 
-    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
-        match way.last {
+    fn sky_weight(&self, scene: &TraceableScene, tube: usize, state: &PathState, position: DVec3) -> Option<f64> {
+        match state.last {
             // by mirrors vertices are connected to photons at any distance
             Some(last) if last.chain.is_some() => None,
             Some(last) if last.narrow || (last.is_sensor && !self.tubes[tube].is_far(last.position, 0.0)) => {
-                Daylight::<C>::found_share(&FOLLOWED_WHOLE, scene, tube, way, position)
+                Daylight::<C>::sky_weight(&FOLLOWED_WHOLE, scene, tube, state, position)
             }
             Some(last) if last.is_sensor => None,
-            Some(_) => Daylight::<C>::found_share(&self.tubes[tube].followed(), scene, tube, way, position),
+            Some(_) => Daylight::<C>::sky_weight(&self.tubes[tube].followed(), scene, tube, state, position),
             // light that passes unscattered is not Lambertian light
             None if scene.tubes[tube].closure_at(position).unscattered::<C>().is_some() => None,
             // photons are connected to the eye directly, but not by mirrors
-            None => (!way.from_eye).then_some(1.0),
+            None => (!state.from_eye).then_some(1.0),
         }
     }
 }
@@ -369,8 +374,8 @@ pub struct SensorLit<'a, const C: usize> {
 }
 
 impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
-    fn bright(&self) -> Option<&Solution<C>> {
-        Daylight::bright(self.light)
+    fn coarse_solution(&self) -> Option<&Solution<C>> {
+        Daylight::coarse_solution(self.light)
     }
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
@@ -402,7 +407,7 @@ impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
         Daylight::reflected(self.light, surface, point)
     }
 
-    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
-        self.light.found_share(scene, tube, way, position)
+    fn sky_weight(&self, scene: &TraceableScene, tube: usize, state: &PathState, position: DVec3) -> Option<f64> {
+        self.light.sky_weight(scene, tube, state, position)
     }
 }

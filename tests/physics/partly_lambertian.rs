@@ -1,5 +1,5 @@
-//! Closures that are lamps in part: responses of the part, and the rest beside it. The methods that cut paths there agree with others in
-//! `matrix`.
+//! Closures that are Lambertian in part: responses of the part, and the rest beside it. The methods that cut paths there agree with others
+//! in `matrix`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use skyduct::document::{DocumentErrors, JobDocument};
 use skyduct::estimate::Estimate;
 use skyduct::geometry::disc::far_disc_illuminance;
 use skyduct::integrator::Integrator;
-use skyduct::integrator::lamp::flux::patched_flux;
+use skyduct::integrator::diffuser_source::flux::patched_flux;
 use skyduct::integrator::method::{Described, RefusalCode, Task};
 use skyduct::integrator::path_tracing;
 use skyduct::integrator::photon::close_points::close_sensors;
@@ -98,7 +98,7 @@ fn parts_of_patches_make_up_the_zone() {
             let truth = (disc(zone[1]) - disc(zone[0])) / (PI * RADIUS * RADIUS * (to - from));
             let mut sum = 0.0;
             for patch in 0..PATCHES {
-                let (part, response) = (parts[patch / 6], found.grids[0].beside[patch].illuminance_lux(sensor));
+                let (part, response) = (parts[patch / 6], found.grids[0].companions[patch].illuminance_lux(sensor));
                 assert_eq!(part > 0.0, response > 0.0, "{inner:?} {patch}");
                 sum += part / (6.0 * (to - from)) * response;
             }
@@ -144,7 +144,7 @@ fn lumens_times_responses_and_the_rest_are_the_light() {
         for sensor in 0..scene.grids[0].len() {
             let (mut sum, mut error) =
                 (rest.grids[0].illuminance_lux(sensor), rest.grids[0].standard_error_lux(sensor));
-            for (patch, flux) in grid.beside.iter().zip(&patches) {
+            for (patch, flux) in grid.companions.iter().zip(&patches) {
                 let (response, its_error) = (patch.illuminance_lux(sensor), patch.standard_error_lux(sensor));
                 sum += flux.mean * response;
                 // all errors may go together
@@ -193,7 +193,7 @@ fn bits(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
 fn responses(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
     let of = |pass| {
         let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
-        pass.grids[0].beside.iter().flat_map(|part| part.illuminance.clone()).collect::<Vec<_>>()
+        pass.grids[0].companions.iter().flat_map(|part| part.illuminance.clone()).collect::<Vec<_>>()
     };
     (0..passes).flat_map(of).map(f64::to_bits).collect()
 }
@@ -203,8 +203,8 @@ fn room(diffuser: Diffuser, estimate: EstimateKind) -> Scene {
     told(cube(0.2, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 40.0, 120.0), estimate))
 }
 
-/// The responses of the room below a closure that is a lamp in part are the same whatever comes down the tube and passes either zone; the
-/// zones themselves, and what the closure reflects, belong to the room. Kept or not, all bits are the same.
+/// The responses of the room below a closure that is Lambertian in part are the same whatever comes down the tube and passes either zone;
+/// the zones themselves, and what the closure reflects, belong to the room. Kept or not, all bits are the same.
 #[test]
 fn responses_are_those_of_the_room_below_a_part() {
     let of = |edit: fn(&mut Scene)| {
@@ -279,8 +279,8 @@ fn bits_do_not_depend_on_threads() {
     assert_eq!(one, on(5));
 }
 
-/// A table with a peak on a sheet: the sheet is the lamp, and the whole is what light tracing finds of the table, in a bare room and
-/// a furnished one.
+/// A table with a peak on a sheet: the sheet is the Lambertian source, and the whole is what light tracing finds of the table, in a bare
+/// room and a furnished one.
 #[test]
 fn a_table_is_its_sheet_and_the_rest() {
     for (scene, share) in [

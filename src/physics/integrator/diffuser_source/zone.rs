@@ -70,7 +70,7 @@ impl Zone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::lamp::cells::cell;
+    use crate::integrator::diffuser_source::cells::cell;
 
     const RADIUS: f64 = 0.127;
 

@@ -9,7 +9,7 @@ use crate::traceable::TraceableScene;
 
 /// Estimator of an opening's light at a vertex, by how the vertex sees it.
 #[derive(Clone, Copy, Debug)]
-pub enum Sight<const C: usize> {
+pub enum OpeningVisibility<const C: usize> {
     /// Scattered rays: the vertex has so narrow a lobe, or is a sensor so near, that connections would have too much variance.
     ByRays,
     /// None: the opening lies below the horizon.
@@ -24,21 +24,26 @@ pub enum Sight<const C: usize> {
 const HORIZON: f64 = 1e-9;
 
 /// Determines how `vertex` sees the opening of `radius` m around `origin` in the ceiling.
-pub fn sight<const C: usize>(scene: &TraceableScene, vertex: &Vertex<'_, C>, origin: DVec3, radius: f64) -> Sight<C> {
+pub fn opening_visibility<const C: usize>(
+    scene: &TraceableScene,
+    vertex: &Vertex<'_, C>,
+    origin: DVec3,
+    radius: f64,
+) -> OpeningVisibility<C> {
     let far = is_far(origin, radius, vertex.position, 0.0);
     if vertex.is_narrow() || (vertex.is_sensor() && !far) {
-        return Sight::ByRays;
+        return OpeningVisibility::ByRays;
     }
     let height = (origin - vertex.position).dot(vertex.normal);
     let reach = radius * vertex.normal.truncate().length();
     if height + reach <= 0.0 {
-        return Sight::Never;
+        return OpeningVisibility::Never;
     }
     // a wall that touches the disc is not cut by it
     let above = height >= reach - HORIZON * radius;
     let clear = || scene.leaves_clear(vertex.position, 0.0, vertex.surface, origin, radius);
     match vertex.lambertian().filter(|_| far && above && clear()) {
-        Some(albedo) => Sight::Whole(albedo),
-        None => Sight::InPart,
+        Some(albedo) => OpeningVisibility::Whole(albedo),
+        None => OpeningVisibility::InPart,
     }
 }
