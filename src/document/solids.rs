@@ -45,8 +45,10 @@ pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec
                 without_value - outside
             );
             if grid.estimate == EstimateKind::CellAverage && occupied.partly() > 0 {
-                detail +=
-                    &format!("; {} lie partly inside, and their values are means over the free part", occupied.partly());
+                detail += &format!(
+                    "; {} lie partly inside, and their values are means over the free part",
+                    occupied.partly()
+                );
             }
             warnings.push(Warning { code: WarningCode::PointsInsideSolids, detail });
         }

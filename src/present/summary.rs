@@ -140,7 +140,7 @@ impl Prepared {
                 .grids
                 .as_ref()
                 .or(methods.views.as_ref())
-                .is_none_or(|choice| choice.method.described().knows().energy)
+                .is_none_or(|choice| choice.method.described().outputs().energy)
     }
 }
 

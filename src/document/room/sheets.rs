@@ -38,23 +38,24 @@ pub fn one_sheet_each(
     }
     all.sources = (0..all.triangles.len() as u32).collect();
     let near = rounding(&all.positions, &all.triangles);
-    let told = overlaps_of_objects(&all, (&owners, on_themselves), near).map_err(Undetermined::from).and_then(|found| {
-        if found.is_empty() {
-            return Ok(None);
-        }
-        let closed = closed(objects, enclosure, near);
-        let is_closed = |number: u32| closed[number as usize];
-        let meeting = |first: u32, second: u32, turned: bool| match (is_closed(first), is_closed(second)) {
-            (true, true) if turned => Contact::Apart,
-            (false, false) => Contact::OneSheet,
-            _ => Contact::Hidden,
-        };
-        if found.iter().all(|pair| meeting(pair.triangles[0], pair.triangles[1], pair.turned) == Contact::Apart) {
-            return Ok(None);
-        }
-        let is_same = |a: u32, b: u32| surfaces[a as usize] == surfaces[b as usize];
-        apart(all.clone(), &found, near, |number| u8::from(is_closed(number)), meeting, is_same).map(Some)
-    });
+    let told =
+        overlaps_of_objects(&all, (&owners, on_themselves), near).map_err(Undetermined::from).and_then(|found| {
+            if found.is_empty() {
+                return Ok(None);
+            }
+            let closed = closed(objects, enclosure, near);
+            let is_closed = |number: u32| closed[number as usize];
+            let meeting = |first: u32, second: u32, turned: bool| match (is_closed(first), is_closed(second)) {
+                (true, true) if turned => Contact::Apart,
+                (false, false) => Contact::OneSheet,
+                _ => Contact::Hidden,
+            };
+            if found.iter().all(|pair| meeting(pair.triangles[0], pair.triangles[1], pair.turned) == Contact::Apart) {
+                return Ok(None);
+            }
+            let is_same = |a: u32, b: u32| surfaces[a as usize] == surfaces[b as usize];
+            apart(all.clone(), &found, near, |number| u8::from(is_closed(number)), meeting, is_same).map(Some)
+        });
     match told {
         Ok(None) => {}
         Ok(Some(sheets)) => hand_back(objects, &owners, &sheets),

@@ -182,7 +182,8 @@ impl GridEstimate {
 
     /// Calls `f` on every number in a fixed order, to read or to replace them, as checkpoints do.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, companions, free: _, area: _ } = self;
+        let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, companions, free: _, area: _ } =
+            self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
         photons
             .iter_mut()
