@@ -28,7 +28,7 @@ const MOST_POINTS: u32 = 2000;
 /// Representations of the convergence.
 const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Svg, Format::Png, Format::Pdf];
 
-/// Formats of the convergence as its description lists them.
+// what stands in `///` here would be repeated in the description of the parameter
 #[expect(dead_code, reason = "stands for a schema")]
 #[derive(ToSchema)]
 #[schema(rename_all = "snake_case")]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde::Deserialize;
-use utoipa::IntoParams;
+use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
 use crate::document::result::GridResult;
@@ -22,12 +22,24 @@ use crate::present::subject::Subject;
 /// Representations of a grid.
 const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Png, Format::Svg, Format::Pdf];
 
+// what stands in `///` here would be repeated in the description of the parameter
+#[expect(dead_code, reason = "stands for a schema")]
+#[derive(ToSchema)]
+#[schema(rename_all = "snake_case")]
+enum GridFormat {
+    Json,
+    Csv,
+    Png,
+    Svg,
+    Pdf,
+}
+
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct GridQuery {
     /// Representation of the answer, instead of the header `Accept`.
-    #[param(inline)]
+    #[param(inline, value_type = Option<GridFormat>)]
     format: Option<Format>,
     /// Quantity that a figure shows; illuminance when absent.
     #[param(inline)]

@@ -15,7 +15,7 @@ use crate::figure::ticks::{fixed, significant, with_error};
 use crate::figure::{Drawing, Heading};
 use crate::output::OutputError;
 
-/// Quantity of a grid that a figure shows.
+// Quantity of a grid that a figure shows: what stands in `///` here would be repeated in the description of the parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {

@@ -1,13 +1,12 @@
 //! Files of a job's results: what each shows, its format, and its name.
 
 use serde::Deserialize;
-use utoipa::ToSchema;
 
 use crate::figure::FigureFormat;
 use crate::figure::paint::Scale;
 
 /// Format of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
     /// Numbers with their names.
