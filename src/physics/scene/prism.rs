@@ -146,9 +146,12 @@ fn edges(ring: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> {
     (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]])
 }
 
+/// Edge of a plan on which a wall stands, with its number.
+type NumberedWall = (usize, [DVec2; 2]);
+
 /// Returns the walls on the edges of rings, each with its number and with the room on its left, and the rings in that sense. An edge that
 /// is not longer than `near` has no wall: its end is dropped.
-fn walls_and_rings(rings: &[Vec<DVec2>], near: f64) -> (Vec<(usize, [DVec2; 2])>, Vec<Vec<DVec2>>) {
+fn walls_and_rings(rings: &[Vec<DVec2>], near: f64) -> (Vec<NumberedWall>, Vec<Vec<DVec2>>) {
     let (mut walls, mut directed) = (Vec::new(), Vec::new());
     let mut first = 0;
     for (number, ring) in rings.iter().enumerate() {
