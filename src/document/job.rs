@@ -109,9 +109,11 @@ impl JobDocument {
         let mut of_values = Checks::default();
         document.check(&mut of_values);
         checks.errors.extend(of_values.errors.into_iter().filter(|error| !made_up.concerns(error)));
-        if checks.errors.is_empty() {
+        if checks.errors.is_empty()
+            && let Some(enclosure) = document.room.enclosure(&mut checks)
+        {
             // tubes that are refused or made up cannot be compared
-            check_crossings(&document.tubes, &mut checks);
+            check_crossings(&document.tubes, &enclosure, &mut checks);
         }
         if checks.errors.is_empty() { Ok(ValidJob(document)) } else { Err(DocumentErrors(checks.errors)) }
     }
@@ -154,7 +156,11 @@ impl JobDocument {
             boxes_cover_no_opening(&self.room, &openings, checks);
             check_luminaires(&room.luminaires, &openings, checks);
         }
-        self.method.check_outputs(&self.grids, &self.views, checks);
+        let grids: Vec<GridDocument> = match &room.enclosure {
+            Some(enclosure) => self.grids.iter().map(|grid| grid.with_counts(enclosure)).collect(),
+            None => self.grids.clone(),
+        };
+        self.method.check_outputs(&grids, &self.views, checks);
     }
 
     /// Checks that there is a source of light, and that tubes have a sky and a closed ceiling.

@@ -133,6 +133,8 @@ pub const ALTITUDE_DEG: Range = within(-90.0, 90.0);
 pub const ROOM_EDGE_M: Range = within(0.01, 1000.0);
 /// Number of corners of a polygon.
 pub const CORNERS: RangeInclusive<usize> = 3..=256;
+/// Largest number of corners of a plan, its holes included.
+pub const MOST_CORNERS: usize = 2000;
 /// Number of holes of a plan.
 pub const HOLES: RangeInclusive<usize> = 0..=64;
 /// Number of partitions of a room.

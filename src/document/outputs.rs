@@ -160,6 +160,13 @@ impl GridDocument {
         }
     }
 
+    /// Returns the grid with the number of cells that follows from its spacing in a room.
+    pub(crate) fn with_counts(&self, room: &Enclosure) -> Self {
+        let counts = || self.columns_and_rows(room).map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+        let cells = if self.spacing_m.is_some() { Some(counts()) } else { self.cells };
+        Self { cells, points_m: self.points_m.clone(), name: self.name.clone(), ..*self }
+    }
+
     /// Returns the number of columns and rows that the document states; points are one row.
     pub fn counts(&self) -> [u64; 2] {
         match &self.points_m {

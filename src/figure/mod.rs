@@ -21,6 +21,8 @@ pub mod outline;
 pub mod paint;
 pub mod pdf;
 pub mod plan_map;
+pub mod refined;
+pub mod room_plan;
 pub mod scale;
 pub mod section;
 pub mod sheet;

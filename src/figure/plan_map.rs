@@ -8,7 +8,9 @@ use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::Heading;
 use super::isolines::{Isoline, isolines};
 use super::letters;
-use super::outline::{Outline, Part, Rectangle};
+use super::outline::{Outline, Rectangle};
+use super::refined::refined;
+use super::room_plan::{RoomPlan, draw_north};
 use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH};
 use super::ticks::{Steps, short, significant};
 use crate::output::{OutputError, Raster};
@@ -40,19 +42,6 @@ const MOST_NUMBERED: usize = 100;
 /// Smallest width or height of a hatched cell, in pixels.
 const LEAST_HATCHED: f64 = 3.0;
 
-/// Contents of a plan of a room.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RoomPlan {
-    /// Outline and holes of the floor in metres.
-    pub rings: Vec<Vec<DVec2>>,
-    /// Azimuth of the y axis (drawn upwards), clockwise from north in degrees.
-    pub rotation_deg: f64,
-    /// Openings of tubes in the ceiling: centre and radius in metres.
-    pub tubes: Vec<(DVec2, f64)>,
-    /// Outlines of objects in metres.
-    pub objects: Vec<Vec<DVec2>>,
-}
-
 /// Values in the cells of a grid, row by row from the south, or at points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridValues {
@@ -68,11 +57,11 @@ pub struct GridValues {
     pub points: Vec<DVec2>,
 }
 
-impl RoomPlan {
-    /// Returns the plan of a rectangle, without tubes and objects.
-    pub fn rectangle(from: DVec2, to: DVec2) -> Self {
-        let corners = vec![from, DVec2::new(to.x, from.y), to, DVec2::new(from.x, to.y)];
-        Self { rings: vec![corners], rotation_deg: 0.0, tubes: Vec::new(), objects: Vec::new() }
+impl GridValues {
+    /// Returns the grid with values between the centres of its cells.
+    fn refined(&self) -> Self {
+        let (cells, values) = refined(self.cells, &self.values);
+        Self { cells, values, ..self.clone() }
     }
 }
 
@@ -126,32 +115,36 @@ impl PlanMap {
         let axes = Axes { within, x: axis("x in metres", low.x, room.x), y: axis("y in metres", low.y, room.y) };
         axes.draw(&mut drawing);
         let cells = Cells::new(&axes, &self.grid);
-        let colours = self.colours()?;
+        let has_numbers = self.numbers == Numbers::Shown && cells.size().cmpge(LEAST_NUMBERED).all();
+        let smooth = if has_numbers { self.grid.clone() } else { self.grid.refined() };
+        let colours = self.colours(&smooth)?;
         if self.grid.points.is_empty() {
-            drawing.picture(cells.place, colours);
+            match has_numbers {
+                true => drawing.picture(cells.place, colours),
+                false => drawing.smooth_picture(cells.place, colours),
+            }
             self.hatch(&mut drawing, &cells);
         }
-        let rings: Vec<Vec<DVec2>> = self.room.rings.iter().map(|ring| ring_at(ring, &axes)).collect();
-        cover_outside(&mut drawing, &rings, within);
-        self.draw_room(&mut drawing, &axes);
-        for ring in &rings {
-            drawing.line(Outline::polygon(ring.iter().copied()), Line::new(Colour::Ink, 2.0));
-        }
+        self.room.cover_outside(&mut drawing, &axes);
+        self.room.draw_objects_and_tubes(&mut drawing, &axes);
+        self.room.draw_outline(&mut drawing, &axes);
+        self.room.draw_lengths(&mut drawing, &axes);
+        let fine = Cells::new(&axes, &smooth);
         let lines = match self.grid.points.is_empty() {
-            true => isolines(self.grid.cells, &self.grid.values, &self.levels)?,
+            true => isolines(smooth.cells, &smooth.values, &self.levels)?,
             false => Vec::new(),
         };
         let mut taken = Vec::new();
         if !self.grid.points.is_empty() {
             self.draw_points(&mut drawing, &axes);
-        } else if self.numbers == Numbers::Shown && cells.size().cmpge(LEAST_NUMBERED).all() {
-            self.draw_lines(&mut drawing, &cells, &lines);
+        } else if has_numbers {
+            draw_lines(&mut drawing, &fine, &lines);
             self.draw_numbers(&mut drawing, &cells);
         } else {
-            self.draw_lines(&mut drawing, &cells, &lines);
+            draw_lines(&mut drawing, &fine, &lines);
             self.draw_extremes(&mut drawing, &cells, &mut taken);
-            self.draw_tube_numbers(&mut drawing, &axes, &mut taken);
-            label_lines(&mut drawing, &cells, &lines, &mut taken);
+            self.room.draw_tube_numbers(&mut drawing, &axes, &mut taken);
+            label_lines(&mut drawing, &fine, &lines, &mut taken);
         }
         let bar = Rectangle::new(
             bar_left,
@@ -166,8 +159,8 @@ impl PlanMap {
 
     /// Returns the south-western and north-eastern corner of the drawn region in metres: that of the room and the grid.
     fn ends(&self) -> [DVec2; 2] {
-        let corners = || self.room.rings.iter().flatten().copied().chain([self.grid.from_m, self.grid.to_m]);
-        [corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max)]
+        let [low, high] = self.room.bounds();
+        [low.min(self.grid.from_m), high.max(self.grid.to_m)]
     }
 
     /// Draws discs in the colours of the values at points, each with its number where points are few.
@@ -175,6 +168,9 @@ impl PlanMap {
         for (point, value) in self.grid.points.iter().zip(&self.grid.values) {
             let [red, green, blue] = if value.is_finite() { self.scale.colour(*value) } else { NO_VALUE };
             let at = axes.at(point.x, point.y);
+            if !axes.within.contains(at) {
+                continue;
+            }
             let disc = Outline::circle(at, POINT_RADIUS);
             drawing.filled_line(disc, Colour::Fixed([red, green, blue]), Line::new(BLACK, 1.0));
             if self.numbers == Numbers::Shown && self.grid.points.len() <= MOST_NUMBERED && value.is_finite() {
@@ -184,10 +180,10 @@ impl PlanMap {
         }
     }
 
-    /// Returns a picture of one pixel per cell, north up.
-    fn colours(&self) -> Result<Raster, OutputError> {
-        let [columns, rows] = self.grid.cells;
-        let values = &self.grid.values;
+    /// Returns a picture of one pixel per cell of a grid, north up.
+    fn colours(&self, grid: &GridValues) -> Result<Raster, OutputError> {
+        let [columns, rows] = grid.cells;
+        let values = &grid.values;
         if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(values.len()) {
             return Err(OutputError::Size { values: values.len(), width: columns, height: rows, channels: 1 });
         }
@@ -212,42 +208,6 @@ impl PlanMap {
         }
         if !lines.0.is_empty() {
             drawing.line(lines, Line::new(Colour::Muted, 1.0));
-        }
-    }
-
-    /// Draws objects and openings of tubes.
-    fn draw_room(&self, drawing: &mut Drawing, axes: &Axes) {
-        for object in &self.room.objects {
-            let outline = Outline::polygon(object.iter().map(|point| axes.at(point.x, point.y)));
-            drawing.line(outline.clone(), Line::new(WHITE, 3.0));
-            drawing.line(outline, Line::new(BLACK, 1.2).dashed(&[5.0, 3.0]));
-        }
-        let scale = metre(axes);
-        for (centre, radius) in &self.room.tubes {
-            let outline = Outline::circle(axes.at(centre.x, centre.y), radius * scale);
-            drawing.line(outline.clone(), Line::new(WHITE, 4.0));
-            drawing.line(outline, Line::new(BLACK, 2.0));
-        }
-    }
-
-    fn draw_tube_numbers(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Vec<DVec2>) {
-        let scale = metre(axes);
-        for (number, (centre, radius)) in self.room.tubes.iter().enumerate() {
-            let at = axes.at(centre.x, centre.y) + DVec2::new(0.0, radius * scale + 10.0);
-            let look = Type::new(12.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
-            drawing.text_centred(at, format!("tube {number}"), look);
-            taken.push(at);
-        }
-    }
-
-    fn draw_lines(&self, drawing: &mut Drawing, cells: &Cells, lines: &[Isoline]) {
-        for line in lines {
-            let mut outline = Outline::default();
-            for piece in &line.pieces {
-                outline.add_polyline(piece.iter().map(|point| cells.at(*point)));
-            }
-            drawing.line(outline.clone(), Line::new(WHITE, 2.6));
-            drawing.line(outline, Line::new(BLACK, 1.1));
         }
     }
 
@@ -293,31 +253,6 @@ impl PlanMap {
     }
 }
 
-/// Returns the length of a metre in a figure, in pixels.
-fn metre(axes: &Axes) -> f64 {
-    axes.within.size().x / (axes.x.to - axes.x.from)
-}
-
-fn ring_at(ring: &[DVec2], axes: &Axes) -> Vec<DVec2> {
-    ring.iter().map(|corner| axes.at(corner.x, corner.y)).collect()
-}
-
-/// Covers the parts of a figure within a rectangle that lie outside of an outline or in a hole of it.
-fn cover_outside(drawing: &mut Drawing, rings: &[Vec<DVec2>], within: Rectangle) {
-    let Some((outline, holes)) = rings.split_first() else { return };
-    let doubled: f64 = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
-    // opposite to the rectangle, so that the windings cancel inside
-    let mut cover = Outline::rectangle(within.from, within.to);
-    match doubled > 0.0 {
-        true => cover.0.extend(Outline::polygon(outline.iter().rev().copied()).0),
-        false => cover.0.extend(Outline::polygon(outline.iter().copied()).0),
-    }
-    drawing.fill(cover, Colour::Paper, 1.0);
-    for hole in holes {
-        drawing.fill(Outline::polygon(hole.iter().copied()), Colour::Faint, 1.0);
-    }
-}
-
 /// Cells of a grid in a figure.
 struct Cells {
     place: Rectangle,
@@ -340,6 +275,17 @@ impl Cells {
         let share = point / self.count;
         let size = self.place.size();
         DVec2::new(self.place.from.x + share.x * size.x, self.place.to.y - share.y * size.y)
+    }
+}
+
+fn draw_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline]) {
+    for line in lines {
+        let mut outline = Outline::default();
+        for piece in &line.pieces {
+            outline.add_polyline(piece.iter().map(|point| cells.at(*point)));
+        }
+        drawing.line(outline.clone(), Line::new(WHITE, 2.6));
+        drawing.line(outline, Line::new(BLACK, 1.1));
     }
 }
 
@@ -367,23 +313,6 @@ fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &
             taken.push(best);
         }
     }
-}
-
-/// Draws an arrow toward north; `rotation_deg`: azimuth of the direction that is drawn upwards.
-fn draw_north(drawing: &mut Drawing, centre: DVec2, rotation_deg: f64) {
-    let (sin, cos) = libm::sincos(-rotation_deg.to_radians());
-    // clockwise seen from above
-    let turned = |x: f64, y: f64| centre + DVec2::new(x * cos + y * sin, x * sin - y * cos);
-    let arrow = Outline(vec![
-        Part::Move(turned(0.0, 20.0)),
-        Part::Line(turned(7.0, -12.0)),
-        Part::Line(turned(0.0, -6.0)),
-        Part::Line(turned(-7.0, -12.0)),
-        Part::Close,
-    ]);
-    drawing.fill(arrow, Colour::Ink, 1.0);
-    let letter = Type::new(12.0, Colour::Ink).anchored(Anchor::Middle);
-    drawing.text_centred(turned(0.0, 29.0), "N", letter);
 }
 
 /// Returns the number of intervals between ticks for a length in pixels.

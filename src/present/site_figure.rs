@@ -165,7 +165,8 @@ fn section(subject: &Subject, document: &JobDocument, results: &Value, along: DV
     let faces = document.room.enclosure(&mut Checks::default());
     let seen_from_the_side = |corner: DVec3| DVec2::new(along.dot(corner.truncate()), corner.z);
     let faces_of = |room: &Enclosure| -> Vec<Vec<DVec2>> {
-        room.faces().iter().map(|face| face.polygon.corners().map(seen_from_the_side).collect()).collect()
+        let rings = room.faces().iter().flat_map(|face| face.polygon.rings());
+        rings.map(|ring| ring.iter().copied().map(seen_from_the_side).collect()).collect()
     };
     let room = faces.as_ref().map(faces_of).unwrap_or_default();
     let height_of = |tube: &TubeDocument| {

@@ -45,10 +45,9 @@ fn plans_have_the_faces_that_they_state() {
     let mut document = hall();
     document["room"]["surfaces"] = json!({ "walls": { "reflectance": 0.4 }, "wall_3": { "reflectance": 0.1 } });
     let l = scene(&document);
-    assert_eq!(
-        [FaceKind::Floor, FaceKind::Wall, FaceKind::Ceiling].map(|kind| area(&l, kind).round()),
-        [36.0, 76.0, 36.0]
-    );
+    for (kind, expected) in [(FaceKind::Floor, 36.0), (FaceKind::Wall, 28.0 * 2.7), (FaceKind::Ceiling, 36.0)] {
+        assert!((area(&l, kind) - expected).abs() < 1e-9, "{kind:?}");
+    }
     let reflectance = |name: &str| {
         let face = l.room.enclosure.faces().iter().find(|face| face.name == name).unwrap();
         face.surface.unwrap().reflectance[0]
@@ -121,10 +120,56 @@ fn grids_follow_the_plan() {
     let directions: Vec<_> = (0..2).map(|sensor| eyes.sensor(sensor).normal.to_array()).collect();
     assert_eq!(directions, [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     assert!(!eyes.is_inside(0) && eyes.is_inside(1));
+    // the lattice of 0.75 m is cut at the east and the north: 8 m are 10.67 cells, 4 m are 5.33
+    let area = spaced.area.as_ref().unwrap();
+    let of_cell = |column: usize, row: usize| area[row * 11 + column];
+    assert!((of_cell(4, 5) - 1.0).abs() < 1e-9 && of_cell(10, 1) == 0.0);
+    let mut cut = document.clone();
+    cut["grids"] = json!([{ "name": "cut", "height_m": 0.85, "spacing_m": 0.7 }]);
+    let job = parse(&cut).unwrap();
+    let (mut scene_of_cut, ..) = to_scene(&job, &SquarePipe).unwrap();
+    skyduct::document::leave_out_solids(&job, &mut scene_of_cut).unwrap();
+    let grid = &scene_of_cut.grids[0];
+    // 8 m are 11.43 cells: the last is cut to 0.3 m of 0.7 m, but its centre lies outside; the row at y = 3 is cut to 0.2 m
+    let area = grid.area.as_ref().unwrap();
+    assert_eq!((grid.cells, area[11]), ([12, 9], 0.0));
+    assert!((area[4 * 12 + 6] - 0.0).abs() < 1e-9 && (area[8 * 12] - 4.0 / 7.0).abs() < 1e-9, "{area:?}");
     assert_eq!(warnings.iter().map(|warning| warning.code).collect::<Vec<_>>(), [WarningCode::PointsOutside]);
     // a plan has no cells that are not its own: areas add up to the floor's
     let free: f64 = (0..cells.len()).map(|sensor| cells.free.as_ref().unwrap()[sensor]).sum();
     assert!((free * cells.cell_area_m2() - 36.0).abs() < 1e-9);
+}
+
+/// A gable over an L, the ridge of which runs along a wall, closes the room.
+#[test]
+fn gables_stand_over_concave_plans() {
+    for azimuth in [0, 30, 90, 180, 270] {
+        let mut document = hall();
+        document["room"]["ceiling"] =
+            json!({ "kind": "gable", "eaves_m": 2.4, "ridge_m": 4.1, "ridge_azimuth_deg": azimuth });
+        document["tubes"][0]["drop_m"] = json!(0.4);
+        document["tubes"][1]["drop_m"] = json!(0.4);
+        let scene = scene(&document);
+        assert!((area(&scene, FaceKind::Floor) - 36.0).abs() < 1e-9, "{azimuth}");
+    }
+}
+
+/// Tubes cross by the heights of their openings: a bent one passes below a higher opening, or through the tube above it.
+#[test]
+fn tubes_cross_where_they_are() {
+    let mut document = attic();
+    document["room"]["ceiling"]["pitch_deg"] = json!(35);
+    let mut low = hall()["tubes"][0].clone();
+    low["centre_m"] = json!([2.5, 0.5]);
+    low["drop_m"] = json!(0.3);
+    low["segments"] = json!([{ "length_m": 0.6 }, { "length_m": 3.0, "tilt_deg": 90, "azimuth_deg": 0 }]);
+    document["tubes"][0]["centre_m"] = json!([2.5, 3.3]);
+    document["tubes"][0]["drop_m"] = json!(0.3);
+    document["tubes"].as_array_mut().unwrap().push(low);
+    assert!(parse(&document).is_ok(), "passes below the opening, in the room: {:?}", parse(&document).err());
+    document["tubes"][1]["segments"][0]["length_m"] = json!(2.6);
+    let found = errors(&document).0;
+    assert!(found.len() == 1 && found[0].pointer == "/tubes/1/segments/1", "{found:?}");
 }
 
 /// A repeated corner is merged, and told.
@@ -151,6 +196,13 @@ fn faults_of_plans_have_places() {
     let mut tall = partition.clone();
     tall["room"]["partitions"][0]["to_m"] = json!([1, 4]);
     tall["room"]["partitions"][0]["height_m"] = json!(2.8);
+    let mut chord = partition.clone();
+    (chord["room"]["partitions"][0]["from_m"], chord["room"]["partitions"][0]["to_m"]) =
+        (json!([4, 4.5]), json!([6, 3]));
+    let mut gable = attic();
+    gable["room"]["ceiling"] = json!({ "kind": "gable", "eaves_m": 2.4, "ridge_m": 4.1, "ridge_azimuth_deg": 90 });
+    gable["tubes"][0]["centre_m"] = json!([2.5, 1.0]);
+    gable["tubes"][0]["face"] = json!("ceiling_0");
     let mut in_notch = hall();
     in_notch["room"]["objects"] =
         json!([{ "kind": "box", "size_m": [1, 1, 1], "position_m": [4, 4, 0], "surface": surface }]);
@@ -176,6 +228,8 @@ fn faults_of_plans_have_places() {
         (changed("/room/surfaces", json!({ "wall_6": surface })), "/room/surfaces/wall_6"),
         (partition, "/room/partitions/0/to_m"),
         (tall, "/room/partitions/0/height_m"),
+        (chord, "/room/partitions/0"),
+        (gable, "/tubes/0/centre_m"),
         (in_notch, "/room/objects/0/position_m"),
         (changed("/grids/0/cells", json!([3, 3])), "/grids/0/spacing_m"),
         (changed("/grids/0/spacing_m", json!(0.001)), "/grids/0/spacing_m"),

@@ -30,6 +30,7 @@ mod bidirectional;
 mod buried_sensors;
 mod components;
 mod contacts;
+mod cut_cells;
 mod determinism;
 mod dome;
 mod dull_pipes;

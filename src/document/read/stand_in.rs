@@ -45,6 +45,7 @@ fn whole(pointer: &str) -> Option<Value> {
         }
         ("parts", _) => Some(json!({ "role": "pipe", "reflectance": 0.5 })),
         (_, "collector" | "diffuser") => Some(json!({ "kind": "open" })),
+        ("room", "ceiling") => Some(json!({ "kind": "flat", "height_m": 1000 })),
         (_, "method") => Some(json!("auto")),
         _ => None,
     }
@@ -64,7 +65,16 @@ fn field(pointer: &str) -> Option<Value> {
         "eye_m" => json!([0.123, 0.456, 0.789]),
         "look_at_m" => json!([-0.321, 0.654, -0.987]),
         "up" => json!([0, 0, 1]),
-        "centre_m" => json!([1e-3, 1e-3]),
+        "centre_m" | "from_m" => json!([1e-3, 1e-3]),
+        "to_m" => json!([2e-3, 1e-3]),
+        "outline_m" => json!([[0, 0], [1000, 0], [1000, 1000], [0, 1000]]),
+        "plan" => json!({ "outline_m": [[0, 0], [1000, 0], [1000, 1000], [0, 1000]] }),
+        "ceiling" if parent == "/room" => json!({ "kind": "flat", "height_m": 1000 }),
+        "height_m" if parent == "/room/ceiling" || parent.starts_with("/room/partitions/") => json!(0.01),
+        "point_m" => json!([0, 0, 1000]),
+        "eaves_m" => json!(500),
+        "ridge_m" => json!(1000),
+        "spacing_m" => json!(1000),
         "diameter_m" | "opening_diameter_m" | "thickness_m" => json!(1e-6),
         "length_m" => json!(100),
         "segments" => json!([{ "length_m": 100 }]),
@@ -82,7 +92,8 @@ fn field(pointer: &str) -> Option<Value> {
         "btdf_per_sr" => json!([[0, 0], [0, 0]]),
         "transmittance" | "reflectance" | "lambertian_transmittance" | "clear_transmittance" => json!(0),
         "lambertian_radius_m" | "height_m" | "margin_m" => json!(0),
-        "latitude_deg" | "longitude_deg" | "altitude_deg" | "azimuth_deg" | "tilt_deg" | "rotation_deg" => json!(0),
+        "latitude_deg" | "longitude_deg" | "altitude_deg" | "azimuth_deg" | "tilt_deg" | "rotation_deg"
+        | "rise_toward_deg" | "pitch_deg" | "ridge_azimuth_deg" | "drop_m" => json!(0),
         _ => return None,
     })
 }

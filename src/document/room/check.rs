@@ -4,7 +4,8 @@ use super::RoomDocument;
 use super::luminaire::{Sheet, check_luminaire, check_place, overlap, reaches_into};
 use super::object::ObjectDocument;
 use super::surface::{Owner, check_surface};
-use crate::document::errors::Checks;
+use crate::document::errors::{Checks, FieldErrorCode};
+use crate::document::hints::did_you_mean;
 use crate::document::limits::{LUMINAIRES, OBJECTS, PARTITIONS, TURN_DEG};
 use crate::document::read::pointer::escape;
 use crate::scene::Enclosure;
@@ -51,7 +52,9 @@ fn check_surfaces(room: &RoomDocument, enclosure: Option<&Enclosure>, checks: &m
         let some: Vec<_> = names().filter(|name| name.contains('_')).map(|name| format!("`{name}`")).take(8).collect();
         let detail = format!("the room has no face of this name; its single faces are {}, ..", some.join(", "));
         let detail = if some.len() < 8 { detail.replace(", ..", "") } else { detail };
-        checks.refuse(format!("/room/surfaces/{}", escape(name)), detail);
+        let hint = did_you_mean(name, names()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        let pointer = format!("/room/surfaces/{}", escape(name));
+        checks.refuse_as(FieldErrorCode::UnknownField, pointer, format!("{detail}{hint}"));
     }
 }
 
@@ -59,6 +62,7 @@ fn check_luminaires(room: &RoomDocument, enclosure: Option<&Enclosure>, checks: 
     if !checks.at_most("/room/luminaires", room.luminaires.len(), &LUMINAIRES, " luminaires") {
         return Vec::new();
     }
+    let enclosure = enclosure.filter(|_| !room.luminaires.is_empty());
     let enclosure = enclosure.map(|enclosure| (enclosure, TraceableEnclosure::new(enclosure)));
     // luminaires outside the room are kept, because others may overlap them
     let mut sheets: Vec<(usize, Sheet)> = Vec::new();

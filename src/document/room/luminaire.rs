@@ -119,10 +119,13 @@ pub(crate) fn check_place(
             checks.refuse(pointer, detail);
         }
     }
-    if checks.errors.len() == errors_before && !sheet.corners().iter().all(|corner| traceable.contains(*corner)) {
-        checks.refuse(format!("{pointer}/corner_m"), "the luminaire must be inside the room, but a corner is outside");
+    let [a, b, c, d] = sheet.corners();
+    let is_inside = [a, b, c, d].iter().all(|corner| traceable.contains(*corner))
+        && [[a, b], [b, c], [c, d], [d, a], [a, c], [b, d]].into_iter().all(|[from, to]| traceable.is_clear(from, to));
+    if checks.errors.len() == errors_before && !is_inside {
+        checks.refuse(format!("{pointer}/corner_m"), "the luminaire must be inside the room, but a part is outside");
     }
-    let lies_on = |polygon: &Polygon| sheet.corners().iter().all(|corner| polygon.height(*corner).abs() <= TOUCHING_M);
+    let lies_on = |polygon: &Polygon| sheet.corners().iter().all(|corner| polygon.distance(*corner) <= TOUCHING_M);
     let leaves = |polygon: &Polygon| polygon.normal().dot(sheet.normal) < 0.0 && lies_on(polygon);
     if traceable.polygons.iter().any(leaves) {
         let detail = "the luminaire lies on the room's boundary and emits out of the room, along edge_u_m x edge_v_m: \
@@ -132,7 +135,7 @@ pub(crate) fn check_place(
     checks.errors.len() == errors_before
 }
 
-/// True if a luminaire in the plane of the ceiling, at `ceiling` metres, covers a part of a round opening there.
+/// True if a level luminaire at the height of a round opening, `ceiling` metres, covers a part of it.
 pub fn covers(sheet: &Sheet, ceiling: f64, centre: DVec2, radius: f64) -> bool {
     let corners = sheet.corners();
     if corners.iter().any(|corner| (corner.z - ceiling).abs() > TOUCHING_M) {
@@ -140,8 +143,8 @@ pub fn covers(sheet: &Sheet, ceiling: f64, centre: DVec2, radius: f64) -> bool {
     }
     let outline = corners.map(|corner| corner.truncate());
     let radius = radius - TOUCHING_M;
-    // the outline is clockwise seen from above, for it emits downward
-    radius > 0.0 && -disc_polygon_area(centre, radius, &outline) > TOUCHING_M * radius
+    // a luminaire beside a hanging opening may emit upward or downward
+    radius > 0.0 && disc_polygon_area(centre, radius, &outline).abs() > TOUCHING_M * radius
 }
 
 /// True if the luminaire's rectangle, shifted by a few nanometres along its normal, has a part inside a box.

@@ -1,6 +1,8 @@
 //! Check that objects cover no opening: a surface in the plane of an opening would coincide with it, and light would both pass and be
 //! blocked there.
 
+use std::collections::HashMap;
+
 use glam::{DVec2, DVec3};
 
 use super::RoomDocument;
@@ -25,13 +27,11 @@ pub fn cover_no_opening(
     checks: &mut Checks,
 ) {
     for (object, number) in objects.iter().zip(numbers) {
-        let mut at_height: Option<(f64, Vec<[DVec2; 3]>)> = None;
+        let mut by_height: HashMap<u64, Vec<[DVec2; 3]>> = HashMap::new();
         for (tube, opening) in openings {
-            // most openings have the same height
-            let known = at_height.take().filter(|(height, _)| *height == opening.height_m);
-            let lying = known.unwrap_or_else(|| (opening.height_m, in_plane(&object.mesh, opening.height_m)));
-            refuse(&lying.1, *number, (*tube, opening), checks);
-            at_height = Some(lying);
+            let at = || in_plane(&object.mesh, opening.height_m);
+            let lying = by_height.entry(opening.height_m.to_bits()).or_insert_with(at);
+            refuse(lying, *number, (*tube, opening), checks);
         }
     }
 }
@@ -60,7 +60,15 @@ fn in_plane(mesh: &TriangleMesh, height: f64) -> Vec<[DVec2; 3]> {
 
 fn refuse(lying: &[[DVec2; 3]], number: usize, (tube, opening): (usize, &PlacedOpening), checks: &mut Checks) {
     let radius = opening.radius_m;
-    let area = |corners: &[DVec2; 3]| disc_polygon_area(opening.centre, radius, corners).abs();
+    let area = |corners: &[DVec2; 3]| {
+        let [a, b, c] = *corners;
+        let nearest = opening.centre.clamp(a.min(b).min(c), a.max(b).max(c));
+        // most triangles are far from most openings
+        match nearest.distance(opening.centre) < radius {
+            true => disc_polygon_area(opening.centre, radius, corners).abs(),
+            false => 0.0,
+        }
+    };
     let share = lying.iter().map(area).sum::<f64>() / (std::f64::consts::PI * radius * radius);
     if share > UNCOVERED {
         let detail = format!(

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::surface::{Owner, SurfaceDocument, check_surface};
-use crate::document::errors::Checks;
+use crate::document::errors::{Checks, FieldErrorCode};
 use crate::document::limits::{
-    CEILING_HEIGHT_M, COORDINATE_M, CORNERS, HOLES, PITCH_DEG, ROOM_EDGE_M, TOUCHING_M, TURN_DEG,
+    CEILING_HEIGHT_M, COORDINATE_M, CORNERS, HOLES, MOST_CORNERS, PITCH_DEG, ROOM_EDGE_M, TOUCHING_M, TURN_DEG,
 };
 use crate::document::read::tagged::{self, Reader, Tagged};
 use crate::document::schema::shapes::{PlanePoint, Vector};
@@ -177,6 +177,12 @@ impl PlanDocument {
             return false;
         }
         let holes = self.holes_m.iter().enumerate().map(|(hole, ring)| (format!("/room/plan/holes_m/{hole}"), ring));
+        let corners: usize = self.rings().iter().map(Vec::len).sum();
+        if corners > MOST_CORNERS {
+            let detail = format!("at most {MOST_CORNERS} corners in all, but there are {corners}");
+            checks.refuse_as(FieldErrorCode::TooMany, "/room/plan", detail);
+            return false;
+        }
         let mut good = true;
         for (pointer, ring) in std::iter::once(("/room/plan/outline_m".to_owned(), &self.outline_m)).chain(holes) {
             if !CORNERS.contains(&ring.len()) {
@@ -208,6 +214,9 @@ impl PlanDocument {
         }
         for (place, (a, ring_a, edge)) in all.iter().enumerate() {
             for (b, ring_b, other) in &all[place + 1..] {
+                if are_apart(*edge, *other, near) {
+                    continue;
+                }
                 let Some(at) = meeting(*edge, *other, near) else { continue };
                 let detail = format!("the edges {a} and {b} of the plan meet at ({:.6}, {:.6})", at.x, at.y);
                 let detail = match ring_a == ring_b {
@@ -248,6 +257,11 @@ fn edges(rings: &[Vec<DVec2>]) -> impl Iterator<Item = (usize, Edge)> {
     rings.iter().flat_map(|ring| (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]])).enumerate()
 }
 
+/// True if the bounds of two edges are farther apart than `near`.
+fn are_apart([a, b]: Edge, [c, d]: Edge, near: f64) -> bool {
+    (a.min(b) - near).cmpgt(c.max(d)).any() || (a.max(b) + near).cmplt(c.min(d)).any()
+}
+
 /// Finds a place where two edges meet or come within `near` of each other; `None` if they do so only where one ends and the other starts.
 fn meeting([a, b]: Edge, [c, d]: Edge, near: f64) -> Option<DVec2> {
     let joint = if b.distance(c) <= near {
@@ -272,11 +286,15 @@ fn meeting([a, b]: Edge, [c, d]: Edge, near: f64) -> Option<DVec2> {
     if let Some((place, _)) = closest.into_iter().find(|(_, distance)| *distance <= near) {
         return Some(place);
     }
+    cut([a, b], [c, d]).map(|share| a.lerp(b, share))
+}
+
+/// Returns the fraction of an edge at which the line of another one crosses it, if both meet.
+fn cut([a, b]: Edge, [c, d]: Edge) -> Option<f64> {
     let (along, across) = (b - a, d - c);
     let share = (c - a).perp_dot(across) / along.perp_dot(across);
     let of_other = (c - a).perp_dot(along) / along.perp_dot(across);
-    let on_both = (0.0..=1.0).contains(&share) && (0.0..=1.0).contains(&of_other);
-    on_both.then(|| a + along * share)
+    ((0.0..=1.0).contains(&share) && (-1e-9..=1.0 + 1e-9).contains(&of_other)).then_some(share)
 }
 
 impl CeilingDocument {
@@ -361,11 +379,11 @@ impl PartitionDocument {
             & checks.number(&format!("{pointer}/height_m"), self.height_m, CEILING_HEIGHT_M);
         let Some(room) = room.filter(|_| good) else { return };
         let [from, to] = [self.from_m, self.to_m].map(DVec2::from);
-        if from.distance(to) <= SAME_CORNER * room.scale_m() {
+        let hair = (SAME_CORNER * room.extent().max_element()).max(TOUCHING_M);
+        if from.distance(to) <= hair {
             checks.refuse(format!("{pointer}/to_m"), "must differ from `from_m`");
             return;
         }
-        let hair = SAME_CORNER * room.scale_m();
         let errors_before = checks.errors.len();
         let mut ceiling = f64::INFINITY;
         for (name, end) in [("from_m", from), ("to_m", to)] {
@@ -378,11 +396,15 @@ impl PartitionDocument {
             let detail = format!("must be at most {ceiling} m, the ceiling's height over its lower end");
             checks.refuse(format!("{pointer}/height_m"), detail);
         }
-        let crosses = |[a, b]: &Edge| {
-            let inner = |p: DVec2| covered::distance(&[[*a, *b]], p) > hair;
-            inner(from) && inner(to) && covered::cross(&[[from, to]], &[[*a, *b]])
+        let walls = room.section(hair);
+        let mut cuts: Vec<f64> = walls.iter().filter_map(|wall| cut([from, to], *wall)).chain([0.0, 1.0]).collect();
+        cuts.sort_by(f64::total_cmp);
+        let is_inside = |pair: &[f64]| {
+            let middle = from.lerp(to, 0.5 * (pair[0] + pair[1]));
+            let is_short = (pair[1] - pair[0]) * from.distance(to) <= 2.0 * hair;
+            is_short || covered::contains(&walls, middle) || covered::distance(&walls, middle) <= hair
         };
-        if checks.errors.len() == errors_before && room.section(hair).iter().any(crosses) {
+        if checks.errors.len() == errors_before && !cuts.windows(2).all(is_inside) {
             checks.refuse(pointer, "must not cross a wall");
         }
     }

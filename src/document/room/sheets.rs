@@ -154,9 +154,9 @@ fn closed(objects: &[MeshObject], enclosure: &Enclosure, near: f64) -> Vec<bool>
         for edge in welded::sides((0..).zip(triangles.iter().copied())).chunk_by(|a, b| a.edge == b.edge) {
             let Some(first) = edge.first() else { continue };
             let ends = first.edge.map(|end| at[end as usize]);
-            let on = |face: &EnclosureFace| ends.iter().all(|end| face.polygon.height(*end).abs() <= near);
-            let on_face = enclosure.faces().iter().any(on);
-            *is_open.entry(piece[first.triangle as usize]).or_default() |= edge.len() % 2 == 1 && !on_face;
+            let on = |face: &EnclosureFace| ends.iter().all(|end| face.polygon.distance(*end) <= near);
+            let on_face = || enclosure.faces().iter().any(on);
+            *is_open.entry(piece[first.triangle as usize]).or_default() |= edge.len() % 2 == 1 && !on_face();
         }
         closed.extend(piece.iter().map(|piece| !is_open[piece]));
     }

@@ -19,9 +19,9 @@ pub(crate) fn tube(
     meshes: &dyn MeshSource,
     checks: &mut Checks,
 ) -> Option<(Tube, GuideProvenance)> {
-    let face = PlacedOpening::of(tube, enclosure)?.face;
+    let PlacedOpening { face, drop_m, .. } = PlacedOpening::of(tube, enclosure)?;
     match tube {
-        TubeDocument::Parametric(tube) => Some(cylinders(tube, face)),
+        TubeDocument::Parametric(tube) => Some(cylinders(tube, face, drop_m)),
         TubeDocument::Mesh(document) => {
             let (mesh, diffuser) = mesh_tube(pointer, document, meshes, checks)?;
             let guide = match mesh.section {
@@ -31,7 +31,7 @@ pub(crate) fn tube(
             };
             let tube = Tube {
                 face,
-                drop_m: document.drop_m,
+                drop_m,
                 centre: DVec2::from(document.centre_m),
                 opening_radius: 0.5 * document.opening_diameter_m,
                 shape: TubeShape::Mesh(mesh),
@@ -42,7 +42,7 @@ pub(crate) fn tube(
     }
 }
 
-fn cylinders(tube: &ParametricTube, face: usize) -> (Tube, GuideProvenance) {
+fn cylinders(tube: &ParametricTube, face: usize, drop_m: f64) -> (Tube, GuideProvenance) {
     let segments = tube.segments.iter().map(|segment| Segment {
         length_m: segment.length_m,
         tilt: segment.tilt_deg.to_radians(),
@@ -57,7 +57,7 @@ fn cylinders(tube: &ParametricTube, face: usize) -> (Tube, GuideProvenance) {
     let straight = shape.segments.iter().all(|segment| segment.tilt == 0.0);
     let tube = Tube {
         face,
-        drop_m: tube.drop_m,
+        drop_m,
         centre: DVec2::from(tube.centre_m),
         opening_radius: 0.5 * tube.diameter_m,
         shape: TubeShape::Cylinders(shape),

@@ -3,8 +3,10 @@
 use glam::DVec3;
 
 use super::check::{axes, bends};
+use super::opening::PlacedOpening;
 use super::{ParametricTube, TubeDocument};
 use crate::document::errors::Checks;
+use crate::scene::Enclosure;
 
 /// Depth of overlap, as a fraction of the radius, up to which surfaces count as touching.
 const TOUCHING: f64 = 1e-4;
@@ -13,11 +15,14 @@ const TOUCHING: f64 = 1e-4;
 /// tolerance.
 const STEPS: usize = 1000;
 
-/// Adds a fault for each parametric tube that overlaps an earlier one, or itself, above the ceiling; each tube must be valid by
+/// Adds a fault for each parametric tube that overlaps an earlier one, or itself, above its opening in a room; each tube must be valid by
 /// itself.
-pub(crate) fn check_crossings(tubes: &[TubeDocument], checks: &mut Checks) {
-    let cylinders = |(index, tube): (usize, &TubeDocument)| match tube {
-        TubeDocument::Parametric(tube) => Some((index, pieces(tube, 1.0), pieces(tube, -1.0))),
+pub(crate) fn check_crossings(tubes: &[TubeDocument], enclosure: &Enclosure, checks: &mut Checks) {
+    let cylinders = |(index, document): (usize, &TubeDocument)| match document {
+        TubeDocument::Parametric(tube) => {
+            let height_m = PlacedOpening::of(document, enclosure)?.height_m;
+            Some((index, pieces(tube, height_m, 1.0), pieces(tube, height_m, -1.0)))
+        }
         TubeDocument::Mesh(_) => None,
     };
     let tubes: Vec<(usize, Vec<Piece>, Vec<Piece>)> = tubes.iter().enumerate().filter_map(cylinders).collect();
@@ -51,14 +56,14 @@ struct Piece {
     radius: f64,
 }
 
-/// Returns the segments of a tube as cylinders. At a mitre, where the sides of a segment differ in length, a cylinder ends where
+/// Returns the segments of a tube above its opening, at `height_m`, as cylinders. At a mitre, where the sides of a segment differ in length, a cylinder ends where
 /// the longer side (`ends` 1) or the shorter side (-1) does.
-fn pieces(tube: &ParametricTube, ends: f64) -> Vec<Piece> {
+fn pieces(tube: &ParametricTube, height_m: f64, ends: f64) -> Vec<Piece> {
     let radius = 0.5 * tube.diameter_m;
     let axes = axes(&tube.segments);
     let bends = bends(&axes);
     let reach = |bend: Option<&f64>| bend.map_or(0.0, |bend| ends * radius * libm::tan(0.5 * bend));
-    let mut start = DVec3::new(tube.centre_m[0], tube.centre_m[1], 0.0);
+    let mut start = DVec3::new(tube.centre_m[0], tube.centre_m[1], height_m);
     let mut pieces = Vec::with_capacity(axes.len());
     for (segment, (axis, of)) in axes.into_iter().zip(&tube.segments).enumerate() {
         let (below, above) =
@@ -73,6 +78,11 @@ fn pieces(tube: &ParametricTube, ends: f64) -> Vec<Piece> {
 impl Piece {
     /// True if the pieces have a common point, deeper than the tolerance for touching.
     fn crosses(&self, other: &Self) -> bool {
+        let middle = |piece: &Self| piece.start + 0.5 * piece.length * piece.axis;
+        let reach = |piece: &Self| 0.5 * piece.length.abs() + piece.radius;
+        if middle(self).distance(middle(other)) > reach(self) + reach(other) {
+            return false;
+        }
         let hair = TOUCHING * self.radius.min(other.radius);
         let (one, two) = (self.thinner(hair), other.thinner(hair));
         let mut inside = one.start + 0.5 * one.length * one.axis;

@@ -18,6 +18,8 @@ const OVERHEAD: f64 = 1e-6;
 pub struct PlacedOpening {
     /// Number of the face that the tube comes through.
     pub face: usize,
+    /// Length in metres by which the opening hangs below that face at its centre; 0 within rounding.
+    pub drop_m: f64,
     /// Centre in plan, in metres.
     pub centre: DVec2,
     /// Radius in metres.
@@ -31,6 +33,7 @@ impl PlacedOpening {
     pub fn of(tube: &TubeDocument, enclosure: &Enclosure) -> Option<Self> {
         let Opening { centre, diameter_m, .. } = tube.opening();
         let (name, drop_m) = tube.hangs();
+        let drop_m = if drop_m > TOUCHING_M { drop_m } else { 0.0 };
         let face = match name {
             Some(name) => enclosure.faces().iter().position(|face| face.name == name),
             None if enclosure.as_box().is_some() => Some(Face::Ceiling as usize),
@@ -42,7 +45,7 @@ impl PlacedOpening {
         };
         let face = face.filter(is_overhead)?;
         let height_m = enclosure.height_at(face, centre) - drop_m;
-        Some(Self { face, centre, radius_m: 0.5 * diameter_m, height_m })
+        Some(Self { face, drop_m, centre, radius_m: 0.5 * diameter_m, height_m })
     }
 }
 
@@ -65,7 +68,7 @@ pub(crate) fn check_openings(
             continue;
         }
         let Some(opening) = face_of(&pointer, tube, enclosure, checks) else { continue };
-        if !check_place(&pointer, diameter, &opening, (drop_m, enclosure), checks) {
+        if !check_place(&pointer, diameter, &opening, enclosure, checks) {
             continue;
         }
         let (field, surface) = room.surfaces.of_face(&enclosure.faces()[opening.face]);
@@ -147,11 +150,15 @@ fn check_place(
     pointer: &str,
     diameter: &str,
     opening: &PlacedOpening,
-    (drop_m, enclosure): (f64, &Enclosure),
+    enclosure: &Enclosure,
     checks: &mut Checks,
 ) -> bool {
-    let PlacedOpening { face, centre, radius_m, height_m } = *opening;
+    let PlacedOpening { face, drop_m, centre, radius_m, height_m } = *opening;
     let polygon = &enclosure.faces()[face].polygon;
+    if polygon.distance(centre.extend(enclosure.height_at(face, centre))) > TOUCHING_M {
+        checks.refuse(format!("{pointer}/centre_m"), "lies outside of the face that the tube comes through");
+        return false;
+    }
     let normal = polygon.normal();
     let rise = normal.truncate().length() / -normal.z;
     let needed = radius_m * rise;
@@ -181,16 +188,9 @@ fn check_place(
     if is_inside && to_sides >= radius_m - slack {
         return true;
     }
-    let (field, detail) = match is_inside {
-        true => (
-            diameter,
-            format!(
-                "the opening must lie wholly inside the room, but its rim is {} m beyond a wall or the ceiling",
-                radius_m - to_sides
-            ),
-        ),
-        false => ("centre_m", "lies outside of the face that the tube comes through".to_owned()),
-    };
-    checks.refuse(format!("{pointer}/{field}"), detail);
+    let beyond = if is_inside { radius_m - to_sides } else { radius_m + to_sides };
+    let detail =
+        format!("the opening must lie wholly inside the room, but its rim is {beyond} m beyond a wall or the ceiling");
+    checks.refuse(format!("{pointer}/{diameter}"), detail);
     false
 }

@@ -58,6 +58,38 @@ pub fn enclosed_area(edges: &[Edge]) -> f64 {
     edges.iter().map(|[a, b]| 0.5 * a.perp_dot(*b)).sum()
 }
 
+/// Returns the area of the part of a figure that lies within a rectangle; the edges have the inside on their left.
+///
+/// ```
+/// use glam::DVec2;
+/// use skyduct_physics::geometry::covered::{area_in_rectangle, polygon};
+///
+/// let triangle = polygon(&[DVec2::ZERO, DVec2::new(2.0, 0.0), DVec2::new(0.0, 2.0)]);
+/// assert!((area_in_rectangle(&triangle, DVec2::splat(0.5), DVec2::splat(3.0)) - 0.5).abs() < 1e-15);
+/// ```
+pub fn area_in_rectangle(edges: &[Edge], low: DVec2, high: DVec2) -> f64 {
+    // Green's theorem for the abscissa from the left side, cut off at the right one
+    let of_edge = |[a, b]: &Edge| {
+        let (rise, from, to) = (b.y - a.y, a.y.clamp(low.y, high.y), b.y.clamp(low.y, high.y));
+        if rise == 0.0 || from == to {
+            return 0.0;
+        }
+        let at = |y: f64| a.x + (y - a.y) / rise * (b.x - a.x) - low.x;
+        let (start, end, width) = (at(from), at(to), high.x - low.x);
+        // mean over the piece of max(0, x) - max(0, x - width)
+        let mean = |over: f64| {
+            let (start, end) = (start - over, end - over);
+            match (start > 0.0, end > 0.0) {
+                (true, true) => 0.5 * (start + end),
+                (false, false) => 0.0,
+                _ => 0.5 * start.max(end).powi(2) / (start - end).abs(),
+            }
+        };
+        (to - from) * (mean(0.0) - mean(width))
+    };
+    edges.iter().map(of_edge).sum()
+}
+
 /// Returns the edges of an axis-aligned rectangle, counter-clockwise.
 pub fn rectangle(low: DVec2, high: DVec2) -> Vec<Edge> {
     polygon(&[low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)])

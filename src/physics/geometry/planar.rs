@@ -54,6 +54,11 @@ impl Polygon {
         [self.low, self.high]
     }
 
+    /// Returns the outlines and the holes.
+    pub fn rings(&self) -> &[Vec<DVec3>] {
+        &self.rings
+    }
+
     /// Returns the corners of the outline and the holes.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> {
         self.rings.iter().flatten().copied()

@@ -39,6 +39,8 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
         (RefusalCode::RoomShape, "rooms that are not boxes")
     } else if traceable.tubes.iter().any(|tube| tube.hangs) {
         (RefusalCode::RoomShape, "openings that hang below the ceiling")
+    } else if scene.grids.iter().any(|grid| (0..grid.len()).any(|sensor| grid.is_cut(sensor))) {
+        (RefusalCode::RoomShape, "means over cells that walls cut")
     } else if scene.channels != Channels::Photopic {
         (RefusalCode::Colours, "coefficients given as red, green, blue")
     } else if scene.tubes.iter().any(|tube| cylinders(&tube.shape).is_none()) {

@@ -77,9 +77,12 @@ impl Enclosure {
         }
         for (number, plane) in ceiling.iter().enumerate() {
             let others = ceiling.iter().enumerate().filter(|(other, _)| *other != number).map(|(_, other)| *other);
+            let lowered = |rings: Vec<Vec<DVec2>>, other: CeilingPlane| -> Vec<Vec<DVec2>> {
+                rings.iter().flat_map(|ring| plane.lower_parts(ring, other)).collect()
+            };
             let parts: Vec<Vec<DVec3>> = rings
                 .iter()
-                .map(|ring| others.clone().fold(ring.clone(), |ring, other| plane.lower_part(&ring, other)))
+                .flat_map(|ring| others.clone().fold(vec![ring.clone()], lowered))
                 .filter(|ring| ring.len() > 2)
                 // seen from below, the sense turns round
                 .map(|ring| ring.iter().rev().map(|p| p.extend(plane.at(*p))).collect())
@@ -110,20 +113,40 @@ impl CeilingPlane {
         self.height_m + self.rise.dot(place)
     }
 
-    /// Returns the part of a ring where this plane is not above another one.
-    fn lower_part(&self, ring: &[DVec2], other: Self) -> Vec<DVec2> {
-        let below = |p: DVec2| other.at(p) - self.at(p);
-        let mut part = Vec::new();
-        for [a, b] in edges(ring) {
+    /// Returns the parts of a ring where this plane is below another one, in the ring's sense. Corners where both are equal lie on their common
+    /// line; the parts are closed along this line, through all such corners.
+    fn lower_parts(&self, ring: &[DVec2], other: Self) -> Vec<Vec<DVec2>> {
+        let scale = ring.iter().map(|p| self.at(*p).abs()).fold(0.0, f64::max);
+        let below = |p: DVec2| match other.at(p) - self.at(p) {
+            difference if difference.abs() <= COINCIDING * scale => 0.0,
+            difference => difference,
+        };
+        if !ring.iter().any(|p| below(*p) < 0.0) {
+            return vec![ring.to_vec()];
+        }
+        // each piece of the ring that lies below, from the place where it comes from the line to the place where it goes back
+        let mut pieces: Vec<Vec<DVec2>> = Vec::new();
+        let Some(start) = (0..ring.len()).find(|k| below(ring[*k]) <= 0.0) else { return vec![ring.to_vec()] };
+        for k in start..start + ring.len() {
+            let (a, b) = (ring[k % ring.len()], ring[(k + 1) % ring.len()]);
             let (from, to) = (below(a), below(b));
-            if from >= 0.0 {
-                part.push(a);
-            }
-            if (from > 0.0 && to < 0.0) || (from < 0.0 && to > 0.0) {
-                part.push(a.lerp(b, from / (from - to)));
+            let crossing = || {
+                if from == 0.0 {
+                    a
+                } else if to == 0.0 {
+                    b
+                } else {
+                    a.lerp(b, from / (from - to))
+                }
+            };
+            match (from > 0.0, to > 0.0) {
+                (false, true) => pieces.push(vec![crossing(), b]),
+                (true, true) => pieces.last_mut().into_iter().for_each(|piece| piece.push(b)),
+                (true, false) => pieces.last_mut().into_iter().for_each(|piece| piece.push(crossing())),
+                (false, false) => {}
             }
         }
-        part
+        closed_along_line(&pieces, (self.rise - other.rise).perp(), ring.iter().copied().filter(|p| below(*p) == 0.0))
     }
 
     /// Finds the fractions of the segment between two places at which any two of some planes cross.
@@ -140,6 +163,40 @@ impl CeilingPlane {
     fn meet(planes: &[Self], place: DVec2, height: f64) -> bool {
         planes.iter().filter(|plane| plane.at(place) <= height * (1.0 + COINCIDING)).count() > 1
     }
+}
+
+/// Joins pieces of a ring, which begin and end on a line, to rings along the line: between the first and the second of their ends in the
+/// direction `along`, the third and the fourth, and so on, through the corners `on_line`.
+fn closed_along_line(pieces: &[Vec<DVec2>], along: DVec2, on_line: impl Iterator<Item = DVec2>) -> Vec<Vec<DVec2>> {
+    let on_line: Vec<DVec2> = on_line.collect();
+    // (place along the line, piece, true for its end)
+    let mut ends: Vec<(f64, usize, bool)> = Vec::new();
+    for (number, piece) in pieces.iter().enumerate() {
+        if let [first, .., last] = piece[..] {
+            ends.extend([(first.dot(along), number, false), (last.dot(along), number, true)]);
+        }
+    }
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut rings = Vec::new();
+    let mut is_used = vec![false; pieces.len()];
+    for first in 0..pieces.len() {
+        let (mut ring, mut number) = (Vec::new(), first);
+        while !std::mem::replace(&mut is_used[number], true) {
+            ring.extend(&pieces[number]);
+            let Some(place) = ends.iter().position(|(_, of, is_end)| *of == number && *is_end) else { break };
+            let Some((to, next, _)) = ends.get(place ^ 1).copied() else { break };
+            let from = ends[place].0;
+            let mut between: Vec<DVec2> = on_line.clone();
+            between.retain(|p| (p.dot(along) - from) * (p.dot(along) - to) < 0.0);
+            between.sort_by(|a, b| (a.dot(along) - from).abs().total_cmp(&(b.dot(along) - from).abs()));
+            ring.extend(between);
+            number = next;
+        }
+        if !ring.is_empty() {
+            rings.push(ring);
+        }
+    }
+    rings
 }
 
 fn edges(ring: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> {
@@ -239,6 +296,34 @@ mod tests {
         let corners =
             |name: &str| gable.faces().iter().find(|face| face.name == name).unwrap().polygon.corners().count();
         assert_eq!(["wall_0", "wall_1", "wall_3", "wall_5"].map(corners), [4, 5, 5, 5]);
+    }
+
+    /// Gables over an L, whose ridge runs along an edge, and over a U, whose ridge crosses both arms: the volumes are those by hand.
+    #[test]
+    fn gables_over_concave_plans() {
+        let l = ring(&[[0.0, 0.0], [8.0, 0.0], [8.0, 3.0], [4.0, 3.0], [4.0, 6.0], [0.0, 6.0]]);
+        let along_x = [
+            CeilingPlane { height_m: 2.0, rise: DVec2::new(0.0, 0.5) },
+            CeilingPlane { height_m: 5.0, rise: DVec2::new(0.0, -0.5) },
+        ];
+        let u = ring(&[[0.0, 0.0], [9.0, 0.0], [9.0, 6.0], [6.0, 6.0], [6.0, 2.0], [3.0, 2.0], [3.0, 6.0], [0.0, 6.0]]);
+        // 2.75 m high in the mean over each half of a depth of 3 m
+        let of_l = 8.0 * 3.0 * 2.75 + 4.0 * 3.0 * 2.75;
+        // the base of 2 m is 2.5 m high in the mean, arms 3 m wide from 2 to 3 m and from 3 to 6 m
+        let of_u = 9.0 * 2.0 * 2.5 + 2.0 * 3.0 * (1.0 * 3.25 + 3.0 * 2.75);
+        for (outline, expected) in [(l, of_l), (u, of_u)] {
+            for turned in [false, true] {
+                let mut outline = outline.clone();
+                if turned {
+                    outline.reverse();
+                }
+                let room = Enclosure::prism(&[outline], 1e-9, &along_x, OPEN).unwrap();
+                assert!((volume(&room) - expected).abs() < 1e-9, "{} {expected}", volume(&room));
+                let plan = area(&room, FaceKind::Floor);
+                let slope = 1.25f64.sqrt();
+                assert!((area(&room, FaceKind::Ceiling) - plan * slope).abs() < 1e-9);
+            }
+        }
     }
 
     /// Walls have the numbers of the edges that were given, whichever way the outline runs; a repeated corner has no wall.

@@ -190,6 +190,12 @@ impl Grid {
         self.free.as_ref().is_some_and(|free| free[index] == 0.0)
     }
 
+    /// True if the sensor is a mean over a cell of which a part lies outside the room.
+    #[inline]
+    pub fn is_cut(&self, index: usize) -> bool {
+        self.estimate == EstimateKind::CellAverage && self.area.as_ref().is_some_and(|area| area[index] < 1.0)
+    }
+
     /// Returns the number of sensors that have a value: all but those inside solids.
     pub fn valued(&self) -> usize {
         (0..self.len()).filter(|sensor| !self.is_inside(*sensor)).count()

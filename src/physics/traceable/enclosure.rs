@@ -141,6 +141,15 @@ impl TraceableEnclosure {
         }
     }
 
+    /// True if a point lies outside of the room: of a box, by more than rounding.
+    #[inline]
+    pub fn is_outside(&self, point: DVec3) -> bool {
+        match self.shape {
+            Shape::Box(_) => (point.cmplt(self.low - self.hair) | point.cmpgt(self.high + self.hair)).any(),
+            Shape::Faces => !self.contains(point),
+        }
+    }
+
     /// Returns the face and the point where a ray from outside comes into the room; `None` where it misses the room.
     pub fn entry(&self, origin: DVec3, direction: DVec3) -> Option<(usize, DVec3)> {
         let (distance, face) = self.crossings(origin, direction).min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -190,9 +199,9 @@ impl TraceableEnclosure {
         self.scale
     }
 
-    /// True if all points lie in the plane of one face, within `near` m.
-    pub fn is_in_plane_of_a_face(&self, points: &[DVec3], near: f64) -> bool {
-        self.polygons.iter().any(|polygon| points.iter().all(|point| polygon.height(*point).abs() <= near))
+    /// True if all points lie on one face, within `near` m.
+    pub fn is_on_a_face(&self, points: &[DVec3], near: f64) -> bool {
+        self.polygons.iter().any(|polygon| points.iter().all(|point| polygon.distance(*point) <= near))
     }
 }
 

@@ -13,8 +13,10 @@ use glam::{DVec2, DVec3};
 use super::box_object::TraceableBox;
 use super::enclosure::TraceableEnclosure;
 use super::solids::{Sheet, Solid, sections};
-use crate::geometry::covered::{Edge, bounds, contains, covered, distance, enclosed_area, polygon, rectangle};
-use crate::scene::{EstimateKind, Grid, Scene, Sensor};
+use crate::geometry::covered::{
+    Edge, area_in_rectangle, bounds, contains, covered, distance, enclosed_area, polygon, rectangle,
+};
+use crate::scene::{EstimateKind, Grid, MeshObject, Scene, Sensor};
 
 /// Fraction of the room's scale within which points lie on surfaces.
 const TOLERANCE: f64 = 1e-9;
@@ -53,7 +55,8 @@ impl OccupiedParts {
 
     /// Returns the number of cells that solids take in part.
     pub fn partly(&self) -> usize {
-        self.free.iter().filter(|free| **free > 0.0 && **free < 1.0).count()
+        let in_room = |sensor: usize| self.area.get(sensor).copied().unwrap_or(1.0);
+        self.free.iter().enumerate().filter(|(sensor, free)| **free > 0.0 && **free < in_room(*sensor)).count()
     }
 
     /// Finds the parts of a grid that objects of a scene take or that lie outside its faces.
@@ -62,7 +65,7 @@ impl OccupiedParts {
             return Self::of_placed(scene, placed);
         }
         let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
-        let covers = Cover::all(scene, grid.height_m, tolerance);
+        let covers = Solids::of(scene, tolerance).covers(grid.height_m);
         let area = area_inside(scene, grid, tolerance);
         let of_area = |area: &f64| match grid.estimate {
             EstimateKind::Point => f64::from(*area > 0.0),
@@ -90,16 +93,20 @@ impl OccupiedParts {
     fn of_placed(scene: &Scene, placed: &[Sensor]) -> Self {
         let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
         let enclosure = TraceableEnclosure::new(&scene.room.enclosure);
+        let solids = Solids::of(scene, tolerance);
         let mut covers: HashMap<u64, Vec<Cover>> = HashMap::new();
         let mut by = Vec::new();
+        // a hair in front of the sensor, to which side its light comes from
+        let before = |sensor: &Sensor| sensor.position + sensor.normal * (4.0 * tolerance);
         let mut of_sensor = |sensor: &Sensor| {
-            let at = sensor.position;
-            let covers = covers.entry(at.z.to_bits()).or_insert_with(|| Cover::all(scene, at.z, tolerance));
+            let at = before(sensor);
+            let covers = covers.entry(at.z.to_bits()).or_insert_with(|| solids.covers(at.z));
             let mut free = [1.0];
             take_points(&single_point(scene, at), 0, covers, tolerance, &mut free, &mut by);
             free[0]
         };
-        let mut area: Vec<f64> = placed.iter().map(|sensor| f64::from(enclosure.contains(sensor.position))).collect();
+        let is_in_room = |sensor: &Sensor| enclosure.contains(sensor.position) && enclosure.contains(before(sensor));
+        let mut area: Vec<f64> = placed.iter().map(|sensor| f64::from(is_in_room(sensor))).collect();
         let in_room = placed.iter().zip(&area);
         let free: Vec<f64> = in_room.map(|(sensor, area)| if *area == 0.0 { 0.0 } else { of_sensor(sensor) }).collect();
         if area.iter().all(|area| *area == 1.0) {
@@ -147,8 +154,7 @@ fn area_inside(scene: &Scene, grid: &Grid, tolerance: f64) -> Vec<f64> {
         if to_wall > half.length() {
             return 1.0;
         }
-        let cell = rectangle(centre - half, centre + half);
-        match enclosed_area(&covered(&cell, std::slice::from_ref(&inside), tolerance)) / grid.cell_area_m2() {
+        match area_in_rectangle(&inside, centre - half, centre + half) / grid.cell_area_m2() {
             share if share > 1.0 - LEAST_SHARE => 1.0,
             share => share.max(LEAST_SHARE),
         }
@@ -167,31 +173,52 @@ struct Cover {
     solid: Option<TraceableBox>,
 }
 
-impl Cover {
-    fn all(scene: &Scene, height: f64, tolerance: f64) -> Vec<Self> {
+/// Solids of a scene that can cover sensors.
+struct Solids<'a> {
+    scene: &'a Scene,
+    tolerance: f64,
+    boxes: Vec<TraceableBox>,
+    /// Closed pieces of meshes that hold no source of light, with the number of their object.
+    pieces: Vec<(usize, Solid)>,
+}
+
+impl<'a> Solids<'a> {
+    fn of(scene: &'a Scene, tolerance: f64) -> Self {
+        let boxes = scene.room.boxes.iter().map(TraceableBox::new).collect();
+        let faces: Vec<_> = scene.room.enclosure.faces().iter().map(|face| face.polygon.clone()).collect();
+        let of_mesh = |(number, object): (usize, &MeshObject)| {
+            let solids = Solid::of_mesh(&object.mesh, &faces, tolerance).into_iter().filter(Solid::is_closed);
+            let solids = solids.filter(|solid| !holds_a_source(scene, solid, tolerance));
+            solids.map(|solid| (number, solid)).collect::<Vec<_>>()
+        };
+        let pieces = scene.room.meshes.iter().enumerate().flat_map(of_mesh).collect();
+        Self { scene, tolerance, boxes, pieces }
+    }
+
+    /// Returns the outlines of the solids in a level plane.
+    fn covers(&self, height: f64) -> Vec<Cover> {
         let new = |of, edges: Vec<Edge>, solid| {
             let (low, high) = bounds(edges.iter());
-            Self { of, edges, low, high, solid }
+            Cover { of, edges, low, high, solid }
         };
-        let boxes = scene.room.boxes.iter().map(TraceableBox::new).enumerate().filter(|(_, object)| {
+        let boxes = self.boxes.iter().enumerate().filter(|(_, object)| {
             let (low, high) = object.span();
             height >= low && height < high
         });
-        let boxes =
-            boxes.map(|(number, object)| new(RoomObject::Box(number), polygon(&object.outline()), Some(object)));
-        let mut covers: Vec<Self> = boxes.collect();
-        let sheet = horizontal(scene, height, tolerance);
-        let faces: Vec<_> = scene.room.enclosure.faces().iter().map(|face| face.polygon.clone()).collect();
-        for (number, object) in scene.room.meshes.iter().enumerate() {
-            let solids = Solid::of_mesh(&object.mesh, &faces, tolerance);
-            let solids = solids.iter().filter(|solid| solid.is_closed() && solid.may_cut(&sheet));
-            let solids = solids.filter(|solid| !holds_a_source(scene, solid, tolerance));
+        let boxes = boxes
+            .map(|(number, object)| new(RoomObject::Box(number), polygon(&object.outline()), Some(object.clone())));
+        let mut covers: Vec<Cover> = boxes.collect();
+        let sheet = horizontal(self.scene, height, self.tolerance);
+        for of_object in self.pieces.chunk_by(|a, b| a.0 == b.0) {
+            let solids = of_object.iter().map(|(_, solid)| solid).filter(|solid| solid.may_cut(&sheet));
             let found = sections(solids, &sheet).covers.into_iter();
-            covers.extend(found.map(|edges| new(RoomObject::Mesh(number), edges, None)));
+            covers.extend(found.map(|edges| new(RoomObject::Mesh(of_object[0].0), edges, None)));
         }
         covers
     }
+}
 
+impl Cover {
     /// True if the bounds of the outline meet the rectangle from `low` to `high`.
     fn is_near(&self, low: DVec2, high: DVec2) -> bool {
         self.low.cmple(high).all() && self.high.cmpge(low).all()

@@ -133,7 +133,7 @@ impl TraceableScene {
         let objects = !boxes.is_empty() || meshes.is_some();
         let enclosure = TraceableEnclosure::new(enclosure);
         let near = COINCIDING * scale;
-        let on_a_face = |luminaire: &TraceableLuminaire| enclosure.is_in_plane_of_a_face(&luminaire.corners(), near);
+        let on_a_face = |luminaire: &TraceableLuminaire| enclosure.is_on_a_face(&luminaire.corners(), near);
         // on a face, a luminaire can stand between nothing
         let hanging: Vec<_> = luminaires.iter().copied().filter(|luminaire| !on_a_face(luminaire)).collect();
         let boxes: Vec<_> = boxes.iter().map(TraceableBox::new).collect();

@@ -88,8 +88,7 @@ impl TraceableScene {
     /// True if a point is inside a box or on the lower side of one, or outside of the room.
     #[inline]
     pub fn is_in_solid(&self, point: DVec3) -> bool {
-        self.boxes.iter().any(|object| object.contains(point))
-            || (self.enclosure.as_box().is_none() && !self.enclosure.contains(point))
+        self.boxes.iter().any(|object| object.contains(point)) || self.enclosure.is_outside(point)
     }
 
     /// True if a segment passes through an opening that hangs into the room, other than by ending in it.

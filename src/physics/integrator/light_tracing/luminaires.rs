@@ -35,7 +35,9 @@ pub fn add_to_cells<const C: usize>(scene: &TraceableScene, plane: &SensorPlane,
         let [u, v] = PathRandom::new(pass.stream(Stream::CellPoint, (plane.first + index) as u64)).uniform2();
         let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
         let offset = DVec3::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1], 0.0);
-        *lux += illuminance::<C>(scene, centre + offset);
+        if !(plane.is_cut && scene.is_in_solid(centre + offset)) {
+            *lux += illuminance::<C>(scene, centre + offset);
+        }
     });
 }
 

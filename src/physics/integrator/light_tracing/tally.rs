@@ -121,7 +121,7 @@ impl SensorTally<'_> {
                 continue;
             }
             let scene = self.scene;
-            let all = plane.stride == 1 && lobe.is_none();
+            let all = plane.stride == 1 && lobe.is_none() && !plane.is_cut;
             if all && !scene.obstructed {
                 connection.add_to(self.vectors, lux, &plane.x, &plane.y);
                 let is_first = !std::mem::replace(&mut self.counted[number], true);
@@ -131,7 +131,8 @@ impl SensorTally<'_> {
             let start = if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
             let sees = |index: usize| {
                 let target = DVec3::new(plane.x[index] + offset.x, plane.y[index] + offset.y, plane.height);
-                scene.visible(scattering.position, scattering.surface, target, None)
+                !(plane.is_cut && scene.is_in_solid(target))
+                    && scene.visible(scattering.position, scattering.surface, target, None)
             };
             if let Some(lobe) = lobe {
                 for index in (start..plane.len()).step_by(plane.stride) {

@@ -22,6 +22,8 @@ pub struct SensorPlane {
     pub height: f64,
     pub grid: Grid,
     pub average: bool,
+    /// True if points of some cells lie outside the room.
+    pub is_cut: bool,
     /// Squared distance in m2 within which cell averages count crossings of the plane instead of connections.
     pub near_squared: f64,
     /// Number of the grid's first sensor among all grids.
@@ -39,6 +41,7 @@ impl SensorPlane {
             grid: grid.clone(),
             height: grid.height_m,
             average: grid.estimate == EstimateKind::CellAverage,
+            is_cut: (0..grid.len()).any(|sensor| grid.is_cut(sensor)),
             near_squared: near * near,
             first,
             stride: grid.len().div_ceil(CONNECTIONS),

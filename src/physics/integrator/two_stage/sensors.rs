@@ -46,9 +46,10 @@ pub fn visible_parts(scene: &TraceableScene, grid: &Grid) -> Vec<VisiblePart> {
                 CORNERS.into_iter().map(|corner| position + point_of_cell(grid, corner)).collect()
             }
         };
+        let is_cut = grid.is_cut(sensor);
         scene.tubes.iter().map(move |tube| {
             let (centre, radius) = (tube.origin, tube.opening_radius);
-            if scene.leaves_clear(position, reach, None, centre, radius) {
+            if !is_cut && scene.leaves_clear(position, reach, None, centre, radius) {
                 VisiblePart::Whole
             } else if scene.hides(&corners, centre, radius) {
                 VisiblePart::Hidden

@@ -1,0 +1,138 @@
+//! Plan of a room: outline, objects, openings of tubes, lengths of walls, and an arrow to north.
+
+use glam::DVec2;
+
+use super::axes::Axes;
+use super::colour::{BLACK, Colour, WHITE};
+use super::drawing::{Anchor, Drawing, Line, Type};
+use super::letters;
+use super::outline::{Outline, Part};
+use super::ticks::short;
+
+/// Shortest wall whose length is written beside it, in pixels.
+const LEAST_MEASURED: f64 = 30.0;
+
+/// Contents of a plan of a room.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoomPlan {
+    /// Outline and holes of the floor in metres.
+    pub rings: Vec<Vec<DVec2>>,
+    /// Azimuth of the y axis (drawn upwards), clockwise from north in degrees.
+    pub rotation_deg: f64,
+    /// Openings of tubes in the ceiling: centre and radius in metres.
+    pub tubes: Vec<(DVec2, f64)>,
+    /// Outlines of objects in metres.
+    pub objects: Vec<Vec<DVec2>>,
+}
+
+impl RoomPlan {
+    /// Returns the plan of a rectangle, without tubes and objects.
+    pub fn rectangle(from: DVec2, to: DVec2) -> Self {
+        let corners = vec![from, DVec2::new(to.x, from.y), to, DVec2::new(from.x, to.y)];
+        Self { rings: vec![corners], rotation_deg: 0.0, tubes: Vec::new(), objects: Vec::new() }
+    }
+
+    /// Returns the least and the greatest corner of the bounds in metres.
+    pub fn bounds(&self) -> [DVec2; 2] {
+        let corners = || self.rings.iter().flatten().copied();
+        [corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max)]
+    }
+
+    /// Covers the parts of a figure within a rectangle that lie outside of the outline or in a hole.
+    pub fn cover_outside(&self, drawing: &mut Drawing, axes: &Axes) {
+        let rings: Vec<Vec<DVec2>> = self.rings.iter().map(|ring| ring_at(ring, axes)).collect();
+        let Some((outline, holes)) = rings.split_first() else { return };
+        let doubled: f64 = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
+        // opposite to the rectangle, so that the windings cancel inside
+        let mut cover = Outline::rectangle(axes.within.from, axes.within.to);
+        match doubled > 0.0 {
+            true => cover.0.extend(Outline::polygon(outline.iter().rev().copied()).0),
+            false => cover.0.extend(Outline::polygon(outline.iter().copied()).0),
+        }
+        drawing.fill(cover, Colour::Paper, 1.0);
+        for hole in holes {
+            drawing.fill(Outline::polygon(hole.iter().copied()), Colour::Faint, 1.0);
+        }
+    }
+
+    /// Draws objects and openings of tubes.
+    pub fn draw_objects_and_tubes(&self, drawing: &mut Drawing, axes: &Axes) {
+        for object in &self.objects {
+            let outline = Outline::polygon(object.iter().map(|point| axes.at(point.x, point.y)));
+            drawing.line(outline.clone(), Line::new(WHITE, 3.0));
+            drawing.line(outline, Line::new(BLACK, 1.2).dashed(&[5.0, 3.0]));
+        }
+        let scale = metre(axes);
+        for (centre, radius) in &self.tubes {
+            let outline = Outline::circle(axes.at(centre.x, centre.y), radius * scale);
+            drawing.line(outline.clone(), Line::new(WHITE, 4.0));
+            drawing.line(outline, Line::new(BLACK, 2.0));
+        }
+    }
+
+    /// Draws the walls.
+    pub fn draw_outline(&self, drawing: &mut Drawing, axes: &Axes) {
+        for ring in &self.rings {
+            drawing.line(Outline::polygon(ring_at(ring, axes)), Line::new(Colour::Ink, 2.0));
+        }
+    }
+
+    /// Writes the lengths of the outer walls beside them, outside of the room; those along the bounds are read from the axes.
+    pub fn draw_lengths(&self, drawing: &mut Drawing, axes: &Axes) {
+        let [low, high] = self.bounds();
+        for ring in self.rings.iter().take(1) {
+            let doubled: f64 = ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
+            for (from, to) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+                let lies_at_an_end =
+                    (0..2).any(|axis| from[axis] == to[axis] && (from[axis] == low[axis] || from[axis] == high[axis]));
+                let (a, b) = (axes.at(from.x, from.y), axes.at(to.x, to.y));
+                if lies_at_an_end || a.distance(b) < LEAST_MEASURED {
+                    continue;
+                }
+                // y points down in the figure
+                let out = (b - a).normalize().perp() * if doubled > 0.0 { 1.0 } else { -1.0 };
+                let look = Type::new(11.0, Colour::Muted).anchored(Anchor::Middle).rimmed(Colour::Paper);
+                let text = format!("{} m", short((from.distance(*to) * 100.0).round() / 100.0));
+                let aside = if out.x.abs() > out.y.abs() { 5.0 + 0.5 * letters::width(&text, 11.0) } else { 11.0 };
+                drawing.text_centred(a.midpoint(b) + aside * out, text, look);
+            }
+        }
+    }
+
+    /// Writes the numbers of the tubes below their openings, and adds the places to `taken`.
+    pub fn draw_tube_numbers(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Vec<DVec2>) {
+        let scale = metre(axes);
+        for (number, (centre, radius)) in self.tubes.iter().enumerate() {
+            let at = axes.at(centre.x, centre.y) + DVec2::new(0.0, radius * scale + 10.0);
+            let look = Type::new(12.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
+            drawing.text_centred(at, format!("tube {number}"), look);
+            taken.push(at);
+        }
+    }
+}
+
+/// Returns the length of a metre in a figure, in pixels.
+fn metre(axes: &Axes) -> f64 {
+    axes.within.size().x / (axes.x.to - axes.x.from)
+}
+
+fn ring_at(ring: &[DVec2], axes: &Axes) -> Vec<DVec2> {
+    ring.iter().map(|corner| axes.at(corner.x, corner.y)).collect()
+}
+
+/// Draws an arrow toward north; `rotation_deg`: azimuth of the direction that is drawn upwards.
+pub fn draw_north(drawing: &mut Drawing, centre: DVec2, rotation_deg: f64) {
+    let (sin, cos) = libm::sincos(-rotation_deg.to_radians());
+    // clockwise seen from above
+    let turned = |x: f64, y: f64| centre + DVec2::new(x * cos + y * sin, x * sin - y * cos);
+    let arrow = Outline(vec![
+        Part::Move(turned(0.0, 20.0)),
+        Part::Line(turned(7.0, -12.0)),
+        Part::Line(turned(0.0, -6.0)),
+        Part::Line(turned(-7.0, -12.0)),
+        Part::Close,
+    ]);
+    drawing.fill(arrow, Colour::Ink, 1.0);
+    let letter = Type::new(12.0, Colour::Ink).anchored(Anchor::Middle);
+    drawing.text_centred(turned(0.0, 29.0), "N", letter);
+}
