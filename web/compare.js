@@ -1,6 +1,7 @@
 // Two variants side by side on one scale, and their difference.
-import { across, cells, down, largest, legend, lux, values } from "./map.js";
+import { across, cells, down, largest, legend, lux, outlined, outside, values } from "./map.js";
 import { layout } from "./plan.js";
+import { extent } from "./room.js";
 import { coverage, diverging, halfWidth, rising, scale } from "./scale.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
@@ -12,11 +13,12 @@ export function keepAsA() {
 
 /** @param {Answer} answer @param {(at: import("./map.js").Layout) => Drawn} map @param {string} label */
 function small(answer, map, label) {
-  const [width, depth, height] = answer.job.document.room.size_m;
-  const natural = layout([width, depth, height], true);
-  const at = { ...natural, left: 4, top: 4 };
+  const { room } = answer.job.document;
+  const { west, width, depth } = extent(room);
+  const natural = layout(room, true);
+  const at = { ...natural, left: 4 - natural.k * west, top: 4 };
   return html`<figure><figcaption>${label}</figcaption>${svg`<svg viewBox=${`0 0 ${at.k * width + 8} ${at.k * depth + 8}`} role="img" aria-label=${label}>
-    ${map(at)}<rect class="frame" x="4" y="4" width=${at.k * width} height=${at.k * depth}></rect>
+    ${map(at)}${answer.grid ? outside(room, answer.grid, at) : nothing}${outlined(room, at, "frame")}
     ${(answer.job.document.tubes ?? []).map(
       ({ centre_m }) => svg`<circle class="ring" cx=${across(at, centre_m[0])}
       cy=${down(at, centre_m[1])} r="5"></circle>`,
@@ -61,6 +63,8 @@ const ENTRIES = {
   views: "view",
   objects: "object",
   luminaires: "luminaire",
+  outline_m: "corner",
+  partitions: "partition",
 };
 
 /**

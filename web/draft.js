@@ -1,8 +1,13 @@
 // The job document that is edited: what it needs, and how it is changed.
+import { clearance } from "./outline.js";
+import { extent, rings, steepness } from "./room.js";
 
 /** Largest edge of a cell of the work plane, and how many cells there are along an edge. */
 const CELL_M = 0.25;
 const CELLS = { least: 8, most: 40 };
+/** Cells of a plan along its longer side, and the step of their size. */
+const PLAN_CELLS = 20;
+const SPACING_STEP_M = 0.05;
 /** Distance of a moved tube from the walls. */
 const FROM_WALL_M = 0.02;
 
@@ -35,19 +40,30 @@ export function usualTube(kind, centre_m) {
 
 /** The document with what the page needs; throws where it is none. @param {any} read @returns {JobDocument} */
 export function complete(read) {
-  const size = read?.room?.size_m;
-  if (!Array.isArray(size) || size.length !== 3 || !size.every((edge) => Number.isFinite(edge) && edge > 0)) {
-    throw new Error("it has no room");
-  }
+  const numbers = (/** @type {any} */ list, /** @type {number} */ count) =>
+    Array.isArray(list) && list.length === count && list.every(Number.isFinite);
+  const { size_m, plan, ceiling } = read?.room ?? {};
+  const isBox = !plan && numbers(size_m, 3) && size_m.every((/** @type {number} */ edge) => edge > 0);
+  const isRing = (/** @type {any} */ ring) =>
+    Array.isArray(ring) && ring.length >= 3 && ring.every((/** @type {any} */ corner) => numbers(corner, 2));
+  const isPlan = isRing(plan?.outline_m) && (plan.holes_m ?? []).every(isRing) && typeof ceiling?.kind === "string";
+  if (!isBox && !isPlan) throw new Error("it has no room");
   /** @type {JobDocument} */
   const draft = structuredClone(read);
   draft.tubes ??= [];
-  if (!draft.grids?.length) draft.grids = [{ name: "workplane", height_m: Math.min(0.85, size[2] / 2), cells: [8, 8] }];
+  const height_m = Math.min(0.85, extent(draft.room).height / 2);
+  if (!draft.grids?.length) draft.grids = [{ name: "workplane", height_m, ...(plan ? { spacing_m: spacing(draft) } : { cells: [8, 8] }) }];
   return draft;
 }
 
+/** Size of the cells of a plan. @param {JobDocument} draft */
+function spacing({ room }) {
+  const { width, depth } = extent(room);
+  return centimetres(Math.max(1, Math.round(Math.max(width, depth) / PLAN_CELLS / SPACING_STEP_M)) * SPACING_STEP_M);
+}
+
 /**
- * The document after a change; its work plane has cells of about 25 cm.
+ * The document after a change: the work plane of a box has cells of about 25 cm, openings hang below a slope as a whole.
  * @param {JobDocument} draft
  * @param {(draft: JobDocument) => void} change
  */
@@ -55,10 +71,19 @@ export function changed(draft, change) {
   const next = structuredClone(draft);
   change(next);
   const grid = next.grids?.[0];
-  const size = /** @type {JobDocument} */ draft.room.size_m;
-  if (grid && (size[0] !== next.room.size_m[0] || size[1] !== next.room.size_m[1])) {
+  const [before, after] = [extent(draft.room), extent(next.room)];
+  const isOther = before.width !== after.width || before.depth !== after.depth || !draft.room.plan !== !next.room.plan;
+  if (grid && isOther && !grid.points_m) {
+    delete grid.cells;
+    delete grid.spacing_m;
     const cells = (/** @type {number} */ edge) => within(Math.round(edge / CELL_M), CELLS.least, CELLS.most);
-    grid.cells = [cells(next.room.size_m[0]), cells(next.room.size_m[1])];
+    if (next.room.plan) grid.spacing_m = spacing(next);
+    else grid.cells = [cells(after.width), cells(after.depth)];
+  }
+  const slope = steepness(next.room);
+  for (const tube of slope > 0 ? (next.tubes ?? []) : []) {
+    const least = Math.ceil(50 * diameter(tube) * slope - 1e-9) / 100;
+    if (!((tube.drop_m ?? 0) >= least)) tube.drop_m = least;
   }
   return next;
 }
@@ -74,11 +99,38 @@ export function moveTube(draft, index, x, y) {
   const tube = draft.tubes?.[index];
   if (!tube) return;
   const free = diameter(tube) / 2 + FROM_WALL_M;
-  const [width, depth] = draft.room.size_m;
+  if (draft.room.plan) {
+    tube.centre_m = besideWalls(rings(draft.room), tube.centre_m, [centimetres(x), centimetres(y)], free);
+    return;
+  }
+  const { width, depth } = extent(draft.room);
   tube.centre_m = [
     centimetres(within(x, Math.min(free, width / 2), Math.max(width - free, width / 2))),
     centimetres(within(y, Math.min(free, depth / 2), Math.max(depth - free, depth / 2))),
   ];
+}
+
+/**
+ * Where a tube of a plan goes: along walls where they are in the way; anywhere if it stood in none before.
+ * @param {import("./outline.js").Point[][]} rings
+ * @param {[number, number]} from
+ * @param {[number, number]} to
+ * @param {number} free
+ * @returns {[number, number]}
+ */
+function besideWalls(rings, from, to, free) {
+  const isFree = (/** @type {[number, number]} */ place) => clearance(rings, place) >= free - 1e-9;
+  /** @type {[number, number][]} */
+  const places = [to, [to[0], from[1]], [from[0], to[1]], from];
+  return places.find(isFree) ?? to;
+}
+
+/** Hangs a tube below the ceiling. @param {Tube | undefined} tube @param {number} metres */
+export function setDrop(tube, metres) {
+  if (!tube) return;
+  const drop = centimetres(metres);
+  if (drop > 0) tube.drop_m = drop;
+  else delete tube.drop_m;
 }
 
 /** @param {JobDocument} draft @param {number} index */
@@ -86,23 +138,35 @@ export function removeTube(draft, index) {
   draft.tubes?.splice(index, 1);
 }
 
-/** Adds a usual tube where there is most room. @param {JobDocument} draft */
-export function addTube(draft) {
-  const [width, depth] = draft.room.size_m;
-  const tubes = (draft.tubes ??= []);
-  let best = { distance: -1, x: width / 2, y: depth / 2 };
+/**
+ * The place in a room with most space around it, between walls and tubes.
+ * @param {JobDocument["room"]} room
+ * @param {Tube[]} tubes
+ * @returns {[number, number]}
+ */
+export function roomiest(room, tubes) {
+  const { west, south, width, depth } = extent(room);
+  const walls = rings(room);
+  let best = { distance: -Infinity, x: west + width / 2, y: south + depth / 2 };
   for (let i = 1; i < 8; i++) {
     for (let j = 1; j < 8; j++) {
-      const [x, y] = [(width * i) / 8, (depth * j) / 8];
+      const [x, y] = [west + (width * i) / 8, south + (depth * j) / 8];
       const toTubes = tubes.map((tube) => Math.hypot(tube.centre_m[0] - x, tube.centre_m[1] - y));
-      const distance = Math.min(...toTubes, 2 * Math.min(x, y, width - x, depth - y));
+      const distance = Math.min(...toTubes, 2 * clearance(walls, [x, y]));
       if (distance > best.distance + 1e-9) best = { distance, x, y };
     }
   }
+  return [best.x, best.y];
+}
+
+/** Adds a usual tube where there is most room. @param {JobDocument} draft */
+export function addTube(draft) {
+  const tubes = (draft.tubes ??= []);
+  const [x, y] = roomiest(draft.room, tubes);
   const last = tubes.at(-1);
   const tube = last && !isMesh(last) ? structuredClone(last) : usualTube("straight", [0, 0]);
   tubes.push(tube);
-  moveTube(draft, tubes.length - 1, best.x, best.y);
+  moveTube(draft, tubes.length - 1, x, y);
 }
 
 /** The edges of a room that can be moved. @typedef {"east" | "west" | "north" | "south"} Edge */
@@ -114,7 +178,7 @@ export function addTube(draft) {
  * @param {number} metres
  */
 export function resize(draft, axis, metres) {
-  draft.room.size_m[axis] = metres;
+  if (draft.room.size_m) draft.room.size_m[axis] = metres;
   draft.tubes?.forEach((tube, index) => moveTube(draft, index, tube.centre_m[0], tube.centre_m[1]));
 }
 
@@ -127,7 +191,8 @@ export function resize(draft, axis, metres) {
 export function moveEdge(draft, edge, metres) {
   const axis = edge === "east" || edge === "west" ? 0 : 1;
   const size = draft.room.size_m;
-  const before = size[axis] ?? 1;
+  if (!size) return;
+  const before = size[axis];
   size[axis] = centimetres(within(before + metres, leastEdge(draft), 50));
   const grown = size[axis] - before;
   if (edge === "west" || edge === "south") shift(draft, axis, grown);
@@ -138,11 +203,13 @@ export function moveEdge(draft, edge, metres) {
 const leastEdge = (draft) => Math.max(0.8, ...(draft.tubes ?? []).map((tube) => diameter(tube) + 0.1));
 
 /** Moves all that stands in the room. @param {JobDocument} draft @param {0 | 1} axis @param {number} metres */
-function shift(draft, axis, metres) {
+export function shift(draft, axis, metres) {
   const places = [
     ...(draft.tubes ?? []).map((tube) => tube.centre_m),
     ...(draft.room.objects ?? []).map((object) => object.position_m),
     ...(draft.room.luminaires ?? []).map((luminaire) => luminaire.corner_m),
+    ...(draft.room.partitions ?? []).flatMap((partition) => [partition.from_m, partition.to_m]),
+    ...(draft.grids ?? []).flatMap((grid) => grid.points_m ?? []),
     ...(draft.views ?? []).flatMap((view) => [view.eye_m, view.look_at_m]),
   ];
   for (const place of places) place[axis] = centimetres((place[axis] ?? 0) + metres);

@@ -1,6 +1,6 @@
 // The room: its size, its surfaces, its work plane.
-import { resize } from "./draft.js";
 import { number, words } from "./field.js";
+import { shapes } from "./form_plan.js";
 import { edit } from "./live.js";
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -11,8 +11,13 @@ const USUAL = /** @type {const} */ ({ floor: 0.2, walls: 0.5, ceiling: 0.7 });
 /** The part of the form about the room. */
 export function room() {
   const { draft } = state;
-  const [width, depth, height] = draft.room.size_m;
   const grid = draft.grids?.[0];
+  const { objects, luminaires, partitions, plan } = draft.room;
+  const also = [
+    ...(objects?.length || luminaires?.length ? [`${objects?.length ?? 0} objects`, `${luminaires?.length ?? 0} luminaires`] : []),
+    ...(partitions?.length ? [`${partitions.length} partitions`] : []),
+    ...(plan?.holes_m?.length ? [`${plan.holes_m.length} columns`] : []),
+  ];
   const reflectance = (/** @type {keyof typeof USUAL} */ name) => {
     const value = draft.room.surfaces?.[name] ? draft.room.surfaces[name].reflectance : USUAL[name];
     const pointer = `/room/surfaces/${name}/reflectance`;
@@ -28,32 +33,7 @@ export function room() {
   const raise = (/** @type {number} */ to) => edit((next) => next.grids?.[0] && (next.grids[0].height_m = to));
   return html`
     ${words({ pointer: "/name", label: "Name", value: draft.name ?? "", set: (to) => edit((next) => (next.name = to)) })}
-    <div class="triple">
-      ${number({
-        pointer: "/room/size_m/0",
-        label: "Width",
-        unit: "m",
-        value: width,
-        step: 0.05,
-        set: (to) => edit((next) => resize(next, 0, to)),
-      })}
-      ${number({
-        pointer: "/room/size_m/1",
-        label: "Depth",
-        unit: "m",
-        value: depth,
-        step: 0.05,
-        set: (to) => edit((next) => resize(next, 1, to)),
-      })}
-      ${number({
-        pointer: "/room/size_m/2",
-        label: "Height",
-        unit: "m",
-        value: height,
-        step: 0.05,
-        set: (to) => edit((next) => (next.room.size_m[2] = to)),
-      })}
-    </div>
+    ${shapes()}
     <h3>Reflectances</h3>
     <div class="triple">${reflectance("floor")}${reflectance("walls")}${reflectance("ceiling")}</div>
     <div class="pair">
@@ -82,9 +62,9 @@ export function room() {
       })}
     </div>
     ${
-      draft.room.objects?.length || draft.room.luminaires?.length
+      also.length
         ? html`<p
-      class="note">The room also has ${draft.room.objects?.length ?? 0} objects and ${draft.room.luminaires?.length ?? 0} luminaires, which the document describes.</p>`
+      class="note">The room also has ${also.join(" and ")}, which the document describes.</p>`
         : nothing
     }`;
 }

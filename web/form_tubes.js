@@ -1,9 +1,10 @@
 // The tubes: kinds, sizes, closures; models in OBJ files.
 import * as api from "./api.js";
-import { diameter, isMesh, removeTube, usualTube } from "./draft.js";
+import { diameter, isMesh, removeTube, roomiest, setDrop, usualTube } from "./draft.js";
 import { choice, number, slider } from "./field.js";
 import { edit, hold } from "./live.js";
 import { add } from "./plan_hand.js";
+import { extent } from "./room.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -142,6 +143,7 @@ function pipe(tube, index) {
       set: (to) => change(index, (next) => (next.diameter_m = to)),
     })}
     ${lengths}${leans}
+    ${hangs(tube, index)}
     ${mirror(tube, index)}
     <div class="pair">
       ${choice({
@@ -162,6 +164,18 @@ function pipe(tube, index) {
       ${share(`${at}/diffuser/transmittance`, "passes", tube.diffuser, (to) => change(index, (next) => "transmittance" in next.diffuser && (next.diffuser.transmittance = to)))}
     </div>`;
 }
+
+/** How far a tube hangs below the ceiling. @param {Tube} tube @param {number} index */
+const hangs = (tube, index) =>
+  number({
+    pointer: `/tubes/${index}/drop_m`,
+    label: "Hangs below the ceiling",
+    unit: "m",
+    value: tube.drop_m ?? 0,
+    step: 0.05,
+    min: 0,
+    set: (to) => edit((draft) => draft.tubes?.forEach((other, at) => (state.together || at === index) && setDrop(other, to))),
+  });
 
 /** @param {string} pointer @param {string} label @param {Collector | Diffuser} closure @param {(to: number) => void} set */
 function share(pointer, label, closure, set) {
@@ -219,6 +233,7 @@ function mesh(tube, index) {
         set: (to) => alter((next) => (next.opening_diameter_m = to)),
       })}
     </div>
+    ${hangs(tube, index)}
     ${Object.entries(tube.parts).map(([name, part]) =>
       choice({
         pointer: `${at}/parts/${name}`,
@@ -257,7 +272,7 @@ async function take(file) {
         mesh: id,
         unit: "m",
         opening_diameter_m: opening,
-        centre_m: [draft.room.size_m[0] / 2, draft.room.size_m[1] / 2],
+        centre_m: draft.room.plan ? roomiest(draft.room, draft.tubes) : [extent(draft.room).width / 2, extent(draft.room).depth / 2],
         parts: Object.fromEntries(materials.map((name) => [name, guessed(name)])),
       }),
     );

@@ -1,4 +1,5 @@
 // Lines of equal value on a grid of cells (marching squares), from wall to wall.
+import { clearance } from "./outline.js";
 
 /** @typedef {[number, number]} Point */
 
@@ -125,14 +126,14 @@ function joined(pieces) {
  * Where a line's label stands: on its point that is farthest from what is in the way, within the walls.
  * @param {Point[][]} of
  * @param {Point[]} taken
- * @param {[number, number]} size
+ * @param {Point[][]} rings outline of the room and holes in it
  * @param {number} gap
  * @returns {Point | null}
  */
-export function labelled(of, taken, [width, depth], gap) {
+export function labelled(of, taken, rings, gap) {
   let best = { distance: gap, place: /** @type {Point | null} */ (null) };
   for (const [x, y] of of.flat()) {
-    if (Math.min(x, width - x, y, depth - y) < gap) continue;
+    if (clearance(rings, [x, y]) < gap) continue;
     const distance = Math.min(...taken.map((other) => Math.hypot(other[0] - x, other[1] - y)), 4 * gap);
     if (distance > best.distance) best = { distance, place: [x, y] };
   }

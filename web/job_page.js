@@ -1,11 +1,12 @@
 // One job, at an address of its own: what was asked for, how far it is, what came out.
 import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
-import { across, bar, down, isolines, largest, lux, values } from "./map.js";
+import { across, bar, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
 import { jobs } from "./jobs.js";
 import { layout, north } from "./plan.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
+import { extent, outline } from "./room.js";
 import { scale } from "./scale.js";
 import { files, packed } from "./share.js";
 import { skyNames } from "./sky.js";
@@ -90,12 +91,19 @@ function page({ job, grid, passes, left: seconds, history, fault, edit }) {
 function asked({ room, sky, time, location, tubes }) {
   const type = sky?.cie_type;
   return [
-    ["room", `${room.size_m.join(" × ")} m`],
+    ["room", size(room)],
     ["tubes", String(tubes?.length ?? 0)],
     ...(type ? [/** @type {[string, string]} */ (["sky", `${skyNames[type]} (${type})`])] : []),
     ...(time ? [/** @type {[string, string]} */ (["time", time.replace("T", " ")])] : []),
     ...(location ? [/** @type {[string, string]} */ (["place", coordinates(location)])] : []),
   ];
+}
+
+/** Size of a room in words. @param {JobDocument["room"]} room */
+function size(room) {
+  const { width, depth, lowest, height } = extent(room);
+  if (room.size_m) return `${room.size_m.join(" × ")} m`;
+  return `${outline(room).length} corners, ${width} × ${depth} × ${lowest < height ? `${lowest} to ` : ""}${height} m`;
 }
 
 /** @param {{ latitude_deg: number, longitude_deg: number }} place */
@@ -105,25 +113,23 @@ const coordinates = ({ latitude_deg: north, longitude_deg: east }) =>
 /** @param {Job} job @param {Grid} grid */
 function map(job, grid) {
   const { rows, unit } = values(grid, "lux");
-  const size = job.document.room.size_m;
-  const [width, depth] = size;
-  const at = layout(size, true);
+  const { room } = job.document;
+  const { east, depth } = extent(room);
+  const at = layout(room, true);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
     ${lux(grid, rows, at, end)}${isolines(
       grid,
       rows,
       at,
-      [width, depth],
+      room,
       (job.document.tubes ?? []).map(({ centre_m }) => centre_m),
     )}
-    <rect class="frame" x=${across(at, 0)} y=${down(at, depth)} width=${at.k * width} height=${at.k * depth}></rect>
+    ${outside(room, grid, at)}${outlined(room, at, "frame")}
     ${(job.document.tubes ?? []).map(
       (tube) => svg`<circle class="ring" cx=${across(at, tube.centre_m[0])}
       cy=${down(at, tube.centre_m[1])} r=${(at.k * ("mesh" in tube ? tube.opening_diameter_m : tube.diameter_m)) / 2}></circle>`,
     )}
-    <text class="measure" x=${across(at, width / 2)} y=${down(at, 0) + 22}>${width} m</text>
-    <text class="measure" x=${at.left - 14} y=${down(at, depth / 2)}
-      transform=${`rotate(-90 ${at.left - 14} ${down(at, depth / 2)})`}>${depth} m</text>
-    ${bar(end, ticks, unit, across(at, width) + 18, at.top, at.k * depth)}${north(job.document.room.rotation_deg ?? 0)}</svg>`;
+    ${measures(room, at)}
+    ${bar(end, ticks, unit, across(at, east) + 18, at.top, at.k * depth)}${north(room.rotation_deg ?? 0)}</svg>`;
 }

@@ -48,7 +48,7 @@ function header(edits) {
   const rooms = html`<label class="inline">Room
     <select id="preset" @change=${choose}><option value="" .selected=${!chosen}>your own</option>${options}</select></label>`;
   const sharing = html`<button type="button" @click=${() => void share()}>Share</button>`;
-  const toPlan = () => /** @type {SVGElement | null} */ (app.querySelector(".plan .tube, .plan .wall"))?.focus();
+  const toPlan = () => /** @type {SVGElement | null} */ (app.querySelector(".plan .tube, .plan .wall, .plan .corner"))?.focus();
   const skip = html`<button type="button" class="skip" @click=${toPlan}>To the plan</button>`;
   return html`<header>${edits ? skip : nothing}<h1><a href="/">skyduct</a></h1><p>How much daylight do these tubes bring into this room?</p>
     <nav aria-label="Page">${edits ? rooms : nothing}

@@ -1,17 +1,19 @@
 // The map of values over the room: cells, lines, scale. The plan, the comparison and the page of a job draw it.
 import { labelled, lines } from "./isolux.js";
+import { path } from "./outline.js";
+import { extent, rings } from "./room.js";
 import { picture, rising, scale, tidy } from "./scale.js";
-import { svg } from "./vendor/lit-html.js";
+import { nothing, svg } from "./vendor/lit-html.js";
 
 /**
- * How metres become units of the drawing, and the size of the drawing.
- * @typedef {{ k: number, left: number, top: number, depth: number, box: [number, number] }} Layout
+ * How metres become units of the drawing: `left` is where x is 0, `top` where y is `north`. The size of the drawing.
+ * @typedef {{ k: number, left: number, top: number, north: number, box: [number, number] }} Layout
  */
 
 /** @param {Layout} at @param {number} x */
 export const across = (at, x) => at.left + at.k * x;
 /** @param {Layout} at @param {number} y */
-export const down = (at, y) => at.top + at.k * (at.depth - y);
+export const down = (at, y) => at.top + at.k * (at.north - y);
 
 /** What the map shows: values, unit. @param {Grid} grid @param {"lux" | "daylight_factor"} layer */
 export function values(grid, layer) {
@@ -42,8 +44,8 @@ function edges(grid) {
   return [(grid.x_m[0] ?? 0) - dx, (grid.y_m[0] ?? 0) - dy, (grid.x_m.at(-1) ?? 0) + dx, (grid.y_m.at(-1) ?? 0) + dy];
 }
 
-/** Colour of cells inside solids. @type {[number, number, number]} */
-const NO_VALUE = [232, 232, 232];
+/** Colours of cells inside solids, and outside the room. @type {{ solid: [number, number, number], outside: [number, number, number, number] }} */
+const NO_VALUE = { solid: [232, 232, 232], outside: [0, 0, 0, 0] };
 
 /** @type {WeakMap<number[][], Map<string, string>>} */
 const pictures = new WeakMap();
@@ -59,7 +61,9 @@ const pictures = new WeakMap();
 export function cells(grid, rows, at, key, colour) {
   const known = pictures.get(rows) ?? new Map();
   pictures.set(rows, known);
-  const address = known.get(key) ?? picture(rows.map((row) => row.map((value) => (Number.isNaN(value) ? NO_VALUE : colour(value)))));
+  const none = (/** @type {number} */ i, /** @type {number} */ j) => (grid.area_m2?.[j]?.[i] === 0 ? NO_VALUE.outside : NO_VALUE.solid);
+  const address =
+    known.get(key) ?? picture(rows.map((row, j) => row.map((value, i) => (Number.isNaN(value) ? none(i, j) : colour(value)))));
   known.set(key, address);
   const [west = 0, south = 0, east = 0, north = 0] = edges(grid);
   return svg`<image class="cells" href=${address} x=${across(at, west)} y=${down(at, north)} width=${at.k * (east - west)}
@@ -75,24 +79,56 @@ export function cells(grid, rows, at, key, colour) {
  */
 export const lux = (grid, rows, at, end) => cells(grid, rows, at, `lux ${end}`, (value) => rising(value / end));
 
+/** Outline of a room, and the holes in it, as a path. @param {JobDocument["room"]} room @param {Layout} at */
+const drawn = (room, at) =>
+  path(
+    rings(room),
+    (x) => across(at, x),
+    (y) => down(at, y),
+  );
+
+/** The floor, or the frame of its map. @param {JobDocument["room"]} room @param {Layout} at @param {"floor" | "frame"} as */
+export function outlined(room, at, as) {
+  const { west, north, width, depth } = extent(room);
+  return room.plan
+    ? svg`<path class=${as} fill-rule="evenodd" d=${drawn(room, at)}></path>`
+    : svg`<rect class=${as} x=${across(at, west)} y=${down(at, north)} width=${at.k * width} height=${at.k * depth}></rect>`;
+}
+
+/** Width and depth of a room beside its drawing. @param {JobDocument["room"]} room @param {Layout} at */
+export function measures(room, at) {
+  const { west, south, east, north, width, depth } = extent(room);
+  const [x, y] = [across(at, west) - 14, down(at, (south + north) / 2)];
+  return svg`<text class="measure" x=${across(at, (west + east) / 2)} y=${down(at, south) + 22}>${width} m</text>
+    <text class="measure" x=${x} y=${y} transform=${`rotate(-90 ${x} ${y})`}>${depth} m</text>`;
+}
+
+/** What hides the parts of cells and lines outside a plan. @param {JobDocument["room"]} room @param {Grid} grid @param {Layout} at */
+export function outside(room, grid, at) {
+  if (!room.plan) return nothing;
+  const [west = 0, south = 0, east = 0, north = 0] = edges(grid);
+  const around = `M${across(at, west) - 1} ${down(at, north) - 1}H${across(at, east) + 1}V${down(at, south) + 1}H${across(at, west) - 1}Z`;
+  return svg`<path class="outside" fill-rule="evenodd" d=${around + drawn(room, at)}></path>`;
+}
+
 /**
  * Lines at levels people would write, labelled.
  * @param {Grid} grid
  * @param {number[][]} rows
  * @param {Layout} at
- * @param {[number, number]} size
+ * @param {JobDocument["room"]} room
  * @param {[number, number][]} taken
  */
-export function isolines(grid, rows, at, size, taken) {
+export function isolines(grid, rows, at, room, taken) {
   const { ticks } = scale(largest(rows) * 0.98, 7);
   const inTheWay = [...taken];
   const of = (/** @type {[number, number]} */ [x, y]) => `${across(at, x).toFixed(1)},${down(at, y).toFixed(1)}`;
-  const drawn = ticks.slice(1).map((level) => ({ level, found: lines(grid, rows, level) }));
-  const paths = drawn.map(
+  const levels = ticks.slice(1).map((level) => ({ level, found: lines(grid, rows, level) }));
+  const paths = levels.map(
     ({ found }) => svg`<path class="iso" d=${found.map((line) => `M${line.map(of).join("L")}`).join("")}></path>`,
   );
-  const labels = drawn.map(({ level, found }) => {
-    const place = labelled(found, inTheWay, size, 26 / at.k);
+  const labels = levels.map(({ level, found }) => {
+    const place = labelled(found, inTheWay, rings(room), 26 / at.k);
     if (!place) return null;
     inTheWay.push(place);
     return svg`<text class="level" x=${across(at, place[0])} y=${down(at, place[1]) + 4}>${tidy(level)}</text>`;

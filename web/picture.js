@@ -1,6 +1,9 @@
 // The picture of the room as it clears up.
 import * as api from "./api.js";
 import { percent } from "./accuracy.js";
+import { roomiest } from "./draft.js";
+import { clearance } from "./outline.js";
+import { ceilingAt, extent, rings } from "./room.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -16,8 +19,30 @@ const CAMERAS = /** @type {const} */ ({ corner: "from a corner", door: "from the
 /** @type {keyof typeof CAMERAS} */
 let camera = "corner";
 
-/** @param {[number, number, number]} size @returns {View} */
-function view([width, depth, height]) {
+/** Distance of a camera from the walls of a plan. */
+const FROM_WALL_M = 0.15;
+
+/** A view of a room above a plan: from where its middle is seen from the corner or the door, or from above the middle. @param {JobDocument["room"]} room @returns {View} */
+function viewOfPlan(room) {
+  const { west, south, east } = extent(room);
+  const [x, y] = roomiest(room, []);
+  const walls = rings(room);
+  const common = { name: "room", size_px: /** @type {[number, number]} */ ([480, 360]) };
+  const over = 0.98 * ceilingAt(room, [x, y]);
+  if (camera === "above") return { ...common, eye_m: [x, y, over], look_at_m: [x, y, 0], up: [0, 1, 0], vertical_fov_deg: 110 };
+  const from = camera === "door" ? (west + east) / 2 : east;
+  /** @param {number} share of the way to the middle @returns {[number, number]} */
+  const on = (share) => [from + share * (x - from), south + share * (y - south)];
+  const share = Array.from({ length: 100 }, (_, i) => i / 100).find((share) => clearance(walls, on(share)) >= FROM_WALL_M) ?? 0.9;
+  const eye = on(share);
+  const height = ceilingAt(room, eye);
+  return { ...common, eye_m: [...eye, Math.min(1.6, 0.8 * height)], look_at_m: [x, y, 0.4 * height], vertical_fov_deg: 75 };
+}
+
+/** @param {JobDocument["room"]} room @returns {View} */
+function view(room) {
+  if (room.plan) return viewOfPlan(room);
+  const { width, depth, height } = extent(room);
   const eye = Math.min(1.6, 0.8 * height);
   const common = { name: "room", size_px: /** @type {[number, number]} */ ([480, 360]) };
   if (camera === "above")
@@ -49,7 +74,7 @@ async function start() {
   const draft = {
     ...state.draft,
     grids: [],
-    views: [view(state.draft.room.size_m)],
+    views: [view(state.draft.room)],
     stop: { view_relative_error: 0.03, max_seconds: 60 },
   };
   /** @type {Picture} */

@@ -1,7 +1,9 @@
-// The plan of the room from above: the map, the tubes and the room's edges, which are moved by hand.
+// The plan of the room from above: the map, the tubes and the room's walls, which are moved by hand.
 import { diameter, isMesh } from "./draft.js";
-import { bar, across, down, isolines, largest, lux, values } from "./map.js";
-import { drag, edgeDrag, keys, moveCursor, still } from "./plan_hand.js";
+import { bar, across, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
+import { drag, keys, moveCursor, still } from "./plan_hand.js";
+import { walls } from "./plan_walls.js";
+import { extent } from "./room.js";
 import { scale } from "./scale.js";
 import { set, state } from "./state.js";
 import { nothing, svg } from "./vendor/lit-html.js";
@@ -9,17 +11,18 @@ import { nothing, svg } from "./vendor/lit-html.js";
 /** Space around the room for words, in units of the drawing. */
 const AROUND = { left: 40, right: 74, top: 34, bottom: 34 };
 
-/** @param {[number, number, number]} size @param {boolean} narrow @returns {import("./map.js").Layout} */
-export function layout([width, depth], narrow) {
+/** @param {JobDocument["room"]} room @param {boolean} narrow @returns {import("./map.js").Layout} */
+export function layout(room, narrow) {
+  const { west, north, width, depth } = extent(room);
   const [across, down] = narrow ? [250, 330] : [430, 420];
   const k = Math.min(across / width, down / depth);
   // a drawing of one width has letters of one size
   const free = Math.max(0, across - k * width);
   return {
     k,
-    left: AROUND.left + free / 2,
+    left: AROUND.left + free / 2 - k * west,
     top: AROUND.top,
-    depth,
+    north,
     box: [AROUND.left + k * width + free + AROUND.right, AROUND.top + k * depth + AROUND.bottom],
   };
 }
@@ -37,25 +40,25 @@ export function sharedScale(grid, layer) {
 /** The plan as an editor. @param {boolean} narrow */
 export function plan(narrow) {
   const { draft, answer } = state;
-  const size = draft.room.size_m;
-  const at = drag.layout ?? layout(size, narrow);
-  const seen = { ...at, depth: size[1] };
+  const { room } = draft;
+  const at = drag.layout ?? layout(room, narrow);
+  const seen = room.plan ? at : { ...at, north: extent(room).depth };
   const grid = answer?.grid ?? null;
   const { box } = at;
   return svg`<svg class="plan" viewBox=${`0 0 ${box[0]} ${box[1]}`} role="application"
-    aria-label="Plan of the room: tubes and walls are moved by the arrow keys, with Shift in small steps"
+    aria-label=${`Plan of the room: tubes and ${room.plan ? "corners" : "walls"} are moved by the arrow keys, with Shift in small steps`}
       @pointermove=${drag.move} @pointerup=${drag.end} @pointercancel=${drag.end} @pointerleave=${() => set({ cursor: null })}>
     <g class=${state.current ? "" : "old"}
       @pointermove=${(/** @type {PointerEvent} */ event) => grid && moveCursor(event, grid, seen)}>
-      <rect class="floor" x=${across(seen, 0)} y=${down(seen, size[1])} width=${seen.k * size[0]}
-        height=${seen.k * size[1]}></rect>
-      ${grid ? map(grid, seen) : nothing}
+      ${outlined(room, seen, "floor")}
+      ${grid?.x_m.length ? map(grid, seen) : nothing}
     </g>
-    ${(draft.room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, seen) : nothing))}
-    ${walls(seen)}
+    ${(room.partitions ?? []).map((sheet) => partition(sheet, seen))}
+    ${(room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, seen) : nothing))}
+    ${walls(room, seen)}
     ${(draft.tubes ?? []).map((tube, index) => opening(tube, index, seen))}
-    ${measures(seen)}
-    ${north(draft.room.rotation_deg ?? 0)}
+    ${measures(room, seen)}
+    ${north(room.rotation_deg ?? 0)}
   </svg>`;
 }
 
@@ -63,18 +66,19 @@ export function plan(narrow) {
 function map(grid, at) {
   const { rows, unit } = values(grid, state.layer);
   const { end, ticks } = sharedScale(grid, state.layer);
-  const of = /** @type {JobDocument} */ (state.answer?.job.document).room.size_m;
+  const { room } = /** @type {JobDocument} */ (state.answer?.job.document);
   const tubes = (state.draft.tubes ?? []).map((tube) => tube.centre_m);
-  const size = /** @type {[number, number]} */ ([of[0], of[1]]);
+  const { east, north, depth } = extent(state.draft.room);
   const [column, row] = state.cursor ?? [-1, -1];
   const [x, y] = [grid.x_m[column], grid.y_m[row]];
   return [
     lux(grid, rows, at, end),
-    isolines(grid, rows, at, size, tubes),
+    isolines(grid, rows, at, room, tubes),
+    outside(room, grid, at),
     x !== undefined && y !== undefined
       ? svg`<circle class="spot" cx=${across(at, x)} cy=${down(at, y)} r="4"></circle>`
       : nothing,
-    bar(end, ticks, unit, at.left + at.k * state.draft.room.size_m[0] + 18, at.top, at.k * at.depth),
+    bar(end, ticks, unit, across(at, east) + 18, down(at, north), at.k * depth),
   ];
 }
 
@@ -86,27 +90,9 @@ function furniture(object, at) {
     transform=${`rotate(${object.rotation_deg ?? 0} ${x} ${y})`}></rect>`;
 }
 
-/** @param {import("./map.js").Layout} at */
-function walls(at) {
-  const [width, depth] = state.draft.room.size_m;
-  const [west, east, north, south] = [across(at, 0), across(at, width), down(at, depth), down(at, 0)];
-  const sides = /** @type {const} */ ([
-    ["west", west, north, west, south, width],
-    ["east", east, north, east, south, width],
-    ["north", west, north, east, north, depth],
-    ["south", west, south, east, south, depth],
-  ]);
-  return sides.map(
-    ([edge, x1, y1, x2, y2, metres]) => svg`<g class=${`wall ${edge}`} tabindex="0" role="slider"
-      aria-label=${`${edge} wall: ${edge === "west" || edge === "east" ? "width" : "depth"} of the room in metres`}
-      aria-orientation=${edge === "west" || edge === "east" ? "horizontal" : "vertical"} aria-valuemin="0.8" aria-valuemax="50"
-        aria-valuenow=${metres} aria-valuetext=${`${metres} m`}
-      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => edgeDrag(event, edge, at)}
-        @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { edge })}>
-      <line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
-        class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`,
-  );
-}
+/** @param {Schemas["PartitionDocument"]} partition @param {import("./map.js").Layout} at */
+const partition = ({ from_m: [x1, y1], to_m: [x2, y2] }, at) =>
+  svg`<line class="partition" x1=${across(at, x1)} y1=${down(at, y1)} x2=${across(at, x2)} y2=${down(at, y2)}></line>`;
 
 /** @param {Tube} tube @param {number} index @param {import("./map.js").Layout} at */
 function opening(tube, index, at) {
@@ -135,14 +121,6 @@ function axis(tube, at) {
   return tube.segments.some(({ tilt_deg }) => tilt_deg)
     ? svg`<polyline class="axis" points=${points.join(" ")}></polyline>`
     : nothing;
-}
-
-/** @param {import("./map.js").Layout} at */
-function measures(at) {
-  const [width, depth] = state.draft.room.size_m;
-  const [x, y] = [across(at, 0) - 14, down(at, depth / 2)];
-  return svg`<text class="measure" x=${across(at, width / 2)} y=${down(at, 0) + 22}>${width} m</text>
-    <text class="measure" x=${x} y=${y} transform=${`rotate(-90 ${x} ${y})`}>${depth} m</text>`;
 }
 
 /** An arrow to the north. @param {number} turned azimuth of the room's y axis */

@@ -1,11 +1,15 @@
-// Moving tubes and walls on the plan, by pointer and by keys.
+// Moving tubes, walls and corners on the plan, by pointer and by keys.
 import { addTube, moveEdge, moveTube, removeTube } from "./draft.js";
+import { addCorner, moveCorner, removeCorner } from "./draft_plan.js";
 import { edit, hold } from "./live.js";
+import { extent, outline } from "./room.js";
 import { set, state } from "./state.js";
 
 /** Steps of the arrow keys in metres, without and with Shift. */
 const STEP_M = 0.05;
 const SMALL_STEP_M = 0.01;
+/** How near a corner snaps, in units of the drawing. */
+const REACH = 8;
 
 /** @typedef {import("./map.js").Layout} Layout */
 /** @typedef {import("./draft.js").Edge} Edge */
@@ -13,7 +17,7 @@ const SMALL_STEP_M = 0.01;
 /**
  * Metres per CSS pixel, and the place of a pointer in the drawing's units.
  * @param {SVGSVGElement} drawing
- * @param {PointerEvent} event
+ * @param {MouseEvent} event
  */
 function place(drawing, event) {
   const matrix = drawing.getScreenCTM();
@@ -85,15 +89,37 @@ export function edgeDrag(event, edge, at) {
       Object.assign(draft, structuredClone(before));
       moveEdge(draft, edge, out);
     });
-    const grown = (/** @type {0 | 1} */ axis) => at.k * ((state.draft.room.size_m[axis] ?? 0) - (before.room.size_m[axis] ?? 0));
-    drag.layout = { ...at, left: at.left - (edge === "west" ? grown(0) : 0), top: at.top - (edge === "north" ? grown(1) : 0) };
+    const [now, then] = [extent(state.draft.room), extent(before.room)];
+    const [wider, deeper] = [at.k * (now.width - then.width), at.k * (now.depth - then.depth)];
+    drag.layout = { ...at, left: at.left - (edge === "west" ? wider : 0), top: at.top - (edge === "north" ? deeper : 0) };
   };
+}
+
+/** Takes a corner. @param {PointerEvent} event @param {number} corner @param {Layout} at */
+export function cornerDrag(event, corner, at) {
+  const drawing = taken(event);
+  if (!drawing) return;
+  set({ corner });
+  const start = place(drawing, event);
+  const [x, y] = outline(state.draft.room)[corner] ?? [0, 0];
+  drag.layout = { ...at };
+  drag.moved = (nowX, nowY) =>
+    edit((draft) => moveCorner(draft, corner, [x + (nowX - start.x) / at.k, y - (nowY - start.y) / at.k], REACH / at.k));
+}
+
+/** Adds a corner to an edge, where the pointer is. @param {MouseEvent} event @param {number} edge @param {Layout} at */
+export function addAt(event, edge, at) {
+  const drawing = /** @type {SVGElement} */ (event.currentTarget).ownerSVGElement;
+  if (!drawing) return;
+  const { x, y } = place(drawing, event);
+  edit((draft) => addCorner(draft, edge, [(x - at.left) / at.k, at.north - (y - at.top) / at.k]));
+  set({ corner: edge + 1 });
 }
 
 /**
  * Moves what has the focus by the arrow keys.
  * @param {KeyboardEvent} event
- * @param {{ tube: number } | { edge: Edge }} what
+ * @param {{ tube: number } | { edge: Edge } | { corner: number }} what
  */
 export function keys(event, what) {
   const step = event.shiftKey ? SMALL_STEP_M : STEP_M;
@@ -115,8 +141,9 @@ export function keys(event, what) {
       // the focus goes to the next tube, or it would go to the page's beginning
       requestAnimationFrame(() =>
         requestAnimationFrame(() => {
-          const others = plan?.querySelectorAll(".tube, .wall");
-          /** @type {SVGElement | undefined} */ (others?.[Math.min(4 + index, others.length - 1)])?.focus();
+          const others = [...(plan?.querySelectorAll(".tube") ?? [])];
+          const next = others[Math.min(index, others.length - 1)] ?? plan?.querySelector(".wall, .corner");
+          /** @type {SVGElement | null | undefined} */ (next)?.focus();
         }),
       );
     } else if (move)
@@ -124,6 +151,13 @@ export function keys(event, what) {
         const [x, y] = draft.tubes?.[index]?.centre_m ?? [0, 0];
         moveTube(draft, index, x + move[0], y + move[1]);
       });
+  } else if ("corner" in what) {
+    const { corner } = what;
+    edit((draft) => {
+      if (!move) return removeCorner(draft, corner);
+      const [x, y] = outline(draft.room)[corner] ?? [0, 0];
+      moveCorner(draft, corner, [x + move[0], y + move[1]], 0);
+    });
   } else if (move) {
     const { edge } = what;
     const out = { east: move[0], west: -move[0], north: move[1], south: -move[1] }[edge];
@@ -138,7 +172,7 @@ export function moveCursor(event, grid, at) {
   const { x, y } = place(drawing, event);
   const nearest = (/** @type {number[]} */ centres, /** @type {number} */ value) =>
     centres.reduce((best, centre, i) => (Math.abs(centre - value) < Math.abs((centres[best] ?? 0) - value) ? i : best), 0);
-  set({ cursor: [nearest(grid.x_m, (x - at.left) / at.k), nearest(grid.y_m, at.depth - (y - at.top) / at.k)] });
+  set({ cursor: [nearest(grid.x_m, (x - at.left) / at.k), nearest(grid.y_m, at.north - (y - at.top) / at.k)] });
 }
 
 /** Adds a tube. */

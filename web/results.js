@@ -124,6 +124,7 @@ export function readOut() {
     return html`<p class="readout note">Drag tubes and walls, or move them by the arrow keys. Point at the plan to read a value.</p>`;
   const [column, row] = cursor;
   const [value, error] = [grid.illuminance_lux[row]?.[column], grid.standard_error_lux[row]?.[column]];
+  if (value === null && grid.area_m2?.[row]?.[column] === 0) return html`<p class="readout note">Outside the room, or too near a wall.</p>`;
   if (value === null) return html`<p class="readout note">Inside an object: there is no floor here.</p>`;
   if (value === undefined) return html`<p class="readout note"></p>`;
   const { rows, unit } = values(grid, state.layer);

@@ -45,7 +45,7 @@ export const rising = (share) => mixed(RISING, share);
 /** Colour of a difference -1..1. @param {number} share */
 export const diverging = (share) => mixed(DIVERGING, (share + 1) / 2);
 
-/** A picture of rows of colours, the last row on top, as a data address. @param {[number, number, number][][]} rows */
+/** A picture of rows of colours, the last row on top, as a data address. @param {number[][][]} rows red, green, blue and opacity, 255 where it is left out */
 export function picture(rows) {
   const canvas = document.createElement("canvas");
   canvas.width = rows[0]?.length ?? 1;
@@ -56,7 +56,7 @@ export function picture(rows) {
   rows
     .toReversed()
     .flat()
-    .forEach(([r, g, b], i) => pixels.data.set([r, g, b, 255], 4 * i));
+    .forEach(([r = 0, g = 0, b = 0, opacity = 255], i) => pixels.data.set([r, g, b, opacity], 4 * i));
   context.putImageData(pixels, 0, 0);
   return canvas.toDataURL();
 }

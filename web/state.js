@@ -15,6 +15,7 @@
  * @property {Problem | null} problem what is wrong with the draft
  * @property {"lux" | "daylight_factor"} layer what the map shows
  * @property {[number, number] | null} cursor column and row of the cell under the pointer
+ * @property {number | null} corner the corner of the outline that is chosen
  * @property {{ draft: JobDocument, answer: Answer } | null} kept variant A
  * @property {JobSummary[] | null} jobs the list, while it is open
  * @property {import("./picture.js").Picture | null} picture the picture of the room
@@ -44,6 +45,7 @@ export const state = {
   problem: null,
   layer: "lux",
   cursor: null,
+  corner: null,
   kept: null,
   jobs: null,
   picture: null,

@@ -5,27 +5,13 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
-import { Visitor, browser } from "./visit.mjs";
+import * as outlines from "./outlines.mjs";
+import { drawsAHall, touches, types } from "./plans.mjs";
+import { Visitor, browser, middle, until } from "./visit.mjs";
 
 const [, , url, folder] = process.argv;
 const shot = (name) => join(folder, `${name}.png`);
 const chromium = await browser();
-
-/** The middle of what a locator finds. */
-async function middle(locator) {
-  await locator.scrollIntoViewIfNeeded();
-  const { x, y, width, height } = await locator.boundingBox();
-  return [x + width / 2, y + height / 2];
-}
-
-/** Until what comes soon is there. */
-async function until(there, otherwise) {
-  for (let look = 0; look < 50; look++) {
-    if (await there()) return;
-    await new Promise((resolve) => setTimeout(resolve, 100));
-  }
-  assert.fail(otherwise);
-}
 
 /** A tube that follows the hand; a last number that a fresh job gives, too. */
 async function drags(visitor) {
@@ -96,48 +82,6 @@ async function opensRooms(visitor) {
   }
 }
 
-/** Keys move tubes and walls. */
-async function types(visitor) {
-  const { page } = visitor;
-  const tube = page.locator(".tube").nth(1);
-  await tube.focus();
-  const [x, y] = (await visitor.state()).draft.tubes[1].centre_m;
-  await page.keyboard.press("ArrowRight");
-  await page.keyboard.press("Shift+ArrowUp");
-  let { draft } = await visitor.state();
-  assert.deepEqual(
-    draft.tubes[1].centre_m.map((metres) => Math.round(100 * metres)),
-    [Math.round(100 * x) + 5, Math.round(100 * y) + 1],
-  );
-  await page.locator(".wall.east").focus();
-  await page.keyboard.press("ArrowLeft");
-  ({ draft } = await visitor.state());
-  assert.equal(draft.room.size_m[0], 3.95);
-  const [wallX, wallY] = await middle(page.locator(".wall.north .seen"));
-  await page.mouse.move(wallX + 60, wallY);
-  await page.mouse.down();
-  await page.mouse.move(wallX + 60, wallY + 35, { steps: 4 });
-  await page.mouse.up();
-  ({ draft } = await visitor.state());
-  assert(draft.room.size_m[1] < 5.8 && draft.room.size_m[1] > 5, `the room is ${draft.room.size_m[1]} m deep`);
-  await page.getByRole("button", { name: "Add a tube" }).click();
-  await page.locator(".tube").nth(2).focus();
-  await page.keyboard.press("Delete");
-  assert.equal((await visitor.state()).draft.tubes.length, 2);
-  await page.keyboard.press("Control+z");
-  assert.equal((await visitor.state()).draft.tubes.length, 3, "a step back");
-  await page.getByRole("button", { name: "Undo" }).click();
-  await page.getByLabel("Change all tubes together").check();
-  await page.getByRole("slider", { name: "Diameter" }).first().fill("0.3");
-  ({ draft } = await visitor.state());
-  assert.deepEqual(
-    draft.tubes.map(({ diameter_m }) => diameter_m),
-    [0.3, 0.3],
-  );
-  await page.getByLabel("Change all tubes together").uncheck();
-  await visitor.rests();
-}
-
 /** What each accuracy would take is asked for by a press alone, and is the draft's: after a change it is gone. */
 async function predicts(visitor) {
   const { page } = visitor;
@@ -194,28 +138,6 @@ async function changesTheSky(visitor) {
   await page.locator("#city").press("Enter");
   await visitor.rests();
   assert.match((await visitor.state()).draft.time, /\+03:00$/);
-}
-
-/** A finger moves a tube; a slider the hour. */
-async function touches(visitor) {
-  const { page, context } = visitor;
-  const session = await context.newCDPSession(page);
-  const [x, y] = await middle(page.locator(".tube .ring").nth(1));
-  const touch = (type, touchPoints) => session.send("Input.dispatchTouchEvent", { type, touchPoints });
-  const before = (await visitor.state()).draft.tubes[1].centre_m;
-  await touch("touchStart", [{ x, y }]);
-  for (let step = 1; step <= 5; step++) await touch("touchMove", [{ x: x - 8 * step, y: y + 8 * step }]);
-  await touch("touchEnd", []);
-  await page.waitForFunction(([x, y]) => {
-    const [nowX, nowY] = seen.draft.tubes[1].centre_m;
-    return nowX < x - 0.3 && nowY < y - 0.3;
-  }, before);
-  const high = async () => Number(/stands ([\d.]+)°/.exec(await page.locator(".note", { hasText: "The sun" }).innerText())?.[1]);
-  await visitor.rests();
-  const noon = await high();
-  await page.getByRole("slider", { name: "Hour" }).fill("16");
-  await visitor.rests();
-  assert((await high()) < noon - 10, "the sun sinks in the afternoon");
 }
 
 /** What the service refuses stands at the field. */
@@ -436,8 +358,10 @@ try {
   const visitor = await Visitor.of(chromium, url);
   for (const does of [
     opensRooms,
+    drawsAHall,
     drags,
     ...Object.values(modules),
+    ...Object.values(outlines),
     ...Object.values(liveJob),
     types,
     predicts,
@@ -453,7 +377,7 @@ try {
     readsAJob,
   ]) {
     const start = performance.now();
-    await does(visitor).catch(async (error) => {
+    await does(visitor, shot).catch(async (error) => {
       await visitor.page.screenshot({ path: shot("failed"), fullPage: true });
       console.error(visitor.faults);
       throw error;

@@ -23,6 +23,22 @@ export const browser = () =>
     ],
   });
 
+/** The middle of what a locator finds. */
+export async function middle(locator) {
+  await locator.scrollIntoViewIfNeeded();
+  const { x, y, width, height } = await locator.boundingBox();
+  return [x + width / 2, y + height / 2];
+}
+
+/** Until what comes soon is there. */
+export async function until(there, otherwise) {
+  for (let look = 0; look < 50; look++) {
+    if (await there()) return;
+    await new Promise((resolve) => setTimeout(resolve, 100));
+  }
+  assert.fail(otherwise);
+}
+
 export class Visitor {
   /** Requests to other hosts, and what the console has of errors. @type {string[]} */
   faults = [];

@@ -1,0 +1,101 @@
+// What the page's modules compute of rooms above a plan, asked of them in the browser.
+import assert from "node:assert/strict";
+
+const L = [[0, 0], [8, 0], [8, 3], [4, 3], [4, 6], [0, 6]];
+
+/** Points within outlines and holes, and their distances to the walls; outlines as paths. */
+export async function knowsInsides({ page }) {
+  const { inside, clear, drawn } = await page.evaluate(async (L) => {
+    const { clearance, isInside, path } = await import("/web/outline.js");
+    const rings = [L, [[1, 1], [2, 1], [2, 2], [1, 2]]];
+    const points = [[6, 1.5], [6, 4.5], [2, 5], [1.5, 1.5], [-1, 1], [3.9, 5.9]];
+    return {
+      inside: points.map((point) => isInside(rings, point)),
+      clear: points.map((point) => Math.round(1000 * clearance(rings, point)) / 1000),
+      drawn: path([L.slice(0, 3)], (x) => 10 * x, (y) => 100 - 10 * y),
+    };
+  }, L);
+  assert.deepEqual(inside, [true, false, true, false, false, true]);
+  assert.deepEqual(clear, [1.5, -1.5, 1, -0.5, -1, 0.1]);
+  assert.equal(drawn, "M0 100L80 100L80 70Z");
+}
+
+/** Corners snap to lines with their neighbours and to right angles; they are added on edges; walls at right angles move as a whole. */
+export async function editsOutlines({ page }) {
+  const { at, added, longer, shorter, skew } = await page.evaluate(async (L) => {
+    const { snapped, withCorner, withLength } = await import("/web/outline.js");
+    const turned = L.map(([x, y]) => [0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y]);
+    const [x, y] = turned[3];
+    return {
+      at: [[4.05, 3.04], [4.5, 3.04], [4.503, 3.501], [7.99, 3.02]].map((place) => snapped(L, 3, place, 0.1)),
+      added: withCorner(L, 0, [3.01, 0.3]),
+      longer: withLength(L, 0, 9),
+      shorter: withLength(L, 1, 2),
+      skew: snapped(turned, 3, [x + 0.03, y - 0.02], 0.1).map((of, axis) => of - turned[3][axis]),
+    };
+  }, L);
+  assert.deepEqual(at, [[4, 3], [4.5, 3], [4.5, 3.5], [7.99, 3.02]]);
+  assert.deepEqual(added, L.toSpliced(1, 0, [3, 0]));
+  assert.deepEqual(longer, [[0, 0], [9, 0], [9, 3], [4, 3], [4, 6], [0, 6]]);
+  assert.deepEqual(shorter, [[0, 0], [8, 0], [8, 2], [4, 2], [4, 6], [0, 6]]);
+  assert(Math.hypot(...skew) < 1e-3, `a right angle of turned walls: ${skew}`);
+}
+
+/** Shapes are known again, in either sense; a rectangle below a level ceiling is a box, with its tubes and walls. */
+export async function choosesShapes({ page }) {
+  const { shapes, hall, back } = await page.evaluate(async () => {
+    const [{ changed }, { setCeiling, setShape }, { outlineOf, shapeOf }] = [
+      await import("/web/draft.js"),
+      await import("/web/draft_plan.js"),
+      await import("/web/outline.js"),
+    ];
+    const between = { west: 1, south: 2, east: 9, north: 8 };
+    const drawn = ["rectangle", "L", "U", "T"].map((shape) => outlineOf(shape, between));
+    const tube = { centre_m: [7, 5], diameter_m: 0.35, segments: [{ length_m: 1 }] };
+    const box = {
+      room: { size_m: [8, 6, 2.7], surfaces: { wall_north: { reflectance: 0.1 } } },
+      tubes: [tube],
+      grids: [{ name: "desk", height_m: 0.85, cells: [32, 24] }],
+    };
+    const gable = changed(box, (draft) => setCeiling(draft, "gable"));
+    return {
+      shapes: [...drawn, ...drawn.map((outline) => outline.toReversed()), [[0, 0], [4, 0], [2, 3]]].map(shapeOf),
+      hall: changed(box, (draft) => setShape(draft, "L")),
+      back: [gable.tubes[0].drop_m, gable.room.surfaces, changed(gable, (draft) => setCeiling(draft, "flat"))],
+    };
+  });
+  assert.deepEqual(shapes, ["rectangle", "L", "U", "T", "rectangle", "L", "U", "T", "free"]);
+  assert.deepEqual(hall.room.plan.outline_m, L);
+  assert.deepEqual(hall.room.ceiling, { kind: "flat", height_m: 2.7 });
+  assert.deepEqual(hall.grids, [{ name: "desk", height_m: 0.85, spacing_m: 0.4 }]);
+  const [x, y] = hall.tubes[0].centre_m;
+  assert(x < 4 || y < 3, "a tube in the notch comes in");
+  const [drop, surfaces, box] = back;
+  // 0.175 m at a rise of 1.73 m in 3 m
+  assert.equal(drop, 0.11);
+  assert.deepEqual(surfaces, { wall_2: { reflectance: 0.1 } });
+  assert.deepEqual(box.room, { size_m: [8, 6, 2.7], surfaces: { wall_north: { reflectance: 0.1 } } });
+  assert.deepEqual(box.grids[0].cells, [32, 24]);
+}
+
+/** Ceilings over a plan: their heights, and the faces that a section shows. */
+export async function raisesCeilings({ page }) {
+  const { heights, ends, areas } = await page.evaluate(async (L) => {
+    const { ceilingAt, extent, faces } = await import("/web/room.js");
+    const gable = { plan: { outline_m: L }, ceiling: { kind: "gable", eaves_m: 2, ridge_m: 5, ridge_azimuth_deg: 90 } };
+    const sloped = { plan: { outline_m: L }, ceiling: { kind: "sloped", point_m: [0, 0, 2], rise_toward_deg: 0, pitch_deg: 45 } };
+    const area = (ring, [a, b]) =>
+      Math.abs(ring.reduce((sum, p, k) => sum + p[a] * ring[(k + 1) % ring.length][b] - p[b] * ring[(k + 1) % ring.length][a], 0)) / 2;
+    return {
+      heights: [gable, sloped].map((room) => [[0, 0], [2, 3], [1, 4.5]].map((point) => ceilingAt(room, point))),
+      ends: [gable, sloped, { size_m: [4, 6, 2.7] }].map(extent).map(({ width, depth, lowest, height }) => [width, depth, lowest, height]),
+      // the ceilings from above; the gable's end in the west
+      areas: [...faces(gable).slice(6).map((face) => area(face, [0, 1])), area(faces(gable)[5], [1, 2])],
+    };
+  }, L);
+  const close = (found, known) =>
+    found.flat().forEach((value, k) => assert(Math.abs(value - known.flat()[k]) < 1e-9, `${found.flat()} for ${known.flat()}`));
+  close(heights, [[2, 5, 3.5], [2, 5, 6.5]]);
+  close(ends, [[8, 6, 2, 5], [8, 6, 2, 8], [4, 6, 2.7, 2.7]]);
+  close(areas, [12, 24, 21]);
+}

@@ -1,0 +1,56 @@
+// The walls on the plan: the sides of a box, or the corners of an outline.
+import { across, down } from "./map.js";
+import { edges } from "./outline.js";
+import { addAt, cornerDrag, edgeDrag, keys, still } from "./plan_hand.js";
+import { extent, outline, rings } from "./room.js";
+import { set, state } from "./state.js";
+import { svg } from "./vendor/lit-html.js";
+
+/** @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */
+export const walls = (room, at) => (room.plan ? [lines(room, at), corners(room, at)] : sides(room, at));
+
+/** The walls of a box, which are moved as a whole. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */
+function sides(room, at) {
+  const { width, depth } = extent(room);
+  const [west, east, north, south] = [across(at, 0), across(at, width), down(at, depth), down(at, 0)];
+  const all = /** @type {const} */ ([
+    ["west", west, north, west, south, width],
+    ["east", east, north, east, south, width],
+    ["north", west, north, east, north, depth],
+    ["south", west, south, east, south, depth],
+  ]);
+  return all.map(
+    ([edge, x1, y1, x2, y2, metres]) => svg`<g class=${`wall ${edge}`} tabindex="0" role="slider"
+      aria-label=${`${edge} wall: ${edge === "west" || edge === "east" ? "width" : "depth"} of the room in metres`}
+      aria-orientation=${edge === "west" || edge === "east" ? "horizontal" : "vertical"} aria-valuemin="0.8" aria-valuemax="50"
+        aria-valuenow=${metres} aria-valuetext=${`${metres} m`}
+      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => edgeDrag(event, edge, at)}
+        @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { edge })}>
+      <line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
+        class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`,
+  );
+}
+
+/** The walls of a plan; those of its outline take corners. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */
+function lines(room, at) {
+  const own = outline(room).length;
+  return rings(room)
+    .flatMap(edges)
+    .map(([[ax, ay], [bx, by]], edge) => {
+      const [x1, y1, x2, y2] = [across(at, ax), down(at, ay), across(at, bx), down(at, by)];
+      const add = (/** @type {MouseEvent} */ event) => edge < own && addAt(event, edge, at);
+      return svg`<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
+        class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`;
+    });
+}
+
+/** @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */
+const corners = (room, at) =>
+  outline(room).map(
+    ([x, y], corner) => svg`<g class="corner" tabindex="0" role="button" aria-pressed=${state.corner === corner ? "true" : "false"}
+      aria-label=${`Corner ${corner + 1} at ${x} m, ${y} m`} @touchstart=${still} @focus=${() => set({ corner })}
+      @pointerdown=${(/** @type {PointerEvent} */ event) => cornerDrag(event, corner, at)}
+        @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { corner })}>
+      <circle class="hold" cx=${across(at, x)} cy=${down(at, y)} r="14"></circle><rect class="seen" x=${across(at, x) - 5}
+        y=${down(at, y) - 5} width="10" height="10"></rect></g>`,
+  );

@@ -1,0 +1,108 @@
+// The room of a document: its outline, its extent, its ceiling and its faces.
+import { edges } from "./outline.js";
+
+/** @typedef {import("./outline.js").Point} Point */
+/** @typedef {[number, number, number]} Place */
+/** Plane of a ceiling: its height at the origin, and by how much it rises along x and y. @typedef {{ height_m: number, rise: Point }} Plane */
+/** @typedef {JobDocument["room"]} Room */
+
+/** The outline of the floor. @param {Room} room @returns {Point[]} */
+export function outline(room) {
+  if (room.plan) return room.plan.outline_m;
+  const [width, depth] = room.size_m ?? [0, 0];
+  return [
+    [0, 0],
+    [width, 0],
+    [width, depth],
+    [0, depth],
+  ];
+}
+
+/** The outline and the holes in it. @param {Room} room @returns {Point[][]} */
+export const rings = (room) => [outline(room), ...(room.plan?.holes_m ?? [])];
+
+/** Unit vector toward an azimuth; exact along the axes. @param {number} degrees @returns {Point} */
+export function toward(degrees) {
+  const quarter = (((degrees % 360) + 360) % 360) / 90;
+  if (Number.isInteger(quarter)) return /** @type {Point} */ ([[0, 1], [1, 0], [0, -1], [-1, 0]][quarter]);
+  return [Math.sin((degrees * Math.PI) / 180), Math.cos((degrees * Math.PI) / 180)];
+}
+
+/** @param {Point} a @param {Point} b */
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1];
+
+/** Planes of the ceiling, the lowest of which counts. @param {Room} room @returns {Plane[]} */
+export function planes(room) {
+  const { ceiling } = room;
+  if (!ceiling) return [{ height_m: room.size_m?.[2] ?? 0, rise: [0, 0] }];
+  if (ceiling.kind === "flat") return [{ height_m: ceiling.height_m, rise: [0, 0] }];
+  if (ceiling.kind === "sloped") {
+    const [x, y, z] = ceiling.point_m;
+    const slope = Math.tan((ceiling.pitch_deg * Math.PI) / 180);
+    const [east, north] = toward(ceiling.rise_toward_deg);
+    const rise = /** @type {Point} */ ([east * slope, north * slope]);
+    return [{ height_m: z - dot(rise, [x, y]), rise }];
+  }
+  const across = toward(ceiling.ridge_azimuth_deg + 90);
+  const places = outline(room).map((corner) => dot(corner, across));
+  const [from, to] = [Math.min(...places), Math.max(...places)];
+  const slope = (2 * (ceiling.ridge_m - ceiling.eaves_m)) / (to - from);
+  const plane = (/** @type {number} */ rise, /** @type {number} */ eaves) => ({
+    height_m: ceiling.eaves_m - rise * eaves,
+    rise: /** @type {Point} */ ([across[0] * rise, across[1] * rise]),
+  });
+  return [plane(slope, from), plane(-slope, to)];
+}
+
+/** Height of a plane over a point. @param {Plane} plane @param {Point} point */
+const over = ({ height_m, rise }, point) => height_m + dot(rise, point);
+
+/** Height of the ceiling over a point. @param {Room} room @param {Point} point */
+export const ceilingAt = (room, point) => Math.min(...planes(room).map((plane) => over(plane, point)));
+
+/** By how much the ceiling rises in a metre. @param {Room} room */
+export const steepness = (room) => Math.hypot(...(planes(room)[0]?.rise ?? [0, 0]));
+
+/** The room's ends, its extent, and its least and greatest height. @param {Room} room */
+export function extent(room) {
+  const [xs, ys] = [outline(room).map(([x]) => x), outline(room).map(([, y]) => y)];
+  const [west, east, south, north] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  const heights = outline(room).map((corner) => ceilingAt(room, corner));
+  const ridge = room.ceiling?.kind === "gable" ? room.ceiling.ridge_m : 0;
+  const metres = (/** @type {number} */ value) => Math.round(value * 1e4) / 1e4;
+  return {
+    ...{ west, south, east, north },
+    ...{ width: room.size_m?.[0] ?? metres(east - west), depth: room.size_m?.[1] ?? metres(north - south) },
+    ...{ lowest: metres(Math.min(...heights)), height: room.size_m?.[2] ?? metres(Math.max(...heights, ridge)) },
+  };
+}
+
+/** The part of a ring below a plane of the ceiling, where it is the lower one. @param {Point[]} ring @param {Plane} plane @param {Plane} other */
+function partBelow(ring, plane, other) {
+  const above = (/** @type {Point} */ point) => over(other, point) - over(plane, point);
+  return edges(ring).flatMap(([a, b]) => {
+    const [from, to] = [above(a), above(b)];
+    const kept = from >= 0 ? [a] : [];
+    return from * to < 0 ? [...kept, between(a, b, from / (from - to))] : kept;
+  });
+}
+
+/** @param {Point} a @param {Point} b @param {number} share @returns {Point} */
+const between = (a, b, share) => [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
+
+/** Walls and ceilings of a room, each a polygon. @param {Room} room @returns {Place[][]} */
+export function faces(room) {
+  const [plane, other] = planes(room);
+  if (!plane) return [];
+  const raised = (/** @type {Point} */ point) => /** @type {Place} */ ([...point, ceilingAt(room, point)]);
+  const walls = rings(room)
+    .flatMap(edges)
+    .map(([a, b]) => {
+      const ridge = other ? over(other, a) - over(plane, a) : 0;
+      const end = other ? over(other, b) - over(plane, b) : 0;
+      const top = ridge * end < 0 ? [a, between(a, b, ridge / (ridge - end)), b] : [a, b];
+      return [/** @type {Place} */ ([...b, 0]), /** @type {Place} */ ([...a, 0]), ...top.map(raised)];
+    });
+  const ceilings = other ? [partBelow(outline(room), plane, other), partBelow(outline(room), other, plane)] : [outline(room)];
+  return [...walls, ...ceilings.map((ring) => ring.map(raised))];
+}
