@@ -23,7 +23,7 @@ export function shapes() {
   return html`
     <div class="pair">
       ${choice({
-        pointer: "/room/shape",
+        pointer: "/room/plan/outline_m",
         label: "Shape",
         value: shape(room),
         options: [
@@ -48,7 +48,7 @@ export function shapes() {
       })}
     </div>
     <div class="triple">
-      ${metres(room.plan ? "/room/plan/outline_m" : "/room/size_m/0", "Width", width, size(0))}
+      ${metres(room.plan ? "/room/plan/width" : "/room/size_m/0", "Width", width, size(0))}
       ${metres(room.plan ? "/room/plan/depth" : "/room/size_m/1", "Depth", depth, size(1))}
       ${level === "flat" ? height(room) : nothing}
     </div>

@@ -1,6 +1,7 @@
 // One job, at an address of its own: what was asked for, how far it is, what came out.
 import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
+import { centimetres } from "./draft.js";
 import { across, bar, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
 import { jobs } from "./jobs.js";
 import { layout, north } from "./plan.js";
@@ -103,7 +104,7 @@ function asked({ room, sky, time, location, tubes }) {
 function size(room) {
   const { width, depth, lowest, height } = extent(room);
   if (room.size_m) return `${room.size_m.join(" × ")} m`;
-  return `${outline(room).length} corners, ${width} × ${depth} × ${lowest < height ? `${lowest} to ` : ""}${height} m`;
+  return `${outline(room).length} corners, ${width} × ${depth} × ${lowest < height ? `${centimetres(lowest)} to ` : ""}${centimetres(height)} m`;
 }
 
 /** @param {{ latitude_deg: number, longitude_deg: number }} place */

@@ -49,7 +49,7 @@ export function plan(narrow) {
     aria-label=${`Plan of the room: tubes and ${room.plan ? "corners" : "walls"} are moved by the arrow keys, with Shift in small steps`}
       @pointermove=${drag.move} @pointerup=${drag.end} @pointercancel=${drag.end} @pointerleave=${() => set({ cursor: null })}>
     <g class=${state.current ? "" : "old"}
-      @pointermove=${(/** @type {PointerEvent} */ event) => grid && moveCursor(event, grid, seen)}>
+      @pointermove=${(/** @type {PointerEvent} */ event) => grid?.x_m.length && moveCursor(event, grid, seen)}>
       ${outlined(room, seen, "floor")}
       ${grid?.x_m.length ? map(grid, seen) : nothing}
     </g>

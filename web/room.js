@@ -67,14 +67,15 @@ export const steepness = (room) => Math.hypot(...(planes(room)[0]?.rise ?? [0, 0
 export function extent(room) {
   const [xs, ys] = [outline(room).map(([x]) => x), outline(room).map(([, y]) => y)];
   const [west, east, south, north] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  const metres = (/** @type {number} */ value) => Math.round(value * 1e4) / 1e4;
+  if (room.size_m && !room.plan) {
+    const [width, depth, height] = room.size_m;
+    return { west, south, east, north, width, depth, lowest: height, height };
+  }
   const heights = outline(room).map((corner) => ceilingAt(room, corner));
   const ridge = room.ceiling?.kind === "gable" ? room.ceiling.ridge_m : 0;
-  const metres = (/** @type {number} */ value) => Math.round(value * 1e4) / 1e4;
-  return {
-    ...{ west, south, east, north },
-    ...{ width: room.size_m?.[0] ?? metres(east - west), depth: room.size_m?.[1] ?? metres(north - south) },
-    ...{ lowest: metres(Math.min(...heights)), height: room.size_m?.[2] ?? metres(Math.max(...heights, ridge)) },
-  };
+  const [lowest, height] = [metres(Math.min(...heights)), metres(Math.max(...heights, ridge))];
+  return { west, south, east, north, width: metres(east - west), depth: metres(north - south), lowest, height };
 }
 
 /** The part of a ring below a plane of the ceiling, where it is the lower one. @param {Point[]} ring @param {Plane} plane @param {Plane} other */

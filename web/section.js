@@ -1,5 +1,5 @@
 // A section through room, roof and tubes.
-import { diameter, isMesh, setDrop } from "./draft.js";
+import { centimetres, diameter, isMesh, setDrop } from "./draft.js";
 import { edit, hold } from "./live.js";
 import { still } from "./plan_hand.js";
 import { ceilingAt, extent, faces } from "./room.js";
@@ -78,12 +78,12 @@ export function section() {
     ${svg`<svg class="section" viewBox=${box} role="img"
       aria-label=${`Section through the room, looking ${look}: ${height} m high, ${tubes.length} tubes`}>
       ${room.plan ? sloped(room, axis, roof, x, y) : level({ from, end, height, roof }, x, y)}
-      ${courses.map((points, i) => guide(i, /** @type {Tube} */ (tubes[i]), points, openings[i] ?? height, x, y, k))}
+      ${courses.map((points, i) => guide(i, /** @type {Tube} */ (tubes[i]), points, openings[i] ?? height, { x, y, k }))}
       ${room.plan ? nothing : svg`<path class="shell" d=${`M${x(from)} ${y(height)}V${y(0)}H${x(end)}V${y(height)}`}></path>`}
       <line class="workplane" x1=${x(from)} x2=${x(end)} y1=${y(workplane)} y2=${y(workplane)}></line>
       <text x=${x(end) + 6} y=${y(workplane) + 4}>${workplane} m</text>
-      <text x=${x(end) + 6} y=${y(height) + 14}>${height} m</text>
-      ${lowest < height ? svg`<text x=${x(end) + 6} y=${y(lowest) + 4}>${lowest} m</text>` : nothing}
+      <text x=${x(end) + 6} y=${y(height) + 14}>${room.plan ? centimetres(height) : height} m</text>
+      ${lowest < height ? svg`<text x=${x(end) + 6} y=${y(lowest) + 4}>${centimetres(lowest)} m</text>` : nothing}
       <text class="measure" x=${x(from + across / 2)} y=${bottom + 22}>${across} m</text>
       ${beam(axis, x(from) + 12, y(height + roof) - 8)}
     </svg>`}`;
@@ -127,15 +127,13 @@ function hang(event, index, k) {
  * @param {number} index
  * @param {Tube} tube
  * @param {[number, number][]} points
- * @param {number} ceiling
- * @param {(metres: number) => number} x
- * @param {(metres: number) => number} y
- * @param {number} k
+ * @param {number} opening
+ * @param {{ x: Scale, y: Scale, k: number }} at
  */
-function guide(index, tube, points, ceiling, x, y, k) {
+function guide(index, tube, points, opening, { x, y, k }) {
   const radius = diameter(tube) / 2;
   const [one = [], other = []] = sides(points, radius);
-  const of = (/** @type {[number, number]} */ [along, up]) => `${x(along).toFixed(1)} ${y(ceiling + up).toFixed(1)}`;
+  const of = (/** @type {[number, number]} */ [along, up]) => `${x(along).toFixed(1)} ${y(opening + up).toFixed(1)}`;
   const outline = [...one, ...other.toReversed()].map(of).join("L");
   const [a, b] = [one.at(-1), other.at(-1)];
   const dome = !isMesh(tube) && (tube.collector.kind === "dome" || tube.collector.kind === "dielectric_dome");
@@ -143,8 +141,8 @@ function guide(index, tube, points, ceiling, x, y, k) {
   const [from, to] = [x((points[0]?.[0] ?? 0) - radius), x((points[0]?.[0] ?? 0) + radius)];
   return svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path><g
     class="opening" @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => hang(event, index, k)}><line
-    class="hold" x1=${from} x2=${to} y1=${y(ceiling)} y2=${y(ceiling)}></line><line
-    class="diffuser" x1=${from} x2=${to} y1=${y(ceiling)} y2=${y(ceiling)}></line></g>`;
+    class="hold" x1=${from} x2=${to} y1=${y(opening)} y2=${y(opening)}></line><line
+    class="diffuser" x1=${from} x2=${to} y1=${y(opening)} y2=${y(opening)}></line></g>`;
 }
 
 /** The sun's beam in the plane of the section. @param {0 | 1} axis @param {number} x @param {number} y */
