@@ -4,7 +4,7 @@ import { addCorner, removeCorner, setCeiling, setLength, setRise, setShape, shap
 import { choice, number } from "./field.js";
 import { edit } from "./live.js";
 import { lengthOf } from "./outline.js";
-import { extent, outline } from "./room.js";
+import { extent, outline, planes } from "./room.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -44,7 +44,12 @@ export function shapes() {
           ["sloped", "sloped"],
           ["gable", "gable"],
         ],
-        set: (to) => edit((next) => setCeiling(next, to)),
+        set: (to) => {
+          edit((next) => setCeiling(next, to));
+          const [east, north] = planes(state.draft.room)[0]?.rise ?? [0, 0];
+          // a section shows a slope from the side
+          if (to !== "flat") set({ look: Math.abs(east) > Math.abs(north) ? "north" : "west" });
+        },
       })}
     </div>
     <div class="triple">

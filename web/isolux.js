@@ -1,5 +1,5 @@
 // Lines of equal value on a grid of cells (marching squares), from wall to wall.
-import { clearance } from "./outline.js";
+import { clearance, isInside } from "./outline.js";
 
 /** @typedef {[number, number]} Point */
 
@@ -14,6 +14,25 @@ function carriedOn(rows) {
   const wide = rows.map(longer);
   const columns = wide[0]?.map((_, i) => longer(wide.map((row) => row[i] ?? 0))) ?? [];
   return columns[0]?.map((_, j) => columns.map((column) => column[j] ?? 0)) ?? [];
+}
+
+/**
+ * The rows with values carried on to cells outside that lie beside two inside, so that lines reach the walls of a plan.
+ * @param {Grid} grid
+ * @param {number[][]} rows
+ * @param {Point[][]} rings
+ */
+export function carriedOut(grid, rows, rings) {
+  return rows.map((row, j) =>
+    row.map((value, i) => {
+      if (!Number.isNaN(value) || isInside(rings, [grid.x_m[i] ?? 0, grid.y_m[j] ?? 0])) return value;
+      const next = [[-1, 0], [1, 0], [0, -1], [0, 1]].flatMap(([x = 0, y = 0]) => {
+        const [near = NaN, far = NaN] = [rows[j + y]?.[i + x], rows[j + 2 * y]?.[i + 2 * x]];
+        return Number.isNaN(near + far) ? [] : [2 * near - far];
+      });
+      return next.reduce((sum, one) => sum + one, 0) / next.length;
+    }),
+  );
 }
 
 /** Centres of cells, and the outer edges. @param {number[]} centres */

@@ -1,5 +1,5 @@
 // The map of values over the room: cells, lines, scale. The plan, the comparison and the page of a job draw it.
-import { labelled, lines } from "./isolux.js";
+import { carriedOut, labelled, lines } from "./isolux.js";
 import { path } from "./outline.js";
 import { extent, rings } from "./room.js";
 import { picture, rising, scale, tidy } from "./scale.js";
@@ -123,7 +123,8 @@ export function isolines(grid, rows, at, room, taken) {
   const { ticks } = scale(largest(rows) * 0.98, 7);
   const inTheWay = [...taken];
   const of = (/** @type {[number, number]} */ [x, y]) => `${across(at, x).toFixed(1)},${down(at, y).toFixed(1)}`;
-  const levels = ticks.slice(1).map((level) => ({ level, found: lines(grid, rows, level) }));
+  const reaching = room.plan ? carriedOut(grid, rows, rings(room)) : rows;
+  const levels = ticks.slice(1).map((level) => ({ level, found: lines(grid, reaching, level) }));
   const paths = levels.map(
     ({ found }) => svg`<path class="iso" d=${found.map((line) => `M${line.map(of).join("L")}`).join("")}></path>`,
   );

@@ -99,3 +99,17 @@ export async function raisesCeilings({ page }) {
   close(ends, [[8, 6, 2, 5], [8, 6, 2, 8], [4, 6, 2.7, 2.7]]);
   close(areas, [12, 24, 21]);
 }
+
+/** Isolux lines of a plan go to its walls, and no further than half a cell beyond. */
+export async function reachesWalls({ page }) {
+  const line = await page.evaluate(async (L) => {
+    const { carriedOut, lines } = await import("/web/isolux.js");
+    const grid = { x_m: Array.from({ length: 20 }, (_, i) => 0.2 + 0.4 * i), y_m: Array.from({ length: 15 }, (_, j) => 0.2 + 0.4 * j) };
+    const rows = grid.y_m.map((y) => grid.x_m.map((x) => (x > 4 && y > 3 ? NaN : x + 10 * y)));
+    return lines(grid, carriedOut(grid, rows, [L]), 50);
+  }, L);
+  assert.equal(line.length, 1);
+  const ends = line[0].map(([x]) => x).sort((a, b) => a - b);
+  assert(Math.abs(ends[0]) < 1e-9, `from ${ends[0]}`);
+  assert(ends.at(-1) >= 4 && ends.at(-1) <= 4.2 + 1e-9, `to ${ends.at(-1)}`);
+}

@@ -151,7 +151,7 @@ export async function drawsAHall(visitor, shot) {
   await visitor.rests();
   const { draft: under } = await visitor.state();
   assert(under.tubes.every(({ drop_m }) => drop_m > 0), "openings hang below the slope");
-  await page.getByRole("button", { name: "looking west" }).click();
+  assert.equal(await page.getByRole("button", { name: "looking west" }).getAttribute("aria-pressed"), "true", "the section shows the ridge");
   await visitor.isAccessible("a hall below a gable");
   await looks(visitor, shot, "gable");
   await page.getByRole("button", { name: "looking north" }).click();
