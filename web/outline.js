@@ -114,10 +114,10 @@ export function withLength(outline, edge, metres) {
 
 /** Shapes to begin with. @typedef {"rectangle" | "L" | "U" | "T" | "free"} Shape */
 
-/** Outlines in a square of one, with walls of half of it or a third. @type {Record<Exclude<Shape, "free">, Point[]>} */
+/** Outlines in a square of one; no wall lies below a ridge in its middle. @type {Record<Exclude<Shape, "free">, Point[]>} */
 const SHAPES = {
   rectangle: [[0, 0], [1, 0], [1, 1], [0, 1]],
-  L: [[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [0.5, 1], [0, 1]],
+  L: [[0, 0], [1, 0], [1, 0.4], [0.4, 0.4], [0.4, 1], [0, 1]],
   U: [[0, 0], [1, 0], [1, 1], [0.65, 1], [0.65, 0.4], [0.35, 0.4], [0.35, 1], [0, 1]],
   T: [[0.3, 0], [0.7, 0], [0.7, 0.6], [1, 0.6], [1, 1], [0, 1], [0, 0.6], [0.3, 0.6]],
 };

@@ -93,7 +93,7 @@ export async function drawsAHall(visitor, shot) {
   await type("Width, m", "8");
   await type("Depth, m", "6");
   const outline = () => page.evaluate(() => seen.draft.room.plan.outline_m);
-  assert.deepEqual(await outline(), [[0, 0], [8, 0], [8, 3], [4, 3], [4, 6], [0, 6]]);
+  assert.deepEqual(await outline(), [[0, 0], [8, 0], [8, 2.4], [3.2, 2.4], [3.2, 6], [0, 6]]);
   // where a place of the room is on the page
   const at = async ([x, y]) => {
     const box = await page.locator(".plan path.floor").boundingBox();
@@ -105,20 +105,20 @@ export async function drawsAHall(visitor, shot) {
     await page.mouse.move(...to, { steps: 6 });
     await page.mouse.up();
   };
-  for (const [tube, to] of [[0, [6, 1.5]], [1, [2, 4.5]]])
+  for (const [tube, to] of [[0, [6, 1.2]], [1, [1.6, 4.2]]])
     await drag(await middle(page.locator(".tube .ring").nth(tube)), await at(to));
   await visitor.rests();
   const { draft, grid } = await visitor.state();
-  for (const [tube, [x, y]] of [[0, [6, 1.5]], [1, [2, 4.5]]]) {
+  for (const [tube, [x, y]] of [[0, [6, 1.2]], [1, [1.6, 4.2]]]) {
     const [ofX, ofY] = draft.tubes[tube].centre_m;
     assert(Math.hypot(ofX - x, ofY - y) < 0.1, `tube ${tube} at ${ofX}, ${ofY}`);
   }
   assert.equal(draft.grids[0].spacing_m, 0.4);
   assert(!("cells" in draft.grids[0]) && !("size_m" in draft.room));
   for (const [j, y] of grid.y_m.entries())
-    for (const [i, x] of grid.x_m.entries()) assert.equal(grid.illuminance_lux[j][i] === null, x > 4 && y > 3, `${x}, ${y}`);
+    for (const [i, x] of grid.x_m.entries()) assert.equal(grid.illuminance_lux[j][i] === null, x > 3.2 && y > 2.4, `${x}, ${y}`);
   const panel = await page.locator(".panel.map").evaluate((panel) => getComputedStyle(panel).backgroundColor.match(/\d+/g).map(Number));
-  for (const [x, y] of [[4.5, 3.5], [6, 4.5], [7.7, 5.7], [4.2, 5.8]]) assert.deepEqual(await colour(page, ...(await at([x, y]))), panel, `${x}, ${y}`);
+  for (const [x, y] of [[3.5, 2.7], [6, 4.5], [7.7, 5.7], [3.5, 5.8]]) assert.deepEqual(await colour(page, ...(await at([x, y]))), panel, `${x}, ${y}`);
   assert.notDeepEqual(await colour(page, ...(await at([7, 1]))), panel);
   const seconds = (performance.now() - begun) / 1000;
   assert(seconds < 180, `${seconds} s`);
@@ -137,13 +137,13 @@ export async function drawsAHall(visitor, shot) {
   await page.keyboard.press("Delete");
   assert.equal((await outline()).length, 6);
   await page.locator(".corner").nth(3).focus();
-  await drag(await at([4, 3]), await at([4.04, 2]));
+  await drag(await at([3.2, 2.4]), await at([3.24, 1.9]));
   const [onLine, low] = (await outline())[3];
-  assert(onLine === 4 && Math.abs(low - 2) < 0.05, `${onLine}, ${low}`);
+  assert(onLine === 3.2 && Math.abs(low - 1.9) < 0.05, `${onLine}, ${low}`);
   await page.getByRole("button", { name: "Undo" }).click();
   await page.locator(".corner").nth(1).focus();
   await type("Wall before it, m", "7");
-  assert.deepEqual((await outline()).slice(0, 3), [[0, 0], [7, 0], [7, 3]]);
+  assert.deepEqual((await outline()).slice(0, 3), [[0, 0], [7, 0], [7, 2.4]]);
   await page.getByRole("button", { name: "Undo" }).click();
 
   await page.getByLabel("Ceiling shape").selectOption("gable");
