@@ -96,6 +96,7 @@ export async function drawsAHall(visitor, shot) {
   assert.deepEqual(await outline(), [[0, 0], [8, 0], [8, 2.4], [3.2, 2.4], [3.2, 6], [0, 6]]);
   // where a place of the room is on the page
   const at = async ([x, y]) => {
+    await page.evaluate(() => scrollTo(0, 0));
     const box = await page.locator(".plan path.floor").boundingBox();
     return [box.x + (x / 8) * box.width, box.y + (1 - y / 6) * box.height];
   };
@@ -106,7 +107,7 @@ export async function drawsAHall(visitor, shot) {
     await page.mouse.up();
   };
   for (const [tube, to] of [[0, [6, 1.2]], [1, [1.6, 4.2]]])
-    await drag(await middle(page.locator(".tube .ring").nth(tube)), await at(to));
+    await drag(await at((await visitor.state()).draft.tubes[tube].centre_m), await at(to));
   await visitor.rests();
   const { draft, grid } = await visitor.state();
   for (const [tube, [x, y]] of [[0, [6, 1.2]], [1, [1.6, 4.2]]]) {
