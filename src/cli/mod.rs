@@ -5,6 +5,7 @@ pub mod client;
 pub mod config;
 mod demo;
 mod figures;
+mod hbjson;
 mod healthcheck;
 pub mod mesh_files;
 mod metrics;
@@ -45,6 +46,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Print the plan of a job document: effects, guides and methods, each with its reason
     Plan(plan::PlanArgs),
+    /// Print a room of a Honeybee model (HBJSON) as the `room` of a job document
+    Hbjson(hbjson::HbjsonArgs),
     /// Compare methods on a job: the time that each takes to each accuracy, against a reference
     Study(study::StudyArgs),
     /// Send a job document to a service, follow it, and save its results
@@ -75,6 +78,7 @@ impl Arguments {
             Command::Backup(args) => backup::run(args),
             Command::Render(args) => render::run(args),
             Command::Plan(args) => plan::run(args),
+            Command::Hbjson(args) => hbjson::run(args),
             Command::Study(args) => study::run(args),
             Command::Submit(args) => submit::run(args),
             Command::Healthcheck(args) => healthcheck::run(args),

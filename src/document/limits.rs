@@ -137,6 +137,10 @@ pub const CORNERS: RangeInclusive<usize> = 3..=256;
 pub const MOST_CORNERS: usize = 2000;
 /// Number of holes of a plan.
 pub const HOLES: RangeInclusive<usize> = 0..=64;
+/// Number of faces of a room that is given by them: a tetrahedron has the fewest.
+pub const FACES: RangeInclusive<usize> = 4..=2000;
+/// Number of characters of a face's name.
+pub const FACE_NAME: RangeInclusive<usize> = 1..=100;
 /// Number of partitions of a room.
 pub const PARTITIONS: RangeInclusive<usize> = 0..=256;
 /// Range of the height of a ceiling or a partition in metres.
@@ -248,6 +252,10 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("RoomDocument", "rotation_deg", Limit::Number(TURN_DEG)),
     ("RoomDocument", "objects", Limit::Items(OBJECTS)),
     ("RoomDocument", "partitions", Limit::Items(PARTITIONS)),
+    ("RoomDocument", "faces", Limit::Items(FACES)),
+    ("FaceDocument", "name", Limit::Length(FACE_NAME)),
+    ("FaceDocument", "boundary_m", Limit::Items(CORNERS)),
+    ("FaceDocument", "holes_m", Limit::Items(HOLES)),
     ("PlanDocument", "outline_m", Limit::Items(CORNERS)),
     ("PlanDocument", "holes_m", Limit::Items(HOLES)),
     ("FlatCeiling", "height_m", Limit::Number(CEILING_HEIGHT_M)),

@@ -11,6 +11,7 @@ pub mod canonical;
 pub mod effects;
 pub mod errors;
 mod frame;
+pub mod hbjson;
 mod hints;
 pub mod job;
 pub mod limits;

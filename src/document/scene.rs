@@ -52,7 +52,7 @@ pub fn to_scene(
         channels: channels(document),
     };
     warnings.extend(dropped_triangles(document, &scene));
-    let repairs = document.room.plan.iter().flat_map(|plan| plan.repairs());
+    let repairs = document.room.repairs().into_iter();
     warnings.extend(repairs.map(|detail| Warning { code: WarningCode::RepairedRoom, detail }));
     Ok((scene, warnings, provenance))
 }

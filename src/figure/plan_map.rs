@@ -376,7 +376,7 @@ mod tests {
         let mut map = map([4, 6], Numbers::Shown);
         let l = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (2.0, 3.0), (2.0, 6.0), (0.0, 6.0)];
         map.room.rings =
-            vec![l.map(DVec2::from).to_vec(), [(0.5, 0.5), (1.0, 0.5), (1.0, 1.0)].map(DVec2::from).to_vec()];
+            vec![l.map(DVec2::from).to_vec(), [(0.5, 0.5), (1.0, 1.0), (1.0, 0.5)].map(DVec2::from).to_vec()];
         map.grid.values[23] = f64::NAN;
         let drawing = map.draw().unwrap();
         let svg = svg(&drawing).unwrap();

@@ -15,7 +15,7 @@ const LEAST_MEASURED: f64 = 30.0;
 /// Contents of a plan of a room.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomPlan {
-    /// Outline and holes of the floor in metres.
+    /// Outlines (counter-clockwise) and holes (clockwise) of the floor in metres.
     pub rings: Vec<Vec<DVec2>>,
     /// Azimuth of the y axis (drawn upwards), clockwise from north in degrees.
     pub rotation_deg: f64,
@@ -38,20 +38,18 @@ impl RoomPlan {
         [corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max)]
     }
 
-    /// Covers the parts of a figure within a rectangle that lie outside of the outline or in a hole.
+    /// Covers the parts of a figure within its axes that lie outside of all outlines or in a hole of one.
     pub fn cover_outside(&self, drawing: &mut Drawing, axes: &Axes) {
-        let rings: Vec<Vec<DVec2>> = self.rings.iter().map(|ring| ring_at(ring, axes)).collect();
-        let Some((outline, holes)) = rings.split_first() else { return };
-        let doubled: f64 = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
-        // opposite to the rectangle, so that the windings cancel inside
-        let mut cover = Outline::rectangle(axes.within.from, axes.within.to);
-        match doubled > 0.0 {
-            true => cover.0.extend(Outline::polygon(outline.iter().rev().copied()).0),
-            false => cover.0.extend(Outline::polygon(outline.iter().copied()).0),
+        let (outlines, holes): (Vec<_>, Vec<_>) = self.rings.iter().partition(|ring| is_outline(ring.as_slice()));
+        if outlines.is_empty() {
+            return;
         }
+        // y points down in the figure, where outlines run against the rectangle, so that the windings cancel inside
+        let mut cover = Outline::rectangle(axes.within.from, axes.within.to);
+        cover.0.extend(outlines.into_iter().flat_map(|ring| Outline::polygon(ring_at(ring, axes)).0));
         drawing.fill(cover, Colour::Paper, 1.0);
         for hole in holes {
-            drawing.fill(Outline::polygon(hole.iter().copied()), Colour::Faint, 1.0);
+            drawing.fill(Outline::polygon(ring_at(hole, axes)), Colour::Faint, 1.0);
         }
     }
 
@@ -80,8 +78,7 @@ impl RoomPlan {
     /// Writes the lengths of the outer walls beside them, outside of the room; those along the bounds are read from the axes.
     pub fn draw_lengths(&self, drawing: &mut Drawing, axes: &Axes) {
         let [low, high] = self.bounds();
-        for ring in self.rings.iter().take(1) {
-            let doubled: f64 = ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
+        for ring in self.rings.iter().filter(|ring| is_outline(ring)) {
             for (from, to) in ring.iter().zip(ring.iter().cycle().skip(1)) {
                 let lies_at_an_end =
                     (0..2).any(|axis| from[axis] == to[axis] && (from[axis] == low[axis] || from[axis] == high[axis]));
@@ -89,8 +86,8 @@ impl RoomPlan {
                 if lies_at_an_end || a.distance(b) < LEAST_MEASURED {
                     continue;
                 }
-                // y points down in the figure
-                let out = (b - a).normalize().perp() * if doubled > 0.0 { 1.0 } else { -1.0 };
+                // to the right of the edge; y points down in the figure
+                let out = (b - a).normalize().perp();
                 let look = Type::new(11.0, Colour::Muted).anchored(Anchor::Middle).rimmed(Colour::Paper);
                 let text = format!("{} m", short((from.distance(*to) * 100.0).round() / 100.0));
                 let aside = if out.x.abs() > out.y.abs() { 5.0 + 0.5 * letters::width(&text, 11.0) } else { 11.0 };
@@ -114,6 +111,11 @@ impl RoomPlan {
 /// Returns the length of a metre in a figure, in pixels.
 fn metre(axes: &Axes) -> f64 {
     axes.within.size().x / (axes.x.to - axes.x.from)
+}
+
+/// True if a ring is an outline: it runs counter-clockwise.
+fn is_outline(ring: &[DVec2]) -> bool {
+    ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum::<f64>() > 0.0
 }
 
 fn ring_at(ring: &[DVec2], axes: &Axes) -> Vec<DVec2> {

@@ -1,6 +1,6 @@
 //! Figures of a grid: its values over the plan of the room, as illuminance, as daylight factor, or minus those of another job.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use serde::Deserialize;
 use utoipa::ToSchema;
 
@@ -156,7 +156,7 @@ fn placed(subject: &Subject, grid: &GridResult, values: Vec<f64>) -> GridValues 
         document.and_then(|document| Some((document, document.grids.iter().find(|one| one.name == grid.name)?)));
     let [from_m, to_m] = match named {
         Some((document, named)) => {
-            let [low, high] = bounds(&document.room.rings());
+            let [low, high] = document.room.bounds_m().map(DVec3::truncate);
             match (named.spacing_m, &grid.points_m) {
                 (_, Some(_)) => [low, high],
                 (Some(spacing), None) => [low, low + spacing * DVec2::new(grid.cells[0] as f64, grid.cells[1] as f64)],
@@ -170,12 +170,6 @@ fn placed(subject: &Subject, grid: &GridResult, values: Vec<f64>) -> GridValues 
     };
     let points = grid.points_m.iter().flatten().map(|[x, y, ..]| DVec2::new(*x, *y)).collect();
     GridValues { cells: grid.cells, from_m, to_m, values, points }
-}
-
-/// Returns the least and the greatest corner of the bounds of rings.
-fn bounds(rings: &[Vec<DVec2>]) -> [DVec2; 2] {
-    let corners = || rings.iter().flatten().copied();
-    [corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max)]
 }
 
 /// Returns the outer ends of a row of cells with these centres.

@@ -155,9 +155,10 @@ fn inputs(document: &Value) -> SheetPart {
     let room = &document["room"];
     let size: Vec<String> =
         list(&room["size_m"]).iter().filter_map(Value::as_f64).map(|edge| edge.to_string()).collect();
-    let shape = match list(&room["plan"]["outline_m"]).len() {
-        0 => format!("{} m", size.join(" × ")),
-        corners => format!("plan of {corners} corners; ceiling: {}", in_words(&room["ceiling"])),
+    let shape = match (list(&room["plan"]["outline_m"]).len(), list(&room["faces"]).len()) {
+        (0, 0) => format!("{} m", size.join(" × ")),
+        (0, faces) => format!("{faces} faces"),
+        (corners, _) => format!("plan of {corners} corners; ceiling: {}", in_words(&room["ceiling"])),
     };
     let mut facts = vec![fact("room", format!("{shape}; {}", in_words(&room["surfaces"])))];
     for name in ["partitions", "objects", "luminaires"] {

@@ -94,7 +94,8 @@ fn provenance(results: &Value) -> Option<Provenance> {
 /// Draws the section along the longer side of the room, which shows more, with the name of its axis alone above it.
 pub fn longer_section(subject: &Subject, results: &Value) -> Option<(SiteFigure, Drawing)> {
     let document: &JobDocument = subject.document.as_ref()?;
-    let [width, depth, _] = document.room.extent_m();
+    let [low, high] = document.room.bounds_m();
+    let [width, depth, _] = (high - low).to_array();
     let (figure, along, across) =
         if depth > width { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
     let heading = Heading::of(format!("Section along {across}"));

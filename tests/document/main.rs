@@ -21,6 +21,7 @@ mod any;
 mod bounds;
 mod contract;
 mod effects;
+mod faces;
 mod hints;
 mod mesh_files;
 mod methods;

@@ -55,6 +55,8 @@ fn whole(pointer: &str) -> Option<Value> {
 fn field(pointer: &str) -> Option<Value> {
     let (parent, name) = pointer.rsplit_once('/')?;
     Some(match name {
+        // its name is that of a face
+        _ if parent == "/room/surfaces" => json!({ "reflectance": 0.5 }),
         // no object is too large for it
         "room" => json!({ "size_m": [1000, 1000, 1000] }),
         "size_m" if parent == "/room" => json!([1000, 1000, 1000]),

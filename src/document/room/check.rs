@@ -5,7 +5,7 @@ use super::luminaire::{Sheet, check_luminaire, check_place, overlap, reaches_int
 use super::object::ObjectDocument;
 use super::surface::{Owner, check_surface};
 use crate::document::errors::{Checks, FieldErrorCode};
-use crate::document::hints::did_you_mean;
+use crate::document::hints;
 use crate::document::limits::{LUMINAIRES, OBJECTS, PARTITIONS, TURN_DEG};
 use crate::document::read::pointer::escape;
 use crate::scene::Enclosure;
@@ -41,21 +41,47 @@ pub(crate) fn check_room(room: &RoomDocument, checks: &mut Checks) -> CheckedRoo
 /// Checks the surfaces, and that each single one is of a face of the room.
 fn check_surfaces(room: &RoomDocument, enclosure: Option<&Enclosure>, checks: &mut Checks) {
     let surfaces = &room.surfaces;
-    let kinds = [("floor", &surfaces.floor), ("walls", &surfaces.walls), ("ceiling", &surfaces.ceiling)];
-    let single = surfaces.single.iter().map(|(name, surface)| (name.as_str(), surface));
-    for (name, surface) in kinds.into_iter().chain(single) {
-        check_surface(&format!("/room/surfaces/{}", escape(name)), surface, Owner::Room, checks);
+    for (name, surface) in [("floor", &surfaces.floor), ("walls", &surfaces.walls), ("ceiling", &surfaces.ceiling)] {
+        check_surface(&format!("/room/surfaces/{name}"), surface, Owner::Room, checks);
     }
-    let Some(enclosure) = enclosure else { return };
-    let names = || enclosure.faces().iter().map(|face| face.name.as_str());
-    for name in surfaces.single.keys().filter(|name| !names().any(|known| known == *name)) {
-        let some: Vec<_> = names().filter(|name| name.contains('_')).map(|name| format!("`{name}`")).take(8).collect();
-        let detail = format!("the room has no face of this name; its single faces are {}, ..", some.join(", "));
-        let detail = if some.len() < 8 { detail.replace(", ..", "") } else { detail };
-        let hint = did_you_mean(name, names()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+    for (name, surface) in &surfaces.single {
         let pointer = format!("/room/surfaces/{}", escape(name));
-        checks.refuse_as(FieldErrorCode::UnknownField, pointer, format!("{detail}{hint}"));
+        let is_known = match enclosure {
+            Some(enclosure) => enclosure.faces().iter().any(|face| face.name == *name),
+            // the faces of a room that was refused are not known
+            None => room.faces.is_some() || SINGLE.iter().any(|prefix| name.starts_with(prefix)),
+        };
+        match is_known {
+            true => check_surface(&pointer, surface, Owner::Room, checks),
+            false => checks.refuse_as(FieldErrorCode::UnknownField, pointer, no_such_face(name, enclosure)),
+        }
     }
+    for (number, face) in room.faces.iter().flatten().enumerate() {
+        let Some(surface) = &face.surface else { continue };
+        let pointer = format!("/room/faces/{number}/surface");
+        if surfaces.single.contains_key(&face.name) {
+            checks.refuse(&pointer, "must be left out: `surfaces` has a surface for the face of this name");
+        }
+        check_surface(&pointer, surface, Owner::Room, checks);
+    }
+}
+
+/// Beginnings of the names of single faces of boxes and plans.
+const SINGLE: [&str; 2] = ["wall_", "ceiling_"];
+
+/// Returns a sentence about a name in `surfaces` that no face has.
+fn no_such_face(name: &str, enclosure: Option<&Enclosure>) -> String {
+    let faces = enclosure.map(Enclosure::faces).unwrap_or_default();
+    let kinds = ["floor", "walls", "ceiling"];
+    let single = || faces.iter().map(|face| face.name.as_str()).filter(|name| !kinds.contains(name));
+    let hint = hints::did_you_mean(name, kinds.into_iter().chain(single()));
+    let hint = hint.map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
+    let some: Vec<String> = single().map(|name| format!("`{name}`")).take(8).collect();
+    let others = if some.len() < 8 { "" } else { ", .." };
+    format!(
+        "the room has no face of this name; surfaces are of kinds (`floor`, `walls`, `ceiling`) or of single faces ({}{others}){hint}",
+        some.join(", ")
+    )
 }
 
 fn check_luminaires(room: &RoomDocument, enclosure: Option<&Enclosure>, checks: &mut Checks) -> Vec<(usize, Sheet)> {

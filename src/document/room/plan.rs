@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::rings::{edges, fault_of_rings};
 use super::surface::{Owner, SurfaceDocument, check_surface};
 use crate::document::errors::{Checks, FieldErrorCode};
 use crate::document::limits::{
@@ -199,48 +200,11 @@ impl PlanDocument {
 
     /// Checks that no two edges meet but neighbours at their common corner, and that holes lie within the outline.
     fn check_edges(&self, checks: &mut Checks) -> bool {
-        let (rings, near) = (self.rings(), self.near_m());
-        let mut all: Vec<(usize, usize, Edge)> = Vec::new();
-        let mut first = 0;
-        for (number, ring) in rings.iter().enumerate() {
-            let of_ring = (0..ring.len()).map(|k| (first + k, number, [ring[k], ring[(k + 1) % ring.len()]]));
-            all.extend(of_ring.filter(|(_, _, [a, b])| a.distance(*b) > near));
-            first += ring.len();
-            if all.iter().filter(|(_, of, _)| *of == number).count() < 3 {
-                let pointer = ring_pointer(number);
-                checks.refuse(pointer, format!("has fewer than 3 corners that are {near:.3e} m apart"));
-                return false;
-            }
-        }
-        for (place, (a, ring_a, edge)) in all.iter().enumerate() {
-            for (b, ring_b, other) in &all[place + 1..] {
-                if are_apart(*edge, *other, near) {
-                    continue;
-                }
-                let Some(at) = meeting(*edge, *other, near) else { continue };
-                let detail = format!("the edges {a} and {b} of the plan meet at ({:.6}, {:.6})", at.x, at.y);
-                let detail = match ring_a == ring_b {
-                    true => format!("{detail}: the polygon must not cross or touch itself"),
-                    false => format!("{detail}: holes must lie within the outline and apart from each other"),
-                };
-                checks.refuse(ring_pointer(*ring_b), detail);
-                return false;
-            }
-        }
-        let edges_of = |number: usize| all.iter().filter(move |(_, ring, _)| *ring == number).map(|(_, _, edge)| *edge);
-        let outlines: Vec<Vec<Edge>> = (0..rings.len()).map(|number| edges_of(number).collect()).collect();
-        for (number, hole) in outlines.iter().enumerate().skip(1) {
-            let corner = hole[0][0];
-            let within = |other: usize| covered::contains(&outlines[other], corner);
-            let detail = match (1..outlines.len()).find(|other| *other != number && within(*other)) {
-                _ if !within(0) => "the hole lies outside the outline".to_owned(),
-                Some(other) => format!("the hole lies within the hole {}", other - 1),
-                None => continue,
-            };
-            checks.refuse(ring_pointer(number), detail);
-            return false;
-        }
-        true
+        let near = self.near_m();
+        let Some((ring, fault)) = fault_of_rings(&self.rings(), near) else { return true };
+        let place = |at: DVec2| format!("({:.6}, {:.6})", at.x, at.y);
+        checks.refuse(ring_pointer(ring), fault.words("plan", near, place));
+        false
     }
 }
 
@@ -250,43 +214,6 @@ fn ring_pointer(number: usize) -> String {
         None => "/room/plan/outline_m".to_owned(),
         Some(hole) => format!("/room/plan/holes_m/{hole}"),
     }
-}
-
-/// Returns the edges of rings with their numbers.
-fn edges(rings: &[Vec<DVec2>]) -> impl Iterator<Item = (usize, Edge)> {
-    rings.iter().flat_map(|ring| (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]])).enumerate()
-}
-
-/// True if the bounds of two edges are farther apart than `near`.
-fn are_apart([a, b]: Edge, [c, d]: Edge, near: f64) -> bool {
-    (a.min(b) - near).cmpgt(c.max(d)).any() || (a.max(b) + near).cmplt(c.min(d)).any()
-}
-
-/// Finds a place where two edges meet or come within `near` of each other; `None` if they do so only where one ends and the other starts.
-fn meeting([a, b]: Edge, [c, d]: Edge, near: f64) -> Option<DVec2> {
-    let joint = if b.distance(c) <= near {
-        Some((b, a, d))
-    } else if a.distance(d) <= near {
-        Some((a, b, c))
-    } else {
-        None
-    };
-    if let Some((joint, one, other)) = joint {
-        // neighbours meet again only if one of them turns back along the other
-        let (one, other) = (one - joint, other - joint);
-        let beside = one.perp_dot(other).abs() / one.length().max(other.length());
-        return (one.dot(other) > 0.0 && beside <= near).then_some(joint);
-    }
-    let closest = [
-        (a, covered::distance(&[[c, d]], a)),
-        (b, covered::distance(&[[c, d]], b)),
-        (c, covered::distance(&[[a, b]], c)),
-        (d, covered::distance(&[[a, b]], d)),
-    ];
-    if let Some((place, _)) = closest.into_iter().find(|(_, distance)| *distance <= near) {
-        return Some(place);
-    }
-    cut([a, b], [c, d]).map(|share| a.lerp(b, share))
 }
 
 /// Returns the fraction of an edge at which the line of another one crosses it, if both meet.

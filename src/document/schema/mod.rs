@@ -61,9 +61,7 @@ fn single_surfaces(schemas: &mut Schemas) {
     for wall in ["wall_north", "wall_east", "wall_south", "wall_west"] {
         surfaces.properties.insert(wall.to_owned(), surface());
     }
-    surfaces.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
-    let numbered = json!({ "^(wall|ceiling)_[0-9]+$": surface() });
-    surfaces.extensions.get_or_insert_default().insert("patternProperties".to_owned(), numbered);
+    surfaces.additional_properties = Some(Box::new(AdditionalProperties::RefOr(surface())));
 }
 
 /// Sets the bound of a field in its schema.

@@ -59,7 +59,8 @@ pub fn rules() -> Vec<(&'static str, Value)> {
     ];
     let room = [
         all([given("size_m"), given("plan")]),
-        all([absent("size_m"), absent("plan")]),
+        all([given("faces"), any([given("size_m"), given("plan")])]),
+        all([absent("size_m"), absent("plan"), absent("faces")]),
         all([given("plan"), absent("ceiling")]),
         all([given("ceiling"), absent("plan")]),
     ];

@@ -71,10 +71,10 @@ pub(crate) fn check_openings(
         if !check_place(&pointer, diameter, &opening, enclosure, checks) {
             continue;
         }
-        let (field, surface) = room.surfaces.of_face(&enclosure.faces()[opening.face]);
-        if surface.open && field != "ceiling" {
+        let (place, surface) = room.surface_of(opening.face, &enclosure.faces()[opening.face]);
+        if surface.open && place != "/room/surfaces/ceiling" {
             let detail = format!("must be false, because the opening of {pointer} needs a closed ceiling");
-            checks.refuse(format!("/room/surfaces/{field}/open"), detail);
+            checks.refuse(format!("{place}/open"), detail);
         }
         let overlaps = |(_, other): &&(usize, PlacedOpening)| {
             other.centre.distance(opening.centre) < opening.radius_m + other.radius_m - TOUCHING_M

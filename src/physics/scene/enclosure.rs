@@ -145,10 +145,7 @@ impl Enclosure {
     ///
     /// Faces without area, faces that are not planar, or faces that leave an edge open.
     pub fn new(faces: Vec<EnclosureFace>) -> Result<Self, EnclosureError> {
-        let corners = || faces.iter().flat_map(|face| face.polygon.corners());
-        let low = corners().fold(DVec3::INFINITY, DVec3::min);
-        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
-        let enclosure = Self { faces, low, high, is_box: false };
+        let enclosure = Self::of_closed(faces);
         let hair = COINCIDING * enclosure.scale_m();
         for face in &enclosure.faces {
             if face.polygon.area_m2() <= hair * hair {
@@ -162,6 +159,15 @@ impl Enclosure {
         }
         enclosure.closes(hair)?;
         Ok(enclosure)
+    }
+
+    /// Builds an enclosure of planar faces that are known to close a room, each counter-clockwise seen from inside; [`Self::new`] checks
+    /// this. Where edges of neighbours differ, a ray that passes between two faces ends on the one that it passes closer to.
+    pub fn of_closed(faces: Vec<EnclosureFace>) -> Self {
+        let corners = || faces.iter().flat_map(|face| face.polygon.corners());
+        let low = corners().fold(DVec3::INFINITY, DVec3::min);
+        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        Self { faces, low, high, is_box: false }
     }
 
     /// Checks that every edge of a face has a counterpart that runs the other way.
