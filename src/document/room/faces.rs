@@ -94,7 +94,7 @@ pub struct ClosedRoom {
 }
 
 /// Builds the room that faces close; `None` after a fault.
-pub fn closed_room(faces: &[FaceDocument], checks: &mut Checks) -> Option<ClosedRoom> {
+pub(super) fn closed_room(faces: &[FaceDocument], checks: &mut Checks) -> Option<ClosedRoom> {
     if !check_fields(faces, checks) {
         return None;
     }
