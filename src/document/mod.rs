@@ -42,4 +42,4 @@ pub use optics::Coefficient;
 pub use provenance::Provenance;
 pub use refusal_name::RefusalName;
 pub use scene::to_scene;
-pub use solids::leave_out_solids;
+pub use solids::leave_out;

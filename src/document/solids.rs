@@ -1,4 +1,4 @@
-//! Sensors of grids and cameras of views that lie inside solids: such sensors have no value, such cameras see nothing.
+//! Sensors of grids and cameras of views that lie outside the room or inside solids: such sensors have no value, such cameras see nothing.
 
 use std::sync::Arc;
 
@@ -8,12 +8,15 @@ use super::room::object::ObjectDocument;
 use crate::scene::{EstimateKind, Scene};
 use crate::traceable::{OccupiedParts, RoomObject, solids_around};
 
-/// Excludes the sensors of a scene's grids that lie inside solids, and returns a warning for each grid that loses any. Errors
-/// name the grids of which no sensor is left, and views from within solids.
-pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec<Warning>, DocumentErrors> {
+/// Excludes the sensors of a scene's grids that lie outside the room or, where objects are simulated, inside solids, and returns a warning
+/// for each grid that loses any but those beside the plan. Errors name the grids of which no sensor is left, and views from within solids.
+pub fn leave_out(document: &JobDocument, scene: &mut Scene, has_objects: bool) -> Result<Vec<Warning>, DocumentErrors> {
     let mut checks = Checks::default();
     let mut warnings = Vec::new();
-    let occupied: Vec<OccupiedParts> = scene.grids.iter().map(|grid| OccupiedParts::of(scene, grid)).collect();
+    let occupied: Vec<OccupiedParts> = match has_objects {
+        true => scene.grids.iter().map(|grid| OccupiedParts::of(scene, grid)).collect(),
+        false => scene.grids.iter().map(|grid| OccupiedParts::outside(scene, grid)).collect(),
+    };
     for (number, (grid, occupied)) in scene.grids.iter_mut().zip(occupied).enumerate() {
         if occupied.free.is_empty() {
             continue;
@@ -55,7 +58,7 @@ pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec
         grid.area = Some(occupied.area.into()).filter(|area: &Arc<[f64]>| !area.is_empty());
         grid.free = Some(occupied.free.into());
     }
-    for (number, view) in scene.views.iter().enumerate() {
+    for (number, view) in scene.views.iter().enumerate().filter(|_| has_objects) {
         let around = solids_around(scene, view.eye);
         if !around.is_empty() {
             let objects = pointers(document, &around);

@@ -67,10 +67,8 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         .map_err(|error| FieldError::new(format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
     let traceable = Arc::new(traceable);
     still_wanted()?;
-    if effects.is_followed(EffectKind::Objects) {
-        warnings.extend(document::leave_out_solids(document, &mut scene)?);
-        still_wanted()?;
-    }
+    warnings.extend(document::leave_out(document, &mut scene, effects.is_followed(EffectKind::Objects))?);
+    still_wanted()?;
     let stop = document.stop_rule();
     let missing = effects.weigh(&scene, &traceable).into_iter();
     let missing = missing.filter(|(_, left_out)| left_out.largest() > stop.relative_error);

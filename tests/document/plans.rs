@@ -108,7 +108,7 @@ fn grids_follow_the_plan() {
     ]);
     let job = parse(&document).unwrap();
     let (mut scene, ..) = to_scene(&job, &SquarePipe).unwrap();
-    let warnings = skyduct::document::leave_out_solids(&job, &mut scene).unwrap();
+    let warnings = skyduct::document::leave_out(&job, &mut scene, true).unwrap();
     let [spaced, cells, eyes] = [0, 1, 2].map(|grid| &scene.grids[grid]);
     assert_eq!((spaced.cells, spaced.cell_size_m), ([11, 8], [0.75, 0.75]));
     let is_within = |x: f64, y: f64| (0.5..=7.5).contains(&x) && (0.5..=5.5).contains(&y) && (x <= 3.5 || y <= 2.5);
@@ -128,7 +128,7 @@ fn grids_follow_the_plan() {
     cut["grids"] = json!([{ "name": "cut", "height_m": 0.85, "spacing_m": 0.7 }]);
     let job = parse(&cut).unwrap();
     let (mut scene_of_cut, ..) = to_scene(&job, &SquarePipe).unwrap();
-    skyduct::document::leave_out_solids(&job, &mut scene_of_cut).unwrap();
+    skyduct::document::leave_out(&job, &mut scene_of_cut, true).unwrap();
     let grid = &scene_of_cut.grids[0];
     // 8 m are 11.43 cells: the last is cut to 0.3 m of 0.7 m, but its centre lies outside; the row at y = 3 is cut to 0.2 m
     let area = grid.area.as_ref().unwrap();

@@ -61,11 +61,20 @@ impl OccupiedParts {
 
     /// Finds the parts of a grid that objects of a scene take or that lie outside its faces.
     pub fn of(scene: &Scene, grid: &Grid) -> Self {
+        Self::of_grid(&Solids::of(scene), grid)
+    }
+
+    /// Finds the parts of a grid that lie outside the faces of a scene, whatever stands in it.
+    pub fn outside(scene: &Scene, grid: &Grid) -> Self {
+        Self::of_grid(&Solids::none(scene), grid)
+    }
+
+    fn of_grid(solids: &Solids<'_>, grid: &Grid) -> Self {
         if let Some(placed) = &grid.placed {
-            return Self::of_placed(scene, placed);
+            return Self::of_placed(solids, placed);
         }
-        let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
-        let covers = Solids::of(scene, tolerance).covers(grid.height_m);
+        let (scene, tolerance) = (solids.scene, solids.tolerance);
+        let covers = solids.covers(grid.height_m);
         let area = area_inside(scene, grid, tolerance);
         let of_area = |area: &f64| match grid.estimate {
             EstimateKind::Point => f64::from(*area > 0.0),
@@ -90,10 +99,9 @@ impl OccupiedParts {
     }
 
     /// Finds those of sensors at any places that objects of a scene take; each sensor has a level plane of its own.
-    fn of_placed(scene: &Scene, placed: &[Sensor]) -> Self {
-        let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
+    fn of_placed(solids: &Solids<'_>, placed: &[Sensor]) -> Self {
+        let (scene, tolerance) = (solids.scene, solids.tolerance);
         let enclosure = TraceableEnclosure::new(&scene.room.enclosure);
-        let solids = Solids::of(scene, tolerance);
         let mut covers: HashMap<u64, Vec<Cover>> = HashMap::new();
         let mut by = Vec::new();
         // a hair in front of the sensor, to which side its light comes from
@@ -183,7 +191,13 @@ struct Solids<'a> {
 }
 
 impl<'a> Solids<'a> {
-    fn of(scene: &'a Scene, tolerance: f64) -> Self {
+    fn none(scene: &'a Scene) -> Self {
+        let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
+        Self { scene, tolerance, boxes: Vec::new(), pieces: Vec::new() }
+    }
+
+    fn of(scene: &'a Scene) -> Self {
+        let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
         let boxes = scene.room.boxes.iter().map(TraceableBox::new).collect();
         let faces: Vec<_> = scene.room.enclosure.faces().iter().map(|face| face.polygon.clone()).collect();
         let of_mesh = |(number, object): (usize, &MeshObject)| {

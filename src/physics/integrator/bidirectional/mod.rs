@@ -233,7 +233,8 @@ impl<const C: usize> Bidirectional<C> {
             let intensity = vertex.intensity(&self.scene, outward).luminance();
             // flights count light that comes from near
             let counted = is_average(grid) && vertex.alone() && distance_squared < near(grid).powi(2);
-            if intensity <= 0.0 || counted {
+            let is_outside = grid.is_cut(index) && self.scene.is_in_solid(sensor);
+            if intensity <= 0.0 || counted || is_outside {
                 continue;
             }
             rays += 1;

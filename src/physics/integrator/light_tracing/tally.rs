@@ -134,10 +134,11 @@ impl SensorTally<'_> {
                 !(plane.is_cut && scene.is_in_solid(target))
                     && scene.visible(scattering.position, scattering.surface, target, None)
             };
-            if let Some(lobe) = lobe {
+            if lobe.is_some() || plane.is_cut {
                 for index in (start..plane.len()).step_by(plane.stride) {
                     let (x, y) = (plane.x[index], plane.y[index]);
-                    let value = connection.illuminance(x, y) + weight * connection.lobe_illuminance(lobe, x, y);
+                    let of_lobe = lobe.map_or(0.0, |lobe| weight * connection.lobe_illuminance(lobe, x, y));
+                    let value = connection.illuminance(x, y) + of_lobe;
                     if value > 0.0 && sees(index) {
                         lux[index] += value * plane.stride as f64;
                     }
