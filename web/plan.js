@@ -74,7 +74,9 @@ function map(grid, at) {
   return [
     lux(grid, rows, at, end),
     isolines(grid, rows, at, room, tubes),
+    // the answer may be that of a draft before
     outside(room, grid, at),
+    outside(state.draft.room, grid, at),
     x !== undefined && y !== undefined
       ? svg`<circle class="spot" cx=${across(at, x)} cy=${down(at, y)} r="4"></circle>`
       : nothing,
