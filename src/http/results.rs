@@ -82,16 +82,19 @@ pub(super) async fn read<T: Send + 'static>(
     kept: Vec<Output>,
     work: impl FnOnce(&dyn ResultReader) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
+    // only jobs of the owner are read
+    app.store.job_head(id).await?.ok_or_else(Problem::no_such_job)?;
     // in this order, a job that goes on or ends meanwhile is found in its next state
-    if let Some(live) = app.live.get(id) {
-        drop(newest(&live).await);
+    if let Some(live) = app.live.get(id)
+        && newest(&live).await.is_some()
+    {
         let permit = permit(&app.permits.reading).await?;
         if let Some(newest) = newest(&live).await {
             return off_thread(permit, move |_| work(&newest.results())).await?;
         }
     }
-    let source = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
     let permit = permit(&app.permits.reading).await?;
+    let source = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
     let JobSource { submitted, state, .. } = source;
     if let Some(StateFile { key, hash }) = state {

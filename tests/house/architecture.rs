@@ -400,7 +400,6 @@ const ASK_FOR_BOXES: &[&str] = &[
     "traceable/enclosure.rs",
     "traceable/occupied.rs",
     "traceable/surface_id.rs",
-    "traceable/visibility.rs",
 ];
 
 /// Rooms have faces of any number and any slope: nobody else in the physics knows of six.
