@@ -1,5 +1,7 @@
 //! Lines of equal value in a grid of cells.
 
+use std::collections::VecDeque;
+
 use contour::ContourBuilder;
 use glam::DVec2;
 
@@ -65,20 +67,27 @@ pub fn isolines(cells: [usize; 2], values: &[f64], levels: &[f64]) -> Result<Vec
     Ok(isolines.collect())
 }
 
-/// Returns the values with each that is not finite replaced by the nearest finite one of its row (0 if there is none), so that
-/// lines reach the edge of the valid cells.
+/// Returns the values with each that is not finite replaced by that of a nearest finite one (0 if there is none), so that lines reach the edge
+/// of the valid cells and do not run along it.
 fn beside_the_unknown(columns: usize, values: &[f64]) -> Vec<f64> {
     let mut filled = values.to_vec();
-    for row in filled.chunks_mut(columns) {
-        let known: Vec<(usize, f64)> = row.iter().copied().enumerate().filter(|(_, value)| value.is_finite()).collect();
-        for (place, value) in row.iter_mut().enumerate().filter(|(_, value)| !value.is_finite()) {
-            let after = known.partition_point(|(other, _)| *other < place);
-            let beside = known[after.saturating_sub(1)..known.len().min(after + 1)].iter();
-            let nearest = beside.min_by_key(|(other, _)| other.abs_diff(place));
-            *value = nearest.map_or(0.0, |(_, value)| *value);
+    let mut queue: VecDeque<usize> = (0..values.len()).filter(|cell| values[*cell].is_finite()).collect();
+    while let Some(cell) = queue.pop_front() {
+        let column = cell % columns;
+        let beside = [
+            (column > 0).then(|| cell - 1),
+            (column + 1 < columns).then_some(cell + 1),
+            cell.checked_sub(columns),
+            Some(cell + columns).filter(|below| *below < values.len()),
+        ];
+        for other in beside.into_iter().flatten() {
+            if !filled[other].is_finite() {
+                filled[other] = filled[cell];
+                queue.push_back(other);
+            }
         }
     }
-    filled
+    filled.iter().map(|value| if value.is_finite() { *value } else { 0.0 }).collect()
 }
 
 /// Returns the pieces of a line whose segments have their midpoints where `is_known` is true.
@@ -133,6 +142,21 @@ pub fn levels(least: f64, greatest: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// No line runs along the edge of the known cells of an even slope, above, below or beside them.
+    #[test]
+    fn lines_end_at_unknown_cells() {
+        let [columns, rows] = [12, 10];
+        let is_known = |cell: usize| (2..9).contains(&(cell % columns)) && (3..8).contains(&(cell / columns));
+        let slope = |cell: usize| if is_known(cell) { 10.0 + (cell % columns) as f64 } else { f64::NAN };
+        let values: Vec<f64> = (0..columns * rows).map(slope).collect();
+        let lines = isolines([columns, rows], &values, &[13.5, 15.5]).unwrap();
+        for line in lines {
+            let x = line.level - 10.0 + 0.5;
+            assert_eq!(line.pieces.len(), 1, "{line:?}");
+            assert!(line.pieces[0].iter().all(|point| (point.x - x).abs() < 1e-6 && point.y > 2.0 && point.y < 9.0));
+        }
+    }
 
     #[test]
     fn lines_of_a_paraboloid_are_circles() {

@@ -79,7 +79,7 @@ impl Section {
         let [low, high] = self.ends();
         let extent = (high - low).max(DVec2::splat(1e-3));
         let scale = (MOST / extent).min_element();
-        let width = (axes::LEFT + scale * extent.x + 110.0).max(520.0);
+        let width = (axes::LEFT + scale * extent.x + 150.0).max(520.0);
         let from = DVec2::new(axes::LEFT, self.heading.height(width) + 16.0);
         let scale_of_light = ColourScale::from_zero(100.0, Palette::Turbo);
         let within = Rectangle { from, to: from + scale * extent };
@@ -133,9 +133,14 @@ impl Section {
 
     fn draw_room(&self, drawing: &mut Drawing, axes: &Axes) {
         let at = |point: DVec2| axes.at(point.x, point.y);
-        let faces = || self.room.iter().map(|face| Outline::polygon(face.iter().map(|corner| at(*corner))));
-        faces().for_each(|face| drawing.fill(face, Colour::Paper, 1.0));
-        faces().for_each(|face| drawing.line(face, Line::new(Colour::Ink, 2.5)));
+        let outline = |face: &Vec<DVec2>| Outline::polygon(face.iter().map(|corner| at(*corner)));
+        // faces seen from their edge have no area
+        let has_area = |face: &&Vec<DVec2>| {
+            let doubled: f64 = face.iter().zip(face.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
+            doubled.abs() > 1e-9
+        };
+        self.room.iter().filter(has_area).for_each(|face| drawing.fill(outline(face), Colour::Paper, 1.0));
+        self.room.iter().for_each(|face| drawing.line(outline(face), Line::new(Colour::Ink, 2.5)));
         for object in &self.objects {
             let outline = Outline::polygon(object.iter().map(|point| at(*point)));
             drawing.filled_line(outline, Colour::Faint, Line::new(Colour::Muted, 1.0));

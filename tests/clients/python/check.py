@@ -86,7 +86,8 @@ def check(client, path):
     for grid in document.grids or []:
         result = get_grid_json.sync(client=client, id=job.id, name=grid.name)
         assert isinstance(result, models.GridResult), result
-        assert len(result.illuminance_lux) == grid.cells[1] and len(result.x_m) == grid.cells[0]
+        assert len(result.illuminance_lux) == result.cells[1] and len(result.illuminance_lux[0]) == result.cells[0]
+        assert bool(grid.points_m) == (not result.x_m), result
         assert result.statistics.max_lux >= result.statistics.mean_lux > 0
         assert "," in get_grid_csv.sync(client=client, id=job.id, name=grid.name)
     for index, _ in enumerate(document.tubes or []):
