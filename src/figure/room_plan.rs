@@ -8,6 +8,7 @@ use super::drawing::{Anchor, Drawing, Line, Type};
 use super::letters;
 use super::outline::{Outline, Part};
 use super::ticks::short;
+use crate::geometry::covered::{enclosed_area, polygon};
 
 /// Shortest wall whose length is written beside it, in pixels.
 const LEAST_MEASURED: f64 = 30.0;
@@ -115,7 +116,7 @@ fn metre(axes: &Axes) -> f64 {
 
 /// True if a ring is an outline: it runs counter-clockwise.
 fn is_outline(ring: &[DVec2]) -> bool {
-    ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum::<f64>() > 0.0
+    enclosed_area(&polygon(ring)) > 0.0
 }
 
 fn ring_at(ring: &[DVec2], axes: &Axes) -> Vec<DVec2> {

@@ -9,6 +9,7 @@ use super::heading::Heading;
 use super::outline::{Outline, Part, Rectangle};
 use super::scale::{BAR_WIDTH, ColourScale, Palette};
 use super::ticks::Steps;
+use crate::geometry::covered::{enclosed_area, polygon};
 
 /// Largest width and height of the section in pixels.
 const MOST: DVec2 = DVec2::new(640.0, 560.0);
@@ -134,16 +135,15 @@ impl Section {
     fn draw_room(&self, drawing: &mut Drawing, axes: &Axes) {
         let at = |point: DVec2| axes.at(point.x, point.y);
         let outline = |face: &Vec<DVec2>| Outline::polygon(face.iter().map(|corner| at(*corner)));
-        // faces seen from their edge have no area
-        let has_area = |face: &&Vec<DVec2>| {
-            let doubled: f64 = face.iter().zip(face.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum();
-            doubled.abs() > 1e-9
-        };
+        // what is seen from its edge has no area
+        let has_area = |face: &&Vec<DVec2>| enclosed_area(&polygon(face)).abs() > 1e-9;
         self.room.iter().filter(has_area).for_each(|face| drawing.fill(outline(face), Colour::Paper, 1.0));
         self.room.iter().for_each(|face| drawing.line(outline(face), Line::new(Colour::Ink, 2.5)));
         for object in &self.objects {
-            let outline = Outline::polygon(object.iter().map(|point| at(*point)));
-            drawing.filled_line(outline, Colour::Faint, Line::new(Colour::Muted, 1.0));
+            if has_area(&object) {
+                drawing.fill(outline(object), Colour::Faint, 1.0);
+            }
+            drawing.line(outline(object), Line::new(Colour::Muted, 1.0));
         }
         for (name, height) in &self.grids {
             let [low, high] = self.room_ends();

@@ -216,14 +216,6 @@ fn ring_pointer(number: usize) -> String {
     }
 }
 
-/// Returns the fraction of an edge at which the line of another one crosses it, if both meet.
-fn cut([a, b]: Edge, [c, d]: Edge) -> Option<f64> {
-    let (along, across) = (b - a, d - c);
-    let share = (c - a).perp_dot(across) / along.perp_dot(across);
-    let of_other = (c - a).perp_dot(along) / along.perp_dot(across);
-    ((0.0..=1.0).contains(&share) && (-1e-9..=1.0 + 1e-9).contains(&of_other)).then_some(share)
-}
-
 impl CeilingDocument {
     fn check(&self, checks: &mut Checks) -> bool {
         match self {
@@ -324,7 +316,8 @@ impl PartitionDocument {
             checks.refuse(format!("{pointer}/height_m"), detail);
         }
         let walls = room.section(hair);
-        let mut cuts: Vec<f64> = walls.iter().filter_map(|wall| cut([from, to], *wall)).chain([0.0, 1.0]).collect();
+        let cuts = walls.iter().filter_map(|wall| covered::crossing([from, to], *wall));
+        let mut cuts: Vec<f64> = cuts.chain([0.0, 1.0]).collect();
         cuts.sort_by(f64::total_cmp);
         let is_inside = |pair: &[f64]| {
             let middle = from.lerp(to, 0.5 * (pair[0] + pair[1]));

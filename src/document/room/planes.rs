@@ -22,7 +22,8 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Fits the plane of a face to its corners, of which `area` is the area times the normal; `scale` in m is that of rounding. The plane is along axes to the bit where all corners are on such a plane, but for rounding.
+    /// Fits the plane of a face to its corners, of which `area` is the area times the normal; `scale` in m is that of rounding. The plane is
+    /// along axes to the bit where all corners are on such a plane, but for rounding.
     pub fn fit<I: Iterator<Item = DVec3>>(corners: impl Fn() -> I, area: DVec3, scale: f64) -> Self {
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
         let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);

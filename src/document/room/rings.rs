@@ -58,9 +58,7 @@ pub fn fault_of_rings(rings: &[Vec<DVec2>], near: f64) -> Option<(usize, RingFau
     }
     for (place, (a, ring_a, edge)) in all.iter().enumerate() {
         for (b, ring_b, other) in &all[place + 1..] {
-            if !are_apart(*edge, *other, near)
-                && let Some(at) = meeting(*edge, *other, near)
-            {
+            if let Some(at) = meeting(*edge, *other, near) {
                 return Some((*ring_b, RingFault::Meeting { edges: [*a, *b], at, of_one_ring: ring_a == ring_b }));
             }
         }
@@ -94,11 +92,6 @@ pub fn oriented(mut rings: Vec<Vec<DVec2>>) -> Vec<Vec<DVec2>> {
     rings
 }
 
-/// True if the bounds of two edges are farther apart than `near`.
-fn are_apart([a, b]: Edge, [c, d]: Edge, near: f64) -> bool {
-    (a.min(b) - near).cmpgt(c.max(d)).any() || (a.max(b) + near).cmplt(c.min(d)).any()
-}
-
 /// Finds a place where two edges meet or come within `near` of each other; `None` if they do so only where one ends and the other starts.
 fn meeting([a, b]: Edge, [c, d]: Edge, near: f64) -> Option<DVec2> {
     let is_apart = (a.max(b) + near).cmplt(c.min(d)) | (c.max(d) + near).cmplt(a.min(b));
@@ -127,9 +120,5 @@ fn meeting([a, b]: Edge, [c, d]: Edge, near: f64) -> Option<DVec2> {
     if let Some((place, _)) = closest.into_iter().find(|(_, distance)| *distance <= near) {
         return Some(place);
     }
-    let (along, across) = (b - a, d - c);
-    let share = (c - a).perp_dot(across) / along.perp_dot(across);
-    let of_other = (c - a).perp_dot(along) / along.perp_dot(across);
-    let on_both = (0.0..=1.0).contains(&share) && (0.0..=1.0).contains(&of_other);
-    on_both.then(|| a + along * share)
+    covered::crossing([a, b], [c, d]).map(|fraction| a.lerp(b, fraction))
 }

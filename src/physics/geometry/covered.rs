@@ -156,7 +156,7 @@ fn pieces([a, b]: Edge, others: &[Edge], tolerance: f64) -> Vec<Edge> {
 }
 
 /// Returns the position along the edge from `a` (0) to `b` (1) at which the edge from `c` to `d` crosses it, if it does.
-fn crossing([a, b]: Edge, [c, d]: Edge) -> Option<f64> {
+pub fn crossing([a, b]: Edge, [c, d]: Edge) -> Option<f64> {
     let (along, across) = (b - a, d - c);
     let (from, to) = (along.perp_dot(c - a), along.perp_dot(d - a));
     let (start, end) = (across.perp_dot(a - c), across.perp_dot(b - c));
