@@ -93,8 +93,8 @@ pub struct Convergence {
     responses(
         (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"),
             (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
-        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid"),
+        (status = 404, description = "No such job")))]
 pub async fn convergence(
     app: App,
     Path(id): Path<Uuid>,
@@ -115,7 +115,7 @@ pub async fn convergence(
     responses(
         (status = 200, description = "The passes so far", body = Convergence),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job")))]
 pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     file(&app, id, &headers, Format::Json, ROWS_OF_FILES).await
 }
@@ -125,7 +125,7 @@ pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap
     responses(
         (status = 200, description = "The passes so far", body = String, content_type = "text/csv"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job")))]
 pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     file(&app, id, &headers, Format::Csv, ROWS_OF_FILES).await
 }
@@ -135,7 +135,7 @@ pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
     responses(
         (status = 200, description = "The figure", body = String, content_type = "image/svg+xml"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job")))]
 pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     figure(&app, id, &headers, FigureFormat::Svg).await
 }
@@ -146,8 +146,8 @@ pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
     responses(
         (status = 200, description = "The figure", body = inline(Binary), content_type = "image/png"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid"),
+        (status = 404, description = "No such job")))]
 pub async fn convergence_png(
     app: App,
     Path(id): Path<Uuid>,
@@ -162,7 +162,7 @@ pub async fn convergence_png(
     responses(
         (status = 200, description = "The figure", body = inline(Binary), content_type = "application/pdf"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job")))]
 pub async fn convergence_pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     figure(&app, id, &headers, FigureFormat::Pdf).await
 }

@@ -1,8 +1,7 @@
 //! Description of the interface (OpenAPI): the parts that handlers do not state, and its YAML.
 
-use std::collections::BTreeMap;
-
 use serde_json::Value;
+use utoipa::OpenApi;
 use utoipa::openapi::example::{Example, ExampleBuilder};
 use utoipa::openapi::header::{Header, HeaderBuilder};
 use utoipa::openapi::link::LinkBuilder;
@@ -10,7 +9,6 @@ use utoipa::openapi::path::{Operation, Parameter};
 use utoipa::openapi::response::{Response as OpenApiResponse, ResponseBuilder};
 use utoipa::openapi::schema::{Schema, SchemaType, Type};
 use utoipa::openapi::{Content, ObjectBuilder, Ref, RefOr};
-use utoipa::{IntoResponses, OpenApi};
 
 use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
 use crate::http::event_schemas::ImageEvent;
@@ -32,7 +30,7 @@ use crate::queue::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, 
     servers((url = "/", description = "This service")),
     // named by hand-written schemas only, where the derived ones do not see them
     components(schemas(
-        MethodKind, RadiusKind, EffectSwitch, Queued, Planned, Started, Pass, ImageEvent, Restarted, Succeeded, Failed, Cancelled,
+        Problem, MethodKind, RadiusKind, EffectSwitch, Queued, Planned, Started, Pass, ImageEvent, Restarted, Succeeded, Failed, Cancelled,
         StudyEvent
     )),
     tags(
@@ -55,11 +53,11 @@ pub fn completed(mut description: utoipa::openapi::OpenApi) -> utoipa::openapi::
     file_operations::add(&mut description.paths);
     for (name, path) in &mut description.paths.paths {
         for operation in [&mut path.get, &mut path.post, &mut path.delete].into_iter().flatten() {
-            complete(operation);
             if name.starts_with(CHECKED) {
-                let invalid = || problem("A parameter is not valid; see `errors`").into();
+                let invalid = || described("A parameter is not valid; see `errors`");
                 operation.responses.responses.entry("422".to_owned()).or_insert_with(invalid);
             }
+            complete(operation);
         }
     }
     description
@@ -77,8 +75,14 @@ pub fn to_yaml(description: &utoipa::openapi::OpenApi) -> Result<String, Problem
 /// Adds the parts that all operations have in common.
 fn complete(operation: &mut Operation) {
     let responses = &mut operation.responses.responses;
-    for (status, response) in CommonProblems::responses() {
-        responses.entry(status).or_insert(response);
+    for (status, description) in COMMON_PROBLEMS {
+        responses.entry(status.to_owned()).or_insert_with(|| described(description));
+    }
+    for (_, response) in responses.iter_mut().filter(|(status, _)| status.starts_with(['4', '5'])) {
+        if let RefOr::T(failed) = response {
+            let problem = Content::new(Some(Ref::from_schema_name("Problem")));
+            failed.content.insert("application/problem+json".to_owned(), problem.into());
+        }
     }
     for status in ["429", "503"] {
         if let Some(RefOr::T(later)) = responses.get_mut(status) {
@@ -121,32 +125,16 @@ const LINKS: [(&str, &str, &[&str]); 3] = [
     ("create_mesh", "201", &["get_mesh", "delete_mesh"]),
 ];
 
-fn problem(description: &str) -> OpenApiResponse {
-    let body = Content::new(Some(Ref::from_schema_name("Problem")));
-    ResponseBuilder::new().description(description).content("application/problem+json", body).build()
-}
-
 /// Problems that any request may be answered with.
-struct CommonProblems;
+const COMMON_PROBLEMS: [(&str, &str); 4] = [
+    ("408", "The request did not arrive completely, or could not be answered, in time"),
+    ("429", "The client has reached one of its limits, such as that of open connections"),
+    ("500", "Internal error of the service"),
+    ("503", "The service is shutting down, busy, or cannot reach its database or disk"),
+];
 
-impl IntoResponses for CommonProblems {
-    fn responses() -> BTreeMap<String, RefOr<OpenApiResponse>> {
-        BTreeMap::from([
-            (
-                "408".to_owned(),
-                problem("The request did not arrive completely, or could not be answered, in time").into(),
-            ),
-            (
-                "429".to_owned(),
-                problem("The client has reached one of its limits, such as that of open connections").into(),
-            ),
-            ("500".to_owned(), problem("Internal error of the service").into()),
-            (
-                "503".to_owned(),
-                problem("The service is shutting down, busy, or cannot reach its database or disk").into(),
-            ),
-        ])
-    }
+fn described(description: &str) -> RefOr<OpenApiResponse> {
+    ResponseBuilder::new().description(description).build().into()
 }
 
 fn retry_after() -> RefOr<Header> {

@@ -30,9 +30,8 @@ const FORMATS: [Format; 3] = [Format::Svg, Format::Png, Format::Pdf];
     responses(
         (status = 200, description = "The figure", content((String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or figure, or no data for it (yet)",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid"),
+        (status = 404, description = "No such job or figure, or no data for it (yet)")))]
 pub async fn figure(
     app: App,
     Path((id, file)): Path<(Uuid, String)>,

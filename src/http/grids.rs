@@ -95,10 +95,9 @@ impl GridQuery {
             content((GridResult = "application/json"), (String = "text/csv"), (inline(Binary) = "image/png"), (String = "image/svg+xml"), (inline(Binary) = "application/pdf"))),
         (status = 206, description = "The requested range of bytes"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or grid, or its first pass has not finished yet",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 416, description = "The range is not in the file"),
+        (status = 422, description = "A parameter is not valid"),
+        (status = 404, description = "No such job or grid, or its first pass has not finished yet")))]
 pub async fn grid(
     app: App,
     Path((id, name)): Path<(Uuid, String)>,

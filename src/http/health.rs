@@ -22,8 +22,7 @@ pub async fn livez() -> &'static str {
 #[utoipa::path(get, path = "/readyz", operation_id = "readyz", tag = "operation",
     responses(
         (status = 200, description = "The service is ready", body = String, content_type = "text/plain"),
-        (status = 503, description = "The service is not ready; the detail says why",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 503, description = "The service is not ready; the detail says why")))]
 pub async fn readyz(app: App) -> Result<&'static str, Problem> {
     if app.shutdown.is_cancelled() {
         return Err(Problem::unavailable("the service is shutting down"));

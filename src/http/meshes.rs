@@ -58,15 +58,12 @@ impl From<Mesh> for MeshResource {
     responses(
         (status = 201, description = "The mesh is stored",
             body = MeshResource, headers(("Location" = String, description = "Path of the mesh"))),
-        (status = 408, description = "The upload was too slow", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "The content type is not one of OBJ files", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The OBJ file is not valid; the detail names the line",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "This client has too many uploads in progress",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The service is busy reading other meshes, or its disk is full",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 408, description = "The upload was too slow"),
+        (status = 413, description = "The body is too long"),
+        (status = 415, description = "The content type is not one of OBJ files"),
+        (status = 422, description = "The OBJ file is not valid; the detail names the line"),
+        (status = 429, description = "This client has too many uploads in progress"),
+        (status = 503, description = "The service is busy reading other meshes, or its disk is full")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, request: Request) -> Result<Response, Problem> {
     let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
     let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
@@ -100,7 +97,7 @@ impl From<UploadError> for Problem {
 #[utoipa::path(get, path = "/v1/meshes/{id}", operation_id = "get_mesh", tag = "meshes", params(("id" = String, Path)),
     responses(
         (status = 200, description = "The mesh", body = MeshResource),
-        (status = 404, description = "No such mesh", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such mesh")))]
 pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>, Problem> {
     let mesh = app.store.mesh(&id).await?.ok_or_else(no_such_mesh)?;
     Ok(Json(mesh.into()))
@@ -110,8 +107,8 @@ pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>,
 #[utoipa::path(delete, path = "/v1/meshes/{id}", operation_id = "delete_mesh", tag = "meshes", params(("id" = String, Path)),
     responses(
         (status = 204, description = "The mesh is deleted"),
-        (status = 404, description = "No such mesh", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "A queued or running job uses the mesh", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such mesh"),
+        (status = 409, description = "A queued or running job uses the mesh")))]
 pub async fn delete(app: App, Path(id): Path<String>) -> Result<StatusCode, Problem> {
     match app.store.delete_mesh(&id).await? {
         MeshDeletion::NotFound => Err(no_such_mesh()),

@@ -30,7 +30,7 @@ pub struct ProblemPage {
     params(("name" = String, Path, description = "The last part of a problem's `type`", example = "invalid-document")),
     responses(
         (status = 200, description = "The explanation", content((String = "text/html"), (ProblemPage = "application/json"))),
-        (status = 404, description = "No such kind of problem", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such kind of problem")))]
 pub async fn problem_page(Path(name): Path<String>, headers: HeaderMap) -> Result<Response, Problem> {
     let kind = ProblemKind::ALL.iter().find(|kind| kind.name() == name);
     let kind = kind.ok_or_else(|| Problem::not_found("there is no such kind of problem"))?;

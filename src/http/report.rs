@@ -37,7 +37,7 @@ pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<
     responses(
         (status = 200, description = "The report", body = inline(Binary), content_type = "application/pdf"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job")))]
 pub async fn pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let written = sheet(&app, id, |sheet| FigureFormat::Pdf.write(&sheet.draw())).await?;
     Ok(formats::named(content::made(&headers, written, FigureFormat::Pdf.media_type())?, report::REPORT))

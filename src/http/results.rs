@@ -40,10 +40,9 @@ const TUBE_FORMATS: [Format; 4] = [Format::Json, Format::Svg, Format::Png, Forma
             content((TubeReport = "application/json"), (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
         (status = 206, description = "The requested range of bytes"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or tube, or the first pass has not finished yet",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 416, description = "The range is not in the file"),
+        (status = 422, description = "A parameter is not valid"),
+        (status = 404, description = "No such job or tube, or the first pass has not finished yet")))]
 pub async fn tube(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
     let by_suffix = formats::by_suffix(&file, &TUBE_FORMATS);
     let (tube, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &TUBE_FORMATS)));

@@ -68,8 +68,7 @@ pub struct TimeZoneResource {
     params(TimeZoneQuery),
     responses(
         (status = 200, description = "The zone and the time", body = TimeZoneResource),
-        (status = 422, description = "An unknown parameter or an invalid value; see `errors`", body = Problem,
-            content_type = "application/problem+json")))]
+        (status = 422, description = "An unknown parameter or an invalid value; see `errors`")))]
 pub async fn time_zone(Query(query): Query<TimeZoneQuery>) -> Result<Json<TimeZoneResource>, Problem> {
     let mut faults = QueryFaults::default();
     let mut degrees = |name: &str, text: &Option<String>, most: f64| match text {

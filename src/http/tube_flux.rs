@@ -32,11 +32,10 @@ const COMPUTING: f64 = 0.95;
         })),
     responses(
         (status = 200, description = "The fluxes", body = TubeFluxResult),
-        (status = 400, description = "The body is not JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "The content type is not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The request is not valid, or would take longer than allowed; see `errors`",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "The body is not JSON"),
+        (status = 413, description = "The body is too long"),
+        (status = 415, description = "The content type is not application/json"),
+        (status = 422, description = "The request is not valid, or would take longer than allowed; see `errors`")))]
 pub async fn flux(
     app: App,
     Extension(deadline): Extension<Deadline>,

@@ -85,8 +85,7 @@ pub struct SkyTransmission {
     params(TransmissionQuery),
     responses(
         (status = 200, description = "The transmission", body = TubeTransmission),
-        (status = 422, description = "An unknown parameter or an invalid value; see `errors`", body = Problem,
-            content_type = "application/problem+json")))]
+        (status = 422, description = "An unknown parameter or an invalid value; see `errors`")))]
 pub async fn transmission(app: App, Query(query): Query<TransmissionQuery>) -> Result<Json<TubeTransmission>, Problem> {
     let tube = Request::read(&query)?;
     // some ten milliseconds

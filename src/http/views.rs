@@ -144,11 +144,9 @@ impl PictureQuery {
             (String = "image/svg+xml"), (inline(Binary) = "application/pdf"))),
         (status = 206, description = "The requested range of bytes"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "A parameter is not valid, or not allowed together with another one",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or view, or the first pass has not finished yet",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 416, description = "The range is not in the file"),
+        (status = 422, description = "A parameter is not valid, or not allowed together with another one"),
+        (status = 404, description = "No such job or view, or the first pass has not finished yet")))]
 pub async fn view(
     app: App,
     Path((id, file)): Path<(Uuid, String)>,

@@ -19,8 +19,8 @@ use crate::queue::store::*;
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 202, description = "The job is being cancelled, or was already; the body is the job", body = JobResource),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The job has finished", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job"),
+        (status = 409, description = "The job has finished")))]
 pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem> {
     match app.store.cancel(id).await? {
         CancelOutcome::NotFound => Err(Problem::no_such_job()),
@@ -40,7 +40,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
 #[utoipa::path(delete, path = "/v1/jobs/{id}", operation_id = "delete_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 204, description = "The job is deleted"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job")))]
 pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
     if app.deletion().job(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
 }
@@ -84,8 +84,7 @@ pub struct DeletedJobs {
 #[utoipa::path(delete, path = "/v1/jobs", operation_id = "delete_jobs", tag = "jobs", params(DeleteQuery),
     responses(
         (status = 200, description = "The jobs are deleted", body = DeletedJobs),
-        (status = 422, description = "A parameter is missing or not valid; see `errors`",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is missing or not valid; see `errors`")))]
 pub async fn delete_many(app: App, Query(query): Query<DeleteQuery>) -> Result<Json<DeletedJobs>, Problem> {
     let status = query.status.map(|status| match status {
         EndedStatus::Succeeded => JobStatus::Succeeded,

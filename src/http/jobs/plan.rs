@@ -67,11 +67,10 @@ impl PredictQuery {
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 200, description = "The plan", body = PlanResource),
-        (status = 400, description = "The body is not JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "The content type is not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The document or a parameter is not valid; see `errors`",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "The body is not JSON"),
+        (status = 413, description = "The body is too long"),
+        (status = 415, description = "The content type is not application/json"),
+        (status = 422, description = "The document or a parameter is not valid; see `errors`")))]
 pub async fn plan(app: App, Query(query): Query<PredictQuery>, body: Body) -> Result<Json<PlanResource>, Problem> {
     // kept to the end: a plan that waits for its pilot takes as much memory as one that is being prepared
     let turn = permit(&app.permits.plans).await?;

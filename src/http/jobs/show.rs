@@ -41,7 +41,7 @@ pub struct ListQuery {
 #[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(ListQuery),
     responses(
         (status = 200, description = "A page of jobs", body = JobPage),
-        (status = 422, description = "A parameter is not valid; see `errors`", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid; see `errors`")))]
 pub async fn list(app: App, Query(query): Query<ListQuery>) -> Result<Json<JobPage>, Problem> {
     let limit = query.limit.unwrap_or(DEFAULT_PAGE);
     if !(1..=MAX_PAGE).contains(&limit) {
@@ -61,7 +61,7 @@ pub async fn list(app: App, Query(query): Query<ListQuery>) -> Result<Json<JobPa
     responses(
         (status = 200, description = "The job", body = JobResource),
         (status = 304, description = "Not modified: nothing has changed since the ETag in If-None-Match"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job")))]
 pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let tag =

@@ -56,16 +56,13 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
                 ("Retry-After" = u32, description = "Seconds to wait before asking for it"),
                 ("Idempotency-Replayed" = bool, description = "`true` if the job is that of an earlier post with this \
                                                                key; otherwise absent"))),
-        (status = 400, description = "The body is not JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The job was deleted while the request waited for its end",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "The content type is not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The document is not valid, or the key was used with another document",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "This client has reached its limit of waiting jobs",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "The body is not JSON"),
+        (status = 409, description = "The job was deleted while the request waited for its end"),
+        (status = 413, description = "The body is too long"),
+        (status = 415, description = "The content type is not application/json"),
+        (status = 422, description = "The document is not valid, or the key was used with another document"),
+        (status = 429, description = "This client has reached its limit of waiting jobs"),
+        (status = 503, description = "The queue is full")))]
 pub async fn create(
     app: App,
     Query(query): Query<PredictQuery>,

@@ -15,8 +15,8 @@ use crate::http::problem::{Path, Problem};
 #[utoipa::path(post, path = "/v1/studies/{id}/cancel", operation_id = "cancel_study", tag = "studies", params(("id" = Uuid, Path)),
     responses(
         (status = 202, description = "The jobs of the study are being cancelled; the body is the study", body = StudyResource),
-        (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "All of its jobs have ended", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such study"),
+        (status = 409, description = "All of its jobs have ended")))]
 pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem> {
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
     if app.store.cancel_study(id).await? == 0 {
@@ -30,7 +30,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
 #[utoipa::path(delete, path = "/v1/studies/{id}", operation_id = "delete_study", tag = "studies", params(("id" = Uuid, Path)),
     responses(
         (status = 204, description = "The study and its jobs are deleted"),
-        (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such study")))]
 pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
     if app.deletion().study(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(no_such_study()) }
 }

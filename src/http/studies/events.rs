@@ -76,13 +76,11 @@ fn names() -> Value {
     responses(
         (status = 200, description = "The stream of events", body = StudyStreamEvent, content_type = "text/event-stream"),
         (status = 204, description = "The client has received all events already, and no more will come"),
-        (status = 400, description = "The header Last-Event-ID is not a number", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "`after` is not a number, or is negative", body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "This client has too many event streams open",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The service has too many event streams open",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "The header Last-Event-ID is not a number"),
+        (status = 404, description = "No such study"),
+        (status = 422, description = "`after` is not a number, or is negative"),
+        (status = 429, description = "This client has too many event streams open"),
+        (status = 503, description = "The service has too many event streams open")))]
 pub async fn events(
     app: App,
     client: Client,

@@ -50,7 +50,7 @@ pub struct StudyListQuery {
 #[utoipa::path(get, path = "/v1/studies", operation_id = "list_studies", tag = "studies", params(StudyListQuery),
     responses(
         (status = 200, description = "A page of studies", body = StudyPage),
-        (status = 422, description = "A parameter is not valid; see `errors`", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid; see `errors`")))]
 pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<StudyPage>, Problem> {
     let limit = query.limit.unwrap_or(DEFAULT_PAGE);
     if !(1..=MAX_PAGE).contains(&limit) {
@@ -75,7 +75,7 @@ pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<
     responses(
         (status = 200, description = "The study", body = StudyResource),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such study")))]
 pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let looked = Looked::at(&app, id).await?;
     // weak, for the answer may be compressed on its way
@@ -95,9 +95,8 @@ pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<R
     responses(
         (status = 200, description = "The file", content((String = "text/csv"), (Object = "application/json"), (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such study or file, or its reference has not been computed (yet)",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid"),
+        (status = 404, description = "No such study or file, or its reference has not been computed (yet)")))]
 pub async fn file(
     app: App,
     Path((id, file)): Path<(Uuid, String)>,

@@ -48,15 +48,12 @@ use crate::study::queued::new_study;
                 ("Retry-After" = u32, description = "Seconds to wait before asking for it"),
                 ("Idempotency-Replayed" = bool, description = "`true` if the study is that of an earlier post with \
                                                                this key; otherwise absent"))),
-        (status = 400, description = "The body is not JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too long", body = Problem, content_type = "application/problem+json"),
-        (status = 415, description = "The content type is not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The request is not valid, or the key was used with another one",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "The jobs of the study would exceed the client's limit of waiting jobs",
-            body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The queue has no room for all jobs of the study",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "The body is not JSON"),
+        (status = 413, description = "The body is too long"),
+        (status = 415, description = "The content type is not application/json"),
+        (status = 422, description = "The request is not valid, or the key was used with another one"),
+        (status = 429, description = "The jobs of the study would exceed the client's limit of waiting jobs"),
+        (status = 503, description = "The queue has no room for all jobs of the study")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     let other = "another study";
     let idempotency_key = idempotency_key(&headers)?;
