@@ -136,7 +136,7 @@ async fn represented(
         Some(other) => Some(less(app, other, name.clone(), kept.clone()).await?),
         None => None,
     };
-    let drawn = read(app, id, kept, move |results| {
+    let drawn = read(app, id, kept, move |results, _| {
         let (subject, grid) = (results.subject(), results.grid(&name)?.ok_or_else(no_such_output)?);
         let drawing = match less {
             Some((_, less)) if less.cells != grid.cells => {
@@ -161,7 +161,7 @@ async fn less(
     name: String,
     kept: Vec<Output>,
 ) -> Result<(Arc<Subject>, GridResult), Problem> {
-    let read = read(app, other, kept, move |results| {
+    let read = read(app, other, kept, move |results, _| {
         Ok((results.subject().clone(), results.grid(&name)?.ok_or_else(no_such_output)?))
     });
     read.await.map_err(|problem| match problem.is_not_found() {

@@ -53,7 +53,7 @@ pub(super) async fn sheet<T: Send + 'static>(
     let first = |outputs: &str| job.document[outputs][0]["name"].as_str().map(str::to_owned);
     let grid = first("grids").map(|name| Output::Grid(name, Format::Json));
     let view = first("views").map(|name| Output::View(name, Format::Png));
-    let made = read(app, id, grid.into_iter().chain(view).collect(), move |results| {
+    let made = read(app, id, grid.into_iter().chain(view).collect(), move |results, job| {
         let job = answered(job);
         let footer = format!("{} · job {id}", report::made_by(&job));
         Ok(write(report::report(results, &job, footer)?)?)

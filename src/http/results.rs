@@ -1,11 +1,14 @@
 //! Results of a job: reports on tubes, and files of any kind; for a running job, the results so far.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::http::HeaderMap;
 use axum::response::Response;
+use bytes::Bytes;
 use serde::Deserialize;
+use tokio::time::Instant;
 use uuid::Uuid;
 
 use crate::document::result::TubeResult;
@@ -16,17 +19,22 @@ use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem};
+use crate::http::turns::{Line, Turn};
 use crate::http::{App, Service, content};
 use crate::output::OutputError;
 use crate::present::outputs::Output;
 use crate::present::prepared::prepare;
 use crate::present::reader::{Kept, ResultReader};
 use crate::present::subject::Subject;
+use crate::queue::files::FileError;
 use crate::queue::live::{LiveEstimate, LiveJob};
 use crate::queue::store::{Job, JobSource, StateFile};
 
 /// Longest time that a reader of a running job waits for the end of a pass.
 const WAIT_FOR_PASS: Duration = Duration::from_secs(20);
+
+/// Longest part of that time for which the reader has a turn, which others wait for: short passes end one after the other meanwhile.
+const WAIT_IN_TURN: Duration = Duration::from_millis(100);
 
 const TUBE_FORMATS: [Format; 4] = [Format::Json, Format::Svg, Format::Png, Format::Pdf];
 
@@ -67,69 +75,96 @@ pub(super) async fn result_file(
         Output::Grid(name, _) => Output::Grid(name.clone(), Format::Json),
         other => other.clone(),
     };
-    let made = read(app, id, vec![kept], move |results| results.file(&output)?.ok_or_else(no_such_output)).await?;
+    let made = read(app, id, vec![kept], move |results, _| results.file(&output)?.ok_or_else(no_such_output)).await?;
     content::made(headers, made.bytes, made.media_type)
 }
 
-/// Runs `work`, which may take some time, with the results of a job: those after the last pass for which a reader has waited, or after
-/// the pass that runs now; those of the stored checkpoint; or, once the job has ended, those in its files, of which `kept` are read.
+/// Runs `work`, which may take some time, with the results of a job and its row, of one moment: the results after the last pass for which
+/// a reader has waited, or after the pass that runs now; those of the stored checkpoint; or, once the job has ended, those in its files,
+/// of which `kept` are read.
 ///
-/// A permit bounds how many estimates are held and files made at the same time; it is not held while waiting for a pass.
+/// A turn bounds how many estimates are held and files made at the same time.
 pub(super) async fn read<T: Send + 'static>(
     app: &Service,
     id: Uuid,
     kept: Vec<Output>,
-    work: impl FnOnce(&dyn ResultReader) -> Result<T, Problem> + Send + 'static,
+    work: impl FnOnce(&dyn ResultReader, Job) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     // only jobs of the owner are read
-    app.store.job_head(id).await?.ok_or_else(Problem::no_such_job)?;
+    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     // in this order, a job that goes on or ends meanwhile is found in its next state
     if let Some(live) = app.live.get(id)
-        && newest(&live).await.is_some()
+        && let Some((turn, newest)) = newest_in_turn(&live, &app.permits.reading).await?
     {
-        let permit = permit(&app.permits.reading).await?;
-        if let Some(newest) = newest(&live).await {
-            return off_thread(permit, move |_| work(&newest.results())).await?;
-        }
+        return off_thread(turn, move |_| work(&newest.results(), job)).await?;
     }
-    let permit = permit(&app.permits.reading).await?;
-    let source = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
+    let turn = permit(&app.permits.reading).await?;
+    let (submitted, state) = stored(app, id).await?;
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
-    let JobSource { submitted, state, .. } = source;
-    if let Some(StateFile { key, hash }) = state {
-        let bytes = app.artifacts.read_checked(&key, &hash).await?;
-        let made = off_thread(permit, move |cancel| {
+    if let Some(bytes) = state {
+        let made = off_thread(turn, move |cancel| {
             let prepared = prepare(submitted.as_bytes(), &meshes.for_document(runtime, cancel));
             let prepared = prepared.map_err(|errors| internal("reading a job failed", &errors))?;
             let estimate = checkpoint::decode(prepared.empty_estimate(), &bytes);
-            work(&prepared.results(&estimate.map_err(|error| internal("reading a checkpoint failed", &error))?))
+            let estimate = estimate.map_err(|error| internal("reading a checkpoint failed", &error))?;
+            work(&prepared.results(&estimate), job)
         });
         return made.await?;
     }
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let mut files = HashMap::new();
-    for name in kept.iter().map(Output::file) {
+    // its files come with its end
+    for name in kept.iter().filter(|_| job.head.status.is_final()).map(Output::file) {
         if let Some(artifact) = app.store.artifact(id, &name).await? {
             files.insert(name, app.artifacts.read_artifact(&artifact).await?);
         }
     }
-    let made = off_thread(permit, move |cancel| {
+    let made = off_thread(turn, move |cancel| {
         let tubes = job.summary.as_ref().map(|known| Vec::<TubeResult>::deserialize(&known["tubes"]));
         let prepare = move || prepare(submitted.as_bytes(), &meshes.for_document(runtime.clone(), cancel.clone()));
-        work(&Kept {
+        let results = Kept {
             subject: subject(&job).into(),
             files,
             tubes: tubes.and_then(Result::ok).unwrap_or_default(),
             prepare: Box::new(prepare),
-        })
+        };
+        work(&results, job)
     });
     made.await?
 }
 
+/// Waits for a turn in `line` and the newest estimate of a running job; `None` if that takes too long, or the job ends before. The end of a
+/// long pass is waited for without a turn.
+async fn newest_in_turn(live: &LiveJob, line: &Arc<Line>) -> Result<Option<(Turn, Arc<LiveEstimate>)>, Problem> {
+    let last = Instant::now() + WAIT_FOR_PASS;
+    while newest(live, last).await.is_some() {
+        let turn = permit(line).await?;
+        // a pass that has ended meanwhile took the copy with it
+        if let Some(newest) = newest(live, Instant::now() + WAIT_IN_TURN).await {
+            return Ok(Some((turn, newest)));
+        }
+    }
+    Ok(None)
+}
+
 /// Waits for the estimate after the last pass or the one that runs now; `None` if that takes too long, or the job ends before.
-async fn newest(live: &LiveJob) -> Option<std::sync::Arc<LiveEstimate>> {
-    let newest = tokio::time::timeout(WAIT_FOR_PASS, live.newest_estimate()).await.ok().flatten();
+async fn newest(live: &LiveJob, last: Instant) -> Option<Arc<LiveEstimate>> {
+    let newest = tokio::time::timeout_at(last, live.newest_estimate()).await.ok().flatten();
     newest.filter(|newest| newest.estimate.passes > 0)
+}
+
+/// Reads the document of a job and its checkpoint, if it has one. Where a newer checkpoint or the files of the job have taken the place of
+/// one meanwhile, these are found instead.
+async fn stored(app: &Service, id: Uuid) -> Result<(String, Option<Bytes>), Problem> {
+    let mut missing = None;
+    loop {
+        let JobSource { submitted, state, .. } = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
+        let Some(StateFile { key, hash }) = state else { return Ok((submitted, None)) };
+        match app.artifacts.read_checked(&key, &hash).await {
+            Err(FileError::NotFound(_)) if missing.as_ref() != Some(&key) => missing = Some(key),
+            read => return Ok((submitted, Some(read?))),
+        }
+    }
 }
 
 /// Returns the description of a job that its figures print.
@@ -155,5 +190,38 @@ impl From<RenderError> for Problem {
 impl From<OutputError> for Problem {
     fn from(error: OutputError) -> Self {
         internal("drawing failed", &error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use futures::FutureExt;
+
+    use super::*;
+    use crate::present::subject::tests::{NoMeshes, document};
+    use crate::queue::live::LiveJobs;
+
+    /// A reader whose estimate was dropped while it waited for its turn gives the turn back, and waits without one.
+    #[tokio::test]
+    async fn a_long_pass_is_waited_for_without_a_turn() {
+        let prepared = prepare(document().to_string().as_bytes(), &NoMeshes).unwrap();
+        let live = LiveJobs::default().start(Uuid::nil(), prepared.into());
+        let mut estimate = live.prepared.empty_estimate();
+        estimate.passes = 1;
+        let line = Line::new(1);
+        let other = permit(&line).await.unwrap();
+        let mut reader = Box::pin(newest_in_turn(&live, &line));
+        assert!((&mut reader).now_or_never().is_none(), "no pass has ended");
+        live.publish(&estimate);
+        assert!((&mut reader).now_or_never().is_none(), "it is the turn of the other");
+        live.publish(&estimate);
+        drop(other);
+        let other = tokio::select! {
+            _ = &mut reader => unreachable!("no reader waited for the pass that has ended"),
+            turn = async { permit(&line).await.unwrap() } => turn,
+        };
+        drop(other);
+        live.publish(&estimate);
+        assert!(reader.await.unwrap().is_some());
     }
 }

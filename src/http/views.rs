@@ -185,7 +185,7 @@ async fn drawn(
         (name.to_owned(), query.wishes(), query.exposure, query.style.unwrap_or_default());
     let density = scale(query.density)?;
     let figure = format.of_figure(density).unwrap_or(FigureFormat::Png(density));
-    let made = read(app, id, vec![Output::View(name.clone(), Format::Exr)], move |results| {
+    let made = read(app, id, vec![Output::View(name.clone(), Format::Exr)], move |results, _| {
         let (subject, is_false) = (results.subject(), style == PictureStyle::FalseColour);
         let view = if is_false { results.view_with_sources(&name)? } else { results.view(&name)? };
         let view = view.ok_or_else(no_such_output)?.smoothed();
