@@ -1,19 +1,20 @@
 //! Cache of recently computed values, for repeated requests.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// Values by all that they depend on, a bounded number of them for the whole process; results do not depend on which are kept.
+/// Values by all that they depend on, as many as weigh no more than a bound; results do not depend on which are kept.
 ///
 /// ```
 /// use skyduct::present::cache::Cache;
 ///
-/// static SQUARES: Cache<u64, u64> = Cache::new(2);
+/// static SQUARES: Cache<u64, u64> = Cache::new(2, |_| 1);
 /// assert_eq!(SQUARES.get(3, || 3 * 3), 9);
 /// assert_eq!(SQUARES.get(3, || unreachable!()), 9);
 /// ```
 pub struct Cache<K, T> {
     most: usize,
+    weight: fn(&T) -> usize,
     /// Values by key, the most recently requested one last.
     values: Mutex<VecDeque<(K, Slot<T>)>>,
 }
@@ -22,27 +23,40 @@ pub struct Cache<K, T> {
 type Slot<T> = Arc<OnceLock<T>>;
 
 impl<K: PartialEq, T: Clone> Cache<K, T> {
-    /// Creates a cache of at most `most` values: those that were requested last.
-    pub const fn new(most: usize) -> Self {
-        Self { most, values: Mutex::new(VecDeque::new()) }
+    /// Creates a cache of values that weigh at most `most` together: those that were requested last. The newest one is kept, whatever it
+    /// weighs.
+    pub const fn new(most: usize, weight: fn(&T) -> usize) -> Self {
+        Self { most, weight, values: Mutex::new(VecDeque::new()) }
     }
 
     /// Returns the value of a key; `compute` computes it where it is not kept.
     pub fn get(&self, key: K, compute: impl FnOnce() -> T) -> T {
         // the lock is free while a value is computed: requests of other keys need not wait
-        self.slot(key).get_or_init(compute).clone()
+        let value = self.slot(key).get_or_init(compute).clone();
+        self.keep_to_bound();
+        value
     }
 
     fn slot(&self, key: K) -> Slot<T> {
-        // never left half changed: a panic elsewhere does not matter
-        let mut values = self.values.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut values = self.values();
         let known = values.iter().rposition(|(other, _)| *other == key).and_then(|index| values.remove(index));
         let slot = known.map_or_else(Slot::default, |(_, slot)| slot);
         values.push_back((key, slot.clone()));
-        if values.len() > self.most {
-            values.pop_front();
-        }
         slot
+    }
+
+    fn keep_to_bound(&self) {
+        let mut values = self.values();
+        let weight = |(_, slot): &(K, Slot<T>)| slot.get().map_or(0, self.weight);
+        let mut weighs: usize = values.iter().map(weight).sum();
+        while weighs > self.most && values.len() > 1 {
+            weighs -= values.pop_front().as_ref().map_or(0, weight);
+        }
+    }
+
+    fn values(&self) -> MutexGuard<'_, VecDeque<(K, Slot<T>)>> {
+        // never left half changed: a panic elsewhere does not matter
+        self.values.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -53,7 +67,7 @@ mod tests {
     /// The most recently requested value stays, and is not computed again.
     #[test]
     fn the_values_that_were_asked_for_last_are_kept() {
-        let kept = Cache::new(3);
+        let kept = Cache::new(3, |_| 1);
         let computed = std::cell::Cell::new(0);
         let ask = |key: u32| {
             let value = kept.get(key, || {
@@ -68,6 +82,20 @@ mod tests {
         assert_eq!([1, 3, 4].map(ask), [4, 4, 4]);
         assert_eq!(ask(2), 5, "1 goes");
         assert_eq!(ask(1), 6);
-        assert_eq!(kept.values.lock().unwrap().len(), 3);
+        assert_eq!(kept.values().len(), 3);
+    }
+
+    #[test]
+    fn values_weigh_no_more_than_the_bound_together() {
+        let kept = Cache::new(10, Vec::len);
+        let keep = |key: u32, weight: usize| {
+            kept.get(key, || vec![0_u8; weight]);
+            kept.values().iter().map(|(key, _)| *key).collect::<Vec<_>>()
+        };
+        assert_eq!(keep(1, 4), [1]);
+        assert_eq!(keep(2, 6), [1, 2]);
+        assert_eq!(keep(3, 5), [3]);
+        assert_eq!(keep(4, 5), [3, 4]);
+        assert_eq!(keep(5, 11), [5], "the newest one stays");
     }
 }

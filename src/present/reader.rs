@@ -106,6 +106,19 @@ fn written(reader: &(impl ResultReader + ?Sized), output: &Output) -> Found<Resu
 /// Files that were made of an estimate, by name, for several readers.
 pub type MadeFiles = Cache<String, Found<ResultFile>>;
 
+/// Largest number of bytes of the made files of one estimate that are kept.
+const MOST_BYTES: usize = 64 << 20;
+/// Bytes that a shorter file counts as, or one that is not there: this bounds the number of files.
+const LEAST_BYTES: usize = 256 << 10;
+
+/// Returns a cache of the files of one estimate.
+pub fn made_files() -> MadeFiles {
+    MadeFiles::new(MOST_BYTES, |made| match made {
+        Ok(Some(file)) => file.bytes.len().max(LEAST_BYTES),
+        _ => LEAST_BYTES,
+    })
+}
+
 /// Results of a prepared job from an estimate of its passes.
 #[derive(Clone, Copy)]
 pub struct Estimated<'a> {

@@ -65,7 +65,7 @@ pub struct TubePerformance {
 }
 
 /// Performances by the hash of what they depend on, for all jobs of this process.
-static PERFORMANCES: Cache<blake3::Hash, Arc<TubePerformance>> = Cache::new(KEPT);
+static PERFORMANCES: Cache<blake3::Hash, Arc<TubePerformance>> = Cache::new(KEPT, |_| 1);
 
 impl TubePerformance {
     /// Returns the performance of a tube of a scene, with standard errors of about this size: a kept one, or one computed anew.

@@ -8,14 +8,11 @@ use uuid::Uuid;
 
 use crate::estimate::Estimate;
 use crate::present::prepared::Prepared;
-use crate::present::reader::{Estimated, MadeFiles};
+use crate::present::reader::{Estimated, MadeFiles, made_files};
 
 /// Largest number of prepared jobs that wait for the worker in memory, and their largest size in bytes together (estimated).
 const MOST_WAITING: usize = 64;
 const MOST_WAITING_BYTES: usize = 64 << 20;
-
-/// Largest number of files of one estimate that are kept for readers.
-const MOST_FILES: usize = 256;
 
 /// Jobs that this process renders now, and those that it has prepared and will render.
 #[derive(Default)]
@@ -117,7 +114,7 @@ impl LiveJob {
         if waiting.iter().all(oneshot::Sender::is_closed) {
             return;
         }
-        let (prepared, made) = (self.prepared.clone(), MadeFiles::new(MOST_FILES));
+        let (prepared, made) = (self.prepared.clone(), made_files());
         let estimate = Arc::new(LiveEstimate { prepared, estimate: so_far.clone(), made });
         lock(&self.shown).newest = Some(estimate.clone());
         for sender in waiting {

@@ -13,7 +13,7 @@ use crate::queue::live::LiveJob;
 
 /// Largest number of jobs that are kept.
 const MOST_JOBS: usize = 4;
-/// Largest number of bytes of estimates that are kept, not counting the job that was rendered last.
+/// Largest number of bytes of estimates and prepared jobs that are kept; the job that was rendered last is kept, whatever it takes.
 const MOST_BYTES: u64 = 256 << 20;
 
 /// Job with everything that was computed before its next chunk.
@@ -59,6 +59,6 @@ impl KeptJobs {
     }
 
     fn bytes(&self) -> u64 {
-        self.jobs.iter().map(|kept| kept.bytes).sum()
+        self.jobs.iter().map(|kept| kept.bytes + kept.prepared.bytes() as u64).sum()
     }
 }
