@@ -1,12 +1,11 @@
 //! Files in a folder of the local disk.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fs::File;
 use std::io;
 use std::ops::Range;
 use std::path::{Path as FilePath, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use async_trait::async_trait;
 use bytes::Bytes;
@@ -23,8 +22,6 @@ use super::private_folder::create_private_folder;
 pub struct LocalFiles {
     store: LocalFileSystem,
     root: PathBuf,
-    /// Folders whose entry in the top folder is certainly on the disk.
-    top_folders: Mutex<HashSet<String>>,
 }
 
 impl LocalFiles {
@@ -38,7 +35,7 @@ impl LocalFiles {
             .map_err(|error| unusable(&error))?
             .with_fsync(false)
             .with_automatic_cleanup(true);
-        Ok(Self { store, root, top_folders: Mutex::default() })
+        Ok(Self { store, root })
     }
 }
 
@@ -54,20 +51,12 @@ impl Files for LocalFiles {
     }
 
     /// Waits until these files and the folders that lead to them are on the disk: all at the same time, which costs the disk little more
-    /// than one. The top folder changes only when a folder is created in it, and is waited for once for each.
+    /// than one.
     async fn sync(&self, keys: &[&str]) -> Result<(), FileError> {
         let mut paths = BTreeSet::new();
-        let mut top_folders = HashSet::new();
         for key in keys {
             let file = self.root.join(key);
-            let folders = file.ancestors().skip(1).take_while(|folder| *folder != self.root);
-            paths.extend(folders.map(FilePath::to_owned));
-            paths.insert(file);
-            top_folders.extend(key.split_once('/').map(|(folder, _)| folder.to_owned()));
-        }
-        let known = self.top_folders.lock().unwrap_or_else(PoisonError::into_inner).is_superset(&top_folders);
-        if !known || keys.iter().any(|key| !key.contains('/')) {
-            paths.insert(self.root.clone());
+            paths.extend(file.ancestors().take_while(|folder| folder.starts_with(&self.root)).map(FilePath::to_owned));
         }
         let synced = paths
             .into_iter()
@@ -76,9 +65,6 @@ impl Files for LocalFiles {
             synced
                 .map_err(|error| FileError::Failed(error.to_string()))?
                 .map_err(|error| failure(&error, format!("a file cannot be flushed to the disk: {error}")))?;
-        }
-        if !known {
-            self.top_folders.lock().unwrap_or_else(PoisonError::into_inner).extend(top_folders);
         }
         Ok(())
     }
