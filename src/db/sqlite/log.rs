@@ -10,9 +10,11 @@
 
 use std::collections::HashMap;
 use std::fs::File;
+use std::io;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use sqlx::{Row, SqlitePool};
 use uuid::Uuid;
@@ -21,7 +23,9 @@ use super::sql::store_error;
 use crate::queue::store::StoreError;
 
 pub(super) struct Log {
-    file: PathBuf,
+    path: PathBuf,
+    /// Locked while the disk is waited for, even when the caller has gone away.
+    file: Arc<Mutex<LogFile>>,
     /// Writing connection, for a checkpoint in case the disk refuses the log.
     writer: SqlitePool,
     /// Number of waits for the disk that have begun.
@@ -32,6 +36,15 @@ pub(super) struct Log {
     commits: AtomicU64,
     /// Jobs with a commit that may not be durable yet.
     held: Mutex<HashMap<Uuid, Held>>,
+}
+
+/// Log as a file of the disk.
+#[derive(Default)]
+struct LogFile {
+    /// Open file: it is told all failures since it was opened, even those that SQLite has met first.
+    open: Option<File>,
+    /// True from a failure until the log begins anew: what the disk has refused it may have dropped, and another wait would succeed.
+    is_refused: bool,
 }
 
 /// Newest commit of a job, held back from readers.
@@ -48,7 +61,8 @@ impl Log {
         let mut file = database.as_os_str().to_owned();
         file.push("-wal");
         let (begun, commits, held) = (AtomicU64::new(0), AtomicU64::new(0), Mutex::default());
-        Self { file: file.into(), writer, begun, safe_by: tokio::sync::Mutex::new(0), commits, held }
+        let (path, file, safe_by) = (file.into(), Arc::default(), tokio::sync::Mutex::new(0));
+        Self { path, file, writer, begun, safe_by, commits, held }
     }
 
     /// Returns once a wait for the disk with a number above `missed` has succeeded. Callers that wait at the same time share one sync
@@ -59,10 +73,9 @@ impl Log {
             return Ok(());
         }
         let number = self.begun.fetch_add(1, Ordering::SeqCst) + 1;
-        if let Err(error) = self.sync_file().await {
-            tracing::warn!(%error, file = %self.file.display(), "the write-ahead log cannot be synced to the disk; it \
-                                                                 is written into the database instead");
+        if self.is_refused().await? {
             self.checkpoint().await?;
+            lock(&self.file).is_refused = false;
         }
         *safe_by = number;
         self.held().retain(|_, held| held.missed.is_none_or(|missed| missed >= number));
@@ -73,14 +86,27 @@ impl Log {
         self.begun.load(Ordering::SeqCst)
     }
 
-    async fn sync_file(&self) -> std::io::Result<()> {
-        let file = self.file.clone();
-        tokio::task::spawn_blocking(move || File::open(file)?.sync_data()).await.map_err(std::io::Error::other)?
+    /// Waits for the disk; true if it refuses the log, or has done so before.
+    async fn is_refused(&self) -> Result<bool, StoreError> {
+        let (path, file) = (self.path.clone(), self.file.clone());
+        let refused = tokio::task::spawn_blocking(move || {
+            let mut file = lock(&file);
+            if !file.is_refused
+                && let Err(error) = file.sync(&path)
+            {
+                tracing::warn!(%error, file = %path.display(), "the write-ahead log cannot be synced to the disk; it is \
+                                                                written into the database instead");
+                file.is_refused = true;
+            }
+            file.is_refused
+        });
+        refused.await.map_err(|error| StoreError::Unavailable(error.to_string()))
     }
 
-    /// Writes everything in the log to the database and waits for the disk; a disk that has refused the log may have lost it.
+    /// Writes everything in the log to the database, waits for the disk, and makes the log empty: commits behind a part that the disk has
+    /// lost would be lost with it.
     async fn checkpoint(&self) -> Result<(), StoreError> {
-        let row = sqlx::query("PRAGMA wal_checkpoint(FULL)").fetch_one(&self.writer).await.map_err(store_error)?;
+        let row = sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(&self.writer).await.map_err(store_error)?;
         let [busy, in_log, written] = [0, 1, 2].map(|column| row.try_get::<i64, _>(column));
         match (busy.map_err(store_error)?, in_log.map_err(store_error)?, written.map_err(store_error)?) {
             (0, in_log, written) if in_log == written => Ok(()),
@@ -124,20 +150,41 @@ impl Log {
     }
 
     fn held(&self) -> MutexGuard<'_, HashMap<Uuid, Held>> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.held)
     }
+}
+
+impl LogFile {
+    /// Waits until everything in the log at `path` is on the disk.
+    fn sync(&mut self, path: &Path) -> io::Result<()> {
+        let newest = File::open(path)?;
+        // SQLite makes a new one after the last connection was closed
+        let open = match self.open.take() {
+            Some(open) if open.metadata()?.ino() == newest.metadata()?.ino() => open,
+            _ => newest,
+        };
+        self.open.insert(open).sync_data()
+    }
+}
+
+/// Locks a mutex, also after a panic of another thread: the data behind these locks is never left half changed.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions};
+    use sqlx::{ConnectOptions, Connection};
 
     use super::*;
 
     async fn database(folder: &Path) -> (PathBuf, SqlitePool) {
         let file = folder.join("a.db");
         let options = SqliteConnectOptions::new().filename(&file).create_if_missing(true);
-        let options = options.journal_mode(SqliteJournalMode::Wal);
+        let options = options.journal_mode(SqliteJournalMode::Wal).busy_timeout(Duration::ZERO);
         let writer = SqlitePoolOptions::new().max_connections(1).connect_with(options).await.unwrap();
         sqlx::query("CREATE TABLE t (x)").execute(&writer).await.unwrap();
         (file, writer)
@@ -191,16 +238,25 @@ mod tests {
         assert_eq!(log.begun(), 2);
     }
 
-    /// A log that the disk refuses is written into the database before the wait ends.
+    /// A log that the disk has refused is written into the database before a wait ends, even if the disk would take it later.
     #[tokio::test]
     async fn a_log_that_is_refused_goes_to_the_database() {
         let folder = tempfile::tempdir().unwrap();
         let (file, writer) = database(folder.path()).await;
+        let mut reader = SqliteConnectOptions::new().filename(&file).connect().await.unwrap();
+        let mut reading = reader.begin().await.unwrap();
+        sqlx::query("SELECT * FROM t").fetch_all(&mut *reading).await.unwrap();
         sqlx::query("INSERT INTO t VALUES ('a row that is looked for')").execute(&writer).await.unwrap();
         let contains = || std::fs::read(&file).unwrap().windows(10).any(|text| text == b"a row that");
-        let log = Log { file: folder.path().join("none"), ..Log::of(&file, writer) };
+        let log = Log::of(&file, writer);
+        let refused = Log { path: folder.path().join("none"), ..log };
+        assert!(matches!(refused.wait_after(0).await, Err(StoreError::Unavailable(_))), "the reader needs the log");
+        reading.commit().await.unwrap();
+        let log = Log { path: folder.path().join("a.db-wal"), ..refused };
         assert!(!contains());
         log.wait_after(0).await.unwrap();
         assert!(contains());
+        assert_eq!(std::fs::metadata(&log.path).unwrap().len(), 0, "it begins anew");
+        log.wait_after(1).await.unwrap();
     }
 }
