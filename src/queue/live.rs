@@ -98,6 +98,7 @@ impl LiveJob {
                 return None;
             }
             let (sender, receiver) = oneshot::channel();
+            shown.waiting.retain(|waiting| !waiting.is_closed());
             shown.waiting.push(sender);
             receiver
         };

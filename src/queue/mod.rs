@@ -19,4 +19,5 @@ pub mod retention;
 pub mod shared_fields;
 pub mod store;
 pub mod studies;
+pub(crate) mod to_its_end;
 pub(crate) mod worker;

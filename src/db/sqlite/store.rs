@@ -16,6 +16,7 @@ use crate::engine::progress::PassReport;
 use crate::queue::durability::Durability;
 use crate::queue::owner::Owner;
 use crate::queue::store::*;
+use crate::queue::to_its_end::to_its_end;
 
 /// Statement by which a deletion gives up to 1024 free pages (4 kB each) back to the disk; later deletions give back the rest.
 const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";
@@ -53,10 +54,14 @@ impl SqliteStore {
 
     /// Commits a buffered write of a job, which readers of the job see once it is durable.
     async fn commit_held(&self, tx: Transaction<'static, Sqlite>, job: Uuid) -> Result<(), StoreError> {
-        let commit = self.log.hold(job);
-        let committed = tx.commit().await.map_err(store_error);
-        self.log.committed(job, commit);
-        committed
+        let log = self.log.clone();
+        let commit = async move {
+            let commit = log.hold(job);
+            let committed = tx.commit().await.map_err(store_error);
+            log.committed(job, commit);
+            committed
+        };
+        to_its_end(commit).await
     }
 
     fn scope(&self) -> Scope<'_> {

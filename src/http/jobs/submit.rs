@@ -25,6 +25,7 @@ use crate::present::prepared::Prepared;
 use crate::queue::durability::Durability;
 use crate::queue::owner::Owner;
 use crate::queue::store::*;
+use crate::queue::to_its_end::to_its_end;
 
 /// Largest number of characters of an `Idempotency-Key`.
 const MAX_KEY_LENGTH: usize = 255;
@@ -123,15 +124,19 @@ pub async fn create(
 }
 
 /// Queues a job, and hands its prepared form to the worker.
-async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>) -> Result<Submission, Problem> {
-    let (id, most) = (new.id, app.limits.most_waiting());
-    // before it is queued: it may begin at once
-    app.live.hand_over(id, prepared);
-    let submission = app.store.submit(new, most).await;
-    if !matches!(submission, Ok(Submission::New(..))) {
-        app.live.forget(id);
-    }
-    let submission = submission?;
+async fn queue(app: &App, new: NewJob, prepared: Arc<Prepared>) -> Result<Submission, Problem> {
+    let (service, id, most) = (app.0.clone(), new.id, app.limits.most_waiting());
+    // a request that takes too long leaves no form of a job that is not queued
+    let submission = to_its_end(async move {
+        // before it is queued: it may begin at once
+        service.live.hand_over(id, prepared);
+        let submission = service.store.submit(new, most).await;
+        if !matches!(submission, Ok(Submission::New(..))) {
+            service.live.forget(id);
+        }
+        submission
+    });
+    let submission = submission.await?;
     let full = matches!(submission, Submission::QueueFull | Submission::ClientFull);
     app.queue_was_full.store(full, Ordering::Relaxed);
     if let Submission::New(job, _) = &submission {
