@@ -107,7 +107,7 @@ pub async fn answer<S: EventSource>(
     Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
 }
 
-/// Sends all new events of a source to its streams, until no more can come or the service ends. The channel closes then.
+/// Sends all new events of a source to its streams, until no more can come or the service ends. The channel closes then, and after a panic.
 async fn read<S: EventSource>(
     service: Arc<Service>,
     id: Uuid,
@@ -123,7 +123,6 @@ async fn read<S: EventSource>(
     if let Err(error) = ended {
         tracing::warn!(%error, %id, "reading events for streams failed");
     }
-    streams.close();
 }
 
 /// Stream of events: first those that were missed, then those that the reader sends.

@@ -80,14 +80,17 @@ impl EventSource for JobEvents {
     ) -> Result<(), StoreError> {
         let (job, mut last) = (self.head.id, self.head.last_seq);
         loop {
-            let is_gone = match changes.recv().await {
-                Ok(Change::Job(id)) if id == job => false,
-                Ok(Change::Stop(id)) if id == job => true,
-                Err(broadcast::error::RecvError::Lagged(_)) => true,
-                Err(broadcast::error::RecvError::Closed) => return Ok(()),
-                Ok(_) => continue,
+            let is_gone = tokio::select! {
+                change = changes.recv() => match change {
+                    Ok(Change::Job(id)) if id == job => false,
+                    Ok(Change::Stop(id)) if id == job => true,
+                    Err(broadcast::error::RecvError::Lagged(_)) => true,
+                    Err(broadcast::error::RecvError::Closed) => return Ok(()),
+                    Ok(_) => continue,
+                },
+                () = streams.sender.closed() => false,
             };
-            if self.pass_on(service, &mut last, streams).await? || !streams.is_watched() {
+            if !streams.is_watched() || self.pass_on(service, &mut last, streams).await? {
                 return Ok(());
             }
             if is_gone && service.store.job_head(job).await?.is_none() {

@@ -48,7 +48,7 @@ struct Reader<S> {
     sender: broadcast::Sender<Arc<News>>,
 }
 
-/// Streams of one reader.
+/// Streams of one reader, which is on the list until this is dropped.
 pub struct Streams<'a, S> {
     pub watched: &'a Watched<S>,
     pub id: Uuid,
@@ -108,13 +108,41 @@ impl<S> Streams<'_, S> {
         }
         watched
     }
+}
 
-    /// Takes the reader off the list.
-    pub fn close(&self) {
+impl<S> Drop for Streams<'_, S> {
+    fn drop(&mut self) {
         let mut readers = self.watched.lock();
         // another reader may have begun after this one was taken off for having no streams
         if readers.get(&self.id).is_some_and(|current| current.sender.same_channel(&self.sender)) {
             readers.remove(&self.id);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The streams of a reader that panics close, and the next stream begins another reader.
+    #[tokio::test]
+    async fn streams_end_with_their_reader() {
+        let watched = Arc::new(Watched::default());
+        let subscribe = || {
+            let list = watched.clone();
+            let begin = move |_, sender| {
+                tokio::spawn(async move {
+                    let _streams = Streams { watched: &list, id: Uuid::nil(), sender };
+                    std::panic::resume_unwind(Box::new(()));
+                });
+            };
+            watched.subscribe(Uuid::nil(), (), begin).1
+        };
+        for _ in 0..2 {
+            let mut stream = subscribe();
+            assert_eq!(watched.count(), 1);
+            assert!(matches!(stream.recv().await, Err(broadcast::error::RecvError::Closed)));
+            assert_eq!(watched.count(), 0);
         }
     }
 }
