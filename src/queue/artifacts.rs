@@ -165,7 +165,9 @@ impl Artifacts {
         }
     }
 
+    /// Writes a note in place of the one that is there.
     pub async fn set_note(&self, name: &str, text: &str) -> Result<(), FileError> {
+        self.delete(name).await?;
         self.put(name, format!("{text}\n").into()).await
     }
 
@@ -295,6 +297,7 @@ mod tests {
         for key in ["jobs/a/b", "meshes/c"] {
             artifacts.put(key, Bytes::from_static(b"x")).await.unwrap();
         }
+        std::fs::write(directory.path().join("identity"), "").unwrap();
         artifacts.set_note("identity", "me").await.unwrap();
         let keys: Vec<String> = artifacts.all().await.unwrap().into_iter().map(|file| file.key).collect();
         assert_eq!(keys, ["jobs/a/b", "meshes/c"]);
