@@ -8,7 +8,7 @@ use uuid::Uuid;
 use crate::queue::store::*;
 
 use super::rows;
-use super::sql::{Scope, bound, of_job_in_scope, store_error};
+use super::sql::{Scope, all, bound, count_of, of_job_in_scope, one, store_error};
 
 pub(super) async fn artifact(
     pool: &SqlitePool,
@@ -16,36 +16,26 @@ pub(super) async fn artifact(
     id: Uuid,
     name: &str,
 ) -> Result<Option<Artifact>, StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT name, key, hash, size, media_type, content FROM artifacts WHERE ",
         of_job_in_scope!(),
         " AND name = $3"
     ))
     .bind(id.to_string())
     .bind(bound(scope))
-    .bind(name)
-    .fetch_optional(pool)
-    .await
-    .map_err(store_error)?
-    .as_ref()
-    .map(rows::artifact)
-    .transpose()
+    .bind(name);
+    one(query, pool, rows::artifact).await
 }
 
 pub(super) async fn artifacts(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Vec<Artifact>, StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT name, key, hash, size, media_type, content FROM artifacts WHERE ",
         of_job_in_scope!(),
         " ORDER BY name"
     ))
     .bind(id.to_string())
-    .bind(bound(scope))
-    .fetch_all(pool)
-    .await
-    .map_err(store_error)?
-    .iter()
-    .map(rows::artifact)
-    .collect()
+    .bind(bound(scope));
+    all(query, pool, rows::artifact).await
 }
 
 pub(super) async fn referenced_keys(database: impl SqliteExecutor<'_>) -> Result<HashSet<String>, StoreError> {
@@ -61,9 +51,5 @@ pub(super) async fn referenced_keys(database: impl SqliteExecutor<'_>) -> Result
 
 /// Bytes of the files of all jobs.
 pub(super) async fn stored_bytes(pool: &SqlitePool) -> Result<u64, StoreError> {
-    let bytes: i64 = sqlx::query_scalar("SELECT coalesce(sum(size), 0) FROM artifacts")
-        .fetch_one(pool)
-        .await
-        .map_err(store_error)?;
-    Ok(bytes.unsigned_abs())
+    count_of(sqlx::query("SELECT coalesce(sum(size), 0) FROM artifacts"), pool).await
 }

@@ -12,12 +12,12 @@ use crate::queue::store::*;
 
 use super::change::{JobChange, Line};
 use super::rows::{self, name_of, signed, to_json};
-use super::sql::{now_ms, store_error};
+use super::sql::{count_of, first, now_ms, one, run, store_error};
 
 /// Writes rows and events of a running chunk; returns false when the lease is lost.
 pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
     let last = last_pass(reports);
-    let newest: Option<i64> = sqlx::query_scalar(
+    let query = sqlx::query(
         "UPDATE chunks SET progressed = CASE WHEN reached < $5 THEN 1 ELSE progressed END, \
          deaths = CASE WHEN reached < $5 THEN 0 ELSE deaths END, reached = CASE WHEN reached < $5 THEN $5 ELSE reached END \
          WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
@@ -27,10 +27,8 @@ pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[
     .bind(signed(lease.chunk))
     .bind(&lease.owner)
     .bind(lease.attempt)
-    .bind(last.map_or(0, |pass| signed(pass.passes)))
-    .fetch_optional(&mut *tx)
-    .await
-    .map_err(store_error)?;
+    .bind(last.map_or(0, |pass| signed(pass.passes)));
+    let newest: Option<i64> = one(query, &mut *tx, first).await?;
     let Some(newest) = newest else { return Ok(false) };
     let job = lease.job.to_string();
     let mut change = JobChange::new(&job);
@@ -70,12 +68,10 @@ async fn take_reports<'a>(
             }
             Report::Pass(_) => {}
             Report::Image { view, passes, artifact } => {
-                let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM artifacts WHERE job_id = $1 AND name = $2")
+                let query = sqlx::query("SELECT 1 FROM artifacts WHERE job_id = $1 AND name = $2")
                     .bind(job)
-                    .bind(&artifact.name)
-                    .fetch_optional(&mut *tx)
-                    .await
-                    .map_err(store_error)?;
+                    .bind(&artifact.name);
+                let known: Option<i64> = one(query, &mut *tx, first).await?;
                 change.artifact(artifact);
                 if known.is_none() {
                     change.event(&Image { view: view.clone(), passes: *passes })?;
@@ -219,13 +215,13 @@ async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<State
 
 /// Returns the number of the last chunk before this one that has a row, whose end was committed last; short chunks have none.
 async fn chunk_before(tx: &mut SqliteConnection, lease: &Lease) -> Result<u64, StoreError> {
-    let before: i64 = sqlx::query_scalar("SELECT coalesce(max(idx), 0) FROM chunks WHERE job_id = $1 AND idx < $2")
-        .bind(lease.job.to_string())
-        .bind(signed(lease.chunk))
-        .fetch_one(tx)
-        .await
-        .map_err(store_error)?;
-    Ok(before.unsigned_abs())
+    count_of(
+        sqlx::query("SELECT coalesce(max(idx), 0) FROM chunks WHERE job_id = $1 AND idx < $2")
+            .bind(lease.job.to_string())
+            .bind(signed(lease.chunk)),
+        tx,
+    )
+    .await
 }
 
 /// Goes back to the checkpoint before the newest one, which is damaged, or to the start when there is none.
@@ -236,12 +232,8 @@ pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &st
         Some(state) => (Some(state), chunk_before(tx, lease).await?, states.previous_spent),
         None => (None, 0, Spent::NOTHING),
     };
-    sqlx::query("DELETE FROM chunks WHERE job_id = $1 AND idx > $2")
-        .bind(&job)
-        .bind(signed(chunk))
-        .execute(&mut *tx)
-        .await
-        .map_err(store_error)?;
+    let query = sqlx::query("DELETE FROM chunks WHERE job_id = $1 AND idx > $2").bind(&job).bind(signed(chunk));
+    run(query, &mut *tx).await?;
     let kept_passes: i64 = sqlx::query_scalar(
         "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, failures = 0, deaths = 0, error = $3 \
          WHERE job_id = $1 AND idx = $2 RETURNING pass_from",

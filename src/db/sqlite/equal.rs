@@ -5,7 +5,8 @@ use uuid::Uuid;
 
 use crate::queue::store::StoreError;
 
-use super::sql::store_error;
+use super::rows;
+use super::sql::one;
 
 // the newest by its id would be found by reading all jobs that have ended
 const ENDED_EQUAL: &str = "SELECT e.id FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'succeeded' \
@@ -14,9 +15,7 @@ const ENDED_EQUAL: &str = "SELECT e.id FROM jobs j JOIN jobs e ON e.computation 
 /// Finds a job that has succeeded and whose results are also those of the job `id`. A job that its time limit has ended would have
 /// other results at another time: it counts only if it ended after the job `id` was created.
 pub(super) async fn ended_equal(pool: &SqlitePool, id: Uuid) -> Result<Option<Uuid>, StoreError> {
-    let equal: Option<String> =
-        sqlx::query_scalar(ENDED_EQUAL).bind(id.to_string()).fetch_optional(pool).await.map_err(store_error)?;
-    Ok(equal.and_then(|equal| Uuid::parse_str(&equal).ok()))
+    one(sqlx::query(ENDED_EQUAL).bind(id.to_string()), pool, |row| rows::uuid(row, "id")).await
 }
 
 #[cfg(test)]

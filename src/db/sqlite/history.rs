@@ -8,7 +8,7 @@ use crate::queue::events::{EventData, Planned};
 use crate::queue::store::*;
 
 use super::rows::{self, signed};
-use super::sql::{Scope, bound, of_job_in_scope, store_error};
+use super::sql::{Scope, all, bound, of_job_in_scope, one};
 
 pub(super) async fn events(
     pool: &SqlitePool,
@@ -17,7 +17,7 @@ pub(super) async fn events(
     after: i64,
     limit: u32,
 ) -> Result<Vec<Event>, StoreError> {
-    let rows = sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT seq, name, data FROM events WHERE ",
         of_job_in_scope!(),
         " AND seq > $3 ORDER BY seq LIMIT $4"
@@ -25,25 +25,19 @@ pub(super) async fn events(
     .bind(id.to_string())
     .bind(bound(scope))
     .bind(after)
-    .bind(i64::from(limit))
-    .fetch_all(pool)
-    .await
-    .map_err(store_error)?;
-    let mut events = rows.iter().map(rows::event).collect::<Result<Vec<Event>, StoreError>>()?;
+    .bind(i64::from(limit));
+    let mut events = all(query, pool, rows::event).await?;
     // the plan is kept once, in the job's row; old events have it
     for event in events.iter_mut().filter(|event| event.name == Planned::NAME && event.data["plan"].is_null()) {
-        let row = sqlx::query(
+        let query = sqlx::query(
             "SELECT plan, study_id, (SELECT d.plan FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_plan \
              FROM jobs WHERE id = $1",
-        )
-        .bind(id.to_string())
-        .fetch_optional(pool)
-        .await
-        .map_err(store_error)?;
+        );
+        let plan = one(query.bind(id.to_string()), pool, |row| rows::whole(row, "plan", "shared_plan")).await?;
         // a job that was deleted meanwhile has no events
-        let Some(row) = row else { return Ok(Vec::new()) };
+        let Some(plan) = plan else { return Ok(Vec::new()) };
         if let Some(data) = event.data.as_object_mut() {
-            data.insert("plan".to_owned(), rows::whole(&row, "plan", "shared_plan")?);
+            data.insert("plan".to_owned(), plan);
         }
     }
     Ok(events)
@@ -63,7 +57,7 @@ pub(super) async fn convergence(
     after: u64,
     limit: u32,
 ) -> Result<Vec<PassReport>, StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT ",
         pass_columns!(),
         " FROM passes WHERE ",
@@ -73,13 +67,8 @@ pub(super) async fn convergence(
     .bind(id.to_string())
     .bind(bound(scope))
     .bind(signed(after))
-    .bind(i64::from(limit))
-    .fetch_all(pool)
-    .await
-    .map_err(store_error)?
-    .iter()
-    .map(rows::pass)
-    .collect()
+    .bind(i64::from(limit));
+    all(query, pool, rows::pass).await
 }
 
 /// Reads about `points` rows of the convergence table, evenly spread. Tables from before passes were thinned have a row for each
@@ -90,7 +79,7 @@ pub(super) async fn convergence_outline(
     id: Uuid,
     points: u32,
 ) -> Result<Vec<PassReport>, StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "WITH counted AS (SELECT *, row_number() OVER (ORDER BY pass) AS number, count(*) OVER () AS total FROM passes \
          WHERE ",
         of_job_in_scope!(),
@@ -100,11 +89,6 @@ pub(super) async fn convergence_outline(
     ))
     .bind(id.to_string())
     .bind(bound(scope))
-    .bind(i64::from(points.max(3) - 2))
-    .fetch_all(pool)
-    .await
-    .map_err(store_error)?
-    .iter()
-    .map(rows::pass)
-    .collect()
+    .bind(i64::from(points.max(3) - 2));
+    all(query, pool, rows::pass).await
 }

@@ -15,7 +15,7 @@ use crate::queue::store::*;
 
 use super::change::{JobChange, Line};
 use super::rows::{self, head_columns, job_columns, signed, to_json, to_value};
-use super::sql::{Scope, bound, in_scope, now_ms, of_job_in_scope, store_error};
+use super::sql::{Scope, all, bound, count_of, first, in_scope, now_ms, of_job_in_scope, one, run};
 
 pub(super) async fn submit(
     tx: &mut SqliteConnection,
@@ -148,21 +148,15 @@ pub(super) async fn insert(
     };
     let created_at: i64 = rows::get(created, "created_at")?;
     for mesh in row.meshes {
-        let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1 AND owner = $2")
-            .bind(mesh)
-            .bind(row.owner.name())
-            .fetch_optional(&mut *tx)
-            .await
-            .map_err(store_error)?;
+        let query = sqlx::query("SELECT 1 FROM meshes WHERE id = $1 AND owner = $2").bind(mesh).bind(row.owner.name());
+        let known: Option<i64> = one(query, &mut *tx, first).await?;
         if known.is_none() {
             return Ok(Inserted::MeshGone(mesh.clone()));
         }
-        sqlx::query("INSERT INTO job_meshes (job_id, mesh_id) VALUES ($1, $2) ON CONFLICT DO NOTHING")
+        let query = sqlx::query("INSERT INTO job_meshes (job_id, mesh_id) VALUES ($1, $2) ON CONFLICT DO NOTHING")
             .bind(&id_text)
-            .bind(mesh)
-            .execute(&mut *tx)
-            .await
-            .map_err(store_error)?;
+            .bind(mesh);
+        run(query, &mut *tx).await?;
     }
     Ok(Inserted::At(created_at))
 }
@@ -172,7 +166,7 @@ pub(super) async fn job_of_key(
     scope: Scope<'_>,
     key: &str,
 ) -> Result<Option<Job>, StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT ",
         head_columns!(),
         ", ",
@@ -181,25 +175,22 @@ pub(super) async fn job_of_key(
         in_scope!()
     ))
     .bind(key)
-    .bind(bound(scope))
-    .fetch_optional(database)
-    .await
-    .map_err(store_error)?
-    .as_ref()
-    .map(rows::job)
-    .transpose()
+    .bind(bound(scope));
+    one(query, database, rows::job).await
 }
 
 pub(super) async fn job(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<Job>, StoreError> {
-    sqlx::query(concat!("SELECT ", head_columns!(), ", ", job_columns!(), " FROM jobs WHERE id = $1 AND ", in_scope!()))
-        .bind(id.to_string())
-        .bind(bound(scope))
-        .fetch_optional(pool)
-        .await
-        .map_err(store_error)?
-        .as_ref()
-        .map(rows::job)
-        .transpose()
+    let query = sqlx::query(concat!(
+        "SELECT ",
+        head_columns!(),
+        ", ",
+        job_columns!(),
+        " FROM jobs WHERE id = $1 AND ",
+        in_scope!()
+    ))
+    .bind(id.to_string())
+    .bind(bound(scope));
+    one(query, pool, rows::job).await
 }
 
 pub(super) async fn source(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<JobSource>, StoreError> {
@@ -210,58 +201,34 @@ pub(super) async fn source(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Res
         in_scope!()
     ))
     .bind(id.to_string())
-    .bind(bound(scope))
-    .fetch_optional(pool)
-    .await
-    .map_err(store_error)?
-    .as_ref()
-    .map(rows::job_source)
-    .transpose()
+    .bind(bound(scope));
+    one(query, pool, rows::job_source).await
 }
 
 pub(super) async fn head(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<JobHead>, StoreError> {
-    sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id = $1 AND ", in_scope!()))
+    let query = sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id = $1 AND ", in_scope!()))
         .bind(id.to_string())
-        .bind(bound(scope))
-        .fetch_optional(pool)
-        .await
-        .map_err(store_error)?
-        .as_ref()
-        .map(rows::head)
-        .transpose()
+        .bind(bound(scope));
+    one(query, pool, rows::head).await
 }
 
 pub(super) async fn list(pool: &SqlitePool, scope: Scope<'_>, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
-    // two statements, so that each can seek in its index
-    let query = match filter.status {
-        Some(status) => sqlx::query(concat!(
-            "SELECT ",
-            head_columns!(),
-            " FROM jobs WHERE status = $4 AND id < $1 AND ",
-            in_scope!(),
-            " ORDER BY id DESC LIMIT $3"
-        ))
-        .bind(before(filter.before))
-        .bind(bound(scope))
-        .bind(i64::from(filter.limit))
-        .bind(status.name()),
-        None => sqlx::query(concat!(
-            "SELECT ",
-            head_columns!(),
-            " FROM jobs WHERE id < $1 AND ",
-            in_scope!(),
-            " ORDER BY id DESC LIMIT $3"
-        ))
-        .bind(before(filter.before))
-        .bind(bound(scope))
-        .bind(i64::from(filter.limit)),
-    };
-    query.fetch_all(pool).await.map_err(store_error)?.iter().map(rows::head).collect()
+    // conditions that are not there cannot keep it from an index
+    let mut query = QueryBuilder::new(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id < "));
+    query.push_bind(before(filter.before));
+    if let Some(owner) = scope {
+        query.push(" AND owner = ").push_bind(owner.name());
+    }
+    if let Some(status) = filter.status {
+        query.push(" AND status = ").push_bind(status.name());
+    }
+    query.push(" ORDER BY id DESC LIMIT ").push_bind(i64::from(filter.limit));
+    all(query.build(), pool, rows::head).await
 }
 
 /// Single jobs that have ended, those that ended first first.
 pub(super) async fn ended(pool: &SqlitePool, scope: Scope<'_>, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT id, finished_at FROM jobs WHERE finished_at IS NOT NULL AND finished_at < $1 AND study_id IS NULL \
          AND NOT EXISTS (SELECT 1 FROM study_jobs s WHERE s.job_id = jobs.id) \
          AND ($4 IS NULL OR status = $4) AND ",
@@ -271,13 +238,8 @@ pub(super) async fn ended(pool: &SqlitePool, scope: Scope<'_>, filter: EndedFilt
     .bind(filter.before.unwrap_or(i64::MAX))
     .bind(bound(scope))
     .bind(i64::from(filter.limit))
-    .bind(filter.status.map(JobStatus::name))
-    .fetch_all(pool)
-    .await
-    .map_err(store_error)?
-    .iter()
-    .map(|row| Ok(Ended { id: rows::uuid(row, "id")?, at: rows::get(row, "finished_at")? }))
-    .collect()
+    .bind(filter.status.map(JobStatus::name));
+    all(query, pool, |row| Ok(Ended { id: rows::uuid(row, "id")?, at: rows::get(row, "finished_at")? })).await
 }
 
 fn before(id: Option<Uuid>) -> String {
@@ -285,41 +247,25 @@ fn before(id: Option<Uuid>) -> String {
 }
 
 pub(super) async fn count(pool: &SqlitePool, status: JobStatus) -> Result<u64, StoreError> {
-    let count: i64 = sqlx::query_scalar("SELECT count(*) FROM jobs WHERE status = $1")
-        .bind(status.name())
-        .fetch_one(pool)
-        .await
-        .map_err(store_error)?;
-    Ok(count.unsigned_abs())
+    count_of(sqlx::query("SELECT count(*) FROM jobs WHERE status = $1").bind(status.name()), pool).await
 }
 
 pub(super) async fn unfinished(pool: &SqlitePool) -> Result<u64, StoreError> {
     // a job that has not ended has one chunk that is not done
-    let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done'")
-        .fetch_one(pool)
-        .await
-        .map_err(store_error)?;
-    Ok(count.unsigned_abs())
+    count_of(sqlx::query("SELECT count(*) FROM chunks WHERE state <> 'done'"), pool).await
 }
 
 /// Counts the unfinished chunks of one client, as [`unfinished`] counts those of all.
 pub(super) async fn unfinished_of(database: impl SqliteExecutor<'_>, client: &str) -> Result<u64, StoreError> {
-    let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done' AND client = $1")
-        .bind(client)
-        .fetch_one(database)
+    count_of(sqlx::query("SELECT count(*) FROM chunks WHERE state <> 'done' AND client = $1").bind(client), database)
         .await
-        .map_err(store_error)?;
-    Ok(count.unsigned_abs())
 }
 
 pub(super) async fn cancel(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<CancelOutcome, StoreError> {
     let id = id.to_string();
-    let status: Option<String> = sqlx::query_scalar(concat!("SELECT status FROM jobs WHERE id = $1 AND ", in_scope!()))
-        .bind(&id)
-        .bind(bound(scope))
-        .fetch_optional(&mut *tx)
-        .await
-        .map_err(store_error)?;
+    let query =
+        sqlx::query(concat!("SELECT status FROM jobs WHERE id = $1 AND ", in_scope!())).bind(&id).bind(bound(scope));
+    let status: Option<String> = one(query, &mut *tx, first).await?;
     let Some(status) = status else { return Ok(CancelOutcome::NotFound) };
     match JobStatus::from_name(&status) {
         Some(JobStatus::Cancelled) => return Ok(CancelOutcome::Accepted),
@@ -330,22 +276,20 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid
                 "UPDATE jobs SET cancel = 1 WHERE id = $1",
                 "UPDATE chunks SET line = 0 WHERE job_id = $1 AND state <> 'done'",
             ] {
-                sqlx::query(statement).bind(&id).execute(&mut *tx).await.map_err(store_error)?;
+                run(sqlx::query(statement).bind(&id), &mut *tx).await?;
             }
             return Ok(CancelOutcome::Accepted);
         }
         _ => {}
     }
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "UPDATE jobs SET cancel = 1, status = 'cancelled', stopped_by = 'cancelled', finished_at = ",
         now_ms!(),
         " WHERE id = $1"
     ))
-    .bind(&id)
-    .execute(&mut *tx)
-    .await
-    .map_err(store_error)?;
-    sqlx::query("DELETE FROM chunks WHERE job_id = $1").bind(&id).execute(&mut *tx).await.map_err(store_error)?;
+    .bind(&id);
+    run(query, &mut *tx).await?;
+    run(sqlx::query("DELETE FROM chunks WHERE job_id = $1").bind(&id), &mut *tx).await?;
     let mut change = JobChange::new(&id);
     change.event(&Cancelled { stopped_by: StoppedBy::Cancelled, progress: Progress::default() })?;
     change.write(tx).await?;
@@ -373,24 +317,15 @@ pub(super) async fn delete_some(
             " AND seq IN (SELECT seq FROM events WHERE job_id = $1 ORDER BY seq LIMIT $3)"
         ),
     ] {
-        let deleted = sqlx::query(statement)
-            .bind(id.to_string())
-            .bind(bound(scope))
-            .bind(ROWS_AT_ONCE)
-            .execute(&mut *tx)
-            .await
-            .map_err(store_error)?
-            .rows_affected();
+        let query = sqlx::query(statement).bind(id.to_string()).bind(bound(scope)).bind(ROWS_AT_ONCE);
+        let deleted = run(query, &mut *tx).await?;
         if deleted >= ROWS_AT_ONCE.unsigned_abs() {
             return Ok(None);
         }
     }
-    let deleted = sqlx::query(concat!("DELETE FROM jobs WHERE id = $1 AND ", in_scope!()))
+    let query = sqlx::query(concat!("DELETE FROM jobs WHERE id = $1 AND ", in_scope!()))
         .bind(id.to_string())
-        .bind(bound(scope))
-        .execute(tx)
-        .await
-        .map_err(store_error)?
-        .rows_affected();
+        .bind(bound(scope));
+    let deleted = run(query, tx).await?;
     Ok(Some(deleted > 0))
 }

@@ -12,7 +12,7 @@ use crate::queue::store::*;
 use super::change::JobChange;
 use super::commit::finish_job;
 use super::rows::{self, signed};
-use super::sql::{now_ms, store_error, waits_for_none};
+use super::sql::{first, now_ms, one, run, store_error, waits_for_none};
 
 /// Lock clause of the claim's inner query: empty for SQLite, `FOR UPDATE OF c SKIP LOCKED` for PostgreSQL.
 macro_rules! lock_clause {
@@ -111,22 +111,20 @@ pub(super) async fn claim(
     };
     let job = lease.job.to_string();
     // two statements in one call: the event of a job that is still queued, and its new status
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "INSERT INTO events (job_id, seq, name, data, at) SELECT id, next_seq, 'started', '{}', ",
         now_ms!(),
         " FROM jobs WHERE id = $1 AND status = 'queued'; UPDATE jobs SET status = 'running', started_at = ",
         now_ms!(),
         ", next_seq = next_seq + 1 WHERE id = $1 AND status = 'queued'"
     ))
-    .bind(&job)
-    .execute(&mut *tx)
-    .await
-    .map_err(store_error)?;
+    .bind(&job);
+    run(query, &mut *tx).await?;
     Ok(Some(lease))
 }
 
 pub(super) async fn heartbeat(tx: &mut SqliteConnection, lease: &Lease, extend: Duration) -> Result<Beat, StoreError> {
-    let cancel: Option<i64> = sqlx::query_scalar(concat!(
+    let query = sqlx::query(concat!(
         "UPDATE chunks SET lease_until = ",
         now_ms!(),
         " + $5 WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
@@ -136,10 +134,8 @@ pub(super) async fn heartbeat(tx: &mut SqliteConnection, lease: &Lease, extend: 
     .bind(signed(lease.chunk))
     .bind(&lease.owner)
     .bind(lease.attempt)
-    .bind(milliseconds(extend))
-    .fetch_optional(tx)
-    .await
-    .map_err(store_error)?;
+    .bind(milliseconds(extend));
+    let cancel: Option<i64> = one(query, tx, first).await?;
     Ok(match cancel {
         None => Beat::Lost,
         Some(0) => Beat::Keep,
@@ -148,33 +144,29 @@ pub(super) async fn heartbeat(tx: &mut SqliteConnection, lease: &Lease, extend: 
 }
 
 pub(super) async fn release(tx: &mut SqliteConnection, lease: &Lease) -> Result<(), StoreError> {
-    sqlx::query(
+    let query = sqlx::query(
         "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL \
          WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'",
     )
     .bind(lease.job.to_string())
     .bind(signed(lease.chunk))
     .bind(&lease.owner)
-    .bind(lease.attempt)
-    .execute(tx)
-    .await
-    .map_err(store_error)?;
+    .bind(lease.attempt);
+    run(query, tx).await?;
     Ok(())
 }
 
 pub(super) async fn put_aside(tx: &mut SqliteConnection, lease: &Lease, slices: u64) -> Result<(), StoreError> {
     release(tx, lease).await?;
-    sqlx::query("UPDATE jobs SET slices = slices + $2 WHERE id = $1")
+    let query = sqlx::query("UPDATE jobs SET slices = slices + $2 WHERE id = $1")
         .bind(lease.job.to_string())
-        .bind(signed(slices))
-        .execute(tx)
-        .await
-        .map_err(store_error)?;
+        .bind(signed(slices));
+    run(query, tx).await?;
     Ok(())
 }
 
 pub(super) async fn fail_attempt(tx: &mut SqliteConnection, lease: &Lease, error: &str) -> Result<(), StoreError> {
-    sqlx::query(
+    let query = sqlx::query(
         "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, failures = failures + 1, error = $5 \
          WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'",
     )
@@ -182,26 +174,21 @@ pub(super) async fn fail_attempt(tx: &mut SqliteConnection, lease: &Lease, error
     .bind(signed(lease.chunk))
     .bind(&lease.owner)
     .bind(lease.attempt)
-    .bind(error)
-    .execute(tx)
-    .await
-    .map_err(store_error)?;
+    .bind(error);
+    run(query, tx).await?;
     Ok(())
 }
 
 pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<TakenBack, StoreError> {
-    let ready = sqlx::query(
+    let query = sqlx::query(
         "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, \
          deaths = CASE WHEN $1 = 0 THEN deaths WHEN progressed = 1 THEN 0 ELSE deaths + 1 END, \
          turn = CASE WHEN $1 = 0 OR progressed = 1 THEN turn \
          ELSE (SELECT max(o.turn) + 1 FROM chunks o WHERE o.state <> 'done') END \
          WHERE state = 'leased' AND state <> 'done'",
     )
-    .bind(i64::from(died))
-    .execute(&mut *tx)
-    .await
-    .map_err(store_error)?
-    .rows_affected();
+    .bind(i64::from(died));
+    let ready = run(query, &mut *tx).await?;
     let given_up: Vec<String> =
         sqlx::query_scalar("UPDATE chunks SET state = 'done' WHERE state <> 'done' AND deaths >= $1 RETURNING job_id")
             .bind(signed(MAX_DEATHS))

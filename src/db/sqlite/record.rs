@@ -4,7 +4,7 @@ use sqlx::{Row, SqliteConnection};
 
 use crate::queue::store::*;
 
-use super::sql::{now_ms, store_error};
+use super::sql::{now_ms, run, store_error};
 
 pub(super) async fn record(connection: &mut SqliteConnection) -> Result<StoreRecord, StoreError> {
     let newest: i64 = sqlx::query_scalar(
@@ -31,34 +31,30 @@ pub(super) async fn record(connection: &mut SqliteConnection) -> Result<StoreRec
 }
 
 pub(super) async fn set_identity(tx: &mut SqliteConnection, identity: &str) -> Result<(), StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "INSERT INTO store (only_row, identity, written_at) VALUES (1, $1, ",
         now_ms!(),
         ") ON CONFLICT (only_row) DO UPDATE SET identity = excluded.identity"
     ))
-    .bind(identity)
-    .execute(tx)
-    .await
-    .map_err(store_error)?;
+    .bind(identity);
+    run(query, tx).await?;
     Ok(())
 }
 
 pub(super) async fn set_sweep_from(tx: &mut SqliteConnection, milliseconds: i64) -> Result<(), StoreError> {
-    sqlx::query("UPDATE store SET sweep_from = $1").bind(milliseconds).execute(tx).await.map_err(store_error)?;
+    run(sqlx::query("UPDATE store SET sweep_from = $1").bind(milliseconds), tx).await?;
     Ok(())
 }
 
 pub(super) async fn set_serving(tx: &mut SqliteConnection, serving: bool) -> Result<(), StoreError> {
-    sqlx::query(concat!("UPDATE store SET serving = $1, written_at = ", now_ms!()))
-        .bind(i64::from(serving))
-        .execute(tx)
-        .await
-        .map_err(store_error)?;
+    let query =
+        sqlx::query(concat!("UPDATE store SET serving = $1, written_at = ", now_ms!())).bind(i64::from(serving));
+    run(query, tx).await?;
     Ok(())
 }
 
 /// Records the present as the time of the newest write, by a small write.
 pub(super) async fn written_now(tx: &mut SqliteConnection) -> Result<(), StoreError> {
-    sqlx::query(concat!("UPDATE store SET written_at = ", now_ms!())).execute(tx).await.map_err(store_error)?;
+    run(sqlx::query(concat!("UPDATE store SET written_at = ", now_ms!())), tx).await?;
     Ok(())
 }

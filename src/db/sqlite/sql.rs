@@ -1,7 +1,48 @@
 //! Parts of all statements: whose rows they see, the database's clock, and the meaning of its errors.
 
+use sqlx::query::Query;
+use sqlx::sqlite::{SqliteArguments, SqliteRow};
+use sqlx::{Decode, Row, Sqlite, SqliteExecutor, Type};
+
 use crate::queue::owner::Owner;
 use crate::queue::store::StoreError;
+
+/// Statement with its bound values.
+pub(super) type Statement<'q> = Query<'q, Sqlite, SqliteArguments>;
+
+/// Runs a statement, and reads its row if it has one.
+pub(super) async fn one<T>(
+    statement: Statement<'_>,
+    database: impl SqliteExecutor<'_>,
+    read: impl Fn(&SqliteRow) -> Result<T, StoreError>,
+) -> Result<Option<T>, StoreError> {
+    statement.fetch_optional(database).await.map_err(store_error)?.as_ref().map(read).transpose()
+}
+
+/// Runs a statement, and reads all of its rows.
+pub(super) async fn all<T>(
+    statement: Statement<'_>,
+    database: impl SqliteExecutor<'_>,
+    read: impl Fn(&SqliteRow) -> Result<T, StoreError>,
+) -> Result<Vec<T>, StoreError> {
+    statement.fetch_all(database).await.map_err(store_error)?.iter().map(read).collect()
+}
+
+/// Runs a statement that counts, and returns the number.
+pub(super) async fn count_of(statement: Statement<'_>, database: impl SqliteExecutor<'_>) -> Result<u64, StoreError> {
+    let counted: Option<i64> = one(statement, database, first).await?;
+    Ok(counted.map_or(0, i64::unsigned_abs))
+}
+
+/// Reads the first column of a row.
+pub(super) fn first<T: for<'r> Decode<'r, Sqlite> + Type<Sqlite>>(row: &SqliteRow) -> Result<T, StoreError> {
+    row.try_get(0).map_err(store_error)
+}
+
+/// Runs a statement, and returns the number of rows that it has changed.
+pub(super) async fn run(statement: Statement<'_>, database: impl SqliteExecutor<'_>) -> Result<u64, StoreError> {
+    Ok(statement.execute(database).await.map_err(store_error)?.rows_affected())
+}
 
 /// Owner whose rows a statement may see; `None` for all, as the worker, the retention and the start of the service see them.
 pub(super) type Scope<'a> = Option<&'a Owner>;

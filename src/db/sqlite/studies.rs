@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
-use sqlx::{SqliteConnection, SqliteExecutor, SqlitePool};
+use sqlx::{QueryBuilder, SqliteConnection, SqliteExecutor, SqlitePool};
 use uuid::Uuid;
 
 use crate::queue::store::*;
@@ -10,7 +10,7 @@ use crate::queue::store::*;
 use super::change::Line;
 use super::jobs;
 use super::rows::{self, get, head_columns, json, optional_json, signed, to_json, uuid};
-use super::sql::{Scope, bound, in_scope, now_ms, store_error};
+use super::sql::{Scope, Statement, all, bound, in_scope, now_ms, one, run, store_error};
 
 /// Queues a study with all of its jobs, and returns the outcome with the ids of these jobs.
 pub(super) async fn submit(
@@ -42,14 +42,13 @@ pub(super) async fn submit(
     .fetch_one(&mut *tx)
     .await
     .map_err(store_error)?;
-    sqlx::query("INSERT INTO study_documents (study_id, submitted, document, plan) VALUES ($1, $2, $3, $4)")
-        .bind(id.to_string())
-        .bind(to_json(&new.submitted.into_value())?)
-        .bind(to_json(&new.document.into_value())?)
-        .bind(to_json(&new.plan.into_value())?)
-        .execute(&mut *tx)
-        .await
-        .map_err(store_error)?;
+    let query =
+        sqlx::query("INSERT INTO study_documents (study_id, submitted, document, plan) VALUES ($1, $2, $3, $4)")
+            .bind(id.to_string())
+            .bind(to_json(&new.submitted.into_value())?)
+            .bind(to_json(&new.document.into_value())?)
+            .bind(to_json(&new.plan.into_value())?);
+    run(query, &mut *tx).await?;
     let mut members = Vec::with_capacity(new.jobs.len());
     for (place, job) in new.jobs.into_iter().enumerate() {
         let submitted = to_json(&job.submitted)?;
@@ -81,14 +80,12 @@ pub(super) async fn submit(
             jobs::Inserted::ClientFull => return Ok(StudySubmission::ClientFull),
             jobs::Inserted::MeshGone(mesh) => return Ok(StudySubmission::MeshGone(mesh)),
         };
-        sqlx::query("INSERT INTO study_jobs (study_id, place, job_id, part) VALUES ($1, $2, $3, $4)")
+        let query = sqlx::query("INSERT INTO study_jobs (study_id, place, job_id, part) VALUES ($1, $2, $3, $4)")
             .bind(id.to_string())
             .bind(signed(place as u64))
             .bind(member.job.to_string())
-            .bind(to_json(&member.part)?)
-            .execute(&mut *tx)
-            .await
-            .map_err(store_error)?;
+            .bind(to_json(&member.part)?);
+        run(query, &mut *tx).await?;
         members.push(member);
     }
     let NewStudy { name, request, refused, confidence, body_hash, .. } = new;
@@ -108,13 +105,8 @@ pub(super) async fn of_key(
     scope: Scope<'_>,
     key: &str,
 ) -> Result<Option<StoredStudy>, StoreError> {
-    let row = sqlx::query(concat!("SELECT ", columns!(), " FROM studies WHERE idempotency_key = $1 AND ", in_scope!()))
-        .bind(key)
-        .bind(bound(scope))
-        .fetch_optional(&mut *connection)
-        .await
-        .map_err(store_error)?;
-    with_parts(connection, row).await
+    let query = concat!("SELECT ", columns!(), " FROM studies WHERE idempotency_key = $1 AND ", in_scope!());
+    with_parts(connection, sqlx::query(query).bind(key).bind(bound(scope))).await
 }
 
 pub(super) async fn study(
@@ -122,40 +114,35 @@ pub(super) async fn study(
     scope: Scope<'_>,
     id: Uuid,
 ) -> Result<Option<StoredStudy>, StoreError> {
-    let row = sqlx::query(concat!("SELECT ", columns!(), " FROM studies WHERE id = $1 AND ", in_scope!()))
-        .bind(id.to_string())
-        .bind(bound(scope))
-        .fetch_optional(&mut *connection)
-        .await
-        .map_err(store_error)?;
-    with_parts(connection, row).await
+    let query = concat!("SELECT ", columns!(), " FROM studies WHERE id = $1 AND ", in_scope!());
+    with_parts(connection, sqlx::query(query).bind(id.to_string()).bind(bound(scope))).await
 }
 
 async fn with_parts(
     connection: &mut SqliteConnection,
-    row: Option<SqliteRow>,
+    query: Statement<'_>,
 ) -> Result<Option<StoredStudy>, StoreError> {
-    let Some(row) = row else { return Ok(None) };
-    let id = uuid(&row, "id")?;
-    let members = sqlx::query("SELECT job_id, part, found FROM study_jobs WHERE study_id = $1 ORDER BY place")
-        .bind(id.to_string())
-        .fetch_all(connection)
-        .await
-        .map_err(store_error)?;
-    let members = members.iter().map(|member| {
-        let found = optional_json(member, "found")?;
-        Ok(StudyMember { job: uuid(member, "job_id")?, part: json(member, "part")?, found })
-    });
-    Ok(Some(StoredStudy {
-        id,
-        name: get(&row, "name")?,
-        request: get(&row, "request")?,
-        refused: json(&row, "refused")?,
-        confidence: get(&row, "confidence")?,
-        body_hash: get(&row, "body_hash")?,
-        created_at: get(&row, "created_at")?,
-        jobs: members.collect::<Result<_, StoreError>>()?,
-    }))
+    let Some(study) = one(query, &mut *connection, without_parts).await? else { return Ok(None) };
+    let query = sqlx::query("SELECT job_id, part, found FROM study_jobs WHERE study_id = $1 ORDER BY place");
+    let jobs = all(query.bind(study.id.to_string()), connection, member).await?;
+    Ok(Some(StoredStudy { jobs, ..study }))
+}
+
+fn without_parts(row: &SqliteRow) -> Result<StoredStudy, StoreError> {
+    Ok(StoredStudy {
+        id: uuid(row, "id")?,
+        name: get(row, "name")?,
+        request: get(row, "request")?,
+        refused: json(row, "refused")?,
+        confidence: get(row, "confidence")?,
+        body_hash: get(row, "body_hash")?,
+        created_at: get(row, "created_at")?,
+        jobs: Vec::new(),
+    })
+}
+
+fn member(row: &SqliteRow) -> Result<StudyMember, StoreError> {
+    Ok(StudyMember { job: uuid(row, "job_id")?, part: json(row, "part")?, found: optional_json(row, "found")? })
 }
 
 pub(super) async fn list(
@@ -164,16 +151,14 @@ pub(super) async fn list(
     before: Option<Uuid>,
     limit: u32,
 ) -> Result<Vec<Uuid>, StoreError> {
-    sqlx::query(concat!("SELECT id FROM studies WHERE id < $1 AND ", in_scope!(), " ORDER BY id DESC LIMIT $3"))
-        .bind(before.unwrap_or(Uuid::max()).to_string())
-        .bind(bound(scope))
-        .bind(i64::from(limit))
-        .fetch_all(pool)
-        .await
-        .map_err(store_error)?
-        .iter()
-        .map(|row| uuid(row, "id"))
-        .collect()
+    // a condition that is not there cannot keep it from its index
+    let mut query = QueryBuilder::new("SELECT id FROM studies WHERE id < ");
+    query.push_bind(before.unwrap_or(Uuid::max()).to_string());
+    if let Some(owner) = scope {
+        query.push(" AND owner = ").push_bind(owner.name());
+    }
+    query.push(" ORDER BY id DESC LIMIT ").push_bind(i64::from(limit));
+    all(query.build(), pool, |row| uuid(row, "id")).await
 }
 
 /// Studies all of whose jobs have ended, those that ended first first.
@@ -183,7 +168,7 @@ pub(super) async fn ended(
     before: Option<i64>,
     limit: u32,
 ) -> Result<Vec<Ended>, StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT id, ended_at FROM (SELECT s.id AS id, coalesce((SELECT max(j.finished_at) FROM study_jobs m \
          JOIN jobs j ON j.id = m.job_id WHERE m.study_id = s.id), s.created_at) AS ended_at FROM studies s \
          WHERE ",
@@ -193,13 +178,8 @@ pub(super) async fn ended(
     ))
     .bind(before.unwrap_or(i64::MAX))
     .bind(bound(scope))
-    .bind(i64::from(limit))
-    .fetch_all(pool)
-    .await
-    .map_err(store_error)?
-    .iter()
-    .map(|row| Ok(Ended { id: uuid(row, "id")?, at: get(row, "ended_at")? }))
-    .collect()
+    .bind(i64::from(limit));
+    all(query, pool, |row| Ok(Ended { id: uuid(row, "id")?, at: get(row, "ended_at")? })).await
 }
 
 pub(super) async fn heads(
@@ -207,7 +187,7 @@ pub(super) async fn heads(
     scope: Scope<'_>,
     id: Uuid,
 ) -> Result<Vec<JobHead>, StoreError> {
-    sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT ",
         head_columns!(),
         " FROM jobs WHERE id IN (SELECT job_id FROM study_jobs WHERE study_id = $1) AND ",
@@ -215,13 +195,8 @@ pub(super) async fn heads(
         " ORDER BY id"
     ))
     .bind(id.to_string())
-    .bind(bound(scope))
-    .fetch_all(database)
-    .await
-    .map_err(store_error)?
-    .iter()
-    .map(rows::head)
-    .collect()
+    .bind(bound(scope));
+    all(query, database, rows::head).await
 }
 
 /// Reads heads and steps of a study's jobs, consistently within one transaction.
@@ -233,7 +208,7 @@ pub(super) async fn progress(
     let jobs = heads(&mut *tx, scope, id).await?;
     // the start is a job's third event, and the end its last one: each is found by the key; times may be equal, rows are written
     // one after the other
-    let steps = sqlx::query(concat!(
+    let query = sqlx::query(concat!(
         "SELECT e.job_id, e.name FROM study_jobs s JOIN jobs j ON j.id = s.job_id \
          JOIN events e ON e.job_id = j.id AND e.seq IN (3, j.next_seq - 1) \
          WHERE s.study_id = $1 AND e.name IN ('started', 'succeeded', 'failed', 'cancelled') AND ",
@@ -241,15 +216,12 @@ pub(super) async fn progress(
         " ORDER BY e.rowid"
     ))
     .bind(id.to_string())
-    .bind(bound(scope))
-    .fetch_all(tx)
-    .await
-    .map_err(store_error)?;
-    let steps = steps.iter().map(|row| {
+    .bind(bound(scope));
+    let step = |row: &SqliteRow| {
         let name: String = get(row, "name")?;
         Ok(StudyStep { job: uuid(row, "job_id")?, ended: JobStatus::from_name(&name) })
-    });
-    Ok(StudyProgress { jobs, steps: steps.collect::<Result<_, StoreError>>()? })
+    };
+    Ok(StudyProgress { jobs, steps: all(query, tx, step).await? })
 }
 
 /// Cancels all jobs of a study that have not ended, and returns their ids.
@@ -265,19 +237,16 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid
 
 pub(super) async fn keep_found(tx: &mut SqliteConnection, id: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError> {
     for (job, found) in found {
-        sqlx::query("UPDATE study_jobs SET found = $3 WHERE study_id = $1 AND job_id = $2")
+        let query = sqlx::query("UPDATE study_jobs SET found = $3 WHERE study_id = $1 AND job_id = $2")
             .bind(id.to_string())
             .bind(job.to_string())
-            .bind(to_json(found)?)
-            .execute(&mut *tx)
-            .await
-            .map_err(store_error)?;
+            .bind(to_json(found)?);
+        run(query, &mut *tx).await?;
     }
     Ok(())
 }
 
 pub(super) async fn delete(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<bool, StoreError> {
-    let delete = sqlx::query(concat!("DELETE FROM studies WHERE id = $1 AND ", in_scope!()));
-    let deleted = delete.bind(id.to_string()).bind(bound(scope)).execute(tx).await;
-    Ok(deleted.map_err(store_error)?.rows_affected() > 0)
+    let query = sqlx::query(concat!("DELETE FROM studies WHERE id = $1 AND ", in_scope!()));
+    Ok(run(query.bind(id.to_string()).bind(bound(scope)), tx).await? > 0)
 }
