@@ -232,12 +232,12 @@ impl RunningService {
 
 /// Deletes ended jobs and studies by the rules of the retention, once a minute, until the service shuts down.
 async fn keep_to(retention: Retention, shared: Arc<Shared>) {
-    let from = Deletion { store: shared.all.as_ref(), artifacts: &shared.artifacts, live: &shared.live };
+    let from = Deletion { store: shared.all.clone(), artifacts: shared.artifacts.clone(), live: shared.live.clone() };
     while retention.is_on() && !shared.shutdown.is_cancelled() {
-        match retention.delete(from, Timestamp::now(), &shared.shutdown).await {
-            Ok(Deleted { jobs: 0, studies: 0 }) => {}
-            Ok(Deleted { jobs, studies }) => {
-                tracing::info!(jobs, studies, "the retention deleted ended jobs and studies")
+        match retention.delete(&from, Timestamp::now(), &shared.shutdown).await {
+            Ok(Deleted { jobs: 0, studies: 0, meshes: 0 }) => {}
+            Ok(Deleted { jobs, studies, meshes }) => {
+                tracing::info!(jobs, studies, meshes, "the retention deleted ended jobs and studies, and unused meshes")
             }
             Err(error) => tracing::warn!(%error, "the retention could not delete ended jobs"),
         }

@@ -110,16 +110,10 @@ pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>,
         (status = 404, description = "No such mesh"),
         (status = 409, description = "A queued or running job uses the mesh")))]
 pub async fn delete(app: App, Path(id): Path<String>) -> Result<StatusCode, Problem> {
-    match app.store.delete_mesh(&id).await? {
+    match app.deletion().mesh(id).await? {
         MeshDeletion::NotFound => Err(no_such_mesh()),
         MeshDeletion::InUse => Err(Problem::conflict("a queued or running job uses this mesh")),
-        MeshDeletion::Deleted(key) => {
-            if let Err(error) = app.artifacts.delete(&key).await {
-                // nothing points to it any more: the next start sweeps it
-                tracing::warn!(%error, key, "deleting a mesh file failed");
-            }
-            Ok(StatusCode::NO_CONTENT)
-        }
+        MeshDeletion::Deleted(_) => Ok(StatusCode::NO_CONTENT),
     }
 }
 

@@ -62,8 +62,8 @@ impl Service {
     }
 
     /// Deletion from all places where a job is kept.
-    pub fn deletion(&self) -> Deletion<'_> {
-        Deletion { store: self.store.as_ref(), artifacts: &self.artifacts, live: &self.live }
+    pub fn deletion(&self) -> Deletion {
+        Deletion { store: self.store.clone(), artifacts: self.artifacts.clone(), live: self.live.clone() }
     }
 }
 

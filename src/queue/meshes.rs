@@ -63,7 +63,7 @@ impl Meshes {
     /// after [`READ_TIME`].
     pub async fn upload(&self, owner: Owner, bytes: Bytes, permits: impl Send + 'static) -> Result<Mesh, UploadError> {
         let id = blake3::hash(&bytes).to_hex()[..ID_DIGITS].to_owned();
-        if let Some(mesh) = self.store.mesh(&id).await? {
+        if let Some(mesh) = self.store.mesh_uploaded_again(&id).await? {
             return Ok(mesh);
         }
         let parsed = Arc::new(read(bytes.clone(), permits).await?);

@@ -1,4 +1,5 @@
-//! Retention: ended jobs and studies are deleted once they are too old, or once their files take too much space.
+//! Retention: ended jobs and studies are deleted once they are too old, or once their files take too much space, and meshes once they are
+//! too old and no job uses them.
 
 use std::time::Duration;
 
@@ -22,19 +23,21 @@ const DAY_MS: f64 = 86_400_000.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Retention {
-    /// Days after its end at which a job, or a study with its jobs, is deleted; > 0.
+    /// Days after its end at which a job, or a study with its jobs, is deleted, and after its last upload a mesh that no job uses; > 0.
     pub days: Option<f64>,
     /// Bytes that the results of all jobs may take; those that ended first are deleted first.
     pub bytes: Option<u64>,
 }
 
-/// Number of jobs and studies that were deleted.
+/// Number of jobs, studies and meshes that were deleted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Deleted {
     /// Single jobs.
     pub jobs: u64,
     /// Studies, each with its jobs.
     pub studies: u64,
+    /// Uploaded meshes.
+    pub meshes: u64,
 }
 
 impl Retention {
@@ -55,7 +58,7 @@ impl Retention {
     /// that cannot be deleted is logged and left.
     pub async fn delete(
         self,
-        from: Deletion<'_>,
+        from: &Deletion,
         now: Timestamp,
         shutdown: &CancellationToken,
     ) -> Result<Deleted, StoreError> {
@@ -63,6 +66,7 @@ impl Retention {
         if let Some(days) = self.days {
             let before = now.as_millisecond() - (days * DAY_MS).min(now.as_millisecond() as f64) as i64;
             while deleted.oldest(from, Some(before), None, shutdown).await? > 0 {}
+            deleted.meshes = from.unused_meshes(before).await?;
         }
         if let Some(bytes) = self.bytes {
             while deleted.oldest(from, None, Some(bytes), shutdown).await? > 0 {}
@@ -76,7 +80,7 @@ impl Deleted {
     /// number of bytes. Returns how many were deleted.
     async fn oldest(
         &mut self,
-        from: Deletion<'_>,
+        from: &Deletion,
         before: Option<i64>,
         bytes: Option<u64>,
         shutdown: &CancellationToken,
@@ -111,7 +115,7 @@ impl Deleted {
     /// True if no more is to be deleted now.
     async fn is_enough(
         &self,
-        from: Deletion<'_>,
+        from: &Deletion,
         bytes: Option<u64>,
         shutdown: &CancellationToken,
     ) -> Result<bool, StoreError> {

@@ -341,6 +341,10 @@ pub trait Store: Send + Sync + 'static {
     async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError>;
     /// Reads the record of a mesh by its id; `None` if there is none.
     async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError>;
+    /// Records that the content of a mesh was uploaded again, and returns the record; `None` if there is none.
+    async fn mesh_uploaded_again(&self, id: &str) -> Result<Option<Mesh>, StoreError>;
+    /// Deletes the meshes that no job uses and whose last upload was before a time in milliseconds since 1970; returns the keys of their files.
+    async fn delete_unused_meshes(&self, before: i64) -> Result<Vec<String>, StoreError>;
     /// Deletes a mesh, unless a job needs it that has not ended.
     async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError>;
 

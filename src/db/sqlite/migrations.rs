@@ -4,7 +4,7 @@ use sqlx::SqlSafeStr;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 
 /// Name and SQL of every step. A step that has ever run must not be changed: its hash is kept in the database.
-const STEPS: [(&str, &str); 12] = [
+const STEPS: [(&str, &str); 13] = [
     ("0001_jobs", include_str!("../../../migrations/sqlite/0001_jobs.sql")),
     ("0002_reliability", include_str!("../../../migrations/sqlite/0002_reliability.sql")),
     ("0003_cpu_seconds", include_str!("../../../migrations/sqlite/0003_cpu_seconds.sql")),
@@ -17,6 +17,7 @@ const STEPS: [(&str, &str); 12] = [
     ("0010_slices", include_str!("../../../migrations/sqlite/0010_slices.sql")),
     ("0011_ends", include_str!("../../../migrations/sqlite/0011_ends.sql")),
     ("0012_owner", include_str!("../../../migrations/sqlite/0012_owner.sql")),
+    ("0014_uploads_and_lists", include_str!("../../../migrations/sqlite/0014_uploads_and_lists.sql")),
 ];
 
 /// Returns all steps; a database records those that it has run.

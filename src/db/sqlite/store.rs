@@ -329,6 +329,20 @@ impl Store for SqliteStore {
         meshes::mesh(&self.readers, self.scope(), id).await
     }
 
+    async fn mesh_uploaded_again(&self, id: &str) -> Result<Option<Mesh>, StoreError> {
+        let mut tx = self.begin(Durability::Committed).await?;
+        let mesh = meshes::uploaded_again(&mut tx, self.scope(), id).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(mesh)
+    }
+
+    async fn delete_unused_meshes(&self, before: i64) -> Result<Vec<String>, StoreError> {
+        let mut tx = self.begin(Durability::Committed).await?;
+        let keys = meshes::delete_unused(&mut tx, self.scope(), before).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(keys)
+    }
+
     async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
         let deletion = meshes::delete(&mut tx, self.scope(), id).await?;
