@@ -1,3 +1,8 @@
 -- Time of a mesh's last upload, for retention.
 ALTER TABLE meshes ADD COLUMN uploaded_at INTEGER NOT NULL DEFAULT 0;
 UPDATE meshes SET uploaded_at = created_at;
+
+-- Jobs and studies of an owner, newest first.
+CREATE INDEX jobs_by_owner ON jobs (owner, id);
+CREATE INDEX jobs_by_owner_and_status ON jobs (owner, status, id);
+CREATE INDEX studies_by_owner ON studies (owner, id);

@@ -105,6 +105,8 @@ pub struct Job {
 /// State from which rendering of a job continues.
 #[derive(Clone, Debug)]
 pub struct JobSource {
+    /// Owner of the job and of the meshes that it uses.
+    pub owner: Owner,
     /// Document as it was posted, as [`crate::present::prepared::prepare`] takes it.
     pub submitted: String,
     /// Merged state of all ended chunks; `None` before the first one has ended.

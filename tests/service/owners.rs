@@ -247,3 +247,22 @@ fn mesh(owner: &Owner, key: &str) -> Mesh {
         created_at: 0,
     }
 }
+
+/// The worker takes no results of another owner's job, whose id it would tell, and lets nobody wait for it.
+#[tokio::test]
+async fn neither_takes_the_results_of_the_other() {
+    let stores = Stores::new().await;
+    let new = |owner: &Owner| NewJob { owner: owner.clone(), computation: Some("equal".into()), ..new_job() };
+    let [ann, ben] = stores.owners.clone();
+    for owner in [&ann, &ben, &ann] {
+        assert!(matches!(stores.all.submit(new(owner), most(10)).await.unwrap(), Submission::New(..)));
+    }
+    let claim = async || stores.all.claim("worker", Duration::from_secs(60), Turn::default()).await.unwrap();
+    let claimed = [
+        claim().await.unwrap().job,
+        stores.all.claim("other", Duration::from_secs(60), Turn::default()).await.unwrap().unwrap().job,
+    ];
+    assert!(stores.all.claim("third", Duration::from_secs(60), Turn::default()).await.unwrap().is_none());
+    let of = async |job: Uuid| stores.all.job_source(job).await.unwrap().unwrap().owner;
+    assert_eq!([of(claimed[0]).await, of(claimed[1]).await], [ann, ben]);
+}

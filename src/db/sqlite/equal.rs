@@ -10,9 +10,9 @@ use super::sql::one;
 
 // the newest by its id would be found by reading all jobs that have ended
 const ENDED_EQUAL: &str = "SELECT e.id FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'succeeded' \
-     WHERE j.id = $1 AND (e.stopped_by <> 'max_seconds' OR e.finished_at >= j.created_at) ORDER BY e.finished_at DESC LIMIT 1";
+     AND e.owner = j.owner WHERE j.id = $1 AND (e.stopped_by <> 'max_seconds' OR e.finished_at >= j.created_at) ORDER BY e.finished_at DESC LIMIT 1";
 
-/// Finds a job that has succeeded and whose results are also those of the job `id`. A job that its time limit has ended would have
+/// Finds a job of the same owner that has succeeded and whose results are also those of the job `id`. A job that its time limit has ended would have
 /// other results at another time: it counts only if it ended after the job `id` was created.
 pub(super) async fn ended_equal(pool: &SqlitePool, id: Uuid) -> Result<Option<Uuid>, StoreError> {
     one(sqlx::query(ENDED_EQUAL).bind(id.to_string()), pool, |row| rows::uuid(row, "id")).await

@@ -194,8 +194,8 @@ pub(super) async fn job(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result
 }
 
 pub(super) async fn source(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<JobSource>, StoreError> {
-    sqlx::query(concat!(
-        "SELECT submitted, study_id, state_key, state_hash, merged_seconds, merged_cpu_seconds, \
+    let query = sqlx::query(concat!(
+        "SELECT owner, submitted, study_id, state_key, state_hash, merged_seconds, merged_cpu_seconds, \
          (SELECT d.submitted FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_submitted \
          FROM jobs WHERE id = $1 AND ",
         in_scope!()

@@ -80,6 +80,7 @@ pub(super) fn job_source(row: &SqliteRow) -> Result<JobSource, StoreError> {
     let state_key: Option<String> = get(row, "state_key")?;
     let state_hash: Option<String> = get(row, "state_hash")?;
     Ok(JobSource {
+        owner: Owner::new(&get::<String>(row, "owner")?),
         submitted: match get::<Option<String>>(row, "study_id")? {
             Some(_) => whole(row, "submitted", "shared_submitted")?.to_string(),
             None => get(row, "submitted")?,

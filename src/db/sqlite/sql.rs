@@ -71,11 +71,11 @@ macro_rules! now_ms {
 }
 pub(crate) use now_ms;
 
-/// SQL condition that the job of a chunk `c` does not wait for an equal job that is running and whose results it will take.
+/// SQL condition that the job of a chunk `c` does not wait for an equal job of its owner that is running and whose results it will take.
 macro_rules! waits_for_none {
     () => {
         "NOT EXISTS (SELECT 1 FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'running' \
-         WHERE j.id = c.job_id AND j.status = 'queued' AND e.cancel = 0)"
+         AND e.owner = j.owner WHERE j.id = c.job_id AND j.status = 'queued' AND e.cancel = 0)"
     };
 }
 pub(crate) use waits_for_none;

@@ -371,7 +371,8 @@ impl LaneWorker {
             None => None,
         };
         let bytes = state.as_ref().map_or(0, |state| state.len() as u64);
-        let meshes = self.meshes.for_document(tokio::runtime::Handle::current(), Arc::default());
+        let meshes = self.meshes.seen_by(self.store.of(source.owner));
+        let meshes = meshes.for_document(tokio::runtime::Handle::current(), Arc::default());
         let submitted = source.submitted;
         let handed_over = self.live.take_prepared(lease.job);
         let loaded = self.pool.run(move || {
