@@ -31,3 +31,5 @@ export const dayName = (year, day) =>
   new Intl.DateTimeFormat("en-GB", { day: "numeric", month: "long", timeZone: "UTC" }).format(Date.UTC(year, 0, day));
 /** As "12:30". @param {number} hour */
 export const hourName = (hour) => `${two(hour)}:${two(Math.round((hour % 1) * 60))}`;
+/** A day as fields of dates have it, as "2026-03-21". @param {number} year @param {number} day */
+export const isoDay = (year, day) => new Date(Date.UTC(year, 0, day)).toISOString().slice(0, 10);

@@ -1,6 +1,6 @@
 // Two variants side by side on one scale, and their difference.
 import { across, cells, down, largest, legend, lux, outlined, outside, values } from "./map.js";
-import { layout } from "./plan.js";
+import { SMALL, layout } from "./plan.js";
 import { extent } from "./room.js";
 import { coverage, diverging, halfWidth, rising, scale } from "./scale.js";
 import { set, state } from "./state.js";
@@ -15,7 +15,7 @@ export function keepAsA() {
 function small(answer, map, label) {
   const { room } = answer.job.document;
   const { west, width, depth } = extent(room);
-  const natural = layout(room, true);
+  const natural = layout(room, SMALL);
   const at = { ...natural, left: 4 - natural.k * west, top: 4 };
   return html`<figure><figcaption>${label}</figcaption>${svg`<svg viewBox=${`0 0 ${at.k * width + 8} ${at.k * depth + 8}`} role="img" aria-label=${label}>
     ${map(at)}${answer.grid ? outside(room, answer.grid, at) : nothing}${outlined(room, at, "frame")}

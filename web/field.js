@@ -1,4 +1,5 @@
 // Fields of the form. What the service says of a field of the document stands below it.
+import { hold } from "./live.js";
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -12,17 +13,19 @@ function pointersIn(part) {
   return pointer === undefined ? pointersIn(values ?? []) : [pointer];
 }
 
-/** What is wrong and belongs to no field of a form. @param {Drawn} form */
-export function otherFaults(form) {
+/** What is wrong and belongs to no field of the forms. @param {unknown} forms */
+export function otherFaults(forms) {
   const { problem } = state;
   if (!problem) return nothing;
-  const fields = pointersIn(form);
+  const fields = pointersIn(forms);
   const others = (problem.errors ?? []).filter((error) => !fields.some((field) => isOf(error, field)));
   if (problem.errors?.length && !others.length)
     return html`<p class="fault" role="alert">This room cannot be computed: see the fields that are marked.</p>`;
   const told = others.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${detail}</p>`);
   return html`<div class="fault" role="alert">${told.length ? told : html`<p>${problem.title}: ${problem.detail}</p>`}</div>`;
 }
+
+/** How a slider's value is typed where that is no number: as what, its text, and what takes an entered one. @typedef {{ type: "date" | "time", text: string, enter: (text: string) => void }} Typed */
 
 /** @param {string} pointer */
 const idOf = (pointer) => `field${pointer.replaceAll("/", "-")}`;
@@ -68,23 +71,25 @@ export function number({ pointer, label, value, step = 0.01, min, max, unit = ""
 }
 
 /**
- * A slider, taken over while it moves.
- * @param {{ pointer: string, label: string, value: number, shown: string, step: number, min: number, max: number, set: (value: number) => void, held?: (now: boolean) => void }} of
+ * A slider, taken over while it moves, with its value to be typed beside it.
+ * @param {{ pointer: string, label: string, value: number, step: number, min: number, max: number, unit?: string, shown?: string,
+ *   typed?: Typed, set: (value: number) => void }} of
  */
-export function slider({ pointer, label, value, shown, step, min, max, set, held }) {
+export function slider({ pointer, label, value, step, min, max, unit = "", shown = `${value} ${unit}`, typed, set }) {
   const take = (/** @type {Event} */ event) => set(Number(/** @type {HTMLInputElement} */ (event.target).value));
+  const number = { type: "number", text: String(value), enter: (/** @type {string} */ text) => set(Number(text)) };
+  const { type, text, enter } = typed ?? number;
+  const entered = (/** @type {Event} */ event) => {
+    const { value } = /** @type {HTMLInputElement} */ (event.target);
+    if (value) enter(value);
+  };
   return around(
     pointer,
-    label,
-    ({
-      id,
-      invalid,
-      described,
-    }) => html`<output for=${id}>${shown}</output><input id=${id} type="range" min=${min} max=${max} step=${step}
-      .value=${String(value)}
-    aria-valuetext=${shown} aria-invalid=${invalid} aria-describedby=${described || nothing} @input=${take}
-      @pointerdown=${() => held?.(true)} @pointerup=${() => held?.(false)} @pointercancel=${() => held?.(false)}
-      @change=${() => held?.(false)}>`,
+    unit ? `${label}, ${unit}` : label,
+    ({ id, invalid, described }) => html`<input id=${id} class="typed" type=${type} step=${type === "number" ? "any" : nothing}
+      .value=${text} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${entered}><input type="range"
+      aria-label=${label} min=${min} max=${max} step=${step} .value=${String(value)} aria-valuetext=${shown} @input=${take}
+      @pointerdown=${() => hold(true)} @pointerup=${() => hold(false)} @pointercancel=${() => hold(false)} @change=${() => hold(false)}>`,
   );
 }
 

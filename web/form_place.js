@@ -1,7 +1,8 @@
 // Place and time, or where the sun is.
-import { dayName, hourName, offset, read, time } from "./clock.js";
+import { at as cityAt, called, named } from "./cities.js";
+import { dayName, hourName, isoDay, offset, read, time } from "./clock.js";
 import { number, slider } from "./field.js";
-import { edit, hold } from "./live.js";
+import { edit } from "./live.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 import { setClock, zone } from "./zone.js";
@@ -22,10 +23,14 @@ function at(draft, to) {
 /** @param {Event} event */
 function takeCity(event) {
   const { value } = /** @type {HTMLInputElement} */ (event.target);
-  const city = state.cities.find(({ name }) => name.toLowerCase() === value.trim().toLowerCase());
+  const city = named(state.cities, value);
   if (!city) return void set({ said: `No city called ${value} is listed: give its coordinates.` });
   setClock((draft) => at(draft, { latitude: city.latitude_deg, longitude: city.longitude_deg }));
 }
+
+/** The cities to choose from, by what is typed; drawn once. @param {import("./cities.js").City[]} cities */
+export const suggestions = (cities) =>
+  html`<datalist id="cities">${cities.map((city) => html`<option value=${called(city)}>${city.time_zone}</option>`)}</datalist>`;
 
 /** The part of the form about place and time. */
 export function place() {
@@ -33,13 +38,12 @@ export function place() {
   if (draft.sky?.sun_position) return sun(draft.sky.sun_position);
   const { year, day, hour } = read(draft.time);
   const { latitude_deg, longitude_deg } = draft.location ?? { latitude_deg: 0, longitude_deg: 0 };
-  const city = cities.find((city) => city.latitude_deg === latitude_deg && city.longitude_deg === longitude_deg);
+  const city = cityAt(cities, draft.location);
   const sunNow = state.answer?.job.provenance?.sun;
   const altitude = Number(sunNow?.altitude_deg);
   return html`
     <div class="field"><label for="city">City</label><input id="city" list="cities" autocomplete="off"
-      .value=${city?.name ?? ""} placeholder="coordinates below" @change=${takeCity}>
-      <datalist id="cities">${cities.map(({ name }) => html`<option value=${name}></option>`)}</datalist></div>
+      .value=${city ? called(city) : ""} placeholder="type a name, or coordinates below" @change=${takeCity}></div>
     <div class="pair">
       ${number({
         pointer: "/location/latitude_deg",
@@ -64,18 +68,29 @@ export function place() {
       step: 1,
       min: 1,
       max: 365,
-      held: hold,
+      typed: {
+        type: "date",
+        text: isoDay(year, day),
+        enter: (text) => {
+          const { year, day } = read(`${text}T12:00`);
+          setClock((next) => at(next, { year, day }));
+        },
+      },
       set: (to) => setClock((next) => at(next, { day: to })),
     })}
     ${slider({
       pointer: "/time",
       label: "Hour",
       value: hour,
-      shown: `${hourName(hour)} UTC${offset(draft.time)}`,
+      shown: hourName(hour),
       step: 0.25,
       min: 0,
       max: 23.75,
-      held: hold,
+      typed: {
+        type: "time",
+        text: hourName(hour),
+        enter: (text) => setClock((next) => at(next, { hour: read(`${isoDay(year, day)}T${text}`).hour })),
+      },
       set: (to) => setClock((next) => at(next, { hour: to })),
     })}
     ${zone()}
@@ -106,22 +121,20 @@ function sun(position) {
       pointer: "/sky/sun_position/altitude_deg",
       label: "Height of the sun",
       value: position.altitude_deg,
-      shown: `${position.altitude_deg}°`,
+      unit: "°",
       step: 1,
       min: 0,
       max: 90,
-      held: hold,
       set: (to) => change((it) => (it.altitude_deg = to)),
     })}
     ${slider({
       pointer: "/sky/sun_position/azimuth_deg",
       label: "Azimuth of the sun",
       value: position.azimuth_deg,
-      shown: `${position.azimuth_deg}°`,
+      unit: "°",
       step: 1,
       min: 0,
       max: 359,
-      held: hold,
       set: (to) => change((it) => (it.azimuth_deg = to)),
     })}
     <button type="button" @click=${free}>Set place and time instead</button>`;

@@ -104,8 +104,8 @@ function corner(room) {
   };
   return html`<h3>Corner ${chosen + 1} of ${corners.length}</h3>
     <div class="pair">
-      ${metres(`/room/plan/outline_m/${chosen}/0`, "x", place[0], move(0))}
-      ${metres(`/room/plan/outline_m/${chosen}/1`, "y", place[1], move(1))}
+      ${metres(`/room/plan/outline_m/${chosen}/0`, "Corner x", place[0], move(0))}
+      ${metres(`/room/plan/outline_m/${chosen}/1`, "Corner y", place[1], move(1))}
       ${wall(before, "Wall before it")}${wall(chosen, "Wall after it")}
     </div>
     <div class="group"><button type="button" @click=${add}>Add a corner after it</button><button type="button"

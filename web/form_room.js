@@ -1,5 +1,6 @@
 // The room: its size, its surfaces, its work plane.
 import { number, words } from "./field.js";
+import { partitions } from "./form_partition.js";
 import { shapes } from "./form_plan.js";
 import { edit } from "./live.js";
 import { state } from "./state.js";
@@ -12,10 +13,9 @@ const USUAL = /** @type {const} */ ({ floor: 0.2, walls: 0.5, ceiling: 0.7 });
 export function room() {
   const { draft } = state;
   const grid = draft.grids?.[0];
-  const { objects, luminaires, partitions, plan } = draft.room;
+  const { objects, luminaires, plan } = draft.room;
   const also = [
     ...(objects?.length || luminaires?.length ? [`${objects?.length ?? 0} objects`, `${luminaires?.length ?? 0} luminaires`] : []),
-    ...(partitions?.length ? [`${partitions.length} partitions`] : []),
     ...(plan?.holes_m?.length ? [`${plan.holes_m.length} columns`] : []),
   ];
   const reflectance = (/** @type {keyof typeof USUAL} */ name) => {
@@ -61,6 +61,7 @@ export function room() {
         set: (to) => edit((next) => (next.room.rotation_deg = to)),
       })}
     </div>
+    ${partitions()}
     ${
       also.length
         ? html`<p

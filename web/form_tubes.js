@@ -2,7 +2,7 @@
 import * as api from "./api.js";
 import { diameter, isMesh, removeTube, roomiest, setDrop, usualTube } from "./draft.js";
 import { choice, number, slider } from "./field.js";
-import { edit, hold } from "./live.js";
+import { edit } from "./live.js";
 import { add } from "./plan_hand.js";
 import { extent } from "./room.js";
 import { set, state } from "./state.js";
@@ -48,20 +48,23 @@ function usualDiffuser(kind, diameter) {
   return { kind: "lambertian", transmittance: 0.6 };
 }
 
-/** The part of the form about tubes. */
+/** The part of the form about tubes: which one, and its numbers. */
 export function tubes() {
   const of = state.draft.tubes ?? [];
+  const index = Math.min(state.tube, of.length - 1);
+  const tube = of[index];
+  const tabs = of.map(
+    (_, at) => html`<button type="button" aria-label=${`Tube ${at + 1}`} aria-pressed=${at === index}
+      @click=${() => set({ tube: at })}>${at + 1}</button>`,
+  );
   const together = html`<label class="check"><input type="checkbox" .checked=${state.together}
     @change=${() => set({ together: !state.together })}> Change all tubes together</label>`;
-  return html`${of.length > 1 ? together : nothing}${of.map(
-    (tube, index) => html`<details class="card"
-      ?open=${index < 2 || isMesh(tube)}><summary>Tube ${index + 1} <small>${words(tube)}</small></summary>
-      <button type="button" class="remove" aria-label=${`Remove tube ${index + 1}`}
-        @click=${() => edit((draft) => removeTube(draft, index))}>×</button>
-      ${isMesh(tube) ? mesh(tube, index) : pipe(tube, index)}</details>`,
-  )}
-    <button type="button" class="wide" @click=${add}>Add a tube</button>
-    ${drop()}`;
+  const form = (/** @type {Tube} */ tube) => html`<div class="card">
+    <div class="head"><h3>Tube ${index + 1} <small>${words(tube)}</small></h3><button type="button" aria-label=${`Remove tube ${index + 1}`}
+      @click=${() => edit((draft) => removeTube(draft, index))}>Remove</button></div>
+    ${place(tube, index)}${isMesh(tube) ? mesh(tube, index) : pipe(tube, index)}</div>`;
+  return html`<div class="group tabs" role="group" aria-label="Tubes">${tabs}<button type="button" @click=${add}>Add a tube</button></div>
+    ${tube ? form(tube) : nothing}${of.length > 1 ? together : nothing}${drop()}`;
 }
 
 /** @param {Tube} tube */
@@ -87,11 +90,10 @@ function pipe(tube, index) {
       pointer: `${at}/segments/${piece}/length_m`,
       label: bent ? (piece ? "Above the bend" : "Below the bend") : "Length",
       value: segment.length_m,
-      shown: `${segment.length_m} m`,
+      unit: "m",
       step: 0.05,
       min: 0.1,
       max: 6,
-      held: hold,
       set: (to) => change(index, ({ segments }) => segments[piece] && (segments[piece].length_m = to)),
     }),
   );
@@ -121,6 +123,7 @@ function pipe(tube, index) {
     })}</div>`,
   );
   return html`
+    <div class="pair">
     ${choice({
       pointer: `${at}/segments`,
       label: "Kind",
@@ -131,20 +134,18 @@ function pipe(tube, index) {
       ],
       set: (kind) => change(index, (next) => (next.segments = usualTube(kind, [0, 0]).segments)),
     })}
+    ${mirror(tube, index)}</div>
     ${slider({
       pointer: `${at}/diameter_m`,
       label: "Diameter",
       value: tube.diameter_m,
-      shown: `${tube.diameter_m} m`,
+      unit: "m",
       step: 0.01,
       min: 0.1,
       max: 1,
-      held: hold,
       set: (to) => change(index, (next) => (next.diameter_m = to)),
     })}
     ${lengths}${leans}
-    ${hangs(tube, index)}
-    ${mirror(tube, index)}
     <div class="pair">
       ${choice({
         pointer: `${at}/collector`,
@@ -165,17 +166,19 @@ function pipe(tube, index) {
     </div>`;
 }
 
-/** How far a tube hangs below the ceiling. @param {Tube} tube @param {number} index */
-const hangs = (tube, index) =>
-  number({
-    pointer: `/tubes/${index}/drop_m`,
-    label: "Hangs below the ceiling",
-    unit: "m",
-    value: tube.drop_m ?? 0,
-    step: 0.05,
-    min: 0,
-    set: (to) => edit((draft) => draft.tubes?.forEach((other, at) => (state.together || at === index) && setDrop(other, to))),
-  });
+/** Where a tube is, and how far it hangs below the ceiling. @param {Tube} tube @param {number} index */
+function place(tube, index) {
+  const metres = (/** @type {string} */ name, /** @type {string} */ label, /** @type {number} */ value, /** @type {(to: number) => void} */ set) =>
+    number({ pointer: `/tubes/${index}/${name}`, label, unit: "m", value, step: 0.05, set });
+  const move = (/** @type {0 | 1} */ axis) => (/** @type {number} */ to) =>
+    edit((draft) => draft.tubes?.[index] && (draft.tubes[index].centre_m[axis] = to));
+  const hang = (/** @type {number} */ to) =>
+    edit((draft) => draft.tubes?.forEach((other, at) => (state.together || at === index) && setDrop(other, to)));
+  return html`<div class="triple">
+    ${metres("centre_m/0", "x", tube.centre_m[0], move(0))}
+    ${metres("centre_m/1", "y", tube.centre_m[1], move(1))}
+    ${metres("drop_m", "Drop", tube.drop_m ?? 0, hang)}</div>`;
+}
 
 /** @param {string} pointer @param {string} label @param {Collector | Diffuser} closure @param {(to: number) => void} set */
 function share(pointer, label, closure, set) {
@@ -233,7 +236,6 @@ function mesh(tube, index) {
         set: (to) => alter((next) => (next.opening_diameter_m = to)),
       })}
     </div>
-    ${hangs(tube, index)}
     ${Object.entries(tube.parts).map(([name, part]) =>
       choice({
         pointer: `${at}/parts/${name}`,
@@ -276,7 +278,7 @@ async function take(file) {
         parts: Object.fromEntries(materials.map((name) => [name, guessed(name)])),
       }),
     );
-    set({ said: `${file.name}: ${triangles} triangles. Check the unit, the opening and what each material is.` });
+    set({ tube: (state.draft.tubes?.length ?? 1) - 1, said: `${file.name}: ${triangles} triangles. Check the unit, the opening and what each material is.` });
   } catch (error) {
     set({ problem: api.problemOf(error) });
   }

@@ -4,7 +4,7 @@ import * as api from "./api.js";
 import { centimetres } from "./draft.js";
 import { across, bar, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
 import { jobs } from "./jobs.js";
-import { layout, north } from "./plan.js";
+import { SMALL, layout, north } from "./plan.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
@@ -116,7 +116,7 @@ function map(job, grid) {
   const { rows, unit } = values(grid, "lux");
   const { room } = job.document;
   const { east, depth } = extent(room);
-  const at = layout(room, true);
+  const at = layout(room, SMALL);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
     ${lux(grid, rows, at, end)}${isolines(

@@ -1,9 +1,10 @@
 // The page: the editor at /, one job at /jobs/ID.
-import { accuracy } from "./accuracy.js";
+import { accuracy, percent } from "./accuracy.js";
 import * as api from "./api.js";
+import { listed } from "./cities.js";
 import { compare, keepAsA } from "./compare.js";
 import { otherFaults } from "./field.js";
-import { place } from "./form_place.js";
+import { place, suggestions } from "./form_place.js";
 import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
 import { jobPage } from "./job_page.js";
@@ -11,19 +12,22 @@ import { jobs, toggle } from "./jobs.js";
 import { edit, live, undo, use } from "./live.js";
 import { picture } from "./picture.js";
 import { plan } from "./plan.js";
+import { drag } from "./plan_hand.js";
 import { preset, presets } from "./presets.js";
 import { prediction } from "./prediction.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers, readOut } from "./results.js";
-import { section } from "./section.js";
+import { extent } from "./room.js";
+import { section, sectionExtent } from "./section.js";
 import { known, remember, share, take, unpacked } from "./share.js";
 import { sky } from "./sky.js";
+import { stage } from "./stage.js";
 import { drawnBy, set, state } from "./state.js";
 import { html, nothing, render } from "./vendor/lit-html.js";
+import { judged, sentence, target } from "./verdict.js";
 import { followClock } from "./zone.js";
 
 const app = /** @type {HTMLElement} */ (document.querySelector("#app"));
-const narrow = matchMedia("(max-width: 700px)");
 const stacked = matchMedia("(max-width: 1100px)");
 /** The preset that was opened last. @type {{ name: string, draft: JobDocument | null }} */
 let opened = { name: "", draft: null };
@@ -60,8 +64,13 @@ function header(edits) {
 const drawer = (title, content, opened) =>
   html`<details class="drawer" ?open=${opened}><summary><h2>${title}</h2></summary>${content}</details>`;
 
-function editor() {
-  const { answer } = state;
+/** A form of drawers. @param {string} label @param {[string, unknown][]} drawers */
+const form = (label, drawers) => html`<form class="panel form" aria-label=${label}
+  @submit=${(/** @type {Event} */ event) => event.preventDefault()}>${drawers.map(([title, content]) => drawer(title, content, !stacked.matches))}</form>`;
+
+/** Plan, section and numbers. @param {unknown} forms whose fields show their faults themselves */
+function drawings(forms) {
+  const { answer, current } = state;
   const factor = Boolean(answer?.grid?.daylight_factor_percent);
   const layer = (/** @type {"lux" | "daylight_factor"} */ of, /** @type {string} */ words) =>
     html`<button type="button" aria-pressed=${state.layer === of} ?disabled=${of !== "lux" && !factor}
@@ -72,37 +81,74 @@ function editor() {
       const grid = draft.grids?.[0];
       if (grid) grid.components = !inParts;
     });
-  const open = !stacked.matches;
-  const form = html`<form class="panel form" aria-label="The room and its tubes"
-    @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
-    ${drawer("Place and time", place(), open)}${drawer("Sky", sky(), open)}${drawer("Room", room(), open)}${drawer("Tubes", tubes(), open)}</form>`;
-  return html`${header(true)}<main>${jobs()}
-    <div class="column left">${form}</div>
-    <div class="column middle">
-      <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div
-        class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button"
-        id="parts" aria-pressed=${inParts} title="Where the light comes from: each tube and each source by itself" @click=${toParts}>By tube</button><button type="button"
-        ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button><button type="button"
-        ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
-        ${otherFaults(form)}${plan(narrow.matches)}${readOut()}</section>
-      ${compare()}
-      <section class="panel cut" aria-label="Section">${section()}</section>
-      <section class="panel view" aria-label="Picture">${picture()}</section>
-    </div>
-    <div class="column right">
-      <section class="panel result" aria-label="Result"><div
-        class=${state.current ? "" : "old"}>${answer ? html`${headline(answer)}${numbers(answer)}` : html`<p class="note">Computing …</p>`}</div></section>
-      <section class="panel accurate" aria-label="Accuracy">${accuracy()}${prediction()}</section>
-      <section class="panel why" aria-label="Reasons">${answer ? reasons(answer.job) : nothing}</section>
-      <section class="panel take" aria-label="Files">${take()}</section>
-    </div></main><p class="unseen" role="status">${heard()}</p>
+  return html`<div class="stage">
+    <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div
+      class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button"
+      id="parts" aria-pressed=${inParts} title="Where the light comes from: each tube and each source by itself" @click=${toParts}>By tube</button><button type="button"
+      ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button><button type="button"
+      ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
+      ${otherFaults(forms)}${plan()}${readOut()}</section>
+    <section class="panel cut" aria-label="Section">${section()}</section>
+    <section class=${`panel all-numbers ${current ? "" : "old"}`} aria-label="Numbers" tabindex="0"><h2>Numbers</h2>${answer ? numbers(answer) : nothing}</section></div>`;
+}
+
+/** The sentence, its target and the mean. */
+function result() {
+  const { answer, current, running } = state;
+  if (!answer?.grid) return html`<p class="note">${answer ? "The document has no grid." : "Computing …"}</p>`;
+  return html`<div class=${current ? "" : "old"}>${judged(answer)}</div>${target()}<div
+    class=${current ? "" : "old"}>${headline(answer)}</div>${running ? html`<p class="note busy">sharpening to ${percent(running.asked)}</p>` : nothing}`;
+}
+
+/** Accuracy, methods and reasons, which nobody needs at first. */
+function sure() {
+  const { answer } = state;
+  const error = answer?.job.progress.relative_error;
+  const notes = answer ? answer.job.warnings.length + (answer.job.render_warnings?.length ?? 0) : 0;
+  const words = [...(error ? [`error ${percent(error)}`] : []), ...(notes ? [notes === 1 ? "1 note" : `${notes} notes`] : [])];
+  return html`<details class="panel sure"><summary><h2>How sure?</h2> <small>${words.join(", ")}</small></summary>
+    <section class="accurate" aria-label="Accuracy">${accuracy()}${prediction()}</section>
+    <section class="why" aria-label="Reasons">${answer ? reasons(answer.job) : nothing}</section></details>`;
+}
+
+function editor() {
+  const forms = [
+    form("Tubes and room", [["Tubes", tubes()], ["Room", room()]]),
+    form("Place, time and sky", [["Place and time", place()], ["Sky", sky()]]),
+  ];
+  return html`${header(true)}<main class="editor">${jobs()}
+    <div class="column left">${forms[0]}</div>
+    <div class="column middle">${drawings(forms)}${compare()}
+      <section class="panel view" aria-label="Picture">${picture()}</section></div>
+    <div class="column right"><section class="panel result" aria-label="Result">${result()}</section>${forms[1]}
+      ${sure()}<section class="panel take" aria-label="Files">${take()}</section></div></main><p class="unseen" role="status">${heard()}</p>
     <p class="said" role="status">${state.said}</p>`;
+}
+
+const sizes = new ResizeObserver((entries) => {
+  const next = { ...state.sizes };
+  for (const { target, contentRect } of entries) {
+    const { width, height } = contentRect;
+    if (target.matches("svg") && width > 0 && height > 0) next[target.matches(".plan") ? "plan" : "section"] = [width, height];
+  }
+  set({ sizes: next });
+});
+
+/** Gives plan, section and numbers the space that there is; a hand that holds a wall moves nothing but the wall. */
+function fit() {
+  const held = /** @type {HTMLElement} */ (app.querySelector(".stage"));
+  if (drag.moved) return;
+  const { width, depth } = extent(state.draft.room);
+  const space = { width: held.clientWidth, height: stacked.matches ? 0.85 * innerHeight : (held.parentElement?.clientHeight ?? 0) };
+  held.style.gridTemplate = stage({ width, height: depth }, sectionExtent(), space, stacked.matches);
 }
 
 /** What people who do not see the page hear of a result, once it rests. */
 function heard() {
-  const { answer, current, running } = state;
-  return answer?.grid && current && !running ? `${answer.grid.statistics.mean_lux.toPrecision(3)} lux in the mean` : "";
+  const { answer, current, running, goal } = state;
+  if (!answer?.grid || !current || running) return "";
+  const { asked, is, found } = sentence(answer, goal);
+  return `${asked}: ${is}. ${found}`;
 }
 
 /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -111,29 +157,41 @@ let soon;
 async function start() {
   const id = /^\/jobs\/([0-9a-f-]{36})$/.exec(location.pathname)?.[1];
   if (id) return jobPage(id, app, () => header(false));
+  let measured = false;
   drawnBy(() => {
     void followClock();
     render(editor(), app);
+    fit();
+    if (!measured) for (const part of app.querySelectorAll(".middle, .plan, .section")) sizes.observe(part);
+    measured = true;
     clearTimeout(soon);
     soon = setTimeout(() => void remember(), 400);
   });
-  narrow.addEventListener("change", () => set());
+  stacked.addEventListener("change", () => set());
   addEventListener("keydown", (event) => {
     const types = event.target instanceof HTMLInputElement && !["range", "radio", "checkbox"].includes(event.target.type);
     if (event.key !== "z" || !(event.ctrlKey || event.metaKey) || event.shiftKey || types) return;
     event.preventDefault();
     undo();
   });
-  addEventListener("hashchange", () => void unpacked(location.hash).then((draft) => draft && (known(draft), use(draft))));
+  const follow = (/** @type {Awaited<ReturnType<typeof unpacked>>} */ linked) => {
+    if (!linked) return;
+    if (linked.goal) set({ goal: linked.goal });
+    known(linked.draft);
+    use(linked.draft);
+  };
+  addEventListener("hashchange", () => void unpacked(location.hash).then(follow));
   const linked = location.hash;
   const shared = await unpacked(linked);
-  const listed = Promise.all([api.get("/v1/skies"), api.get("/web/cities.json")]).then(([{ skies }, cities]) => set({ skies, cities }));
-  if (shared) {
-    known(shared);
-    use(shared);
-  } else await open("bathroom").catch((error) => set({ problem: api.problemOf(error) }));
+  const lists = Promise.all([api.get("/v1/skies"), listed()]).then(([{ skies }, cities]) => {
+    const host = document.body.appendChild(document.createElement("div"));
+    render(suggestions(cities), host);
+    set({ skies, cities });
+  });
+  if (shared) follow(shared);
+  else await open("bathroom").catch((error) => set({ problem: api.problemOf(error) }));
   if (linked && !shared) set({ said: "The link holds no document that can be read." });
-  await listed;
+  await lists;
 }
 
 void start();

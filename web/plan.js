@@ -1,30 +1,27 @@
 // The plan of the room from above: the map, the tubes and the room's walls, which are moved by hand.
 import { diameter, isMesh } from "./draft.js";
 import { bar, across, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
-import { drag, keys, moveCursor, still } from "./plan_hand.js";
+import { drag, draw, keys, moveCursor, still } from "./plan_hand.js";
+import { numbered } from "./plan_labels.js";
+import { partition } from "./plan_partitions.js";
 import { walls } from "./plan_walls.js";
+import { joints } from "./ray.js";
 import { extent } from "./room.js";
 import { scale } from "./scale.js";
+import { AROUND } from "./stage.js";
 import { set, state } from "./state.js";
 import { nothing, svg } from "./vendor/lit-html.js";
 
-/** Space around the room for words, in units of the drawing. */
-const AROUND = { left: 40, right: 74, top: 34, bottom: 34 };
+/** Size of a drawing that stands by itself. @type {[number, number]} */
+export const SMALL = [364, 400];
 
-/** @param {JobDocument["room"]} room @param {boolean} narrow @returns {import("./map.js").Layout} */
-export function layout(room, narrow) {
+/** @param {JobDocument["room"]} room @param {[number, number]} box size of the drawing @returns {import("./map.js").Layout} */
+export function layout(room, box) {
   const { west, north, width, depth } = extent(room);
-  const [across, down] = narrow ? [250, 330] : [430, 420];
-  const k = Math.min(across / width, down / depth);
-  // a drawing of one width has letters of one size
-  const free = Math.max(0, across - k * width);
-  return {
-    k,
-    left: AROUND.left + free / 2 - k * west,
-    top: AROUND.top,
-    north,
-    box: [AROUND.left + k * width + free + AROUND.right, AROUND.top + k * depth + AROUND.bottom],
-  };
+  const { left, right, top, bottom } = AROUND.plan;
+  const [across, down] = [box[0] - left - right, box[1] - top - bottom];
+  const k = Math.max(1, Math.min(across / width, down / depth));
+  return { k, left: left + (across - k * width) / 2 - k * west, top: top + (down - k * depth) / 2, north, box };
 }
 
 /**
@@ -37,30 +34,40 @@ export function sharedScale(grid, layer) {
   return scale(Math.max(...others.map((other) => largest(values(other, layer).rows))));
 }
 
-/** The plan as an editor. @param {boolean} narrow */
-export function plan(narrow) {
+/** The plan as an editor. */
+export function plan() {
   const { draft, answer } = state;
   const { room } = draft;
-  const at = drag.layout ?? layout(room, narrow);
+  const at = drag.layout ?? layout(room, state.sizes.plan);
   const seen = room.plan ? at : { ...at, north: extent(room).depth };
   const grid = answer?.grid ?? null;
   const { box } = at;
   return svg`<svg class="plan" viewBox=${`0 0 ${box[0]} ${box[1]}`} role="application"
-    aria-label=${`Plan of the room: tubes and ${room.plan ? "corners" : "walls"} are moved by the arrow keys, with Shift in small steps`}
+    aria-label=${`Plan of the room: tubes, ${room.plan ? "corners" : "walls"} and partitions are moved by the arrow keys, with Shift in small steps`}
       @pointermove=${drag.move} @pointerup=${drag.end} @pointercancel=${drag.end} @pointerleave=${() => set({ cursor: null })}>
     <g class=${state.current ? "" : "old"}
       @pointermove=${(/** @type {PointerEvent} */ event) => grid?.x_m.length && moveCursor(event, grid, seen)}>
       ${outlined(room, seen, "floor")}
       ${grid?.x_m.length ? map(grid, seen) : nothing}
     </g>
-    ${(room.partitions ?? []).map((sheet) => partition(sheet, seen))}
     ${(room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, seen) : nothing))}
     ${walls(room, seen)}
+    ${(room.partitions ?? []).map((sheet, index) => partition(sheet, index, seen))}
     ${(draft.tubes ?? []).map((tube, index) => opening(tube, index, seen))}
+    ${numbered((draft.tubes ?? []).map((tube) => ring(tube, seen)))}
     ${measures(room, seen)}
     ${north(room.rotation_deg ?? 0)}
+    ${
+      state.draws
+        ? svg`<rect class="sheet" width=${box[0]} height=${box[1]} @touchstart=${still}
+      @pointerdown=${(/** @type {PointerEvent} */ event) => draw(event, seen)}></rect>`
+        : nothing
+    }
   </svg>`;
 }
+
+/** The ring of a tube. @param {Tube} tube @param {import("./map.js").Layout} at */
+const ring = (tube, at) => ({ x: across(at, tube.centre_m[0]), y: down(at, tube.centre_m[1]), radius: (at.k * diameter(tube)) / 2 });
 
 /** @param {Grid} grid @param {import("./map.js").Layout} at */
 function map(grid, at) {
@@ -92,34 +99,22 @@ function furniture(object, at) {
     transform=${`rotate(${object.rotation_deg ?? 0} ${x} ${y})`}></rect>`;
 }
 
-/** @param {Schemas["PartitionDocument"]} partition @param {import("./map.js").Layout} at */
-const partition = ({ from_m: [x1, y1], to_m: [x2, y2] }, at) =>
-  svg`<line class="partition" x1=${across(at, x1)} y1=${down(at, y1)} x2=${across(at, x2)} y2=${down(at, y2)}></line>`;
-
 /** @param {Tube} tube @param {number} index @param {import("./map.js").Layout} at */
 function opening(tube, index, at) {
-  const [x, y] = [across(at, tube.centre_m[0]), down(at, tube.centre_m[1])];
-  const radius = (at.k * diameter(tube)) / 2;
-  return svg`<g class="tube" tabindex="0" role="button"
+  const { x, y, radius } = ring(tube, at);
+  return svg`<g class=${index === state.tube ? "tube chosen" : "tube"} tabindex="0" role="button"
     aria-label=${`Tube ${index + 1} at ${tube.centre_m[0]} m from the west wall, ${tube.centre_m[1]} m from the south wall`}
-      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => drag.tube(event, index, at)}
+      @touchstart=${still} @focus=${() => set({ tube: index })} @pointerdown=${(/** @type {PointerEvent} */ event) => drag.tube(event, index, at)}
         @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
       ${isMesh(tube) ? nothing : axis(tube, at)}
       <circle class="hold" cx=${x} cy=${y} r=${Math.max(radius, 16)}></circle>
-      <circle class="ring" cx=${x} cy=${y} r=${radius}></circle>
-      ${radius > 9 ? svg`<text x=${x} y=${y + 4}>${index + 1}</text>` : nothing}</g>`;
+      <circle class="ring" cx=${x} cy=${y} r=${radius}></circle></g>`;
 }
 
 /** Where a bent tube goes, seen from above. @param {ParametricTube} tube @param {import("./map.js").Layout} at */
 function axis(tube, at) {
-  let [x, y] = tube.centre_m;
-  const points = [`${across(at, x)},${down(at, y)}`];
-  for (const { length_m, tilt_deg = 0, azimuth_deg = 0 } of tube.segments) {
-    const lean = length_m * Math.sin((tilt_deg * Math.PI) / 180);
-    x += lean * Math.sin((azimuth_deg * Math.PI) / 180);
-    y += lean * Math.cos((azimuth_deg * Math.PI) / 180);
-    points.push(`${across(at, x)},${down(at, y)}`);
-  }
+  const [x, y] = tube.centre_m;
+  const points = joints(tube.segments).map((joint) => `${across(at, x + joint[0])},${down(at, y + joint[1])}`);
   return tube.segments.some(({ tilt_deg }) => tilt_deg)
     ? svg`<polyline class="axis" points=${points.join(" ")}></polyline>`
     : nothing;

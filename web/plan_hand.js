@@ -1,5 +1,6 @@
-// Moving tubes, walls and corners on the plan, by pointer and by keys.
+// Moving tubes, walls, corners and partitions on the plan, by pointer and by keys.
 import { addTube, moveEdge, moveTube, removeTube } from "./draft.js";
+import { addPartition, isStub, movePartition, movePartitionEnd, removePartition } from "./draft_partition.js";
 import { addCorner, moveCorner, removeCorner } from "./draft_plan.js";
 import { edit, hold } from "./live.js";
 import { extent, outline } from "./room.js";
@@ -107,6 +108,43 @@ export function cornerDrag(event, corner, at) {
     edit((draft) => moveCorner(draft, corner, [x + (nowX - start.x) / at.k, y - (nowY - start.y) / at.k], REACH / at.k));
 }
 
+/**
+ * Takes an end of a partition, or the whole of it.
+ * @param {PointerEvent} event @param {number} index @param {import("./draft_partition.js").End | null} end @param {Layout} at
+ */
+export function partitionDrag(event, index, end, at) {
+  const before = state.draft.room.partitions?.[index];
+  const drawing = before && taken(event);
+  if (!drawing) return;
+  set({ partition: index });
+  const start = place(drawing, event);
+  const [x, y] = end ? before[end] : [0, 0];
+  drag.moved = (nowX, nowY) => {
+    const [dx, dy] = [(nowX - start.x) / at.k, (start.y - nowY) / at.k];
+    edit((draft) => (end ? movePartitionEnd(draft, index, end, [x + dx, y + dy], REACH / at.k) : movePartition(draft, index, before, [dx, dy])));
+  };
+}
+
+/** Draws a partition from where the pointer is. @param {PointerEvent} event @param {Layout} at */
+export function draw(event, at) {
+  const drawing = taken(event);
+  if (!drawing) return;
+  const metres = (/** @type {number} */ x, /** @type {number} */ y) => /** @type {[number, number]} */ ([(x - at.left) / at.k, at.north - (y - at.top) / at.k]);
+  const start = place(drawing, event);
+  const from = metres(start.x, start.y);
+  const before = state.draft;
+  set({ draws: false, partition: null });
+  drag.moved = (x, y) =>
+    edit((draft) => {
+      draft.room = structuredClone(before.room);
+      const index = addPartition(draft, from, metres(x, y));
+      movePartitionEnd(draft, index, "to_m", metres(x, y), REACH / at.k);
+      const drawn = draft.room.partitions?.[index];
+      if (drawn && isStub(drawn)) removePartition(draft, index);
+      else set({ partition: index });
+    });
+}
+
 /** Adds a corner to an edge, where the pointer is. @param {MouseEvent} event @param {number} edge @param {Layout} at */
 export function addAt(event, edge, at) {
   const drawing = /** @type {SVGElement} */ (event.currentTarget).ownerSVGElement;
@@ -119,7 +157,7 @@ export function addAt(event, edge, at) {
 /**
  * Moves what has the focus by the arrow keys.
  * @param {KeyboardEvent} event
- * @param {{ tube: number } | { edge: Edge } | { corner: number }} what
+ * @param {{ tube: number } | { edge: Edge } | { corner: number } | { partition: number, end: import("./draft_partition.js").End }} what
  */
 export function keys(event, what) {
   const step = event.shiftKey ? SMALL_STEP_M : STEP_M;
@@ -158,6 +196,14 @@ export function keys(event, what) {
       const [x, y] = outline(draft.room)[corner] ?? [0, 0];
       moveCorner(draft, corner, [x + move[0], y + move[1]], 0);
     });
+  } else if ("partition" in what) {
+    const { partition, end } = what;
+    edit((draft) => {
+      if (!move) return removePartition(draft, partition);
+      const [x, y] = draft.room.partitions?.[partition]?.[end] ?? [0, 0];
+      movePartitionEnd(draft, partition, end, [x + move[0], y + move[1]], 0);
+    });
+    if (!move) set({ partition: null });
   } else if (move) {
     const { edge } = what;
     const out = { east: move[0], west: -move[0], north: move[1], south: -move[1] }[edge];
@@ -175,5 +221,8 @@ export function moveCursor(event, grid, at) {
   set({ cursor: [nearest(grid.x_m, (x - at.left) / at.k), nearest(grid.y_m, at.north - (y - at.top) / at.k)] });
 }
 
-/** Adds a tube. */
-export const add = () => edit(addTube);
+/** Adds a tube, which the form shows. */
+export function add() {
+  edit(addTube);
+  set({ tube: (state.draft.tubes?.length ?? 1) - 1 });
+}

@@ -25,7 +25,7 @@ export function headline({ job, grid }) {
       : coverage(statistics, job.progress.passes) * statistics.mean_lux_standard_error;
   return html`<p class="number"><strong id="mean">${digits(statistics.mean_lux, half ?? 0.5)}\u202flx</strong>
     <span>${half === null ? "" : `±\u202f${halfWidth(half)}`}</span></p>
-    <p class="note">mean illuminance of the work plane, ${grid.height_m} m above the floor${half === null ? "" : "; the true value lies within ± with 95 %"}</p>`;
+    <p class="note">mean illuminance${grid.height_m ? html` ${grid.height_m} m above the floor` : ""}${half === null ? "" : "; ± is the interval of 95\u202f%"}</p>`;
 }
 
 /** All numbers of the grid. @param {Answer} answer */
@@ -64,10 +64,9 @@ export function numbers({ job, grid }) {
       html`<tr><th scope="row">${lux} lx</th><td><meter min="0" max="100" value=${percent}
         aria-label=${`area with ${lux} lx or more`}></meter></td><td>${percent.toFixed(0)}\u202f%</td></tr>`,
   );
-  return html`<dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-    <details><summary>Area that has at least …</summary><table class="above"><caption
-      class="unseen">Share of the work plane at or above a level</caption><tbody>${above}</tbody></table></details>
-    ${origins({ job, grid })}${tubes(job)}`;
+  return html`<div class="blocks"><dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+    <table class="above"><caption>Area that has at least</caption><tbody>${above}</tbody></table>
+    ${tubes(job)}${origins({ job, grid })}</div>`;
 }
 
 /** Fluxes of the tubes. @param {Job} job */
@@ -78,8 +77,8 @@ function tubes(job) {
     flux?.flux_lm === undefined || flux.flux_lm === null ? "–" : `${thousands(flux.flux_lm)}`;
   const percent = (/** @type {number | null | undefined} */ share) =>
     share === null || share === undefined ? "–" : `${(100 * share).toFixed(1)}\u202f%`;
-  return html`<table class="fluxes"><caption>Light through the tubes, in lumens</caption>
-    <thead><tr><th scope="col">tube</th><th scope="col">arrives</th><th scope="col">leaves the pipe</th><th
+  return html`<table class="fluxes"><caption>Lumens through the tubes</caption>
+    <thead><tr><th scope="col">tube</th><th scope="col">arrives</th><th scope="col">leaves</th><th
       scope="col">enters</th><th scope="col">share</th></tr></thead>
     <tbody>${of.map(
       (tube, index) => html`<tr><th scope="row">${index + 1}</th><td>${lumens(tube.at_collector)}</td>

@@ -2,7 +2,9 @@
 import { centimetres, diameter, isMesh, setDrop } from "./draft.js";
 import { edit, hold } from "./live.js";
 import { still } from "./plan_hand.js";
+import { joints, skyward, throughPipe } from "./ray.js";
 import { ceilingAt, extent, faces } from "./room.js";
+import { AROUND } from "./stage.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
 
@@ -16,18 +18,8 @@ const ABOVE_ROOF_M = 0.15;
  * @param {0 | 1} axis
  * @returns {[number, number][]}
  */
-function course(tube, axis) {
-  let [along, up] = [tube.centre_m[axis] ?? 0, 0];
-  /** @type {[number, number][]} */
-  const points = [[along, up]];
-  for (const { length_m, tilt_deg = 0, azimuth_deg = 0 } of isMesh(tube) ? [{ length_m: 1 }] : tube.segments) {
-    const lean = length_m * Math.sin(tilt_deg * RADIANS);
-    along += lean * (axis === 0 ? Math.sin(azimuth_deg * RADIANS) : Math.cos(azimuth_deg * RADIANS));
-    up += length_m * Math.cos(tilt_deg * RADIANS);
-    points.push([along, up]);
-  }
-  return points;
-}
+const course = (tube, axis) =>
+  joints(isMesh(tube) ? [{ length_m: 1 }] : tube.segments).map((joint) => [(tube.centre_m[axis] ?? 0) + joint[axis], joint[2]]);
 
 /** Both sides of a tube, mitred where pieces meet. @param {[number, number][]} points @param {number} radius */
 function sides(points, radius) {
@@ -48,45 +40,82 @@ function sides(points, radius) {
   );
 }
 
-/** The section with its two directions. */
-export function section() {
-  const { problem, look } = state;
-  // while a draft is refused, the section of the one before stands
-  const draft = problem?.errors?.length ? state.answered : state.draft;
+/** Free space in metres above the tubes. */
+const ABOVE_TUBES_M = 0.5;
+
+/** What a section shows: the draft, or the one before while it is refused; its tubes and their openings, and how far it reaches in metres. */
+function shown() {
+  const { problem, look, draft: own, answered } = state;
+  const draft = problem?.errors?.length ? answered : own;
   const { room } = draft;
-  const { west, south, width, depth, lowest, height } = extent(room);
-  const axis = look === "north" ? 0 : 1;
+  const { west, south, width, depth, height } = extent(room);
+  const axis = look === "north" ? /** @type {const} */ (0) : /** @type {const} */ (1);
   const [from, across] = axis === 0 ? [west, width] : [south, depth];
   const tubes = draft.tubes ?? [];
   const courses = tubes.map((tube) => course(tube, axis));
-  // of the opening of each tube, above the floor and above the highest point of the ceiling
   const openings = tubes.map((tube) => ceilingAt(room, tube.centre_m) - (tube.drop_m ?? 0));
   const above = openings.map((opening) => opening - height);
   const top = Math.max(0.4, ...courses.flatMap((points, i) => points.map(([, up]) => up + (above[i] ?? 0))));
   const outside = courses.map((points, i) => (points.at(-1)?.[1] ?? top) - (tubes[i]?.drop_m ?? 0));
   const roof = Math.max(0.1, Math.min(...outside, top) - ABOVE_ROOF_M);
-  const k = Math.min(300 / across, 330 / (height + top + 0.4));
-  const [left, bottom] = [40, 30 + k * (height + top + 0.35)];
+  return { draft, axis, from, across, courses, openings, roof, top: height + top + ABOVE_TUBES_M };
+}
+
+/** Width and height of the section in metres. @returns {import("./stage.js").Size} */
+export function sectionExtent() {
+  const { across, top } = shown();
+  return { width: across, height: top };
+}
+
+/** The section with its two directions. */
+export function section() {
+  const { look, sizes } = state;
+  const { draft, axis, from, across, courses, openings, roof, top } = shown();
+  const { room } = draft;
+  const { lowest, height } = extent(room);
+  const [boxWidth, boxHeight] = sizes.section;
+  const around = AROUND.section;
+  const free = [boxWidth - around.left - around.right, boxHeight - around.top - around.bottom];
+  const k = Math.max(1, Math.min((free[0] ?? 0) / across, (free[1] ?? 0) / top));
+  const [left, bottom] = [around.left + ((free[0] ?? 0) - k * across) / 2, boxHeight - around.bottom - ((free[1] ?? 0) - k * top) / 2];
   const x = (/** @type {number} */ metres) => left + k * (metres - from);
   const y = (/** @type {number} */ metres) => bottom - k * metres;
   const end = from + across;
+  const tubes = draft.tubes ?? [];
   const workplane = draft.grids?.[0]?.height_m ?? 0;
-  const box = `0 0 ${left + k * across + 62} ${bottom + 30}`;
   const toggle = (/** @type {"north" | "west"} */ to) =>
-    html`<button type="button" aria-pressed=${look === to} @click=${() => set({ look: to })}>looking ${to}</button>`;
-  return html`<div class="head"><h2>Section</h2><div class="group">${toggle("north")}${toggle("west")}</div></div>
-    ${svg`<svg class="section" viewBox=${box} role="img"
+    html`<button type="button" aria-label=${`looking ${to}`} aria-pressed=${look === to} @click=${() => set({ look: to })}>${to}</button>`;
+  return html`<div class="head"><h2>Section looking</h2><div class="group">${toggle("north")}${toggle("west")}</div></div>
+    ${svg`<svg class="section" viewBox=${`0 0 ${boxWidth} ${boxHeight}`} role="img"
       aria-label=${`Section through the room, looking ${look}: ${height} m high, ${tubes.length} tubes`}>
       ${room.plan ? sloped(room, axis, roof, x, y) : level({ from, end, height, roof }, x, y)}
+      ${(room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, axis, x, y) : nothing))}
+      ${(room.partitions ?? []).map((sheet) => partition(sheet, axis, x, y))}
       ${courses.map((points, i) => guide(i, /** @type {Tube} */ (tubes[i]), points, openings[i] ?? height, { x, y, k }))}
       ${room.plan ? nothing : svg`<path class="shell" d=${`M${x(from)} ${y(height)}V${y(0)}H${x(end)}V${y(height)}`}></path>`}
       <line class="workplane" x1=${x(from)} x2=${x(end)} y1=${y(workplane)} y2=${y(workplane)}></line>
-      <text x=${x(end) + 6} y=${y(workplane) + 4}>${workplane} m</text>
-      <text x=${x(end) + 6} y=${y(height) + 14}>${room.plan ? centimetres(height) : height} m</text>
-      ${lowest < height ? svg`<text x=${x(end) + 6} y=${y(lowest) + 4}>${centimetres(lowest)} m</text>` : nothing}
-      <text class="measure" x=${x(from + across / 2)} y=${bottom + 22}>${across} m</text>
-      ${beam(axis, x(from) + 12, y(height + roof) - 8)}
+      <text x=${x(end) + 8} y=${y(workplane) + 4}>${workplane} m</text>
+      <text x=${x(end) + 8} y=${y(height) + 14}>${room.plan ? centimetres(height) : height} m</text>
+      ${lowest < height ? svg`<text x=${x(end) + 8} y=${y(lowest) + 4}>${centimetres(lowest)} m</text>` : nothing}
+      <text class="measure" x=${x(from + across / 2)} y=${y(0) + 22}>${across} m</text>
+      ${beams(draft, axis, openings, x, y)}
     </svg>`}`;
+}
+
+/** A box in the room, as wide as it is seen. @param {Extract<Schemas["ObjectDocument"], { kind: "box" }>} object @param {0 | 1} axis @param {Scale} x @param {Scale} y */
+function furniture({ position_m, size_m, rotation_deg = 0 }, axis, x, y) {
+  const [cos, sin] = [Math.abs(Math.cos(rotation_deg * RADIANS)), Math.abs(Math.sin(rotation_deg * RADIANS))];
+  const [wide, deep, high] = size_m;
+  const half = (axis === 0 ? wide * cos + deep * sin : wide * sin + deep * cos) / 2;
+  const [middle, base] = [position_m[axis], position_m[2]];
+  return svg`<rect class="object" x=${x(middle - half)} width=${x(middle + half) - x(middle - half)} y=${y(base + high)} height=${y(base) - y(base + high)}></rect>`;
+}
+
+/** @param {Schemas["PartitionDocument"]} sheet @param {0 | 1} axis @param {Scale} x @param {Scale} y */
+function partition({ from_m, to_m, height_m }, axis, x, y) {
+  const [from, to] = [from_m[axis], to_m[axis]].sort((a, b) => a - b);
+  const [left, right] = [x(from ?? 0), x(to ?? 0)];
+  return svg`<rect class="object" x=${left} width=${Math.max(1.5, right - left)} y=${y(height_m)} height=${y(0) - y(height_m)}></rect>`;
 }
 
 /** @typedef {(metres: number) => number} Scale */
@@ -145,16 +174,31 @@ function guide(index, tube, points, opening, { x, y, k }) {
     class="diffuser" x1=${from} x2=${to} y1=${y(opening)} y2=${y(opening)}></line></g>`;
 }
 
-/** The sun's beam in the plane of the section. @param {0 | 1} axis @param {number} x @param {number} y */
-function beam(axis, x, y) {
+/** Length of the sun's ray before it meets a tube, and radius of its sun, in CSS pixels. */
+const RAY = 46;
+const SUN = 5;
+
+/** The sun's ray through each tube: to its diffuser, or to the floor where the tube ends clear or open. @param {JobDocument} draft @param {0 | 1} axis @param {number[]} openings @param {Scale} x @param {Scale} y */
+function beams(draft, axis, openings, x, y) {
   const sun = state.answer?.job.provenance?.sun;
   if (!sun?.on || !(Number(sun.altitude_deg) > 0)) return nothing;
-  const azimuth = (Number(sun.azimuth_deg) - (state.draft.room.rotation_deg ?? 0)) * RADIANS;
-  const altitude = Number(sun.altitude_deg) * RADIANS;
-  const along = Math.cos(altitude) * (axis === 0 ? Math.sin(azimuth) : Math.cos(azimuth));
-  const up = Math.sin(altitude);
-  const length = Math.hypot(along, up) || 1;
-  const [dx, dy] = [(along / length) * 44, (-up / length) * 44];
-  return svg`<g class="sun"><line x1=${x + dx} y1=${y + dy} x2=${x} y2=${y}></line><circle cx=${x + dx} cy=${y + dy}
-    r="6"></circle></g>`;
+  const toSun = skyward(Number(sun.azimuth_deg) - (draft.room.rotation_deg ?? 0), Number(sun.altitude_deg));
+  const seen = (draft.tubes ?? []).map((tube, i) => {
+    const ray = isMesh(tube) ? null : throughPipe(joints(tube.segments), tube.diameter_m / 2, toSun);
+    if (isMesh(tube) || !ray) return nothing;
+    const opening = openings[i] ?? 0;
+    const place = (/** @type {import("./ray.js").Vector} */ point) => /** @type {[number, number]} */ ([x(tube.centre_m[axis] + point[axis]), y(opening + point[2])]);
+    const points = ray.points.map(place);
+    const [startX, startY] = points[0] ?? [0, 0];
+    // the sun stays on the drawing
+    const times = Math.min(RAY / Math.hypot(toSun[axis], toSun[2]), (startY - SUN) / toSun[2]);
+    const from = /** @type {[number, number]} */ ([startX + times * toSun[axis], startY - times * toSun[2]]);
+    const out = /** @type {import("./ray.js").Vector} */ (ray.points.at(-1));
+    const goesOn = ray.end === "room" && (tube.diffuser.kind === "clear" || tube.diffuser.kind === "open");
+    const metres = opening / -ray.direction[2];
+    const floor = goesOn ? [place([out[0] + metres * ray.direction[0], out[1] + metres * ray.direction[1], -opening])] : [];
+    const line = [from, ...points, ...floor].map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" ");
+    return svg`<g><polyline points=${line}></polyline><circle cx=${from[0]} cy=${from[1]} r=${SUN}></circle></g>`;
+  });
+  return svg`<g class="sun">${seen}</g>`;
 }

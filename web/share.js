@@ -1,8 +1,9 @@
-// The document in the page's address, as a program, and as files.
+// Document and target in the page's address; the document as a program, and as files.
 import { complete } from "./draft.js";
 import { live } from "./live.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
+import { isOf } from "./verdict.js";
 
 /** @param {ReadableStream<Uint8Array<ArrayBuffer>>} stream */
 const bytesOf = async (stream) => new Uint8Array(await new Response(stream).arrayBuffer());
@@ -17,43 +18,42 @@ export async function packed(draft) {
 }
 
 /**
- * The document of an address; null where it has none, or one that cannot be read.
+ * The document of an address, and the target where it has one; null where it has no document, or one that cannot be read.
  * @param {string} hash
- * @returns {Promise<JobDocument | null>}
+ * @returns {Promise<{ draft: JobDocument, goal: import("./verdict.js").Goal | null } | null>}
  */
 export async function unpacked(hash) {
-  const text = /^#d=([\w-]+)$/.exec(hash)?.[1];
-  if (!text) return null;
+  const fields = new URLSearchParams(hash.slice(1));
+  const text = fields.get("d") ?? "";
+  if (!/^[\w-]+$/.test(text)) return null;
+  const [lux, of] = [Number(fields.get("lux")), fields.get("of") ?? "mean"];
   try {
     const bytes = Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
-    return complete(
-      JSON.parse(
-        new TextDecoder().decode(await bytesOf(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw")))),
-      ),
-    );
+    const read = await bytesOf(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw")));
+    return { draft: complete(JSON.parse(new TextDecoder().decode(read))), goal: lux > 0 && isOf(of) ? { lux, of } : null };
   } catch {
     return null;
   }
 }
 
-/** The document that the address has. @type {JobDocument | null} */
-let written = null;
+/** What the address has. @type {{ draft: JobDocument | null, goal: import("./verdict.js").Goal }} */
+const written = { draft: null, goal: state.goal };
 
-/** Writes the document into the address when the hand rests. */
+/** Writes document and target into the address when the hand rests. */
 export async function remember() {
-  const { draft } = state;
-  if (draft === written) return;
-  written = draft;
-  const hash = `#d=${await packed(draft)}`;
-  if (draft === written) history.replaceState(null, "", hash);
+  const { draft, goal } = state;
+  if (draft === written.draft && goal === written.goal) return;
+  Object.assign(written, { draft, goal });
+  const hash = `#d=${await packed(draft)}&lux=${goal.lux}&of=${goal.of}`;
+  if (draft === written.draft && goal === written.goal) history.replaceState(null, "", hash);
 }
 
-/** The address is the document's already. @param {JobDocument} draft */
-export const known = (draft) => (written = draft);
+/** The address is the document's and the target's already. @param {JobDocument} draft */
+export const known = (draft) => Object.assign(written, { draft, goal: state.goal });
 
 /** Copies the address of the page. */
 export async function share() {
-  written = null;
+  written.draft = null;
   await remember();
   const copied = await navigator.clipboard?.writeText(location.href).then(
     () => true,

@@ -24,6 +24,9 @@ export const skyNames = {
   16: "overcast, traditional",
 };
 
+/** Skies that are shown first: from overcast to clear. */
+const COMMON = [1, 9, 11, 12];
+
 /** Sun of the small pictures: so high, to the right. */
 const ALTITUDE = (40 * Math.PI) / 180;
 const PIXELS = 48;
@@ -102,14 +105,17 @@ export function sky() {
       draft.location ??= { latitude_deg: 55.68, longitude_deg: 12.57 };
       draft.time ??= "2026-03-21T12:00:00+01:00";
     });
-  return html`<fieldset class="skies"><legend class="unseen">Sky</legend>${shown.map((it) => {
+  const choice = (/** @type {SkyType} */ it) => {
     const picture = pictures.get(it.cie_type) ?? thumbnail(it);
     pictures.set(it.cie_type, picture);
     return html`<label title=${it.description}><input type="radio" name="sky" value=${it.cie_type}
       .checked=${it.cie_type === chosen} @change=${() => take(it.cie_type)}>
       <img src=${picture} alt="" width="40"
         height="40"><span>${skyNames[it.cie_type]} <small>(${it.cie_type})</small></span></label>`;
-  })}</fieldset>
+  };
+  const isCommon = (/** @type {SkyType} */ { cie_type }) => COMMON.includes(cie_type) || cie_type === chosen;
+  return html`<fieldset><legend class="unseen">Sky</legend><div class="skies">${shown.filter(isCommon).map(choice)}</div>
+    <details><summary>More skies</summary><div class="skies">${shown.filter((it) => !isCommon(it)).map(choice)}</div></details></fieldset>
   ${level()}${
     chosen === null && state.draft.sky?.preset
       ? html`<p

@@ -15,7 +15,12 @@
  * @property {Problem | null} problem what is wrong with the draft
  * @property {"lux" | "daylight_factor"} layer what the map shows
  * @property {[number, number] | null} cursor column and row of the cell under the pointer
+ * @property {{ plan: [number, number], section: [number, number] }} sizes sizes of the drawings in CSS pixels
+ * @property {number} tube the tube that the form shows
  * @property {number | null} corner the corner of the outline that is chosen
+ * @property {number | null} partition the partition that is chosen
+ * @property {boolean} draws whether the next drag on the plan draws a partition
+ * @property {import("./verdict.js").Goal} goal what the room is to have
  * @property {{ draft: JobDocument, answer: Answer } | null} kept variant A
  * @property {JobSummary[] | null} jobs the list, while it is open
  * @property {import("./picture.js").Picture | null} picture the picture of the room
@@ -25,7 +30,7 @@
  * @property {boolean} together whether all tubes are changed with one
  * @property {string} said what was just done
  * @property {SkyType[]} skies that the service knows
- * @property {{ name: string, latitude_deg: number, longitude_deg: number }[]} cities that are known by name
+ * @property {import("./cities.js").City[]} cities that are known by name, the largest first
  */
 
 /** @type {JobDocument} */
@@ -45,7 +50,12 @@ export const state = {
   problem: null,
   layer: "lux",
   cursor: null,
+  sizes: { plan: [460, 480], section: [340, 360] },
+  tube: 0,
   corner: null,
+  partition: null,
+  draws: false,
+  goal: { lux: 300, of: "mean" },
   kept: null,
   jobs: null,
   picture: null,

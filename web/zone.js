@@ -80,7 +80,7 @@ export function zone() {
   const { time } = state.draft;
   const value = follows ? (chosen ?? "") : "offset";
   const ofPlace = chosen || !follows || !told ? "that of the place" : told.time_zone;
-  const whose = follows ? (chosen ? "chosen" : "that of the place") : "that of the document";
+  const whose = `UTC${offset(time)}, ${follows ? (chosen ? "chosen" : "that of the place") : "that of the document"}`;
   const choose = (/** @type {Event} */ event) => take(/** @type {HTMLSelectElement} */ (event.target).value || null);
   const option = (/** @type {string} */ name, /** @type {string} */ words) =>
     html`<option value=${name} .selected=${name === value}>${words}</option>`;

@@ -3,15 +3,35 @@ import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
+import * as answers from "./answers.mjs";
 import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
 import * as outlines from "./outlines.mjs";
-import { drawsAHall, touches, types } from "./plans.mjs";
+import { drawsAHall, drawsPartitions, touches, types, typesAPlace } from "./plans.mjs";
 import { Visitor, browser, middle, until } from "./visit.mjs";
 
 const [, , url, folder] = process.argv;
 const shot = (name) => join(folder, `${name}.png`);
 const chromium = await browser();
+
+/** No panel of the first screen is empty by more than a tenth, and no column of panels. */
+async function fills(visitor) {
+  const { page } = visitor;
+  await visitor.open("/");
+  await page.locator("#mean").waitFor();
+  await visitor.rests();
+  const before = page.viewportSize();
+  for (const colorScheme of ["dark", "light"]) {
+    await page.emulateMedia({ colorScheme });
+    for (const [width, height] of [[1500, 900], [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      await page.waitForFunction(() => document.querySelector(".plan").clientWidth === seen.sizes.plan[0]);
+      await visitor.looksAsIn(shot(`editor-${width}-${colorScheme}`));
+      assert.deepEqual(await visitor.emptiness(), [], `${width} x ${height}`);
+    }
+  }
+  await page.setViewportSize(before);
+}
 
 /** A tube that follows the hand; a last number that a fresh job gives, too. */
 async function drags(visitor) {
@@ -90,6 +110,7 @@ async function predicts(visitor) {
   await page.getByRole("slider", { name: "Diameter" }).first().fill("0.32");
   await visitor.rests();
   assert.deepEqual(asked, []);
+  await visitor.opens("How sure?");
   await page.getByRole("button", { name: "What would each accuracy take?" }).click();
   const rows = page.locator("#predicted tbody tr");
   await rows.first().waitFor();
@@ -168,6 +189,7 @@ async function errs(visitor) {
 /** Sharper, until the error is there; a picture, its files; two variants. */
 async function sharpens(visitor) {
   const { page } = visitor;
+  await visitor.opens("How sure?");
   await page.getByRole("button", { name: /^1\s%/ }).click();
   await page.getByRole("button", { name: /^0\.5\s%/ }).click();
   await page.waitForFunction(
@@ -299,10 +321,11 @@ async function shares(visitor) {
     colorScheme: "dark",
     hasTouch: true,
   });
-  await second.open(new URL(page.url()).hash.padStart(1, "/").replace(/^/, "/"));
+  const { hash } = new URL(page.url());
+  await second.open(`/${hash}`);
   await second.rests();
   assert.deepEqual((await second.state()).draft, draft);
-  for (const drawer of await second.page.locator(".drawer > summary").all()) await drawer.click();
+  for (const drawer of await second.page.locator("main > * > * > summary, main > * > summary").all()) await drawer.click();
   await second.looksAsIn(shot("editor-narrow-dark"));
   await second.isAccessible("editor, narrow, dark");
   await second.page.emulateMedia({ colorScheme: "light" });
@@ -359,11 +382,15 @@ try {
   for (const does of [
     opensRooms,
     drawsAHall,
+    fills,
     drags,
     ...Object.values(modules),
     ...Object.values(outlines),
     ...Object.values(liveJob),
+    ...Object.values(answers),
     types,
+    typesAPlace,
+    drawsPartitions,
     predicts,
     touches,
     changesTheSky,

@@ -66,6 +66,59 @@ export async function touches(visitor) {
   assert((await high()) < noon - 10, "the sun sinks in the afternoon");
 }
 
+/** A partition is drawn on the plan, moved by its end, by keys and by numbers, and removed; the answer has it. */
+export async function drawsPartitions(visitor) {
+  const { page } = visitor;
+  const of = () => page.evaluate(() => seen.draft.room.partitions ?? []);
+  const box = await page.locator(".plan rect.floor").boundingBox();
+  const [width, depth] = (await visitor.state()).draft.room.size_m;
+  const at = (x, y) => [box.x + (x / width) * box.width, box.y + (1 - y / depth) * box.height];
+  await page.getByRole("button", { name: "Draw one" }).click();
+  await page.mouse.move(...at(1, 2));
+  await page.mouse.down();
+  await page.mouse.move(...at(3, 2.02), { steps: 5 });
+  await page.mouse.up();
+  const [{ from_m, to_m, height_m }] = await of();
+  const off = [from_m[0] - 1, from_m[1] - 2, to_m[0] - 3].map(Math.abs);
+  assert(Math.max(...off) < 0.05 && to_m[1] === from_m[1] && height_m === 1.4, JSON.stringify([from_m, to_m, height_m]));
+  await page.getByRole("button", { name: "End of partition 1" }).focus();
+  await page.keyboard.press("ArrowUp");
+  assert.equal(Math.round(100 * ((await of())[0].to_m[1] - to_m[1])), 5);
+  await page.getByLabel("To x, m").fill("2.5");
+  await page.getByLabel("To x, m").press("Enter");
+  await page.getByLabel("Height of it, m").fill("2");
+  await page.getByLabel("Height of it, m").press("Enter");
+  await visitor.rests();
+  const { job } = await visitor.state();
+  assert.deepEqual(job.document.room.partitions.map(({ to_m, height_m }) => [to_m[0], height_m]), [[2.5, 2]]);
+  await visitor.isAccessible("a partition");
+  await page.getByRole("button", { name: "End of partition 1" }).focus();
+  await page.keyboard.press("Delete");
+  assert.deepEqual(await of(), []);
+  await page.keyboard.press("Control+z");
+  assert.equal((await of()).length, 1, "a step back");
+  for (let step = 0; step < 4; step++) await page.getByRole("button", { name: "Undo" }).click();
+  assert.deepEqual(await of(), [], "a stroke of the hand is one step");
+  await visitor.rests();
+}
+
+/** A tube goes where its coordinates are typed. */
+export async function typesAPlace(visitor) {
+  const { page } = visitor;
+  await page.getByRole("button", { name: "Tube 2", exact: true }).and(page.locator("button")).click();
+  const before = (await visitor.state()).draft.tubes[1].centre_m;
+  await page.getByLabel("x, m", { exact: true }).fill("1.25");
+  await page.getByLabel("x, m", { exact: true }).press("Enter");
+  assert.deepEqual((await visitor.state()).draft.tubes[1].centre_m, [1.25, before[1]]);
+  await page.getByLabel("Diameter, m").fill("0.33");
+  await page.getByLabel("Diameter, m").press("Enter");
+  assert.equal((await visitor.state()).draft.tubes[1].diameter_m, 0.33);
+  for (let step = 0; step < 2; step++) await page.getByRole("button", { name: "Undo" }).click();
+  await page.locator(".tube").first().focus();
+  await page.getByRole("button", { name: "Remove tube 1" }).waitFor();
+  await visitor.rests();
+}
+
 /** The colour of a place of the page. */
 async function colour(page, x, y) {
   const png = (await page.screenshot({ clip: { x: x - 1, y: y - 1, width: 2, height: 2 } })).toString("base64");
@@ -132,7 +185,7 @@ export async function drawsAHall(visitor, shot) {
   await drag(await at([0, 3]), await at([1, 2.95]));
   const [x, y] = (await outline())[6];
   assert(Math.abs(x - 1) < 0.06 && Math.abs(y - 2.95) < 0.06, `${x}, ${y}`);
-  await type("x, m", "0.7");
+  await type("Corner x, m", "0.7");
   assert.equal((await outline())[6][0], 0.7);
   await page.locator(".corner").nth(6).focus();
   await page.keyboard.press("Delete");

@@ -87,6 +87,12 @@ export class Visitor {
     );
   }
 
+  /** Opens a part of the page that is folded. */
+  async opens(title) {
+    const folded = this.page.locator("details:not([open]) > summary", { hasText: title });
+    if (await folded.count()) await folded.first().click();
+  }
+
   /** Until the result is the draft's. */
   current() {
     return this.page.waitForFunction(() => seen.current, null, { polling: "raf" });
@@ -115,6 +121,46 @@ export class Visitor {
         `${id}: ${help}: ${nodes.map(({ html, failureSummary }) => `${html}\n    ${failureSummary}`).join("\n  ")}`,
     );
     assert.deepEqual(found, [], `${what}: ${found.join("\n")}`);
+  }
+
+  /** Panels, and the columns of a wide page, that are empty by more than a tenth of what is seen of them. */
+  emptiness() {
+    return this.page.evaluate(() => {
+      const wide = innerWidth > 1100;
+      const seenOf = (element) => {
+        const { left, right, top, bottom } = element.getBoundingClientRect();
+        return wide ? { left, right, top, bottom: Math.min(bottom, innerHeight) } : { left, right, top, bottom };
+      };
+      // share of a length that intervals cover; what is near belongs together
+      const covered = (from, to, intervals, near) => {
+        let [sum, end] = [0, from];
+        for (const [a, b] of intervals.sort((one, other) => one[0] - other[0])) {
+          if (a - end <= near) sum += Math.max(0, Math.min(b, to) - end);
+          else sum += Math.max(0, Math.min(b, to) - a);
+          end = Math.max(end, Math.min(b, to));
+        }
+        return (sum + (to - end <= near ? to - end : 0)) / (to - from);
+      };
+      const hasText = (element) => [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+      const leaves = (panel) =>
+        [...panel.querySelectorAll("*")].filter((one) => (!one.children.length || hasText(one)) && !one.matches(".hold, .unseen, svg") && one.checkVisibility());
+      const found = [];
+      for (const panel of document.querySelectorAll(".panel")) {
+        const of = seenOf(panel);
+        if (of.bottom - of.top < 60) continue;
+        const rects = leaves(panel).map((one) => one.getBoundingClientRect());
+        const down = covered(of.top, of.bottom, rects.map(({ top, bottom }) => [top, bottom]), 36);
+        const across = covered(of.left, of.right, rects.map(({ left, right }) => [left, right]), 36);
+        const label = panel.getAttribute("aria-label") ?? panel.className;
+        if (Math.min(down, across) < 0.9) found.push(`${label}: ${down.toFixed(2)} of its height, ${across.toFixed(2)} of its width`);
+      }
+      for (const column of wide ? document.querySelectorAll(".column") : []) {
+        const { top, bottom } = seenOf(column);
+        const end = Math.max(...[...column.querySelectorAll(".panel")].map((panel) => panel.getBoundingClientRect().bottom));
+        if (end - top < 0.9 * (bottom - top)) found.push(`${column.className} ends at ${end} of ${bottom}`);
+      }
+      return found;
+    });
   }
 
   /** Keeps what is to be looked at, and finds nothing that is wider than the window. */

@@ -1,0 +1,52 @@
+// How plan, section and numbers share the middle of the page: the plan is as large as it can be, the others stand beside or below it.
+
+/** What a panel needs beside its drawing, and a drawing beside the room, in CSS pixels: across and down. */
+const PANEL = { plan: [26, 126], section: [26, 62] };
+export const AROUND = { plan: { left: 40, right: 74, top: 34, bottom: 34 }, section: { left: 24, right: 62, top: 20, bottom: 30 } };
+const GAP = 12;
+/** Least width of what stands beside the plan, least height of what stands below it, and of any panel with a drawing. */
+const BESIDE = 282;
+const BELOW = 250;
+const LEAST = 240;
+
+/** @typedef {{ width: number, height: number }} Size */
+
+/** What a panel needs beside the room that it draws. @param {"plan" | "section"} of @returns {Size} */
+function around(of) {
+  const { left, right, top, bottom } = AROUND[of];
+  const [across = 0, down = 0] = PANEL[of];
+  return { width: across + left + right, height: down + top + bottom };
+}
+
+/** Height of a panel of a width, whose drawing fills it as far as a greatest height allows. @param {"plan" | "section"} of @param {Size} metres @param {number} width @param {number} most */
+function heightOf(of, metres, width, most) {
+  const free = around(of);
+  return Math.max(LEAST, Math.min(most, free.height + (metres.height * (width - free.width)) / metres.width));
+}
+
+/**
+ * The grid of the three panels, as the style property `grid-template` has it.
+ * @param {Size} plan extent of the room in metres
+ * @param {Size} section extent of the section in metres
+ * @param {Size} space in CSS pixels
+ * @param {boolean} narrow whether each panel takes the whole width
+ */
+export function stage(plan, section, { width, height }, narrow) {
+  const px = (/** @type {number} */ value) => `${Math.round(value)}px`;
+  if (narrow) {
+    const rows = [heightOf("plan", plan, width, height), heightOf("section", section, width, 0.6 * height)].map(px);
+    return `"plan" ${rows[0]} "section" ${rows[1]} "numbers" auto / minmax(0, 1fr)`;
+  }
+  const free = around("plan");
+  const beside = Math.min((height - free.height) / plan.height, (width - GAP - BESIDE - free.width) / plan.width);
+  const below = Math.min((width - free.width) / plan.width, (height - GAP - BELOW - free.height) / plan.height);
+  // beside, less of the page is empty
+  if (beside >= 0.85 * below) {
+    const ofPlan = Math.max(LEAST + GAP + LEAST, free.height + beside * plan.height);
+    const right = width - GAP - Math.max(LEAST + 80, free.width + beside * plan.width);
+    const ofSection = heightOf("section", section, right, (ofPlan - GAP) / 2);
+    return `"plan section" ${px(ofSection)} "plan numbers" ${px(ofPlan - GAP - ofSection)} / minmax(0, 1fr) ${px(right)}`;
+  }
+  const ofPlan = Math.max(LEAST, free.height + below * plan.height);
+  return `"plan plan" ${px(ofPlan)} "section numbers" ${px(Math.max(BELOW, height - GAP - ofPlan))} / minmax(0, 1fr) minmax(0, 1fr)`;
+}
