@@ -1,4 +1,5 @@
-// Cities by name, each with its coordinates and its time zone, the largest first.
+// Cities by name, each with its coordinates and its time zone, the largest first: capitals, and large cities of every country, from data of
+// GeoNames (CC BY 4.0).
 import { get } from "./api.js";
 
 /** @typedef {{ name: string, country: string, latitude_deg: number, longitude_deg: number, time_zone: string }} City */

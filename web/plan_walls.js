@@ -1,10 +1,10 @@
 // The walls on the plan: the sides of a box, or the corners of an outline.
 import { across, down } from "./map.js";
-import { edges } from "./outline.js";
+import { edges, isInside } from "./outline.js";
 import { addAt, cornerDrag, edgeDrag, keys, still } from "./plan_hand.js";
 import { extent, outline, rings } from "./room.js";
 import { set, state } from "./state.js";
-import { svg } from "./vendor/lit-html.js";
+import { nothing, svg } from "./vendor/lit-html.js";
 
 /** @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */
 export const walls = (room, at) => (room.plan ? [lines(room, at), corners(room, at)] : sides(room, at));
@@ -36,12 +36,31 @@ function lines(room, at) {
   const own = outline(room).length;
   return rings(room)
     .flatMap(edges)
-    .map(([[ax, ay], [bx, by]], edge) => {
+    .map((wall, edge) => {
+      const [[ax, ay], [bx, by]] = wall;
       const [x1, y1, x2, y2] = [across(at, ax), down(at, ay), across(at, bx), down(at, by)];
       const add = (/** @type {MouseEvent} */ event) => edge < own && addAt(event, edge, at);
-      return svg`<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
+      return svg`${isInner(room, wall) ? length(room, at, wall) : nothing}<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
         class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`;
     });
+}
+
+/** Distance of a wall's length from the wall, in units of the drawing. */
+const APART = 13;
+
+/** True of a wall on no side of the room's extent, beside which there is space for its length. @param {JobDocument["room"]} room @param {import("./outline.js").Segment} wall */
+function isInner(room, [[ax, ay], [bx, by]]) {
+  const { west, east, south, north } = extent(room);
+  return !(ax === bx && (ax === west || ax === east)) && !(ay === by && (ay === south || ay === north));
+}
+
+/** Length of a wall, outside the room beside it. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at @param {import("./outline.js").Segment} wall */
+function length(room, at, [[ax, ay], [bx, by]]) {
+  const metres = Math.hypot(bx - ax, by - ay);
+  if (metres * at.k < 3 * APART) return nothing;
+  const [x, y, east, north] = [(ax + bx) / 2, (ay + by) / 2, (by - ay) / metres, (ax - bx) / metres];
+  const side = isInside(rings(room), [x + 0.01 * east, y + 0.01 * north]) ? -APART : APART;
+  return svg`<text class="measure length" x=${across(at, x) + 1.8 * side * east} y=${down(at, y) - side * north + 4}>${Number(metres.toFixed(2))} m</text>`;
 }
 
 /** @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */

@@ -89,7 +89,8 @@ export function zone() {
       ${follows ? nothing : option("offset", `UTC${offset(time)}`)}${option("", ofPlace)}
       ${others.map((name) => option(name, name))}</select></div>
     ${told?.second_time && follows ? twice(told.time, told.second_time) : nothing}
-    <p class="note">Borders of time zones: © <a href="https://www.openstreetmap.org/copyright">OpenStreetMap contributors</a></p>`;
+    <p class="note">Time zones: © <a href="https://www.openstreetmap.org/copyright">OpenStreetMap contributors</a>.
+      Cities: © <a href="https://www.geonames.org">GeoNames</a>, CC BY 4.0.</p>`;
 }
 
 /** @param {string} first @param {string} second */

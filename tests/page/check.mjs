@@ -25,7 +25,7 @@ async function fills(visitor) {
     await page.emulateMedia({ colorScheme });
     for (const [width, height] of [[1500, 900], [390, 844]]) {
       await page.setViewportSize({ width, height });
-      await page.waitForFunction(() => document.querySelector(".plan").clientWidth === seen.sizes.plan[0]);
+      await page.waitForFunction(() => Math.abs(document.querySelector(".plan").getBoundingClientRect().width - seen.sizes.plan[0]) < 1);
       await visitor.looksAsIn(shot(`editor-${width}-${colorScheme}`));
       assert.deepEqual(await visitor.emptiness(), [], `${width} x ${height}`);
     }
@@ -325,7 +325,7 @@ async function shares(visitor) {
   await second.open(`/${hash}`);
   await second.rests();
   assert.deepEqual((await second.state()).draft, draft);
-  for (const drawer of await second.page.locator("main > * > * > summary, main > * > summary").all()) await drawer.click();
+  for (const drawer of await second.page.locator(".drawer > summary, .sure > summary").all()) await drawer.click();
   await second.looksAsIn(shot("editor-narrow-dark"));
   await second.isAccessible("editor, narrow, dark");
   await second.page.emulateMedia({ colorScheme: "light" });
