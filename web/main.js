@@ -28,7 +28,7 @@ import { judged, sentence, target } from "./verdict.js";
 import { followClock } from "./zone.js";
 
 const app = /** @type {HTMLElement} */ (document.querySelector("#app"));
-const stacked = matchMedia("(max-width: 1100px)");
+const stacked = matchMedia("(max-width: 1199px)");
 /** The preset that was opened last. @type {{ name: string, draft: JobDocument | null }} */
 let opened = { name: "", draft: null };
 

@@ -77,7 +77,9 @@ export function when({ time, sky, location }) {
 export function sentence(answer, goal) {
   const { is, mean, share } = verdict(answer, goal);
   const words = goal.of === "mean" ? "" : ` ${WORDS.find(([name]) => name === goal.of)?.[1]}`;
-  const lux = digits(mean.value, Number.isFinite(mean.half) ? Math.max(mean.half, mean.value / 100) : 0.5);
+  // no more digits than tell it from the target
+  const rough = Math.min(mean.value / 10, Math.abs(mean.value - goal.lux));
+  const lux = digits(mean.value, Number.isFinite(mean.half) ? Math.max(mean.half, rough) : 0.5);
   const found = goal.of === "mean" ? `${lux}\u202flx` : `${share.value.toFixed(0)}\u202f% of the area has it`;
   return { asked: `${goal.lux}\u202flx${words}`, is, found: `${found}${when(answer.job.document)}.` };
 }

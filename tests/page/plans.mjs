@@ -70,10 +70,10 @@ export async function touches(visitor) {
 export async function drawsPartitions(visitor) {
   const { page } = visitor;
   const of = () => page.evaluate(() => seen.draft.room.partitions ?? []);
+  await page.getByRole("button", { name: "Draw one" }).click();
   const box = await page.locator(".plan rect.floor").boundingBox();
   const [width, depth] = (await visitor.state()).draft.room.size_m;
   const at = (x, y) => [box.x + (x / width) * box.width, box.y + (1 - y / depth) * box.height];
-  await page.getByRole("button", { name: "Draw one" }).click();
   await page.mouse.move(...at(1, 2));
   await page.mouse.down();
   await page.mouse.move(...at(3, 2.02), { steps: 5 });

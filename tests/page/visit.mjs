@@ -126,7 +126,7 @@ export class Visitor {
   /** Panels, and the columns of a wide page, that are empty by more than a tenth of what is seen of them. */
   emptiness() {
     return this.page.evaluate(() => {
-      const wide = innerWidth > 1100;
+      const wide = innerWidth >= 1200;
       const seenOf = (element) => {
         const { left, right, top, bottom } = element.getBoundingClientRect();
         return wide ? { left, right, top, bottom: Math.min(bottom, innerHeight) } : { left, right, top, bottom };
@@ -143,7 +143,7 @@ export class Visitor {
       };
       const hasText = (element) => [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
       const leaves = (panel) =>
-        [...panel.querySelectorAll("*")].filter((one) => (!one.children.length || hasText(one)) && !one.matches(".hold, .unseen, svg") && one.checkVisibility());
+        [...panel.querySelectorAll("*")].filter((one) => (!one.children.length || hasText(one) || one.matches("select")) && !one.matches(".hold, .unseen, svg") && one.checkVisibility());
       const found = [];
       for (const panel of document.querySelectorAll(".panel")) {
         const of = seenOf(panel);
