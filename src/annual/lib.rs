@@ -1,4 +1,10 @@
 //! Daylight over a year: weather files, lumens of tubes by the hour, illuminance of sensors, metrics with errors and verdicts.
 
+// tests compare with the system's functions
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
+mod calendar;
 pub mod moment;
+pub mod schedule;
+pub mod sun;
 pub mod weather;

@@ -1,48 +1,20 @@
 //! Weather files: irradiances of a typical or a measured year.
+//!
+//! [`read`] takes EPW files (EnergyPlus 2024) and WEA files of Radiance, repairs what is usual to be repaired and counts it.
 
-/// Place of a weather file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Site {
-    /// Name of the place as the file has it.
-    pub name: String,
-    /// Latitude in degrees, north positive, -90..=90.
-    pub latitude_deg: f64,
-    /// Longitude in degrees, east positive, -180..=180.
-    pub longitude_deg: f64,
-    /// Hours by which standard time is ahead of UTC, -12..=14, also halves and quarters.
-    pub utc_offset_hours: f64,
-    /// Height above sea level in metres.
-    pub elevation_m: f64,
-}
+mod closure;
+mod complete;
+mod epw;
+mod header;
+mod line;
+mod order;
+mod read;
+mod rows;
+mod types;
+mod wea;
 
-/// Record of a weather file: means over one interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Record {
-    /// Month, 1..=12.
-    pub month: u8,
-    /// Day of the month, from 1.
-    pub day: u8,
-    /// Middle of the interval in hours of standard time, 0..24, as the file's kind says it, before any offset of the sun.
-    pub middle_hour: f64,
-    /// Direct normal irradiance in W/m2, >= 0.
-    pub direct_normal_w_m2: f64,
-    /// Diffuse horizontal irradiance in W/m2, >= 0.
-    pub diffuse_horizontal_w_m2: f64,
-    /// Dew point in degrees Celsius.
-    pub dew_point_c: f64,
-    /// Direct normal and diffuse horizontal illuminance in lux as the file has them.
-    pub illuminances_lux: Option<[f64; 2]>,
-}
-
-/// Weather of a year or a part of it, in order.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Weather {
-    /// Place of the records.
-    pub site: Site,
-    /// Records in order, without gaps.
-    pub records: Vec<Record>,
-    /// Records in an hour, 1..=60.
-    pub records_per_hour: u32,
-    /// Year by which the sun's positions are computed.
-    pub year_of_sun: i32,
-}
+pub use closure::{Closure, SunOfFile};
+pub use line::{Field, WeatherError};
+pub use read::read;
+pub use rows::{Repair, RepairKind};
+pub use types::{FileReport, Format, Record, Represented, Site, Weather};

@@ -119,6 +119,21 @@ impl Site {
     pub fn standard(latitude_deg: f64, longitude_deg: f64, elevation_m: f64) -> Self {
         Self { latitude_deg, longitude_deg, elevation_m, pressure_mbar: 1013.25, temperature_c: 15.0 }
     }
+
+    /// Returns a site with the pressure of its height in the standard atmosphere (ISO 2533: 6.5 K less per km) and 15 C.
+    ///
+    /// Its table has 898.76 mbar at 1000 m:
+    ///
+    /// ```
+    /// use skyduct_physics::sky::sun::Site;
+    ///
+    /// assert!((Site::at_height(45.0, 8.0, 1000.0).pressure_mbar - 898.76).abs() < 0.05);
+    /// ```
+    pub fn at_height(latitude_deg: f64, longitude_deg: f64, elevation_m: f64) -> Self {
+        let sea_level = Self::standard(latitude_deg, longitude_deg, elevation_m);
+        let warmth = 1.0 - 0.0065 * elevation_m / 288.15;
+        Self { pressure_mbar: sea_level.pressure_mbar * libm::pow(warmth, 5.25588), ..sea_level }
+    }
 }
 
 /// Computes the position of the sun by NREL's SPA (Reda and Andreas 2004) in the standard atmosphere.
@@ -132,8 +147,12 @@ pub fn position(
     longitude_deg: f64,
     elevation_m: f64,
 ) -> Result<SunPosition, SunPositionError> {
-    let delta_t_s = delta_t::estimate_from_date(instant.year, instant.month).map_err(SunPositionError::from)?;
-    position_at(instant, delta_t_s, Site::standard(latitude_deg, longitude_deg, elevation_m))
+    position_from(instant, Site::standard(latitude_deg, longitude_deg, elevation_m))
+}
+
+/// Computes the position of the sun as [`position`] does, in the air of a site.
+pub fn position_from(instant: UtcInstant, site: Site) -> Result<SunPosition, SunPositionError> {
+    position_at(instant, delta_t::estimate_from_date(instant.year, instant.month)?, site)
 }
 
 /// Computes the position of the sun by NREL's SPA (Reda and Andreas 2004) with a given `delta_t_s`, terrestrial minus universal time in
@@ -162,9 +181,9 @@ pub fn position_at(instant: UtcInstant, delta_t_s: f64, site: Site) -> Result<Su
     let julian = JulianDate::from_utc(year, month, day, hour, minute, second, delta_t_s)?;
     let location = Location { latitude: site.latitude_deg, longitude: site.longitude_deg };
     let refraction = RefractionCorrection::new(site.pressure_mbar, site.temperature_c)?;
-    let at = |refraction| SolarPositions::new().at_from_julian(julian, location, site.elevation_m, refraction);
-    let airless = at(None)?;
-    let apparent = at(Some(refraction))?;
+    let then = SolarPositions::new().for_time_from_julian(julian)?;
+    let airless = then.at(location, site.elevation_m, None)?;
+    let apparent = then.at(location, site.elevation_m, Some(refraction))?;
     Ok(SunPosition {
         altitude: (90.0 - apparent.zenith_angle()).to_radians(),
         azimuth: apparent.azimuth().to_radians(),

@@ -1,0 +1,127 @@
+//! Site, records and provenance of weather.
+
+use super::closure::Closure;
+use super::rows::Repair;
+use crate::calendar::{Date, day_of_year, days_of_year};
+
+/// Place of a weather file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Site {
+    /// Name of the place as the file has it.
+    pub name: String,
+    /// Latitude in degrees, north positive, -90..=90.
+    pub latitude_deg: f64,
+    /// Longitude in degrees, east positive, -180..=180.
+    pub longitude_deg: f64,
+    /// Hours by which standard time is ahead of UTC, -12..=14, also halves and quarters.
+    pub utc_offset_hours: f64,
+    /// Height above sea level in metres.
+    pub elevation_m: f64,
+}
+
+/// Record of a weather file: means over one interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record {
+    /// Month, 1..=12.
+    pub month: u8,
+    /// Day of the month, from 1.
+    pub day: u8,
+    /// Middle of the interval in hours of standard time, 0..24, as the file's kind says it, before any offset of the sun.
+    pub middle_hour: f64,
+    /// Direct normal irradiance in W/m2, >= 0.
+    pub direct_normal_w_m2: f64,
+    /// Diffuse horizontal irradiance in W/m2, >= 0.
+    pub diffuse_horizontal_w_m2: f64,
+    /// Dew point in degrees Celsius.
+    pub dew_point_c: f64,
+    /// Direct normal and diffuse horizontal illuminance in lux as the file has them.
+    pub illuminances_lux: Option<[f64; 2]>,
+}
+
+impl Record {
+    /// True if the record has any light.
+    pub fn has_light(&self) -> bool {
+        self.direct_normal_w_m2 + self.diffuse_horizontal_w_m2 > 0.0
+    }
+}
+
+/// Kind of a weather file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// EnergyPlus weather: a record's stamp is the end of its interval.
+    Epw,
+    /// Weather of Radiance: a record's stamp is the middle of its interval.
+    Wea,
+}
+
+/// Weather of a year or a part of it, in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weather {
+    /// Place of the records.
+    pub site: Site,
+    /// Records in order, without gaps, of whole days.
+    pub records: Vec<Record>,
+    /// Records in an hour, 1..=60.
+    pub records_per_hour: u32,
+    /// Year by which the sun's positions are computed.
+    pub year_of_sun: i32,
+    /// Minutes from the stamp of a record to the moment for which it stands, by kind and tests of the file.
+    pub sun_offset_minutes: f64,
+    /// Day of the week of the first record, 0 (Monday) to 6.
+    pub first_weekday: u8,
+    /// First and last day of summer time as the file has them, each a month and a day.
+    pub daylight_saving: Option<[Date; 2]>,
+    /// Kind, origin and faults of the file.
+    pub file: FileReport,
+}
+
+/// Kind, origin and faults of a weather file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileReport {
+    /// Kind of the file.
+    pub format: Format,
+    /// Comments in the file's header: where its numbers come from.
+    pub comments: Vec<String>,
+    /// Line of the first record, from 1; each record has one line.
+    pub first_line: usize,
+    /// Test for the moments that the records stand for; none of files without global irradiance, or with few records with sun.
+    pub closure: Option<Closure>,
+    /// Repaired values by kind.
+    pub repairs: Vec<Repair>,
+}
+
+impl Weather {
+    /// Returns the number of records of a day.
+    pub fn records_per_day(&self) -> usize {
+        24 * self.records_per_hour as usize
+    }
+
+    /// Returns the time for which a record stands: the middle of its interval as the sun's offset moves it.
+    pub fn represented(&self, record: &Record, sun_offset_minutes: f64) -> Represented {
+        let later = (sun_offset_minutes - usual_offset_minutes(self.file.format, self.records_per_hour)) / 60.0;
+        let hour = record.middle_hour + later;
+        let days_later = (hour / 24.0).floor() as i32;
+        let day = i32::from(day_of_year(self.year_of_sun, (record.month, record.day))) + days_later;
+        let days = i32::from(days_of_year(self.year_of_sun));
+        Represented { days_later, day_of_year: ((day - 1).rem_euclid(days) + 1) as u16, hour: hour.rem_euclid(24.0) }
+    }
+}
+
+/// Time for which a record stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Represented {
+    /// Days after that of the record: 0, or 1 or -1 if an offset of the sun moves the time across midnight.
+    pub days_later: i32,
+    /// Number of the day in its year, from 1; a day before or after the year is that of its other end.
+    pub day_of_year: u16,
+    /// Hour of standard time, 0..24.
+    pub hour: f64,
+}
+
+/// Returns the minutes from the stamp of a record to the middle of its interval, which a kind of files is defined by.
+pub(super) fn usual_offset_minutes(format: Format, records_per_hour: u32) -> f64 {
+    match format {
+        Format::Epw => -30.0 / f64::from(records_per_hour),
+        Format::Wea => 0.0,
+    }
+}
