@@ -259,7 +259,7 @@ fn climbing_imports_are_seen() {
         ("db/jobs.rs", "use crate::{http};"),
         ("guide/mesh.rs", "let x = \"//\"; use crate::plan::Plan;"),
         ("guide/mesh.rs", "let x = '\"'; use crate::plan::Plan; let y = '\"';"),
-        ("annual/fluxes.rs", "use std::fs;"),
+        ("annual/fluxes.rs", "use std::fs::File;"),
         ("sky/cie.rs", "use crate::annual::moment::Moment;"),
         ("output/csv.rs", "#[derive(serde::Serialize)] struct S;"),
         ("estimate/mod.rs", "let now = std::time::Instant::now();"),

@@ -4,8 +4,8 @@
 use rayon::prelude::*;
 use skyduct_physics::sky::sun::SunPositionError;
 
+use super::record::usual_offset_minutes;
 use super::rows::{Row, Rows};
-use super::types::usual_offset_minutes;
 use crate::calendar::day_of_year;
 use crate::sun::{SINE_OF_LOW_SUN, SunOverSite};
 

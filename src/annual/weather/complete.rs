@@ -3,9 +3,10 @@
 use skyduct_physics::sky::sun::SunPositionError;
 
 use super::closure::{self, SunOfFile};
+use super::file::{FileReport, Weather};
 use super::line::WeatherError;
+use super::record::{Record, usual_offset_minutes};
 use super::rows::{RepairKind, Repairs, Row, Rows};
-use super::types::{FileReport, Record, Weather, usual_offset_minutes};
 use crate::calendar::day_of_year;
 use crate::sun::{SINE_OF_LOW_SUN, SunOverSite};
 

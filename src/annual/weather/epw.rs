@@ -3,8 +3,8 @@
 use super::header::{self, Header};
 use super::line::{Field, Line, WeatherError};
 use super::order::Order;
+use super::record::Format;
 use super::rows::{RepairKind, Repairs, Row, Rows, USUAL_DEW_POINT_C};
-use super::types::Format;
 use crate::calendar::{Date, days_of_month, is_leap, typical_year};
 
 const YEAR: Field = Field { number: 1, name: "year" };

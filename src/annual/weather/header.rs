@@ -1,7 +1,7 @@
 //! Header of EPW files (EnergyPlus 2024, data dictionary).
 
 use super::line::{Field, Line, WeatherError};
-use super::types::Site;
+use super::record::Site;
 use crate::calendar::{self, Date, date_of, days_of_month, is_leap, month_named, weekday_named};
 
 /// Keyword of the header's last line.
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn days_of_summer_time_have_many_forms() {
-        // 1 January 2017 was a Sunday
+        // the year 2017 began with a Sunday
         let day = |text| changing_day(text, 2017, ((1, 1), 6));
         for (text, date) in [
             (" 3/12", (3, 12)),

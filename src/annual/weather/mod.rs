@@ -5,16 +5,18 @@
 mod closure;
 mod complete;
 mod epw;
+mod file;
 mod header;
 mod line;
 mod order;
 mod read;
+mod record;
 mod rows;
-mod types;
 mod wea;
 
 pub use closure::{Closure, SunOfFile};
+pub use file::{FileReport, Represented, Weather};
 pub use line::{Field, WeatherError};
 pub use read::read;
+pub use record::{Format, Record, Site};
 pub use rows::{Repair, RepairKind};
-pub use types::{FileReport, Format, Record, Represented, Site, Weather};

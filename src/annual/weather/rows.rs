@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::types::{Format, Site};
+use super::record::{Format, Site};
 use crate::calendar::Date;
 
 /// Dew point that stands for missing ones, in degrees Celsius, as in gendaylit of Radiance.

@@ -4,8 +4,8 @@ use super::epw::{HIGHEST_W_M2, date, irradiance};
 use super::header::printable;
 use super::line::{Field, Line, WeatherError};
 use super::order::Order;
+use super::record::{Format, Site};
 use super::rows::{Repairs, Row, Rows, USUAL_DEW_POINT_C};
-use super::types::{Format, Site};
 use crate::calendar::{typical_year, weekday};
 
 /// Words of the header, each followed by its value, with the numbers that it may have.

@@ -1,6 +1,6 @@
 //! Rules of EPW files, each with a file that needs it, and faults, each with its line and field.
 
-use skyduct_annual::weather::{Format, RepairKind, read};
+use skyduct_annual::weather::{RepairKind, read};
 
 use crate::{Epw, refused};
 
@@ -19,7 +19,7 @@ fn a_location_with_accents_quotes_and_quarters_of_hours_is_read() {
     let latin_1: Vec<u8> = text.chars().map(|c| c as u8).collect();
     let with_mark = ["\u{feff}", &text].concat().into_bytes();
     for bytes in [latin_1, text.into_bytes(), with_mark] {
-        let site = read(&bytes, Some(Format::Epw)).unwrap().site;
+        let site = read(&bytes).unwrap().site;
         assert_eq!(site.name, "Z\u{fc}rich, Flughafen");
         assert_eq!([site.latitude_deg, site.longitude_deg, site.utc_offset_hours], [-27.7, -95.333, 5.75]);
     }
@@ -35,7 +35,7 @@ fn line_ends_blank_last_lines_and_additional_or_missing_last_fields_mean_nothing
     short.records.iter_mut().for_each(|record| record.truncate(16));
     let spaced = text.replace(",0,*", ", 60 ,*");
     for other in [text.replace('\n', "\r\n"), text.clone() + "\n \r\n\u{1a}", with_commas, short.text(), spaced] {
-        assert!(read(other.as_bytes(), None).unwrap() == plain);
+        assert!(read(other.as_bytes()).unwrap() == plain);
     }
 }
 
@@ -59,9 +59,9 @@ fn headers_are_checked_by_field() {
     refused(periods("1,1,Data,Sunday,soon,later"), line(7 * 24 - 1), 0);
     refused(Epw::week().with_header(1, "DESIGN CONDITIONS,0").read(), 1, 0);
     refused(Epw::week().with_header(8, "COMMENTS 3").read(), 9, 0);
-    refused(read(b"", None), 1, 0);
-    refused(read(b"LOCATION", None), 1, 7);
-    refused(read(b"nothing", None), 1, 0);
+    refused(read(b""), 1, 0);
+    refused(read(b"LOCATION"), 1, 7);
+    refused(read(b"nothing"), 1, 0);
     let mut empty = Epw::week();
     empty.records.clear();
     refused(empty.read(), 8, 0);
@@ -78,7 +78,7 @@ fn summer_time_and_weekdays_are_those_of_the_header() {
     assert_eq!(simple.daylight_saving, Some([(3, 26), (10, 29)]));
     assert_eq!(by_weekday.daylight_saving, simple.daylight_saving);
     refused(of("HOLIDAYS/DAYLIGHT SAVINGS,No,3/26,never,0").read(), 5, 4);
-    // the calendar has a Thursday on 1 June 2017
+    // in the calendar of 2017 the first of June is a Thursday
     let unnamed = Epw::week().with_header(8, "DATA PERIODS,1,1,Data,, 6/ 1, 6/ 7").read().unwrap();
     assert_eq!((unnamed.first_weekday, Epw::week().read().unwrap().first_weekday), (3, 3));
 }

@@ -52,7 +52,7 @@ impl Epw {
     }
 
     fn read(&self) -> Result<Weather, WeatherError> {
-        read(self.text().as_bytes(), None)
+        read(self.text().as_bytes())
     }
 
     /// Sets a field, from 1, of a record, from 0.

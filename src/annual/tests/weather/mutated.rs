@@ -70,7 +70,7 @@ fn no_change_makes_a_panic() {
     for original in [epw, wea] {
         for _ in 0..CASES {
             let bytes = changed(original.as_bytes(), &mut chance);
-            match read(&bytes, None) {
+            match read(&bytes) {
                 Ok(weather) => {
                     taken += 1;
                     assert!(moments(&weather, Convention { suns_per_hour: 3, ..Convention::of(&weather) }).is_ok());

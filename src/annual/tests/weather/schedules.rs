@@ -11,7 +11,7 @@ fn hours_of(occupied: &[bool], day: usize) -> Vec<usize> {
 }
 
 fn synthetic() -> Weather {
-    read(SYNTHETIC.as_bytes(), None).unwrap()
+    read(SYNTHETIC.as_bytes()).unwrap()
 }
 
 /// Hours 9 to 18 of the file end within 8 to 18 h: 3650 in a year. Summer time makes them 8 to 17 between its days.

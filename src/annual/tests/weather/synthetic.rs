@@ -26,7 +26,7 @@ fn hours() -> BTreeMap<[u32; 3], Hour> {
 }
 
 fn synthetic() -> Weather {
-    read(SYNTHETIC.as_bytes(), None).unwrap()
+    read(SYNTHETIC.as_bytes()).unwrap()
 }
 
 fn altitude_and_azimuth_deg(moment: &Moment) -> [f64; 2] {

@@ -22,10 +22,10 @@ fn week(units: &str, direct: impl Fn(usize) -> f64) -> String {
 }
 
 fn read_text(text: &str) -> Result<Weather, WeatherError> {
-    read(text.as_bytes(), None)
+    read(text.as_bytes())
 }
 
-/// The same week is the same weather with the same suns, whichever kind of file it is in.
+/// A week is the same weather with the same suns in both kinds of files.
 #[test]
 fn a_week_is_that_of_its_epw_file() {
     let epw = Epw::week().read().unwrap();
