@@ -17,6 +17,7 @@
 // tests compare with the system's functions
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+pub use skyduct_annual as annual;
 pub use skyduct_physics::{
     analytic, estimate, geometry, guide, integrator, optics, plan, sampling, scene, sky, statistics, traceable,
 };

@@ -20,6 +20,7 @@ mod study_progress;
 mod submit;
 pub mod telemetry;
 pub mod temporary_folder;
+mod weather;
 
 use std::io::IsTerminal;
 
@@ -48,6 +49,8 @@ enum Command {
     Plan(plan::PlanArgs),
     /// Print a room of a Honeybee model (HBJSON) as the `room` of a job document
     Hbjson(hbjson::HbjsonArgs),
+    /// Check a weather file (EPW or WEA) and print what it has: site, records, faults, and the moments that its records stand for
+    Weather(weather::WeatherArgs),
     /// Compare methods on a job: the time that each takes to each accuracy, against a reference
     Study(study::StudyArgs),
     /// Send a job document to a service, follow it, and save its results
@@ -79,6 +82,7 @@ impl Arguments {
             Command::Render(args) => render::run(args),
             Command::Plan(args) => plan::run(args),
             Command::Hbjson(args) => hbjson::run(args),
+            Command::Weather(args) => weather::run(args),
             Command::Study(args) => study::run(args),
             Command::Submit(args) => submit::run(args),
             Command::Healthcheck(args) => healthcheck::run(args),

@@ -142,6 +142,12 @@ pub enum WarningCode {
     MethodsDisagree,
     /// No light at all has reached a grid after many passes.
     NoLight,
+    /// Hours of a weather file without irradiances have those of another day.
+    WeatherHoursMissing,
+    /// The irradiances of a weather file fit a sun at other moments than those that its records stand for by its kind.
+    WeatherSunOffset,
+    /// More than half a percent of the light of a weather file is in hours whose sun is down, and is left out.
+    WeatherLightWithoutSun,
 }
 
 impl WarningCode {
@@ -163,6 +169,9 @@ impl WarningCode {
             Self::PointsInsideSolids => "points_inside_solids",
             Self::MethodsDisagree => "methods_disagree",
             Self::NoLight => "no_light",
+            Self::WeatherHoursMissing => "weather_hours_missing",
+            Self::WeatherSunOffset => "weather_sun_offset",
+            Self::WeatherLightWithoutSun => "weather_light_without_sun",
         }
     }
 }

@@ -32,6 +32,7 @@ pub mod stop;
 pub mod tube;
 pub mod tube_flux;
 mod unit;
+pub mod weather;
 
 pub use effects::EffectSwitch;
 pub use errors::{DocumentErrors, FieldError, FieldErrorCode, Warning, WarningCode};
