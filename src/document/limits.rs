@@ -126,6 +126,12 @@ pub const TURBID_TYPES: RangeInclusive<u8> = 7..=15;
 pub const DIFFUSE_RATIO: Range = above(0.0, 1.0);
 /// Range of the luminous turbidity; the published fits end at 12.
 pub const TURBIDITY: Range = above(0.0, 12.0);
+/// Range of direct normal irradiances in W/m2: more than the sun outside the atmosphere is kJ/m2, or another column.
+pub const DIRECT_IRRADIANCE_W_M2: Range = within(0.0, 1450.0);
+/// Range of diffuse horizontal irradiances in W/m2.
+pub const DIFFUSE_IRRADIANCE_W_M2: Range = within(0.0, 1100.0);
+/// Range of dew points in degrees Celsius.
+pub const DEW_POINT_C: Range = within(-100.0, 50.0);
 /// Range of the altitude of the sun in degrees; below the horizon it gives no light.
 pub const ALTITUDE_DEG: Range = within(-90.0, 90.0);
 
@@ -247,6 +253,9 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("SkyDocument", "dv_ev", Limit::Number(DIFFUSE_RATIO)),
     ("SkyDocument", "luminous_turbidity", Limit::Number(TURBIDITY)),
     ("SkyDocument", "direct_normal_illuminance_lux", Limit::Number(LIGHT)),
+    ("PerezDocument", "direct_normal_irradiance_w_m2", Limit::Number(DIRECT_IRRADIANCE_W_M2)),
+    ("PerezDocument", "diffuse_horizontal_irradiance_w_m2", Limit::Number(DIFFUSE_IRRADIANCE_W_M2)),
+    ("PerezDocument", "dew_point_c", Limit::Number(DEW_POINT_C)),
     ("SunPositionDocument", "altitude_deg", Limit::Number(ALTITUDE_DEG)),
     ("SunPositionDocument", "azimuth_deg", Limit::Number(TURN_DEG)),
     ("RoomDocument", "rotation_deg", Limit::Number(TURN_DEG)),

@@ -33,6 +33,12 @@ pub struct ZenithProvenance {
     /// Luminous turbidity, given or typical of the sky type; only with the formula `luminous_turbidity`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub luminous_turbidity: Option<f64>,
+    /// Clearness of the all-weather sky of Perez, 1 (overcast) to 12; only with `perez`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clearness: Option<f64>,
+    /// Brightness of the all-weather sky of Perez, 0.01 to 0.6; only with `perez`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brightness: Option<f64>,
     /// Luminance of the zenith in cd/m2; 0 when the sun is below the horizon.
     pub zenith_luminance_cd_m2: f64,
     /// Unobstructed horizontal illuminance of the sky without the sun, in lux.
@@ -61,6 +67,8 @@ pub enum ZenithFormulaName {
     LuminousTurbidity,
     /// Formula of the IES for the diffuse horizontal illuminance of its sky.
     IesHorizontalIlluminance,
+    /// Diffuse horizontal irradiance times the luminous efficacy of Perez et al. (1990).
+    LuminousEfficacy,
 }
 
 impl From<ZenithFormula> for ZenithFormulaName {
@@ -72,6 +80,7 @@ impl From<ZenithFormula> for ZenithFormulaName {
             ZenithFormula::TypicalDiffuseRatio { .. } => Self::DvEv,
             ZenithFormula::Turbidity { .. } => Self::LuminousTurbidity,
             ZenithFormula::IesHorizontalIlluminance => Self::IesHorizontalIlluminance,
+            ZenithFormula::LuminousEfficacy => Self::LuminousEfficacy,
         }
     }
 }
@@ -111,6 +120,8 @@ pub enum BeamSource {
         /// Extinction c per unit of air mass.
         extinction: f64,
     },
+    /// Direct normal irradiance times the luminous efficacy of Perez et al. (1990).
+    LuminousEfficacy,
 }
 
 /// Refraction of the solar altitude.

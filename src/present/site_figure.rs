@@ -126,7 +126,9 @@ fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Dr
 fn sky_figure(subject: &Subject, document: &JobDocument, provenance: &Provenance) -> Option<Drawing> {
     let (zenith, sun) = (provenance.zenith?, provenance.sun?);
     let (altitude, azimuth) = (sun.altitude_deg.to_radians(), sun.azimuth_deg.to_radians());
-    let distribution = SkyDistribution::new(document.sky.as_ref()?.sky_type()?, direction(altitude, azimuth));
+    let toward_sun = direction(altitude, azimuth);
+    let sky_type = document.sky.as_ref()?.sky_type(toward_sun, document.time.as_deref())?;
+    let distribution = SkyDistribution::new(sky_type, toward_sun);
     let sky = Sky { distribution, zenith_luminance_cd_m2: zenith.zenith_luminance_cd_m2 };
     let is_up = altitude > 0.0;
     let [of_sky, of_sun] = [zenith.horizontal_illuminance_lux, sun.horizontal_illuminance_lux];

@@ -1,5 +1,6 @@
 //! Data of a job that figures print beside their values: its name, place, time, sky and methods.
 
+use glam::DVec3;
 use jiff::Timestamp;
 use serde::Deserialize;
 use serde_json::Value;
@@ -54,7 +55,7 @@ impl Subject {
             document.location.as_ref().map(place),
             document.time.as_deref().map(time),
             sun,
-            Some(sky.and_then(|sky| sky.sky_type()).map_or_else(|| "no sky".to_owned(), sky_in_words)),
+            Some(sky.and_then(|sky| sky.sky_type(DVec3::Z, None)).map_or_else(|| "no sky".to_owned(), sky_in_words)),
         ];
         pieces.into_iter().flatten().collect::<Vec<_>>().join(SEPARATOR)
     }
@@ -95,6 +96,7 @@ fn sky_in_words(sky: SkyType) -> String {
     match sky {
         SkyType::Cie(cie) => format!("{} (CIE type {})", cie.description(), cie.number()),
         SkyType::Ies(ies) => format!("{} sky", in_words(ies.name())),
+        SkyType::Free(_) => sky.to_string(),
     }
 }
 

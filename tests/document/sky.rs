@@ -229,3 +229,45 @@ fn sun_levels_and_warnings() {
     overcast["sky"]["luminous_turbidity"] = json!(4);
     given::refused(&overcast, "/sky/luminous_turbidity", FieldErrorCode::Invalid);
 }
+
+/// Checks the level and the beam by luminous efficacies that were computed independently (tests/reference/annual/perez_points.csv: 35 degrees,
+/// 500 and 120 W/m2), and the state in the provenance.
+#[test]
+fn irradiances_make_an_all_weather_sky() {
+    let perez = |direct: f64, diffuse: f64| json!({ "direct_normal_irradiance_w_m2": direct, "diffuse_horizontal_irradiance_w_m2": diffuse });
+    let sun = json!({ "altitude_deg": 35, "azimuth_deg": 180 });
+    let mut sky = json!({ "perez": perez(500.0, 120.0), "sun_position": sun });
+    sky["perez"]["dew_point_c"] = json!(10.97);
+    let (daylight, result) = under(sky.clone()).unwrap();
+    assert_eq!(result["zenith"]["formula"], "luminous_efficacy");
+    assert_eq!(result["sun"]["source"], json!({ "kind": "luminous_efficacy" }));
+    let number = |value: &Value| value.as_f64().unwrap();
+    assert!((number(&result["zenith"]["clearness"]) - 3.1692).abs() < 1e-4);
+    // the table has the distance of the sun at the turn of the year, where it is 1.035020 times as bright as at the mean distance
+    assert!((number(&result["zenith"]["brightness"]) / (1.035020 * 0.147_474_7) - 1.0).abs() < 1e-6);
+    let beam = number(&result["sun"]["normal_illuminance_lux"]);
+    assert!((beam - 49059.7).abs() < 0.2, "{beam}");
+    let level = number(&result["zenith"]["horizontal_illuminance_lux"]);
+    assert!((level / 120.0 - 147.5364).abs() < 1e-3, "{level}");
+    assert!(daylight.sun.is_some() && daylight.sky.is_some());
+
+    // levels that are given go first
+    sky["direct_normal_illuminance_lux"] = json!(0);
+    sky["diffuse_horizontal_illuminance_lux"] = json!(10_000);
+    let (daylight, result) = under(sky.clone()).unwrap();
+    assert!(daylight.sun.is_none() && close(&result["zenith"]["horizontal_illuminance_lux"], 10_000.0));
+    // without any light there is none
+    let (daylight, _) = under(json!({ "perez": perez(0.0, 0.0), "sun_position": sun })).unwrap();
+    assert_eq!(daylight.horizontal_illuminance_lux(), (0.0, 0.0));
+
+    for (direct, diffuse, field) in
+        [(1451.0, 100.0, "direct_normal_irradiance_w_m2"), (800.0, -1.0, "diffuse_horizontal_irradiance_w_m2")]
+    {
+        refused(json!({ "perez": perez(direct, diffuse) }), &format!("/sky/perez/{field}"), FieldErrorCode::OutOfRange);
+    }
+    let mut twice = json!({ "perez": perez(500.0, 120.0), "cie_type": 1 });
+    refused(twice.clone(), "/sky/perez", FieldErrorCode::Invalid);
+    twice["preset"] = json!("ies_clear");
+    refused(twice, "/sky/preset", FieldErrorCode::Invalid);
+    refused(json!({ "perez": perez(500.0, 120.0), "dv_ev": 0.2 }), "/sky/dv_ev", FieldErrorCode::Invalid);
+}

@@ -40,14 +40,15 @@ pub fn rules() -> Vec<(&'static str, Value)> {
     let levels = ["zenith_luminance_cd_m2", "diffuse_horizontal_illuminance_lux", "dv_ev", "luminous_turbidity"];
     let mut sky = vec![
         all([given("cie_type"), given("preset")]),
-        all([absent("cie_type"), absent("preset")]),
+        all([given("perez"), any([given("cie_type"), given("preset")])]),
+        all([absent("cie_type"), absent("preset"), absent("perez")]),
         all([
             given("luminous_turbidity"),
             given("cie_type"),
             json!({ "properties": { "cie_type": {
             "not": { "minimum": TURBID_TYPES.start(), "maximum": TURBID_TYPES.end() } } } }),
         ]),
-        all([given("preset"), any([given("dv_ev"), given("luminous_turbidity")])]),
+        all([any([given("preset"), given("perez")]), any([given("dv_ev"), given("luminous_turbidity")])]),
     ];
     for (index, one) in levels.iter().enumerate() {
         sky.extend(levels[..index].iter().map(|other| all([given(one), given(other)])));

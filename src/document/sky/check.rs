@@ -28,14 +28,19 @@ pub(crate) fn check_time(time: &str, checks: &mut Checks) {
 /// Adds faults for numbers out of their bounds, a missing or doubly given sky, and a level that is given twice or does not apply
 /// to the sky.
 pub(crate) fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
-    match (sky.cie_type, sky.preset) {
-        (Some(cie_type), None) => {
+    match (sky.cie_type, sky.preset, sky.perez) {
+        (Some(cie_type), None, None) => {
             checks.number("/sky/cie_type", cie_type, CIE_TYPE);
         }
-        (None, Some(_)) => {}
-        (None, None) => checks.refuse("/sky/cie_type", "required, unless `preset` is given"),
-        (Some(_), Some(_)) => {
+        (None, Some(_), None) => {}
+        (None, None, Some(perez)) => perez.check(checks),
+        (None, None, None) => checks.refuse("/sky/cie_type", "required, unless `preset` or `perez` is given"),
+        (Some(_), Some(_), _) => {
             checks.refuse("/sky/preset", "must be left out if `cie_type` is given: only one of them may name the sky")
+        }
+        (_, _, Some(_)) => {
+            let detail = "must be left out if `cie_type` or `preset` is given: only one of them may name the sky";
+            checks.refuse("/sky/perez", detail);
         }
     }
     if let Some(position) = &sky.sun_position {
@@ -72,8 +77,8 @@ fn check_level(sky: &SkyDocument, checks: &mut Checks) {
         checks.refuse("/sky/luminous_turbidity", detail);
     }
     for (pointer, level) in [("/sky/dv_ev", sky.dv_ev), ("/sky/luminous_turbidity", sky.luminous_turbidity)] {
-        if level.is_some() && sky.preset.is_some() {
-            checks.refuse(pointer, "allowed only with `cie_type`: a preset has its own level");
+        if level.is_some() && (sky.preset.is_some() || sky.perez.is_some()) {
+            checks.refuse(pointer, "allowed only with `cie_type`: other skies have their own level");
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::document::provenance::{BeamSource, RefractionProvenance, SunProvenanc
 use crate::scene::Daylight;
 use crate::sky::sun;
 use crate::sky::zenith::{self, EXTRATERRESTRIAL_LUX, ZenithFormula};
-use crate::sky::{IesSky, Sky, SkyDistribution, SkyType, Sun, direction};
+use crate::sky::{IesSky, PerezSky, Sky, SkyDistribution, SkyType, Sun, direction};
 
 /// Ratios of an overcast sky's level to the mean of measured overcast skies for which no warning is given: a third up or down.
 const NEAR_THE_MEAN: RangeInclusive<f64> = 3.0 / 4.0..=4.0 / 3.0;
@@ -74,10 +74,6 @@ pub(crate) fn daylight(
     checks: &mut Checks,
     warnings: &mut Vec<Warning>,
 ) -> Option<Explained> {
-    let Some(sky_type) = sky.sky_type() else {
-        checks.refuse("/sky/cie_type", "must be within 1..16, or left out if `preset` is given");
-        return None;
-    };
     let apparent = match sun_position(sky, around) {
         Ok(apparent) => apparent,
         Err(error) => {
@@ -87,9 +83,14 @@ pub(crate) fn daylight(
     };
     let altitude = apparent.altitude;
     let toward_sun = direction(altitude, apparent.azimuth - around.rotation_deg.to_radians());
+    let Some(sky_type) = sky.sky_type(toward_sun, around.time) else {
+        checks.refuse("/sky/cie_type", "must be within 1..16, or left out if `preset` or `perez` is given");
+        return None;
+    };
+    let perez = sky.perez.map(|perez| perez.state(toward_sun, around.time));
     let distribution = SkyDistribution::new(sky_type, toward_sun);
-    let (formula, zenith_luminance_cd_m2) = level(sky, sky_type, &distribution, altitude);
-    let (beam, source) = beam(sky, sky_type, altitude);
+    let (formula, zenith_luminance_cd_m2) = level(sky, perez.as_ref(), &distribution, altitude);
+    let (beam, source) = beam(sky, perez.as_ref(), sky_type, altitude);
 
     let up = altitude > 0.0;
     let daylight = Daylight {
@@ -121,13 +122,16 @@ pub(crate) fn daylight(
         ZenithFormula::Turbidity { luminous_turbidity } => (None, Some(luminous_turbidity)),
         ZenithFormula::GivenZenithLuminance
         | ZenithFormula::GivenHorizontalIlluminance
-        | ZenithFormula::IesHorizontalIlluminance => (None, None),
+        | ZenithFormula::IesHorizontalIlluminance
+        | ZenithFormula::LuminousEfficacy => (None, None),
     };
     Some(Explained {
         zenith: ZenithProvenance {
             formula: formula.into(),
             dv_ev,
             luminous_turbidity,
+            clearness: perez.map(|perez| perez.clearness),
+            brightness: perez.map(|perez| perez.brightness),
             zenith_luminance_cd_m2: if up { zenith_luminance_cd_m2 } else { 0.0 },
             horizontal_illuminance_lux: sky_lux,
             ratio_to_mean_overcast: overcast.map(|overcast| overcast.ratio()),
@@ -146,22 +150,31 @@ pub(crate) fn daylight(
 }
 
 /// Returns the formula of the absolute level, and the zenith luminance in cd/m2 (docs/physics/sky_and_sun.md#absolute-level).
-fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, altitude: f64) -> (ZenithFormula, f64) {
+fn level(
+    sky: &SkyDocument,
+    perez: Option<&PerezSky>,
+    distribution: &SkyDistribution,
+    altitude: f64,
+) -> (ZenithFormula, f64) {
     if let Some(luminance) = sky.zenith_luminance_cd_m2 {
         return (ZenithFormula::GivenZenithLuminance, luminance);
     }
     if let Some(illuminance) = sky.diffuse_horizontal_illuminance_lux {
         return (ZenithFormula::GivenHorizontalIlluminance, illuminance / distribution.horizontal_ratio());
     }
+    if let Some(perez) = perez {
+        let level = perez.diffuse_horizontal_illuminance_lux() / distribution.horizontal_ratio();
+        return (ZenithFormula::LuminousEfficacy, level);
+    }
     let formula = match sky.dv_ev {
         Some(dv_ev) => ZenithFormula::GivenDiffuseRatio { dv_ev },
-        None => zenith::default_formula(sky_type, sky.luminous_turbidity),
+        None => zenith::default_formula(distribution.sky_type(), sky.luminous_turbidity),
     };
     (formula, zenith::zenith_luminance_cd_m2(distribution, formula, altitude))
 }
 
 /// Returns the normal illuminance of the beam in lux, and its source (docs/physics/sky_and_sun.md#the-sun).
-fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, BeamSource) {
+fn beam(sky: &SkyDocument, perez: Option<&PerezSky>, sky_type: SkyType, altitude: f64) -> (f64, BeamSource) {
     if let Some(illuminance) = sky.direct_normal_illuminance_lux {
         return (illuminance, BeamSource::Given);
     }
@@ -170,6 +183,10 @@ fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, BeamSource
         SkyType::Ies(sky) => {
             let source = sky.extinction().map_or(BeamSource::SunlessType, |extinction| BeamSource::Ies { extinction });
             return (sky.beam_normal_illuminance_lux(altitude), source);
+        }
+        SkyType::Free(_) => {
+            let illuminance = perez.map_or(0.0, PerezSky::direct_normal_illuminance_lux);
+            return (illuminance, BeamSource::LuminousEfficacy);
         }
     };
     // type 9 is "obscured sun"

@@ -2,13 +2,17 @@
 
 pub(super) mod check;
 pub mod daylight;
+mod perez;
 pub mod time;
 pub mod time_zone;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::sky::{CieType, IesSky, SkyType};
+
+pub use perez::PerezDocument;
 
 /// A location on Earth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -23,11 +27,11 @@ pub struct LocationDocument {
     pub elevation_m: f64,
 }
 
-/// The sky, its absolute level and the sun; exactly one of `cie_type` and `preset` selects the sky.
+/// The sky, its absolute level and the sun; exactly one of `cie_type`, `preset` and `perez` selects the sky.
 ///
 /// At most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux`, `dv_ev` and `luminous_turbidity` sets the
 /// level. With none of them it follows from the typical Dv/Ev for types 1 to 6 and 16, from the typical turbidity for types 7 to
-/// 15, and from their own formulae for the presets.
+/// 15, from their own formulae for the presets, and from the luminous efficacy for `perez`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkyDocument {
@@ -37,6 +41,9 @@ pub struct SkyDocument {
     /// Sky of the IES, in place of a CIE type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<SkyPreset>,
+    /// All-weather sky of Perez, in place of a CIE type.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub perez: Option<PerezDocument>,
     /// Position of the sun, in place of `location` and `time`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_position: Option<SunPositionDocument>,
@@ -54,7 +61,7 @@ pub struct SkyDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub luminous_turbidity: Option<f64>,
     /// Normal illuminance of the sun's beam (a disc of half-angle 0.26656 degrees) in lux; 0 for no sun. Default: by the
-    /// turbidity, but 0 for types 1 to 6, 9 and 16; for presets by the extinction of the IES.
+    /// turbidity, but 0 for types 1 to 6, 9 and 16; for presets by the extinction of the IES; for `perez` by the luminous efficacy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direct_normal_illuminance_lux: Option<f64>,
 }
@@ -83,11 +90,13 @@ impl SkyPreset {
 }
 
 impl SkyDocument {
-    /// Returns the sky's type; `None` if the document names none, two, or one that does not exist.
-    pub fn sky_type(&self) -> Option<SkyType> {
-        match (self.cie_type, self.preset) {
-            (Some(number), None) => CieType::new(number).map(SkyType::Cie),
-            (None, Some(preset)) => Some(SkyType::Ies(preset.sky())),
+    /// Returns the sky's type under a sun at the unit vector `sun`, at `time` in RFC 3339; `None` if the document names none, two, or one that
+    /// does not exist.
+    pub fn sky_type(&self, sun: DVec3, time: Option<&str>) -> Option<SkyType> {
+        match (self.cie_type, self.preset, &self.perez) {
+            (Some(number), None, None) => CieType::new(number).map(SkyType::Cie),
+            (None, Some(preset), None) => Some(SkyType::Ies(preset.sky())),
+            (None, None, Some(perez)) => Some(perez.state(sun, time).sky_type()),
             _ => None,
         }
     }

@@ -32,6 +32,12 @@ pub fn instant(time: &str) -> Result<UtcInstant, String> {
     })
 }
 
+/// Returns the number of the day in its year, from 1, of a time in RFC 3339 with an offset, in UTC; `None` for other texts.
+pub fn day_of_year(time: &str) -> Option<u16> {
+    let timestamp = jiff::Timestamp::from_str(time).ok()?;
+    u16::try_from(jiff::tz::Offset::UTC.to_datetime(timestamp).date().day_of_year()).ok()
+}
+
 /// Parses a local date and time in RFC 3339 without an offset, with or without seconds. The error is a sentence for the user.
 pub fn local(time: &str) -> Result<DateTime, String> {
     let shape = "must be a local date and time, such as 2011-09-15T15:00";

@@ -34,6 +34,8 @@ const PARAMETERS: [([f64; 5], &str); 15] = [
 ];
 
 impl CieType {
+    /// Type 1: the CIE standard overcast sky.
+    pub const STANDARD_OVERCAST: Self = Self(1);
     /// Type 5: the same luminance in every direction.
     pub const UNIFORM: Self = Self(5);
     /// Type 16: L/Lz = (1 + 2 cos Z) / 3 at the zenith angle Z, three times as bright at the zenith as at the horizon.
@@ -81,7 +83,8 @@ impl CieType {
     }
 }
 
-/// Luminance relative to the zenith, L/Lz = f(chi) phi(Z) / (f(Zs) phi(0)), for one sky type and sun position.
+/// Luminance relative to the zenith, L/Lz = f(chi) phi(Z) / (f(Zs) phi(0)), for one sky type and sun position; f(chi) phi(Z) itself where
+/// free parameters leave the zenith without light.
 #[derive(Clone, Debug)]
 pub struct SkyDistribution {
     sky_type: SkyType,
@@ -104,7 +107,7 @@ impl std::fmt::Debug for Remembered {
     }
 }
 
-/// Indicatrix f(chi) = 1 + c (exp(d chi) - exp(d pi/2)) + e cos^2 chi, chi in radians.
+/// Indicatrix f(chi) = 1 + c (exp(d chi) - exp(d pi/2)) + e cos^2 chi, at least 0, chi in radians.
 #[derive(Clone, Copy, Debug)]
 struct Indicatrix {
     c: f64,
@@ -123,14 +126,15 @@ impl Indicatrix {
         if self.c == 0.0 && self.e == 0.0 {
             return 1.0;
         }
-        1.0 + self.c * (libm::exp(self.d * chi) - self.at_right_angle) + self.e * cos_chi * cos_chi
+        // no type of the CIE is negative, a free set of parameters may be
+        (1.0 + self.c * (libm::exp(self.d * chi) - self.at_right_angle) + self.e * cos_chi * cos_chi).max(0.0)
     }
 }
 
-/// Computes the gradation phi = 1 + a exp(b / cos Z), with phi = 1 at the horizon and below.
+/// Computes the gradation phi = 1 + a exp(b / cos Z), at least 0, with phi = 1 at the horizon and below.
 #[inline]
 fn gradation(a: f64, b: f64, cos_zenith: f64) -> f64 {
-    if cos_zenith <= 0.0 || a == 0.0 { 1.0 } else { 1.0 + a * libm::exp(b / cos_zenith) }
+    if cos_zenith <= 0.0 || a == 0.0 { 1.0 } else { (1.0 + a * libm::exp(b / cos_zenith)).max(0.0) }
 }
 
 impl SkyDistribution {
@@ -144,7 +148,8 @@ impl SkyDistribution {
         };
         let indicatrix = Indicatrix::new(c, d, e);
         let sun_zenith_angle = libm::atan2(sun.truncate().length(), sun.z);
-        let per_zenith = 1.0 / (indicatrix.at(sun_zenith_angle, sun.z) * gradation(a, b, 1.0));
+        let of_zenith = indicatrix.at(sun_zenith_angle, sun.z) * gradation(a, b, 1.0);
+        let per_zenith = if of_zenith > 0.0 { 1.0 / of_zenith } else { 1.0 };
         Self { sky_type, sun, a, b, indicatrix, per_zenith, horizontal_ratio: Remembered::default() }
     }
 

@@ -1,9 +1,10 @@
-//! The CIE general sky and the sun, in absolute luminance.
+//! The CIE general sky, the all-weather sky of Perez, and the sun, in absolute luminance.
 
 pub mod cie;
 pub mod ies;
 pub mod looked_up;
 pub mod opening;
+pub mod perez;
 pub mod sampler;
 pub mod sun;
 pub mod tabulated;
@@ -13,15 +14,19 @@ use glam::DVec3;
 
 pub use cie::{CieType, SkyDistribution};
 pub use ies::IesSky;
+pub use perez::{Irradiances, PerezSky};
 pub use sun::Sun;
 
 /// Type of a sky's luminance distribution.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SkyType {
     /// A type of the CIE general sky, or the traditional overcast sky.
     Cie(CieType),
     /// A sky condition of the IES: a named set of parameters of the same general formula.
     Ies(IesSky),
+    /// Parameters a, b, c, d, e of the general formula that follow from measurements, such as those of [`PerezSky::sky_type`]; where the
+    /// formula is negative the sky is black.
+    Free([f64; 5]),
 }
 
 impl From<CieType> for SkyType {
@@ -42,15 +47,17 @@ impl SkyType {
         match self {
             Self::Cie(cie_type) => cie_type.parameters(),
             Self::Ies(sky) => Some(sky.parameters()),
+            Self::Free(parameters) => Some(parameters),
         }
     }
 
     /// True for the skies that have no direct beam, under which results have daylight factors: types 1 to 6 and 16 of the CIE, and the
-    /// overcast sky of the IES.
+    /// overcast sky of the IES. Free parameters tell nothing of the beam.
     pub fn is_sunless(self) -> bool {
         match self {
             Self::Cie(cie_type) => cie_type.is_sunless(),
             Self::Ies(sky) => sky.extinction().is_none(),
+            Self::Free(_) => false,
         }
     }
 }
@@ -60,6 +67,7 @@ impl std::fmt::Display for SkyType {
         match self {
             Self::Cie(cie_type) => write!(f, "CIE type {}", cie_type.number()),
             Self::Ies(sky) => f.write_str(sky.name()),
+            Self::Free(_) => f.write_str("all-weather sky"),
         }
     }
 }
@@ -69,7 +77,7 @@ impl std::fmt::Display for SkyType {
 pub struct Sky {
     /// Luminance in every direction relative to that of the zenith.
     pub distribution: SkyDistribution,
-    /// Luminance of the zenith in cd/m2, >= 0; the sky's luminance is this times the distribution.
+    /// Luminance in cd/m2, >= 0, where the distribution is 1, which is at the zenith unless that is black.
     pub zenith_luminance_cd_m2: f64,
 }
 

@@ -72,6 +72,8 @@ pub enum ZenithFormula {
     },
     /// Lz = D / I with the diffuse horizontal illuminance D of an IES sky.
     IesHorizontalIlluminance,
+    /// Lz = D / I with the diffuse horizontal illuminance D that follows from an irradiance ([`super::PerezSky`]).
+    LuminousEfficacy,
 }
 
 /// Returns the type's typical luminous turbidity; the traditional overcast sky has that of type 1.
@@ -80,10 +82,14 @@ pub fn typical_turbidity(cie_type: CieType) -> f64 {
 }
 
 /// Returns the formula used when the document gives no level: the typical Dv/Ev for types 1 to 6 and 16, the turbidity form for 7 to 15,
-/// the diffuse illuminance of the IES for its skies. The first two are not equivalent: at their typical values they differ by a factor of
+/// the diffuse illuminance of the IES for its skies, the luminous efficacy for skies of free parameters. The first two are not equivalent: at their typical values they differ by a factor of
 /// 1.7 for type 12 at 35 degrees.
 pub fn default_formula(sky_type: impl Into<SkyType>, luminous_turbidity: Option<f64>) -> ZenithFormula {
-    let SkyType::Cie(cie_type) = sky_type.into() else { return ZenithFormula::IesHorizontalIlluminance };
+    let cie_type = match sky_type.into() {
+        SkyType::Cie(cie_type) => cie_type,
+        SkyType::Ies(_) => return ZenithFormula::IesHorizontalIlluminance,
+        SkyType::Free(_) => return ZenithFormula::LuminousEfficacy,
+    };
     if cie_type.is_sunless() {
         ZenithFormula::TypicalDiffuseRatio { dv_ev: table(cie_type).typical_dv_ev }
     } else {
@@ -97,7 +103,7 @@ pub fn default_formula(sky_type: impl Into<SkyType>, luminous_turbidity: Option<
 ///
 /// Above 75 degrees the published fits diverge: there the horizontal illuminance continues as
 /// D(75 deg) sin g / sin 75 deg and Lz = D / I, which is continuous and finite. Zero for a sun at or below the horizon, for a
-/// given luminance or illuminance, which is the level itself, and for a formula that does not apply to the sky's type.
+/// given luminance, illuminance or irradiance, which sets the level itself, and for a formula that does not apply to the sky's type.
 ///
 /// Under the uniform sky D = pi Lz is the given fraction of the 133.8 klx sin g from outside the atmosphere:
 ///
@@ -120,7 +126,7 @@ pub fn zenith_luminance_cd_m2(distribution: &SkyDistribution, formula: ZenithFor
         SkyType::Ies(sky) if formula == ZenithFormula::IesHorizontalIlluminance => {
             return sky.diffuse_horizontal_illuminance_lux(altitude) / distribution.horizontal_ratio();
         }
-        SkyType::Ies(_) => return 0.0,
+        SkyType::Ies(_) | SkyType::Free(_) => return 0.0,
     };
     if let ZenithFormula::GivenDiffuseRatio { dv_ev } = formula {
         return dv_ev * EXTRATERRESTRIAL_LUX * libm::sin(altitude) / distribution.horizontal_ratio();
@@ -152,7 +158,8 @@ fn fitted(cie_type: CieType, formula: ZenithFormula, altitude: f64, distribution
         ZenithFormula::GivenZenithLuminance
         | ZenithFormula::GivenHorizontalIlluminance
         | ZenithFormula::GivenDiffuseRatio { .. }
-        | ZenithFormula::IesHorizontalIlluminance => 0.0,
+        | ZenithFormula::IesHorizontalIlluminance
+        | ZenithFormula::LuminousEfficacy => 0.0,
     };
     1000.0 * thousand_cd_m2
 }
