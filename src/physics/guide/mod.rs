@@ -5,8 +5,10 @@
 
 pub mod beams;
 pub mod bent;
+pub mod delivery;
 pub mod dome;
 pub mod equivalent_length;
+pub mod exit_moment;
 pub mod inner_materials;
 mod inner_side;
 pub mod mesh;
@@ -17,6 +19,7 @@ pub mod recognise;
 mod recognise_bend;
 pub mod skies;
 pub mod sky_moments;
+pub mod sky_rings;
 pub mod straight;
 pub mod sun_arcs;
 #[cfg(test)]

@@ -1,0 +1,265 @@
+//! Light that tubes deliver through Lambertian closures, under many skies and suns.
+//!
+//! What leaves such a closure has no direction any more, so that a sky is a number of lumens, and a beam is that and a place, its centroid.
+//! Straight guides with closed forms have both without error; through all others rays are traced, for a sky the same ones at all times.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+
+use super::Guide;
+use super::exit_moment::beam_exit_moment;
+use super::performance::closed;
+use super::sky_rings::{RINGS, SkyRings, zenith_angles};
+use super::throughput::REPLICATES;
+use super::transit::{End, Transit};
+use super::transmittance::beam_transmission;
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
+use crate::sky::SkyDistribution;
+use crate::statistics::Moments;
+
+/// Number of rays of each of the 8 replicates: for all skies together, and for each beam.
+const SKY_RAYS: u64 = 512;
+const BEAM_RAYS: u64 = 128;
+
+/// Number of rays by which the light is found that a guide sends back to its closure.
+const UP_RAYS: u64 = 4096;
+
+/// Numbers of the keys of the rays of skies, of beams, and of the light that goes up again.
+const OF_SKIES: u64 = 0;
+const OF_BEAMS: u64 = 1;
+const OF_RETURN: u64 = 2;
+
+/// Lambertian closure of a tube; coefficients are linear Rec.709.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvenClosure {
+    /// Radius in m.
+    pub radius: f64,
+    /// Fraction that passes.
+    pub transmittance: [f64; 3],
+    /// Fraction that is scattered back up.
+    pub reflectance: [f64; 3],
+}
+
+/// Light that leaves a closure: an area in m2, that times the illuminance outside is the flux in lm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Delivered {
+    /// Flux over the normal illuminance of a beam, or over the horizontal illuminance of a sky, in m2.
+    pub area_m2: f64,
+    /// Standard error of `area_m2`; 0 in closed form.
+    pub standard_error_m2: f64,
+    /// Centroid of the light on the closure, in m from its centre; the centre for skies.
+    pub centroid_m: DVec2,
+}
+
+/// Tube above a Lambertian closure, prepared for many skies and suns.
+#[derive(Debug)]
+pub struct Delivery<'a> {
+    guide: &'a Guide,
+    /// Fraction of arriving light that leaves the closure downward in the end, after any ways up and down again.
+    passed: Spectrum<3>,
+    /// Key of the rays of beams.
+    key: Key,
+    of_skies: OfSkies,
+}
+
+#[derive(Debug)]
+enum OfSkies {
+    /// Area in m2 at the zenith angles of [`SkyRings`], per horizontal illuminance.
+    Rings([f64; RINGS]),
+    /// Rays of each replicate.
+    Rays(Vec<Vec<SkyRay>>),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct SkyRay {
+    toward: DVec3,
+    /// Flux that leaves the closure, and horizontal illuminance, per luminance.
+    delivered: f64,
+    horizontal: f64,
+}
+
+impl<'a> Delivery<'a> {
+    /// Prepares a guide above a closure. With `returns`, light that the closure scatters up and the guide sends back counts, too.
+    pub fn new(guide: &'a Guide, closure: EvenClosure, returns: bool, key: Key) -> Self {
+        let transmittance = Spectrum::<3>::from_rgb(closure.transmittance);
+        let reflects = closure.reflectance.iter().any(|reflectance| *reflectance > 0.0);
+        let returned = if returns && reflects && guide.returns_light() {
+            returned(guide, closure.radius, key.child(OF_RETURN))
+        } else {
+            [0.0; 3]
+        };
+        let ways = |channel: usize| 1.0 / (1.0 - closure.reflectance[channel] * returned[channel]);
+        let passed = transmittance * Spectrum(std::array::from_fn(ways));
+        let of_skies = match closed(guide) {
+            Some(_) => OfSkies::Rings(zenith_angles().map(|toward| closed_area(guide, passed, toward) / toward.z)),
+            None => {
+                let key = key.child(OF_SKIES);
+                OfSkies::Rays((0..REPLICATES).map(|number| sky_rays(guide, passed, key.child(number))).collect())
+            }
+        };
+        Self { guide, passed, key: key.child(OF_BEAMS), of_skies }
+    }
+
+    /// Computes the light of a sky per its horizontal illuminance.
+    pub fn of_sky(&self, distribution: &SkyDistribution, rings: &SkyRings) -> Delivered {
+        let replicates = match &self.of_skies {
+            OfSkies::Rings(areas) => {
+                return Delivered { area_m2: rings.mean(areas), ..Delivered::default() };
+            }
+            OfSkies::Rays(replicates) => replicates,
+        };
+        let sums = |rays: &Vec<SkyRay>| {
+            let mut sums = [0.0; 2];
+            for ray in rays {
+                let luminance = distribution.relative_luminance(ray.toward);
+                sums[0] += luminance * ray.delivered;
+                sums[1] += luminance * ray.horizontal;
+            }
+            sums
+        };
+        let sums: Vec<[f64; 2]> = replicates.iter().map(sums).collect();
+        let [delivered, horizontal] = sums.iter().fold([0.0; 2], |all, [a, b]| [all[0] + a, all[1] + b]);
+        if horizontal <= 0.0 {
+            return Delivered::default();
+        }
+        let area_m2 = delivered / horizontal;
+        let mut residuals = Moments::default();
+        let mean = horizontal / sums.len() as f64;
+        sums.iter().for_each(|[a, b]| residuals.push((a - area_m2 * b) / mean));
+        Delivered { area_m2, standard_error_m2: residuals.standard_error(), centroid_m: DVec2::ZERO }
+    }
+
+    /// Computes the light of a beam from the unit vector `toward` per its normal illuminance.
+    pub fn of_beam(&self, toward: DVec3) -> Delivered {
+        if matches!(self.of_skies, OfSkies::Rings(_)) {
+            let area_m2 = closed_area(self.guide, self.passed, toward);
+            return Delivered {
+                area_m2,
+                standard_error_m2: 0.0,
+                centroid_m: closed_centroid(self.guide, self.passed, toward),
+            };
+        }
+        let (mut areas, mut moment) = (Moments::default(), DVec2::ZERO);
+        for number in 0..REPLICATES {
+            let mut sum = 0.0;
+            follow(
+                self.guide,
+                self.key.child(number),
+                BEAM_RAYS,
+                |_| toward,
+                |_, entry_m2, transit| {
+                    let area = entry_m2 * (transit.weight() * self.passed).luminance();
+                    sum += area;
+                    moment += area * transit.position.truncate();
+                },
+            );
+            areas.push(sum / BEAM_RAYS as f64);
+        }
+        let whole = areas.mean * (REPLICATES * BEAM_RAYS) as f64;
+        let centroid_m = if whole > 0.0 { moment / whole } else { DVec2::ZERO };
+        Delivered { area_m2: areas.mean, standard_error_m2: areas.standard_error(), centroid_m }
+    }
+}
+
+/// Evaluates a function of the reflectance of each channel, and weights the results by the light that collector and closure pass.
+fn by_channel(passed: Spectrum<3>, reflectance: [f64; 3], collector: [f64; 3], of: impl Fn(f64) -> f64) -> f64 {
+    let of_red = of(reflectance[0]);
+    let of = |channel: usize| if reflectance[channel] == reflectance[0] { of_red } else { of(reflectance[channel]) };
+    (Spectrum(std::array::from_fn(of)) * Spectrum::from_rgb(collector) * passed).luminance()
+}
+
+/// Computes the area in m2 of a guide with closed forms for a beam.
+fn closed_area(guide: &Guide, passed: Spectrum<3>, toward: DVec3) -> f64 {
+    let Some((aspect, reflectance, collector)) = closed(guide).filter(|_| toward.z > 0.0) else { return 0.0 };
+    let tangent = toward.truncate().length() / toward.z;
+    let of = |reflectance: f64| beam_transmission(aspect, tangent, reflectance);
+    guide.projected_area_m2(-toward) * by_channel(passed, reflectance, collector, of)
+}
+
+/// Computes the centroid in m of a beam below a guide with closed forms.
+fn closed_centroid(guide: &Guide, passed: Spectrum<3>, toward: DVec3) -> DVec2 {
+    let area = closed_area(guide, passed, toward);
+    let (Some((aspect, reflectance, collector)), Guide::Straight(pipe)) = (closed(guide), guide) else {
+        return DVec2::ZERO;
+    };
+    if area <= 0.0 {
+        return DVec2::ZERO;
+    }
+    let tangent = toward.truncate().length() / toward.z;
+    let of = |reflectance: f64| beam_exit_moment(aspect, tangent, reflectance);
+    let moment = guide.projected_area_m2(-toward) * by_channel(passed, reflectance, collector, of);
+    -toward.truncate().normalize_or_zero() * (pipe.radius * moment / area)
+}
+
+/// Traces the rays of one replicate for all skies, half of them evenly distributed over the solid angle and half over its projection.
+fn sky_rays(guide: &Guide, passed: Spectrum<3>, key: Key) -> Vec<SkyRay> {
+    let direction = |[u, v]: [f64; 2]| {
+        // the height z has the density (1 + 2 z) / 2
+        let z = 0.5 * ((1.0 + 8.0 * u).sqrt() - 1.0);
+        let (sin, cos) = libm::sincos(TAU * v);
+        let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+        DVec3::new(radius * cos, radius * sin, z)
+    };
+    let per_density = |toward: DVec3| 2.0 * TAU / (1.0 + 2.0 * toward.z);
+    let ray = |index: u64| {
+        let [u, v, ..] = point(key, index);
+        let toward = direction([u, v]);
+        SkyRay { toward, delivered: 0.0, horizontal: toward.z * per_density(toward) }
+    };
+    let mut rays: Vec<SkyRay> = (0..SKY_RAYS).map(ray).collect();
+    follow(guide, key, SKY_RAYS, direction, |index, entry_m2, transit| {
+        let ray = &mut rays[index];
+        ray.delivered = entry_m2 * (transit.weight() * passed).luminance() * per_density(ray.toward);
+    });
+    rays
+}
+
+/// Follows the rays of a replicate down a guide, by packets where that is faster. `direction` makes the unit vector toward the origin of each
+/// of two numbers in 0..1; `arrived` takes the number, the area in m2 of the entry, and the passage of each ray that reaches the opening.
+fn follow(
+    guide: &Guide,
+    key: Key,
+    count: u64,
+    direction: impl Fn([f64; 2]) -> DVec3,
+    mut arrived: impl FnMut(usize, f64, &Transit<3>),
+) {
+    let aim = |index: u64| {
+        let [u, v, s, t] = point(key, index);
+        let toward = direction([u, v]);
+        guide.entry([s, t], -toward).map(|entry| (index as usize, entry, -toward))
+    };
+    let aimed: Vec<_> = (0..count).filter_map(aim).collect();
+    let entering: Vec<_> = aimed.iter().map(|(_, entry, along)| (entry.position, *along)).collect();
+    let mut packet = guide.down_packet::<3>(&entering).map(Vec::into_iter);
+    let mut random = PathRandom::new(key.stream(Stream::ThroughputChoices, 0));
+    for (index, entry, along) in aimed {
+        let transit = packet.as_mut().and_then(Iterator::next);
+        let transit = transit.unwrap_or_else(|| guide.down(entry.position, along, &mut random));
+        if transit.entered && transit.end == End::Opening {
+            arrived(index, entry.projected_area_m2, &transit);
+        }
+    }
+}
+
+/// Returns point `index` of the Sobol sequence of a replicate.
+fn point(key: Key, index: u64) -> [f64; 4] {
+    let (replicate, index) = Replicate::of(key, index);
+    replicate.point(index, 0)
+}
+
+/// Traces the light of an evenly scattering closure of `radius` m up a guide, and returns the fraction of each channel that comes back.
+fn returned(guide: &Guide, radius: f64, key: Key) -> [f64; 3] {
+    let mut sum = Spectrum::<3>::ZERO;
+    let mut random = PathRandom::new(key.stream(Stream::ThroughputChoices, 0));
+    for index in 0..UP_RAYS {
+        let [u, v, s, t] = point(key, index);
+        let position = (warp::disc([u, v]) * radius).extend(0.0);
+        let transit = guide.up::<3>(position, warp::cosine_hemisphere([s, t]), &mut random);
+        if transit.end == End::Opening {
+            sum += transit.weight();
+        }
+    }
+    (sum * (1.0 / UP_RAYS as f64)).0
+}

@@ -1,0 +1,72 @@
+//! Light of a sky by zenith angle, for years of skies: far fewer directions than [`super::sky_moments`] takes, and an error of 1e-4.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::num::NonZeroUsize;
+use std::sync::LazyLock;
+
+use gauss_quad::GaussLegendre;
+use glam::DVec3;
+
+use crate::sky::SkyDistribution;
+
+/// Number of zenith angles.
+pub const RINGS: usize = 24;
+
+/// Number of azimuths along half a circle, from that of the sun.
+const AZIMUTHS: usize = 16;
+
+/// Directions of a quadrature over half of the sky, relative to the sun's azimuth.
+struct Nodes {
+    /// Sine and cosine of the zenith angle of each ring, and its weight in the horizontal illuminance.
+    rings: [(f64, f64, f64); RINGS],
+    /// Cosine of each difference of azimuth, and its weight.
+    azimuths: [(f64, f64); AZIMUTHS],
+}
+
+static NODES: LazyLock<Nodes> = LazyLock::new(|| {
+    let rule = |nodes: usize| GaussLegendre::new(NonZeroUsize::new(nodes).unwrap_or(NonZeroUsize::MIN));
+    let (along, around) = (rule(RINGS), rule(AZIMUTHS));
+    let (along, around) = (along.as_node_weight_pairs(), around.as_node_weight_pairs());
+    let ring = |number: usize| {
+        let (node, weight) = along[number];
+        let (sin, cos) = libm::sincos(0.5 * FRAC_PI_2 * (1.0 + node));
+        (sin, cos, weight * sin * cos)
+    };
+    let azimuth = |number: usize| {
+        let (node, weight) = around[number];
+        (libm::cos(0.5 * PI * (1.0 + node)), weight)
+    };
+    Nodes { rings: std::array::from_fn(ring), azimuths: std::array::from_fn(azimuth) }
+});
+
+/// Fraction of the horizontal illuminance of a sky that comes from each of 24 zenith angles, by Gauss-Legendre quadrature.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyRings([f64; RINGS]);
+
+impl SkyRings {
+    /// Computes the fractions from the luminance in 24 x 16 directions on one side of the sun.
+    pub fn new(distribution: &SkyDistribution) -> Self {
+        let sun = distribution.sun();
+        let (sin_sun, cos_sun) = (sun.truncate().length(), sun.z);
+        let light = |(sin, cos, weight): (f64, f64, f64)| {
+            let of_azimuth = |(cos_azimuth, weight): &(f64, f64)| {
+                let chord_squared = 2.0 - 2.0 * (cos * cos_sun + sin * sin_sun * cos_azimuth);
+                weight * distribution.of_distance(chord_squared.clamp(0.0, 4.0).sqrt())
+            };
+            weight * distribution.of_height(cos) * NODES.azimuths.iter().map(of_azimuth).sum::<f64>()
+        };
+        let rings = NODES.rings.map(light);
+        let whole: f64 = rings.iter().sum();
+        Self(if whole > 0.0 { rings.map(|light| light / whole) } else { [0.0; RINGS] })
+    }
+
+    /// Returns the mean of a quantity over the light, from its values at the [`zenith_angles`].
+    pub fn mean(&self, values: &[f64; RINGS]) -> f64 {
+        self.0.iter().zip(values).map(|(fraction, value)| fraction * value).sum()
+    }
+}
+
+/// Returns unit vectors at the zenith angles of the rings, all at azimuth 0.
+pub fn zenith_angles() -> [DVec3; RINGS] {
+    NODES.rings.map(|(sin, cos, _)| DVec3::new(0.0, sin, cos))
+}
