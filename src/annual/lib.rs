@@ -4,7 +4,12 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 mod calendar;
+pub mod fluxes;
+pub mod light;
+pub mod metrics;
 pub mod moment;
+pub mod response;
 pub mod schedule;
+pub mod summary;
 pub mod sun;
 pub mod weather;

@@ -1,0 +1,158 @@
+//! Lumens that tubes send into a room, moment by moment.
+//!
+//! A Lambertian closure makes the year separable: the illuminance of a point is the sum over tubes of its response and these lumens.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use skyduct_physics::guide::delivery::{Delivered, Delivery, EvenClosure};
+use skyduct_physics::guide::sky_rings::SkyRings;
+use skyduct_physics::optics::Spectrum;
+use skyduct_physics::optics::scatter::SheetSide;
+use skyduct_physics::sampling::Key;
+use skyduct_physics::sky::{CieType, SkyDistribution};
+use skyduct_physics::traceable::{TraceableScene, TraceableTube};
+
+use crate::light::LitMoment;
+
+/// Number of moments after which a computation looks whether it is cancelled.
+const CHUNK: usize = 64;
+
+/// Light of a tube at a moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TubeLight {
+    /// Light of the sky into the room in lm.
+    pub sky_lm: f64,
+    /// Light of the sun into the room in lm.
+    pub sun_lm: f64,
+    /// Centroid of the light of the sun on the closure, in m from its centre.
+    pub sun_centroid_m: DVec2,
+}
+
+impl TubeLight {
+    /// Returns the light of sky and sun in lm.
+    pub fn lumens(&self) -> f64 {
+        self.sky_lm + self.sun_lm
+    }
+
+    /// Returns the centroid of all light in m from the closure's centre; that of the sky is the centre.
+    pub fn centroid_m(&self) -> DVec2 {
+        let lumens = self.lumens();
+        if lumens > 0.0 { self.sun_centroid_m * (self.sun_lm / lumens) } else { DVec2::ZERO }
+    }
+}
+
+/// Light of a tube over the year.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TubeYear {
+    /// Light at each moment, in the order of the moments.
+    pub moments: Vec<TubeLight>,
+    /// Standard error of the year's light over the light, of traced rays; they are the same at all moments, and so is the sign of the error.
+    pub relative_error: f64,
+    /// Light under the CIE standard overcast sky over its horizontal illuminance, in m2.
+    pub overcast_m2: f64,
+}
+
+/// Reason why a year of a tube is not computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoYear {
+    /// A closure lets light through with its direction.
+    #[error("tube {tube} has a closure that is not Lambertian, so that its light has no lumens alone")]
+    NotLambertian {
+        /// Number of the tube.
+        tube: usize,
+    },
+    /// The computation was cancelled.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// Computes the light of every tube of a scene at every moment; equal seeds give equal bits.
+pub fn tube_years(
+    scene: &TraceableScene,
+    lit: &[LitMoment],
+    seed: u64,
+    cancel: &AtomicBool,
+) -> Result<Vec<TubeYear>, NoYear> {
+    let closures =
+        scene.tubes.iter().enumerate().map(|(tube, of)| even_closure(of).ok_or(NoYear::NotLambertian { tube }));
+    let closures: Vec<EvenClosure> = closures.collect::<Result<_, _>>()?;
+    let rings: Vec<SkyRings> = in_chunks(lit, cancel, |moment| SkyRings::new(&moment.distribution))?;
+    let mut years: Vec<TubeYear> = Vec::with_capacity(scene.tubes.len());
+    for (number, (tube, closure)) in scene.tubes.iter().zip(&closures).enumerate() {
+        let alike = |other: usize| {
+            let before = &scene.tubes[other];
+            before.guide.is_like(&tube.guide) && closures[other] == *closure && before.daylit == tube.daylit
+        };
+        let year = match (0..number).find(|other| alike(*other)) {
+            Some(other) => years[other].clone(),
+            None if !tube.daylit => TubeYear { moments: vec![TubeLight::default(); lit.len()], ..TubeYear::default() },
+            None => {
+                let key = Key::new(seed).child(number as u64);
+                let delivery = Delivery::new(&tube.guide, *closure, scene.guide_return, key);
+                tube_year(&delivery, lit, &rings, cancel)?
+            }
+        };
+        years.push(year);
+    }
+    Ok(years)
+}
+
+fn tube_year(
+    delivery: &Delivery,
+    lit: &[LitMoment],
+    rings: &[SkyRings],
+    cancel: &AtomicBool,
+) -> Result<TubeYear, NoYear> {
+    let numbers: Vec<usize> = (0..lit.len()).collect();
+    let delivered: Vec<(TubeLight, f64)> = in_chunks(&numbers, cancel, |number| {
+        let moment = &lit[*number];
+        let of_sky = delivery.of_sky(&moment.distribution, &rings[*number]);
+        let beam = moment.direct_normal_lux > 0.0;
+        let of_sun = if beam { delivery.of_beam(moment.sun) } else { Delivered::default() };
+        let [diffuse, direct] = [moment.diffuse_horizontal_lux, moment.direct_normal_lux];
+        let light = TubeLight {
+            sky_lm: of_sky.area_m2 * diffuse,
+            sun_lm: of_sun.area_m2 * direct,
+            sun_centroid_m: of_sun.centroid_m,
+        };
+        let error = of_sky.standard_error_m2 * diffuse + of_sun.standard_error_m2 * direct;
+        (light, moment.share * error)
+    })?;
+    let error: f64 = delivered.iter().map(|(_, error)| error).sum();
+    let whole: f64 = delivered.iter().zip(lit).map(|((light, _), moment)| moment.share * light.lumens()).sum();
+    let relative_error = if whole > 0.0 { error / whole } else { 0.0 };
+    let overcast = SkyDistribution::new(CieType::STANDARD_OVERCAST, DVec3::Z);
+    Ok(TubeYear {
+        moments: delivered.into_iter().map(|(light, _)| light).collect(),
+        relative_error,
+        overcast_m2: delivery.of_sky(&overcast, &SkyRings::new(&overcast)).area_m2,
+    })
+}
+
+/// Returns the optics of a closure that is Lambertian all over; `None` for others.
+fn even_closure(tube: &TraceableTube) -> Option<EvenClosure> {
+    let closure = tube.closure_at(tube.origin);
+    let fraction = |side| closure.lambertian(side).map(|Spectrum(fraction): Spectrum<3>| fraction);
+    let whole = tube.diffuser.is_even(tube.opening_radius);
+    Some(EvenClosure {
+        radius: tube.opening_radius,
+        transmittance: fraction(SheetSide::Other).filter(|_| whole)?,
+        reflectance: fraction(SheetSide::Same)?,
+    })
+}
+
+/// Maps entries in parallel, in order, until cancelled.
+fn in_chunks<T: Sync, R: Send>(
+    entries: &[T],
+    cancel: &AtomicBool,
+    of: impl Fn(&T) -> R + Sync,
+) -> Result<Vec<R>, NoYear> {
+    let chunk = |chunk: &[T]| {
+        let go_on = !cancel.load(Ordering::Relaxed);
+        go_on.then(|| chunk.iter().map(&of).collect::<Vec<R>>()).ok_or(NoYear::Cancelled)
+    };
+    let chunks: Vec<Vec<R>> = entries.par_chunks(CHUNK).map(chunk).collect::<Result<_, _>>()?;
+    Ok(chunks.into_iter().flatten().collect())
+}

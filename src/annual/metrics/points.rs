@@ -1,0 +1,163 @@
+//! Metrics of a point: daylight autonomy and its kin.
+
+use super::Value;
+
+/// Records of a year that count for a point, and its illuminance in them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Illuminances {
+    /// Illuminances in lux of the records with light that count.
+    pub lit_lux: Vec<f64>,
+    /// Number of all records that count, those without light included.
+    pub records: usize,
+    /// Relative standard error of the illuminances, the same in all records.
+    pub relative_error: f64,
+}
+
+/// Shares of the records by the illuminance: the useful daylight illuminance of Mardaljevic, with bounds `low`, `middle`, `high`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Useful {
+    /// Share in percent below the lowest bound.
+    pub below_percent: Value,
+    /// Share in percent from the lowest bound to below the middle one.
+    pub supplementary_percent: Value,
+    /// Share in percent from the middle bound up to the highest one.
+    pub autonomous_percent: Value,
+    /// Share in percent above the highest bound.
+    pub above_percent: Value,
+}
+
+impl Illuminances {
+    /// Selects the records that count: `lit_lux` are the illuminances of the lit records with these numbers, `counts` tells of every record
+    /// of the year whether it counts.
+    pub fn new(lit_lux: &[f64], records: &[usize], counts: &[bool], relative_error: f64) -> Self {
+        let counting = lit_lux.iter().zip(records).filter(|(_, record)| counts.get(**record) == Some(&true));
+        Self {
+            lit_lux: counting.map(|(lux, _)| *lux).collect(),
+            records: counts.iter().filter(|counts| **counts).count(),
+            relative_error,
+        }
+    }
+
+    /// Computes the daylight autonomy: the share in percent of the records with at least `threshold_lux` (> 0).
+    pub fn autonomy_percent(&self, threshold_lux: f64) -> Value {
+        self.share_percent(|lux| lux >= threshold_lux)
+    }
+
+    /// Computes the continuous daylight autonomy: the mean over the records of the illuminance over `threshold_lux`, at most 1, in percent.
+    pub fn continuous_autonomy_percent(&self, threshold_lux: f64) -> Value {
+        self.mean_percent(|lux| (lux / threshold_lux).min(1.0), 0.0)
+    }
+
+    /// Computes the useful daylight illuminance for bounds in lux; the four shares add up to 100 %.
+    pub fn useful(&self, [low, middle, high]: [f64; 3]) -> Useful {
+        Useful {
+            // records without light are below
+            below_percent: self.mean_percent(|lux| f64::from(u8::from(lux < low)), 1.0),
+            supplementary_percent: self.share_percent(|lux| lux >= low && lux < middle),
+            autonomous_percent: self.share_percent(|lux| lux >= middle && lux <= high),
+            above_percent: self.share_percent(|lux| lux > high),
+        }
+    }
+
+    /// Computes the median illuminance in lux; the mean of the two in the middle of an even number of records.
+    pub fn median_lux(&self) -> Value {
+        let mut lux = self.lit_lux.clone();
+        lux.sort_unstable_by(f64::total_cmp);
+        let dark = self.records.saturating_sub(lux.len());
+        let at = |place: usize| place.checked_sub(dark).and_then(|place| lux.get(place)).copied().unwrap_or(0.0);
+        let last = self.records.saturating_sub(1);
+        let value = 0.5 * (at(last / 2) + at(last - last / 2));
+        Value { value, standard_error: value * self.relative_error }
+    }
+
+    /// Computes the sum of the illuminance over the records, of `hours` each, in klx h.
+    pub fn exposure_klxh(&self, hours: f64) -> Value {
+        let value = 1e-3 * hours * self.lit_lux.iter().sum::<f64>();
+        Value { value, standard_error: value * self.relative_error }
+    }
+
+    fn share_percent(&self, is_in: impl Fn(f64) -> bool) -> Value {
+        self.mean_percent(|lux| f64::from(u8::from(is_in(lux))), 0.0)
+    }
+
+    /// Computes the mean over the records of a function of the illuminance in percent; it is `dark` in those without light.
+    fn mean_percent(&self, of: impl Fn(f64) -> f64, dark: f64) -> Value {
+        if self.records == 0 {
+            return Value::default();
+        }
+        let without_light = dark * self.records.saturating_sub(self.lit_lux.len()) as f64;
+        Value::by_delta(self.relative_error, |factor| {
+            let sum: f64 = self.lit_lux.iter().map(|lux| of(factor * lux)).sum();
+            100.0 * (without_light + sum) / self.records as f64
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a year of `records` records, of which the first have these illuminances.
+    fn year(lit_lux: &[f64], records: usize) -> Illuminances {
+        Illuminances { lit_lux: lit_lux.to_vec(), records, relative_error: 0.0 }
+    }
+
+    #[test]
+    fn a_year_of_equal_records() {
+        let year = year(&[300.0; 3650], 3650);
+        assert_eq!(year.autonomy_percent(300.0).value, 100.0);
+        assert_eq!(year.autonomy_percent(300.1).value, 0.0);
+        assert_eq!(year.continuous_autonomy_percent(600.0).value, 50.0);
+        assert_eq!((year.median_lux().value, year.exposure_klxh(1.0).value), (300.0, 1095.0));
+    }
+
+    #[test]
+    fn dark_records_count() {
+        let bright = year(&[1000.0], 8784);
+        assert_eq!(bright.autonomy_percent(300.0).value, 100.0 / 8784.0);
+        assert_eq!(bright.continuous_autonomy_percent(300.0).value, 100.0 / 8784.0);
+        assert_eq!(bright.median_lux().value, 0.0);
+        assert_eq!(bright.useful([100.0, 300.0, 3000.0]).below_percent.value, 100.0 * 8783.0 / 8784.0);
+        assert_eq!(year(&[], 8760).median_lux().value, 0.0);
+        assert_eq!(year(&[], 0).autonomy_percent(300.0).value, 0.0);
+    }
+
+    /// Checks records at the bounds: 100 is supplementary, 300 and 3000 are autonomous.
+    #[test]
+    fn bounds_belong_to_useful_light() {
+        let useful = year(&[99.9, 100.0, 299.9, 300.0, 3000.0, 3000.1], 10).useful([100.0, 300.0, 3000.0]);
+        let shares =
+            [useful.below_percent, useful.supplementary_percent, useful.autonomous_percent, useful.above_percent];
+        assert_eq!(shares.map(|share| share.value), [50.0, 20.0, 20.0, 10.0]);
+    }
+
+    #[test]
+    fn medians_of_odd_and_even_numbers() {
+        assert_eq!(year(&[5.0, 1.0, 3.0], 3).median_lux().value, 3.0);
+        assert_eq!(year(&[5.0, 1.0, 3.0, 9.0], 4).median_lux().value, 4.0);
+        assert_eq!(year(&[5.0, 7.0], 4).median_lux().value, 2.5);
+        assert_eq!(year(&[5.0, 7.0], 3).median_lux().value, 5.0);
+    }
+
+    #[test]
+    fn only_records_that_count_are_selected() {
+        let selected =
+            Illuminances::new(&[10.0, 20.0, 30.0], &[1, 2, 5], &[true, true, false, false, false, true], 0.1);
+        assert_eq!((selected.lit_lux, selected.records), (vec![10.0, 30.0], 3));
+    }
+
+    /// Checks that autonomy falls with the threshold, and that the order of records is of no effect.
+    #[test]
+    fn autonomy_is_monotone_and_has_no_order() {
+        let lux: Vec<f64> = (0..1000).map(|k| 0.7 * f64::from(k * 619 % 1000)).collect();
+        let mut turned = lux.clone();
+        turned.reverse();
+        let mut last = 100.0;
+        for threshold in 1..700 {
+            let autonomy = year(&lux, 1500).autonomy_percent(f64::from(threshold));
+            assert_eq!(autonomy, year(&turned, 1500).autonomy_percent(f64::from(threshold)));
+            assert!(autonomy.value <= last);
+            last = autonomy.value;
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Responses of sensors to tubes: illuminance per lumen, and its change as the centroid of the light moves over a closure.
+
+use glam::DVec2;
+use skyduct_physics::estimate::room_matrix::{Response as Estimated, RoomMatrix};
+
+use crate::fluxes::{TubeLight, TubeYear};
+use crate::light::LitMoment;
+
+/// Response of a sensor to a tube.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Response {
+    /// Illuminance in lx per lumen that leaves the closure evenly.
+    pub lux_per_lumen: f64,
+    /// Change of `lux_per_lumen` per metre by which the centroid of the light is away from the closure's centre, along x and y.
+    pub gradient: DVec2,
+    /// Standard error of `lux_per_lumen`.
+    pub standard_error: f64,
+}
+
+/// Responses of the sensors of a grid to all tubes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Responses {
+    /// Responses tube by tube, of all sensors.
+    pub tubes: Vec<Vec<Response>>,
+    /// Standard error of each sensor's sum over the tubes, over the sum of their standard errors: 1 where the errors of tubes are the same,
+    /// less where they are independent.
+    pub correlations: Vec<f64>,
+}
+
+/// Number of columns of a tube in a matrix: the response to even light, and its moments along x and y.
+const MOMENTS: usize = 3;
+
+impl Responses {
+    /// Reads the responses to whole openings from a matrix with three columns for each tube, the response w in lx/lm and its moments w_x and
+    /// w_y in radii of the opening, and a last one for the sum of all w; `radii` are those of the openings in m.
+    ///
+    /// Light whose centroid is c radii from the centre is taken as a linear pattern over the disc, which gives a sensor
+    /// w + 4 (c_x w_x + c_y w_y), because the mean square of a coordinate over the unit disc is 1/4.
+    pub fn of_matrix(matrix: &RoomMatrix, radii: &[f64]) -> Self {
+        let of_tube = |(columns, radius): (&[Vec<Estimated>], &f64)| {
+            let [of, along_x, along_y] = columns else { return Vec::new() };
+            let response = |((of, x), y): ((&Estimated, &Estimated), &Estimated)| Response {
+                lux_per_lumen: of.value,
+                gradient: DVec2::new(x.value, y.value) * (4.0 / radius),
+                standard_error: of.standard_error,
+            };
+            of.iter().zip(along_x).zip(along_y).map(response).collect()
+        };
+        let tubes: Vec<Vec<Response>> = matrix.columns.chunks_exact(MOMENTS).zip(radii).map(of_tube).collect();
+        let of_sum = matrix.columns.get(MOMENTS * radii.len()).map_or(&[][..], Vec::as_slice);
+        let correlation = |(sensor, of_sum): (usize, &Estimated)| {
+            let apart: f64 = tubes.iter().map(|tube| tube[sensor].standard_error).sum();
+            if apart > 0.0 { (of_sum.standard_error / apart).min(1.0) } else { 1.0 }
+        };
+        Self { correlations: of_sum.iter().enumerate().map(correlation).collect(), tubes }
+    }
+
+    /// Returns the number of sensors.
+    pub fn sensors(&self) -> usize {
+        self.tubes.first().map_or(0, Vec::len)
+    }
+
+    /// Returns the responses of the mean of sensors with the given weights; its errors are taken as if those of all sensors were the same.
+    /// Zero for weights that add up to nothing.
+    pub fn mean(&self, weights: &[f64]) -> Self {
+        let whole: f64 = weights.iter().sum();
+        let of_tube = |responses: &Vec<Response>| {
+            let mut mean = Response::default();
+            for (response, weight) in responses.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+                mean.lux_per_lumen += response.lux_per_lumen * (weight / whole);
+                mean.gradient += response.gradient * (weight / whole);
+                mean.standard_error += response.standard_error * (weight / whole);
+            }
+            vec![mean]
+        };
+        let of_weight = |(correlation, weight): (&f64, &f64)| correlation * weight / whole;
+        let correlation = self.correlations.iter().zip(weights).map(of_weight).sum();
+        let tubes = self.tubes.iter().map(of_tube).collect();
+        Self { tubes, correlations: if self.correlations.is_empty() { Vec::new() } else { vec![correlation] } }
+    }
+
+    /// Computes the illuminance in lux of a sensor in each lit record.
+    pub fn illuminances_lux(&self, sensor: usize, light: &RecordLight) -> Vec<f64> {
+        let mut lit = vec![0.0; light.records.len()];
+        for (responses, lights) in self.tubes.iter().zip(&light.tubes) {
+            let response = responses[sensor];
+            for (lux, light) in lit.iter_mut().zip(lights) {
+                *lux += response.lux_per_lumen * light.lumens + response.gradient.dot(light.moment);
+            }
+        }
+        lit.iter_mut().for_each(|lux| *lux = lux.max(0.0));
+        lit
+    }
+
+    /// Returns the illuminance in lux of a sensor by each tube alone, as the mean over all `records` of the year, dark ones included: which
+    /// tube serves which desk.
+    pub fn mean_by_tube_lux(&self, sensor: usize, light: &RecordLight, records: usize) -> Vec<f64> {
+        let of_tube = |(responses, lights): (&Vec<Response>, &Vec<TubeRecord>)| {
+            let response = responses[sensor];
+            let sum: f64 = lights
+                .iter()
+                .map(|light| response.lux_per_lumen * light.lumens + response.gradient.dot(light.moment))
+                .sum();
+            sum / records.max(1) as f64
+        };
+        self.tubes.iter().zip(&light.tubes).map(of_tube).collect()
+    }
+
+    /// Computes the illuminance in lux of a sensor per lux outside from areas in m2 of all tubes, which are lumens per lux.
+    pub fn of_areas(&self, sensor: usize, areas_m2: &[f64]) -> f64 {
+        self.tubes.iter().zip(areas_m2).map(|(responses, area)| responses[sensor].lux_per_lumen * area).sum()
+    }
+
+    /// Computes the relative standard error of the illuminances of a sensor, which is the same in all records: that of the responses, and in
+    /// quadrature that of traced tubes, as if it were the same in all of them.
+    pub fn relative_error(&self, sensor: usize, light: &RecordLight) -> f64 {
+        let [mut whole, mut of_responses, mut of_tubes] = [0.0; 3];
+        for ((responses, lights), error) in self.tubes.iter().zip(&light.tubes).zip(&light.relative_errors) {
+            let lumens: f64 = lights.iter().map(|light| light.lumens).sum();
+            let response = responses[sensor];
+            whole += response.lux_per_lumen * lumens;
+            of_responses += response.standard_error * lumens;
+            of_tubes += response.lux_per_lumen * lumens * error;
+        }
+        let correlation = self.correlations.get(sensor).copied().unwrap_or(1.0);
+        if whole > 0.0 { libm::hypot(correlation * of_responses, of_tubes) / whole } else { 0.0 }
+    }
+}
+
+/// Light of a tube in a record: lumens, and their first moment in lm m about the closure's centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TubeRecord {
+    /// Mean flux over the record's time in lm.
+    pub lumens: f64,
+    /// Flux times the centroid of the light.
+    pub moment: DVec2,
+}
+
+/// Light of all tubes in the records that have any.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordLight {
+    /// Numbers of the records with light, in order.
+    pub records: Vec<usize>,
+    /// Light of each tube in these records.
+    pub tubes: Vec<Vec<TubeRecord>>,
+    /// Relative standard errors of the light of tubes.
+    pub relative_errors: Vec<f64>,
+}
+
+impl RecordLight {
+    /// Adds up the moments of each record.
+    pub fn new(lit: &[LitMoment], tubes: &[TubeYear]) -> Self {
+        let mut records: Vec<usize> = lit.iter().map(|moment| moment.record).collect();
+        records.dedup();
+        let of_tube = |year: &TubeYear| {
+            let mut of_records: Vec<TubeRecord> = Vec::with_capacity(records.len());
+            let mut last = None;
+            for (moment, light) in lit.iter().zip(&year.moments) {
+                if last != Some(moment.record) {
+                    of_records.push(TubeRecord::default());
+                    last = Some(moment.record);
+                }
+                if let Some(of_record) = of_records.last_mut() {
+                    of_record.add(light, moment.share);
+                }
+            }
+            of_records
+        };
+        let relative_errors = tubes.iter().map(|year| year.relative_error).collect();
+        Self { tubes: tubes.iter().map(of_tube).collect(), records, relative_errors }
+    }
+}
+
+impl TubeRecord {
+    fn add(&mut self, light: &TubeLight, share: f64) {
+        self.lumens += share * light.lumens();
+        self.moment += light.sun_centroid_m * (share * light.sun_lm);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Checks a sensor below two tubes, one of them lit by the sun off its centre, by hand; its errors are independent.
+    #[test]
+    fn moments_become_gradients_and_errors() {
+        let column = |value: f64, standard_error: f64| vec![Estimated { value, standard_error }];
+        let columns = [column(0.1, 0.003), column(0.01, 0.0), column(-0.005, 0.0)];
+        let other = [column(0.2, 0.004), column(0.0, 0.0), column(0.0, 0.0), column(0.3, 0.005)];
+        let matrix = RoomMatrix { columns: columns.into_iter().chain(other).collect() };
+        let responses = Responses::of_matrix(&matrix, &[0.2, 0.1]);
+        assert!((responses.tubes[0][0].gradient - DVec2::new(0.2, -0.1)).length() < 1e-12);
+        let lights = |lumens: f64, moment: DVec2| vec![TubeRecord { lumens, moment }];
+        let light = RecordLight {
+            records: vec![12],
+            tubes: vec![lights(1000.0, DVec2::new(50.0, 0.0)), lights(1000.0, DVec2::ZERO)],
+            relative_errors: vec![0.0, 0.0],
+        };
+        assert!((responses.illuminances_lux(0, &light)[0] - 310.0).abs() < 1e-9);
+        assert!((responses.relative_error(0, &light) - 0.005 / 0.3).abs() < 1e-12);
+        let by_tube = responses.mean_by_tube_lux(0, &light, 10);
+        assert!((by_tube[0] - 11.0).abs() < 1e-12 && (by_tube[1] - 20.0).abs() < 1e-12);
+        assert_eq!(responses.mean(&[2.0]), responses);
+    }
+}

@@ -1,0 +1,148 @@
+//! Metrics of a grid and its area over a year.
+
+use rayon::prelude::*;
+
+use crate::metrics::area::Area;
+use crate::metrics::dimming::Energy;
+use crate::metrics::en17037::{self, Provision};
+use crate::metrics::points::{Illuminances, Useful};
+use crate::metrics::schemes::{Space, YEAR_LUX};
+use crate::metrics::{Bounded, Value, Verdict};
+use crate::response::{RecordLight, Responses};
+
+use super::point::PointYear;
+use super::{GridInput, Hours, Options, Outside};
+
+/// Metrics of a grid over a year.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GridYear {
+    /// Metrics of its points; those of points without weight are all zero and count nowhere.
+    pub points: Vec<PointYear>,
+    /// Means over the area of the daylight autonomy in percent for each threshold of the options.
+    pub autonomies_percent: Vec<Value>,
+    /// Means over the area of the continuous daylight autonomy in percent for each threshold of the options.
+    pub continuous_percent: Vec<Value>,
+    /// Means over the area of the useful daylight illuminance.
+    pub useful: Useful,
+    /// Spatial daylight autonomy: share of the area in percent.
+    pub spatial_percent: Bounded,
+    /// Share of the area in percent with too much direct sunlight: none below Lambertian closures, by definition.
+    pub sun_exposure_percent: f64,
+    /// Mean over the area of the exposure in klx h.
+    pub exposure_klxh: Value,
+    /// Mean over the area of the mean illuminance in lux of the occupied records.
+    pub mean_lux: Value,
+    /// Mean over the area of the median illuminance in lux of the daylight hours, and its extremes; zero without points.
+    pub median_lux: [Value; 3],
+    /// Shares of the area by EN 17037.
+    pub provision: Provision,
+    /// Energy of electric light; `None` if it is not asked for.
+    pub energy: Option<Energy>,
+    /// Criteria of standards and schemes, and whether the space meets them.
+    pub verdicts: Vec<Verdict>,
+    /// Mean illuminance in lux of the area in each lit record.
+    pub mean_by_record_lux: Vec<f64>,
+}
+
+impl GridYear {
+    /// Computes the metrics of a grid.
+    pub(super) fn new(
+        grid: &GridInput,
+        light: &RecordLight,
+        hours: &Hours,
+        options: &Options,
+        outside: &Outside,
+    ) -> Self {
+        let area = Area { weights: grid.weights };
+        let point = |sensor: usize| match grid.weights[sensor] > 0.0 {
+            true => PointYear::new(grid.responses, sensor, light, hours, options),
+            false => PointYear::default(),
+        };
+        let sensors = grid.responses.sensors().min(grid.weights.len());
+        let points: Vec<PointYear> = (0..sensors).into_par_iter().map(point).collect();
+        let each = |of: fn(&PointYear) -> Value| points.iter().map(of).collect::<Vec<Value>>();
+        let mean = |of: fn(&PointYear) -> Value| area.mean(&each(of));
+        let by_threshold = |of: fn(&PointYear) -> &Vec<Value>| -> Vec<Value> {
+            let value = |point: &PointYear, number: usize| of(point).get(number).copied().unwrap_or_default();
+            let numbers = 0..options.thresholds_lux.len();
+            numbers
+                .map(|number| area.mean(&points.iter().map(|point| value(point, number)).collect::<Vec<_>>()))
+                .collect()
+        };
+        let medians = each(|point| point.median_lux);
+        let [least, most] = area.extremes(&medians).unwrap_or_default();
+        let of_mean = grid.responses.mean(grid.weights);
+        let mean_by_record_lux = of_mean.illuminances_lux(0, light);
+        let error = of_mean.relative_error(0, light);
+        let points_of_standard = en17037::Points {
+            area,
+            autonomies_percent: &points.iter().map(|point| point.en17037_percent).collect::<Vec<_>>(),
+            factors_percent: &each(|point| point.daylight_factor_percent),
+        };
+        let provision = Provision::new(&points_of_standard, outside.median_diffuse_lux);
+        let occupied = Illuminances::new(&mean_by_record_lux, &light.records, hours.occupied, error);
+        let dimming = options.dimming.as_ref();
+        let energy = dimming.map(|dimming| dimming.energy(&occupied, grid.zone_area_m2, hours.each));
+        let useful = Useful {
+            below_percent: mean(|point| point.useful.below_percent),
+            supplementary_percent: mean(|point| point.useful.supplementary_percent),
+            autonomous_percent: mean(|point| point.useful.autonomous_percent),
+            above_percent: mean(|point| point.useful.above_percent),
+        };
+        let mut verdicts = provision.verdicts(area.points(), hours.of(hours.daylight));
+        verdicts.extend(schemes(area, &points, (grid.middle, &mean_by_record_lux, error), light, hours));
+        Self {
+            autonomies_percent: by_threshold(|point| &point.autonomies_percent),
+            continuous_percent: by_threshold(|point| &point.continuous_percent),
+            useful,
+            spatial_percent: area.share_percent(&each(|point| point.spatial_percent), options.spatial_time_percent),
+            sun_exposure_percent: 0.0,
+            exposure_klxh: mean(|point| point.exposure_klxh),
+            mean_lux: mean(|point| point.mean_lux),
+            median_lux: [area.mean(&medians), least, most],
+            provision,
+            energy,
+            verdicts,
+            mean_by_record_lux,
+            points,
+        }
+    }
+}
+
+/// Judges a grid by the criteria of schemes; `middle`, `mean_lux` and `error` are the sensor in the middle, and the mean of the area in the
+/// lit records with its relative error.
+fn schemes(
+    area: Area,
+    points: &[PointYear],
+    (middle, mean_lux, error): (Option<usize>, &[f64], f64),
+    light: &RecordLight,
+    hours: &Hours,
+) -> Vec<Verdict> {
+    let every = vec![true; hours.occupied.len()];
+    let mean = Illuminances::new(mean_lux, &light.records, &every, error);
+    let in_hours = |share: Value| {
+        let factor = hours.of(&every) / 100.0;
+        Value { value: factor * share.value, standard_error: factor * share.standard_error }
+    };
+    let space = Space {
+        area,
+        occupied_percent: &points.iter().map(|point| point.of_occupied_percent).collect::<Vec<_>>(),
+        daylight_percent: &points.iter().map(|point| point.of_daylight_percent).collect::<Vec<_>>(),
+        hours: &points.iter().map(|point| point.year_hours).collect::<Vec<_>>(),
+        mean_hours: YEAR_LUX.map(|lux| in_hours(mean.autonomy_percent(lux))),
+        middle_lux: middle.and_then(|middle| points.get(middle)).and_then(|point| point.least_of_moments_lux),
+        number_of_hours: [hours.of(hours.occupied), hours.of(hours.daylight), hours.of(&every)],
+    };
+    space.verdicts()
+}
+
+/// Computes the illuminances in lux of a sensor in all records of the year, dark ones included.
+pub fn row_lux(responses: &Responses, sensor: usize, light: &RecordLight, records: usize) -> Vec<f32> {
+    let mut row = vec![0.0; records];
+    for (record, lux) in light.records.iter().zip(responses.illuminances_lux(sensor, light)) {
+        if let Some(of_record) = row.get_mut(*record) {
+            *of_record = lux as f32;
+        }
+    }
+    row
+}

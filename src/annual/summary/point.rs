@@ -1,0 +1,83 @@
+//! All metrics of one point of a grid.
+
+use crate::metrics::Value;
+use crate::metrics::en17037::THRESHOLDS_LUX;
+use crate::metrics::points::{Illuminances, Useful};
+use crate::metrics::schemes::{DAYLIGHT_LUX, OCCUPIED_LUX, YEAR_LUX};
+use crate::response::{RecordLight, Responses};
+
+use super::{Hours, Options};
+
+/// Metrics of a point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointYear {
+    /// Daylight autonomy in percent for each threshold of the options.
+    pub autonomies_percent: Vec<Value>,
+    /// Continuous daylight autonomy in percent for each threshold of the options.
+    pub continuous_percent: Vec<Value>,
+    /// Useful daylight illuminance.
+    pub useful: Useful,
+    /// Daylight autonomy in percent for the threshold of the spatial daylight autonomy.
+    pub spatial_percent: Value,
+    /// Sum of the illuminance over all records in klx h.
+    pub exposure_klxh: Value,
+    /// Mean illuminance in lux over the occupied records.
+    pub mean_lux: Value,
+    /// Median illuminance in lux over the daylight hours of EN 17037.
+    pub median_lux: Value,
+    /// Daylight factor in percent, under the CIE standard overcast sky.
+    pub daylight_factor_percent: Value,
+    /// Mean illuminance in lux over all records by each tube alone.
+    pub by_tube_lux: Vec<f64>,
+    pub(super) en17037_percent: [Value; THRESHOLDS_LUX.len()],
+    pub(super) of_occupied_percent: [Value; OCCUPIED_LUX.len()],
+    pub(super) of_daylight_percent: [Value; DAYLIGHT_LUX.len()],
+    pub(super) year_hours: [Value; YEAR_LUX.len()],
+    pub(super) least_of_moments_lux: Option<Value>,
+}
+
+impl PointYear {
+    /// Computes the metrics of a sensor.
+    pub(super) fn new(
+        responses: &Responses,
+        sensor: usize,
+        light: &RecordLight,
+        hours: &Hours,
+        options: &Options,
+    ) -> Self {
+        let lux = responses.illuminances_lux(sensor, light);
+        let error = responses.relative_error(sensor, light);
+        let of = |counts: &[bool]| Illuminances::new(&lux, &light.records, counts, error);
+        let (occupied, daylight) = (of(hours.occupied), of(hours.daylight));
+        let all = Illuminances { records: hours.occupied.len(), lit_lux: lux.clone(), relative_error: error };
+        let with_error = |value: f64| Value { value, standard_error: value * error };
+        let mean = occupied.lit_lux.iter().sum::<f64>() / occupied.records.max(1) as f64;
+        let scale = |value: Value, factor: f64| Value {
+            value: factor * value.value,
+            standard_error: factor * value.standard_error,
+        };
+        let of_year = hours.each * all.records as f64 / 100.0;
+        let at = |record: &usize| light.records.binary_search(record).map_or(0.0, |place| lux[place]);
+        let least = hours.nbr.iter().map(at).min_by(f64::total_cmp);
+        Self {
+            autonomies_percent: options.thresholds_lux.iter().map(|lux| occupied.autonomy_percent(*lux)).collect(),
+            continuous_percent: options
+                .thresholds_lux
+                .iter()
+                .map(|lux| occupied.continuous_autonomy_percent(*lux))
+                .collect(),
+            useful: occupied.useful(options.useful_lux),
+            spatial_percent: occupied.autonomy_percent(options.spatial_lux),
+            exposure_klxh: all.exposure_klxh(hours.each),
+            mean_lux: with_error(mean),
+            median_lux: daylight.median_lux(),
+            daylight_factor_percent: with_error(100.0 * responses.of_areas(sensor, &hours.overcast_m2)),
+            by_tube_lux: responses.mean_by_tube_lux(sensor, light, all.records),
+            en17037_percent: THRESHOLDS_LUX.map(|lux| daylight.autonomy_percent(lux)),
+            of_occupied_percent: OCCUPIED_LUX.map(|lux| occupied.autonomy_percent(lux)),
+            of_daylight_percent: DAYLIGHT_LUX.map(|lux| daylight.autonomy_percent(lux)),
+            year_hours: YEAR_LUX.map(|lux| scale(all.autonomy_percent(lux), of_year)),
+            least_of_moments_lux: least.map(with_error),
+        }
+    }
+}
