@@ -1,7 +1,6 @@
 //! Responses of sensors to tubes: illuminance per lumen, and its change as the centroid of the light moves over a closure.
 
 use glam::DVec2;
-use skyduct_physics::estimate::room_matrix::{Response as Estimated, RoomMatrix};
 
 use crate::fluxes::{TubeLight, TubeYear};
 use crate::light::LitMoment;
@@ -27,32 +26,15 @@ pub struct Responses {
     pub correlations: Vec<f64>,
 }
 
-/// Number of columns of a tube in a matrix: the response to even light, and its moments along x and y.
-const MOMENTS: usize = 3;
-
 impl Responses {
-    /// Reads the responses to whole openings from a matrix with three columns for each tube, the response w in lx/lm and its moments w_x and
-    /// w_y in radii of the opening, and a last one for the sum of all w; `radii` are those of the openings in m.
-    ///
-    /// Light whose centroid is c radii from the centre is taken as a linear pattern over the disc, which gives a sensor
-    /// w + 4 (c_x w_x + c_y w_y), because the mean square of a coordinate over the unit disc is 1/4.
-    pub fn of_matrix(matrix: &RoomMatrix, radii: &[f64]) -> Self {
-        let of_tube = |(columns, radius): (&[Vec<Estimated>], &f64)| {
-            let [of, along_x, along_y] = columns else { return Vec::new() };
-            let response = |((of, x), y): ((&Estimated, &Estimated), &Estimated)| Response {
-                lux_per_lumen: of.value,
-                gradient: DVec2::new(x.value, y.value) * (4.0 / radius),
-                standard_error: of.standard_error,
-            };
-            of.iter().zip(along_x).zip(along_y).map(response).collect()
-        };
-        let tubes: Vec<Vec<Response>> = matrix.columns.chunks_exact(MOMENTS).zip(radii).map(of_tube).collect();
-        let of_sum = matrix.columns.get(MOMENTS * radii.len()).map_or(&[][..], Vec::as_slice);
-        let correlation = |(sensor, of_sum): (usize, &Estimated)| {
+    /// Makes the responses of sensors to all tubes; `errors_of_all` are the standard errors of each sensor's response to one lumen from every
+    /// tube. They tell how much the errors of the tubes go together: fully where there are none.
+    pub fn new(tubes: Vec<Vec<Response>>, errors_of_all: &[f64]) -> Self {
+        let correlation = |(sensor, of_all): (usize, &f64)| {
             let apart: f64 = tubes.iter().map(|tube| tube[sensor].standard_error).sum();
-            if apart > 0.0 { (of_sum.standard_error / apart).min(1.0) } else { 1.0 }
+            if apart > 0.0 { (of_all / apart).min(1.0) } else { 1.0 }
         };
-        Self { correlations: of_sum.iter().enumerate().map(correlation).collect(), tubes }
+        Self { correlations: errors_of_all.iter().enumerate().map(correlation).collect(), tubes }
     }
 
     /// Returns the number of sensors.
@@ -184,13 +166,12 @@ mod tests {
 
     /// Checks a sensor below two tubes, one of them lit by the sun off its centre, by hand; its errors are independent.
     #[test]
-    fn moments_become_gradients_and_errors() {
-        let column = |value: f64, standard_error: f64| vec![Estimated { value, standard_error }];
-        let columns = [column(0.1, 0.003), column(0.01, 0.0), column(-0.005, 0.0)];
-        let other = [column(0.2, 0.004), column(0.0, 0.0), column(0.0, 0.0), column(0.3, 0.005)];
-        let matrix = RoomMatrix { columns: columns.into_iter().chain(other).collect() };
-        let responses = Responses::of_matrix(&matrix, &[0.2, 0.1]);
-        assert!((responses.tubes[0][0].gradient - DVec2::new(0.2, -0.1)).length() < 1e-12);
+    fn light_and_errors_of_two_tubes() {
+        let response = |lux_per_lumen: f64, gradient: DVec2, standard_error: f64| {
+            vec![Response { lux_per_lumen, gradient, standard_error }]
+        };
+        let tubes = vec![response(0.1, DVec2::new(0.2, -0.1), 0.003), response(0.2, DVec2::ZERO, 0.004)];
+        let responses = Responses::new(tubes, &[0.005]);
         let lights = |lumens: f64, moment: DVec2| vec![TubeRecord { lumens, moment }];
         let light = RecordLight {
             records: vec![12],

@@ -1,13 +1,18 @@
-//! Meshes that a job names as files at or below its own folder.
+//! Meshes and weather that a job names as files at or below its own folder.
 
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
+
+use crate::annual::weather::{self, Weather};
 
 use crate::document::MeshSource;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
 
-/// Source of OBJ files at or below a folder; no other file can be read through it.
+/// Largest size of a weather file in bytes.
+pub const WEATHER_BYTES: usize = 16 << 20;
+
+/// Source of OBJ and weather files at or below a folder; no other file can be read through it.
 pub struct MeshFiles {
     folder: PathBuf,
     limits: ObjLimits,
@@ -44,18 +49,28 @@ impl MeshFiles {
         }
         Ok(file)
     }
+
+    /// Reads the file `name` of at most `most` bytes.
+    fn read(&self, name: &str, most: usize) -> Result<Vec<u8>, String> {
+        let file = self.path(name)?;
+        let unreadable = |error: std::io::Error| format!("{name:?} cannot be read: {error}");
+        let size = file.metadata().map_err(unreadable)?.len();
+        if size > most as u64 {
+            return Err(format!("{name:?} has {size} bytes, but such a file may have at most {most}"));
+        }
+        std::fs::read(&file).map_err(unreadable)
+    }
 }
 
 impl MeshSource for MeshFiles {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
-        let file = self.path(id)?;
-        let unreadable = |error: std::io::Error| format!("{id:?} cannot be read: {error}");
-        let size = file.metadata().map_err(unreadable)?.len();
-        if size > self.limits.bytes as u64 {
-            return Err(format!("{id:?} has {size} bytes, but a mesh may have at most {}", self.limits.bytes));
-        }
-        let bytes = std::fs::read(&file).map_err(unreadable)?;
+        let bytes = self.read(id, self.limits.bytes)?;
         parse_obj(&bytes, self.limits).map(Arc::new).map_err(|error| format!("{id}: {error}"))
+    }
+
+    fn weather(&self, id: &str) -> Result<Arc<Weather>, String> {
+        let bytes = self.read(id, WEATHER_BYTES)?;
+        weather::read(&bytes).map(Arc::new).map_err(|error| format!("{id}: {error}"))
     }
 }
 

@@ -16,7 +16,7 @@ use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
 use crate::present::convergence_files::convergence_names;
-use crate::present::outputs::{Output, result_outputs};
+use crate::present::outputs::{Annual, Output, annual_outputs, result_outputs};
 use crate::present::report::REPORT;
 use crate::present::saved_files::SavedFigures;
 use crate::queue::events::Pass;
@@ -141,13 +141,17 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
         outputs.filter_map(|output| output["name"].as_str()).collect()
     };
     let tubes = job["document"]["tubes"].as_array().map_or(0, Vec::len);
-    let outputs = result_outputs(names("grids"), names("views"), tubes);
+    let mut outputs = result_outputs(names("grids"), names("views"), tubes);
+    if job["document"]["annual"].is_object() {
+        outputs.extend(annual_outputs(names("grids")));
+    }
     for output in outputs.into_iter().filter(|output| figures.has(output)) {
         let file = output.file();
         let path = match &output {
             Output::Grid(grid, format) => format!("grids/{grid}?format={}", format.suffix()),
             Output::FalseColours(view, format) => format!("views/{view}.{}?style=false_colour", format.suffix()),
-            Output::View(..) | Output::Tube(..) => file.clone(),
+            Output::Annual(Annual::Summary, _) => "annual".to_owned(),
+            Output::View(..) | Output::Tube(..) | Output::Annual(..) => file.clone(),
         };
         write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;
     }

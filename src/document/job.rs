@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
+use super::annual::AnnualDocument;
+use super::annual::check::check_job_of_year;
 use super::effects::{self, EffectSwitches, Effects, check_effects};
 use super::errors::{Checks, DocumentErrors};
 use super::limits::JOB_NAME;
@@ -43,7 +45,10 @@ pub struct JobDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "2011-09-15T15:00:00+02:00", format = DateTime)]
     pub time: Option<String>,
-    /// Sky and sun; required unless `tubes` is empty.
+    /// Year of daylight by a weather file, in place of `sky` and `time`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub annual: Option<AnnualDocument>,
+    /// Sky and sun; required unless `tubes` is empty or `annual` is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<SkyDocument>,
     /// The room, its surfaces, objects and luminaires.
@@ -149,6 +154,10 @@ impl JobDocument {
         self.stop.check(checks);
         check_effects(&self.effects, checks);
 
+        if let Some(annual) = &self.annual {
+            annual.check(checks);
+            check_job_of_year(self, checks);
+        }
         self.check_light(checks);
         self.check_sun(checks);
         if let Some(enclosure) = room.enclosure.as_ref().filter(|_| judged) {
@@ -171,8 +180,8 @@ impl JobDocument {
             }
             return;
         }
-        if self.sky.is_none() {
-            checks.refuse("/sky", "required unless `tubes` is empty");
+        if self.sky.is_none() && self.annual.is_none() {
+            checks.refuse("/sky", "required unless `tubes` is empty or `annual` is given");
         }
         if self.room.surfaces.ceiling.open {
             checks.refuse(

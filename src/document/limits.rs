@@ -135,6 +135,29 @@ pub const DEW_POINT_C: Range = within(-100.0, 50.0);
 /// Range of the altitude of the sun in degrees; below the horizon it gives no light.
 pub const ALTITUDE_DEG: Range = within(-90.0, 90.0);
 
+/// Number of characters of the id or the path of a weather file.
+pub const FILE_ID: RangeInclusive<usize> = 1..=1024;
+/// Range of the minutes by which the sun of a weather file's record is later than its stamp.
+pub const SUN_OFFSET_MINUTES: Range = within(-90.0, 60.0);
+/// Range of the number of positions of the sun in an hour of a year.
+pub const SUNS_PER_HOUR: Range = within(1.0, 12.0);
+/// Largest number of sensors times records of a year.
+pub const SENSORS_TIMES_RECORDS: usize = 20_000_000;
+/// Largest number of tubes times positions of the sun in a year.
+pub const TUBES_TIMES_MOMENTS: usize = 10_000_000;
+/// Number of illuminances of daylight autonomies.
+pub const THRESHOLDS: RangeInclusive<usize> = 1..=16;
+/// Range of an illuminance in lux that a metric of a year compares with.
+pub const THRESHOLD_LUX: Range = above(0.0, 1e6);
+/// Range of a share in percent, above none.
+pub const PERCENT: Range = above(0.0, 100.0);
+/// Number of days of a weekly schedule.
+pub const WEEKDAYS: RangeInclusive<usize> = 1..=7;
+/// Range of the least fraction of its light to which a luminaire is dimmed.
+pub const MINIMUM_LIGHT: Range = below(0.0, 1.0);
+/// Range of the electric power of luminaires in W/m2.
+pub const POWER_W_M2: Range = within(0.0, 1000.0);
+
 /// Range of the length of a room's edge in metres: no interior is longer, while nearly every length in millimetres is.
 pub const ROOM_EDGE_M: Range = within(0.01, 1000.0);
 /// Number of corners of a polygon.
@@ -244,6 +267,17 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("StopDocument", "confidence", Limit::Number(CONFIDENCE)),
     ("StopDocument", "max_passes", Limit::Number(PASSES)),
     ("StopDocument", "max_seconds", Limit::Number(SECONDS)),
+    ("AnnualDocument", "weather", Limit::Length(FILE_ID)),
+    ("AnnualDocument", "sun_offset_minutes", Limit::Number(SUN_OFFSET_MINUTES)),
+    ("AnnualDocument", "suns_per_hour", Limit::Number(SUNS_PER_HOUR)),
+    ("AnnualDocument", "thresholds_lux", Limit::Items(THRESHOLDS)),
+    ("WeeklySchedule", "days", Limit::Items(WEEKDAYS)),
+    ("SdaDocument", "threshold_lux", Limit::Number(THRESHOLD_LUX)),
+    ("SdaDocument", "time_percent", Limit::Number(PERCENT)),
+    ("DimmingDocument", "setpoint_lux", Limit::Number(THRESHOLD_LUX)),
+    ("DimmingDocument", "power_w_m2", Limit::Number(POWER_W_M2)),
+    ("DimmingDocument", "minimum_power", Limit::Number(RATIO)),
+    ("DimmingDocument", "minimum_light", Limit::Number(MINIMUM_LIGHT)),
     ("LocationDocument", "latitude_deg", Limit::Number(LATITUDE_DEG)),
     ("LocationDocument", "longitude_deg", Limit::Number(LONGITUDE_DEG)),
     ("LocationDocument", "elevation_m", Limit::Number(ELEVATION_M)),

@@ -1,14 +1,21 @@
-//! Source of the meshes that a document names.
+//! Source of the files that a document names: meshes and weather.
 
 use std::sync::Arc;
 
+use crate::annual::weather::Weather;
+
 use crate::geometry::TriangleMesh;
 
-/// Source of a document's meshes: uploads by id, or files beside the job file.
+/// Source of the files that a document names: uploads by id, or files beside the job file.
 pub trait MeshSource {
     /// Returns the mesh in the units of its file. The error is one sentence that says why there is none, with the line of the
     /// file where possible.
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String>;
+
+    /// Returns the weather of a file. The error is one sentence that says why there is none, with line and field where possible.
+    fn weather(&self, id: &str) -> Result<Arc<Weather>, String> {
+        Err(format!("no weather file has the id {id:?}"))
+    }
 
     /// True if the document's preparation was cancelled, so that it should end soon.
     fn is_cancelled(&self) -> bool {

@@ -7,6 +7,7 @@
 //! [`read`] converts text to types, [`errors`] collects faults, [`limits`] has each bound once, [`schema`] completes the
 //! description of the interface, [`scene`] builds the scene, [`provenance`] explains results and [`result`] has their types.
 
+pub mod annual;
 pub mod canonical;
 pub mod effects;
 pub mod errors;

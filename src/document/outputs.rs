@@ -14,7 +14,7 @@ use super::limits::{
     POINTS, Range, SPACING_M, below, within,
 };
 use super::schema::shapes::{CellCounts, PixelCounts, SensorPlace, Vector};
-use crate::scene::{Enclosure, EstimateKind, Grid, Sensor, View};
+use crate::scene::{Enclosure, EstimateKind, Grid, Responses, Sensor, View};
 
 /// A grid of horizontal sensors that face upward, in `cells` or at a spacing; or sensors at given points that face any direction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -145,7 +145,8 @@ impl GridDocument {
                 Grid { from_walls_m, ..Grid::lattice(name, height_m, cells, corner, size, estimate) }
             }
         };
-        Grid { components: self.components, responses: self.responses, ..grid }
+        let responses = if self.responses { Responses::ToPatches } else { Responses::None };
+        Grid { components: self.components, responses, ..grid }
     }
 
     /// Returns the number of cells along x and y in a room.

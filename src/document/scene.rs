@@ -9,11 +9,12 @@ use super::provenance::{GuideProvenance, Provenance};
 use super::room::convert::room;
 use super::room::mesh_object::mesh_objects;
 use super::room::object::ObjectDocument;
+use super::sky::SkyDocument;
 use super::sky::daylight::{Explained, Surroundings, daylight};
 use super::tube::convert::tube;
 use crate::geometry::Dropped;
 use crate::plan::EffectKind;
-use crate::scene::{Channels, Room, Scene, Tube, TubeShape, View};
+use crate::scene::{Channels, Grid, Responses, Room, Scene, Tube, TubeShape, View};
 
 /// Converts a checked document to its scene, with warnings and the provenance of its results.
 ///
@@ -43,9 +44,11 @@ pub fn to_scene(
         (provenance.zenith, provenance.sun, provenance.refraction) = (Some(zenith), Some(sun), Some(refraction));
         daylight
     });
+    let of_year = |grid: Grid| Grid { responses: Responses::ToTubes, ..grid };
+    let grids = document.grids.iter().map(|grid| grid.grid(&enclosure));
     let scene = Scene {
         daylight,
-        grids: document.grids.iter().map(|grid| grid.grid(&enclosure)).collect(),
+        grids: if document.annual.is_some() { grids.map(of_year).collect() } else { grids.collect() },
         room: Room { meshes: objects, ..room(&document.room, enclosure) },
         tubes,
         views,
@@ -88,6 +91,9 @@ fn explained_daylight(document: &JobDocument, checks: &mut Checks, warnings: &mu
     };
     match &document.sky {
         Some(sky) => daylight(sky, around, checks, warnings),
+        None if document.annual.is_some() => {
+            daylight(&SkyDocument::OF_DAYLIGHT_FACTORS, Surroundings { location: None, ..around }, checks, warnings)
+        }
         None => {
             if around.location.is_some() || around.time.is_some() {
                 let detail = "without `sky` there is no daylight: `location` and `time` change nothing".to_owned();

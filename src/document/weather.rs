@@ -172,12 +172,13 @@ impl WeatherReport {
             sun_offset_minutes: weather.sun_offset_minutes,
             closure,
             repairs: weather.file.repairs.iter().map(repair).collect(),
-            warnings: warnings(weather, moments.dropped),
+            warnings: notes_on(weather, moments.dropped),
         }
     }
 }
 
-fn warnings(weather: &Weather, dropped: Dropped) -> Vec<Warning> {
+/// Returns notes on a weather file, of which some light may have been dropped.
+pub(crate) fn notes_on(weather: &Weather, dropped: Dropped) -> Vec<Warning> {
     let hours = weather.file.repairs.iter().find(|repair| repair.kind == RepairKind::MissingHour);
     let missing = hours.map(|repair| Warning {
         code: WarningCode::WeatherHoursMissing,

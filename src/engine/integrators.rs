@@ -58,7 +58,7 @@ impl Engine {
         seed: u64,
     ) -> Self {
         let electric = traceable.luminaires.iter().any(TraceableLuminaire::emits);
-        let responses = scene.grids.iter().any(|grid| grid.responses);
+        let responses = scene.grids.iter().any(|grid| grid.responses.are_reported());
         if traceable.sky.is_none() && traceable.sun.is_none() && !electric && !responses {
             return Self::Dark;
         }

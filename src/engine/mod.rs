@@ -1,5 +1,6 @@
 //! Rendering of a job: its preparation, its passes in order, and their checkpoints.
 
+pub(crate) mod annual;
 pub mod cancel;
 pub mod checkpoint;
 pub mod convergence;

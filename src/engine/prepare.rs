@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::annual::AnnualJob;
 use super::integrators::Engine;
 use super::progress::{PassReport, StoppedBy};
 use super::spent::Spent;
@@ -34,6 +35,8 @@ pub struct RenderJob {
     pub(crate) provenance: Provenance,
     pub(crate) traceable: Arc<TraceableScene>,
     pub(super) engine: Engine,
+    /// Year of the job.
+    pub(crate) annual: Option<AnnualJob>,
     /// Parts of the light that are estimated separately for each grid; empty where none are.
     pub(crate) components: Vec<Component>,
     /// Seed of the random numbers.
@@ -69,6 +72,8 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     still_wanted()?;
     warnings.extend(document::leave_out(document, &mut scene, effects.is_followed(EffectKind::Objects))?);
     still_wanted()?;
+    let annual = AnnualJob::read(document, meshes, &scene, &mut warnings)?;
+    still_wanted()?;
     let stop = document.stop_rule();
     let missing = effects.weigh(&scene, &traceable).into_iter();
     let missing = missing.filter(|(_, left_out)| left_out.largest() > stop.relative_error);
@@ -88,9 +93,12 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         }
         None => methods,
     };
-    let methods = match scene.grids.iter().position(|grid| grid.responses) {
+    let methods = match scene.grids.iter().position(|grid| grid.responses.are_reported()) {
         Some(grid) => {
-            let pointer = format!("/grids/{grid}/responses");
+            let pointer = match document.annual {
+                Some(_) => "/annual".to_owned(),
+                None => format!("/grids/{grid}/responses"),
+            };
             methods.with_responses(&task, &request).map_err(|refusal| FieldError::refused(pointer, refusal))?
         }
         None => methods,
@@ -127,6 +135,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         provenance,
         traceable,
         engine,
+        annual,
         components,
     })
 }

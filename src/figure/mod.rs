@@ -29,6 +29,7 @@ pub mod sheet;
 pub mod sky_dome;
 mod span;
 pub mod svg;
+pub mod temporal_map;
 pub mod ticks;
 pub mod view_picture;
 mod words;

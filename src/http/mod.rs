@@ -1,6 +1,7 @@
 //! HTTP interface: the meaning of requests, and the form of answers.
 
 mod access;
+mod annual;
 mod client;
 mod content;
 mod convergence;

@@ -71,12 +71,21 @@ pub(super) async fn result_file(
     if let Some(artifact) = app.store.artifact(id, &output.file()).await? {
         return content::stored(headers, &app.artifacts, &artifact).await;
     }
+    let of_grid = |name: &str| Output::Grid(name.to_owned(), Format::Json);
     let kept = match &output {
-        Output::Grid(name, _) => Output::Grid(name.clone(), Format::Json),
-        other => other.clone(),
+        Output::Grid(name, _) => vec![of_grid(name)],
+        Output::Annual(..) => grid_names(app, id).await?.iter().map(|name| of_grid(name)).collect(),
+        other => vec![other.clone()],
     };
-    let made = read(app, id, vec![kept], move |results, _| results.file(&output)?.ok_or_else(no_such_output)).await?;
+    let made = read(app, id, kept, move |results, _| results.file(&output)?.ok_or_else(no_such_output)).await?;
     content::made(headers, made.bytes, made.media_type)
+}
+
+/// Returns the names of the grids of a job.
+pub(super) async fn grid_names(app: &Service, id: Uuid) -> Result<Vec<String>, Problem> {
+    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let grids = job.document["grids"].as_array().into_iter().flatten();
+    Ok(grids.filter_map(|grid| grid["name"].as_str()).map(str::to_owned).collect())
 }
 
 /// Runs `work`, which may take some time, with the results of a job and its row, of one moment: the results after the last pass for which

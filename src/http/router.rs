@@ -30,8 +30,8 @@ use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
-    Shared, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report, results,
-    skies, studies, time_zone, tube_flux, tubes, views,
+    Shared, annual, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report,
+    results, skies, studies, time_zone, tube_flux, tubes, views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -69,6 +69,8 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(studies::show::file))
         .routes(routes!(views::view))
         .routes(routes!(results::tube))
+        .routes(routes!(annual::annual))
+        .routes(routes!(annual::file))
         .routes(routes!(convergence::convergence))
         .routes(routes!(convergence::convergence_json))
         .routes(routes!(convergence::convergence_csv))

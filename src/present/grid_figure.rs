@@ -62,9 +62,18 @@ pub fn plan_map(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> Pla
     };
     let lines = vec![subject.circumstances(), of_grid(subject, grid), result];
     let heading = Heading { title: format!("{title}, {}", subject.name()), lines };
+    PlanMap { numbers: wishes.numbers, ..map_of_values(subject, grid, (heading, values), (scale, unit, levels)) }
+}
+
+/// Builds a map of values of the sensors of a grid over the plan of its room, with a colour scale, its unit and isolines.
+pub fn map_of_values(
+    subject: &Subject,
+    grid: &GridResult,
+    (heading, values): (Heading, Vec<f64>),
+    (scale, unit, levels): (ColourScale, &'static str, Vec<f64>),
+) -> PlanMap {
     let grid = placed(subject, grid, values);
-    let (room, numbers) = (room(subject, &grid), wishes.numbers);
-    PlanMap { heading, room, grid, scale, unit, levels, numbers }
+    PlanMap { heading, room: room(subject, &grid), grid, scale, unit, levels, numbers: Numbers::Hidden }
 }
 
 /// Draws a grid minus the same grid of another job; returns an error where their numbers of cells differ.

@@ -1,5 +1,6 @@
 //! Presentation of results: tables, figures and files, from an estimate or from stored files.
 
+pub mod annual;
 pub mod cache;
 pub mod convergence_files;
 pub(crate) mod grid_figure;

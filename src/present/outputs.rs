@@ -25,11 +25,18 @@ pub enum Format {
     /// Web page.
     #[serde(skip)]
     Html,
+    /// Array of NumPy.
+    #[serde(skip)]
+    Npy,
+    /// Illuminances as Radiance writes them.
+    #[serde(skip)]
+    Ill,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 7] = [Self::Json, Self::Csv, Self::Png, Self::Svg, Self::Pdf, Self::Exr, Self::Html];
+    pub const ALL: [Self; 9] =
+        [Self::Json, Self::Csv, Self::Png, Self::Svg, Self::Pdf, Self::Exr, Self::Html, Self::Npy, Self::Ill];
 
     /// Returns the extension of a file's name, without the dot.
     pub fn suffix(self) -> &'static str {
@@ -41,6 +48,8 @@ impl Format {
             Self::Pdf => "pdf",
             Self::Exr => "exr",
             Self::Html => "html",
+            Self::Npy => "npy",
+            Self::Ill => "ill",
         }
     }
 
@@ -54,6 +63,8 @@ impl Format {
             Self::Pdf => "application/pdf",
             Self::Exr => "image/x-exr",
             Self::Html => "text/html",
+            Self::Npy => "application/octet-stream",
+            Self::Ill => "text/plain",
         }
     }
 
@@ -63,7 +74,7 @@ impl Format {
             Self::Svg => Some(FigureFormat::Svg),
             Self::Png => Some(FigureFormat::Png(scale)),
             Self::Pdf => Some(FigureFormat::Pdf),
-            Self::Json | Self::Csv | Self::Exr | Self::Html => None,
+            Self::Json | Self::Csv | Self::Exr | Self::Html | Self::Npy | Self::Ill => None,
         }
     }
 }
@@ -79,6 +90,25 @@ pub enum Output {
     FalseColours(String, Format),
     /// Report on a tube as JSON, or its transmission against the sun's altitude.
     Tube(usize, Format),
+    /// Part of a year.
+    Annual(Annual, Format),
+}
+
+/// Part of the results of a year; grids have names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Annual {
+    /// Metrics of the grids, light of the tubes, and verdicts.
+    Summary,
+    /// Table of the records with light.
+    Hours,
+    /// Light of all tubes by day and hour.
+    Fluxes,
+    /// Metrics of the sensors of a grid, or their illuminances in all records.
+    Points(String),
+    /// Daylight autonomy of a grid over the plan.
+    Autonomy(String),
+    /// Mean illuminance of a grid by day and hour.
+    ByHour(String),
 }
 
 impl Output {
@@ -91,13 +121,24 @@ impl Output {
             // a folder of its own: a view may be called `a.false_colour`
             Self::FalseColours(name, _) => format!("false_colours/{name}.{suffix}"),
             Self::Tube(number, _) => format!("tubes/{number}.{suffix}"),
+            Self::Annual(part, _) => match part {
+                Annual::Summary => format!("annual.{suffix}"),
+                Annual::Hours => format!("annual/hours.{suffix}"),
+                Annual::Fluxes => format!("annual/fluxes.{suffix}"),
+                Annual::Points(name) => format!("annual/points.{name}.{suffix}"),
+                Annual::Autonomy(name) => format!("annual/autonomy.{name}.{suffix}"),
+                Annual::ByHour(name) => format!("annual/by_hour.{name}.{suffix}"),
+            },
         }
     }
 
     /// Returns the format of the file.
     pub fn format(&self) -> Format {
-        let (Self::Grid(_, format) | Self::View(_, format) | Self::FalseColours(_, format) | Self::Tube(_, format)) =
-            self;
+        let (Self::Grid(_, format)
+        | Self::View(_, format)
+        | Self::FalseColours(_, format)
+        | Self::Tube(_, format)
+        | Self::Annual(_, format)) = self;
         *format
     }
 
@@ -125,6 +166,22 @@ pub fn result_outputs<'a>(
     grids.chain(views).chain(tubes).collect()
 }
 
+/// Lists the files of a year with these grids, in the order of [`result_outputs`], which has those of every job.
+pub fn annual_outputs<'a>(grids: impl IntoIterator<Item = &'a str>) -> Vec<Output> {
+    use Format::{Csv, Ill, Json, Npy, Pdf, Png, Svg};
+    let part = |part: Annual, formats: &[Format]| -> Vec<Output> {
+        formats.iter().map(|format| Output::Annual(part.clone(), *format)).collect()
+    };
+    let figure = [Svg, Png, Pdf];
+    let of_grid = |name: &str| {
+        let points = part(Annual::Points(name.to_owned()), &[Json, Csv, Npy, Ill]);
+        let maps = [Annual::Autonomy(name.to_owned()), Annual::ByHour(name.to_owned())];
+        points.into_iter().chain(maps.into_iter().flat_map(|map| part(map, &figure))).collect::<Vec<_>>()
+    };
+    let whole = [part(Annual::Summary, &[Json]), part(Annual::Hours, &[Csv]), part(Annual::Fluxes, &figure)];
+    whole.into_iter().flatten().chain(grids.into_iter().flat_map(of_grid)).collect()
+}
+
 /// Returns the name of the file that shows a view after some of its passes.
 pub fn progress_image(view: &str, passes: u64) -> String {
     // a folder of its own: a view may be called `a.pass16`
@@ -140,7 +197,8 @@ mod tests {
     #[test]
     fn no_two_outputs_have_one_file() {
         let views = ["a", "a.false_colour", "a.pass16", "a.png", "false_colours"];
-        let outputs = result_outputs(["a", "a.json", "a.png"], views, 2);
+        let grids = ["a", "a.json", "a.png", "hours", "points.a"];
+        let outputs = [result_outputs(grids, views, 2), annual_outputs(grids)].concat();
         let mut files: Vec<String> = outputs.iter().map(Output::file).collect();
         files.extend(views.iter().flat_map(|view| [1, 16].map(|passes| progress_image(view, passes))));
         let distinct: BTreeSet<&String> = files.iter().collect();

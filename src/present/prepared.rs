@@ -1,11 +1,16 @@
 //! A prepared job together with what is made of it for its results.
 
 use std::ops::Deref;
-use std::sync::{Arc, OnceLock};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use super::annual::JobYear;
+use super::reader::Found;
 use super::subject::Subject;
 use super::tube_performance::TubePerformance;
+use crate::document::result::GridResult;
 use crate::document::{DocumentErrors, MeshSource, ValidJob};
+use crate::engine::passes::RenderError;
 use crate::engine::prepare::{self, RenderJob};
 use crate::predict::predictions::Predictions;
 
@@ -16,6 +21,8 @@ pub struct Prepared {
     pub(super) predictions: Option<Predictions>,
     /// Description of the job for its figures, made on first use.
     pub(super) subject: OnceLock<Arc<Subject>>,
+    /// Year of the job after so many passes, computed when it is asked for.
+    year: Mutex<Option<(u64, Arc<JobYear>)>>,
     /// Performance of each tube by itself, for its reports, computed on first use.
     pub(super) performances: Vec<OnceLock<Arc<TubePerformance>>>,
 }
@@ -33,7 +40,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
 impl Prepared {
     fn new(job: RenderJob) -> Self {
         let performances = job.scene.tubes.iter().map(|_| OnceLock::new()).collect();
-        Self { job, predictions: None, subject: OnceLock::new(), performances }
+        Self { job, predictions: None, subject: OnceLock::new(), year: Mutex::new(None), performances }
     }
 
     /// Returns the description of the job that figures print.
@@ -41,6 +48,24 @@ impl Prepared {
         self.subject.get_or_init(|| {
             Arc::new(Subject::new(&self.document, &self.plan_json()).foretold(self.predictions.clone()))
         })
+    }
+
+    /// Returns the year of the job after so many passes, whose grids `results` returns; `None` for a job without a year, and before the first pass.
+    pub(super) fn year(
+        &self,
+        passes: u64,
+        results: impl FnOnce() -> Result<Vec<GridResult>, RenderError>,
+    ) -> Found<Arc<JobYear>> {
+        // several readers of one estimate wait for the one that computes it
+        let mut kept = self.year.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((of_passes, year)) = &*kept
+            && *of_passes == passes
+        {
+            return Ok(Some(year.clone()));
+        }
+        let year = JobYear::of(self, results()?, &AtomicBool::new(false))?.map(Arc::new);
+        *kept = year.clone().map(|year| (passes, year));
+        Ok(year)
     }
 
     /// Keeps the predictions of a pilot, for the job's results and for the figure of its convergence.

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
+use super::annual::JobYear;
 use super::cache::Cache;
 use super::grid_figure::{GridWishes, grid_figure};
-use super::outputs::{Format, Output, result_outputs};
+use super::outputs::{Annual, Format, Output, annual_outputs, result_outputs};
 use super::subject::Subject;
 use super::tube_figure::tube_figure;
 use super::view_figure::{ViewWishes, false_colour_figure};
@@ -18,6 +19,7 @@ use crate::document::result::{GridResult, TubeResult};
 use crate::engine::passes::RenderError;
 use crate::engine::prepare::RenderJob;
 use crate::estimate::{Estimate, FilmEstimate};
+use crate::figure::paint::Scale;
 use crate::figure::{Drawing, FigureFormat};
 use crate::output::exr::{self, ViewImage};
 use crate::output::{OutputError, Raster, csv, png};
@@ -59,6 +61,9 @@ pub trait ResultReader {
     /// Returns the report on a tube.
     fn tube(&self, number: usize) -> Found<TubeReport>;
 
+    /// Returns the year of a job that has one.
+    fn year(&self) -> Found<Arc<JobYear>>;
+
     /// Makes a file; its figures are drawn without options.
     fn file(&self, output: &Output) -> Found<ResultFile> {
         written(self, output)
@@ -93,6 +98,10 @@ fn written(reader: &(impl ResultReader + ?Sized), output: &Output) -> Found<Resu
         (Output::Tube(tube, _), Some(figure)) => {
             reader.tube(*tube)?.map(|report| drawn(figure, Ok(tube_figure(reader.subject(), &report))))
         }
+        (Output::Annual(part, format), _) => match reader.year()? {
+            Some(year) => of_year(&year, (&name, part, *format), reader.subject())?,
+            None => None,
+        },
         _ => None,
     };
     let file = |bytes: Vec<u8>| ResultFile {
@@ -101,6 +110,31 @@ fn written(reader: &(impl ResultReader + ?Sized), output: &Output) -> Found<Resu
         name: output.file(),
     };
     Ok(bytes.transpose()?.map(file))
+}
+
+/// Writes a part of a year; `None` if it has no such part, or not in this format.
+fn of_year(
+    year: &JobYear,
+    (name, part, format): (&str, &Annual, Format),
+    subject: &Subject,
+) -> Found<Result<Vec<u8>, RenderError>> {
+    let drawing = match part {
+        Annual::Fluxes => Some(year.fluxes_figure(subject)),
+        Annual::Autonomy(grid) => year.autonomy_figure(subject, grid),
+        Annual::ByHour(grid) => year.hours_figure(subject, grid),
+        Annual::Summary | Annual::Hours | Annual::Points(_) => None,
+    };
+    Ok(match (part, format) {
+        (Annual::Summary, Format::Json) => Some(json(name, &year.summary())),
+        (Annual::Hours, Format::Csv) => Some(Ok(year.hours_csv().into_bytes())),
+        (Annual::Points(grid), Format::Json) => year.points(grid).map(|points| json(name, &points)),
+        (Annual::Points(grid), Format::Csv) => year.points(grid).map(|points| Ok(points.csv().into_bytes())),
+        (Annual::Points(grid), Format::Npy) => year.npy(grid).map(Ok),
+        (Annual::Points(grid), Format::Ill) => year.ill(grid).map(|text| Ok(text.into_bytes())),
+        _ => drawing.zip(format.of_figure(Scale::Single)).map(|(drawing, figure)| {
+            drawing.and_then(|drawing| figure.write(&drawing)).map_err(|error| failed(name, error))
+        }),
+    })
 }
 
 /// Files that were made of an estimate, by name, for several readers.
@@ -140,6 +174,8 @@ impl Estimated<'_> {
             Output::View(..) => true,
             Output::FalseColours(..) => false,
             Output::Tube(..) => has_meshes,
+            // the rest of a year is made from the grids again
+            Output::Annual(part, _) => *part == Annual::Summary,
         })
     }
 
@@ -210,6 +246,13 @@ impl ResultReader for Estimated<'_> {
         Ok(Some(self.prepared.tube_report(number, flux)))
     }
 
+    fn year(&self) -> Found<Arc<JobYear>> {
+        self.prepared.year(self.estimate.passes, || {
+            let grids = self.prepared.scene.grids.iter().map(|grid| self.grid(&grid.name));
+            Ok(grids.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+        })
+    }
+
     fn file(&self, output: &Output) -> Found<ResultFile> {
         self.made.map_or_else(|| written(self, output), |made| made.get(output.file(), || written(self, output)))
     }
@@ -263,6 +306,17 @@ impl ResultReader for Kept {
         let prepared = (self.prepare)().map_err(|errors| failed(&format!("tubes/{number}"), errors))?;
         Ok(Some(prepared.tube_report(number, *flux)))
     }
+
+    fn year(&self) -> Found<Arc<JobYear>> {
+        let document = self.subject.document.as_ref().filter(|document| document.annual.is_some());
+        let Some(document) = document else { return Ok(None) };
+        let prepared = (self.prepare)().map_err(|errors| failed("annual", errors))?;
+        let grids = document.grids.iter().map(|grid| self.grid(&grid.name)).collect::<Result<Vec<_>, _>>()?;
+        if grids.iter().any(Option::is_none) {
+            return Ok(None);
+        }
+        prepared.year(0, || Ok(grids.into_iter().flatten().collect()))
+    }
 }
 
 impl Prepared {
@@ -276,7 +330,11 @@ impl Prepared {
     pub fn outputs(&self) -> Vec<Output> {
         let grids = self.scene.grids.iter().map(|grid| grid.name.as_str());
         let views = self.scene.views.iter().map(|view| view.name.as_str());
-        result_outputs(grids, views, self.scene.tubes.len())
+        let mut outputs = result_outputs(grids.clone(), views, self.scene.tubes.len());
+        if self.annual.is_some() {
+            outputs.extend(annual_outputs(grids));
+        }
+        outputs
     }
 
     /// Makes tone-mapped progress images of all views: (view name, PNG bytes).

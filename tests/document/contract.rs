@@ -61,12 +61,14 @@ fn every_variant_is_a_component_and_tagged_ones_are_told_apart() {
         "BeamSource",
         "CeilingDocument",
         "CollectorDocument",
+        "DaylightSavingDocument",
         "DiffuserDocument",
         "DiffuserPart",
         "MethodWithSettings",
         "ObjectDocument",
         "PartDocument",
         "RefractionProvenance",
+        "ScheduleDocument",
     ];
     assert_eq!(tagged, expected);
 }

@@ -17,6 +17,7 @@ mod given;
 #[path = "../../fuzz/src/lib.rs"]
 mod fuzzed;
 
+mod annual;
 mod any;
 mod bounds;
 mod contract;

@@ -25,6 +25,7 @@ mod analytic_beams;
 mod analytic_holigilm;
 mod analytic_jobs;
 mod analytic_radiosity;
+mod annual;
 mod at_openings;
 mod bidirectional;
 mod buried_sensors;

@@ -22,7 +22,7 @@ use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
 use skyduct::sampling::Key;
 use skyduct::scene::EstimateKind::{self, CellAverage, Point};
-use skyduct::scene::{BoxObject, Grid, Scene};
+use skyduct::scene::{BoxObject, Grid, Responses, Scene};
 
 use crate::documents::{Folder, render};
 use crate::reference;
@@ -38,7 +38,7 @@ fn built(scene: &Scene, seed: u64) -> TwoStage<1> {
 
 /// The scene with responses told of all grids.
 fn told(mut scene: Scene) -> Scene {
-    scene.grids.iter_mut().for_each(|grid| grid.responses = true);
+    scene.grids.iter_mut().for_each(|grid| grid.responses = Responses::ToPatches);
     scene
 }
 

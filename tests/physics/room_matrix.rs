@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument};
 use skyduct::estimate::Estimate;
@@ -17,7 +17,7 @@ use skyduct::optics::Surface;
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
 use skyduct::sampling::Key;
-use skyduct::scene::{BoxObject, EstimateKind, Face, Scene};
+use skyduct::scene::{BoxObject, EstimateKind, Face, Responses, Scene};
 
 use crate::documents::Folder;
 use crate::reference;
@@ -48,7 +48,7 @@ fn run(scene: &Scene, method: &TwoStage<1>, passes: u64) -> Estimate {
 
 /// The scene with responses told of all grids.
 fn told(mut scene: Scene) -> Scene {
-    scene.grids.iter_mut().for_each(|grid| grid.responses = true);
+    scene.grids.iter_mut().for_each(|grid| grid.responses = Responses::ToPatches);
     scene
 }
 
@@ -118,6 +118,50 @@ fn light_straight_from_a_patch_is_its_integral() {
             assert!((response / *integral - 1.0).abs() < 2e-4, "{sensor}: {response} {integral}");
         }
     }
+}
+
+/// Responses to whole openings are sums of those to their patches: evenly lit, and with the moments of a disc that is brighter on one
+/// side, whose straight light is an integral by the midpoint rule.
+#[test]
+fn responses_to_whole_openings() {
+    let scene = told(disc_room(0.2, 0.5, 0.7, 0.2, EstimateKind::Point));
+    let mut whole = scene.clone();
+    whole.grids[0].responses = Responses::ToTubes;
+    let (of_patches, of_whole) = (run(&scene, &built(&scene, 5), 4), run(&whole, &built(&whole, 5), 4));
+    let [even, across, along, all] = &of_whole.grids[0].companions[..] else { panic!("not four") };
+    for sensor in 0..scene.grids[0].len() {
+        let (mean, _) = evenly_lit(&of_patches, sensor);
+        assert!((even.illuminance_lux(sensor) / mean - 1.0).abs() < 1e-12, "{sensor}");
+        assert_eq!(even.illuminance_lux(sensor), all.illuminance_lux(sensor));
+    }
+    let dark = disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point);
+    let mut black = told(dark);
+    black.grids[0].responses = Responses::ToTubes;
+    let found = run(&black, &built(&black, 5), 2);
+    let [even, across_black, along_black, _] = &found.grids[0].companions[..] else { panic!("not four") };
+    let (steps, centroid) = (48, DVec2::new(0.3, -0.2));
+    for sensor in 0..black.grids[0].len() {
+        let at = black.grids[0].centre(sensor);
+        let mut sum = 0.0;
+        for i in 0..steps {
+            for k in 0..steps {
+                let r = ((f64::from(i) + 0.5) / f64::from(steps)).sqrt();
+                let point = DVec2::from_angle(2.0 * PI * (f64::from(k) + 0.5) / f64::from(steps)) * r;
+                let way = (DVec2::splat(0.5 * SIDE) + RADIUS * point).extend(SIDE) - at;
+                let density = 1.0 + 4.0 * centroid.dot(point);
+                sum += density * way.z * way.z / (PI * way.length_squared().powi(2)) / f64::from(steps * steps);
+            }
+        }
+        let moments = DVec2::new(across_black.illuminance_lux(sensor), along_black.illuminance_lux(sensor));
+        let response = even.illuminance_lux(sensor) + 4.0 * centroid.dot(moments);
+        // what is not linear in the place on the disc is left out
+        assert!((response / sum - 1.0).abs() < 5e-4, "{sensor}: {response} {sum}");
+        let shift = 4.0 * centroid.dot(moments) / sum;
+        assert!(shift.abs() < 0.1);
+    }
+    // interreflected light evens out, but keeps the sides
+    assert!(across.illuminance_lux(0) < 0.0 && across.illuminance_lux(8) > 0.0);
+    assert!(along.illuminance_lux(0) < 0.0 && along.illuminance_lux(72) > 0.0);
 }
 
 /// The lumens of the patches times the responses are the light, in a furnished room with a box that hides parts of the

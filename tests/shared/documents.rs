@@ -3,6 +3,7 @@
 use crate::schema;
 use std::sync::Arc;
 
+use skyduct::annual::weather::{self, Weather};
 use skyduct::document::{JobDocument, MeshSource, ValidJob, to_scene};
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::passes::Rendered;
@@ -21,6 +22,12 @@ pub struct Folder;
 impl MeshSource for Folder {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         Beside("scenes").load(id)
+    }
+
+    fn weather(&self, id: &str) -> Result<Arc<Weather>, String> {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(id);
+        let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+        weather::read(&bytes).map(Arc::new).map_err(|error| error.to_string())
     }
 }
 

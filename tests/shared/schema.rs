@@ -76,6 +76,10 @@ fn has_null(value: &Value) -> bool {
 
 /// Faults that the service refuses and the schema does not: part of the detail, and why a schema cannot say it.
 pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
+    ("must ascend", "limits of useful daylight illuminances"),
+    ("must be later than `from`", "ends of occupied hours"),
+    ("must be a time of day", "times of a schedule"),
+    ("must be a day of the year", "days of a period"),
     ("must be inside the room", "compares with the size of the room"),
     ("must lie wholly inside the ceiling", "compares with the size of the room"),
     ("and below the ceiling", "compares with the height of the room"),

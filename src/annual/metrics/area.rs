@@ -27,7 +27,8 @@ impl Area<'_> {
         let share = |errors: f64| {
             let reaches = |value: &Value| value.value + errors * value.standard_error >= limit;
             let reached = values.iter().zip(self.weights).filter(|(value, _)| reaches(value));
-            100.0 * (reached.map(|(_, weight)| weight).sum::<f64>() / whole).min(1.0)
+            // the sum of nothing is -0
+            100.0 * ((0.0 + reached.map(|(_, weight)| weight).sum::<f64>()) / whole).min(1.0)
         };
         Bounded { value: share(0.0), low: share(-CONFIDENT), high: share(CONFIDENT) }
     }

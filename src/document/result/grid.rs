@@ -5,12 +5,12 @@ use utoipa::ToSchema;
 
 use super::components::{GridComponents, GridPart};
 use super::number::{coverage_factor, error, finite, rows, value};
-use super::responses::PatchResponse;
+use super::responses::{PatchResponse, TubeResponse};
 use crate::document::outputs::EstimateDocument;
 use crate::estimate::GridEstimate;
 use crate::estimate::grid_statistics::{self, Statistic};
 use crate::integrator::components::Component;
-use crate::scene::{Daylight, Grid, Sensor};
+use crate::scene::{Daylight, Grid, Responses, Sensor};
 use crate::sky::Sky;
 
 /// Illuminance of one grid: row j is at `y_m[j]` (south to north), column i at `x_m[i]` (west to east).
@@ -68,6 +68,9 @@ pub struct GridResult {
     /// Illuminance of each sensor per lumen of each patch of every opening, tube by tube, if the grid asks for `responses`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub responses: Option<Vec<PatchResponse>>,
+    /// Illuminance of each sensor per lumen of each tube, and of all, in a job with `annual`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tube_responses: Option<Vec<TubeResponse>>,
     /// Statistics over the sensors.
     pub statistics: GridStatistics,
 }
@@ -199,7 +202,8 @@ impl GridResult {
             external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
             components,
             by_tube,
-            responses: grid.responses.then(|| PatchResponse::all(estimate, columns, tubes)),
+            responses: (grid.responses == Responses::ToPatches).then(|| PatchResponse::all(estimate, columns, tubes)),
+            tube_responses: (grid.responses == Responses::ToTubes).then(|| TubeResponse::all(estimate, columns, tubes)),
             statistics: GridStatistics::new(estimate, daylight, electric),
         }
     }

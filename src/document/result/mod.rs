@@ -1,5 +1,6 @@
 //! Results as JSON, one file for each kind of result.
 
+pub mod annual;
 mod components;
 mod cross_check;
 mod energy;
@@ -18,7 +19,7 @@ pub use cross_check::CrossCheckResult;
 pub use energy::EnergyResult;
 pub use grid::{AreaAbove, DaylightFactors, ExternalIlluminance, GridResult, GridStatistics};
 pub use plan::{EffectResult, GuideResult, MethodResult, MethodsResult, PlanResult};
-pub use responses::PatchResponse;
+pub use responses::{PatchResponse, TubeResponse};
 pub use summary::{GridInShort, JobResults, Known, ViewInShort};
 pub use timing::{AccuracyResult, TimingResult};
 pub use tube::{FluxResult, TubeResult};

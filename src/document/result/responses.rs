@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::number::{error, rows, value};
 use crate::estimate::GridEstimate;
-use crate::integrator::room_matrix::PATCHES;
+use crate::integrator::room_matrix::{MOMENTS, PATCHES};
 
 /// Illuminance of a grid's sensors per lumen of white light that leaves one patch of an opening, uniformly over the patch and as
 /// from a Lambertian surface; direct and interreflected light together. Of a mixed closure only the part of the patch in the
@@ -33,5 +33,41 @@ impl PatchResponse {
             Self { tube, patch, lux_per_lumen: rows(&values, columns), standard_error: rows(&errors, columns) }
         };
         estimate.companions.iter().take(tubes * PATCHES).enumerate().map(of).collect()
+    }
+}
+
+/// Illuminance of a grid's sensors per lumen of white light that leaves an opening evenly, as from a Lambertian surface; direct and
+/// interreflected light together.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TubeResponse {
+    /// Number of the tube in the document, from 0; null for one lumen from every tube.
+    pub tube: Option<usize>,
+    /// Response of each sensor in lux per lumen, row by row; null inside solids and outside the room.
+    pub lux_per_lumen: Vec<Vec<Option<f64>>>,
+    /// Standard errors of `lux_per_lumen`; null where it is, and before the second pass.
+    pub standard_error: Vec<Vec<Option<f64>>>,
+    /// First moments of the response along x and y in lux per lumen and radius of the opening; empty for all tubes. Light whose centroid is
+    /// c radii away from the centre gives 4 (c_x m_x + c_y m_y) more.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moments: Vec<Vec<Vec<Option<f64>>>>,
+}
+
+impl TubeResponse {
+    /// Returns the responses of an estimate, which has `columns` sensors in a row, to `tubes` openings, and that to all of them.
+    pub fn all(estimate: &GridEstimate, columns: usize, tubes: usize) -> Vec<Self> {
+        let values = |part: &GridEstimate| -> Vec<Vec<Option<f64>>> {
+            rows(&(0..part.sensors.len()).map(|sensor| value(part, sensor)).collect::<Vec<_>>(), columns)
+        };
+        let errors = |part: &GridEstimate| -> Vec<Vec<Option<f64>>> {
+            rows(&(0..part.sensors.len()).map(|sensor| error(part, sensor)).collect::<Vec<_>>(), columns)
+        };
+        let of = |(number, parts): (usize, &[GridEstimate])| Self {
+            tube: (number < tubes).then_some(number),
+            lux_per_lumen: values(&parts[0]),
+            standard_error: errors(&parts[0]),
+            moments: parts[1..].iter().map(values).collect(),
+        };
+        // the last chunk has one part: all tubes together
+        estimate.companions.chunks(MOMENTS).take(tubes + 1).enumerate().map(of).collect()
     }
 }

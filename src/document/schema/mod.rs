@@ -25,6 +25,8 @@ use variants::Schemas;
 pub fn complete(schemas: &mut Schemas) {
     for (parent, tag, suffix, closed) in [
         ("ObjectDocument", "kind", "Object", true),
+        ("ScheduleDocument", "kind", "Schedule", true),
+        ("DaylightSavingDocument", "kind", "DaylightSaving", true),
         ("CeilingDocument", "kind", "Ceiling", true),
         ("CollectorDocument", "kind", "Collector", true),
         ("DiffuserDocument", "kind", "Diffuser", true),

@@ -11,6 +11,11 @@ pub fn rules() -> Vec<(&'static str, Value)> {
     let sun_position = |kind: &str| json!({ "properties": { "sun_position": { "type": kind } } });
     let with_sky = |rule: Value| json!({ "required": ["sky"], "properties": { "sky": { "allOf": [{ "type": "object" }, rule] } } });
     let tubes = || json!({ "required": ["tubes"], "properties": { "tubes": { "minItems": 1 } } });
+    let outputs = |list: &str, least: u32| json!({ "required": [list], "properties": { list: { "minItems": least } } });
+    let is_set = |field: &str| json!({ "required": [field], "properties": { field: { "const": true } } });
+    let grid_in_parts = json!({ "required": ["grids"], "properties": { "grids": {
+        "type": "array", "contains": any([is_set("components"), is_set("responses")]) } } });
+    let no_outputs = |list: &str| json!({ "properties": { list: { "maxItems": 0 } } });
     let grids_only = json!({ "anyOf": [
         { "enum": method::grids_only() },
         { "type": "object", "required": ["kind"], "properties": { "kind": { "enum": method::grids_only() } } },
@@ -23,8 +28,19 @@ pub fn rules() -> Vec<(&'static str, Value)> {
         // at least one source of light
         json!({ "properties": {
             "tubes": { "maxItems": 0 }, "room": { "properties": { "luminaires": { "maxItems": 0 } } } } }),
-        // tubes need a sky
-        all([tubes(), absent("sky")]),
+        // tubes need a sky or a year, and nothing needs both
+        all([tubes(), absent("sky"), absent("annual")]),
+        all([
+            given("annual"),
+            any([
+                given("sky"),
+                given("time"),
+                outputs("views", 1),
+                no_outputs("grids"),
+                no_outputs("tubes"),
+                grid_in_parts,
+            ]),
+        ]),
         // tubes need a closed ceiling
         all([tubes(), json!({ "properties": { "room": open_ceiling } })]),
         // the sun's position is given by the sky, or by location and time, and not by both

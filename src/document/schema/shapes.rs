@@ -7,8 +7,8 @@ use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, ObjectBuilder, OneOfBui
 use utoipa::{PartialSchema, ToSchema};
 
 use crate::document::limits::{
-    ALBEDO, CELLS, COORDINATE_M, EXITS, LIGHT, MESH_POSITION_M, PIXELS_OF_AN_EDGE, ROOM_EDGE_M, Range,
-    SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG,
+    ALBEDO, CELLS, COORDINATE_M, EXITS, LIGHT, MESH_POSITION_M, PIXELS_OF_AN_EDGE, RATIO, ROOM_EDGE_M, Range,
+    SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG, THRESHOLD_LUX,
 };
 
 /// Defines unit-like types, each of which stands for a schema in `#[schema(value_type = ...)]`.
@@ -37,6 +37,10 @@ named! {
     BoxSize: array(3, number(SIZE_M)).description(Some("Extent along x, y and z in metres."));
     CellCounts: array(2, integer(CELLS)).description(Some("Number of cells along x and y."));
     PixelCounts: array(2, integer(PIXELS_OF_AN_EDGE)).description(Some("Width and height in pixels."));
+    Threshold: number(THRESHOLD_LUX).description(Some("In lux."));
+    UsefulLimits: array(3, number(THRESHOLD_LUX)).description(Some("Ascending, in lux."));
+    MonthlyFactors: array(12, number(RATIO)).description(Some("January first."));
+    IsOccupied: integer(0..=1).description(Some("1 for an occupied record."));
     TableAngle: number(TABLE_ANGLE_DEG).description(Some("In degrees from the normal."));
     ScatteringRow: ArrayBuilder::new()
         .items(number(SCATTERING_PER_SR))

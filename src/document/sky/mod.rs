@@ -90,6 +90,19 @@ impl SkyPreset {
 }
 
 impl SkyDocument {
+    /// CIE standard overcast sky of 10 000 lx, under which jobs with a year compute daylight factors; its sun gives no light.
+    pub(super) const OF_DAYLIGHT_FACTORS: Self = Self {
+        cie_type: Some(1),
+        preset: None,
+        perez: None,
+        sun_position: Some(SunPositionDocument { altitude_deg: 45.0, azimuth_deg: 180.0 }),
+        zenith_luminance_cd_m2: None,
+        diffuse_horizontal_illuminance_lux: Some(10_000.0),
+        dv_ev: None,
+        luminous_turbidity: None,
+        direct_normal_illuminance_lux: Some(0.0),
+    };
+
     /// Returns the sky's type under a sun at the unit vector `sun`, at `time` in RFC 3339; `None` if the document names none, two, or one that
     /// does not exist.
     pub fn sky_type(&self, sun: DVec3, time: Option<&str>) -> Option<SkyType> {

@@ -13,6 +13,7 @@ use crate::document::{JobDocument, Warning};
 use crate::engine::progress::{Progress, StoppedBy};
 use crate::figure::FigureFormat;
 use crate::predict::predictions::Predictions;
+use crate::present::outputs::{Annual, Output, annual_outputs};
 use crate::present::report::OVERVIEW;
 use crate::present::site_figure::SiteFigure;
 use crate::queue::store::*;
@@ -94,6 +95,9 @@ pub struct Links {
     /// Paths of other figures by name: sky, sections, overview, and the fluxes of tubes in lm once they are computed. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub figures: Option<BTreeMap<String, FigureLinks>>,
+    /// Paths of the results of a year, its summary first; absent for jobs without `annual`. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub annual: Option<Vec<String>>,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -163,6 +167,7 @@ impl JobSummary {
                 views: None,
                 tubes: None,
                 figures: None,
+                annual: None,
             },
         }
     }
@@ -204,6 +209,17 @@ impl JobResource {
             (name, FigureLinks { svg, png, pdf })
         });
         summary.links.figures = Some(figures.collect());
+        if job.document["annual"].is_object() {
+            let files = annual_outputs(names(&job.document, "grids")).into_iter();
+            summary.links.annual = Some(
+                files
+                    .map(|output| match output {
+                        Output::Annual(Annual::Summary, _) => format!("{this}/annual"),
+                        other => format!("{this}/{}", other.file()),
+                    })
+                    .collect(),
+            );
+        }
         summary.links.grids = Some(grids);
         summary.links.grid_files = Some(grid_files);
         summary.links.views = Some(views);

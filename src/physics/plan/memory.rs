@@ -7,7 +7,7 @@ use super::{Methods, Plan};
 use crate::integrator::components::Component;
 use crate::integrator::diffuser_source::closure_source::all_lambertian;
 use crate::integrator::method::{Described, Load, Retained};
-use crate::integrator::room_matrix::PATCHES;
+use crate::integrator::room_matrix::{self, PATCHES};
 use crate::scene::{EnclosureFace, Grid, Scene, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -70,12 +70,12 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         let method = choice.method.described();
         // the parts of the light, each of which needs as much as the whole
         let copies = 1 + parts.map_or(0, |_| Component::of_scene(traceable).len());
-        let patches = PATCHES * traceable.tubes.len();
-        let columns = |grid: &Grid| (copies + if grid.responses { patches } else { 0 }) as f64;
+        let tubes = traceable.tubes.len();
+        let columns = |grid: &Grid| (copies + room_matrix::columns(grid.responses, tubes)) as f64;
         bytes.grids = scene.grids.iter().map(|grid| columns(grid) * of_grid(grid, method)).sum::<f64>();
         let views = if plan.methods.passes_are_common() { scene.views.len() } else { 0 };
-        let sensors: usize = scene.grids.iter().filter(|grid| grid.responses).map(Grid::len).sum();
-        let responses = (sensors * patches) as f64 * (RESPONSE * scene.channels.count() as f64 + RESPONSE);
+        let sensors: usize = scene.grids.iter().filter(|grid| grid.responses.are_reported()).map(Grid::len).sum();
+        let responses = (sensors * tubes * PATCHES) as f64 * (RESPONSE * scene.channels.count() as f64 + RESPONSE);
         bytes.working = method.working_bytes(&load(views)) + responses;
     }
     if let Some(check) = check {

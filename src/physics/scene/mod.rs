@@ -20,7 +20,7 @@ pub use enclosure::{BoxShape, Enclosure, EnclosureError, EnclosureFace, Face, Fa
 pub use luminaire::Luminaire;
 pub use mesh_object::MeshObject;
 pub use room::{BoxObject, Room};
-pub use sensors::{EstimateKind, Grid, Sensor};
+pub use sensors::{EstimateKind, Grid, Responses, Sensor};
 pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 
 /// Everything that a job simulates.

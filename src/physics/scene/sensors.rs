@@ -36,8 +36,8 @@ pub struct Grid {
     pub estimate: EstimateKind,
     /// True if results report the light by source and by tube, too.
     pub components: bool,
-    /// True if results report the light from each patch of the openings at each sensor per lumen, too.
-    pub responses: bool,
+    /// Light of the openings per lumen that results report at each sensor, too.
+    pub responses: Responses,
     /// Sensors at any places, in the order of their numbers; `None` for level ones that look up, in columns and rows.
     pub placed: Option<Arc<[Sensor]>>,
     /// Fraction of each sensor that no solid takes, row by row: of a cell's area, 0..1; for a point 1, or 0 inside a solid. `None` where
@@ -55,6 +55,25 @@ pub enum EstimateKind {
     Point,
     /// Mean illuminance over the cell.
     CellAverage,
+}
+
+/// Illuminance of sensors per lumen of white light that leaves openings as from Lambertian surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Responses {
+    /// None is reported.
+    #[default]
+    None,
+    /// Responses to each patch of the openings.
+    ToPatches,
+    /// Responses to whole openings with their first moments, and to all openings together.
+    ToTubes,
+}
+
+impl Responses {
+    /// True if any response is reported.
+    pub fn are_reported(self) -> bool {
+        self != Self::None
+    }
 }
 
 impl Grid {
@@ -93,7 +112,7 @@ impl Grid {
             from_walls_m: 0.0,
             estimate,
             components: false,
-            responses: false,
+            responses: Responses::None,
             placed: None,
             free: None,
             area: None,

@@ -55,6 +55,37 @@ impl Zone {
         std::array::from_fn(|cell| if self.per_part(cell) > 0.0 { 1.0 } else { 0.0 })
     }
 
+    /// Returns the fractions of the zone's area in its parts; zeros without a zone.
+    pub fn shares(&self) -> [f64; CELLS] {
+        let areas: [f64; CELLS] =
+            std::array::from_fn(|cell| self.rings[cell / SECTORS]).map(|[inner, outer]| outer - inner);
+        let whole: f64 = areas.iter().sum();
+        areas.map(|area| if whole > 0.0 { area / whole } else { 0.0 })
+    }
+
+    /// Returns the centroid of the part of each cell, in radii from the disc's centre; the centre where there is none.
+    pub fn centroids(&self) -> [DVec2; CELLS] {
+        // a sector of half-angle h has its centroid at 2/3 sin(h)/h of its radius
+        let half = 0.5 * TAU / SECTORS as f64;
+        let of_sector = 2.0 / 3.0 * libm::sin(half) / half;
+        let radii = self.rings.map(|[inner, outer]| match outer - inner {
+            area if area > 0.0 => of_sector * (outer * outer.sqrt() - inner * inner.sqrt()) / area,
+            _ => 0.0,
+        });
+        let middle_of_first = unit_vector((0.5 / SECTORS as f64 - 0.5) * TAU);
+        std::array::from_fn(|cell| {
+            let (ring, sector) = ring_and_sector(cell);
+            TURNS[sector].rotate(middle_of_first) * radii[ring]
+        })
+    }
+
+    /// Returns the mean square of the distance from the disc's centre over the zone, in squared radii of the disc; 0 without a zone.
+    pub fn mean_square(&self) -> f64 {
+        let of_ring = |[inner, outer]: [f64; 2]| 0.5 * (inner + outer) * (outer - inner);
+        let area: f64 = self.rings.iter().map(|[inner, outer]| outer - inner).sum();
+        if area > 0.0 { self.rings.map(of_ring).iter().sum::<f64>() / area } else { 0.0 }
+    }
+
     /// Returns a point of the part of each cell, in radii from the disc's centre; uniform numbers in 0..1 give uniform points.
     pub fn within_each(&self, [u, v]: [f64; 2]) -> [DVec2; CELLS] {
         let first = unit_vector((v / SECTORS as f64 - 0.5) * TAU);
@@ -94,6 +125,14 @@ mod tests {
             }
         }
         let whole = Zone::new(Some((0.0, RADIUS)), RADIUS);
+        // the mean of many points of each cell
+        let mean = (0..64 * 64).fold([DVec2::ZERO; CELLS], |mut mean, number| {
+            let numbers = [number % 64, number / 64].map(|n| (f64::from(n) + 0.5) / 64.0);
+            mean.iter_mut().zip(whole.within_each(numbers)).for_each(|(mean, point)| *mean += point / (64.0 * 64.0));
+            mean
+        });
+        assert!(mean.iter().zip(whole.centroids()).all(|(mean, centroid)| mean.distance(centroid) < 2e-4));
+        assert!((whole.shares().iter().sum::<f64>() - 1.0).abs() < 1e-14);
         assert!((0..CELLS).all(|cell| whole.per_part(cell) == CELLS as f64));
         for zone in [None, Some((0.5 * RADIUS, 0.5 * RADIUS))] {
             assert!(Zone::new(zone, RADIUS).held().iter().all(|held| *held == 0.0));

@@ -5,7 +5,7 @@
 //! patch is a mean over points of it. One replicate is one estimate of the whole matrix; a job averages the replicates
 //! ([`RoomMatrix`](crate::estimate::room_matrix::RoomMatrix)). The product with the lumens of the patches is the light of any sky.
 //!
-//! **Refuses** closures without a Lambertian part, and sensors within a radius of an opening. Patches of an opening consist of the parts
+//! **Refuses** closures without a Lambertian part, for responses to whole openings also those that are Lambertian only in part, and sensors within a radius of an opening. Patches of an opening consist of the parts
 //! that lie in the Lambertian zone (docs/physics/measurement_equation.md#responses).
 //!
 //! **Sources.** The matrix of a room that is used again for other skies is that of daylight coefficients (Tregenza and Waters 1983), and
@@ -27,12 +27,15 @@ use crate::integrator::diffuser_source::zone::Zone;
 use crate::integrator::method::{Refusal, RefusalCode, Task};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream};
-use crate::scene::{EstimateKind, Grid, Sensor};
+use crate::scene::{EstimateKind, Grid, Responses, Sensor};
 use crate::traceable::{TraceableScene, TraceableTube};
 use patch_light::PatchLight;
 
 /// Number of patches of every opening: six sectors of each of four rings of equal area.
 pub const PATCHES: usize = CELLS;
+
+/// Number of responses to a whole opening: to evenly spread light, and its moments along x and y.
+pub const MOMENTS: usize = 3;
 
 /// Number of paths of a sensor in a replicate.
 pub const PATHS: u32 = 128;
@@ -41,13 +44,18 @@ pub const PATHS: u32 = 128;
 pub fn refuses(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
     let is_lambertian = |tube: &TraceableTube| tube.diffuser.even_zone(tube.opening_radius).is_some();
-    if !scene.tubes.is_empty() && !scene.tubes.iter().any(is_lambertian) {
-        return refuses_all_but_lambertian(&scene.tubes);
+    // a whole opening has one response only where all of its light leaves alike
+    let of_whole = task.grids.iter().any(|grid| grid.responses == Responses::ToTubes);
+    if of_whole || (!scene.tubes.is_empty() && !scene.tubes.iter().any(is_lambertian)) {
+        let refusal = refuses_all_but_lambertian(&scene.tubes);
+        if refusal.is_some() {
+            return refusal;
+        }
     }
     let is_near = |grid: &&Grid| {
         let mut places =
             (0..grid.len()).filter(|index| !grid.is_inside(*index)).map(|index| SensorPoints::of(scene, grid, index));
-        grid.responses && places.any(|place| scene.tubes.iter().any(|tube| !place.is_far(tube)))
+        grid.responses.are_reported() && places.any(|place| scene.tubes.iter().any(|tube| !place.is_far(tube)))
     };
     let grid = task.grids.iter().find(is_near)?;
     let detail = format!(
@@ -102,11 +110,11 @@ impl<const C: usize> MatrixEstimator<C> {
     /// Builds the room of a scene, with `paths` paths of each sensor; equal seeds give equal bits. `None` where no grid requests daylight
     /// coefficients.
     pub fn new(scene: &TraceableScene, grids: &[Grid], paths: u32, seed: u64) -> Option<Self> {
-        if grids.iter().all(|grid| !grid.responses) {
+        if grids.iter().all(|grid| !grid.responses.are_reported()) {
             return None;
         }
         let (room, zones) = (below_openings(scene), zones(scene));
-        let wanted = grids.iter().enumerate().filter(|(_, grid)| grid.responses);
+        let wanted = grids.iter().enumerate().filter(|(_, grid)| grid.responses.are_reported());
         let grids = wanted.map(|(number, grid)| ResponseSensors::new(&room, &zones, number, grid)).collect();
         Some(Self { scene: room, zones, grids, paths, seed: Key::new(seed) })
     }
@@ -117,7 +125,7 @@ impl<const C: usize> MatrixEstimator<C> {
         let mut replicate = MatrixReplicate { grids: vec![Vec::new(); grids], rays: RayCount::default() };
         for sensors in &self.grids {
             let stream = key.stream(Stream::Grid, sensors.number as u64);
-            let of_sensor = |index| self.response(sensors, index, stream.stream(Stream::Sensor, index as u64));
+            let of_sensor = |index| self.reported(sensors, index, stream.stream(Stream::Sensor, index as u64));
             let (responses, rays): (Vec<Vec<f64>>, Vec<RayCount>) =
                 each(sensors.grid.len(), cancel, of_sensor)?.into_iter().unzip();
             replicate.rays += rays.into_iter().sum::<RayCount>();
@@ -125,14 +133,24 @@ impl<const C: usize> MatrixEstimator<C> {
                 illuminance: responses.iter().map(|response| response[column]).collect(),
                 ..GridPass::default()
             };
-            replicate.grids[sensors.number] = (0..self.columns()).map(column).collect();
+            replicate.grids[sensors.number] = (0..self.columns(&sensors.grid)).map(column).collect();
         }
         Some(replicate)
     }
 
-    /// Returns the number of patches of all openings.
-    pub fn columns(&self) -> usize {
-        self.scene.tubes.len() * PATCHES
+    /// Returns the number of responses of each sensor of a grid.
+    pub fn columns(&self, grid: &Grid) -> usize {
+        columns(grid.responses, self.scene.tubes.len())
+    }
+
+    /// Returns the responses of a sensor that its grid reports, and the number of rays.
+    fn reported(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
+        let (to_patches, rays) = self.response(sensors, index, stream);
+        match sensors.grid.responses {
+            Responses::None => (Vec::new(), rays),
+            Responses::ToPatches => (to_patches, rays),
+            Responses::ToTubes => (to_tubes(&self.zones, &to_patches), rays),
+        }
     }
 
     /// Computes the illuminance in lx of a sensor per lumen of each patch, and the number of rays.
@@ -142,7 +160,7 @@ impl<const C: usize> MatrixEstimator<C> {
         let light = PatchLight::<C>::new(&self.zones);
         let mut rays = RayCount::default();
         if sensors.grid.is_inside(index) {
-            return (vec![0.0; self.columns()], rays);
+            return (vec![0.0; self.zones.len() * PATCHES], rays);
         }
         for number in 0..u64::from(self.paths) {
             let samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
@@ -161,6 +179,39 @@ impl<const C: usize> MatrixEstimator<C> {
         let reflected = light.into_found().into_iter().map(|found: Spectrum<C>| (found * fraction).luminance());
         (straight.into_iter().zip(reflected).map(|(straight, reflected)| straight + reflected).collect(), rays)
     }
+}
+
+/// Returns the number of responses of a sensor to the openings of so many tubes.
+pub fn columns(responses: Responses, tubes: usize) -> usize {
+    match responses {
+        Responses::None => 0,
+        Responses::ToPatches => tubes * PATCHES,
+        Responses::ToTubes => tubes * MOMENTS + 1,
+    }
+}
+
+/// Computes the responses of a sensor to whole openings from those to their patches: for each tube that to light which leaves its Lambertian
+/// zone evenly, and the moments of this response along x and y in radii of the opening; last, the sum over the tubes of the first of these.
+///
+/// A lumen whose density falls linearly across a disc, with its centroid at c radii, has the response w + 4 (c_x w_x + c_y w_y), because
+/// the mean square of a coordinate over the unit disc is 1/4.
+fn to_tubes(zones: &[Zone], to_patches: &[f64]) -> Vec<f64> {
+    let mut all = 0.0;
+    let of_tube = |(zone, to_patches): (&Zone, &[f64])| {
+        let (mut even, mut moment, mut square) = (0.0, DVec2::ZERO, 0.0);
+        for ((share, centroid), response) in zone.shares().into_iter().zip(zone.centroids()).zip(to_patches) {
+            even += share * response;
+            moment += share * response * centroid;
+            square += share * centroid.length_squared();
+        }
+        // the moment of a response that is linear in position, which centroids alone make too small
+        moment *= if square > 0.0 { zone.mean_square() / square } else { 0.0 };
+        all += even;
+        [even, moment.x, moment.y]
+    };
+    let mut responses: Vec<f64> = zones.iter().zip(to_patches.chunks_exact(PATCHES)).flat_map(of_tube).collect();
+    responses.push(all);
+    responses
 }
 
 /// Returns the Lambertian zone of each opening.

@@ -116,7 +116,7 @@ impl Described for Settings {
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
-        let has_responses = task.grids.iter().any(|grid| grid.responses);
+        let has_responses = task.grids.iter().any(|grid| grid.responses.are_reported());
         // paths from sensors to patches find mirrors by chance
         let of_responses = || has_responses.then(|| chance::mirrors(self.name(), task.traceable)).flatten();
         chance::other_mirrors(self.name(), task.traceable).or_else(of_responses)
@@ -409,9 +409,8 @@ impl<const C: usize> TwoStage<C> {
 impl<const C: usize> Integrator for TwoStage<C> {
     fn start(&self) -> Pass {
         let nothing = |grid: &Grid| vec![0.0; if self.reflected.is_some() { grid.len() } else { 0 }];
-        let columns = self.room.as_ref().map_or(0, MatrixEstimator::columns);
         let grid = |grid: &Grid| {
-            let companions = vec![GridPass::default(); if grid.responses { columns } else { 0 }];
+            let companions = vec![GridPass::default(); self.room.as_ref().map_or(0, |room| room.columns(grid))];
             GridPass { residual: nothing(grid), companions, ..GridPass::default() }
         };
         Pass { grids: self.grids.iter().map(grid).collect(), ..Pass::default() }

@@ -1,0 +1,52 @@
+//! Year of a job: its summary, its tables, and its figures.
+
+use axum::http::HeaderMap;
+use axum::response::Response;
+use uuid::Uuid;
+
+use crate::document::result::annual::{AnnualResult, PointsYearResult};
+use crate::http::App;
+use crate::http::content::Binary;
+use crate::http::formats::{self, Format};
+use crate::http::problem::{Path, Problem};
+use crate::http::results::{grid_names, no_such_output, result_file};
+use crate::present::outputs::{Annual, Output, annual_outputs};
+
+/// Returns the year of a job: light of the tubes, metrics of the grids, and verdicts.
+///
+/// A running job has the year of its passes so far.
+#[utoipa::path(get, path = "/v1/jobs/{id}/annual", operation_id = "get_annual", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "Metrics with intervals, and verdicts", body = AnnualResult),
+        (status = 206, description = "The requested range of bytes"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job, the job has no `annual`, or the first pass has not finished yet",
+            body = Problem, content_type = "application/problem+json")))]
+pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    result_file(&app, id, &headers, Output::Annual(Annual::Summary, Format::Json)).await
+}
+
+/// Returns a file of a year of a job.
+#[utoipa::path(get, path = "/v1/jobs/{id}/annual/{file}", operation_id = "get_annual_file", tag = "results",
+    params(("id" = Uuid, Path), ("file" = String, Path,
+        description = "One of the names in the job's `links.annual`: `hours.csv`, `fluxes.svg`, and for each grid \
+                       `points.NAME.json`, `.csv`, `.npy` and `.ill`, `autonomy.NAME.svg` and `by_hour.NAME.svg`; \
+                       figures also as `.png` and `.pdf`")),
+    responses(
+        (status = 200, description = "The file",
+            content((PointsYearResult = "application/json"), (String = "text/csv"), (String = "text/plain"),
+                (inline(Binary) = "application/octet-stream"), (String = "image/svg+xml"), (inline(Binary) = "image/png"),
+                (inline(Binary) = "application/pdf"))),
+        (status = 206, description = "The requested range of bytes"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job or file, the job has no `annual`, or the first pass has not finished yet",
+            body = Problem, content_type = "application/problem+json")))]
+pub async fn file(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
+    let grids = grid_names(&app, id).await?;
+    let path = format!("annual/{file}");
+    let mut outputs = annual_outputs(grids.iter().map(String::as_str)).into_iter();
+    let output = outputs.find(|output| output.file() == path).ok_or_else(no_such_output)?;
+    Ok(formats::named(result_file(&app, id, &headers, output).await?, &file))
+}

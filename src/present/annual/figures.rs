@@ -1,0 +1,118 @@
+//! Figures of a year: maps of daylight autonomy over the plan, and temporal maps of light by day and hour.
+
+use super::JobYear;
+use crate::document::result::annual::WithInterval;
+use crate::figure::isolines::levels;
+use crate::figure::scale::{ColourScale, Palette};
+use crate::figure::temporal_map::TemporalMap;
+use crate::figure::ticks::{significant, with_error};
+use crate::figure::{Drawing, Heading};
+use crate::output::OutputError;
+use crate::present::grid_figure::map_of_values;
+use crate::present::subject::Subject;
+
+impl JobYear {
+    /// Draws the daylight autonomy of a grid over the plan, for the illuminance of the document's spatial daylight autonomy; `None` if
+    /// there is no grid of this name.
+    pub fn autonomy_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
+        let (number, of) = self.grids.iter().enumerate().find(|(_, of)| of.grid.name == name)?;
+        let year = &self.year.grids[number];
+        let values = year.points.iter().zip(&of.weights).map(|(point, weight)| match *weight > 0.0 {
+            true => point.spatial_percent.value,
+            false => f64::NAN,
+        });
+        let values: Vec<f64> = values.collect();
+        let sda = &self.document.sda;
+        let share: WithInterval = year.spatial_percent.into();
+        let heading = Heading {
+            title: format!("Daylight autonomy {} lx, {}", sda.threshold_lux, subject.name()),
+            lines: vec![
+                self.circumstances(),
+                of.result.place_in_words(),
+                format!(
+                    "{} of the area has {} lx in {} % of the occupied hours",
+                    percent(share),
+                    sda.threshold_lux,
+                    sda.time_percent
+                ),
+            ],
+        };
+        let known = values.iter().copied().filter(|value| value.is_finite());
+        let [least, most] = known.fold([100.0, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)]);
+        let scale = ColourScale::from_zero(100.0, Palette::Viridis);
+        Some(map_of_values(subject, &of.result, (heading, values), (scale, "%", levels(least, most))).draw())
+    }
+
+    /// Draws the mean illuminance of a grid by day and hour; `None` if there is no grid of this name.
+    pub fn hours_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
+        let (number, of) = self.grids.iter().enumerate().find(|(_, of)| of.grid.name == name)?;
+        let mean: WithInterval = self.year.grids[number].mean_lux.into();
+        let heading = Heading {
+            title: format!("Mean illuminance by the hour, {}", subject.name()),
+            lines: vec![
+                self.circumstances(),
+                of.result.place_in_words(),
+                format!("mean of the occupied hours {} lx", with_half_width(mean)),
+            ],
+        };
+        let values = self.year.hours.iter().map(|hour| (hour.record, hour.grids_lux[number]));
+        Some(self.temporal_map(heading, values, "lx").draw())
+    }
+
+    /// Draws the flux of all tubes into the room by day and hour.
+    pub fn fluxes_figure(&self, subject: &Subject) -> Result<Drawing, OutputError> {
+        let sum: f64 = self.year.tubes.iter().map(|tube| tube.klm_h.value).sum();
+        let heading = Heading {
+            title: format!("Light of the tubes by the hour, {}", subject.name()),
+            lines: vec![self.circumstances(), format!("{} klm h over the year", significant(sum, 4))],
+        };
+        let flux = |tubes: &[[f64; 2]]| tubes.iter().flatten().sum();
+        let values = self.year.hours.iter().map(|hour| (hour.record, flux(&hour.tubes_lm)));
+        self.temporal_map(heading, values, "lm").draw()
+    }
+
+    /// Makes a temporal map of the values of records with light.
+    fn temporal_map(
+        &self,
+        heading: Heading,
+        lit: impl Iterator<Item = (usize, f64)>,
+        unit: &'static str,
+    ) -> TemporalMap {
+        let mut values = vec![f64::NAN; self.weather.records.len()];
+        lit.for_each(|(record, value)| values[record] = value);
+        let greatest = values.iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
+        let per_day = self.weather.records_per_day();
+        let firsts = self.weather.records.iter().step_by(per_day.max(1)).enumerate();
+        let firsts = firsts.filter(|(_, record)| record.day == 1).map(|(day, record)| (record.month, day));
+        let months = firsts.collect();
+        let scale = ColourScale::from_zero(greatest.max(1e-9), Palette::Viridis);
+        TemporalMap { heading, values, per_day, months, scale, unit }
+    }
+
+    /// Describes the weather in one line.
+    fn circumstances(&self) -> String {
+        let site = &self.weather.site;
+        format!(
+            "{}, {:.2}°, {:.2}° · {} hours with light",
+            site.name,
+            site.latitude_deg,
+            site.longitude_deg,
+            self.year.hours.len()
+        )
+    }
+}
+
+/// Formats a value with half of its interval.
+fn with_half_width(value: WithInterval) -> String {
+    let half = 0.5 * (value.high - value.low);
+    if half > 0.0 { format!("{} (95 %)", with_error(value.value, half)) } else { significant(value.value, 4) }
+}
+
+/// Formats a share of the area in percent with its interval where it has a width.
+fn percent(share: WithInterval) -> String {
+    let WithInterval { value, low, high } = share;
+    match high - low > 0.05 {
+        true => format!("{value:.0} % ({low:.0} to {high:.0})"),
+        false => format!("{value:.0} %"),
+    }
+}

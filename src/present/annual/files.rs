@@ -1,0 +1,194 @@
+//! Files of a year: its summary, the table of hours, the metrics of sensors, and their illuminances by the hour.
+
+use std::fmt::Write as _;
+
+use crate::annual::metrics::Value;
+use crate::annual::summary::{Hour, PointYear, row_lux};
+
+use super::{GridOfYear, JobYear};
+use crate::document::annual::AnnualDocument;
+use crate::document::result::annual::{
+    AnnualResult, ColumnResult, Conventions, GridYearResult, PointsYearResult, SiteResult, TubeYearResult,
+};
+
+impl JobYear {
+    /// Returns the summary of the year.
+    pub fn summary(&self) -> AnnualResult {
+        let AnnualDocument { illuminance, suns_per_hour, schedule, daylight_saving, maintenance, .. } = &self.document;
+        let hours = 1.0 / f64::from(self.weather.records_per_hour.max(1));
+        let grids = self.grids.iter().zip(&self.year.grids);
+        AnnualResult {
+            site: SiteResult::from(&self.weather.site),
+            conventions: Conventions {
+                sky: "perez".to_owned(),
+                illuminance: *illuminance,
+                sun_offset_minutes: self.convention.sun_offset_minutes,
+                suns_per_hour: *suns_per_hour,
+                year_of_sun: self.weather.year_of_sun,
+                records: self.weather.records.len(),
+                lit_records: self.year.hours.len(),
+                records_per_hour: self.weather.records_per_hour,
+                occupied_hours: hours * self.year.occupied_records as f64,
+                schedule: schedule.clone(),
+                daylight_saving: *daylight_saving,
+                maintenance: maintenance.unwrap_or([1.0; 12]),
+            },
+            outside: (&self.year.outside).into(),
+            tubes: self.year.tubes.iter().map(TubeYearResult::from).collect(),
+            grids: grids.map(|(of, year)| GridYearResult::new(&of.grid.name, year, &self.document)).collect(),
+        }
+    }
+
+    /// Returns the metrics of the sensors of a grid; `None` if there is no grid of this name.
+    pub fn points(&self, name: &str) -> Option<PointsYearResult> {
+        let (number, of) = self.grid(name)?;
+        let year = &self.year.grids[number];
+        let points_m = (0..of.weights.len()).map(|sensor| of.grid.sensor(sensor).position.to_array()).collect();
+        let column = |name: String, value: &dyn Fn(&PointYear) -> Value| {
+            let values = year.points.iter().zip(&of.weights);
+            let values: Vec<Option<Value>> =
+                values.map(|(point, weight)| (*weight > 0.0).then(|| value(point))).collect();
+            ColumnResult {
+                name,
+                values: values.iter().map(|value| value.map(|value| value.value)).collect(),
+                standard_errors: values.iter().map(|value| value.map(|value| value.standard_error)).collect(),
+            }
+        };
+        let mut columns = Vec::new();
+        for (number, lux) in self.document.thresholds_lux.iter().enumerate() {
+            columns.push(column(format!("da_{lux}_percent"), &|point| point.autonomies_percent[number]));
+            columns.push(column(format!("cda_{lux}_percent"), &|point| point.continuous_percent[number]));
+        }
+        let [low, middle, high] = self.document.udi_lux;
+        columns.push(column(format!("udi_below_{low}_percent"), &|point| point.useful.below_percent));
+        columns.push(column(format!("udi_{low}_{middle}_percent"), &|point| point.useful.supplementary_percent));
+        columns.push(column(format!("udi_{middle}_{high}_percent"), &|point| point.useful.autonomous_percent));
+        columns.push(column(format!("udi_above_{high}_percent"), &|point| point.useful.above_percent));
+        columns.push(column("exposure_klxh".to_owned(), &|point| point.exposure_klxh));
+        columns.push(column("mean_lux".to_owned(), &|point| point.mean_lux));
+        columns.push(column("median_lux".to_owned(), &|point| point.median_lux));
+        columns.push(column("daylight_factor_percent".to_owned(), &|point| point.daylight_factor_percent));
+        for tube in 0..self.year.tubes.len() {
+            let exact = move |point: &PointYear| Value { value: point.by_tube_lux[tube], standard_error: 0.0 };
+            columns.push(ColumnResult {
+                standard_errors: Vec::new(),
+                ..column(format!("mean_of_tube_{tube}_lux"), &exact)
+            });
+        }
+        Some(PointsYearResult { name: name.to_owned(), points_m, columns })
+    }
+
+    /// Returns the table of the records with light: time, sun, sky, lumens of each tube and mean illuminance of each grid.
+    pub fn hours_csv(&self) -> String {
+        let mut table = "month,day,hour,sun_altitude_deg,sun_azimuth_deg,clearness,brightness,diffuse_horizontal_lux,\
+                         direct_normal_lux"
+            .to_owned();
+        for tube in 0..self.year.tubes.len() {
+            let _ = write!(table, ",tube_{tube}_sky_lm,tube_{tube}_sun_lm");
+        }
+        for of in &self.grids {
+            let _ = write!(table, ",{}_mean_lux", of.grid.name);
+        }
+        table.push('\n');
+        for hour in &self.year.hours {
+            self.hour(&mut table, hour);
+        }
+        table
+    }
+
+    fn hour(&self, table: &mut String, hour: &Hour) {
+        let record = &self.weather.records[hour.record];
+        let altitude = libm::asin(hour.sun.z.clamp(-1.0, 1.0)).to_degrees();
+        let azimuth = libm::atan2(hour.sun.x, hour.sun.y).to_degrees().rem_euclid(360.0);
+        let _ = write!(
+            table,
+            "{},{},{},{altitude:.4},{azimuth:.4},{:.5},{:.5},{:.1},{:.1}",
+            record.month,
+            record.day,
+            record.middle_hour,
+            hour.clearness,
+            hour.brightness,
+            hour.diffuse_horizontal_lux,
+            hour.direct_normal_lux
+        );
+        for [sky, sun] in &hour.tubes_lm {
+            let _ = write!(table, ",{sky:.2},{sun:.2}");
+        }
+        for lux in &hour.grids_lux {
+            let _ = write!(table, ",{lux:.2}");
+        }
+        table.push('\n');
+    }
+
+    /// Returns the illuminances of the sensors of a grid in lux in all records, as an array of NumPy (version 1.0): float32, one row for
+    /// each sensor.
+    pub fn npy(&self, name: &str) -> Option<Vec<u8>> {
+        let (_, of) = self.grid(name)?;
+        let records = self.weather.records.len();
+        let header =
+            format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {records}), }}", of.weights.len());
+        // magic, version and length take 10 bytes; the header ends with a line feed at a multiple of 64
+        let length = (10 + header.len() + 1).next_multiple_of(64) - 10;
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend(u16::try_from(length).unwrap_or(u16::MAX).to_le_bytes());
+        bytes.extend(format!("{header:<width$}\n", width = length - 1).into_bytes());
+        for sensor in 0..of.weights.len() {
+            bytes.extend(of.row(sensor, self, records).into_iter().flat_map(f32::to_le_bytes));
+        }
+        Some(bytes)
+    }
+
+    /// Returns the illuminances of the sensors of a grid in lux in the records with light, as Radiance writes them: a line for each
+    /// sensor, without a header.
+    pub fn ill(&self, name: &str) -> Option<String> {
+        let (_, of) = self.grid(name)?;
+        let mut text = String::new();
+        for sensor in 0..of.weights.len() {
+            let row = of.row(sensor, self, self.weather.records.len());
+            let lit = self.year.hours.iter().map(|hour| format!("{:.2}", row[hour.record]));
+            text.push_str(&lit.collect::<Vec<_>>().join("\t"));
+            text.push('\n');
+        }
+        Some(text)
+    }
+
+    fn grid(&self, name: &str) -> Option<(usize, &GridOfYear)> {
+        self.grids.iter().enumerate().find(|(_, of)| of.grid.name == name)
+    }
+}
+
+impl GridOfYear {
+    /// Returns the illuminances of a sensor in all records; not-a-number for a sensor without a value.
+    fn row(&self, sensor: usize, year: &JobYear, records: usize) -> Vec<f32> {
+        match self.weights[sensor] > 0.0 {
+            true => row_lux(&self.responses, sensor, &year.light, records),
+            false => vec![f32::NAN; records],
+        }
+    }
+}
+
+impl PointsYearResult {
+    /// Returns the metrics as a table, a row for each sensor.
+    pub fn csv(&self) -> String {
+        let mut table = "x_m,y_m,z_m".to_owned();
+        for column in &self.columns {
+            let _ = write!(table, ",{}", column.name);
+            if !column.standard_errors.is_empty() {
+                let _ = write!(table, ",{}_standard_error", column.name);
+            }
+        }
+        table.push('\n');
+        let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.5}"));
+        for (sensor, [x, y, z]) in self.points_m.iter().enumerate() {
+            let _ = write!(table, "{x},{y},{z}");
+            for column in &self.columns {
+                let _ = write!(table, ",{}", number(column.values[sensor]));
+                if let Some(error) = column.standard_errors.get(sensor) {
+                    let _ = write!(table, ",{}", number(*error));
+                }
+            }
+            table.push('\n');
+        }
+        table
+    }
+}

@@ -1,0 +1,236 @@
+//! Year of daylight of a job: the responses of its grids times the lumens of its tubes by the hour.
+
+mod figures;
+mod files;
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use crate::annual::fluxes::{TubeYear, tube_years};
+use crate::annual::light::{Illuminances, LitMoment, lit};
+use crate::annual::metrics::dimming::Dimming;
+use crate::annual::moment::{Convention, Moments, moments};
+use crate::annual::response::{RecordLight, Response, Responses};
+use crate::annual::schedule::{Schedule, daylight_hours, occupied};
+use crate::annual::summary::{GridInput, Options, Year, YearInput, year};
+use crate::annual::weather::{Record, Weather};
+use glam::DVec2;
+
+use crate::document::annual::{
+    AnnualDocument, DayOfYear, DaylightSavingDocument, DimmingDocument, IlluminanceSource, ScheduleDocument, Weekday,
+};
+use crate::document::result::{GridResult, TubeResponse};
+use crate::engine::annual::AnnualJob;
+use crate::engine::passes::RenderError;
+use crate::present::prepared::Prepared;
+use crate::present::reader::failed;
+use crate::scene::{FaceKind, Grid};
+
+/// Year of a job.
+pub struct JobYear {
+    /// Part of the document that it follows.
+    document: AnnualDocument,
+    /// Weather of the period.
+    weather: Arc<Weather>,
+    /// Moments from the stamp of a record to those that it stands for.
+    convention: Convention,
+    /// Light of the tubes by records.
+    light: RecordLight,
+    /// Grids, in the order of the document.
+    grids: Vec<GridOfYear>,
+    /// Metrics of all.
+    year: Year,
+}
+
+/// Sensors of a grid, with their responses.
+struct GridOfYear {
+    grid: Grid,
+    /// Result under the overcast sky, without its responses.
+    result: GridResult,
+    responses: Responses,
+    /// Area in m2 that each sensor stands for; 0 for sensors without a value.
+    weights: Vec<f64>,
+}
+
+impl JobYear {
+    /// Computes the year of a prepared job from the results of its grids; `None` for a job without one.
+    pub fn of(prepared: &Prepared, results: Vec<GridResult>, cancel: &AtomicBool) -> Result<Option<Self>, RenderError> {
+        let Some(AnnualJob { document, weather: whole, rotation }) = &prepared.annual else { return Ok(None) };
+        let convention = Convention {
+            sun_offset_minutes: document.sun_offset_minutes.unwrap_or(whole.sun_offset_minutes),
+            suns_per_hour: document.suns_per_hour,
+        };
+        let occupied = occupied_records(document, whole, convention);
+        let (weather, occupied) = within_period(document, whole, &occupied);
+        let found = moments(&weather, convention).map_err(|error| failed(YEAR, error))?;
+        let lit = lit_moments(document, &weather, &found, *rotation);
+        let mut tubes =
+            tube_years(&prepared.traceable, &lit, prepared.seed, cancel).map_err(|error| failed(YEAR, error))?;
+        maintain(document, &weather, &lit, &mut tubes);
+        let light = RecordLight::new(&lit, &tubes);
+        let radii: Vec<f64> = prepared.scene.tubes.iter().map(|tube| tube.opening_radius).collect();
+        let grids = prepared.scene.grids.iter().zip(results);
+        let grids: Vec<GridOfYear> = grids.map(|(grid, result)| GridOfYear::new(grid, result, &radii)).collect();
+        let enclosure = &prepared.scene.room.enclosure;
+        let floors = enclosure.faces().iter().filter(|face| face.kind == FaceKind::Floor);
+        let zone_area_m2 = floors.map(|face| face.polygon.area_m2()).sum();
+        let [low, high] = enclosure.bounds();
+        let inputs: Vec<GridInput> = grids
+            .iter()
+            .map(|of| GridInput {
+                responses: &of.responses,
+                weights: &of.weights,
+                zone_area_m2,
+                middle: of.nearest(low.midpoint(high).truncate()),
+            })
+            .collect();
+        let input = YearInput {
+            weather: &weather,
+            lit: &lit,
+            tubes: &tubes,
+            radii: &radii,
+            occupied: &occupied,
+            daylight: &daylight_records(&weather, &lit),
+        };
+        let year = year(&input, &inputs, &options(document));
+        Ok(Some(Self { document: document.clone(), weather, convention, light, grids, year }))
+    }
+}
+
+/// Name of a year in messages.
+const YEAR: &str = "annual";
+
+impl GridOfYear {
+    fn new(grid: &Grid, result: GridResult, radii: &[f64]) -> Self {
+        let mut result = result;
+        let responses = result.tube_responses.take().unwrap_or_default();
+        let has_value: Vec<bool> = result.illuminance_lux.iter().flatten().map(Option::is_some).collect();
+        let area = |(sensor, has_value): (usize, &bool)| match (has_value, &grid.placed) {
+            (false, _) => 0.0,
+            (true, Some(_)) => 1.0,
+            (true, None) => grid.cell_area_m2() * grid.area.as_ref().map_or(1.0, |area| area[sensor]),
+        };
+        let weights = has_value.iter().enumerate().map(area).collect();
+        Self { grid: grid.clone(), result, responses: responses_of(&responses, radii), weights }
+    }
+
+    /// Returns the sensor with a value that is nearest to a point of the plan.
+    fn nearest(&self, point: DVec2) -> Option<usize> {
+        let away = |sensor: &usize| self.grid.centre(*sensor).truncate().distance_squared(point);
+        let valued = (0..self.weights.len()).filter(|sensor| self.weights[*sensor] > 0.0);
+        valued.min_by(|one, other| away(one).total_cmp(&away(other)))
+    }
+}
+
+/// Converts the responses of a grid's result; the last of them is that to all tubes together.
+fn responses_of(results: &[TubeResponse], radii: &[f64]) -> Responses {
+    let flat = |rows: &[Vec<Option<f64>>]| -> Vec<f64> {
+        rows.iter().flatten().map(|value| value.unwrap_or_default()).collect()
+    };
+    let of_tube = |(result, radius): (&TubeResponse, &f64)| -> Vec<Response> {
+        let moments: Vec<Vec<f64>> = result.moments.iter().map(|rows| flat(rows)).collect();
+        let gradient = |sensor: usize| match &moments[..] {
+            [along_x, along_y] => DVec2::new(along_x[sensor], along_y[sensor]) * (4.0 / radius),
+            _ => DVec2::ZERO,
+        };
+        let values = flat(&result.lux_per_lumen).into_iter().zip(flat(&result.standard_error));
+        let response = |(sensor, (lux_per_lumen, standard_error)): (usize, (f64, f64))| Response {
+            lux_per_lumen,
+            gradient: gradient(sensor),
+            standard_error,
+        };
+        values.enumerate().map(response).collect()
+    };
+    let tubes: Vec<Vec<Response>> = results.iter().zip(radii).map(of_tube).collect();
+    let errors_of_all = results.get(radii.len()).map(|all| flat(&all.standard_error)).unwrap_or_default();
+    Responses::new(tubes, &errors_of_all)
+}
+
+/// Returns for each record of a file whether the room is occupied.
+fn occupied_records(document: &AnnualDocument, weather: &Weather, convention: Convention) -> Vec<bool> {
+    let summer = match document.daylight_saving {
+        DaylightSavingDocument::None => None,
+        DaylightSavingDocument::File => weather.daylight_saving,
+        DaylightSavingDocument::Days(days) => Some([days.start, days.end].map(|day| (day.month, day.day))),
+    };
+    let schedule = match &document.schedule {
+        ScheduleDocument::Lm83 => Schedule::lm83(),
+        ScheduleDocument::DaylightHours => {
+            let found = moments(weather, convention).map(|found| found.moments).unwrap_or_default();
+            let lit = lit(weather, &found, illuminances(document), 0.0);
+            return daylight_records(weather, &lit);
+        }
+        ScheduleDocument::Weekly(weekly) => {
+            let [from_hour, to_hour] = weekly.hours();
+            let days =
+                [Weekday::Mon, Weekday::Tue, Weekday::Wed, Weekday::Thu, Weekday::Fri, Weekday::Sat, Weekday::Sun];
+            Schedule::Weekly { days: days.map(|day| weekly.days.contains(&day)), from_hour, to_hour }
+        }
+        ScheduleDocument::Hours(hours) => Schedule::Hours(hours.occupied.iter().map(|value| *value == 1).collect()),
+    };
+    occupied(weather, &schedule, summer, convention.sun_offset_minutes)
+}
+
+/// Returns for each record whether it is one of the daylight hours of EN 17037.
+fn daylight_records(weather: &Weather, lit: &[LitMoment]) -> Vec<bool> {
+    let (mut diffuse, mut sines) = (vec![0.0; weather.records.len()], vec![-1.0; weather.records.len()]);
+    for moment in lit {
+        diffuse[moment.record] += moment.share * moment.diffuse_horizontal_lux;
+        sines[moment.record] = moment.sun.z.max(sines[moment.record]);
+    }
+    daylight_hours(&diffuse, &sines)
+}
+
+/// Returns the records of the document's period, and which of them are occupied.
+fn within_period(document: &AnnualDocument, weather: &Arc<Weather>, occupied: &[bool]) -> (Arc<Weather>, Vec<bool>) {
+    let Some(period) = document.period else { return (weather.clone(), occupied.to_vec()) };
+    let day = |day: DayOfYear| (day.month, day.day);
+    let [from, to] = [period.from, period.to].map(day);
+    let is_within = |record: &Record| {
+        let day = (record.month, record.day);
+        if from <= to { (from..=to).contains(&day) } else { day >= from || day <= to }
+    };
+    let kept = weather.records.iter().zip(occupied).filter(|(record, _)| is_within(record));
+    let (records, occupied) = kept.map(|(record, occupied)| (*record, *occupied)).unzip();
+    (Arc::new(Weather { records, ..Weather::clone(weather) }), occupied)
+}
+
+fn illuminances(document: &AnnualDocument) -> Illuminances {
+    match document.illuminance {
+        IlluminanceSource::Perez => Illuminances::Perez,
+        IlluminanceSource::File => Illuminances::File,
+    }
+}
+
+fn lit_moments(document: &AnnualDocument, weather: &Weather, found: &Moments, rotation: f64) -> Vec<LitMoment> {
+    lit(weather, &found.moments, illuminances(document), rotation)
+}
+
+/// Multiplies the light of all tubes by the factor of each month.
+fn maintain(document: &AnnualDocument, weather: &Weather, lit: &[LitMoment], tubes: &mut [TubeYear]) {
+    let Some(factors) = &document.maintenance else { return };
+    let factor = |moment: &LitMoment| factors[usize::from(weather.records[moment.record].month) - 1];
+    for tube in tubes {
+        for (light, moment) in tube.moments.iter_mut().zip(lit) {
+            light.sky_lm *= factor(moment);
+            light.sun_lm *= factor(moment);
+        }
+    }
+}
+
+fn options(document: &AnnualDocument) -> Options {
+    let dimming = |dimming: DimmingDocument| Dimming {
+        setpoint_lux: dimming.setpoint_lux,
+        power_w_m2: dimming.power_w_m2,
+        least_power: dimming.minimum_power,
+        least_light: dimming.minimum_light,
+        switches_off: dimming.switch_off,
+    };
+    Options {
+        thresholds_lux: document.thresholds_lux.clone(),
+        useful_lux: document.udi_lux,
+        spatial_lux: document.sda.threshold_lux,
+        spatial_time_percent: document.sda.time_percent,
+        dimming: document.dimming.map(dimming),
+    }
+}

@@ -1,0 +1,172 @@
+//! A year of daylight from a document to its files, against an independent program (tests/reference/annual).
+
+use serde_json::{Value, json};
+use skyduct::document::result::annual::{AnnualResult, WithInterval};
+use skyduct::document::{JobDocument, WarningCode};
+use skyduct::present::outputs::{Annual, Format, Output};
+use skyduct::present::prepared::{Prepared, prepare_document};
+use skyduct::present::reader::ResultReader as _;
+
+use crate::documents::{Folder, first_passes};
+use crate::{documents, reference};
+
+/// A classroom of 6 m x 6 m x 3 m with four tubes, over the synthetic year.
+fn classroom() -> Value {
+    let tube = |x: f64, y: f64| {
+        json!({ "centre_m": [x, y], "diameter_m": 0.53, "reflectance": 0.98, "segments": [{ "length_m": 1.5 }],
+                "collector": { "kind": "dome", "transmittance": 0.92 },
+                "diffuser": { "kind": "lambertian", "transmittance": 0.8, "reflectance": 0.0 } })
+    };
+    json!({
+        "annual": { "weather": "synthetic.epw", "dimming": {} },
+        "room": { "size_m": [6, 6, 3], "surfaces": { "floor": { "reflectance": 0.2 }, "walls": { "reflectance": 0.5 },
+                                                     "ceiling": { "reflectance": 0.7 } } },
+        "tubes": [tube(1.5, 1.5), tube(4.5, 1.5), tube(1.5, 4.5), tube(4.5, 4.5)],
+        "grids": [{ "name": "desks", "height_m": 0.85, "cells": [10, 10], "margin_m": 0.5 }],
+        "stop": { "relative_error": 0.005 }
+    })
+}
+
+fn prepared(document: &Value) -> Prepared {
+    prepare_document(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &Folder).unwrap()
+}
+
+fn file(prepared: &Prepared, passes: u64, part: Annual, format: Format) -> Vec<u8> {
+    let estimate = first_passes(prepared, passes);
+    prepared.results(&estimate).file(&Output::Annual(part, format)).unwrap().unwrap().bytes.to_vec()
+}
+
+fn summary(prepared: &Prepared, passes: u64) -> AnnualResult {
+    serde_json::from_slice(&file(prepared, passes, Annual::Summary, Format::Json)).unwrap()
+}
+
+/// Checks a value against that of the other program, whose response has an error of 7e-4 in lux, in its own unit `other`.
+#[track_caller]
+fn agrees(found: WithInterval, expected: f64, other: f64) {
+    let standard_error = (found.high - found.low) / (2.0 * 1.959_964);
+    let tolerance = 4.0 * standard_error.hypot(other);
+    assert!((found.value - expected).abs() <= tolerance, "{found:?}: {expected} +- {tolerance}");
+}
+
+#[test]
+fn a_classroom_agrees_with_another_program() {
+    let found = summary(&prepared(&classroom()), 8);
+    let klm_h: f64 = found.tubes.iter().map(|tube| tube.klm_h.value).sum();
+    assert!((klm_h / 78_292.05 - 1.0).abs() < 2e-4, "{klm_h}");
+    assert!((found.tubes[0].sky_share - 0.398_366).abs() < 1e-4);
+    assert!((found.outside.median_diffuse_lux / 10_955.85 - 1.0).abs() < 1e-4);
+    assert_eq!((found.conventions.lit_records, found.conventions.occupied_hours), (4396, 3650.0));
+    let grid = &found.grids[0];
+    // points of a metric per relative error of lux, as the other program found them, and one record of 3650
+    let of_lux = 7e-4;
+    for (autonomy, expected, slope) in [
+        (&grid.autonomies[0].da_percent, 76.323, 14.1),
+        (&grid.autonomies[1].da_percent, 49.509, 23.9),
+        (&grid.autonomies[2].da_percent, 36.631, 25.0),
+        (&grid.autonomies[1].cda_percent, 69.112, 25.0),
+        (&grid.udi.below_percent, 23.677, 14.1),
+        (&grid.udi.supplementary_percent, 26.814, 30.0),
+    ] {
+        agrees(*autonomy, expected, slope * of_lux + 0.027);
+    }
+    agrees(grid.median_lux, 259.529, of_lux * 260.0);
+    agrees(grid.mean_lux, 445.197, of_lux * 446.0);
+    agrees(grid.dimming.unwrap().saved_kwh, 432.249, of_lux * 433.0);
+    assert_eq!(grid.udi.above_percent.value, 0.0);
+    assert!(grid.sda_percent.low <= 44.0 && 44.0 <= grid.sda_percent.high, "{:?}", grid.sda_percent);
+    assert_eq!(grid.en17037.len(), 4);
+}
+
+/// The sun leaves a tube off its centre by the hour, which points see: sums over the year with the centroid.
+#[test]
+fn points_of_the_thesis_room_agree_with_another_program() {
+    let prepared = documents::prepare("S1", |document| {
+        let fields = document.as_object_mut().unwrap();
+        ["sky", "time", "location", "views"].iter().for_each(|field| drop(fields.remove(*field)));
+        document["method"] = json!("auto");
+        document["annual"] = json!({ "weather": "synthetic.epw", "thresholds_lux": [100, 200] });
+    });
+    let points: Value =
+        serde_json::from_slice(&file(&prepared, 32, Annual::Points(prepared.grids()[0].name.clone()), Format::Json))
+            .unwrap();
+    let column = |name: &str| {
+        let columns = points["columns"].as_array().unwrap();
+        let column = columns.iter().find(|column| column["name"] == name).unwrap_or_else(|| panic!("{name}"));
+        ["values", "standard_errors"].map(|field| column[field].as_array().unwrap().clone())
+    };
+    let [exposure, errors] = column("exposure_klxh");
+    let text = std::fs::read_to_string(reference::folder().join("annual/S1_synthetic_points_centroid.csv")).unwrap();
+    let mut compared = 0;
+    for line in text.lines().skip(1) {
+        let row: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
+        let sensor = row[1] as usize * 9 + row[0] as usize;
+        let [found, error] = [&exposure, &errors].map(|values| values[sensor].as_f64().unwrap());
+        // the other program leaves out what the centroid does to interreflected light: 5e-4
+        assert!((found - row[2]).abs() <= 4.0 * error.hypot(5e-4 * row[2]), "{sensor}: {found} +- {error}: {}", row[2]);
+        assert!(error < 5e-3 * found, "{sensor}: {error} of {found}");
+        compared += 1;
+    }
+    assert_eq!(compared, 81);
+}
+
+#[test]
+fn files_have_all_hours_and_sensors() {
+    let prepared = prepared(&classroom());
+    let text = |part: Annual, format: Format| String::from_utf8(file(&prepared, 2, part, format)).unwrap();
+    let hours = text(Annual::Hours, Format::Csv);
+    assert_eq!(hours.lines().count(), 1 + 4396);
+    let fields = hours.lines().next().unwrap().split(',').count();
+    assert!(hours.lines().all(|line| line.split(',').count() == fields));
+
+    let array = file(&prepared, 2, Annual::Points("desks".to_owned()), Format::Npy);
+    let length = usize::from(u16::from_le_bytes([array[8], array[9]]));
+    let header = std::str::from_utf8(&array[10..10 + length]).unwrap();
+    assert!(header.contains("'shape': (100, 8760)") && header.ends_with('\n') && (10 + length) % 64 == 0, "{header}");
+    let lux: Vec<f32> =
+        array[10 + length..].chunks_exact(4).map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap())).collect();
+    assert_eq!(lux.len(), 100 * 8760);
+    let ill = text(Annual::Points("desks".to_owned()), Format::Ill);
+    assert_eq!((ill.lines().count(), ill.lines().next().unwrap().split('\t').count()), (100, 4396));
+    // exposure is the sum of the hours
+    let csv = text(Annual::Points("desks".to_owned()), Format::Csv);
+    let place = csv.lines().next().unwrap().split(',').position(|name| name == "exposure_klxh").unwrap();
+    let exposure: f64 = csv.lines().nth(1).unwrap().split(',').nth(place).unwrap().parse().unwrap();
+    let sum: f64 = lux[..8760].iter().map(|lux| f64::from(*lux)).sum();
+    assert!((1e-3 * sum / exposure - 1.0).abs() < 1e-5, "{sum} {exposure}");
+    for part in [Annual::Fluxes, Annual::Autonomy("desks".to_owned()), Annual::ByHour("desks".to_owned())] {
+        assert!(text(part, Format::Svg).starts_with("<svg"));
+    }
+}
+
+/// A half year has half of the records; maintenance of half the light halves the lumens; a place too far away is refused.
+#[test]
+fn periods_factors_and_places() {
+    let mut document = classroom();
+    document["annual"]["period"] = json!({ "from": "07-01", "to": "12-31" });
+    document["annual"]["maintenance"] = json!(vec![0.5; 12]);
+    let half = summary(&prepared(&document), 2);
+    assert_eq!((half.conventions.records, half.conventions.occupied_hours), (184 * 24, 1840.0));
+    document["annual"]["maintenance"] = Value::Null;
+    let whole = summary(&prepared(&document), 2);
+    assert!((whole.tubes[0].klm_h.value / half.tubes[0].klm_h.value - 2.0).abs() < 1e-12);
+    assert!(whole.tubes[0].monthly_klm_h[..6].iter().all(|month| *month == 0.0));
+
+    document["location"] = json!({ "latitude_deg": 55.9, "longitude_deg": 12.4 });
+    assert!(prepared(&document).warnings.iter().all(|warning| warning.code != WarningCode::WeatherSunOffset));
+    document["location"] = json!({ "latitude_deg": 54.9, "longitude_deg": 12.4 });
+    let refused = |document: &Value| {
+        let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+        let refused = prepare_document(&document, &Folder).err().unwrap();
+        refused.0[0].pointer.clone()
+    };
+    assert_eq!(refused(&document), "/location");
+    document["location"] = Value::Null;
+    document["annual"]["weather"] = json!("none.epw");
+    assert_eq!(refused(&document), "/annual/weather");
+    let mut many = classroom();
+    many["grids"][0]["cells"] = json!([200, 200]);
+    assert_eq!(refused(&many), "/grids");
+    let mut clear = classroom();
+    clear["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
+    assert_eq!(refused(&clear), "/annual");
+}
