@@ -8,6 +8,9 @@ use std::sync::Arc;
 
 use axum::http::{HeaderMap, HeaderValue};
 use serde_json::{Value, json};
+use skyduct::annual::moment::{Convention, moments};
+use skyduct::annual::schedule::{Schedule, occupied};
+use skyduct::document::weather::read_weather;
 use skyduct::document::{DocumentErrors, JobDocument, MeshSource, ValidJob, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
@@ -83,6 +86,28 @@ pub fn obj(bytes: &[u8]) {
         corners.sort_unstable();
         assert!(seen.insert(corners), "twice: {triangle:?}");
     }
+}
+
+/// A weather file is refused with the number of one of its lines, or has finite irradiances, moments with the sun up, and a schedule.
+pub fn weather(bytes: &[u8]) {
+    let lines = 1 + bytes.iter().filter(|byte| **byte == b'\n').count();
+    let weather = match read_weather(bytes) {
+        Ok((weather, _)) => weather,
+        Err(error) => {
+            assert!((1..=lines).contains(&error.line) && !error.detail.is_empty(), "{error:?}");
+            return;
+        }
+    };
+    for record in &weather.records {
+        let light = [record.direct_normal_w_m2, record.diffuse_horizontal_w_m2];
+        assert!(light.iter().all(|light| (0.0..1e6).contains(light)) && record.dew_point_c.is_finite(), "{record:?}");
+    }
+    let convention = Convention { suns_per_hour: 3, ..Convention::of(&weather) };
+    for moment in moments(&weather, convention).unwrap().moments {
+        assert!(moment.sun.z > 0.0 && moment.share > 0.0 && moment.share <= 1.0, "{moment:?}");
+    }
+    let occupied = occupied(&weather, &Schedule::lm83(), weather.daylight_saving, weather.sun_offset_minutes);
+    assert_eq!(occupied.len(), weather.records.len());
 }
 
 /// A header is the id of an event, or refused; ids are taken as they were given out.

@@ -29,6 +29,11 @@ fn obj_files_are_read() {
 }
 
 #[test]
+fn weather_files_are_read() {
+    run("weather", fuzzed::weather);
+}
+
+#[test]
 fn ids_of_events_are_read() {
     run("last_event_id", fuzzed::last_event_id);
 }
