@@ -1,6 +1,6 @@
--- Time of a mesh's last upload, for retention.
-ALTER TABLE meshes ADD COLUMN uploaded_at INTEGER NOT NULL DEFAULT 0;
-UPDATE meshes SET uploaded_at = created_at;
+-- Time of a file's last upload, for retention.
+ALTER TABLE uploads ADD COLUMN uploaded_at INTEGER NOT NULL DEFAULT 0;
+UPDATE uploads SET uploaded_at = created_at;
 
 -- Jobs and studies of an owner, newest first.
 CREATE INDEX jobs_by_owner ON jobs (owner, id);

@@ -52,7 +52,7 @@ pub(super) fn run(args: BackupArgs) -> anyhow::Result<()> {
         folder.display()
     );
     if missing.deleted > 0 {
-        println!("{} jobs and meshes that were deleted meanwhile are not in the backup", missing.deleted);
+        println!("{} jobs and uploads that were deleted meanwhile are not in the backup", missing.deleted);
     }
     if missing.damaged > 0 {
         bail!(

@@ -33,7 +33,7 @@ const GAUGES: [(&str, &str); 10] = [
     ("skyduct_job_photons", "Photons of the job whose chunk ended last, from its first pass on"),
     ("skyduct_jobs", "Jobs that wait or run now, by status"),
     ("skyduct_stored_bytes", "Bytes of the files of all jobs"),
-    ("skyduct_uploads", "Uploads of meshes in progress"),
+    ("skyduct_uploads", "Uploads in progress"),
     ("skyduct_waits", "Posts that wait for the end of their job now"),
     ("skyduct_watched_jobs", "Jobs whose events are read now for open streams"),
     ("skyduct_watched_studies", "Studies whose events are read now for open streams"),

@@ -40,6 +40,7 @@ use crate::queue::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, 
         (name = "studies", description = "Compare methods on one job: the time that each takes to each accuracy, \
                                           against a reference"),
         (name = "meshes", description = "Uploaded OBJ files"),
+        (name = "weather", description = "Uploaded weather files: years of EnergyPlus and of Radiance"),
         (name = "skies", description = "Sky types of CIE S 011, and time zones of places"),
         (name = "tubes", description = "Closed forms of straight tubes"),
         (name = "operation", description = "Health checks, metrics, and this description of the interface"),

@@ -48,19 +48,19 @@ pub struct Limits {
     /// Largest number of documents of each kind (jobs, plans, studies, fluxes) that are checked and computed at the same time, and
     /// of files that are made at the same time; more wait, and clients take turns.
     pub preparing: usize,
-    /// Largest number of meshes that are received, or wait to be read, at the same time; one more is answered 503.
+    /// Largest number of files that are received, or wait to be read, at the same time; one more is answered 503.
     pub uploads: usize,
-    /// Largest number of meshes of one client that are received, or wait to be read; one more is answered 429.
+    /// Largest number of files of one client that are received, or wait to be read; one more is answered 429.
     pub uploads_per_client: usize,
-    /// Largest number of bytes of received meshes in memory; at least [`Self::mesh_bytes`].
+    /// Largest number of bytes of received files in memory; at least [`Self::mesh_bytes`].
     pub upload_bytes: usize,
-    /// Largest number of bytes of one client's received meshes in memory; at least [`Self::mesh_bytes`].
+    /// Largest number of bytes of one client's received files in memory; at least [`Self::mesh_bytes`].
     pub upload_bytes_per_client: usize,
     /// Least average rate of an upload in bytes per second, after [`Self::upload_grace_seconds`]; slower ones are answered 408.
     pub upload_bytes_per_second: u64,
     /// Seconds that an upload may be behind [`Self::upload_bytes_per_second`].
     pub upload_grace_seconds: u64,
-    /// Largest number of meshes that are read at the same time; more wait, and clients take turns.
+    /// Largest number of uploaded files that are read at the same time; more wait, and clients take turns.
     pub mesh_readers: usize,
     /// Largest number of bytes that one job may take at its peak; a job that would take more is refused. Absent: three quarters of
     /// the memory that this process may have.
@@ -202,11 +202,11 @@ pub struct Permits {
     pub pilots_of_plans: Arc<Line>,
     /// Files of jobs and studies that are made: each can hold a large estimate.
     pub reading: Arc<Line>,
-    /// Meshes that are read.
+    /// Uploaded files that are read.
     pub mesh_readers: Arc<Line>,
-    /// Meshes that are received, or wait to be read.
+    /// Files that are received, or wait to be read.
     pub uploads: Arc<Places>,
-    /// Bytes of meshes that are received, or wait to be read.
+    /// Bytes of files that are received, or wait to be read.
     pub upload_bytes: Arc<Places>,
     /// Open event streams.
     pub streams: Arc<Places>,
@@ -233,10 +233,10 @@ impl Permits {
             pilots_of_plans: Line::new(1),
             reading: line(),
             mesh_readers: Line::new(limits.mesh_readers),
-            uploads: Places::new("uploads", "uploads of meshes", limits.uploads, limits.uploads_per_client),
+            uploads: Places::new("uploads", "uploads", limits.uploads, limits.uploads_per_client),
             upload_bytes: Places::new(
                 "upload_bytes",
-                "bytes of uploaded meshes",
+                "bytes of uploads",
                 limits.upload_bytes,
                 limits.upload_bytes_per_client,
             ),

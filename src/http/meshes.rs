@@ -1,10 +1,8 @@
 //! Uploaded meshes: received, described, deleted.
 
-use std::time::Duration;
-
 use axum::Json;
 use axum::extract::Request;
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
 use serde::Serialize;
@@ -12,16 +10,17 @@ use utoipa::ToSchema;
 
 use crate::http::App;
 use crate::http::client::Client;
-use crate::http::content::{Binary, check_coding};
-use crate::http::limits::permit;
+use crate::http::content::Binary;
 use crate::http::problem::{Path, Problem};
-use crate::http::problem_kind::ProblemKind;
-use crate::http::uploads::Upload;
-use crate::queue::meshes::UploadError;
-use crate::queue::store::{Mesh, MeshDeletion};
+use crate::http::uploads::{self, Accepted, Upload, no_such};
+use crate::queue::store::{About, AboutMesh, UploadKind, UploadedFile};
 
-/// Longest time that an upload waits while other meshes are read.
-const WAIT_FOR_OTHERS: Duration = Duration::from_secs(10);
+/// Bodies that are OBJ files.
+const OBJ: Accepted = Accepted {
+    media_types: &["model/obj", "text/plain", "application/octet-stream"],
+    refusal: "a mesh must be an OBJ file, sent as model/obj, text/plain or application/octet-stream",
+    most_bytes: usize::MAX,
+};
 
 /// An uploaded mesh.
 #[derive(Serialize, ToSchema)]
@@ -36,15 +35,13 @@ pub struct MeshResource {
     pub created_at: Option<Timestamp>,
 }
 
-impl From<Mesh> for MeshResource {
-    fn from(mesh: Mesh) -> Self {
-        Self {
-            id: mesh.id,
-            bytes: mesh.size,
-            triangles: mesh.triangles,
-            materials: mesh.materials,
-            created_at: Timestamp::from_millisecond(mesh.created_at).ok(),
-        }
+impl MeshResource {
+    fn of(file: UploadedFile) -> Result<Self, Problem> {
+        let About::Mesh(AboutMesh { triangles, materials }) = file.about else {
+            return Err(no_such(UploadKind::Mesh));
+        };
+        let created_at = Timestamp::from_millisecond(file.created_at).ok();
+        Ok(Self { id: file.id, bytes: file.size, triangles, materials, created_at })
     }
 }
 
@@ -63,34 +60,12 @@ impl From<Mesh> for MeshResource {
         (status = 415, description = "The content type is not one of OBJ files"),
         (status = 422, description = "The OBJ file is not valid; the detail names the line"),
         (status = 429, description = "This client has too many uploads in progress"),
-        (status = 503, description = "The service is busy reading other meshes, or its disk is full")))]
-pub async fn create(app: App, client: Client, headers: HeaderMap, request: Request) -> Result<Response, Problem> {
-    let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
-    let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
-    if !matches!(media_type.as_str(), "" | "model/obj" | "text/plain" | "application/octet-stream") {
-        return Err(Problem::unsupported_media_type(
-            "a mesh must be an OBJ file, sent as model/obj, text/plain or application/octet-stream",
-        ));
-    }
-    check_coding(&headers)?;
-    let Upload { bytes, places } = Upload::receive(&app, client, request.into_body()).await?;
-    let permit = tokio::time::timeout(WAIT_FOR_OTHERS, permit(&app.permits.mesh_readers))
-        .await
-        .map_err(|_| Problem::unavailable("the service is busy reading other meshes; try again later"))??;
-    let mesh = app.meshes.upload(app.owner.clone(), bytes, (permit, places.clone())).await?;
+        (status = 503, description = "The service is busy reading other files, or its disk is full")))]
+pub async fn create(app: App, client: Client, request: Request) -> Result<Response, Problem> {
+    let Upload { bytes, places, turn } = Upload::receive(&app, client, request, OBJ).await?;
+    let mesh = app.meshes.upload(app.owner.clone(), bytes, (turn, places.clone())).await?;
     let location = [(header::LOCATION, format!("/v1/meshes/{}", mesh.id))];
-    Ok((StatusCode::CREATED, location, Json(MeshResource::from(mesh))).into_response())
-}
-
-impl From<UploadError> for Problem {
-    fn from(error: UploadError) -> Self {
-        match error {
-            UploadError::Obj(error) => Self::new(ProblemKind::InvalidMesh, error.to_string()),
-            UploadError::Store(error) => error.into(),
-            UploadError::Artifact(error) => error.into(),
-            UploadError::Panicked => Self::internal(),
-        }
-    }
+    Ok((StatusCode::CREATED, location, Json(MeshResource::of(mesh)?)).into_response())
 }
 
 /// Describes an uploaded mesh.
@@ -99,8 +74,8 @@ impl From<UploadError> for Problem {
         (status = 200, description = "The mesh", body = MeshResource),
         (status = 404, description = "No such mesh")))]
 pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>, Problem> {
-    let mesh = app.store.mesh(&id).await?.ok_or_else(no_such_mesh)?;
-    Ok(Json(mesh.into()))
+    let mesh = app.store.upload(UploadKind::Mesh, &id).await?.ok_or_else(|| no_such(UploadKind::Mesh))?;
+    Ok(Json(MeshResource::of(mesh)?))
 }
 
 /// Deletes a mesh that no queued or running job uses.
@@ -110,13 +85,5 @@ pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>,
         (status = 404, description = "No such mesh"),
         (status = 409, description = "A queued or running job uses the mesh")))]
 pub async fn delete(app: App, Path(id): Path<String>) -> Result<StatusCode, Problem> {
-    match app.deletion().mesh(id).await? {
-        MeshDeletion::NotFound => Err(no_such_mesh()),
-        MeshDeletion::InUse => Err(Problem::conflict("a queued or running job uses this mesh")),
-        MeshDeletion::Deleted(_) => Ok(StatusCode::NO_CONTENT),
-    }
-}
-
-fn no_such_mesh() -> Problem {
-    Problem::not_found("there is no such mesh")
+    uploads::delete(&app, UploadKind::Mesh, id).await
 }

@@ -46,6 +46,7 @@ mod turns;
 mod uploads;
 mod views;
 mod watched;
+mod weather;
 mod yaml;
 
 pub(crate) use access::{Access, check_allowed_host};

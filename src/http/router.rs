@@ -31,7 +31,7 @@ use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
     Shared, annual, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report,
-    results, skies, studies, time_zone, tube_flux, tubes, views,
+    results, skies, studies, time_zone, tube_flux, tubes, views, weather,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -52,14 +52,15 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(studies::show::get, studies::change::delete))
         .routes(routes!(studies::change::cancel))
         .routes(routes!(meshes::get, meshes::delete))
+        .routes(routes!(weather::get, weather::delete))
         .routes(routes!(skies::skies))
         .routes(routes!(time_zone::time_zone))
         .routes(routes!(tubes::transmission))
         .routes(routes!(tube_flux::flux))
         .routes(routes!(docs::openapi_yaml))
         .layer(CompressionLayer::new());
-    // it limits its body itself
-    let uploads = OpenApiRouter::new().routes(routes!(meshes::create));
+    // they limit their bodies themselves
+    let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).routes(routes!(weather::create));
     let others = OpenApiRouter::new()
         .merge(texts)
         .routes(routes!(events::events))

@@ -1,34 +1,65 @@
-//! Uploads: bodies are received as fast as they come, but no slower than a least rate.
+//! Uploads: bodies are received as fast as they come, but no slower than a least rate; stored files are deleted.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::body::{Body, HttpBody};
+use axum::body::HttpBody;
+use axum::extract::Request;
+use axum::http::{StatusCode, header};
 use bytes::Bytes;
 use futures::StreamExt;
 use tokio::time::{Instant, timeout_at};
 
 use crate::http::Service;
 use crate::http::client::Client;
+use crate::http::content::check_coding;
+use crate::http::limits::permit;
 use crate::http::places::Place;
 use crate::http::problem::{Problem, too_large};
 use crate::http::problem_kind::ProblemKind;
+use crate::http::turns::Turn;
+use crate::queue::store::{UploadDeletion, UploadKind};
+use crate::queue::uploads::UploadError;
+
+/// Longest time that an upload waits while other files are read.
+const WAIT_FOR_OTHERS: Duration = Duration::from_secs(10);
+
+/// Bodies that a path takes.
+pub struct Accepted {
+    /// Media types; a body without one is taken, too.
+    pub media_types: &'static [&'static str],
+    /// Sentence for others.
+    pub refusal: &'static str,
+    /// Largest length in bytes, if it is less than that of meshes.
+    pub most_bytes: usize,
+}
 
 /// Uploaded file in memory, with the places that it takes.
 pub struct Upload {
     pub bytes: Bytes,
     /// Places of the upload and its bytes, held until the last copy of this is dropped.
     pub places: Arc<[Place; 2]>,
+    /// Permit to read the file.
+    pub turn: Turn,
 }
 
 impl Upload {
     /// Receives a body of at most `mesh_bytes`, within the client's places for uploads and their bytes, and no slower than
-    /// `upload_bytes_per_second`. Places for bytes are taken as bytes arrive, so that an announced length takes none.
-    pub async fn receive(service: &Service, client: Client, body: Body) -> Result<Self, Problem> {
-        let limits = &service.limits;
+    /// `upload_bytes_per_second`, and waits for a turn to read it. Places for bytes are taken as bytes arrive, so that an announced length
+    /// takes none.
+    pub async fn receive(
+        service: &Service,
+        client: Client,
+        request: Request,
+        accepted: Accepted,
+    ) -> Result<Self, Problem> {
+        check_type(&request, &accepted)?;
+        check_coding(request.headers())?;
+        let (limits, body) = (&service.limits, request.into_body());
+        let most_bytes = limits.mesh_bytes.min(accepted.most_bytes);
         let longer = || too_large("the body is longer than this path allows");
         // before anything of it comes
-        if body.size_hint().lower() > limits.mesh_bytes as u64 {
+        if body.size_hint().lower() > most_bytes as u64 {
             return Err(longer());
         }
         let place = service.permits.uploads.take(client)?;
@@ -41,13 +72,49 @@ impl Upload {
         {
             let piece = piece
                 .map_err(|error| Problem::bad_request(format!("the body ended before it was complete: {error}")))?;
-            if bytes.len() + piece.len() > limits.mesh_bytes {
+            if bytes.len() + piece.len() > most_bytes {
                 return Err(longer());
             }
             places_of_bytes.take(piece.len())?;
             bytes.extend_from_slice(&piece);
         }
-        Ok(Self { bytes: bytes.into(), places: Arc::new([place, places_of_bytes]) })
+        let turn = tokio::time::timeout(WAIT_FOR_OTHERS, permit(&service.permits.mesh_readers))
+            .await
+            .map_err(|_| Problem::unavailable("the service is busy reading other files; try again later"))??;
+        Ok(Self { bytes: bytes.into(), places: Arc::new([place, places_of_bytes]), turn })
+    }
+}
+
+fn check_type(request: &Request, accepted: &Accepted) -> Result<(), Problem> {
+    let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
+    let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
+    let taken = media_type.is_empty() || accepted.media_types.contains(&media_type.as_str());
+    taken.then_some(()).ok_or_else(|| Problem::unsupported_media_type(accepted.refusal))
+}
+
+/// Deletes an uploaded file of a kind.
+pub async fn delete(service: &Service, kind: UploadKind, id: String) -> Result<StatusCode, Problem> {
+    match service.deletion().upload(kind, id).await? {
+        UploadDeletion::NotFound => Err(no_such(kind)),
+        UploadDeletion::InUse => Err(Problem::conflict(format!("a queued or running job uses this {}", kind.noun()))),
+        UploadDeletion::Deleted(_) => Ok(StatusCode::NO_CONTENT),
+    }
+}
+
+/// Returns the problem that there is no file of a kind with the id of a path.
+pub fn no_such(kind: UploadKind) -> Problem {
+    Problem::not_found(format!("there is no such {}", kind.noun()))
+}
+
+impl From<UploadError> for Problem {
+    fn from(error: UploadError) -> Self {
+        match error {
+            UploadError::Obj(error) => Self::new(ProblemKind::InvalidMesh, error.to_string()),
+            UploadError::Weather(error) => Self::new(ProblemKind::InvalidWeather, error.to_string()),
+            UploadError::Store(error) => error.into(),
+            UploadError::Artifact(error) => error.into(),
+            UploadError::Panicked => Self::internal(),
+        }
     }
 }
 

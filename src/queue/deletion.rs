@@ -1,4 +1,4 @@
-//! Deletion of jobs, studies and meshes with their files, one or many.
+//! Deletion of jobs, studies and uploaded files with their files, one or many.
 
 use std::sync::Arc;
 
@@ -6,15 +6,15 @@ use uuid::Uuid;
 
 use super::artifacts::Artifacts;
 use super::live::LiveJobs;
-use super::store::{MeshDeletion, Store, StoreError};
+use super::store::{Store, StoreError, UploadDeletion, UploadKind};
 use super::to_its_end::to_its_end;
 
 /// Places from which a job is deleted.
 #[derive(Clone)]
 pub struct Deletion {
-    /// Rows of jobs, studies and meshes.
+    /// Rows of jobs, studies and uploaded files.
     pub store: Arc<dyn Store>,
-    /// Files of jobs and meshes.
+    /// Files of jobs and uploads.
     pub artifacts: Artifacts,
     /// Jobs that are prepared in memory.
     pub live: Arc<LiveJobs>,
@@ -38,32 +38,32 @@ impl Deletion {
         to_its_end(deletion).await
     }
 
-    /// Deletes a mesh with its file, unless a job needs it that has not ended.
-    pub async fn mesh(&self, id: String) -> Result<MeshDeletion, StoreError> {
+    /// Deletes an uploaded file with its content, unless a job needs it that has not ended.
+    pub async fn upload(&self, kind: UploadKind, id: String) -> Result<UploadDeletion, StoreError> {
         let from = self.clone();
         let deletion = async move {
-            let deletion = from.store.delete_mesh(&id).await?;
-            if let MeshDeletion::Deleted(key) = &deletion {
-                from.mesh_file(key).await;
+            let deletion = from.store.delete_upload(kind, &id).await?;
+            if let UploadDeletion::Deleted(key) = &deletion {
+                from.uploaded_file(key).await;
             }
             Ok(deletion)
         };
         to_its_end(deletion).await
     }
 
-    /// Deletes meshes of all owners that no job uses and that were uploaded before a time in milliseconds since 1970; returns their number.
-    pub async fn unused_meshes(&self, before: i64) -> Result<u64, StoreError> {
-        let keys = self.store.delete_unused_meshes(before).await?;
+    /// Deletes uploaded files of all owners that no job uses and that were uploaded before a time in milliseconds since 1970; returns their number.
+    pub async fn unused_uploads(&self, before: i64) -> Result<u64, StoreError> {
+        let keys = self.store.delete_unused_uploads(before).await?;
         for key in &keys {
-            self.mesh_file(key).await;
+            self.uploaded_file(key).await;
         }
         Ok(keys.len() as u64)
     }
 
-    async fn mesh_file(&self, key: &str) {
+    async fn uploaded_file(&self, key: &str) {
         if let Err(error) = self.artifacts.delete(key).await {
             // nothing points to it any more: the next start sweeps it
-            tracing::warn!(%error, key, "deleting a mesh file failed");
+            tracing::warn!(%error, key, "deleting an uploaded file failed");
         }
     }
 

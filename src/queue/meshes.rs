@@ -3,107 +3,66 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use bytes::Bytes;
 use tokio::runtime::Handle;
-use uuid::Uuid;
 
 use crate::document::MeshSource;
-use crate::engine::cancel::CancelOnDrop;
 use crate::geometry::TriangleMesh;
-use crate::geometry::obj::{ObjError, ObjLimits, parse_obj_until};
+use crate::geometry::obj::{ObjLimits, parse_obj_until};
 use crate::queue::artifacts::Artifacts;
-use crate::queue::files::FileError;
 use crate::queue::owner::Owner;
-use crate::queue::store::{Mesh, Store, StoreError};
-
-/// Hexadecimal digits of the content's hash in a mesh id.
-const ID_DIGITS: usize = 32;
-
-/// Longest time for which an uploaded file is read.
-const READ_TIME: Duration = Duration::from_secs(10);
+use crate::queue::store::{About, AboutMesh, Store, UploadKind, UploadedFile};
+use crate::queue::uploads::{UploadError, Uploads};
 
 /// Memory in bytes for parsed meshes that are kept for the next job.
 const KEPT_BYTES: usize = 128 << 20;
 
-#[derive(Debug, thiserror::Error)]
-pub enum UploadError {
-    #[error(transparent)]
-    Obj(#[from] ObjError),
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    #[error(transparent)]
-    Artifact(#[from] FileError),
-    #[error("reading the mesh failed")]
-    Panicked,
-}
-
 /// Uploaded meshes of a service; clones share the meshes that are kept in memory.
 #[derive(Clone)]
 pub struct Meshes {
-    store: Arc<dyn Store>,
-    artifacts: Artifacts,
+    uploads: Uploads,
     kept: Arc<Mutex<KeptMeshes>>,
 }
 
 impl Meshes {
     pub fn new(store: Arc<dyn Store>, artifacts: Artifacts) -> Self {
-        Self { store, artifacts, kept: Arc::new(Mutex::new(KeptMeshes::new(KEPT_BYTES))) }
+        Self { uploads: Uploads::new(store, artifacts), kept: Arc::new(Mutex::new(KeptMeshes::new(KEPT_BYTES))) }
     }
 
     /// Returns the meshes as another view of the store has them.
     pub fn seen_by(&self, store: Arc<dyn Store>) -> Self {
-        Self { store, ..self.clone() }
+        Self { uploads: self.uploads.seen_by(store), kept: self.kept.clone() }
     }
 
-    /// Checks and stores an OBJ file of an owner, who must be the one that the store is seen by; the same content has the same id.
-    ///
-    /// `permits` are held until reading ends, even when the caller is dropped before; reading is cancelled when the caller is dropped, and
-    /// after [`READ_TIME`].
-    pub async fn upload(&self, owner: Owner, bytes: Bytes, permits: impl Send + 'static) -> Result<Mesh, UploadError> {
-        let id = blake3::hash(&bytes).to_hex()[..ID_DIGITS].to_owned();
-        if let Some(mesh) = self.store.mesh_uploaded_again(&id).await? {
-            return Ok(mesh);
+    /// Returns the uploaded files of all kinds.
+    pub fn uploads(&self) -> &Uploads {
+        &self.uploads
+    }
+
+    /// Checks and stores an OBJ file, as [`Uploads::add`] does, and keeps the mesh in memory.
+    pub async fn upload(
+        &self,
+        owner: Owner,
+        bytes: Bytes,
+        permits: impl Send + 'static,
+    ) -> Result<UploadedFile, UploadError> {
+        let read = |bytes: &[u8], cancel: &AtomicBool| -> Result<_, UploadError> {
+            let mesh = parse_obj_until(bytes, ObjLimits::default(), cancel)?;
+            let about = AboutMesh { triangles: mesh.triangles.len() as u64, materials: mesh.materials.clone() };
+            Ok((Arc::new(mesh), About::Mesh(about)))
+        };
+        let (file, parsed) = self.uploads.add(owner, UploadKind::Mesh, bytes, permits, read).await?;
+        if let Some(parsed) = parsed {
+            lock(&self.kept).keep(&file.id, parsed);
         }
-        let parsed = Arc::new(read(bytes.clone(), permits).await?);
-        // a key of its own for each upload: deleting a mesh while it is uploaded anew cannot take the new file
-        let key = format!("meshes/{id}-{}.obj", Uuid::now_v7());
-        let size = bytes.len() as u64;
-        self.artifacts.put(&key, bytes).await?;
-        let triangles = parsed.triangles.len() as u64;
-        let materials = parsed.materials.clone();
-        let mesh = Mesh { owner, id, key: key.clone(), size, triangles, materials, created_at: 0 };
-        let mesh = self.store.add_mesh(mesh).await?;
-        if mesh.key != key {
-            self.artifacts.delete(&key).await?;
-        }
-        lock(&self.kept).keep(&mesh.id, parsed);
-        Ok(mesh)
+        Ok(file)
     }
 
     /// Returns the meshes for a document that is prepared outside the async runtime (never inside: it blocks on the store).
     pub fn for_document(&self, runtime: Handle, cancel: Arc<AtomicBool>) -> UploadedMeshes {
         UploadedMeshes { meshes: self.clone(), runtime, cancel, loaded: Mutex::default() }
     }
-}
-
-async fn read(bytes: Bytes, permits: impl Send + 'static) -> Result<TriangleMesh, UploadError> {
-    let cancel = CancelOnDrop::default();
-    let flag = cancel.flag();
-    let mut reading = tokio::task::spawn_blocking(move || {
-        let _permits = permits;
-        parse_obj_until(&bytes, ObjLimits::default(), &flag)
-    });
-    let read = match tokio::time::timeout(READ_TIME, &mut reading).await {
-        Ok(read) => read,
-        Err(_) => {
-            // it answers with the line that it has reached
-            cancel.flag().store(true, Ordering::Relaxed);
-            reading.await
-        }
-    };
-    Ok(read.map_err(|_| UploadError::Panicked)??)
 }
 
 /// Uploaded meshes by id, for one document.
@@ -120,11 +79,11 @@ impl UploadedMeshes {
         lock(&self.loaded).iter().cloned().collect()
     }
 
-    fn parsed(&self, mesh: &Mesh) -> Result<Arc<TriangleMesh>, String> {
+    fn parsed(&self, mesh: &UploadedFile) -> Result<Arc<TriangleMesh>, String> {
         if let Some(kept) = lock(&self.meshes.kept).get(&mesh.id) {
             return Ok(kept);
         }
-        let bytes = self.runtime.block_on(self.meshes.artifacts.read(&mesh.key)).map_err(unreadable)?;
+        let bytes = self.runtime.block_on(self.meshes.uploads.content(mesh)).map_err(unreadable)?;
         let parsed = parse_obj_until(&bytes, ObjLimits::default(), &self.cancel).map_err(|error| error.to_string())?;
         let parsed = Arc::new(parsed);
         lock(&self.meshes.kept).keep(&mesh.id, parsed.clone());
@@ -134,7 +93,7 @@ impl UploadedMeshes {
 
 impl MeshSource for UploadedMeshes {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
-        let mesh = self.runtime.block_on(self.meshes.store.mesh(id)).map_err(unreadable)?;
+        let mesh = self.runtime.block_on(self.meshes.uploads.find(UploadKind::Mesh, id)).map_err(unreadable)?;
         let mesh = mesh.ok_or_else(|| "there is no uploaded mesh with this id".to_owned())?;
         let parsed = self.parsed(&mesh)?;
         lock(&self.loaded).insert(mesh.id);

@@ -20,4 +20,5 @@ pub mod shared_fields;
 pub mod store;
 pub mod studies;
 pub(crate) mod to_its_end;
+pub(crate) mod uploads;
 pub(crate) mod worker;

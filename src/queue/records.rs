@@ -1,4 +1,4 @@
-//! Records of jobs, their files and meshes in a store, and the outcomes of requests to change them.
+//! Records of jobs, their files and uploads in a store, and the outcomes of requests to change them.
 
 use std::ops::Range;
 
@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use crate::document::Warning;
 use crate::document::result::{Known, PlanResult};
+use crate::document::weather::WeatherReport;
 use crate::engine::progress::{Progress, StoppedBy};
 use crate::engine::spent::Spent;
 use crate::predict::predictions::Predictions;
@@ -160,8 +161,8 @@ pub struct NewJob {
     pub body_hash: String,
     /// Identity of the computation, equal for jobs with equal results; `None` where no other job's results can be used.
     pub computation: Option<String>,
-    /// Uploaded meshes that the document names.
-    pub meshes: Vec<String>,
+    /// Ids of the uploaded files that the document names.
+    pub uploads: Vec<String>,
     /// Passes of chunk 0.
     pub first_chunk: Range<u64>,
     /// Client that posted the job: clients take turns, and the number of waiting jobs of each is limited.
@@ -189,8 +190,8 @@ pub enum Submission {
     QueueFull,
     /// The largest allowed number of the client's jobs waits already.
     ClientFull,
-    /// A mesh of the document was deleted meanwhile.
-    MeshGone(String),
+    /// An uploaded file of the document was deleted meanwhile.
+    UploadGone(String),
 }
 
 /// Selection of the jobs of a list.
@@ -266,9 +267,36 @@ impl Artifact {
     }
 }
 
-/// An uploaded mesh.
+/// Kind of an uploaded file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UploadKind {
+    /// OBJ file.
+    Mesh,
+    /// EPW or WEA file.
+    Weather,
+}
+
+impl UploadKind {
+    /// Returns the name in the database.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Weather => "weather",
+        }
+    }
+
+    /// Returns the name in sentences.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Weather => "weather file",
+        }
+    }
+}
+
+/// An uploaded file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mesh {
+pub struct UploadedFile {
     /// Owner of this upload.
     pub owner: Owner,
     /// Id made from the content: equal files have equal ids, whoever owns them.
@@ -277,12 +305,39 @@ pub struct Mesh {
     pub key: String,
     /// Length of the file in bytes.
     pub size: u64,
+    /// Content of the file in short, by its kind.
+    pub about: About,
+    /// Time of the first upload, in milliseconds since 1970.
+    pub created_at: i64,
+}
+
+/// Content of an uploaded file in short.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum About {
+    /// Size and materials of a mesh.
+    Mesh(AboutMesh),
+    /// Report on a weather file.
+    Weather(Box<WeatherReport>),
+}
+
+impl About {
+    /// Returns the kind of the file.
+    pub fn kind(&self) -> UploadKind {
+        match self {
+            Self::Mesh(_) => UploadKind::Mesh,
+            Self::Weather(_) => UploadKind::Weather,
+        }
+    }
+}
+
+/// Size and materials of a mesh.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct AboutMesh {
     /// Number of triangles, after faces with more corners were divided.
     pub triangles: u64,
     /// Names of its materials, in the order of first use.
     pub materials: Vec<String>,
-    /// Time of the first upload, in milliseconds since 1970.
-    pub created_at: i64,
 }
 
 /// Outcome of a request to cancel a job.
@@ -296,13 +351,13 @@ pub enum CancelOutcome {
     Accepted,
 }
 
-/// Outcome of a request to delete a mesh.
+/// Outcome of a request to delete an uploaded file.
 #[derive(Clone, Debug, PartialEq)]
-pub enum MeshDeletion {
-    /// There is no such mesh.
+pub enum UploadDeletion {
+    /// There is no such file.
     NotFound,
     /// A queued or running job uses it.
     InUse,
-    /// The mesh is gone from the store; its file is at this key.
+    /// The file is gone from the store; its content is at this key.
     Deleted(String),
 }

@@ -249,11 +249,11 @@ pub enum StoreError {
     Failed(String),
 }
 
-/// Durable store of jobs, chunks, events, artifacts and meshes. Every method is one transaction. What it writes is durable when it
+/// Durable store of jobs, chunks, events, artifacts and uploads. Every method is one transaction. What it writes is durable when it
 /// returns, unless it says otherwise or has a lease: what is lost of a worker's claims and reports is done again.
 ///
 /// An opened store sees everything, as worker, retention and start of the service need it. Clients are served by [`Self::of`]: jobs,
-/// studies and meshes of other owners are not found there, listed, cancelled or deleted. Counts, chunks, totals and the store's
+/// studies and uploads of other owners are not found there, listed, cancelled or deleted. Counts, chunks, totals and the store's
 /// record are those of the whole service anyway, and a job takes the results of an equal one, whoever owns it.
 #[async_trait]
 pub trait Store: Send + Sync + 'static {
@@ -337,16 +337,16 @@ pub trait Store: Send + Sync + 'static {
     /// Deletes a study whose jobs are deleted, for they cannot be read without it; returns true if there was one.
     async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError>;
 
-    /// Adds a mesh; keeps and returns the one that is there already when the content was uploaded before.
-    async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError>;
-    /// Reads the record of a mesh by its id; `None` if there is none.
-    async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError>;
-    /// Records that the content of a mesh was uploaded again, and returns the record; `None` if there is none.
-    async fn mesh_uploaded_again(&self, id: &str) -> Result<Option<Mesh>, StoreError>;
-    /// Deletes the meshes that no job uses and whose last upload was before a time in milliseconds since 1970; returns the keys of their files.
-    async fn delete_unused_meshes(&self, before: i64) -> Result<Vec<String>, StoreError>;
-    /// Deletes a mesh, unless a job needs it that has not ended.
-    async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError>;
+    /// Adds an uploaded file; keeps and returns the one that is there already when the content was uploaded before.
+    async fn add_upload(&self, file: UploadedFile) -> Result<UploadedFile, StoreError>;
+    /// Reads the record of an uploaded file by its id; `None` if there is none of this kind.
+    async fn upload(&self, kind: UploadKind, id: &str) -> Result<Option<UploadedFile>, StoreError>;
+    /// Records that the content of a file was uploaded again, and returns the record; `None` if there is none of this kind.
+    async fn uploaded_again(&self, kind: UploadKind, id: &str) -> Result<Option<UploadedFile>, StoreError>;
+    /// Deletes the uploaded files that no job uses and whose last upload was before a time in milliseconds since 1970; returns their keys.
+    async fn delete_unused_uploads(&self, before: i64) -> Result<Vec<String>, StoreError>;
+    /// Deletes an uploaded file of a kind, unless a job needs it that has not ended.
+    async fn delete_upload(&self, kind: UploadKind, id: &str) -> Result<UploadDeletion, StoreError>;
 
     /// Claims a chunk of any owner that is ready, whose lease is over, or that this owner had before and did not end.
     async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError>;

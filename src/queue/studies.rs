@@ -29,8 +29,8 @@ pub struct NewStudy {
     pub body_hash: String,
     /// Client that posted the study.
     pub client: String,
-    /// Uploaded meshes that the jobs name.
-    pub meshes: Vec<String>,
+    /// Ids of the uploaded files that the jobs name.
+    pub uploads: Vec<String>,
     /// Fields that the documents of the jobs have in common as they are posted.
     pub submitted: SharedFields,
     /// Fields that the documents of the jobs have in common with defaults filled in.
@@ -105,7 +105,7 @@ pub enum StudySubmission {
     /// With all jobs of the study, more jobs of its client would wait than allowed; none waits.
     ClientFull,
     /// A mesh of the job was deleted meanwhile.
-    MeshGone(String),
+    UploadGone(String),
 }
 
 /// Progress of the jobs of a study at one moment.

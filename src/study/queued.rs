@@ -75,7 +75,7 @@ pub fn new_study(
         idempotency_key: None,
         body_hash: String::new(),
         client: String::new(),
-        meshes: meshes.loaded(),
+        uploads: meshes.loaded(),
         submitted,
         document,
         plan,

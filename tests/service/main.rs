@@ -21,3 +21,4 @@ mod operation;
 mod owners;
 mod studies;
 mod tube_flux;
+mod weather;

@@ -82,7 +82,7 @@ impl Stores {
             idempotency_key: Some("key".into()),
             body_hash,
             client,
-            meshes: Vec::new(),
+            uploads: Vec::new(),
             submitted: shared.clone(),
             document: shared.clone(),
             plan: shared,
@@ -201,18 +201,18 @@ async fn neither_meets_the_studies_of_the_other() {
 async fn neither_meets_the_meshes_of_the_other() {
     let stores = Stores::new().await;
     let [ann, ben] = stores.owners.clone();
-    stores.ann.add_mesh(mesh(&ann, "of ann")).await.unwrap();
-    assert!(stores.ben.mesh("m").await.unwrap().is_none());
-    let using = NewJob { owner: ben.clone(), meshes: vec!["m".into()], ..new_job() };
+    stores.ann.add_upload(mesh(&ann, "of ann")).await.unwrap();
+    assert!(stores.ben.upload(UploadKind::Mesh, "m").await.unwrap().is_none());
+    let using = NewJob { owner: ben.clone(), uploads: vec!["m".into()], ..new_job() };
     let refused = stores.ben.submit(using.clone(), most(10)).await.unwrap();
-    assert!(matches!(refused, Submission::MeshGone(mesh) if mesh == "m"));
-    assert_eq!(stores.ben.add_mesh(mesh(&ben, "of ben")).await.unwrap().key, "of ben");
+    assert!(matches!(refused, Submission::UploadGone(id) if id == "m"));
+    assert_eq!(stores.ben.add_upload(mesh(&ben, "of ben")).await.unwrap().key, "of ben");
     assert!(matches!(stores.ben.submit(using, most(10)).await.unwrap(), Submission::New(..)));
-    assert_eq!(stores.ben.delete_mesh("m").await.unwrap(), MeshDeletion::InUse);
-    assert_eq!(stores.ann.delete_mesh("m").await.unwrap(), MeshDeletion::Deleted("of ann".into()));
-    assert_eq!(stores.ann.delete_mesh("m").await.unwrap(), MeshDeletion::NotFound);
-    assert_eq!(stores.ben.mesh("m").await.unwrap().unwrap().key, "of ben");
-    assert!(stores.ann.mesh_uploaded_again("m").await.unwrap().is_none());
+    assert_eq!(stores.ben.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::InUse);
+    assert_eq!(stores.ann.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::Deleted("of ann".into()));
+    assert_eq!(stores.ann.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::NotFound);
+    assert_eq!(stores.ben.upload(UploadKind::Mesh, "m").await.unwrap().unwrap().key, "of ben");
+    assert!(stores.ann.uploaded_again(UploadKind::Mesh, "m").await.unwrap().is_none());
 }
 
 /// The retention deletes meshes that no job has the id of, among those whose last upload is long ago.
@@ -221,29 +221,28 @@ async fn meshes_go_when_no_job_of_their_owner_is_left() {
     let stores = Stores::new().await;
     let [ann, ben] = stores.owners.clone();
     for owner in [&ann, &ben] {
-        stores.all.add_mesh(mesh(owner, owner.name())).await.unwrap();
+        stores.all.add_upload(mesh(owner, owner.name())).await.unwrap();
     }
-    let using = NewJob { owner: ben.clone(), meshes: vec!["m".into()], ..new_job() };
+    let using = NewJob { owner: ben.clone(), uploads: vec!["m".into()], ..new_job() };
     let Submission::New(job, _) = stores.ben.submit(using, most(10)).await.unwrap() else { panic!("not new") };
     stores.render().await;
-    let created = stores.ann.mesh("m").await.unwrap().unwrap().created_at;
+    let created = stores.ann.upload(UploadKind::Mesh, "m").await.unwrap().unwrap().created_at;
     tokio::time::sleep(Duration::from_millis(5)).await;
-    let again = stores.ann.mesh_uploaded_again("m").await.unwrap().unwrap();
+    let again = stores.ann.uploaded_again(UploadKind::Mesh, "m").await.unwrap().unwrap();
     assert_eq!(again.created_at, created);
-    assert!(stores.all.delete_unused_meshes(created + 1).await.unwrap().is_empty(), "it was uploaded again");
-    assert_eq!(stores.all.delete_unused_meshes(i64::MAX).await.unwrap(), ["ann"]);
+    assert!(stores.all.delete_unused_uploads(created + 1).await.unwrap().is_empty(), "it was uploaded again");
+    assert_eq!(stores.all.delete_unused_uploads(i64::MAX).await.unwrap(), ["ann"]);
     assert!(stores.ben.delete(job.head.id).await.unwrap());
-    assert_eq!(stores.all.delete_unused_meshes(i64::MAX).await.unwrap(), ["ben"]);
+    assert_eq!(stores.all.delete_unused_uploads(i64::MAX).await.unwrap(), ["ben"]);
 }
 
-fn mesh(owner: &Owner, key: &str) -> Mesh {
-    Mesh {
+fn mesh(owner: &Owner, key: &str) -> UploadedFile {
+    UploadedFile {
         owner: owner.clone(),
         id: "m".into(),
         key: key.into(),
         size: 1,
-        triangles: 1,
-        materials: Vec::new(),
+        about: About::Mesh(AboutMesh { triangles: 1, materials: Vec::new() }),
         created_at: 0,
     }
 }

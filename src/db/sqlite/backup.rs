@@ -21,9 +21,9 @@ pub struct DatabaseCopy {
 /// Numbers of a copy's rows and files that do not fit together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Missing {
-    /// Number of jobs and meshes that the original has deleted since the copy was made; they are removed from the copy, too.
+    /// Number of jobs and uploads that the original has deleted since the copy was made; they are removed from the copy, too.
     pub deleted: u64,
-    /// Number of missing files whose job or mesh the original still has: its results are damaged.
+    /// Number of missing files whose job or upload the original still has: its results are damaged.
     pub damaged: u64,
 }
 
@@ -55,7 +55,7 @@ impl DatabaseCopy {
         Ok(count.unsigned_abs())
     }
 
-    /// Removes jobs and meshes with a file among the missing ones (`keys`) from the copy, if the original has deleted them
+    /// Removes jobs and uploads with a file among the missing ones (`keys`) from the copy, if the original has deleted them
     /// meanwhile. Missing checkpoints of running jobs are ignored: those jobs continue from an earlier one.
     pub async fn without(&mut self, keys: &[String]) -> Result<Missing, StoreError> {
         let mut missing = Missing::default();
@@ -67,9 +67,9 @@ impl DatabaseCopy {
                     "DELETE FROM jobs WHERE id = $1",
                 ),
                 (
-                    "SELECT key FROM meshes WHERE key = $1",
-                    "SELECT count(*) FROM meshes WHERE key = $1",
-                    "DELETE FROM meshes WHERE key = $1",
+                    "SELECT key FROM uploads WHERE key = $1",
+                    "SELECT count(*) FROM uploads WHERE key = $1",
+                    "DELETE FROM uploads WHERE key = $1",
                 ),
             ] {
                 let user: Option<String> =

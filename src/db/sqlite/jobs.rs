@@ -44,13 +44,13 @@ pub(super) async fn submit(
         first_chunk: &new.first_chunk,
         line: Line::First,
         client: &new.client,
-        meshes: &new.meshes,
+        uploads: &new.uploads,
     };
     let created_at = match insert(tx, row, most).await? {
         Inserted::At(created_at) => created_at,
         Inserted::QueueFull => return Ok(Submission::QueueFull),
         Inserted::ClientFull => return Ok(Submission::ClientFull),
-        Inserted::MeshGone(mesh) => return Ok(Submission::MeshGone(mesh)),
+        Inserted::UploadGone(id) => return Ok(Submission::UploadGone(id)),
     };
     let job = Job {
         head: JobHead {
@@ -95,7 +95,7 @@ pub(super) struct NewRow<'a> {
     pub first_chunk: &'a Range<u64>,
     pub line: Line,
     pub client: &'a str,
-    pub meshes: &'a [String],
+    pub uploads: &'a [String],
 }
 
 /// Outcome of the insertion of a job's row.
@@ -104,7 +104,7 @@ pub(super) enum Inserted {
     At(i64),
     QueueFull,
     ClientFull,
-    MeshGone(String),
+    UploadGone(String),
 }
 
 /// Queues a job. Unless it returns [`Inserted::At`], the transaction must be rolled back.
@@ -147,15 +147,15 @@ pub(super) async fn insert(
         return Ok(if full { Inserted::ClientFull } else { Inserted::QueueFull });
     };
     let created_at: i64 = rows::get(created, "created_at")?;
-    for mesh in row.meshes {
-        let query = sqlx::query("SELECT 1 FROM meshes WHERE id = $1 AND owner = $2").bind(mesh).bind(row.owner.name());
+    for upload in row.uploads {
+        let query = sqlx::query("SELECT 1 FROM uploads WHERE id = $1 AND owner = $2").bind(upload).bind(row.owner.name());
         let known: Option<i64> = one(query, &mut *tx, first).await?;
         if known.is_none() {
-            return Ok(Inserted::MeshGone(mesh.clone()));
+            return Ok(Inserted::UploadGone(upload.clone()));
         }
-        let query = sqlx::query("INSERT INTO job_meshes (job_id, mesh_id) VALUES ($1, $2) ON CONFLICT DO NOTHING")
+        let query = sqlx::query("INSERT INTO job_uploads (job_id, upload_id) VALUES ($1, $2) ON CONFLICT DO NOTHING")
             .bind(&id_text)
-            .bind(mesh);
+            .bind(upload);
         run(query, &mut *tx).await?;
     }
     Ok(Inserted::At(created_at))

@@ -4,7 +4,7 @@ use sqlx::SqlSafeStr;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 
 /// Name and SQL of every step. A step that has ever run must not be changed: its hash is kept in the database.
-const STEPS: [(&str, &str); 13] = [
+const STEPS: [(&str, &str); 14] = [
     ("0001_jobs", include_str!("../../../migrations/sqlite/0001_jobs.sql")),
     ("0002_reliability", include_str!("../../../migrations/sqlite/0002_reliability.sql")),
     ("0003_cpu_seconds", include_str!("../../../migrations/sqlite/0003_cpu_seconds.sql")),
@@ -17,6 +17,7 @@ const STEPS: [(&str, &str); 13] = [
     ("0010_slices", include_str!("../../../migrations/sqlite/0010_slices.sql")),
     ("0011_ends", include_str!("../../../migrations/sqlite/0011_ends.sql")),
     ("0012_owner", include_str!("../../../migrations/sqlite/0012_owner.sql")),
+    ("0013_uploads", include_str!("../../../migrations/sqlite/0013_uploads.sql")),
     ("0014_uploads_and_lists", include_str!("../../../migrations/sqlite/0014_uploads_and_lists.sql")),
 ];
 
@@ -34,8 +35,9 @@ mod tests {
     use sqlx::{AssertSqlSafe, Connection, SqliteConnection};
 
     use super::*;
-    use crate::db::sqlite::{jobs, meshes, studies};
+    use crate::db::sqlite::{jobs, studies, uploads};
     use crate::queue::owner::Owner;
+    use crate::queue::store::{About, AboutMesh, UploadKind};
 
     /// Jobs, studies and meshes from before there were owners are the default owner's, with their keys and everything that belongs to them.
     #[tokio::test]
@@ -51,7 +53,7 @@ mod tests {
              INSERT INTO studies (id, request, refused, confidence, idempotency_key, body_hash, created_at) \
              VALUES ('{id}', '{{}}', '[]', 0.95, 'of a study', '', 1); \
              INSERT INTO study_jobs (study_id, place, job_id, part) VALUES ('{id}', 0, '{id}', '{{}}'); \
-             INSERT INTO meshes (id, key, size, triangles, materials, created_at) VALUES ('m', 'file', 1, 2, '[]', 3)"
+             INSERT INTO meshes (id, key, size, triangles, materials, created_at) VALUES ('m', 'file', 1, 2, '[\"pipe\"]', 3)"
         );
         sqlx::query(AssertSqlSafe(rows)).execute(&mut database).await.unwrap();
         migrations().run(&mut database).await.unwrap();
@@ -61,8 +63,9 @@ mod tests {
             assert_eq!(job.map(|job| job.head.id), found.then_some(id));
             let study = studies::of_key(&mut database, Some(owner), "of a study").await.unwrap();
             assert_eq!(study.map(|study| study.jobs.len()), found.then_some(1));
-            let mesh = meshes::mesh(&mut database, Some(owner), "m").await.unwrap();
-            assert_eq!(mesh.map(|mesh| mesh.key), found.then(|| "file".to_owned()));
+            let mesh = uploads::find(&mut database, Some(owner), UploadKind::Mesh, "m").await.unwrap();
+            let about = About::Mesh(AboutMesh { triangles: 2, materials: vec!["pipe".into()] });
+            assert_eq!(mesh.map(|mesh| (mesh.key, mesh.about)), found.then(|| ("file".to_owned(), about)));
         }
         let events: i64 = sqlx::query_scalar("SELECT count(*) FROM events").fetch_one(&mut database).await.unwrap();
         assert_eq!(events, 1);

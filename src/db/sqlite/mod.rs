@@ -13,7 +13,6 @@ mod guard;
 mod history;
 mod jobs;
 mod log;
-mod meshes;
 mod migrations;
 mod queue;
 mod record;
@@ -21,6 +20,7 @@ mod rows;
 mod sql;
 mod store;
 mod studies;
+mod uploads;
 
 use std::fs::File;
 use std::os::unix::fs::OpenOptionsExt;
@@ -51,7 +51,7 @@ const LARGEST_IDLE_LOG: u64 = 16 << 20;
 /// Store of jobs in one SQLite file, with one writing connection and several reading ones; clones share them.
 #[derive(Clone)]
 pub struct SqliteStore {
-    /// Owner whose jobs, studies and meshes are seen; `None` for all.
+    /// Owner whose jobs, studies and uploads are seen; `None` for all.
     owner: Option<Owner>,
     writer: SqlitePool,
     readers: SqlitePool,

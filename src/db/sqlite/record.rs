@@ -8,7 +8,7 @@ use super::sql::{now_ms, run, store_error};
 
 pub(super) async fn record(connection: &mut SqliteConnection) -> Result<StoreRecord, StoreError> {
     let newest: i64 = sqlx::query_scalar(
-        "SELECT max(coalesce((SELECT max(written_at) FROM store), 0), coalesce((SELECT max(created_at) FROM meshes), 0), \
+        "SELECT max(coalesce((SELECT max(written_at) FROM store), 0), coalesce((SELECT max(created_at) FROM uploads), 0), \
          coalesce((SELECT max(max(created_at, coalesce(started_at, 0), coalesce(finished_at, 0))) FROM jobs), 0))",
     )
     .fetch_one(&mut *connection)

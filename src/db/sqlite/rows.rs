@@ -129,14 +129,16 @@ pub(super) fn artifact(row: &SqliteRow) -> Result<Artifact, StoreError> {
     })
 }
 
-pub(super) fn mesh(row: &SqliteRow) -> Result<Mesh, StoreError> {
-    Ok(Mesh {
+pub(super) fn upload(row: &SqliteRow, kind: UploadKind) -> Result<UploadedFile, StoreError> {
+    Ok(UploadedFile {
         owner: Owner::new(&get::<String>(row, "owner")?),
         id: get(row, "id")?,
         key: get(row, "key")?,
         size: unsigned(get(row, "size")?),
-        triangles: unsigned(get(row, "triangles")?),
-        materials: json(row, "materials")?,
+        about: match kind {
+            UploadKind::Mesh => About::Mesh(json(row, "about")?),
+            UploadKind::Weather => About::Weather(json(row, "about")?),
+        },
         created_at: get(row, "created_at")?,
     })
 }

@@ -11,7 +11,7 @@ use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use super::sql::{Scope, store_error};
-use super::{SqliteStore, artifacts, commit, equal, history, jobs, meshes, queue, record, studies};
+use super::{SqliteStore, artifacts, commit, equal, history, jobs, queue, record, studies, uploads};
 use crate::engine::progress::PassReport;
 use crate::queue::durability::Durability;
 use crate::queue::owner::Owner;
@@ -318,34 +318,34 @@ impl Store for SqliteStore {
         Ok(deleted)
     }
 
-    async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError> {
+    async fn add_upload(&self, file: UploadedFile) -> Result<UploadedFile, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
-        let kept = meshes::add(&mut tx, mesh).await?;
+        let kept = uploads::add(&mut tx, file).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(kept)
     }
 
-    async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError> {
-        meshes::mesh(&self.readers, self.scope(), id).await
+    async fn upload(&self, kind: UploadKind, id: &str) -> Result<Option<UploadedFile>, StoreError> {
+        uploads::find(&self.readers, self.scope(), kind, id).await
     }
 
-    async fn mesh_uploaded_again(&self, id: &str) -> Result<Option<Mesh>, StoreError> {
+    async fn uploaded_again(&self, kind: UploadKind, id: &str) -> Result<Option<UploadedFile>, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
-        let mesh = meshes::uploaded_again(&mut tx, self.scope(), id).await?;
+        let file = uploads::uploaded_again(&mut tx, self.scope(), kind, id).await?;
         tx.commit().await.map_err(store_error)?;
-        Ok(mesh)
+        Ok(file)
     }
 
-    async fn delete_unused_meshes(&self, before: i64) -> Result<Vec<String>, StoreError> {
+    async fn delete_unused_uploads(&self, before: i64) -> Result<Vec<String>, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
-        let keys = meshes::delete_unused(&mut tx, self.scope(), before).await?;
+        let keys = uploads::delete_unused(&mut tx, self.scope(), before).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(keys)
     }
 
-    async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError> {
+    async fn delete_upload(&self, kind: UploadKind, id: &str) -> Result<UploadDeletion, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
-        let deletion = meshes::delete(&mut tx, self.scope(), id).await?;
+        let deletion = uploads::delete(&mut tx, self.scope(), kind, id).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(deletion)
     }

@@ -72,13 +72,13 @@ pub(super) async fn submit(
             // jobs that are posted alone need not wait for a whole study
             line: Line::Later,
             client: &new.client,
-            meshes: &new.meshes,
+            uploads: &new.uploads,
         };
         let member = match jobs::insert(tx, row, most).await? {
             jobs::Inserted::At(_) => StudyMember { job: job_id, part: job.part, found: None },
             jobs::Inserted::QueueFull => return Ok(StudySubmission::QueueFull),
             jobs::Inserted::ClientFull => return Ok(StudySubmission::ClientFull),
-            jobs::Inserted::MeshGone(mesh) => return Ok(StudySubmission::MeshGone(mesh)),
+            jobs::Inserted::UploadGone(id) => return Ok(StudySubmission::UploadGone(id)),
         };
         let query = sqlx::query("INSERT INTO study_jobs (study_id, place, job_id, part) VALUES ($1, $2, $3, $4)")
             .bind(id.to_string())

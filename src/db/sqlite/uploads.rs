@@ -1,4 +1,4 @@
-//! Uploaded meshes.
+//! Uploaded files.
 
 use sqlx::{SqliteConnection, SqliteExecutor};
 
@@ -7,74 +7,83 @@ use crate::queue::store::*;
 use super::rows::{self, signed, to_json};
 use super::sql::{Scope, all, bound, first, in_scope, now_ms, one, run};
 
-pub(super) async fn add(tx: &mut SqliteConnection, mesh: Mesh) -> Result<Mesh, StoreError> {
+pub(super) async fn add(tx: &mut SqliteConnection, file: UploadedFile) -> Result<UploadedFile, StoreError> {
+    let kind = file.about.kind();
     let query = sqlx::query(concat!(
-        "INSERT INTO meshes (owner, id, key, size, triangles, materials, created_at, uploaded_at) VALUES ($1, $2, $3, $4, $5, $6, ",
+        "INSERT INTO uploads (owner, id, kind, key, size, about, created_at, uploaded_at) VALUES ($1, $2, $3, $4, $5, $6, ",
         now_ms!(),
         ", ",
         now_ms!(),
         ") ON CONFLICT (id, owner) DO NOTHING"
     ))
-    .bind(mesh.owner.name())
-    .bind(&mesh.id)
-    .bind(&mesh.key)
-    .bind(signed(mesh.size))
-    .bind(signed(mesh.triangles))
-    .bind(to_json(&mesh.materials)?);
+    .bind(file.owner.name())
+    .bind(&file.id)
+    .bind(kind.name())
+    .bind(&file.key)
+    .bind(signed(file.size))
+    .bind(to_json(&file.about)?);
     run(query, &mut *tx).await?;
-    self::mesh(&mut *tx, Some(&mesh.owner), &mesh.id)
+    find(&mut *tx, Some(&file.owner), kind, &file.id)
         .await?
-        .ok_or_else(|| StoreError::Failed("the mesh that was just stored is missing in the database".into()))
+        .ok_or_else(|| StoreError::Failed("the file that was just stored is missing in the database".into()))
 }
 
-pub(super) async fn mesh(
+pub(super) async fn find(
     database: impl SqliteExecutor<'_>,
     scope: Scope<'_>,
+    kind: UploadKind,
     id: &str,
-) -> Result<Option<Mesh>, StoreError> {
+) -> Result<Option<UploadedFile>, StoreError> {
     let query = sqlx::query(concat!(
-        "SELECT owner, id, key, size, triangles, materials, created_at FROM meshes WHERE id = $1 AND ",
+        "SELECT owner, id, key, size, about, created_at FROM uploads WHERE id = $1 AND kind = $3 AND ",
         in_scope!()
     ))
     .bind(id)
-    .bind(bound(scope));
-    one(query, database, rows::mesh).await
+    .bind(bound(scope))
+    .bind(kind.name());
+    one(query, database, |row| rows::upload(row, kind)).await
 }
 
 pub(super) async fn uploaded_again(
     tx: &mut SqliteConnection,
     scope: Scope<'_>,
+    kind: UploadKind,
     id: &str,
-) -> Result<Option<Mesh>, StoreError> {
+) -> Result<Option<UploadedFile>, StoreError> {
     let update = sqlx::query(concat!(
-        "UPDATE meshes SET uploaded_at = ",
+        "UPDATE uploads SET uploaded_at = ",
         now_ms!(),
-        " WHERE id = $1 AND ",
+        " WHERE id = $1 AND kind = $3 AND ",
         in_scope!(),
-        " RETURNING owner, id, key, size, triangles, materials, created_at"
+        " RETURNING owner, id, key, size, about, created_at"
     ));
-    one(update.bind(id).bind(bound(scope)), tx, rows::mesh).await
+    one(update.bind(id).bind(bound(scope)).bind(kind.name()), tx, |row| rows::upload(row, kind)).await
 }
 
-/// Deletes meshes that no job uses, and returns the keys of their files.
+/// Deletes files that no job uses, and returns their keys.
 pub(super) async fn delete_unused(
     tx: &mut SqliteConnection,
     scope: Scope<'_>,
     before: i64,
 ) -> Result<Vec<String>, StoreError> {
     let delete = sqlx::query(concat!(
-        "DELETE FROM meshes WHERE uploaded_at < $1 AND NOT EXISTS (SELECT 1 FROM job_meshes m JOIN jobs j ON j.id = m.job_id \
-         WHERE m.mesh_id = meshes.id AND j.owner = meshes.owner) AND ",
+        "DELETE FROM uploads WHERE uploaded_at < $1 AND NOT EXISTS (SELECT 1 FROM job_uploads u JOIN jobs j ON j.id = u.job_id \
+         WHERE u.upload_id = uploads.id AND j.owner = uploads.owner) AND ",
         in_scope!(),
         " RETURNING key"
     ));
     all(delete.bind(before).bind(bound(scope)), tx, |row| rows::get(row, "key")).await
 }
 
-pub(super) async fn delete(tx: &mut SqliteConnection, scope: Scope<'_>, id: &str) -> Result<MeshDeletion, StoreError> {
+pub(super) async fn delete(
+    tx: &mut SqliteConnection,
+    scope: Scope<'_>,
+    kind: UploadKind,
+    id: &str,
+) -> Result<UploadDeletion, StoreError> {
     let query = sqlx::query(concat!(
-        "SELECT j.id FROM jobs j JOIN job_meshes m ON m.job_id = j.id \
-         WHERE m.mesh_id = $1 AND j.status IN ('queued', 'running') AND ",
+        "SELECT j.id FROM jobs j JOIN job_uploads u ON u.job_id = j.id \
+         WHERE u.upload_id = $1 AND j.status IN ('queued', 'running') AND ",
         in_scope!(),
         " LIMIT 1"
     ))
@@ -82,11 +91,16 @@ pub(super) async fn delete(tx: &mut SqliteConnection, scope: Scope<'_>, id: &str
     .bind(bound(scope));
     let user: Option<String> = one(query, &mut *tx, first).await?;
     if user.is_some() {
-        return Ok(MeshDeletion::InUse);
+        return Ok(UploadDeletion::InUse);
     }
-    let query = sqlx::query(concat!("DELETE FROM meshes WHERE id = $1 AND ", in_scope!(), " RETURNING key"))
-        .bind(id)
-        .bind(bound(scope));
+    let query = sqlx::query(concat!(
+        "DELETE FROM uploads WHERE id = $1 AND kind = $3 AND ",
+        in_scope!(),
+        " RETURNING key"
+    ))
+    .bind(id)
+    .bind(bound(scope))
+    .bind(kind.name());
     let key: Option<String> = one(query, tx, first).await?;
-    Ok(key.map_or(MeshDeletion::NotFound, MeshDeletion::Deleted))
+    Ok(key.map_or(UploadDeletion::NotFound, UploadDeletion::Deleted))
 }

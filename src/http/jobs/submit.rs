@@ -119,7 +119,7 @@ pub async fn create(
         Submission::KeyReused => Err(key_reused(OTHER)),
         Submission::QueueFull => Err(queue_full(&app)),
         Submission::ClientFull => Err(client_full(&app)),
-        Submission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
+        Submission::UploadGone(id) => Err(upload_gone(&id)),
     }
 }
 
@@ -161,7 +161,7 @@ fn new_job(prepared: &Prepared, owner: &Owner, text: String, meshes: Vec<String>
         idempotency_key: None,
         body_hash: String::new(),
         computation: None,
-        meshes,
+        uploads: meshes,
         first_chunk: prepared.passes_after(0),
         client,
     }
@@ -203,8 +203,8 @@ pub(in crate::http) fn client_full(app: &Service) -> Problem {
     Problem::new(ProblemKind::TooMany, detail).retry_after(30)
 }
 
-pub(in crate::http) fn mesh_gone(mesh: &str) -> Problem {
-    Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted; upload it again"))
+pub(in crate::http) fn upload_gone(id: &str) -> Problem {
+    Problem::new(ProblemKind::InvalidDocument, format!("the uploaded file {id} was deleted; upload it again"))
 }
 
 pub(in crate::http) fn key_reused(other: &str) -> Problem {

@@ -11,7 +11,7 @@ use super::resource::StudyResource;
 use crate::http::client::Client;
 use crate::http::jobs::posted::Body;
 use crate::http::jobs::submit::{
-    POLL_SECONDS, client_full, idempotency_key, key_reused, mesh_gone, queue_full, replayed,
+    POLL_SECONDS, client_full, idempotency_key, key_reused, queue_full, replayed, upload_gone,
 };
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
@@ -85,7 +85,7 @@ pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) ->
         StudySubmission::KeyReused => Err(key_reused(other)),
         StudySubmission::QueueFull => Err(queue_full(&app)),
         StudySubmission::ClientFull => Err(client_full(&app)),
-        StudySubmission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
+        StudySubmission::UploadGone(id) => Err(upload_gone(&id)),
     }
 }
 

@@ -214,7 +214,7 @@ pub fn new_job() -> NewJob {
         idempotency_key: None,
         body_hash: "hash".into(),
         computation: None,
-        meshes: Vec::new(),
+        uploads: Vec::new(),
         first_chunk: 0..8,
     }
 }

@@ -256,25 +256,26 @@ async fn two_claimers_never_get_the_same_chunk() {
 #[tokio::test]
 async fn meshes_of_waiting_jobs_stay() {
     let (store, _folder) = store().await;
-    let mesh = |id: &str, key: &str| Mesh {
+    let mesh = |id: &str, key: &str| UploadedFile {
         owner: Owner::default(),
         id: id.into(),
         key: key.into(),
         size: 1,
-        triangles: 1,
-        materials: vec!["pipe".into()],
+        about: About::Mesh(AboutMesh { triangles: 1, materials: vec!["pipe".into()] }),
         created_at: 0,
     };
-    store.add_mesh(mesh("m", "first")).await.unwrap();
-    assert_eq!(store.add_mesh(mesh("m", "second")).await.unwrap().key, "first");
-    let using = |mesh: &str| NewJob { meshes: vec![mesh.into()], ..new_job() };
+    store.add_upload(mesh("m", "first")).await.unwrap();
+    assert_eq!(store.add_upload(mesh("m", "second")).await.unwrap().key, "first");
+    let using = |mesh: &str| NewJob { uploads: vec![mesh.into()], ..new_job() };
     let Submission::New(job, _) = store.submit(using("m"), most(10)).await.unwrap() else { panic!("not new") };
-    assert!(matches!(store.submit(using("n"), most(10)).await.unwrap(), Submission::MeshGone(mesh) if mesh == "n"));
+    assert!(matches!(store.submit(using("n"), most(10)).await.unwrap(), Submission::UploadGone(id) if id == "n"));
     assert_eq!(store.jobs(JobFilter { limit: 10, ..JobFilter::default() }).await.unwrap().len(), 1);
-    assert_eq!(store.delete_mesh("m").await.unwrap(), MeshDeletion::InUse);
+    assert_eq!(store.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::InUse);
+    assert_eq!(store.upload(UploadKind::Weather, "m").await.unwrap(), None);
     store.cancel(job.head.id).await.unwrap();
-    assert_eq!(store.delete_mesh("m").await.unwrap(), MeshDeletion::Deleted("first".into()));
-    assert_eq!(store.delete_mesh("m").await.unwrap(), MeshDeletion::NotFound);
+    assert_eq!(store.delete_upload(UploadKind::Weather, "m").await.unwrap(), UploadDeletion::NotFound);
+    assert_eq!(store.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::Deleted("first".into()));
+    assert_eq!(store.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::NotFound);
 }
 
 /// Something that a worker, a client or a crash does.

@@ -273,6 +273,7 @@ async fn bad_requests_are_problem_documents() {
         format!("/v1/jobs/{missing}/grids/a"),
         format!("/v1/jobs/{missing}/views/a.png"),
         "/v1/meshes/x".to_owned(),
+        "/v1/weather/x".to_owned(),
         "/docs/none".to_owned(),
     ] {
         problem(service.get(&path).send().await.unwrap(), 404).await;

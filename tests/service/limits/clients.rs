@@ -171,7 +171,7 @@ async fn one_client_has_so_many_uploads_and_bytes_of_them() {
         |text: String| service.request(Method::POST, "/v1/meshes").header("content-type", "model/obj").body(text);
     until(StatusCode::CREATED, async || upload(TRIANGLE.to_owned()).send().await.unwrap().status()).await;
     let long = format!("{TRIANGLE}#{}\n", "x".repeat(100_000));
-    too_many(upload(long).send().await.unwrap(), "100000 bytes of uploaded meshes").await;
+    too_many(upload(long).send().await.unwrap(), "100000 bytes of uploads").await;
     assert_eq!(upload(TRIANGLE.to_owned()).send().await.unwrap().status(), StatusCode::CREATED);
 }
 
