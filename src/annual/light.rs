@@ -5,7 +5,7 @@ use skyduct_physics::geometry::turn::unit_vector;
 use skyduct_physics::sky::{Irradiances, PerezSky, SkyDistribution};
 
 use crate::moment::Moment;
-use crate::weather::Weather;
+use crate::weather::Record;
 
 /// Origin of the illuminances of a year.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,11 +48,11 @@ impl LitMoment {
 }
 
 /// Computes skies and suns of the moments that have light; `rotation` is the azimuth of the room's +y axis in radians, clockwise from north.
-pub fn lit(weather: &Weather, moments: &[Moment], illuminances: Illuminances, rotation: f64) -> Vec<LitMoment> {
+pub fn lit(records: &[Record], moments: &[Moment], illuminances: Illuminances, rotation: f64) -> Vec<LitMoment> {
     // azimuths run clockwise, angles of vectors the other way
     let turn = unit_vector(rotation);
     let of = |moment: &Moment| {
-        let record = weather.records.get(moment.record)?;
+        let record = records.get(moment.record)?;
         let irradiances = Irradiances {
             direct_normal_w_m2: record.direct_normal_w_m2,
             diffuse_horizontal_w_m2: record.diffuse_horizontal_w_m2,

@@ -45,7 +45,7 @@ impl Responses {
     /// Returns the responses of the mean of sensors with the given weights; its errors are taken as if those of all sensors were the same.
     /// Zero for weights that add up to nothing.
     pub fn mean(&self, weights: &[f64]) -> Self {
-        let whole: f64 = weights.iter().sum();
+        let whole = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let of_tube = |responses: &Vec<Response>| {
             let mut mean = Response::default();
             for (response, weight) in responses.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {

@@ -17,6 +17,15 @@ const RECONNECT_PAUSE: Duration = Duration::from_secs(1);
 /// Number of successive attempts without an answer after which the service is given up.
 const MAX_ATTEMPTS: u32 = 30;
 
+/// Kind of an uploaded file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Uploaded {
+    /// Mesh.
+    Mesh,
+    /// Weather of a year.
+    Weather,
+}
+
 /// Connection to a service.
 pub struct Client {
     http: reqwest::Client,
@@ -68,16 +77,20 @@ impl Client {
         format!("{}{path}", self.server)
     }
 
-    /// Uploads an OBJ file and returns its id. `pointer` is the field of the document that errors refer to.
-    pub async fn upload_mesh(&self, bytes: Vec<u8>, pointer: &str) -> anyhow::Result<String> {
-        let request = self.http.post(self.url("/v1/meshes")).header("content-type", "model/obj").body(bytes);
+    /// Uploads a file and returns its id. `pointer` is the field of the document that errors refer to.
+    pub async fn upload(&self, kind: Uploaded, bytes: Vec<u8>, pointer: &str) -> anyhow::Result<String> {
+        let (path, content_type) = match kind {
+            Uploaded::Mesh => ("/v1/meshes", "model/obj"),
+            Uploaded::Weather => ("/v1/weather", "text/plain"),
+        };
+        let request = self.http.post(self.url(path)).header("content-type", content_type).body(bytes);
         let response = self.send(request).await?;
         if response.status() == StatusCode::UNPROCESSABLE_ENTITY {
             let detail = problem_detail(response).await;
             return Err(DocumentErrors::from(FieldError::new(pointer, detail)).into());
         }
-        let mesh: Value = success(response).await?.json().await?;
-        Ok(mesh["id"].as_str().context("the service's answer has no id of the mesh")?.to_owned())
+        let file: Value = success(response).await?.json().await?;
+        Ok(file["id"].as_str().context("the service's answer has no id of the file")?.to_owned())
     }
 
     /// Posts a job document and returns the job, with `predict` including the predicted time of each method. `key` makes the

@@ -16,6 +16,8 @@ pub const WEATHER_BYTES: usize = 16 << 20;
 pub struct MeshFiles {
     folder: PathBuf,
     limits: ObjLimits,
+    /// Weather file in place of the one that the document names.
+    weather: Option<PathBuf>,
 }
 
 impl MeshFiles {
@@ -27,7 +29,12 @@ impl MeshFiles {
     /// Creates a source of the files at or below `folder`; an empty path is the working directory.
     pub fn below(folder: &Path) -> Self {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        Self { folder: folder.to_owned(), limits: ObjLimits::default() }
+        Self { folder: folder.to_owned(), limits: ObjLimits::default(), weather: None }
+    }
+
+    /// Returns the source with a weather file, which may be in any folder, in place of the one that the document names.
+    pub fn with_weather(self, file: Option<PathBuf>) -> Self {
+        Self { weather: file, ..self }
     }
 
     /// Returns the path of the file `name`, or a sentence that says why it cannot be used.
@@ -52,14 +59,18 @@ impl MeshFiles {
 
     /// Reads the file `name` of at most `most` bytes.
     fn read(&self, name: &str, most: usize) -> Result<Vec<u8>, String> {
-        let file = self.path(name)?;
-        let unreadable = |error: std::io::Error| format!("{name:?} cannot be read: {error}");
-        let size = file.metadata().map_err(unreadable)?.len();
-        if size > most as u64 {
-            return Err(format!("{name:?} has {size} bytes, but such a file may have at most {most}"));
-        }
-        std::fs::read(&file).map_err(unreadable)
+        read_at(&self.path(name)?, name, most)
     }
+}
+
+/// Reads a file of at most `most` bytes; `name` is its name in messages.
+fn read_at(file: &Path, name: &str, most: usize) -> Result<Vec<u8>, String> {
+    let unreadable = |error: std::io::Error| format!("{name:?} cannot be read: {error}");
+    let size = file.metadata().map_err(unreadable)?.len();
+    if size > most as u64 {
+        return Err(format!("{name:?} has {size} bytes, but such a file may have at most {most}"));
+    }
+    std::fs::read(file).map_err(unreadable)
 }
 
 impl MeshSource for MeshFiles {
@@ -69,7 +80,10 @@ impl MeshSource for MeshFiles {
     }
 
     fn weather(&self, id: &str) -> Result<Arc<Weather>, String> {
-        let bytes = self.read(id, WEATHER_BYTES)?;
+        let bytes = match &self.weather {
+            Some(file) => read_at(file, id, WEATHER_BYTES)?,
+            None => self.read(id, WEATHER_BYTES)?,
+        };
         weather::read(&bytes).map(Arc::new).map_err(|error| format!("{id}: {error}"))
     }
 }

@@ -21,6 +21,7 @@ mod submit;
 pub mod telemetry;
 pub mod temporary_folder;
 mod weather;
+mod year_table;
 
 use std::io::IsTerminal;
 

@@ -6,14 +6,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, bail};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::figures::FiguresArgs;
 use super::mesh_files::MeshFiles;
 use super::predictions_table::predictions_table;
 use super::progress::Progress;
 use super::results_table::print_results;
-use crate::document::read::json;
+use super::year_table::print_year;
+use crate::document::read::json as read_json;
 use crate::document::{DocumentErrors, FieldError};
 use crate::engine::cancel::{Stop, StopReason};
 use crate::engine::convergence::is_kept;
@@ -23,6 +24,7 @@ use crate::engine::progress::{PassReport, StoppedBy};
 use crate::predict::forecast::Forecast;
 use crate::predict::pilot;
 use crate::present::prepared::{Prepared, prepare};
+use crate::present::reader::ResultReader as _;
 use crate::present::saved_files::{Saved, SavedFigures, results};
 
 #[derive(Debug, clap::Args)]
@@ -40,6 +42,9 @@ pub struct RenderArgs {
     /// actual one
     #[arg(long)]
     pub predict: bool,
+    /// Weather file (EPW or WEA) of a year of daylight, in place of the document's sky or of the file that it names
+    #[arg(long, value_name = "FILE")]
+    pub weather: Option<PathBuf>,
     #[command(flatten)]
     pub figures: FiguresArgs,
 }
@@ -47,8 +52,8 @@ pub struct RenderArgs {
 /// Renders a job and writes its results. Errors of the document are [`DocumentErrors`].
 pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     warm_up();
-    let document = with_method(read_job(&args.job)?, args.method.as_deref());
-    let mut prepared = prepare(&document, &MeshFiles::beside(&args.job))?;
+    let document = with_weather(with_method(read_job(&args.job)?, args.method.as_deref()), args.weather.as_deref());
+    let mut prepared = prepare(&document, &MeshFiles::beside(&args.job).with_weather(args.weather))?;
     prepared.check_memory(default_limit_bytes())?;
     for warning in &prepared.warnings {
         eprintln!("warning: {}: {}", warning.code.code(), warning.detail);
@@ -81,6 +86,9 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
         eprintln!("warning: {}: {}", warning.code.code(), warning.detail);
     }
     print_results(&result);
+    if let Some(year) = prepared.results(estimate).year()? {
+        print_year(&year.summary());
+    }
     Ok(())
 }
 
@@ -90,7 +98,7 @@ pub fn read_job(job: &Path) -> Result<Vec<u8>, DocumentErrors> {
         let detail = format!("{} cannot be read: {error}", job.display());
         FieldError::new("", detail)
     })?;
-    Ok(json::text(&bytes)?.into_owned().into_bytes())
+    Ok(read_json::text(&bytes)?.into_owned().into_bytes())
 }
 
 /// Returns the document with another method; one that is not a JSON object is returned unchanged, for the parser to refuse.
@@ -101,6 +109,29 @@ fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
     match serde_json::from_slice::<Value>(&document) {
         Ok(Value::Object(mut fields)) => {
             fields.insert("method".to_owned(), method.into());
+            Value::Object(fields).to_string().into_bytes()
+        }
+        _ => document,
+    }
+}
+
+/// Returns the document with a year by a weather file: what it has of one stays, and sky, time and views make room for it. A document that
+/// is not a JSON object is returned unchanged, for the parser to refuse.
+fn with_weather(document: Vec<u8>, weather: Option<&Path>) -> Vec<u8> {
+    let Some(weather) = weather else {
+        return document;
+    };
+    match serde_json::from_slice::<Value>(&document) {
+        Ok(Value::Object(mut fields)) => {
+            if !fields.contains_key("annual") {
+                for other in ["sky", "time", "location", "views"] {
+                    fields.remove(other);
+                }
+            }
+            let annual = fields.entry("annual").or_insert_with(|| json!({}));
+            if let Some(annual) = annual.as_object_mut() {
+                annual.insert("weather".to_owned(), weather.to_string_lossy().into());
+            }
             Value::Object(fields).to_string().into_bytes()
         }
         _ => document,
@@ -204,7 +235,6 @@ pub fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
 
     use super::*;
 

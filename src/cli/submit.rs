@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 use uuid::Uuid;
 
-use crate::cli::client::{Client, News};
+use crate::cli::client::{Client, News, Uploaded};
 use crate::cli::figures::FiguresArgs;
 use crate::cli::mesh_files::MeshFiles;
 use crate::cli::progress::Progress;
@@ -66,7 +66,7 @@ pub async fn submit_and_download(
     figures: &SavedFigures,
 ) -> anyhow::Result<Value> {
     let document = match mesh_folder {
-        Some(folder) => with_uploaded_meshes(client, document, folder).await?,
+        Some(folder) => with_uploaded_files(client, document, folder).await?,
         None => document,
     };
     let job = client.submit(document, predict, &Uuid::new_v4().to_string()).await?;
@@ -103,8 +103,8 @@ pub async fn submit_and_download(
     Ok(job)
 }
 
-/// Returns the document with file names of meshes replaced by the ids of the uploaded files.
-async fn with_uploaded_meshes(client: &Client, document: Vec<u8>, folder: &Path) -> anyhow::Result<Vec<u8>> {
+/// Returns the document with file names of meshes and weather replaced by the ids of the uploaded files.
+async fn with_uploaded_files(client: &Client, document: Vec<u8>, folder: &Path) -> anyhow::Result<Vec<u8>> {
     // faults of the document are reported by the service
     let Ok(mut value) = serde_json::from_slice::<Value>(&document) else { return Ok(document) };
     let tubes = (0..value["tubes"].as_array().map_or(0, Vec::len)).map(|index| format!("/tubes/{index}/mesh"));
@@ -112,14 +112,16 @@ async fn with_uploaded_meshes(client: &Client, document: Vec<u8>, folder: &Path)
         (0..value["room"]["objects"].as_array().map_or(0, Vec::len)).map(|index| format!("/room/objects/{index}/mesh"));
     let files = MeshFiles::below(folder);
     let mut replaced = false;
-    for pointer in tubes.chain(objects).collect::<Vec<_>>() {
+    let weather = "/annual/weather".to_owned();
+    for pointer in tubes.chain(objects).chain([weather]).collect::<Vec<_>>() {
         let Some(field) = value.pointer_mut(&pointer) else { continue };
         let Some(name) = field.as_str() else { continue };
         // any other name is an id, or refused by the service
         let Ok(file) = files.path(name) else { continue };
         let bytes = std::fs::read(&file)
             .map_err(|error| bad_document(&pointer, format!("{} cannot be read: {error}", file.display())))?;
-        *field = client.upload_mesh(bytes, &pointer).await?.into();
+        let kind = if pointer.starts_with("/annual") { Uploaded::Weather } else { Uploaded::Mesh };
+        *field = client.upload(kind, bytes, &pointer).await?.into();
         replaced = true;
     }
     // written anew only if it changed: otherwise the service gets the very bytes of the file

@@ -7,7 +7,6 @@ use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::annual::AnnualDocument;
-use super::annual::check::check_job_of_year;
 use super::effects::{self, EffectSwitches, Effects, check_effects};
 use super::errors::{Checks, DocumentErrors};
 use super::limits::JOB_NAME;
@@ -156,7 +155,7 @@ impl JobDocument {
 
         if let Some(annual) = &self.annual {
             annual.check(checks);
-            check_job_of_year(self, checks);
+            check_beside_year(self, checks);
         }
         self.check_light(checks);
         self.check_sun(checks);
@@ -211,6 +210,36 @@ impl JobDocument {
                 checks.refuse("/time", "required with `location`, unless `sky.sun_position` is given");
             }
         }
+    }
+}
+
+/// Checks what a job with a year may have besides: no sky and no time of its own, and the light of tubes alone.
+fn check_beside_year(job: &JobDocument, checks: &mut Checks) {
+    let by_weather = "must be left out with `annual`: the weather file gives sky and sun";
+    if job.sky.is_some() {
+        checks.refuse("/sky", by_weather);
+    }
+    if job.time.is_some() {
+        checks.refuse("/time", by_weather);
+    }
+    if job.tubes.is_empty() {
+        checks.refuse("/tubes", "at least one tube is needed with `annual`");
+    }
+    if job.grids.is_empty() {
+        checks.refuse("/grids", "at least one grid is needed with `annual`");
+    }
+    for (index, grid) in job.grids.iter().enumerate() {
+        for (field, is_set) in [("components", grid.components), ("responses", grid.responses)] {
+            if is_set {
+                checks.refuse(format!("/grids/{index}/{field}"), "must be false with `annual`");
+            }
+        }
+    }
+    if !job.views.is_empty() {
+        checks.not_supported("/views", "views of a job with `annual`");
+    }
+    if !job.room.luminaires.is_empty() {
+        checks.not_supported("/room/luminaires", "luminaires in a job with `annual`");
     }
 }
 

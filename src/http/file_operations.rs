@@ -20,7 +20,7 @@ struct File {
 
 const GRID: (&str, &str) = ("name", "The grid's name");
 
-const FILES: [File; 5] = [
+const FILES: [File; 7] = [
     File {
         of: "/v1/jobs/{id}/grids/{name}",
         path: "/v1/jobs/{id}/grids/{name}.json",
@@ -44,6 +44,22 @@ const FILES: [File; 5] = [
         media_type: "application/json",
         summary: "The report on a tube.",
         named_by: Some(("tube", "The tube's number in the document, from 0")),
+    },
+    File {
+        of: "/v1/jobs/{id}/annual/{file}",
+        path: "/v1/jobs/{id}/annual/points.{name}.json",
+        id: "get_annual_points",
+        media_type: "application/json",
+        summary: "Metrics of the sensors of a grid over a year.",
+        named_by: Some(GRID),
+    },
+    File {
+        of: "/v1/jobs/{id}/annual/{file}",
+        path: "/v1/jobs/{id}/annual/hours.csv",
+        id: "get_annual_hours",
+        media_type: "text/csv",
+        summary: "Light of the tubes and the grids by the hour, as a table.",
+        named_by: None,
     },
     File {
         of: "/v1/studies/{id}/files/{file}",

@@ -5,7 +5,6 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::annual::JobYear;
-use super::reader::Found;
 use super::subject::Subject;
 use super::tube_performance::TubePerformance;
 use crate::document::result::GridResult;
@@ -55,7 +54,7 @@ impl Prepared {
         &self,
         passes: u64,
         results: impl FnOnce() -> Result<Vec<GridResult>, RenderError>,
-    ) -> Found<Arc<JobYear>> {
+    ) -> Result<Option<Arc<JobYear>>, RenderError> {
         // several readers of one estimate wait for the one that computes it
         let mut kept = self.year.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((of_passes, year)) = &*kept

@@ -111,7 +111,7 @@ pub fn tube_flux(
         if sky.is_none() && sun.is_none() {
             return Ok::<_, TubeFluxError>(None);
         }
-        (traceable.sky, traceable.sun) = (sky, sun);
+        traceable.set_daylight(sky, sun);
         let key = Key::new(request.seed).child(source);
         let flux = patched_flux(&traceable, key, request.relative_error, cancel)?;
         Ok(Some(SourceFlux::from(&flux)))

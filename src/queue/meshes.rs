@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use bytes::Bytes;
 use tokio::runtime::Handle;
 
+use crate::annual::weather::{self, Weather};
 use crate::document::MeshSource;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj_until};
@@ -74,7 +75,7 @@ pub struct UploadedMeshes {
 }
 
 impl UploadedMeshes {
-    /// Returns the ids of the meshes that were requested and found.
+    /// Returns the ids of the files that were requested and found.
     pub fn loaded(&self) -> Vec<String> {
         lock(&self.loaded).iter().cloned().collect()
     }
@@ -100,15 +101,25 @@ impl MeshSource for UploadedMeshes {
         Ok(parsed)
     }
 
+    fn weather(&self, id: &str) -> Result<Arc<Weather>, String> {
+        let uploads = &self.meshes.uploads;
+        let file = self.runtime.block_on(uploads.find(UploadKind::Weather, id)).map_err(unreadable)?;
+        let file = file.ok_or_else(|| "there is no uploaded weather file with this id".to_owned())?;
+        let bytes = self.runtime.block_on(uploads.content(&file)).map_err(unreadable)?;
+        let weather = weather::read(&bytes).map_err(|error| error.to_string())?;
+        lock(&self.loaded).insert(file.id);
+        Ok(Arc::new(weather))
+    }
+
     fn is_cancelled(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
     }
 }
 
-/// Logs why a mesh cannot be read, and returns a message for the client, without the reason, which may name files.
+/// Logs why an uploaded file cannot be read, and returns a message for the client, without the reason, which may name files.
 fn unreadable(error: impl std::fmt::Display) -> String {
-    tracing::error!(%error, "a mesh cannot be read");
-    "the service cannot read this mesh now; try again later".to_owned()
+    tracing::error!(%error, "an uploaded file cannot be read");
+    "the service cannot read this file now; try again later".to_owned()
 }
 
 /// Cache of the most recently used meshes, as many as fit into a number of bytes.

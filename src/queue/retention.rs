@@ -66,7 +66,7 @@ impl Retention {
         if let Some(days) = self.days {
             let before = now.as_millisecond() - (days * DAY_MS).min(now.as_millisecond() as f64) as i64;
             while deleted.oldest(from, Some(before), None, shutdown).await? > 0 {}
-            deleted.meshes = from.unused_meshes(before).await?;
+            deleted.meshes = from.unused_uploads(before).await?;
         }
         if let Some(bytes) = self.bytes {
             while deleted.oldest(from, None, Some(bytes), shutdown).await? > 0 {}

@@ -237,7 +237,8 @@ fn irradiances_make_an_all_weather_sky() {
     let perez = |direct: f64, diffuse: f64| json!({ "direct_normal_irradiance_w_m2": direct, "diffuse_horizontal_irradiance_w_m2": diffuse });
     let sun = json!({ "altitude_deg": 35, "azimuth_deg": 180 });
     let mut sky = json!({ "perez": perez(500.0, 120.0), "sun_position": sun });
-    sky["perez"]["dew_point_c"] = json!(10.97);
+    // two centimetres of water
+    sky["perez"]["dew_point_c"] = json!((2f64.ln() + 0.075) / 0.07);
     let (daylight, result) = under(sky.clone()).unwrap();
     assert_eq!(result["zenith"]["formula"], "luminous_efficacy");
     assert_eq!(result["sun"]["source"], json!({ "kind": "luminous_efficacy" }));

@@ -209,7 +209,10 @@ async fn neither_meets_the_meshes_of_the_other() {
     assert_eq!(stores.ben.add_upload(mesh(&ben, "of ben")).await.unwrap().key, "of ben");
     assert!(matches!(stores.ben.submit(using, most(10)).await.unwrap(), Submission::New(..)));
     assert_eq!(stores.ben.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::InUse);
-    assert_eq!(stores.ann.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::Deleted("of ann".into()));
+    assert_eq!(
+        stores.ann.delete_upload(UploadKind::Mesh, "m").await.unwrap(),
+        UploadDeletion::Deleted("of ann".into())
+    );
     assert_eq!(stores.ann.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::NotFound);
     assert_eq!(stores.ben.upload(UploadKind::Mesh, "m").await.unwrap().unwrap().key, "of ben");
     assert!(stores.ann.uploaded_again(UploadKind::Mesh, "m").await.unwrap().is_none());

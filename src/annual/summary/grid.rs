@@ -10,8 +10,9 @@ use crate::metrics::schemes::{Space, YEAR_LUX};
 use crate::metrics::{Bounded, Value, Verdict};
 use crate::response::{RecordLight, Responses};
 
+use super::input::{GridInput, Hours, Options};
+use super::outside::Outside;
 use super::point::PointYear;
-use super::{GridInput, Hours, Options, Outside};
 
 /// Metrics of a grid over a year.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -6,7 +6,7 @@ use crate::metrics::points::{Illuminances, Useful};
 use crate::metrics::schemes::{DAYLIGHT_LUX, OCCUPIED_LUX, YEAR_LUX};
 use crate::response::{RecordLight, Responses};
 
-use super::{Hours, Options};
+use super::input::{Hours, Options};
 
 /// Metrics of a point.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,6 +4,9 @@ use std::borrow::Cow;
 use std::fmt::{self, Display};
 use std::ops::RangeInclusive;
 
+/// Most fields of a line that are kept: records have 35. Without a bound, a file of commas would take many times its length of memory.
+const MOST_FIELDS: usize = 100;
+
 /// Field of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
@@ -52,17 +55,17 @@ pub(super) struct Line<'a> {
 impl<'a> Line<'a> {
     /// Divides a line at commas.
     pub fn at_commas(number: usize, text: &'a str) -> Self {
-        Self { number, fields: text.split(',').map(|field| Cow::Borrowed(field.trim())).collect() }
+        Self { number, fields: text.split(',').take(MOST_FIELDS).map(|field| Cow::Borrowed(field.trim())).collect() }
     }
 
     /// Divides a line at blanks.
     pub fn at_blanks(number: usize, text: &'a str) -> Self {
-        Self { number, fields: text.split_whitespace().map(Cow::Borrowed).collect() }
+        Self { number, fields: text.split_whitespace().take(MOST_FIELDS).map(Cow::Borrowed).collect() }
     }
 
     /// Divides a line at commas that are not in quotation marks (RFC 4180).
     pub fn quoted(number: usize, text: &str) -> Self {
-        let (mut written, mut ends) = (vec![0; text.len() + 1], vec![0; text.len() + 2]);
+        let (mut written, mut ends) = (vec![0; text.len() + 1], vec![0; MOST_FIELDS]);
         let mut reader = csv_core::Reader::new();
         let (.., bytes, fields) = reader.read_record(text.as_bytes(), &mut written, &mut ends);
         // the end of the line ends the last field, also one whose quotation mark is missing

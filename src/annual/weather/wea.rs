@@ -8,6 +8,9 @@ use super::record::{Format, Site};
 use super::rows::{Repairs, Row, Rows, USUAL_DEW_POINT_C};
 use crate::calendar::{typical_year, weekday};
 
+/// Most records of a year: one for each minute.
+const MOST_RECORDS: usize = 366 * 24 * 60;
+
 /// Words of the header, each followed by its value, with the numbers that it may have.
 const HEADER: [(&str, [f64; 2]); 5] = [
     ("latitude", [-90.0, 90.0]),
@@ -30,6 +33,9 @@ pub(super) fn read<'a>(lines: impl Iterator<Item = (usize, &'a str)>) -> Result<
     for (number, text) in lines {
         let line = Line::at_blanks(number, text);
         let word = line.fields.first().map_or("", |word| word);
+        if records.len() > MOST_RECORDS {
+            return Err(WeatherError::of_line(number, "the records must be those of one year at most"));
+        }
         if !records.is_empty() || !word.starts_with(|c: char| c.is_ascii_alphabetic()) {
             records.push(line);
         } else if word == "place" {

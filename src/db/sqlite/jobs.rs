@@ -148,7 +148,8 @@ pub(super) async fn insert(
     };
     let created_at: i64 = rows::get(created, "created_at")?;
     for upload in row.uploads {
-        let query = sqlx::query("SELECT 1 FROM uploads WHERE id = $1 AND owner = $2").bind(upload).bind(row.owner.name());
+        let query =
+            sqlx::query("SELECT 1 FROM uploads WHERE id = $1 AND owner = $2").bind(upload).bind(row.owner.name());
         let known: Option<i64> = one(query, &mut *tx, first).await?;
         if known.is_none() {
             return Ok(Inserted::UploadGone(upload.clone()));

@@ -257,6 +257,6 @@ mod tests {
         log.wait_after(0).await.unwrap();
         assert!(contains());
         assert_eq!(std::fs::metadata(&log.path).unwrap().len(), 0, "it begins anew");
-        log.wait_after(1).await.unwrap();
+        log.wait_after(2).await.unwrap();
     }
 }

@@ -60,7 +60,7 @@ pub(super) async fn uploaded_again(
     one(update.bind(id).bind(bound(scope)).bind(kind.name()), tx, |row| rows::upload(row, kind)).await
 }
 
-/// Deletes files that no job uses, and returns their keys.
+/// Deletes files that no job uses, and returns their keys. The sign keeps the query from reading all jobs of an owner.
 pub(super) async fn delete_unused(
     tx: &mut SqliteConnection,
     scope: Scope<'_>,
@@ -68,7 +68,7 @@ pub(super) async fn delete_unused(
 ) -> Result<Vec<String>, StoreError> {
     let delete = sqlx::query(concat!(
         "DELETE FROM uploads WHERE uploaded_at < $1 AND NOT EXISTS (SELECT 1 FROM job_uploads u JOIN jobs j ON j.id = u.job_id \
-         WHERE u.upload_id = uploads.id AND j.owner = uploads.owner) AND ",
+         WHERE u.upload_id = uploads.id AND +j.owner = uploads.owner) AND ",
         in_scope!(),
         " RETURNING key"
     ));
@@ -93,14 +93,11 @@ pub(super) async fn delete(
     if user.is_some() {
         return Ok(UploadDeletion::InUse);
     }
-    let query = sqlx::query(concat!(
-        "DELETE FROM uploads WHERE id = $1 AND kind = $3 AND ",
-        in_scope!(),
-        " RETURNING key"
-    ))
-    .bind(id)
-    .bind(bound(scope))
-    .bind(kind.name());
+    let query =
+        sqlx::query(concat!("DELETE FROM uploads WHERE id = $1 AND kind = $3 AND ", in_scope!(), " RETURNING key"))
+            .bind(id)
+            .bind(bound(scope))
+            .bind(kind.name());
     let key: Option<String> = one(query, tx, first).await?;
     Ok(key.map_or(UploadDeletion::NotFound, UploadDeletion::Deleted))
 }

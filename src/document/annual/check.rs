@@ -1,9 +1,8 @@
-//! Checks of the fields of a year, and of what a job with a year may have.
+//! Checks of the fields of a year.
 
 use super::schedule::hours_of_day;
 use super::{AnnualDocument, DimmingDocument, ScheduleDocument};
 use crate::document::errors::Checks;
-use crate::document::job::JobDocument;
 use crate::document::limits::{
     FILE_ID, MINIMUM_LIGHT, PERCENT, POWER_W_M2, RATIO, SUN_OFFSET_MINUTES, SUNS_PER_HOUR, THRESHOLD_LUX, THRESHOLDS,
     WEEKDAYS,
@@ -75,34 +74,4 @@ fn check_dimming(dimming: &DimmingDocument, checks: &mut Checks) {
     checks.number("/annual/dimming/power_w_m2", dimming.power_w_m2, POWER_W_M2);
     checks.number("/annual/dimming/minimum_power", dimming.minimum_power, RATIO);
     checks.number("/annual/dimming/minimum_light", dimming.minimum_light, MINIMUM_LIGHT);
-}
-
-/// Checks what a job with a year may have besides: no sky and no time of its own, and the light of tubes alone.
-pub(in crate::document) fn check_job_of_year(job: &JobDocument, checks: &mut Checks) {
-    let by_weather = "must be left out with `annual`: the weather file gives sky and sun";
-    if job.sky.is_some() {
-        checks.refuse("/sky", by_weather);
-    }
-    if job.time.is_some() {
-        checks.refuse("/time", by_weather);
-    }
-    if job.tubes.is_empty() {
-        checks.refuse("/tubes", "at least one tube is needed with `annual`");
-    }
-    if job.grids.is_empty() {
-        checks.refuse("/grids", "at least one grid is needed with `annual`");
-    }
-    for (index, grid) in job.grids.iter().enumerate() {
-        for (field, is_set) in [("components", grid.components), ("responses", grid.responses)] {
-            if is_set {
-                checks.refuse(format!("/grids/{index}/{field}"), "must be false with `annual`");
-            }
-        }
-    }
-    if !job.views.is_empty() {
-        checks.not_supported("/views", "views of a job with `annual`");
-    }
-    if !job.room.luminaires.is_empty() {
-        checks.not_supported("/room/luminaires", "luminaires in a job with `annual`");
-    }
 }

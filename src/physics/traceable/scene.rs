@@ -81,6 +81,11 @@ pub struct Follow {
 }
 
 impl TraceableScene {
+    /// Replaces sky and sun, and forgets the table of the sky before.
+    pub fn set_daylight(&mut self, sky: Option<Sky>, sun: Option<Sun>) {
+        (self.sky, self.sun, self.sky_table) = (sky, sun, Arc::default());
+    }
+
     /// Returns the table of the sky's luminances, computed on first use; `None` if the sky's light is not followed.
     pub fn sky_table(&self) -> Option<Arc<SkyTable>> {
         let sky = self.sky.as_ref()?;

@@ -22,8 +22,7 @@ use crate::document::annual::{
 use crate::document::result::{GridResult, TubeResponse};
 use crate::engine::annual::AnnualJob;
 use crate::engine::passes::RenderError;
-use crate::present::prepared::Prepared;
-use crate::present::reader::failed;
+use crate::engine::prepare::RenderJob;
 use crate::scene::{FaceKind, Grid};
 
 /// Year of a job.
@@ -53,25 +52,24 @@ struct GridOfYear {
 }
 
 impl JobYear {
-    /// Computes the year of a prepared job from the results of its grids; `None` for a job without one.
-    pub fn of(prepared: &Prepared, results: Vec<GridResult>, cancel: &AtomicBool) -> Result<Option<Self>, RenderError> {
-        let Some(AnnualJob { document, weather: whole, rotation }) = &prepared.annual else { return Ok(None) };
+    /// Computes the year of a job from the results of its grids; `None` for a job without one.
+    pub fn of(job: &RenderJob, results: Vec<GridResult>, cancel: &AtomicBool) -> Result<Option<Self>, RenderError> {
+        let Some(AnnualJob { document, weather: whole, rotation }) = &job.annual else { return Ok(None) };
         let convention = Convention {
             sun_offset_minutes: document.sun_offset_minutes.unwrap_or(whole.sun_offset_minutes),
             suns_per_hour: document.suns_per_hour,
         };
         let occupied = occupied_records(document, whole, convention);
         let (weather, occupied) = within_period(document, whole, &occupied);
-        let found = moments(&weather, convention).map_err(|error| failed(YEAR, error))?;
+        let found = moments(&weather, convention).map_err(|error| failed(&error))?;
         let lit = lit_moments(document, &weather, &found, *rotation);
-        let mut tubes =
-            tube_years(&prepared.traceable, &lit, prepared.seed, cancel).map_err(|error| failed(YEAR, error))?;
+        let mut tubes = tube_years(&job.traceable, &lit, job.seed, cancel).map_err(|error| failed(&error))?;
         maintain(document, &weather, &lit, &mut tubes);
         let light = RecordLight::new(&lit, &tubes);
-        let radii: Vec<f64> = prepared.scene.tubes.iter().map(|tube| tube.opening_radius).collect();
-        let grids = prepared.scene.grids.iter().zip(results);
+        let radii: Vec<f64> = job.scene.tubes.iter().map(|tube| tube.opening_radius).collect();
+        let grids = job.scene.grids.iter().zip(results);
         let grids: Vec<GridOfYear> = grids.map(|(grid, result)| GridOfYear::new(grid, result, &radii)).collect();
-        let enclosure = &prepared.scene.room.enclosure;
+        let enclosure = &job.scene.room.enclosure;
         let floors = enclosure.faces().iter().filter(|face| face.kind == FaceKind::Floor);
         let zone_area_m2 = floors.map(|face| face.polygon.area_m2()).sum();
         let [low, high] = enclosure.bounds();
@@ -85,7 +83,8 @@ impl JobYear {
             })
             .collect();
         let input = YearInput {
-            weather: &weather,
+            records: &weather.records,
+            records_per_hour: weather.records_per_hour,
             lit: &lit,
             tubes: &tubes,
             radii: &radii,
@@ -97,8 +96,9 @@ impl JobYear {
     }
 }
 
-/// Name of a year in messages.
-const YEAR: &str = "annual";
+fn failed(error: &dyn std::fmt::Display) -> RenderError {
+    RenderError::Output { file: "annual".to_owned(), reason: error.to_string() }
+}
 
 impl GridOfYear {
     fn new(grid: &Grid, result: GridResult, radii: &[f64]) -> Self {
@@ -157,7 +157,7 @@ fn occupied_records(document: &AnnualDocument, weather: &Weather, convention: Co
         ScheduleDocument::Lm83 => Schedule::lm83(),
         ScheduleDocument::DaylightHours => {
             let found = moments(weather, convention).map(|found| found.moments).unwrap_or_default();
-            let lit = lit(weather, &found, illuminances(document), 0.0);
+            let lit = lit(&weather.records, &found, illuminances(document), 0.0);
             return daylight_records(weather, &lit);
         }
         ScheduleDocument::Weekly(weekly) => {
@@ -203,7 +203,7 @@ fn illuminances(document: &AnnualDocument) -> Illuminances {
 }
 
 fn lit_moments(document: &AnnualDocument, weather: &Weather, found: &Moments, rotation: f64) -> Vec<LitMoment> {
-    lit(weather, &found.moments, illuminances(document), rotation)
+    lit(&weather.records, &found.moments, illuminances(document), rotation)
 }
 
 /// Multiplies the light of all tubes by the factor of each month.

@@ -7,7 +7,8 @@ use skyduct::queue::store::*;
 use sqlx::{ConnectOptions, Connection, sqlite::SqliteConnectOptions};
 use std::time::Duration;
 
-use crate::common::{TestService, most, new_job, small_job};
+use crate::common::{PATIENCE, TestService, client, events_until, most, new_job, small_job};
+use crate::process::Server;
 
 const LEASE: Duration = Duration::from_secs(600);
 
@@ -18,6 +19,23 @@ fn hours() -> Value {
     job["views"][0]["size_px"] = json!([1024, 1024]);
     job["method"] = json!({ "kind": "bidirectional_path_tracing", "samples_per_pixel": 4096 });
     job
+}
+
+/// The reader of a job's events needs no change of the job to see that nobody listens any more.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_reader_of_events_ends_with_its_last_stream() {
+    // metrics are those of a process
+    let data = tempfile::tempdir().unwrap();
+    let service = Server::start(data.path(), &[]);
+    let job = service.submit(&hours()).await;
+    let stream = client().get(format!("{}{job}/events", service.url));
+    events_until(stream, 0, |event| event.name == "started").await;
+    let ended = async {
+        while !String::from_utf8(service.get("/metrics").await).unwrap().contains("skyduct_watched_jobs 0") {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
+    tokio::time::timeout(PATIENCE, ended).await.expect("the reader ends");
 }
 
 /// Nobody counts seconds: the pass of hours is in its first pass still when the others have ended.

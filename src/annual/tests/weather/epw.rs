@@ -111,6 +111,17 @@ fn records_are_checked_by_field() {
     refused(short.read(), line(NOON), 0);
 }
 
+/// A million commas behind a record or in a header change nothing.
+#[test]
+fn lines_of_commas_are_read_up_to_what_they_need() {
+    let commas = ",".repeat(1 << 20);
+    let text = Epw::week().text();
+    let long = text.replacen("\n2017,6,1,2,", &format!("{commas}\n2017,6,1,2,"), 1);
+    assert!(read(long.as_bytes()).is_ok());
+    assert!(Epw::week().with_header(6, &format!("COMMENTS 1{commas}")).read().unwrap().file.comments.is_empty());
+    refused(Epw::week().with_header(1, &format!("LOCATION{commas}")).read(), 1, 7);
+}
+
 #[test]
 fn gaps_and_repeats_are_refused_where_they_are() {
     let week = Epw::week();

@@ -6,7 +6,7 @@ use skyduct_annual::response::RecordLight;
 use skyduct_physics::sampling::{Key, PathRandom};
 use skyduct_physics::statistics::interval::two_sided_normal_quantile;
 
-use crate::given::{TUBES, YEAR, occupied, responses, rows};
+use crate::given::{CLASSROOM_RESPONSE, TUBES, YEAR, occupied, responses, rows};
 
 /// Relative standard error of the responses.
 const ERROR: f64 = 0.01;
@@ -20,7 +20,7 @@ const REPEATS: u64 = 100;
 #[test]
 fn intervals_of_autonomy_hold_what_they_promise() {
     let light = RecordLight::new(&YEAR.lit, &TUBES[1..]);
-    let points = rows("A2_response.csv");
+    let points = rows(CLASSROOM_RESPONSE);
     let of_room = responses(points.iter().map(|row| (4.0 * row[2], 4.0 * ERROR * row[2])), 1);
     let occupied = occupied();
     let held = |sensor: usize| {

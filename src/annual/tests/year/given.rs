@@ -1,6 +1,5 @@
 //! Reference tables, the two rooms of the reference, and the year of its synthetic weather.
 
-use std::path::PathBuf;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
@@ -8,18 +7,24 @@ use glam::{DVec2, DVec3};
 use skyduct_annual::fluxes::{TubeYear, tube_years};
 use skyduct_annual::light::LitMoment;
 use skyduct_annual::response::{Response, Responses};
-use skyduct_annual::weather::{Record, Site, Weather};
+use skyduct_annual::weather::Record;
 use skyduct_physics::optics::{Collector, Diffuser, Mirror};
 use skyduct_physics::scene::{Channels, Enclosure, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
 use skyduct_physics::sky::{Irradiances, PerezSky, SkyDistribution, direction};
 use skyduct_physics::traceable::{Follow, TraceableScene};
 
+pub const PEREZ_POINTS: &str = include_str!("../../../../tests/reference/annual/perez_points.csv");
+pub const HOURS: &str = include_str!("../../../../tests/reference/annual/hours_synthetic.csv");
+pub const EXIT_CENTROID: &str = include_str!("../../../../tests/reference/annual/S1_exit_centroid.csv");
+pub const THESIS_POINTS: &str = include_str!("../../../../tests/reference/annual/S1_synthetic_points.csv");
+pub const THESIS_POINTS_CENTROID: &str =
+    include_str!("../../../../tests/reference/annual/S1_synthetic_points_centroid.csv");
+pub const CLASSROOM_RESPONSE: &str = include_str!("../../../../tests/reference/annual/A2_response.csv");
+
 /// Returns the numbers of a table, by rows, without its header.
-pub fn rows(name: &str) -> Vec<Vec<f64>> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference/annual");
-    let text = std::fs::read_to_string(folder.join(name)).unwrap();
+pub fn rows(table: &str) -> Vec<Vec<f64>> {
     let cells = |line: &str| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect();
-    text.lines().skip(1).map(cells).collect()
+    table.lines().skip(1).map(cells).collect()
 }
 
 /// Row of the table of hours.
@@ -29,9 +34,9 @@ pub struct HourRow {
     pub lumens: [f64; 2],
 }
 
-/// Synthetic year: its weather without irradiances, its lit moments, and the table of hours.
+/// Synthetic year: its records without irradiances, its lit moments, and the table of hours.
 pub struct GivenYear {
-    pub weather: Weather,
+    pub records: Vec<Record>,
     pub lit: Vec<LitMoment>,
     pub rows: Vec<HourRow>,
 }
@@ -53,26 +58,14 @@ pub static YEAR: LazyLock<GivenYear> = LazyLock::new(|| {
             illuminances_lux: None,
         }
     };
-    let site = Site {
-        name: "synthetic".to_owned(),
-        latitude_deg: 55.77,
-        longitude_deg: 12.5,
-        utc_offset_hours: 1.0,
-        elevation_m: 20.0,
-    };
-    let weather = weather(site, (0..8760).map(blank).collect());
-    let rows = rows("hours_synthetic.csv");
+    let rows = rows(HOURS);
     let lit = rows.iter().map(|row| lit(row)).collect();
     let rows = rows
         .iter()
         .map(|row| HourRow { altitude_deg: row[3], transmissions: [row[10], row[11]], lumens: [row[12], row[13]] })
         .collect();
-    GivenYear { weather, lit, rows }
+    GivenYear { records: (0..8760).map(blank).collect(), lit, rows }
 });
-
-fn weather(site: Site, records: Vec<Record>) -> Weather {
-    Weather { site, records, records_per_hour: 1, year_of_sun: 2017 }
-}
 
 /// Returns the moment of a row of the table of hours, with irradiances that have its clearness and brightness.
 fn lit(row: &[f64]) -> LitMoment {

@@ -7,7 +7,9 @@ use skyduct_annual::metrics::dimming::Dimming;
 use skyduct_annual::response::Responses;
 use skyduct_annual::summary::{GridInput, GridYear, Options, Year, YearInput, year};
 
-use crate::given::{TUBES, YEAR, daylight, occupied, responses, rows};
+use crate::given::{
+    CLASSROOM_RESPONSE, THESIS_POINTS, THESIS_POINTS_CENTROID, TUBES, YEAR, daylight, occupied, responses, rows,
+};
 
 /// Sums up the year of equal tubes and one grid of equal cells.
 fn of(
@@ -20,7 +22,8 @@ fn of(
     let tubes = vec![tube.clone(); responses.tubes.len()];
     let (occupied, daylight, weights) = (occupied(), daylight(), vec![cell_m2; responses.sensors()]);
     let input = YearInput {
-        weather: &YEAR.weather,
+        records: &YEAR.records,
+        records_per_hour: 1,
         lit: &YEAR.lit,
         tubes: &tubes,
         radii: &vec![radius; tubes.len()],
@@ -38,7 +41,7 @@ fn thesis_room(responses: &Responses) -> Year {
 }
 
 fn classroom() -> Year {
-    let table = rows("A2_response.csv");
+    let table = rows(CLASSROOM_RESPONSE);
     let responses = responses(table.iter().map(|row| (row[2], row[3])), 4);
     of(&TUBES[1], 0.265, &responses, (0.25, 36.0), 500.0)
 }
@@ -63,7 +66,7 @@ fn means(grid: &GridYear) -> Vec<f64> {
 /// threshold, 0.03 points each.
 #[test]
 fn metrics_of_the_thesis_room() {
-    let points = rows("S1_synthetic_points.csv");
+    let points = rows(THESIS_POINTS);
     let of_year = thesis_room(&responses(points.iter().map(|row| (row[2], 0.0)), 1));
     let grid = &of_year.grids[0];
     close("outside", &[of_year.outside.diffuse_klxh, of_year.outside.direct_klxh], &[54_078.687, 82_066.247], 10.0);
@@ -141,7 +144,7 @@ fn metrics_of_the_classroom() {
 /// leaves the centroid's effect on reflected light out: 5e-4. The change itself is up to 1.3e-3.
 #[test]
 fn centroids_move_the_light() {
-    let points = rows("S1_synthetic_points.csv");
+    let points = rows(THESIS_POINTS);
     let mut of_room = responses(points.iter().map(|row| (row[2], 0.0)), 1);
     for (row, response) in points.iter().zip(&mut of_room.tubes[0]) {
         // Lambertian light straight down from c: h^2 / (pi (h^2 + (c - p)^2)^2) per lumen
@@ -153,7 +156,7 @@ fn centroids_move_the_light() {
     let [even, moved] = [responses(points.iter().map(|row| (row[2], 0.0)), 1), of_room].map(|room| thesis_room(&room));
     let mut changed: f64 = 0.0;
     for (row, (even, moved)) in
-        rows("S1_synthetic_points_centroid.csv").iter().zip(even.grids[0].points.iter().zip(&moved.grids[0].points))
+        rows(THESIS_POINTS_CENTROID).iter().zip(even.grids[0].points.iter().zip(&moved.grids[0].points))
     {
         let exposure = moved.exposure_klxh.value;
         assert!((exposure / row[2] - 1.0).abs() < 5e-4, "{row:?}: {exposure}");
@@ -166,14 +169,15 @@ fn centroids_move_the_light() {
 /// Checks that two grids and points without weight do not disturb each other, and that nothing comes of a year without light.
 #[test]
 fn points_without_weight_and_dark_years() {
-    let points = rows("S1_synthetic_points.csv");
+    let points = rows(THESIS_POINTS);
     let of_room = responses(points.iter().map(|row| (row[2], 0.1)), 1);
     let (occupied, daylight) = (occupied(), daylight());
     let mut weights = vec![1.0; 81];
     weights[1..].fill(0.0);
     let tubes = [TUBES[0].clone()];
     let mut input = YearInput {
-        weather: &YEAR.weather,
+        records: &YEAR.records,
+        records_per_hour: 1,
         lit: &YEAR.lit,
         tubes: &tubes,
         radii: &[0.127],

@@ -1,0 +1,107 @@
+//! Input of a year that is summed up.
+
+use crate::fluxes::TubeYear;
+use crate::light::LitMoment;
+use crate::metrics::dimming::Dimming;
+use crate::metrics::schemes::NBR_MOMENTS;
+use crate::response::Responses;
+use crate::weather::Record;
+
+/// Choices of what is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Illuminances in lux, > 0, whose daylight autonomy is computed.
+    pub thresholds_lux: Vec<f64>,
+    /// Bounds in lux of the useful daylight illuminance, rising.
+    pub useful_lux: [f64; 3],
+    /// Illuminance in lux of the spatial daylight autonomy.
+    pub spatial_lux: f64,
+    /// Share of the occupied time in percent of the spatial daylight autonomy.
+    pub spatial_time_percent: f64,
+    /// Electric light that dims.
+    pub dimming: Option<Dimming>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            thresholds_lux: vec![100.0, 300.0, 500.0, 750.0],
+            useful_lux: [100.0, 300.0, 3000.0],
+            spatial_lux: 300.0,
+            spatial_time_percent: 50.0,
+            dimming: None,
+        }
+    }
+}
+
+/// Year that is summed up.
+#[derive(Clone, Copy, Debug)]
+pub struct YearInput<'a> {
+    /// Records of the weather.
+    pub records: &'a [Record],
+    /// Number of records in an hour, >= 1.
+    pub records_per_hour: u32,
+    /// Moments with light.
+    pub lit: &'a [LitMoment],
+    /// Light of each tube at these moments.
+    pub tubes: &'a [TubeYear],
+    /// Radius of each tube's opening in m.
+    pub radii: &'a [f64],
+    /// Occupied records: one entry for each record.
+    pub occupied: &'a [bool],
+    /// Daylight hours of EN 17037: one entry for each record.
+    pub daylight: &'a [bool],
+}
+
+/// Grid whose year is summed up.
+#[derive(Clone, Copy, Debug)]
+pub struct GridInput<'a> {
+    /// Responses of its sensors to all tubes.
+    pub responses: &'a Responses,
+    /// Area in m2 that each sensor stands for; 0 for sensors inside solids or outside the room.
+    pub weights: &'a [f64],
+    /// Floor area in m2 that electric light and daylight share.
+    pub zone_area_m2: f64,
+    /// Number of the sensor that is nearest to the middle of the room.
+    pub middle: Option<usize>,
+}
+
+/// Sets of records, and what is the same for all points.
+pub(super) struct Hours<'a> {
+    pub occupied: &'a [bool],
+    pub daylight: &'a [bool],
+    /// Hours of a record.
+    pub each: f64,
+    /// Numbers of the records of ABNT NBR 15575; none unless all four are there.
+    pub nbr: Vec<usize>,
+    /// Light of each tube under the CIE standard overcast sky, over its horizontal illuminance, in m2.
+    pub overcast_m2: Vec<f64>,
+}
+
+impl<'a> Hours<'a> {
+    pub fn new(input: &YearInput<'a>) -> Self {
+        let each = 1.0 / f64::from(input.records_per_hour.max(1));
+        let at = |moment: &(u8, u8, f64)| record_at(input.records, *moment, each);
+        let nbr: Option<Vec<usize>> = NBR_MOMENTS.iter().map(at).collect();
+        Self {
+            occupied: input.occupied,
+            daylight: input.daylight,
+            each,
+            nbr: nbr.unwrap_or_default(),
+            overcast_m2: input.tubes.iter().map(|year| year.overcast_m2).collect(),
+        }
+    }
+
+    /// Returns the number of hours of the records that count.
+    pub fn of(&self, counts: &[bool]) -> f64 {
+        self.each * counts.iter().filter(|counts| **counts).count() as f64
+    }
+}
+
+/// Returns the record whose interval is nearest to a month, day and hour; `None` if it is not within one.
+fn record_at(records: &[Record], (month, day, hour): (u8, u8, f64), each: f64) -> Option<usize> {
+    let away = |record: &Record| (record.middle_hour - hour).abs();
+    let of_day = records.iter().enumerate().filter(|(_, record)| (record.month, record.day) == (month, day));
+    let nearest = of_day.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
+    nearest.filter(|(_, record)| away(record) <= 0.5 * each + 1e-9).map(|(number, _)| number)
+}
