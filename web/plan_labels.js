@@ -4,8 +4,9 @@ import { svg } from "./vendor/lit-html.js";
 /** @typedef {{ x: number, y: number, radius: number }} Ring */
 /** Place of a number, and whether a line leads to its ring. @typedef {{ x: number, y: number, apart: boolean }} Label */
 
-/** Size of a digit, and the least radius of a ring that holds a number. */
+/** Size of a digit, space between two numbers, and the least radius of a ring that holds a number. */
 const DIGIT = { width: 7.5, height: 11 };
+const BETWEEN = 4;
 const LEAST_RADIUS = 10;
 /** Directions and distances from the ring at which a place is looked for. */
 const DIRECTIONS = 16;
@@ -33,7 +34,7 @@ export function places(rings) {
     const within = ring.radius >= LEAST_RADIUS ? [{ x: ring.x, y: ring.y, apart: false }] : [];
     const isFree = (/** @type {Label} */ place) =>
       rings.every((other, at) => (at === index && !around.includes(place)) || !isOn(place, width, other)) &&
-      taken.every((other) => Math.abs(other.x - place.x) > (other.width + width) / 2 || Math.abs(other.y - place.y) > DIGIT.height);
+      taken.every((other) => Math.abs(other.x - place.x) > (other.width + width) / 2 + BETWEEN || Math.abs(other.y - place.y) > DIGIT.height);
     const found = [...within, ...around].find(isFree) ?? null;
     if (found) taken.push({ x: found.x, y: found.y, width });
     return found;

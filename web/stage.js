@@ -8,6 +8,9 @@ const GAP = 12;
 const BESIDE = 282;
 const BELOW = 250;
 const LEAST = 240;
+/** Height of a panel's head, and how much higher than its drawing a plan may be, so that the page has no empty end. */
+const HEAD = 58;
+const SLACK = 1.1;
 
 /** @typedef {{ width: number, height: number }} Size */
 
@@ -42,7 +45,9 @@ export function stage(plan, section, { width, height }, narrow) {
   const below = Math.min((width - free.width) / plan.width, (height - GAP - BELOW - free.height) / plan.height);
   // beside, less of the page is empty
   if (beside >= 0.85 * below) {
-    const ofPlan = Math.max(LEAST + GAP + LEAST, free.height + beside * plan.height);
+    const natural = Math.max(LEAST + GAP + LEAST, free.height + beside * plan.height);
+    // the picture's head stands below it
+    const ofPlan = Math.max(natural, Math.min(SLACK * natural, height - GAP - HEAD));
     const right = width - GAP - Math.max(LEAST + 80, free.width + beside * plan.width);
     const ofSection = heightOf("section", section, right, (ofPlan - GAP) / 2);
     return `"plan section" ${px(ofSection)} "plan numbers" ${px(ofPlan - GAP - ofSection)} / minmax(0, 1fr) ${px(right)}`;

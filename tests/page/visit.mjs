@@ -143,7 +143,7 @@ export class Visitor {
       };
       const hasText = (element) => [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
       const leaves = (panel) =>
-        [...panel.querySelectorAll("*")].filter((one) => (!one.children.length || hasText(one) || one.matches("select")) && !one.matches(".hold, .unseen, svg") && one.checkVisibility());
+        [...panel.querySelectorAll("*")].filter((one) => (!one.children.length || hasText(one) || one.matches("select, summary")) && !one.matches(".hold, .unseen, svg") && one.checkVisibility());
       const found = [];
       for (const panel of document.querySelectorAll(".panel")) {
         const of = seenOf(panel);
