@@ -96,15 +96,15 @@ export async function sharesTheMiddle({ page }) {
 /** A target is typed, judged, and kept in the address; an address without one opens, too. */
 export async function keepsATarget(visitor) {
   const { page } = visitor;
-  const word = () => page.locator("#verdict").innerText();
+  const says = (word) => page.locator("#verdict", { hasText: word }).waitFor();
   const enter = async (lux) => {
     await page.getByLabel("Target, lx").fill(String(lux));
     await page.getByLabel("Target, lx").press("Enter");
   };
   await enter(1);
-  assert.equal(await word(), "yes.");
+  await says("yes.");
   await enter(5000);
-  assert.equal(await word(), "no.");
+  await says("no.");
   await page.getByLabel("To be met").selectOption("half");
   await page.waitForURL(/&lux=5000&of=half$/);
   assert.match(await page.locator(".verdict").innerText(), /^5000\s?lx on half of the area: no\. 0\s?% of the area has it at /);

@@ -28,6 +28,8 @@ async function fills(visitor) {
       await page.waitForFunction(() => Math.abs(document.querySelector(".plan").getBoundingClientRect().width - seen.sizes.plan[0]) < 1);
       await visitor.looksAsIn(shot(`editor-${width}-${colorScheme}`));
       assert.deepEqual(await visitor.emptiness(), [], `${width} x ${height}`);
+      const below = await page.evaluate(() => document.documentElement.scrollHeight - innerHeight);
+      assert(width < 1200 || below === 0, `the page ends ${below} px below the screen`);
     }
   }
   await page.setViewportSize(before);
