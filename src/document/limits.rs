@@ -231,6 +231,8 @@ pub const OUTPUT_NAME: RangeInclusive<usize> = 1..=64;
 pub const GRID_HEIGHT_M: Range = within(0.0, 1000.0);
 /// Range of the margin of a grid in metres, where the room's size is not available.
 pub const MARGIN_M: Range = within(0.0, 500.0);
+/// Illuminance in lux that a grid should reach.
+pub const TARGET_LUX: Range = above(0.0, 1e6);
 /// Number of cells along one axis of a grid.
 pub const CELLS: RangeInclusive<u32> = 1..=1000;
 /// Largest number of cells of one grid.
@@ -336,6 +338,7 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("GridDocument", "height_m", Limit::Number(GRID_HEIGHT_M)),
     ("GridDocument", "margin_m", Limit::Number(MARGIN_M)),
     ("GridDocument", "spacing_m", Limit::Number(SPACING_M)),
+    ("GridDocument", "target_lux", Limit::Number(TARGET_LUX)),
     ("GridDocument", "points_m", Limit::Items(POINTS)),
     ("ViewDocument", "vertical_fov_deg", Limit::Number(FIELD_OF_VIEW_DEG)),
 ];

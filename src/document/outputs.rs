@@ -11,7 +11,7 @@ use super::errors::{Checks, FieldError};
 use super::hints;
 use super::limits::{
     CELLS, COORDINATE_M, FIELD_OF_VIEW_DEG, MOST_GRID_CELLS, MOST_PIXELS, OUTPUT_NAME, OUTPUTS, PIXELS_OF_AN_EDGE,
-    POINTS, Range, SPACING_M, below, within,
+    POINTS, Range, SPACING_M, TARGET_LUX, below, within,
 };
 use super::schema::shapes::{CellCounts, PixelCounts, SensorPlace, Vector};
 use crate::scene::{Enclosure, EstimateKind, Grid, Responses, Sensor, View};
@@ -54,6 +54,9 @@ pub struct GridDocument {
     /// grid's own values.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub responses: bool,
+    /// Illuminance in lux, > 0, that the mean of the grid should reach; statistics and reports tell whether it does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target_lux: Option<f64>,
 }
 
 /// Quantity that a sensor gives.
@@ -146,7 +149,7 @@ impl GridDocument {
             }
         };
         let responses = if self.responses { Responses::ToPatches } else { Responses::None };
-        Grid { components: self.components, responses, ..grid }
+        Grid { components: self.components, responses, target_lux: self.target_lux, ..grid }
     }
 
     /// Returns the number of cells along x and y in a room.
@@ -251,6 +254,9 @@ fn check_name<'a>(pointer: &str, name: &'a str, names: &mut BTreeSet<&'a str>, c
 }
 
 fn check_grid(pointer: &str, grid: &GridDocument, room: Option<&Enclosure>, checks: &mut Checks) {
+    if let Some(target) = grid.target_lux {
+        checks.number(&format!("{pointer}/target_lux"), target, TARGET_LUX);
+    }
     let forms = [
         ("cells", grid.cells.is_some()),
         ("spacing_m", grid.spacing_m.is_some()),

@@ -44,7 +44,7 @@ impl FigureFormat {
         match self {
             Self::Svg => svg(drawing).map(String::into_bytes),
             Self::Png(scale) => paint::png(drawing, scale),
-            Self::Pdf => pdf(drawing),
+            Self::Pdf => pdf(std::slice::from_ref(drawing)),
         }
     }
 }

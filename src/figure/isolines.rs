@@ -13,7 +13,7 @@ const NAMED_LUX: [f64; 17] =
     [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 150.0, 200.0, 300.0, 500.0, 750.0, 1000.0, 1500.0, 2000.0, 3000.0, 5000.0];
 
 /// Fewest isolines at named values; below this number a map has isolines at round values instead.
-const FEWEST: usize = 3;
+const FEWEST: usize = 4;
 
 /// Level and the lines along which a grid has this value.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,7 +122,7 @@ fn clipped(points: impl Iterator<Item = DVec2>, within: &Rectangle) -> Vec<Vec<D
 }
 
 /// Returns the levels in lux for isolines of illuminance between `least` and `greatest`: named values from a tenth of the
-/// greatest upwards, or round values where fewer than three of these fit.
+/// greatest upwards, or round values where fewer than four of these fit.
 pub fn levels_lux(least: f64, greatest: f64) -> Vec<f64> {
     // in the dark end lines are close
     let within = |level: &f64| *level > least.max(0.1 * greatest) && *level < greatest;

@@ -13,6 +13,7 @@ pub mod false_colour;
 pub mod file;
 pub mod heading;
 pub mod isolines;
+pub mod labels;
 pub mod legend;
 pub mod letters;
 pub mod lumens;

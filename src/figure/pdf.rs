@@ -1,4 +1,4 @@
-//! Figures as PDF of one page of their size: the same shapes as in SVG, in the colours of light paper.
+//! Figures as PDF, each on a page of its size: the same shapes as in SVG, in the colours of light paper.
 //!
 //! Letters are outlines, as in the other formats. Invisible text in Courier, which every viewer has, is laid over each text, so
 //! that it can be searched and copied.
@@ -25,29 +25,41 @@ const COURIER: f64 = 0.6;
 /// Resource name of the font of invisible text.
 const FONT: Name = Name(b"F");
 
-/// Numbers of the objects that every file has; pictures and opacities follow.
+/// Numbers of the objects that every file has; those of pages, pictures and opacities follow.
 const CATALOG: i32 = 1;
 const PAGES: i32 = 2;
-const PAGE: i32 = 3;
-const CONTENT: i32 = 4;
-const COURIER_FONT: i32 = 5;
-const INFORMATION: i32 = 6;
-const FIRST_FREE: i32 = 7;
+const COURIER_FONT: i32 = 3;
+const INFORMATION: i32 = 4;
+const FIRST_FREE: i32 = 5;
 
-/// Writes the figure as a PDF file.
-pub fn pdf(drawing: &Drawing) -> Result<Vec<u8>, OutputError> {
-    let mut page = Page::new(drawing);
-    for item in &drawing.items {
-        match item {
-            Item::Shape(shape) => page.add_shape(shape),
-            Item::Words(words) => page.add_words(words),
-            Item::Picture(picture) => page.add_picture(picture)?,
+/// Writes figures as the pages of a PDF file, which has the title of the first.
+pub fn pdf(drawings: &[Drawing]) -> Result<Vec<u8>, OutputError> {
+    let mut pdf = Pdf::new();
+    pdf.catalog(Ref::new(CATALOG)).pages(Ref::new(PAGES));
+    let mut font = pdf.type1_font(Ref::new(COURIER_FONT));
+    font.base_font(Name(b"Courier")).encoding_predefined(Name(b"WinAnsiEncoding"));
+    font.finish();
+    let mut kids = Vec::new();
+    let mut free = FIRST_FREE;
+    for drawing in drawings {
+        let mut page = Page::new(drawing);
+        for item in &drawing.items {
+            match item {
+                Item::Shape(shape) => page.add_shape(shape),
+                Item::Words(words) => page.add_words(words),
+                Item::Picture(picture) => page.add_picture(picture)?,
+            }
         }
+        kids.push(Ref::new(free));
+        free = page.write(drawing, &mut pdf, free);
     }
-    Ok(page.file(drawing))
+    pdf.pages(Ref::new(PAGES)).count(kids.len() as i32).kids(kids);
+    let title = drawings.first().map_or("", |drawing| &drawing.title);
+    pdf.document_info(Ref::new(INFORMATION)).title(TextStr(title)).creator(TextStr("skyduct"));
+    Ok(pdf.finish())
 }
 
-/// Content of the page, with the pictures and opacities that it refers to by their index.
+/// Content of a page, with the pictures and opacities that it refers to by their index.
 struct Page<'a> {
     content: Content,
     pictures: Vec<&'a Picture>,
@@ -156,22 +168,22 @@ impl<'a> Page<'a> {
         Ok(())
     }
 
-    fn file(self, drawing: &Drawing) -> Vec<u8> {
+    /// Writes the page with its objects, whose numbers begin at `number`, that of the page; returns the next free number.
+    fn write(self, drawing: &Drawing, pdf: &mut Pdf, number: i32) -> i32 {
         let Self { content, pictures, opacities } = self;
-        let first_opacity = FIRST_FREE + pictures.len() as i32;
-        let mut pdf = Pdf::new();
-        pdf.catalog(Ref::new(CATALOG)).pages(Ref::new(PAGES));
-        pdf.pages(Ref::new(PAGES)).kids([Ref::new(PAGE)]).count(1);
+        let (content_number, first_picture) = (number + 1, number + 2);
+        let first_opacity = first_picture + pictures.len() as i32;
+        let next_free = first_opacity + opacities.len() as i32;
         let [width, height] = (POINTS * drawing.size).to_array().map(|length| length as f32);
-        let mut page = pdf.page(Ref::new(PAGE));
+        let mut page = pdf.page(Ref::new(number));
         page.media_box(Rect::new(0.0, 0.0, width, height));
         page.parent(Ref::new(PAGES));
-        page.contents(Ref::new(CONTENT));
+        page.contents(Ref::new(content_number));
         let mut resources = page.resources();
         resources.fonts().pair(FONT, Ref::new(COURIER_FONT));
         let mut objects = resources.x_objects();
         for index in 0..pictures.len() {
-            objects.pair(Name(picture_name(index).as_bytes()), Ref::new(FIRST_FREE + index as i32));
+            objects.pair(Name(picture_name(index).as_bytes()), Ref::new(first_picture + index as i32));
         }
         objects.finish();
         let mut states = resources.ext_g_states();
@@ -182,13 +194,10 @@ impl<'a> Page<'a> {
         resources.finish();
         page.finish();
         let compressed = compress_to_vec_zlib(&content.finish(), LEVEL);
-        pdf.stream(Ref::new(CONTENT), &compressed).filter(Filter::FlateDecode);
-        let mut font = pdf.type1_font(Ref::new(COURIER_FONT));
-        font.base_font(Name(b"Courier")).encoding_predefined(Name(b"WinAnsiEncoding"));
-        font.finish();
+        pdf.stream(Ref::new(content_number), &compressed).filter(Filter::FlateDecode);
         for (index, Picture { raster, between, .. }) in pictures.into_iter().enumerate() {
             let compressed = compress_to_vec_zlib(&raster.pixels, LEVEL);
-            let mut image = pdf.image_xobject(Ref::new(FIRST_FREE + index as i32), &compressed);
+            let mut image = pdf.image_xobject(Ref::new(first_picture + index as i32), &compressed);
             image.filter(Filter::FlateDecode);
             image.width(raster.width as i32).height(raster.height as i32).bits_per_component(8);
             image.interpolate(*between == Between::Blends);
@@ -198,8 +207,7 @@ impl<'a> Page<'a> {
             let opacity = f32::from(percent) / 100.0;
             pdf.ext_graphics(Ref::new(first_opacity + index as i32)).non_stroking_alpha(opacity);
         }
-        pdf.document_info(Ref::new(INFORMATION)).title(TextStr(&drawing.title)).creator(TextStr("skyduct"));
-        pdf.finish()
+        next_free
     }
 }
 
@@ -304,9 +312,20 @@ mod tests {
         drawing.fill(Outline::circle(DVec2::new(50.0, 50.0), 10.0), Colour::Fixed([0, 255, 0]), 0.25);
         drawing.text(DVec2::new(10.0, 90.0), "211 lx ± 0.3 − 1", Type::new(12.0, Colour::Ink));
         drawing.picture(Rectangle::new(100.0, 20.0, 120.0, 30.0), Raster::filled(2, 1, [9, 8, 7]));
-        let file = pdf(&drawing).unwrap();
+        let second = Drawing::new(DVec2::new(40.0, 20.0), "small print");
+        let file = pdf(&[drawing, second]).unwrap();
         let plain = String::from_utf8_lossy(&file);
-        for part in ["%PDF-", "/MediaBox [0 0 300 150]", "/ca 0.25", "/Width 2", "/Courier", "(a test)", "%%EOF"] {
+        for part in [
+            "%PDF-",
+            "/MediaBox [0 0 300 150]",
+            "/MediaBox [0 0 30 15]",
+            "/Count 2",
+            "/ca 0.25",
+            "/Width 2",
+            "/Courier",
+            "(a test)",
+            "%%EOF",
+        ] {
             assert!(plain.contains(part), "{part} is not in {plain}");
         }
         let content = streams(&file);
@@ -328,6 +347,6 @@ mod tests {
         let mut drawing = Drawing::new(DVec2::new(10.0, 10.0), "");
         let raster = Raster { pixels: vec![0; 5], ..Raster::filled(2, 1, [0; 3]) };
         drawing.picture(Rectangle::new(0.0, 0.0, 1.0, 1.0), raster);
-        assert!(matches!(pdf(&drawing), Err(OutputError::Size { .. })));
+        assert!(matches!(pdf(&[drawing]), Err(OutputError::Size { .. })));
     }
 }

@@ -7,6 +7,7 @@ use super::colour::{BLACK, Colour, WHITE};
 use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::Heading;
 use super::isolines::{Isoline, isolines};
+use super::labels::Taken;
 use super::letters;
 use super::outline::{Outline, Rectangle};
 use super::refined::refined;
@@ -23,6 +24,15 @@ const LEAST_WIDTH: f64 = 330.0;
 
 /// Height of the arrow to north above the colour bar, in pixels.
 const NORTH_HEIGHT: f64 = 64.0;
+
+/// Space for the lengths of walls above and to the right of the plan, in pixels.
+const LENGTHS: f64 = 16.0;
+
+/// Height of the legend of the least and the greatest value below the axes, in pixels.
+const LEGEND_HEIGHT: f64 = 22.0;
+
+/// Half the width of the marks of the least and the greatest value, in pixels.
+const MARK: f64 = 5.5;
 
 /// Shortest isoline with a label, in pixels.
 const LEAST_LABELLED: f64 = 70.0;
@@ -102,11 +112,11 @@ impl PlanMap {
         let plan = room * scale;
         let aside = 0.5 * (LEAST_WIDTH - plan.x).max(0.0);
         let left = axes::LEFT + aside;
-        let bar_left = left + plan.x + 30.0 + aside;
+        let bar_left = left + plan.x + LENGTHS + 26.0 + aside;
         let width = bar_left + BAR_WIDTH + LABEL_WIDTH;
-        let top = self.heading.height(width) + 14.0;
+        let top = self.heading.height(width) + LENGTHS + 8.0;
         let within = Rectangle { from: DVec2::new(left, top), to: DVec2::new(left, top) + plan };
-        let size = DVec2::new(width, within.to.y.max(top + 240.0) + axes::BELOW + 4.0);
+        let size = DVec2::new(width, within.to.y.max(top + 240.0) + axes::BELOW + LEGEND_HEIGHT + 4.0);
         let mut drawing = Drawing::new(size, self.heading.title.as_str());
         self.heading.draw(&mut drawing);
         let axis = |title: &str, from: f64, metres: f64| {
@@ -128,23 +138,23 @@ impl PlanMap {
         self.room.cover_outside(&mut drawing, &axes);
         self.room.draw_objects_and_tubes(&mut drawing, &axes);
         self.room.draw_outline(&mut drawing, &axes);
-        self.room.draw_lengths(&mut drawing, &axes);
         let fine = Cells::new(&axes, &smooth);
-        let lines = match self.grid.points.is_empty() {
-            true => isolines(smooth.cells, &smooth.values, &self.levels)?,
-            false => Vec::new(),
-        };
-        let mut taken = Vec::new();
+        let mut taken = Taken::default();
+        self.room.draw_lengths(&mut drawing, &axes, &mut taken);
         if !self.grid.points.is_empty() {
             self.draw_points(&mut drawing, &axes);
-        } else if has_numbers {
-            draw_lines(&mut drawing, &fine, &lines);
-            self.draw_numbers(&mut drawing, &cells);
         } else {
+            let lines = isolines(smooth.cells, &smooth.values, &self.levels)?;
             draw_lines(&mut drawing, &fine, &lines);
-            self.draw_extremes(&mut drawing, &cells, &mut taken);
-            self.room.draw_tube_numbers(&mut drawing, &axes, &mut taken);
-            label_lines(&mut drawing, &fine, &lines, &mut taken);
+            match has_numbers {
+                true => self.draw_numbers(&mut drawing, &cells),
+                false => {
+                    self.room.take_tubes(&axes, &mut taken);
+                    self.draw_extremes(&mut drawing, &cells, &mut taken);
+                    self.room.draw_tube_numbers(&mut drawing, &axes, &mut taken);
+                    label_lines(&mut drawing, &fine, &lines, &mut taken);
+                }
+            }
         }
         let bar = Rectangle::new(
             bar_left,
@@ -211,28 +221,28 @@ impl PlanMap {
         }
     }
 
-    /// Draws crosses with their values at the least and the greatest value.
-    fn draw_extremes(&self, drawing: &mut Drawing, cells: &Cells, taken: &mut Vec<DVec2>) {
+    /// Marks the least and the greatest value, and writes both below the axes.
+    fn draw_extremes(&self, drawing: &mut Drawing, cells: &Cells, taken: &mut Taken) {
         let finite = || self.grid.values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
-        let least = finite().min_by(|a, b| a.1.total_cmp(&b.1));
         let greatest = finite().max_by(|a, b| a.1.total_cmp(&b.1));
-        let marked = [("minimum", least), ("maximum", greatest)];
-        for (name, (cell, value)) in marked.into_iter().filter_map(|(name, cell)| Some((name, cell?))) {
+        let least = finite().min_by(|a, b| a.1.total_cmp(&b.1));
+        let mut legend = DVec2::new(cells.axes_left, drawing.size.y - 0.5 * LEGEND_HEIGHT - 2.0);
+        let marked = [("maximum", greatest, -1.0), ("minimum", least, 1.0)];
+        for (name, (cell, value), down) in marked.into_iter().filter_map(|(name, cell, down)| Some((name, cell?, down)))
+        {
             let columns = self.grid.cells[0];
             let at = cells.at(DVec2::new((cell % columns) as f64 + 0.5, (cell / columns) as f64 + 0.5));
-            let arm = 5.0;
-            let mut cross = Outline::polyline([at + DVec2::new(-arm, -arm), at + DVec2::new(arm, arm)]);
-            cross.add_polyline([at + DVec2::new(-arm, arm), at + DVec2::new(arm, -arm)]);
-            drawing.line(cross.clone(), Line::new(WHITE, 4.0));
-            drawing.line(cross, Line::new(BLACK, 1.8));
-            // above, and within the grid
-            let text = format!("{name} {}", significant(value, 3));
-            let half = 0.5 * letters::width(&text, 12.0) + 3.0;
-            let (left, right) = (cells.place.from.x + half, cells.place.to.x - half);
-            let above = if at.y - 24.0 < cells.place.from.y { 15.0 } else { -15.0 };
-            let words = DVec2::new(at.x.min(right).max(left), at.y + above);
-            drawing.text_centred(words, text, Type::new(12.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE));
-            taken.extend([at, words]);
+            for place in [at, legend + MARK] {
+                let corners = [DVec2::new(-MARK, -MARK), DVec2::new(MARK, -MARK), DVec2::new(0.0, MARK)];
+                let mark = Outline::polygon(corners.map(|corner| place + DVec2::new(1.0, down) * corner));
+                drawing.line(mark.clone(), Line::new(WHITE, 3.0));
+                drawing.fill(mark, BLACK, 1.0);
+            }
+            taken.add(Rectangle { from: at - MARK, to: at + MARK });
+            let text = format!("{name} {} {}", significant(value, 3), self.unit);
+            legend.x += 2.0 * MARK + 6.0;
+            drawing.text_centred(legend + DVec2::new(0.0, MARK), text.as_str(), Type::new(12.0, Colour::Ink));
+            legend.x += letters::width(&text, 12.0) + 24.0;
         }
     }
 
@@ -256,6 +266,8 @@ impl PlanMap {
 /// Cells of a grid in a figure.
 struct Cells {
     place: Rectangle,
+    /// Left end of the axes in pixels.
+    axes_left: f64,
     count: DVec2,
 }
 
@@ -263,7 +275,7 @@ impl Cells {
     fn new(axes: &Axes, grid: &GridValues) -> Self {
         let (south_west, north_east) = (axes.at(grid.from_m.x, grid.from_m.y), axes.at(grid.to_m.x, grid.to_m.y));
         let place = Rectangle::new(south_west.x, north_east.y, north_east.x, south_west.y);
-        Self { place, count: DVec2::new(grid.cells[0] as f64, grid.cells[1] as f64) }
+        Self { place, axes_left: axes.within.from.x, count: DVec2::new(grid.cells[0] as f64, grid.cells[1] as f64) }
     }
 
     fn size(&self) -> DVec2 {
@@ -289,28 +301,22 @@ fn draw_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline]) {
     }
 }
 
-/// Labels isolines with their values, away from the points in `taken`.
-fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &mut Vec<DVec2>) {
-    let inner = Rectangle { from: cells.place.from + 14.0, to: cells.place.to - 14.0 };
+/// Labels isolines with their values, each at the point of the line that is farthest from other labels and marks.
+fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &mut Taken) {
+    let look = Type::new(11.0, BLACK).rimmed(WHITE);
     for line in lines {
+        let text = short((line.level * 1e6).round() / 1e6);
         for piece in &line.pieces {
             let points: Vec<DVec2> = piece.iter().map(|point| cells.at(*point)).collect();
             let length: f64 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
             if length < LEAST_LABELLED {
                 continue;
             }
-            let clearance = |point: &DVec2| {
-                // text is wider than high
-                let distance = |other: &DVec2| ((*other - *point) * DVec2::new(0.6, 1.4)).length();
-                taken.iter().map(distance).fold(f64::INFINITY, f64::min)
-            };
             let step = points.len().div_ceil(48).max(1);
-            let candidates = points.iter().step_by(step).filter(|point| inner.contains(**point));
-            let best = candidates.max_by(|a, b| clearance(a).total_cmp(&clearance(b))).copied();
-            let Some(best) = best.filter(|best| clearance(best) > 22.0) else { continue };
-            let look = Type::new(11.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
-            drawing.text_centred(best, short((line.level * 1e6).round() / 1e6), look);
-            taken.push(best);
+            let mut places: Vec<(f64, DVec2)> =
+                points.iter().step_by(step).map(|point| (taken.clearance(*point), *point)).collect();
+            places.sort_by(|a, b| b.0.total_cmp(&a.0));
+            taken.write(drawing, &cells.place, (&text, look), places.into_iter().map(|(_, place)| place));
         }
     }
 }
@@ -323,6 +329,7 @@ fn ticks_in(pixels: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::drawing::{Direction, Item, Words};
     use crate::figure::scale::Palette;
     use crate::figure::svg::svg;
 
@@ -354,13 +361,62 @@ mod tests {
     fn a_plan_names_its_lines_ticks_and_marks() {
         let drawing = map([16, 24], Numbers::Hidden).draw().unwrap();
         let texts: Vec<&str> = drawing.texts().collect();
-        for text in ["floor", "mean 211 lx", "x in metres", "tube 0", "lx", "N", "0", "100", "200", "300", "500", "600"]
-        {
+        for text in [
+            "floor",
+            "mean 211 lx",
+            "x in metres",
+            "tube 1",
+            "4 m",
+            "6 m",
+            "lx",
+            "N",
+            "0",
+            "100",
+            "200",
+            "300",
+            "500",
+            "600",
+        ] {
             assert!(texts.contains(&text), "{text}: {texts:?}");
         }
         assert!(texts.iter().any(|text| text.starts_with("maximum 59")), "{texts:?}");
         // on the bar, and on a line
         assert_eq!(texts.iter().filter(|text| **text == "300").count(), 2, "{texts:?}");
+    }
+
+    /// No label of any of these plans covers another one.
+    #[test]
+    fn labels_cover_nothing() {
+        for (columns, tubes, rings) in [(16, 1, 1), (16, 5, 2), (40, 40, 2), (3, 300, 1)] {
+            let mut map = map([columns, 24], Numbers::Hidden);
+            let place = |tube: usize| DVec2::new(0.2 + 0.37 * (tube % 10) as f64, 0.3 + 0.19 * (tube / 10) as f64);
+            map.room.tubes = (0..tubes).map(|tube| (place(tube), 0.08)).collect();
+            let l = [(0.0, 0.0), (4.0, 0.0), (4.0, 5.6), (3.6, 5.6), (3.6, 5.8), (2.0, 5.8), (2.0, 6.0), (0.0, 6.0)];
+            if rings > 1 {
+                map.room.rings = vec![l.map(DVec2::from).to_vec()];
+            }
+            map.levels = (1..30).map(|level| 20.0 * f64::from(level)).collect();
+            let drawing = map.draw().unwrap();
+            let labels = drawing.items.iter().filter_map(|item| match item {
+                Item::Words(words) => Some(region(words)),
+                Item::Shape(_) | Item::Picture(_) => None,
+            });
+            let labels: Vec<Rectangle> = labels.collect();
+            let meet = |a: &Rectangle, b: &Rectangle| a.from.cmplt(b.to).all() && b.from.cmplt(a.to).all();
+            for (index, label) in labels.iter().enumerate() {
+                assert!(!labels[..index].iter().any(|other| meet(label, other)), "{label:?}");
+            }
+            assert!(labels.len() > 20);
+        }
+    }
+
+    /// Returns the rectangle of the capitals of a text.
+    fn region(words: &Words) -> Rectangle {
+        let high = letters::CAPITAL_HEIGHT * words.size;
+        match words.direction {
+            Direction::Level => Rectangle::new(words.at.x, words.at.y - high, words.at.x + words.width, words.at.y),
+            Direction::Upwards => Rectangle::new(words.at.x - high, words.at.y - words.width, words.at.x, words.at.y),
+        }
     }
 
     #[test]

@@ -5,8 +5,8 @@ use glam::DVec2;
 use super::axes::Axes;
 use super::colour::{BLACK, Colour, WHITE};
 use super::drawing::{Anchor, Drawing, Line, Type};
-use super::letters;
-use super::outline::{Outline, Part};
+use super::labels::{Taken, half_size};
+use super::outline::{Outline, Part, Rectangle};
 use super::ticks::short;
 use crate::geometry::covered::{enclosed_area, polygon};
 
@@ -76,35 +76,50 @@ impl RoomPlan {
         }
     }
 
-    /// Writes the lengths of the outer walls beside them, outside of the room; those along the bounds are read from the axes.
-    pub fn draw_lengths(&self, drawing: &mut Drawing, axes: &Axes) {
-        let [low, high] = self.bounds();
+    /// Writes the lengths of the outer walls beside them, outside of the room; those along the left and the lower end are read from the axes.
+    pub fn draw_lengths(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Taken) {
+        let [low, _] = self.bounds();
+        let within = Rectangle { from: DVec2::ZERO, to: drawing.size };
         for ring in self.rings.iter().filter(|ring| is_outline(ring)) {
             for (from, to) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-                let lies_at_an_end =
-                    (0..2).any(|axis| from[axis] == to[axis] && (from[axis] == low[axis] || from[axis] == high[axis]));
+                let lies_at_an_axis = (0..2).any(|axis| from[axis] == to[axis] && from[axis] == low[axis]);
                 let (a, b) = (axes.at(from.x, from.y), axes.at(to.x, to.y));
-                if lies_at_an_end || a.distance(b) < LEAST_MEASURED {
+                if lies_at_an_axis || a.distance(b) < LEAST_MEASURED {
                     continue;
                 }
                 // to the right of the edge; y points down in the figure
                 let out = (b - a).normalize().perp();
-                let look = Type::new(11.0, Colour::Muted).anchored(Anchor::Middle).rimmed(Colour::Paper);
+                let look = Type::new(11.0, Colour::Muted).rimmed(Colour::Paper);
+                let look = if out.x.abs() > 0.9 { look.upwards() } else { look };
                 let text = format!("{} m", short((from.distance(*to) * 100.0).round() / 100.0));
-                let aside = if out.x.abs() > out.y.abs() { 5.0 + 0.5 * letters::width(&text, 11.0) } else { 11.0 };
-                drawing.text_centred(a.midpoint(b) + aside * out, text, look);
+                let aside = 3.0 + half_size(&text, look).dot(out.abs());
+                let places = [0.5, 0.35, 0.65].map(|share| a.lerp(b, share) + aside * out);
+                taken.write(drawing, &within, (&text, look), places.into_iter());
             }
         }
     }
 
-    /// Writes the numbers of the tubes below their openings, and adds the places to `taken`.
-    pub fn draw_tube_numbers(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Vec<DVec2>) {
-        let scale = metre(axes);
-        for (number, (centre, radius)) in self.tubes.iter().enumerate() {
-            let at = axes.at(centre.x, centre.y) + DVec2::new(0.0, radius * scale + 10.0);
-            let look = Type::new(12.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
-            drawing.text_centred(at, format!("tube {number}"), look);
-            taken.push(at);
+    /// Takes the places of the tubes' rings.
+    pub fn take_tubes(&self, axes: &Axes, taken: &mut Taken) {
+        for (centre, radius) in &self.tubes {
+            let (at, half) = (axes.at(centre.x, centre.y), radius * metre(axes) + 2.0);
+            taken.add(Rectangle { from: at - half, to: at + half });
+        }
+    }
+
+    /// Writes the numbers of the tubes, counted from 1, beside their openings, where there is room.
+    pub fn draw_tube_numbers(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Taken) {
+        let look = Type::new(12.0, BLACK).rimmed(WHITE);
+        for (index, (centre, radius)) in self.tubes.iter().enumerate() {
+            let at = axes.at(centre.x, centre.y);
+            let number = (index + 1).to_string();
+            for text in [format!("tube {number}"), number] {
+                let aside = half_size(&text, look) + radius * metre(axes) + 3.0;
+                let places = [DVec2::Y, -DVec2::Y, DVec2::X, -DVec2::X].map(|side| at + side * aside);
+                if taken.write(drawing, &axes.within, (&text, look), places.into_iter()) {
+                    break;
+                }
+            }
         }
     }
 }

@@ -130,7 +130,7 @@ impl ColourScale {
             drawing.line(Outline::polyline([at, at + DVec2::new(4.0, 0.0)]), Line::new(Colour::Muted, 1.0));
             drawing.text_centred(at + DVec2::new(8.0, 0.0), text, label);
         }
-        drawing.text(place.from - DVec2::new(0.0, 8.0), unit, label);
+        drawing.text(place.from - DVec2::new(0.0, 11.0), unit, label);
     }
 }
 

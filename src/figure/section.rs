@@ -9,10 +9,14 @@ use super::heading::Heading;
 use super::outline::{Outline, Part, Rectangle};
 use super::scale::{BAR_WIDTH, ColourScale, Palette};
 use super::ticks::Steps;
-use crate::geometry::covered::{enclosed_area, polygon};
+use crate::geometry::covered::{Edge, enclosed_area, polygon};
 
 /// Largest width and height of the section in pixels.
 const MOST: DVec2 = DVec2::new(640.0, 560.0);
+
+/// Widths in pixels of the lines of no light and of all light.
+const THINNEST: f64 = 0.6;
+const THICKEST: f64 = 2.2;
 
 /// Height in pixels of the colour bar for the remaining fraction of the light.
 const BAR_HEIGHT: f64 = 120.0;
@@ -26,6 +30,17 @@ pub struct SideTube {
     pub radius: f64,
     /// Cover of the upper end.
     pub cover: Cover,
+    /// True if the plane of the section goes through the tube; others are drawn thin.
+    pub is_cut: bool,
+}
+
+/// Object from the side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideObject {
+    /// Outline in metres: its section where it is cut, else its outline before or behind the section.
+    pub outline: Vec<DVec2>,
+    /// True if the plane of the section goes through the object.
+    pub is_cut: bool,
 }
 
 /// Cover of the upper end of a tube.
@@ -61,10 +76,12 @@ pub struct Section {
     pub across: &'static str,
     /// Faces of the room in metres, each a polygon seen from the side.
     pub room: Vec<Vec<DVec2>>,
+    /// Lines in metres along which the plane of the section cuts the faces.
+    pub cut: Vec<Edge>,
     /// Tubes seen from the side.
     pub tubes: Vec<SideTube>,
-    /// Outlines of objects in metres.
-    pub objects: Vec<Vec<DVec2>>,
+    /// Objects seen from the side.
+    pub objects: Vec<SideObject>,
     /// Heights of grids above the floor in metres, with their names.
     pub grids: Vec<(String, f64)>,
     /// Light paths.
@@ -138,12 +155,19 @@ impl Section {
         // what is seen from its edge has no area
         let has_area = |face: &&Vec<DVec2>| enclosed_area(&polygon(face)).abs() > 1e-9;
         self.room.iter().filter(has_area).for_each(|face| drawing.fill(outline(face), Colour::Paper, 1.0));
-        self.room.iter().for_each(|face| drawing.line(outline(face), Line::new(Colour::Ink, 2.5)));
+        self.room.iter().for_each(|face| drawing.line(outline(face), Line::new(Colour::Muted, 0.8)));
         for object in &self.objects {
-            if has_area(&object) {
-                drawing.fill(outline(object), Colour::Faint, 1.0);
+            let line = match object.is_cut {
+                true => Line::new(Colour::Ink, 1.5),
+                false => Line::new(Colour::Muted, 0.8).dashed(&[4.0, 3.0]),
+            };
+            if object.is_cut && has_area(&&object.outline) {
+                drawing.fill(outline(&object.outline), Colour::Faint, 1.0);
             }
-            drawing.line(outline(object), Line::new(Colour::Muted, 1.0));
+            drawing.line(outline(&object.outline), line);
+        }
+        for edge in &self.cut {
+            drawing.line(Outline::polyline(edge.map(at)), Line::new(Colour::Ink, 2.5));
         }
         for (name, height) in &self.grids {
             let [low, high] = self.room_ends();
@@ -171,7 +195,7 @@ impl Section {
     }
 }
 
-/// Draws a light path, each segment in the colour of the fraction of the light that remains on it.
+/// Draws a light path, each segment in the colour of the fraction of the light that remains on it, and wider where this is more.
 fn draw_light(drawing: &mut Drawing, axes: &Axes, path: &LightPath, scale: &ColourScale) {
     let points = &path.0;
     let mut first = 0;
@@ -179,7 +203,9 @@ fn draw_light(drawing: &mut Drawing, axes: &Axes, path: &LightPath, scale: &Colo
     for run in points.chunk_by(|a, b| a.share == b.share) {
         let end = (first + run.len() + 1).min(points.len());
         let line = points[first..end].iter().map(|point| axes.at(point.at.x, point.at.y));
-        drawing.line(Outline::polyline(line), Line::new(Colour::Fixed(scale.colour(100.0 * run[0].share)), 1.1));
+        let share = run[0].share;
+        let look = Line::new(Colour::Fixed(scale.colour(100.0 * share)), THINNEST + (THICKEST - THINNEST) * share);
+        drawing.line(Outline::polyline(line), look);
         first += run.len();
     }
 }
@@ -187,6 +213,7 @@ fn draw_light(drawing: &mut Drawing, axes: &Axes, path: &LightPath, scale: &Colo
 /// Draws the walls of the pipe, its cover, and the diffuser in the ceiling.
 fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
     let at = |point: DVec2| axes.at(point.x, point.y);
+    let (ink, width) = if tube.is_cut { (Colour::Ink, 1.0) } else { (Colour::Muted, 0.5) };
     let normals = normals(&tube.axis);
     let side = |sign: f64| -> Vec<DVec2> {
         tube.axis.iter().zip(&normals).map(|(point, normal)| *point + sign * tube.radius * *normal).collect()
@@ -195,18 +222,20 @@ fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
     let (Some(first), Some(last)) = (left.first().zip(right.first()), left.last().zip(right.last())) else { return };
     if tube.axis.len() > 1 {
         let walls = left.iter().chain(right.iter().rev()).map(|point| at(*point));
-        drawing.fill(Outline::polygon(walls), SERIES[4], 0.25);
+        if tube.is_cut {
+            drawing.fill(Outline::polygon(walls), SERIES[4], 0.25);
+        }
         for wall in [&left, &right] {
-            drawing.line(Outline::polyline(wall.iter().map(|point| at(*point))), Line::new(Colour::Ink, 1.8));
+            drawing.line(Outline::polyline(wall.iter().map(|point| at(*point))), Line::new(ink, 1.8 * width));
         }
     }
     let [a, b] = [at(*last.0), at(*last.1)];
     match tube.cover {
         Cover::Open => {}
-        Cover::Flat => drawing.line(Outline::polyline([a, b]), Line::new(SERIES[0], 2.5)),
-        Cover::Dome => drawing.line(half_circle(a, b), Line::new(SERIES[0], 2.0)),
+        Cover::Flat => drawing.line(Outline::polyline([a, b]), Line::new(SERIES[0], 2.5 * width)),
+        Cover::Dome => drawing.line(half_circle(a, b), Line::new(SERIES[0], 2.0 * width)),
     }
-    drawing.line(Outline::polyline([at(*first.0), at(*first.1)]), Line::new(SERIES[1], 4.0));
+    drawing.line(Outline::polyline([at(*first.0), at(*first.1)]), Line::new(SERIES[1], 4.0 * width));
 }
 
 /// Returns the normals of a polyline at its points, to the right of its direction. Between segments they are lengthened to the
@@ -245,19 +274,31 @@ mod tests {
 
     #[test]
     fn a_section_shows_room_roof_and_tubes() {
-        let straight =
-            SideTube { axis: vec![DVec2::new(1.0, 2.7), DVec2::new(1.0, 3.9)], radius: 0.175, cover: Cover::Dome };
+        let straight = SideTube {
+            axis: vec![DVec2::new(1.0, 2.7), DVec2::new(1.0, 3.9)],
+            radius: 0.175,
+            cover: Cover::Dome,
+            is_cut: true,
+        };
         let bent = SideTube {
             axis: vec![DVec2::new(3.0, 2.7), DVec2::new(3.0, 3.2), DVec2::new(3.4, 3.9)],
             radius: 0.175,
             cover: Cover::Flat,
+            is_cut: false,
         };
+        let mouth = SideTube { axis: vec![DVec2::new(2.0, 2.7)], radius: 0.1, cover: Cover::Open, is_cut: true };
         let section = Section {
             heading: Heading::of("Section"),
             across: "x",
             room: vec![[(0.0, 0.0), (4.0, 0.0), (4.0, 2.7), (0.0, 2.7)].map(DVec2::from).to_vec()],
-            tubes: vec![straight, bent, SideTube { axis: vec![DVec2::new(2.0, 2.7)], radius: 0.1, cover: Cover::Open }],
-            objects: vec![vec![DVec2::ZERO, DVec2::X, DVec2::new(1.0, 0.6), DVec2::new(0.0, 0.6)]],
+            cut: vec![[DVec2::ZERO, DVec2::new(0.0, 2.7)]],
+            tubes: vec![straight, bent, mouth],
+            objects: [true, false]
+                .map(|is_cut| SideObject {
+                    outline: [(0.0, 0.0), (1.0, 0.0), (1.0, 0.6), (0.0, 0.6)].map(DVec2::from).to_vec(),
+                    is_cut,
+                })
+                .to_vec(),
             grids: vec![("workplane".to_owned(), 0.8)],
             light: vec![LightPath(
                 [(1.1, 3.9, 0.9), (0.9, 3.3, 0.8), (1.0, 2.7, 0.8), (1.2, 0.0, 0.4)]

@@ -1,4 +1,4 @@
-//! Report on one sheet of A4 paper: a heading, figures side by side, tables and lists.
+//! Report on A4 paper: a page of sentences, figures and results, and a page of small print.
 
 use glam::DVec2;
 
@@ -14,14 +14,17 @@ const PAPER: DVec2 = DVec2::new(793.7, 1122.5);
 const MARGIN: f64 = 46.0;
 const BETWEEN: f64 = 14.0;
 
-/// Largest height of a row of figures in pixels.
-const FIGURE_HEIGHT: f64 = 330.0;
+/// Largest height of the first figure, and of those in the row below it, in pixels.
+const FIRST_HEIGHT: f64 = 440.0;
+const ROW_HEIGHT: f64 = 210.0;
 
 /// Height of the figures of an overview, and its smallest width, in pixels.
 const OVERVIEW_HEIGHT: f64 = 420.0;
 const LEAST_WIDTH: f64 = 400.0;
 
 const TITLE_SIZE: f64 = 20.0;
+const SENTENCE_SIZE: f64 = 14.0;
+const SENTENCE_HEIGHT: f64 = 20.0;
 const HEAD_SIZE: f64 = 12.5;
 const SIZE: f64 = 10.0;
 const LINE_HEIGHT: f64 = 14.0;
@@ -32,19 +35,45 @@ const NAME_WIDTH: f64 = 132.0;
 /// Space between columns of a table in pixels.
 const COLUMN_GAP: f64 = 16.0;
 
-/// Contents of a report of one page.
+/// Contents of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
     /// Title of the report.
     pub title: String,
     /// Place, time and similar lines, below the title.
     pub lines: Vec<String>,
-    /// Figures, side by side.
+    /// Sentences that tell the result.
+    pub sentences: Vec<(Tone, String)>,
+    /// Figures, the first of which is the largest.
     pub figures: Vec<SheetFigure>,
-    /// Tables and lists, from top to bottom.
+    /// Tables and lists of the first page, from top to bottom.
     pub parts: Vec<SheetPart>,
-    /// Line at the bottom: program and source of the report.
+    /// Tables and lists of the second page.
+    pub details: Vec<SheetPart>,
+    /// Line at the bottom of both pages: program and source of the report.
     pub footer: String,
+}
+
+/// Tone of a sentence of a report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// No judgement.
+    Plain,
+    /// Good news: a target is met.
+    Good,
+    /// Bad news: a target is not met.
+    Bad,
+}
+
+impl Tone {
+    /// Returns the colour of a mark beside the sentence.
+    fn colour(self) -> Colour {
+        match self {
+            Self::Plain => Colour::Muted,
+            Self::Good => Colour::Fixed([0, 128, 84]),
+            Self::Bad => Colour::Fixed([200, 60, 30]),
+        }
+    }
 }
 
 /// Figure of a report.
@@ -100,23 +129,21 @@ impl Sheet {
         drawing
     }
 
-    /// Draws the report as one page of A4; longer reports are scaled down to fit.
-    pub fn draw(&self) -> Drawing {
-        let mut page = Page { drawing: Drawing::new(PAPER, self.title.as_str()), y: MARGIN };
-        page.heading(&self.title, &self.lines);
-        page.figures(&self.figures);
-        for part in &self.parts {
-            page.part(part);
+    /// Draws the two pages of the report on A4; longer ones are scaled down to fit.
+    pub fn draw(&self) -> Vec<Drawing> {
+        let mut first = Page::new(&self.title);
+        first.heading(&self.title, &self.lines);
+        first.sentences(&self.sentences);
+        if let Some((figure, others)) = self.figures.split_first() {
+            first.figures(std::slice::from_ref(figure), FIRST_HEIGHT);
+            first.figures(others, ROW_HEIGHT);
         }
-        page.footer(&self.footer);
-        let Page { drawing, y } = page;
-        let scale = (PAPER.y / (y + MARGIN)).min(1.0);
-        if scale == 1.0 {
-            return drawing;
-        }
-        let mut smaller = Drawing::new(PAPER, self.title.as_str());
-        smaller.place(&drawing, DVec2::new(0.5 * (1.0 - scale) * PAPER.x, 0.0), scale);
-        smaller
+        self.parts.iter().for_each(|part| first.part(part));
+        let mut second = Page::new(&self.title);
+        second.heading(&self.title, &[]);
+        self.details.iter().for_each(|part| second.part(part));
+        let pages = [first, second].into_iter().enumerate();
+        pages.map(|(index, page)| page.ended(&format!("{} · page {} of 2", self.footer, index + 1))).collect()
     }
 }
 
@@ -127,6 +154,37 @@ struct Page {
 }
 
 impl Page {
+    fn new(title: &str) -> Self {
+        Self { drawing: Drawing::new(PAPER, title), y: MARGIN }
+    }
+
+    /// Ends the page with a footer, and scales it down if it is longer than the paper.
+    fn ended(mut self, footer: &str) -> Drawing {
+        self.footer(footer);
+        let Self { drawing, y } = self;
+        let scale = (PAPER.y / (y + MARGIN)).min(1.0);
+        if scale == 1.0 {
+            return drawing;
+        }
+        let mut smaller = Drawing::new(PAPER, drawing.title.as_str());
+        smaller.place(&drawing, DVec2::new(0.5 * (1.0 - scale) * PAPER.x, 0.0), scale);
+        smaller
+    }
+
+    /// Writes sentences, each beside a bar in the colour of its tone.
+    fn sentences(&mut self, sentences: &[(Tone, String)]) {
+        for (tone, sentence) in sentences {
+            let top = self.y;
+            for line in letters::wrapped(sentence, SENTENCE_SIZE, PAPER.x - 2.0 * MARGIN - BETWEEN) {
+                self.write(MARGIN + BETWEEN, &line, Type::new(SENTENCE_SIZE, Colour::Ink));
+                self.advance(SENTENCE_HEIGHT);
+            }
+            let bar = [DVec2::new(MARGIN, top - 3.0), DVec2::new(MARGIN + 4.0, self.y - 5.0)];
+            self.drawing.fill(Outline::rectangle(bar[0], bar[1]), tone.colour(), 1.0);
+            self.advance(6.0);
+        }
+    }
+
     /// Writes a line at the height up to which the page is filled, `x` pixels from the left.
     fn write(&mut self, x: f64, text: &str, look: Type) {
         let at = DVec2::new(x, self.y + letters::CAPITAL_HEIGHT * look.size);
@@ -150,12 +208,13 @@ impl Page {
         self.advance(6.0);
     }
 
-    fn figures(&mut self, figures: &[SheetFigure]) {
-        let count = figures.len() as f64;
+    /// Draws figures side by side, none higher than `most` pixels.
+    fn figures(&mut self, figures: &[SheetFigure], most: f64) {
+        let count = figures.len().max(1) as f64;
         let width = (PAPER.x - 2.0 * MARGIN - BETWEEN * (count - 1.0)) / count;
         let mut tallest: f64 = 0.0;
         for (index, SheetFigure { drawing, .. }) in figures.iter().enumerate() {
-            let scale = (width / drawing.size.x).min(FIGURE_HEIGHT / drawing.size.y);
+            let scale = (width / drawing.size.x).min(most / drawing.size.y);
             let aside = 0.5 * (width - scale * drawing.size.x);
             let left = MARGIN + index as f64 * (width + BETWEEN) + aside;
             self.drawing.place(drawing, DVec2::new(left, self.y), scale);
@@ -238,22 +297,24 @@ mod tests {
 
     fn sheet(facts: usize) -> Sheet {
         let fact = |index: usize| (format!("fact {index}"), "words that are said of it ".repeat(12));
+        let table = |title: &str, rows: Vec<Vec<String>>| SheetPart::Table {
+            title: title.to_owned(),
+            head: vec!["grid".to_owned(), "mean, lx".to_owned()],
+            rows,
+        };
         Sheet {
             title: "bath".to_owned(),
             lines: vec!["Copenhagen".to_owned(), String::new()],
+            sentences: vec![(Tone::Bad, "The target of 300 lx is not met. ".repeat(6))],
             figures: vec![SheetFigure {
                 name: "map".to_owned(),
                 drawing: Drawing::new(DVec2::new(900.0, 400.0), "map"),
             }],
             parts: vec![
-                SheetPart::Table {
-                    title: "Illuminance".to_owned(),
-                    head: vec!["grid".to_owned(), "mean, lx".to_owned()],
-                    rows: vec![vec!["floor".to_owned(), "211.0 ± 0.3".to_owned()]],
-                },
-                SheetPart::Table { title: "Tubes".to_owned(), head: vec!["tube".to_owned()], rows: vec![] },
-                SheetPart::Facts { title: "Simulated".to_owned(), facts: (0..facts).map(fact).collect() },
+                table("Illuminance", vec![vec!["floor".to_owned(), "211.0 ± 0.3".to_owned()]]),
+                table("Tubes", Vec::new()),
             ],
+            details: vec![SheetPart::Facts { title: "Simulated".to_owned(), facts: (0..facts).map(fact).collect() }],
             footer: "skyduct".to_owned(),
         }
     }
@@ -271,16 +332,23 @@ mod tests {
 
     /// All texts are within the paper, however many facts there are; an empty table is left out.
     #[test]
-    fn everything_is_on_one_page() {
+    fn everything_is_on_two_pages() {
         for facts in [0, 3, 60] {
-            let drawing = sheet(facts).draw();
-            assert_eq!(drawing.size, PAPER);
-            let texts: Vec<&str> = drawing.texts().collect();
-            assert!(texts.contains(&"211.0 ± 0.3") && !texts.contains(&"Tubes"), "{texts:?}");
-            assert_eq!(texts.iter().filter(|text| text.starts_with("fact ")).count(), facts);
-            for item in &drawing.items {
-                let Item::Words(words) = item else { continue };
-                assert!(words.at.y < PAPER.y && words.at.x + words.width < PAPER.x, "{words:?}");
+            let pages = sheet(facts).draw();
+            let texts = |page: usize| pages[page].texts().collect::<Vec<_>>();
+            assert!(texts(0).contains(&"211.0 ± 0.3") && !texts(0).contains(&"Tubes"), "{:?}", texts(0));
+            assert!(texts(0).iter().filter(|text| text.contains("300 lx")).count() > 1, "sentences are wrapped");
+            assert_eq!(texts(1).iter().filter(|text| text.starts_with("fact ")).count(), facts);
+            assert_eq!(
+                (texts(0).last(), texts(1).last()),
+                (Some(&"skyduct · page 1 of 2"), Some(&"skyduct · page 2 of 2"))
+            );
+            for page in pages {
+                assert_eq!(page.size, PAPER);
+                for item in &page.items {
+                    let Item::Words(words) = item else { continue };
+                    assert!(words.at.y < PAPER.y && words.at.x + words.width < PAPER.x, "{words:?}");
+                }
             }
         }
     }

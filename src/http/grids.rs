@@ -9,12 +9,14 @@ use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
 use crate::document::result::GridResult;
+use crate::figure::paint::Scale;
 use crate::figure::plan_map::Numbers;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format, scale};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::{no_such_output, read, result_file};
 use crate::http::{App, Service};
+use crate::output::csv::with_decimal_commas;
 use crate::present::grid_figure::{GridWishes, Quantity, difference_figure, grid_figure};
 use crate::present::outputs::Output;
 use crate::present::subject::Subject;
@@ -32,6 +34,14 @@ enum GridFormat {
     Png,
     Svg,
     Pdf,
+}
+
+// what stands in `///` here would be repeated in the description of the parameter
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum DecimalSign {
+    Point,
+    Comma,
 }
 
 #[derive(Deserialize, IntoParams)]
@@ -52,6 +62,10 @@ pub struct GridQuery {
     numbers: Option<bool>,
     /// Job whose grid of this name is subtracted in a figure.
     minus: Option<Uuid>,
+    /// Decimal sign of CSV, `point` when absent; with `comma`, semicolons separate the columns, as spreadsheets expect where numbers are written
+    /// so.
+    #[param(inline)]
+    decimal: Option<DecimalSign>,
     /// Pixels of a PNG per unit of the figure; 1 when absent.
     #[param(minimum = 1, maximum = 2)]
     density: Option<u8>,
@@ -70,8 +84,14 @@ impl GridQuery {
         })
     }
 
-    /// Refuses the options of figures for JSON and CSV.
-    fn check_of_table(&self) -> Result<(), Problem> {
+    /// Refuses the options of figures for JSON and CSV, and those of CSV for all else.
+    fn check(&self, format: Format) -> Result<(), Problem> {
+        if self.decimal.is_some() && format != Format::Csv {
+            return Err(Problem::invalid_parameter("decimal", "is allowed only with .csv"));
+        }
+        if format.of_figure(Scale::Single).is_some() {
+            return Ok(());
+        }
         let given = [
             ("quantity", self.quantity.is_some()),
             ("max", self.max.is_some()),
@@ -126,12 +146,20 @@ async fn represented(
     format: Format,
     query: &GridQuery,
 ) -> Result<Response, Problem> {
+    query.check(format)?;
+    let kept = vec![Output::Grid(name.to_owned(), Format::Json)];
     let Some(figure) = format.of_figure(scale(query.density)?) else {
-        query.check_of_table()?;
-        return result_file(app, id, headers, Output::Grid(name.to_owned(), format)).await;
+        let output = Output::Grid(name.to_owned(), format);
+        if query.decimal != Some(DecimalSign::Comma) {
+            return result_file(app, id, headers, output).await;
+        }
+        let table = read(app, id, kept, move |results| {
+            let table = results.file(&output)?.ok_or_else(no_such_output)?;
+            Ok(with_decimal_commas(&String::from_utf8_lossy(&table.bytes)).into_bytes())
+        });
+        return content::made(headers, table.await?, Format::Csv.media_type());
     };
     let (wishes, name) = (query.wishes()?, name.to_owned());
-    let kept = vec![Output::Grid(name.clone(), Format::Json)];
     let less = match query.minus {
         Some(other) => Some(less(app, other, name.clone(), kept.clone()).await?),
         None => None,

@@ -1,4 +1,4 @@
-//! Report on a job: one sheet that prints well, as a page and as PDF.
+//! Report on a job that prints well, as a page and as PDF.
 
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use uuid::Uuid;
 
 use crate::figure::FigureFormat;
-use crate::figure::sheet::{Sheet, SheetPart};
+use crate::figure::pdf::pdf as pages;
+use crate::figure::sheet::{Sheet, SheetPart, Tone};
 use crate::figure::svg::escaped;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format};
@@ -31,15 +32,15 @@ pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<
     Ok(response)
 }
 
-/// Returns the report on a job on one sheet of A4: inputs, method and its reason, map, fluxes, errors, and the program that made
-/// it.
+/// Returns the report on a job on two sheets of A4: the results in sentences, the map and the inputs; then fluxes, method and its reason,
+/// effects, warnings, and the program that made it.
 #[utoipa::path(get, path = "/v1/jobs/{id}/report.pdf", operation_id = "get_report_pdf", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The report", body = inline(Binary), content_type = "application/pdf"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 404, description = "No such job")))]
 pub async fn pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    let written = sheet(&app, id, |sheet| FigureFormat::Pdf.write(&sheet.draw())).await?;
+    let written = sheet(&app, id, |sheet| pages(&sheet.draw())).await?;
     Ok(formats::named(content::made(&headers, written, FigureFormat::Pdf.media_type())?, report::REPORT))
 }
 
@@ -80,7 +81,16 @@ fn html(sheet: &Sheet, id: Uuid) -> String {
         format!("<img src=\"/v1/jobs/{id}/{}.{suffix}\" alt=\"{}\">\n", escaped(name), escaped(title))
     };
     let figures: String = sheet.figures.iter().map(|shown| figure(&shown.name, &shown.drawing.title)).collect();
-    let parts: String = sheet.parts.iter().map(part).collect();
+    let sentence = |(tone, sentence): &(Tone, String)| {
+        let tone = match tone {
+            Tone::Plain => "plain",
+            Tone::Good => "good",
+            Tone::Bad => "bad",
+        };
+        format!("<p class=\"sentence {tone}\">{}</p>\n", escaped(sentence))
+    };
+    let sentences: String = sheet.sentences.iter().map(sentence).collect();
+    let [parts, details] = [&sheet.parts, &sheet.details].map(|parts| parts.iter().map(part).collect::<String>());
     let footer = escaped(&sheet.footer);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -89,7 +99,7 @@ fn html(sheet: &Sheet, id: Uuid) -> String {
          <link rel=\"icon\" href=\"/web/icon.svg\" type=\"image/svg+xml\">\n\
          <link rel=\"stylesheet\" href=\"/web/report.css\">\n</head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n{lines}\
          <nav><a href=\"/jobs/{id}\">the job</a> <a href=\"/v1/jobs/{id}/report.pdf\">PDF</a></nav>\n</header>\n\
-         <div class=\"figures\">\n{figures}</div>\n{parts}<footer><p>{footer}</p></footer>\n</main>\n</body>\n</html>\n"
+         {sentences}<div class=\"figures\">\n{figures}</div>\n{parts}<div class=\"details\">\n{details}</div>\n<footer><p>{footer}</p></footer>\n</main>\n</body>\n</html>\n"
     )
 }
 
@@ -133,15 +143,18 @@ mod tests {
         let sheet = Sheet {
             title: "<script>alert(1)</script>".to_owned(),
             lines: vec!["a & b".to_owned()],
+            sentences: vec![(Tone::Bad, "5 < 6".to_owned())],
             figures: Vec::new(),
             parts: vec![SheetPart::Facts {
                 title: "Inputs".to_owned(),
                 facts: vec![("room".to_owned(), "\"><b>".to_owned())],
             }],
+            details: Vec::new(),
             footer: String::new(),
         };
         let html = html(&sheet, Uuid::nil());
         assert!(!html.contains("<script") && !html.contains("<b>"), "{html}");
+        assert!(html.contains("<p class=\"sentence bad\">5 &lt; 6</p>"), "{html}");
         assert!(html.contains("<p>a &amp; b</p>") && html.contains("<dd>&quot;&gt;&lt;b&gt;</dd>"), "{html}");
     }
 }

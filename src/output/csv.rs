@@ -18,7 +18,16 @@ pub enum Sensors<'a> {
     Points(&'a [[f64; 6]]),
 }
 
-/// Returns a grid as CSV, one line per sensor, in the shortest digits that read back exactly: `x_m,y_m,z_m`, then
+/// Fraction of a metre to which places are rounded: it leaves no digits of rounding errors.
+const PLACES_PER_METRE: f64 = 1e9;
+
+/// Returns a table with semicolons between its columns and commas in its numbers, as spreadsheets read it where a comma is the decimal sign.
+/// The names of its columns have neither points nor commas.
+pub fn with_decimal_commas(table: &str) -> String {
+    table.replace(',', ";").replace('.', ",")
+}
+
+/// Returns a grid as CSV, one line per sensor, its values in the shortest digits that read back exactly: `x_m,y_m,z_m`, then
 /// `normal_x,normal_y,normal_z` for sensors at any points, `area_m2` where `areas_m2` is not empty, and
 /// `illuminance_lux,standard_error_lux`.
 ///
@@ -43,7 +52,7 @@ pub fn grid(sensors: Sensors<'_>, areas_m2: &[f64], illuminance_lux: &[f64], sta
     for (number, (place, (illuminance, error))) in places.iter().zip(values).enumerate() {
         for column in place.iter().chain(areas_m2.get(number)) {
             // writing to a string cannot fail
-            let _ = write!(text, "{column},");
+            let _ = write!(text, "{},", (column * PLACES_PER_METRE).round() / PLACES_PER_METRE);
         }
         let [illuminance, error] =
             [illuminance, error].map(|value| if value.is_finite() { value.to_string() } else { String::new() });
@@ -61,6 +70,10 @@ mod tests {
         let one = super::Sensors::Level { x_m: &[0.5], y_m: &[0.25], z_m: 0.85 };
         let none = super::grid(one, &[], &[f64::NAN], &[f64::INFINITY]);
         assert_eq!(none.lines().nth(1), Some("0.5,0.25,0.85,,"));
+        let turned = super::with_decimal_commas(&none);
+        assert_eq!(turned, "x_m;y_m;z_m;illuminance_lux;standard_error_lux\n0,5;0,25;0,85;;\n");
+        let rounded = super::Sensors::Level { x_m: &[1.319_999_999_999_999_8], y_m: &[0.1 + 0.2], z_m: 0.85 };
+        assert_eq!(super::grid(rounded, &[], &[7.0], &[0.1]).lines().nth(1), Some("1.32,0.3,0.85,7,0.1"));
         let points = super::grid(super::Sensors::Points(&[[1.0, 2.0, 3.0, 0.0, 1.0, 0.0]]), &[0.5], &[7.0], &[0.1]);
         assert_eq!(points.lines().nth(1), Some("1,2,3,0,1,0,0.5,7,0.1"));
         let level = super::Sensors::Level { x_m: &[0.5, 1.5], y_m: &[0.25, 0.75], z_m: 0.85 };

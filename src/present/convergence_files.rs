@@ -250,9 +250,13 @@ fn heading(subject: &Subject, passes: &[PassReport]) -> Heading {
         let noun = if last.passes == 1 { "pass" } else { "passes" };
         format!("after {} {noun} and {}", last.passes, duration(last.seconds, 3))
     });
+    let confidence = subject.document.as_ref().map_or(0.95, |document| document.stop.confidence);
     let of = |outputs: Outputs, method: Option<&String>| {
         let error = passes.iter().rev().find_map(|pass| outputs.error(pass));
-        let error = error.map_or_else(String::new, |error| format!(": ±{} %", significant(100.0 * error, 2)));
+        let error = error.map_or_else(String::new, |error| {
+            let [error, confidence] = [error, confidence].map(|share| significant(100.0 * share, 2));
+            format!(": ±{error} % (confidence {confidence} %)")
+        });
         method.map(|method| format!("{} by {method}{error}", outputs.name()))
     };
     let methods =

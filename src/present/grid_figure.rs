@@ -254,9 +254,9 @@ mod tests {
             "Illuminance, bath",
             "mean 211.04 ± 0.63 lx (95 %) · median 187 · minimum 51.0 · maximum 484 · uniformity 0.24",
             "floor, 0.8 m above the floor",
-            "tube 0",
-            "minimum 51.0",
-            "maximum 484",
+            "tube 1",
+            "minimum 51.0 lx",
+            "maximum 484 lx",
             "400",
         ] {
             assert!(texts.contains(&text), "{text}: {texts:?}");
@@ -272,7 +272,7 @@ mod tests {
         assert!(texts(&ratio).contains(&"Daylight ratio, bath") && texts(&ratio).contains(&"5"), "{:?}", texts(&ratio));
         let other = grid([70.0, 100.0, 100.0, 480.0]);
         let less = difference_figure(&subject, &one, (&subject, &other), GridWishes::default()).unwrap();
-        for text in ["bath minus bath", "−100", "100", "minimum −20.0", "maximum 100"] {
+        for text in ["bath minus bath", "−100", "100", "minimum −20.0 lx", "maximum 100 lx"] {
             assert!(texts(&less).contains(&text), "{text}: {:?}", texts(&less));
         }
         let mut wider = other.clone();

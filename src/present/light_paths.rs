@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use crate::document::tube::ParametricTube;
 use crate::document::tube::collector::CollectorDocument;
 use crate::figure::section::{LightPath, PathPoint};
+use crate::geometry::covered::Edge;
 use crate::guide::BentGuide;
 use crate::guide::bent::CoursePoint;
 use crate::optics::Spectrum;
@@ -26,23 +27,26 @@ const FROM_AXIS: f64 = 0.45;
 /// Largest number of points of a line: light that still continues then has met hundreds of walls.
 const MOST_POINTS: usize = 300;
 
+/// Least way to an obstacle, in steps of a line: the opening lies in the ceiling.
+const NEAREST: f64 = 1e-9;
+
 /// Fraction of the light below which a line ends.
 const LEAST_SHARE: f64 = 0.005;
 
 /// Room below a tube as a section shows it.
 #[derive(Clone, Copy, Debug)]
-pub struct SideView {
+pub struct SideView<'a> {
     /// Horizontal unit vector of the section.
     pub along: DVec2,
-    /// Least and greatest coordinate of the room along the section, in metres.
-    pub span: [f64; 2],
+    /// Lines in metres at which light ends: faces and objects in the plane of the section.
+    pub obstacles: &'a [Edge],
     /// Height of the tube's opening in metres.
     pub height: f64,
 }
 
 /// Traces lines of light through a tube into the room: of the sun, toward which `sun` points, or of the sky where there is none. Returns no
 /// lines for domes that refract the light.
-pub fn light_paths(tube: &ParametricTube, side: &SideView, sun: Option<DVec3>) -> Vec<LightPath> {
+pub fn light_paths(tube: &ParametricTube, side: &SideView<'_>, sun: Option<DVec3>) -> Vec<LightPath> {
     let collector = match &tube.collector {
         CollectorDocument::DielectricDome(_) => return Vec::new(),
         other => other.collector().transmittance(),
@@ -84,7 +88,7 @@ pub fn light_paths(tube: &ParametricTube, side: &SideView, sun: Option<DVec3>) -
 
 /// Properties that the lines of one tube have in common.
 struct Lines<'a> {
-    side: &'a SideView,
+    side: &'a SideView<'a>,
     tube: &'a ParametricTube,
     /// Reflectance of the wall per bounce, at its brightest angle and colour.
     reflectance: f64,
@@ -141,13 +145,17 @@ impl Lines<'_> {
         scattered.collect()
     }
 
-    /// Finds the point where a line from the ceiling meets the floor or a wall; `None` where it does not go down.
+    /// Finds the point where a line from the opening first meets an obstacle; `None` where it does not go down.
     fn end_in_room(&self, from: DVec2, toward: DVec2) -> Option<DVec2> {
-        let [least, greatest] = self.side.span;
-        let wall = if toward.x > 0.0 { greatest - from.x } else { least - from.x };
-        let to_floor = if toward.y < 0.0 { -from.y / toward.y } else { return None };
-        let to_wall = if toward.x == 0.0 { f64::INFINITY } else { wall / toward.x };
-        Some(from + to_floor.min(to_wall.max(0.0)) * toward)
+        let meets = |[a, b]: &Edge| {
+            let (edge, to_edge) = (*b - *a, *a - from);
+            let across = toward.perp_dot(edge);
+            let (distance, share) = (to_edge.perp_dot(edge) / across, to_edge.perp_dot(toward) / across);
+            (across != 0.0 && distance > NEAREST && (0.0..=1.0).contains(&share)).then_some(distance)
+        };
+        let distances = self.side.obstacles.iter().filter_map(meets);
+        let nearest = distances.min_by(f64::total_cmp).filter(|_| toward.y < 0.0);
+        nearest.map(|distance| from + distance * toward)
     }
 }
 
@@ -166,7 +174,15 @@ mod tests {
         .unwrap()
     }
 
-    const SIDE: SideView = SideView { along: DVec2::X, span: [0.0, 4.0], height: 3.0 };
+    /// Floor, two walls and the ceiling of a room of 4 m x 3 m.
+    const ROOM: [Edge; 4] = [
+        [DVec2::ZERO, DVec2::new(4.0, 0.0)],
+        [DVec2::new(4.0, 0.0), DVec2::new(4.0, 3.0)],
+        [DVec2::new(4.0, 3.0), DVec2::new(0.0, 3.0)],
+        [DVec2::new(0.0, 3.0), DVec2::ZERO],
+    ];
+
+    const SIDE: SideView<'static> = SideView { along: DVec2::X, obstacles: &ROOM, height: 3.0 };
 
     /// Light along the axis of a straight tube meets no wall: all of it passes the pane, and half of it the diffuser.
     #[test]
@@ -180,6 +196,18 @@ mod tests {
         assert!(straight.iter().all(|point| (point.share - 0.8).abs() < 1e-12));
         let scattered = &paths[PLACES.len() + 2].0;
         assert!((scattered[1].at - DVec2::new(1.5, 0.0)).length() < 1e-12 && (scattered[1].share - 0.4).abs() < 1e-12);
+    }
+
+    /// Light below an opening ends on a table top.
+    #[test]
+    fn light_ends_at_objects() {
+        let table = [ROOM.to_vec(), vec![[DVec2::new(0.0, 0.7), DVec2::new(4.0, 0.7)]]].concat();
+        let side = SideView { obstacles: &table, ..SIDE };
+        let paths =
+            light_paths(&tube(json!({ "kind": "lambertian", "transmittance": 0.5 }), 0.0), &side, Some(DVec3::Z));
+        let below = paths[PLACES.len()..].iter().map(|path| path.0[1].at);
+        assert!(below.clone().count() == SCATTERED.len() && below.into_iter().all(|end| end.y > 0.7 - 1e-12));
+        assert!((paths[PLACES.len() + 2].0[1].at - DVec2::new(1.5, 0.7)).length() < 1e-12);
     }
 
     /// Walls take a tenth each; a clear closure lets light pass on to the floor or a wall.

@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use crate::figure::ticks::{significant, with_error};
+
 /// Suffixes of field names that are units, each with its written form; a suffix stands before shorter ones with which it ends.
 const UNITS: [(&str, &str); 8] = [
     ("_cd_m2", " cd/m²"),
@@ -19,6 +21,23 @@ const QUIET_AT_ZERO: [&str; 3] = ["tilt_deg", "azimuth_deg", "rotation_deg"];
 
 /// Largest number of list entries that are printed.
 const MOST: usize = 6;
+
+/// Returns the items of a JSON list; none of another value.
+pub fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], Vec::as_slice)
+}
+
+/// Returns a JSON text; empty for another value.
+pub fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or("")
+}
+
+/// Writes a value with half the width of its interval.
+pub fn with_interval(value: &Value, standard_error: &Value, coverage_factor: &Value) -> String {
+    let Some(value) = value.as_f64() else { return "–".to_owned() };
+    let half = standard_error.as_f64().zip(coverage_factor.as_f64()).map(|(error, factor)| factor * error);
+    half.filter(|half| *half > 0.0).map_or_else(|| significant(value, 4), |half| with_error(value, half))
+}
 
 /// Writes a JSON value in words: of an object its `kind` first, then its other fields; null fields are left out.
 ///

@@ -1,19 +1,23 @@
-//! Report on a job on one sheet: its inputs, its methods with their reasons, its results, and their errors.
+//! Report on a job: a page of its results and inputs for who lives with the light, and a page of methods, effects and warnings.
 
+use serde::Deserialize;
 use serde_json::Value;
 
 use super::grid_figure::{GridWishes, plan_map};
-use super::phrases::{in_words, quantity};
+use super::inputs::inputs;
+use super::phrases::{in_words, list, quantity, text, with_interval};
 use super::reader::{ResultReader, failed};
+use super::sentences::sentences;
 use super::site_figure::longer_section;
 use crate::VERSION;
+use crate::document::result::Verdict;
 use crate::engine::passes::RenderError;
 use crate::figure::plan_map::PlanMap;
 use crate::figure::sheet::{Sheet, SheetFigure, SheetPart};
-use crate::figure::ticks::{duration, short, significant, with_error};
+use crate::figure::ticks::{duration, short, significant};
 use crate::figure::{Heading, view_picture};
 
-/// Name of the file with the report on one sheet.
+/// Name of the file with the report.
 pub const REPORT: &str = "report.pdf";
 
 /// Name of the figure that has plan, section and picture side by side, among those of the site.
@@ -51,8 +55,10 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
     Ok(Sheet {
         title: subject.name().to_owned(),
         lines: vec![subject.circumstances()],
+        sentences: sentences(job),
         figures,
-        parts: vec![grids(job), tubes(job), inputs(document), method(job), effects(job), notes(job)],
+        parts: vec![grids(job), inputs(subject, job)],
+        details: vec![tubes(job), method(job), effects(job), notes(job)],
         footer,
     })
 }
@@ -67,21 +73,6 @@ pub fn made_by(results: &Value) -> String {
         Some(hash) => format!("skyduct {VERSION} · document {hash}"),
         None => format!("skyduct {VERSION}"),
     }
-}
-
-fn list(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
-}
-
-fn text(value: &Value) -> &str {
-    value.as_str().unwrap_or("")
-}
-
-/// Writes a value with half the width of its interval.
-fn with_interval(value: &Value, standard_error: &Value, coverage_factor: &Value) -> String {
-    let Some(value) = value.as_f64() else { return "–".to_owned() };
-    let half = standard_error.as_f64().zip(coverage_factor.as_f64()).map(|(error, factor)| factor * error);
-    half.filter(|half| *half > 0.0).map_or_else(|| significant(value, 4), |half| with_error(value, half))
 }
 
 fn percent(share: &Value) -> String {
@@ -107,6 +98,12 @@ fn grids(job: &Value) -> SheetPart {
             let factor = of["daylight_factor_percent"][name].as_f64();
             factor.map_or_else(|| "–".to_owned(), |factor| significant(factor, 3))
         };
+        let target = match Verdict::deserialize(&of["target"]["verdict"]) {
+            Ok(Verdict::Met) => "met",
+            Ok(Verdict::NotMet) => "not met",
+            Ok(Verdict::Undecided) => "undecided",
+            Err(_) => "–",
+        };
         vec![
             text(&grid["name"]).to_owned(),
             of_name("mean_lux"),
@@ -115,9 +112,13 @@ fn grids(job: &Value) -> SheetPart {
             of_name("max_lux"),
             of_name("uniformity"),
             factor("mean"),
+            of["target"]["lux"]
+                .as_f64()
+                .map_or_else(|| target.to_owned(), |lux| format!("{} lx: {target}", short(lux))),
         ]
     });
-    let head = ["grid", "mean, lx", "median, lx", "minimum, lx", "maximum, lx", "uniformity", "daylight factor, %"];
+    let head =
+        ["grid", "mean, lx", "median, lx", "minimum, lx", "maximum, lx", "uniformity", "daylight factor, %", "target"];
     table("Illuminance; ± is the half-width of the 95 % confidence interval".to_owned(), &head, rows)
 }
 
@@ -128,7 +129,7 @@ fn tubes(job: &Value) -> SheetPart {
             with_interval(&of["flux_lm"], &of["standard_error_lm"], &of["coverage_factor"])
         };
         vec![
-            index.to_string(),
+            (index + 1).to_string(),
             flux("at_collector"),
             flux("at_diffuser"),
             flux("into_room"),
@@ -144,65 +145,11 @@ fn tubes(job: &Value) -> SheetPart {
         "efficiency",
         "efficiency of a level aperture",
     ];
-    table("Tubes".to_owned(), &head, rows)
+    table("Light through the tubes; ± is half an interval of 95 %".to_owned(), &head, rows)
 }
 
 fn fact(name: &str, words: impl Into<String>) -> (String, String) {
     (name.to_owned(), words.into())
-}
-
-fn inputs(document: &Value) -> SheetPart {
-    let room = &document["room"];
-    let size: Vec<String> =
-        list(&room["size_m"]).iter().filter_map(Value::as_f64).map(|edge| edge.to_string()).collect();
-    let shape = match (list(&room["plan"]["outline_m"]).len(), list(&room["faces"]).len()) {
-        (0, 0) => format!("{} m", size.join(" × ")),
-        (0, faces) => format!("{faces} faces"),
-        (corners, _) => format!("plan of {corners} corners; ceiling: {}", in_words(&room["ceiling"])),
-    };
-    let mut facts = vec![fact("room", format!("{shape}; {}", in_words(&room["surfaces"])))];
-    for name in ["partitions", "objects", "luminaires"] {
-        let count = list(&room[name]).len();
-        if count > 0 {
-            facts.push(fact(name, count.to_string()));
-        }
-    }
-    facts.extend(kinds_of_tubes(list(&document["tubes"])));
-    let stop = &document["stop"];
-    let limits = ["relative_error", "view_relative_error", "confidence", "max_passes", "max_seconds"];
-    let limits = limits.iter().filter(|name| stop[**name].is_number()).map(|name| quantity(name, &stop[*name]));
-    facts.push(fact("requested", limits.collect::<Vec<_>>().join(", ")));
-    SheetPart::Facts { title: "Inputs".to_owned(), facts }
-}
-
-/// Describes the tubes; those that differ by their places only are described once.
-fn kinds_of_tubes(tubes: &[Value]) -> Vec<(String, String)> {
-    let mut kinds: Vec<(Value, Vec<usize>)> = Vec::new();
-    for (index, tube) in tubes.iter().enumerate() {
-        let mut kind = tube.clone();
-        if let Some(fields) = kind.as_object_mut() {
-            fields.remove("centre_m");
-        }
-        match kinds.iter_mut().find(|(other, _)| *other == kind) {
-            Some((_, numbers)) => numbers.push(index),
-            None => kinds.push((kind, vec![index])),
-        }
-    }
-    let place = |index: &usize| {
-        let centre: Vec<String> = list(&tubes[*index]["centre_m"]).iter().map(Value::to_string).collect();
-        format!("({})", centre.join(", "))
-    };
-    let told = kinds.iter().take(MOST_ROWS).map(|(kind, numbers)| {
-        let (first, places) = (numbers[0], numbers.iter().take(MOST_ROWS).map(place).collect::<Vec<_>>().join(", "));
-        let more = numbers.len().saturating_sub(MOST_ROWS);
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        let name = match numbers.len() {
-            1 => format!("tube {first}"),
-            count => format!("{count} tubes like tube {first}"),
-        };
-        (name, format!("{}; at {places}{more}", in_words(kind)))
-    });
-    told.collect()
 }
 
 fn method(job: &Value) -> SheetPart {
@@ -211,9 +158,13 @@ fn method(job: &Value) -> SheetPart {
     for name in ["grids", "views"] {
         let method = &methods[name];
         if let Some(kind) = method["name"].as_str() {
-            facts.push(fact(name, format!("{}: {}", kind.replace('_', " "), text(&method["reason"]))));
+            facts.push(fact(name, format!("{}: {}", kind.replace('_', " "), plain(&method["reason"]))));
         }
     }
+    let stop = &job["document"]["stop"];
+    let limits = ["relative_error", "view_relative_error", "confidence", "max_passes", "max_seconds"];
+    let limits = limits.iter().filter(|name| stop[**name].is_number()).map(|name| quantity(name, &stop[*name]));
+    facts.push(fact("requested", limits.collect::<Vec<_>>().join(", ")));
     let (accuracy, timing) = (&job["accuracy"], &job["timing"]);
     let reached = [("relative_error", "grids"), ("view_relative_error", "views")];
     let reached = reached.iter().filter_map(|(error, of)| {
@@ -243,18 +194,22 @@ fn method(job: &Value) -> SheetPart {
     SheetPart::Facts { title: "Method".to_owned(), facts }
 }
 
+/// Returns a text of a result without the backticks around names of fields.
+fn plain(value: &Value) -> String {
+    text(value).replace('`', "")
+}
+
 fn effects(job: &Value) -> SheetPart {
     let facts = list(&job["plan"]["effects"]).iter().map(|effect| {
         let on = if effect["on"].as_bool() == Some(true) { "simulated" } else { "not simulated" };
-        (text(&effect["name"]).replace('_', " "), format!("{on}: {}", text(&effect["reason"])))
+        (text(&effect["name"]).replace('_', " "), format!("{on}: {}", plain(&effect["reason"])))
     });
     SheetPart::Facts { title: "Effects of light, simulated or not".to_owned(), facts: facts.collect() }
 }
 
 fn notes(job: &Value) -> SheetPart {
     let warnings = list(&job["warnings"]).iter().chain(list(&job["render_warnings"]));
-    let facts =
-        warnings.map(|warning| (text(&warning["code"]).replace(['_', '-'], " "), text(&warning["detail"]).to_owned()));
+    let facts = warnings.map(|warning| (text(&warning["code"]).replace(['_', '-'], " "), plain(&warning["detail"])));
     SheetPart::Facts { title: "Warnings".to_owned(), facts: facts.collect() }
 }
 
@@ -265,6 +220,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::figure::sheet::Tone;
     use crate::present::prepared::prepare;
     use crate::present::reader::Kept;
     use crate::present::subject::Subject;
@@ -274,7 +230,7 @@ mod tests {
         let mut document = document();
         let mut second = document["tubes"][0].clone();
         second["centre_m"] = json!([2.0, 3.0]);
-        document["tubes"].as_array_mut().unwrap().extend([second, json!({ "diameter_m": 1, "centre_m": [1, 1] })]);
+        document["tubes"].as_array_mut().unwrap().push(second);
         json!({
             "document": document, "stopped_by": "relative_error",
             "plan": { "effects": [{ "name": "guide_return", "on": false, "reason": "no light comes back" }],
@@ -282,7 +238,9 @@ mod tests {
             "accuracy": { "relative_error": 0.0123, "confidence": 0.95, "passes": 8 },
             "timing": { "passes": 8, "seconds": 0.0021 },
             "grids": [{ "name": "floor", "statistics": { "mean_lux": 211.0437, "mean_lux_standard_error": 0.3, "coverage_factor": 2.3646,
-                        "uniformity": null } }],
+                        "min_lux": 51.0, "max_lux": 484.0, "uniformity": null,
+                        "target": { "lux": 300.0, "verdict": "not_met", "area_percent": 12.6, "external_lux": 14215.0 } } }],
+            "external_horizontal_illuminance_lux": { "sky": 10000.0, "sun": 0.0 },
             "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": null }, "transmission_efficiency": 0.481 }],
             "warnings": [{ "code": "low_sun", "detail": "the sun is low" }]
         })
@@ -299,6 +257,7 @@ mod tests {
         let said: Vec<String> = sheet
             .parts
             .iter()
+            .chain(&sheet.details)
             .flat_map(|part| match part {
                 SheetPart::Table { rows, .. } => rows.concat(),
                 SheetPart::Facts { facts, .. } => {
@@ -306,14 +265,22 @@ mod tests {
                 }
             })
             .collect();
+        let (tone, sentence) = &sheet.sentences[0];
+        assert_eq!(*tone, Tone::Bad);
+        assert_eq!(
+            sentence,
+            "The target of 300 lx is not met: the mean at floor, 0.8 m above the floor, is 211.04 ± 0.71 lx (95 % interval), and 13 % of \
+             the area has 300 lx. It would take 14\u{a0}200 lx outdoors, in place of 10\u{a0}000 lx."
+        );
         for words in [
             // Student's quantile for seven degrees of freedom, 2.3646, times the standard error
             "211.04 ± 0.71",
             "2884",
             "48.1 %",
-            "2 tubes like tube 0: collector (open), diameter 0.3 m",
-            "at (1.5, 1.5), (2.0, 3.0)",
-            "tube 2: diameter 1 m",
+            "300 lx: not met",
+            "tubes 1 and 2: 0.3 m wide, 1 m long; mirror of 98 %; open at the top; opal diffuser that passes 60 %; at (1.5, 1.5), (2, 3) m",
+            "floor of 24 m², 4 m × 6 m, 2.7 m high",
+            "outdoors: 10\u{a0}000 lx on level ground: 10\u{a0}000 lx of the sky, 0 lx of the sun",
             "grids: placed vertices: because",
             "grids ± 1.2 % at a confidence of 95 %, after 8 passes and 2.1 ms; stopped by relative error",
             "guide return: not simulated: no light comes back",

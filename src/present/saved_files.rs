@@ -13,6 +13,7 @@ use super::report::{OVERVIEW, REPORT, made_by, report};
 use super::site_figure::{SiteFigure, site_figure};
 use crate::engine::passes::{RenderError, Rendered};
 use crate::engine::progress::{PassReport, StoppedBy};
+use crate::figure::pdf::pdf;
 use crate::figure::{Drawing, FigureFormat};
 use crate::present::prepared::Prepared;
 
@@ -63,7 +64,7 @@ impl SavedFigures {
         output.figure().is_none_or(|format| self.formats.contains(&format))
     }
 
-    /// True if the report on one sheet is saved.
+    /// True if the report is saved.
     pub fn has_report(&self) -> bool {
         self.formats.contains(&FigureFormat::Pdf)
     }
@@ -135,7 +136,7 @@ impl Saved<'_> {
                 let sheet = report(&self.reader, self.results, made_by(self.results))?;
                 let mut files = drawn(OVERVIEW, &sheet.overview(), figures)?;
                 if figures.has_report() {
-                    let pdf = FigureFormat::Pdf.write(&sheet.draw());
+                    let pdf = pdf(&sheet.draw());
                     files.push((REPORT.to_owned(), pdf.map_err(|error| failed(REPORT, error))?.into()));
                 }
                 files

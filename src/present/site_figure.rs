@@ -4,24 +4,16 @@ use glam::{DVec2, DVec3};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::light_paths::{SideView, light_paths};
+use super::section_figure::section;
 use super::subject::Subject;
-use crate::document::errors::Checks;
-use crate::document::outputs::GridDocument;
 use crate::document::result::{FluxResult, TubeResult};
-use crate::document::room::object::ObjectDocument;
 use crate::document::sky::time::instant;
-use crate::document::tube::collector::CollectorDocument;
-use crate::document::tube::opening::PlacedOpening;
-use crate::document::tube::{ParametricTube, TubeDocument};
 use crate::document::{JobDocument, Provenance};
 use crate::figure::lumens::{Stage, lumens};
-use crate::figure::section::{Cover, Section, SideTube};
+use crate::figure::section::Section;
 use crate::figure::sky_dome::{SunAt, sky_dome};
 use crate::figure::ticks::significant;
 use crate::figure::{Drawing, Heading};
-use crate::geometry::turn;
-use crate::scene::Enclosure;
 use crate::sky::looked_up::LookedUp;
 use crate::sky::{Sky, SkyDistribution, direction, sun};
 
@@ -78,8 +70,8 @@ pub fn site_figure(figure: SiteFigure, subject: &Subject, results: &Value) -> Op
     let document: &JobDocument = subject.document.as_ref()?;
     match figure {
         SiteFigure::Sky => sky_figure(subject, document, &provenance(results)?),
-        SiteFigure::SectionX => Some(section(subject, document, results, DVec2::X, "x").draw()),
-        SiteFigure::SectionY => Some(section(subject, document, results, DVec2::Y, "y").draw()),
+        SiteFigure::SectionX => Some(section(subject, document, provenance(results).as_ref(), (DVec2::X, "x")).draw()),
+        SiteFigure::SectionY => Some(section(subject, document, provenance(results).as_ref(), (DVec2::Y, "y")).draw()),
         SiteFigure::Lumens(tube) => {
             let flux = TubeResult::deserialize(results["tubes"].get(tube)?).ok()?;
             lumens_figure(subject, tube, &flux)
@@ -98,8 +90,9 @@ pub fn longer_section(subject: &Subject, results: &Value) -> Option<(SiteFigure,
     let [width, depth, _] = (high - low).to_array();
     let (figure, along, across) =
         if depth > width { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
+    let section = section(subject, document, provenance(results).as_ref(), (along, across));
     let heading = Heading::of(format!("Section along {across}"));
-    Some((figure, Section { heading, ..section(subject, document, results, along, across) }.draw()))
+    Some((figure, Section { heading, ..section }.draw()))
 }
 
 fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Drawing> {
@@ -117,7 +110,7 @@ fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Dr
     let efficiency = flux.transmission_efficiency;
     let efficiency = efficiency.map(|efficiency| format!("efficiency {} %", significant(100.0 * efficiency, 3)));
     let heading = Heading {
-        title: format!("Lumens of tube {tube}, {}", subject.name()),
+        title: format!("Lumens of tube {}, {}", tube + 1, subject.name()),
         lines: vec![subject.circumstances(), efficiency.unwrap_or_default()],
     };
     Some(lumens(&heading, &stages))
@@ -161,99 +154,6 @@ fn path(document: &JobDocument) -> Vec<SunAt> {
         Some(SunAt { altitude: position.altitude, azimuth: position.azimuth, label })
     };
     (0..24 * 60).step_by(PATH_MINUTES as usize).filter_map(at).collect()
-}
-
-/// Builds the section along a horizontal direction of the room, with all tubes and objects drawn into its plane.
-fn section(subject: &Subject, document: &JobDocument, results: &Value, along: DVec2, across: &'static str) -> Section {
-    let faces = document.room.enclosure(&mut Checks::default());
-    let seen_from_the_side = |corner: DVec3| DVec2::new(along.dot(corner.truncate()), corner.z);
-    let faces_of = |room: &Enclosure| -> Vec<Vec<DVec2>> {
-        let rings = room.faces().iter().flat_map(|face| face.polygon.rings());
-        rings.map(|ring| ring.iter().copied().map(seen_from_the_side).collect()).collect()
-    };
-    let room = faces.as_ref().map(faces_of).unwrap_or_default();
-    let height_of = |tube: &TubeDocument| {
-        let opening = faces.as_ref().and_then(|faces| PlacedOpening::of(tube, faces));
-        opening.map_or(0.0, |opening| opening.height_m)
-    };
-    let places = || room.iter().flatten().map(|corner| corner.x);
-    let span = [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)];
-    let sun = provenance(results).and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
-    let toward_sun = sun.map(|sun| {
-        let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
-        direction(sun.altitude_deg.to_radians(), azimuth)
-    });
-    let lit = document.tubes.iter().filter_map(|tube| match tube {
-        TubeDocument::Parametric(of_cylinders) if document.sky.is_some() => {
-            let side = SideView { along, span, height: height_of(tube) };
-            Some(light_paths(of_cylinders, &side, toward_sun))
-        }
-        TubeDocument::Parametric(_) | TubeDocument::Mesh(_) => None,
-    });
-    let light: Vec<_> = lit.flatten().collect();
-    let tubes = document.tubes.iter().map(|tube| match tube {
-        TubeDocument::Parametric(of_cylinders) => side_of(of_cylinders, along, height_of(tube)),
-        TubeDocument::Mesh(_) => {
-            let opening = tube.opening();
-            let axis = vec![DVec2::new(along.dot(opening.centre), height_of(tube))];
-            SideTube { axis, radius: 0.5 * opening.diameter_m, cover: Cover::Open }
-        }
-    });
-    let objects = document.room.objects.iter().filter_map(|object| match object {
-        ObjectDocument::Box(object) => {
-            let [x, y, z] = object.position_m;
-            let [a, b, c] = object.size_m;
-            let turn = turn::rotation(-object.rotation_deg.to_radians());
-            let half = 0.5 * (along.dot(turn * DVec2::new(a, 0.0)).abs() + along.dot(turn * DVec2::new(0.0, b)).abs());
-            let middle = along.dot(DVec2::new(x, y));
-            Some(
-                [(-half, z), (half, z), (half, z + c), (-half, z + c)].map(|(s, z)| DVec2::new(middle + s, z)).to_vec(),
-            )
-        }
-        ObjectDocument::Mesh(_) => None,
-    });
-    let partitions = document.room.partitions.iter().map(|partition| {
-        let [from, to] = [partition.from_m, partition.to_m].map(|end| along.dot(DVec2::from(end)));
-        let height = partition.height_m;
-        [(from, 0.0), (to, 0.0), (to, height), (from, height)].map(DVec2::from).to_vec()
-    });
-    let level = |grid: &GridDocument| Some((grid.name.clone(), grid.height_m?));
-    let of_light = match toward_sun {
-        _ if light.is_empty() => "",
-        Some(_) => " · lines: sunlight",
-        None => " · lines: skylight from 26° beside the tube's axis",
-    };
-    let seen = if along == DVec2::X { "seen from −y" } else { "seen from +x" };
-    let heading = Heading {
-        title: format!("Section along {across}, {}", subject.name()),
-        lines: vec![subject.circumstances(), format!("all tubes and objects drawn into one plane, {seen}{of_light}")],
-    };
-    Section {
-        heading,
-        across,
-        tubes: tubes.collect(),
-        objects: objects.chain(partitions).collect(),
-        grids: document.grids.iter().filter_map(level).collect(),
-        room,
-        light,
-        sun: toward_sun.map(|toward| DVec2::new(along.dot(toward.truncate()), toward.z)),
-    }
-}
-
-/// Returns the side view of a tube of cylinders.
-fn side_of(tube: &ParametricTube, along: DVec2, height: f64) -> SideTube {
-    let mut axis = vec![DVec2::new(along.dot(DVec2::from(tube.centre_m)), height)];
-    for segment in &tube.segments {
-        let lean = direction((90.0 - segment.tilt_deg).to_radians(), segment.azimuth_deg.to_radians());
-        let step = segment.length_m * DVec2::new(along.dot(lean.truncate()), lean.z);
-        axis.extend(axis.last().map(|last| *last + step));
-    }
-    let cover = match tube.collector {
-        CollectorDocument::Open => Cover::Open,
-        CollectorDocument::Flat(_) => Cover::Flat,
-        CollectorDocument::Dome(_) | CollectorDocument::DielectricDome(_) => Cover::Dome,
-    };
-    SideTube { axis, radius: 0.5 * tube.diameter_m, cover }
 }
 
 #[cfg(test)]

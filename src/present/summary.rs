@@ -39,7 +39,7 @@ impl Prepared {
         let daylight = self.scene.daylight.as_ref();
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
         let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| {
-            let statistics = GridStatistics::new(estimate, daylight, electric);
+            let statistics = GridStatistics::new(grid, estimate, daylight, electric);
             let mean_standard_error_lux = statistics.mean_lux_standard_error;
             GridInShort { name: grid.name.clone(), statistics, mean_standard_error_lux }
         });

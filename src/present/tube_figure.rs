@@ -12,7 +12,7 @@ use crate::plan::GuideKind;
 /// Draws the transmission of beams against the sun's altitude, with the tube's fluxes above it.
 pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
     let heading = Heading {
-        title: format!("Tube {}, {}", report.tube, subject.name()),
+        title: format!("Tube {}, {}", report.tube + 1, subject.name()),
         lines: vec![subject.circumstances(), fluxes(report)],
     };
     let beam = &report.beam;

@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 use super::components::{GridComponents, GridPart};
 use super::number::{coverage_factor, error, finite, rows, value};
 use super::responses::{PatchResponse, TubeResponse};
+use super::target::{TargetResult, percent_at_least};
 use crate::document::outputs::EstimateDocument;
 use crate::estimate::GridEstimate;
 use crate::estimate::grid_statistics::{self, Statistic};
@@ -130,6 +131,9 @@ pub struct GridStatistics {
     /// Fractions of the grid's area at or above 100, 200, 300, 500 and 750 lux.
     #[serde(default)]
     pub area_above: Vec<AreaAbove>,
+    /// Comparison with `target_lux` of the grid, if the document has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<TargetResult>,
     /// Daylight factors of the statistics in percent; only under an overcast sky (types 1 to 6 and 16, `ies_overcast`) without
     /// sun and without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -204,7 +208,7 @@ impl GridResult {
             by_tube,
             responses: (grid.responses == Responses::ToPatches).then(|| PatchResponse::all(estimate, columns, tubes)),
             tube_responses: (grid.responses == Responses::ToTubes).then(|| TubeResponse::all(estimate, columns, tubes)),
-            statistics: GridStatistics::new(estimate, daylight, electric),
+            statistics: GridStatistics::new(grid, estimate, daylight, electric),
         }
     }
 }
@@ -241,21 +245,18 @@ fn has_daylight_factor(daylight: Option<&Daylight>, electric: bool) -> bool {
 }
 
 impl GridStatistics {
-    /// Returns the statistics of an estimate; `electric` is true if luminaires give light.
-    pub fn new(estimate: &GridEstimate, daylight: Option<&Daylight>, electric: bool) -> Self {
+    /// Returns the statistics of the estimate of a grid; `electric` is true if luminaires give light.
+    pub fn new(grid: &Grid, estimate: &GridEstimate, daylight: Option<&Daylight>, electric: bool) -> Self {
         let none = Statistic { value: 0.0, standard_error: f64::INFINITY };
         let statistics = grid_statistics::GridStatistics::new(estimate);
         let [mean, median, min, max] = statistics.map_or([none; 4], |of| [of.mean, of.median, of.min, of.max]);
         let uniformity = statistics.map(|of| of.uniformity);
         let without_value = estimate.sensors.len() - estimate.valued().count();
         let outside = (0..estimate.sensors.len()).filter(|sensor| estimate.weight(*sensor) == 0.0).count();
-        let area_above = LEVELS_LUX.map(|lux| {
-            let above = estimate.valued().filter(|sensor| estimate.illuminance_lux(*sensor) >= lux);
-            let above: f64 = above.map(|sensor| estimate.weight(sensor)).sum();
-            AreaAbove { lux, percent: 100.0 * above / estimate.total_weight().max(f64::MIN_POSITIVE) }
-        });
+        let area_above = LEVELS_LUX.map(|lux| AreaAbove { lux, percent: percent_at_least(estimate, lux) });
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let factor = |statistic: Statistic| finite(100.0 * statistic.value / (sky + sun));
+        let external = Some(sky + sun).filter(|external| !electric && *external > 0.0);
         Self {
             points_outside: outside,
             points_inside_solids: without_value - outside,
@@ -271,6 +272,7 @@ impl GridStatistics {
             uniformity: uniformity.and_then(|uniformity| finite(uniformity.value)),
             uniformity_standard_error: uniformity.and_then(|uniformity| finite(uniformity.standard_error)),
             area_above: area_above.to_vec(),
+            target: grid.target_lux.map(|lux| TargetResult::new(lux, estimate, mean, external)),
             daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| DaylightFactors {
                 mean: factor(mean),
                 median: factor(median),

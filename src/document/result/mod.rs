@@ -9,6 +9,7 @@ pub(crate) mod number;
 mod plan;
 mod responses;
 mod summary;
+mod target;
 mod timing;
 mod tube;
 mod tube_flux;
@@ -21,6 +22,7 @@ pub use grid::{AreaAbove, DaylightFactors, ExternalIlluminance, GridResult, Grid
 pub use plan::{EffectResult, GuideResult, MethodResult, MethodsResult, PlanResult};
 pub use responses::{PatchResponse, TubeResponse};
 pub use summary::{GridInShort, JobResults, Known, ViewInShort};
+pub use target::{TargetResult, Verdict};
 pub use timing::{AccuracyResult, TimingResult};
 pub use tube::{FluxResult, TubeResult};
 pub use tube_flux::{PatchesResult, SourceFlux, TubeFluxAt, TubeFluxResult};

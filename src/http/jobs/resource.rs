@@ -71,7 +71,7 @@ pub struct Links {
     pub page: String,
     /// Path of the report on the job: a web page that prints well.
     pub report: String,
-    /// Path of the report on the job as PDF of one sheet.
+    /// Path of the report on the job as PDF.
     pub report_pdf: String,
     pub events: String,
     pub convergence: String,

@@ -136,13 +136,21 @@ impl Polygon {
 
     /// Cuts the polygon by a level plane and returns the edges seen from above, with the normal on their left; empty for a level polygon.
     pub fn level_cut(&self, height: f64) -> Vec<Edge> {
+        self.cut(DVec3::Z, height).map(|edge| edge.map(DVec3::truncate)).collect()
+    }
+
+    /// Cuts the polygon by the plane of the points whose product with the unit vector `across` is `offset` in m; yields nothing for a polygon
+    /// parallel to it.
+    pub fn cut(&self, across: DVec3, offset: f64) -> impl Iterator<Item = [DVec3; 2]> {
         let crossing = |[a, b]: [DVec3; 2]| {
-            ((a.z > height) != (b.z > height)).then(|| a.lerp(b, (height - a.z) / (b.z - a.z)).truncate())
+            let (from, to) = (a.dot(across), b.dot(across));
+            ((from > offset) != (to > offset)).then(|| a.lerp(b, (offset - from) / (to - from)))
         };
-        let mut points: Vec<DVec2> = self.sides().filter_map(crossing).collect();
-        let along = -self.normal.truncate().perp();
+        let mut points: Vec<DVec3> = self.sides().filter_map(crossing).collect();
+        let along = self.normal.cross(across);
         points.sort_by(|a, b| a.dot(along).total_cmp(&b.dot(along)));
-        points.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
+        let pairs = points.len() / 2;
+        (0..pairs).map(move |pair| [points[2 * pair], points[2 * pair + 1]])
     }
 }
 

@@ -38,6 +38,8 @@ pub struct Grid {
     pub components: bool,
     /// Light of the openings per lumen that results report at each sensor, too.
     pub responses: Responses,
+    /// Illuminance in lux that the mean is compared with in results.
+    pub target_lux: Option<f64>,
     /// Sensors at any places, in the order of their numbers; `None` for level ones that look up, in columns and rows.
     pub placed: Option<Arc<[Sensor]>>,
     /// Fraction of each sensor that no solid takes, row by row: of a cell's area, 0..1; for a point 1, or 0 inside a solid. `None` where
@@ -113,6 +115,7 @@ impl Grid {
             estimate,
             components: false,
             responses: Responses::None,
+            target_lux: None,
             placed: None,
             free: None,
             area: None,

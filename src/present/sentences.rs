@@ -1,0 +1,118 @@
+//! Sentences of a report: what the light in the room is, and whether it is enough.
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::phrases::{list, text, with_interval};
+use crate::document::result::{TargetResult, Verdict};
+use crate::figure::sheet::Tone;
+use crate::figure::ticks::{fixed, short, significant};
+
+/// Largest number of grids that have a sentence.
+const MOST: usize = 3;
+
+/// Returns a sentence for each of the first grids of a job, which is given as the service returns it.
+pub fn sentences(job: &Value) -> Vec<(Tone, String)> {
+    let outdoors = &job["external_horizontal_illuminance_lux"];
+    let outdoors = outdoors["sky"].as_f64().zip(outdoors["sun"].as_f64()).map(|(sky, sun)| sky + sun);
+    let of_grid = |grid: &Value| {
+        let of = &grid["statistics"];
+        let place = place(&job["document"], text(&grid["name"]));
+        let mean = with_interval(&of["mean_lux"], &of["mean_lux_standard_error"], &of["coverage_factor"]);
+        let mean = format!("{mean} lx{}", if mean.contains('±') { " (95 % interval)" } else { "" });
+        match TargetResult::deserialize(&of["target"]) {
+            Ok(target) => on_target(&target, &place, &mean, outdoors),
+            Err(_) => (Tone::Plain, without_target(of, &place, &mean)),
+        }
+    };
+    list(&job["grids"]).iter().take(MOST).map(of_grid).collect()
+}
+
+/// Describes a grid by its name and its height above the floor.
+fn place(document: &Value, name: &str) -> String {
+    let grid = list(&document["grids"]).iter().find(|grid| grid["name"] == name);
+    match grid.and_then(|grid| grid["height_m"].as_f64()) {
+        Some(height) => format!("{name}, {} m above the floor,", short(height)),
+        None => name.to_owned(),
+    }
+}
+
+fn on_target(target: &TargetResult, place: &str, mean: &str, outdoors: Option<f64>) -> (Tone, String) {
+    let lux = short(target.lux);
+    let area = match target.area_percent {
+        0.0 => "no part".to_owned(),
+        100.0 => "all".to_owned(),
+        percent => format!("{} %", fixed(percent.clamp(1.0, 99.0), 0)),
+    };
+    let found = format!("the mean at {place} is {mean}, and {area} of the area has {lux} lx");
+    match target.verdict {
+        Verdict::Met => (Tone::Good, format!("The target of {lux} lx is met: {found}.")),
+        Verdict::NotMet => {
+            let needed = target.external_lux.zip(outdoors).map(|(needed, outdoors)| {
+                let [needed, outdoors] = [needed, outdoors].map(|lux| significant(lux, 3));
+                format!(" It would take {needed} lx outdoors, in place of {outdoors} lx.")
+            });
+            (Tone::Bad, format!("The target of {lux} lx is not met: {found}.{}", needed.unwrap_or_default()))
+        }
+        Verdict::Undecided => {
+            let text = format!("Whether the target of {lux} lx is met is not decided at this accuracy: {found}.");
+            (Tone::Plain, text)
+        }
+    }
+}
+
+fn without_target(statistics: &Value, place: &str, mean: &str) -> String {
+    let number = |name: &str| statistics[name].as_f64();
+    let ends = number("min_lux").zip(number("max_lux"));
+    let ends = ends.map(|ends| <[f64; 2]>::from(ends).map(|lux| significant(lux, 3)));
+    let ends = ends.map_or_else(String::new, |[least, most]| format!(", from {least} lx to {most} lx"));
+    let factor = statistics["daylight_factor_percent"]["mean"].as_f64();
+    let factor = factor
+        .map_or_else(String::new, |factor| format!(" The daylight factor is {} % on average.", significant(factor, 2)));
+    format!("The mean at {place} is {mean}{ends}.{factor}")
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn said(statistics: Value) -> (Tone, String) {
+        let job = json!({
+            "document": { "grids": [{ "name": "desk", "height_m": 0.75 }] },
+            "external_horizontal_illuminance_lux": { "sky": 9000.0, "sun": 1000.0 },
+            "grids": [{ "name": "desk", "statistics": statistics }]
+        });
+        sentences(&job).remove(0)
+    }
+
+    #[test]
+    fn each_verdict_has_its_sentence() {
+        let of = |verdict: &str, area_percent: f64| {
+            let target =
+                json!({ "lux": 150.0, "verdict": verdict, "area_percent": area_percent, "external_lux": null });
+            said(json!({ "mean_lux": 200.0, "mean_lux_standard_error": 1.0, "coverage_factor": 2.0, "target": target }))
+        };
+        let found = "the mean at desk, 0.75 m above the floor, is 200.0 ± 2.0 lx (95 % interval), and";
+        assert_eq!(
+            of("met", 99.9),
+            (Tone::Good, format!("The target of 150 lx is met: {found} 99 % of the area has 150 lx."))
+        );
+        assert_eq!(
+            of("not_met", 0.0),
+            (Tone::Bad, format!("The target of 150 lx is not met: {found} no part of the area has 150 lx."))
+        );
+        assert_eq!(of("undecided", 50.0).0, Tone::Plain);
+    }
+
+    #[test]
+    fn without_a_target_the_light_is_told() {
+        let factors = json!({ "mean": 2.134, "median": null, "minimum": null });
+        let (tone, words) =
+            said(json!({ "mean_lux": 213.4, "min_lux": 51.0, "max_lux": 484.0, "daylight_factor_percent": factors }));
+        assert_eq!(tone, Tone::Plain);
+        let told = "The mean at desk, 0.75 m above the floor, is 213.4 lx, from 51.0 lx to 484 lx. The daylight factor is 2.1 % on average.";
+        assert_eq!(words, told);
+    }
+}
