@@ -143,7 +143,8 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
         outputs.filter_map(|output| output["name"].as_str()).collect()
     };
     let tubes = job["document"]["tubes"].as_array().map_or(0, Vec::len);
-    let mut outputs = result_outputs(names("grids"), names("views"), tubes);
+    let surfaces = job["document"]["surfaces"] == true;
+    let mut outputs = result_outputs(names("grids"), names("views"), tubes, surfaces);
     if job["document"]["annual"].is_object() {
         outputs.extend(annual_outputs(names("grids")));
     }
@@ -153,7 +154,7 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
             Output::Grid(grid, format) => format!("grids/{grid}?format={}", format.suffix()),
             Output::FalseColours(view, format) => format!("views/{view}.{}?style=false_colour", format.suffix()),
             Output::Annual(Annual::Summary, _) => "annual".to_owned(),
-            Output::View(..) | Output::Tube(..) | Output::Annual(..) => file.clone(),
+            Output::View(..) | Output::Tube(..) | Output::Annual(..) | Output::Surfaces(_) => file.clone(),
         };
         write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;
     }

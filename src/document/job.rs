@@ -55,12 +55,16 @@ pub struct JobDocument {
     /// Tubular daylight devices, at most 1024.
     #[serde(default)]
     pub tubes: Vec<TubeDocument>,
-    /// Illuminance grids, at most 64; `grids` and `views` together must name at least one output.
+    /// Illuminance grids, at most 64; `grids`, `views` and `surfaces` together must name at least one output.
     #[serde(default)]
     pub grids: Vec<GridDocument>,
     /// Camera views, at most 64.
     #[serde(default)]
     pub views: Vec<ViewDocument>,
+    /// Computes also the light on about 1000 patches of the faces of the room (`surfaces.json`), and gives a model of the room in the colours
+    /// of their illuminance (`scene.glb`). For `stop`, the patches are one more grid.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub surfaces: bool,
     /// Method of the computation: `auto`, the name of a method, or an object with a `kind` and the method's settings.
     #[serde(default)]
     pub method: MethodDocument,
@@ -148,6 +152,9 @@ impl JobDocument {
         }
         let room = check_room(&self.room, checks);
         let judged = check_tubes(&self.tubes, checks);
+        if self.grids.is_empty() && self.views.is_empty() && !self.surfaces {
+            checks.refuse("/grids", "`grids`, `views` or `surfaces` must name at least one output");
+        }
         check_outputs(&self.grids, &self.views, room.enclosure.as_ref(), checks);
         self.method.check(checks);
         self.stop.check(checks);
@@ -234,6 +241,9 @@ fn check_beside_year(job: &JobDocument, checks: &mut Checks) {
                 checks.refuse(format!("/grids/{index}/{field}"), "must be false with `annual`");
             }
         }
+    }
+    if job.surfaces {
+        checks.not_supported("/surfaces", "surfaces of a job with `annual`");
     }
     if !job.views.is_empty() {
         checks.not_supported("/views", "views of a job with `annual`");

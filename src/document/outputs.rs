@@ -200,6 +200,9 @@ impl ViewDocument {
     }
 }
 
+/// Name of the grid of the patches of the room's faces in a scene; no grid of a document can have it.
+pub const SURFACES: &str = "surfaces of the room";
+
 /// Checks all grids and views; `room` is `None` if the room's faces were refused.
 pub(crate) fn check_outputs(
     grids: &[GridDocument],
@@ -207,9 +210,6 @@ pub(crate) fn check_outputs(
     room: Option<&Enclosure>,
     checks: &mut Checks,
 ) {
-    if grids.is_empty() && views.is_empty() {
-        checks.refuse("/grids", "`grids` or `views` must name at least one output");
-    }
     let judged = *OUTPUTS.end();
     let mut names = BTreeSet::new();
     for (index, grid) in grids.iter().enumerate().take(judged) {

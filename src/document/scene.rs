@@ -5,6 +5,7 @@ use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
 use super::job::{JobDocument, ValidJob};
 use super::mesh_source::MeshSource;
 use super::optics::Coefficient;
+use super::outputs::SURFACES;
 use super::provenance::{GuideProvenance, Provenance};
 use super::room::convert::room;
 use super::room::mesh_object::mesh_objects;
@@ -14,6 +15,7 @@ use super::sky::daylight::{Explained, Surroundings, daylight};
 use super::tube::convert::tube;
 use crate::geometry::Dropped;
 use crate::plan::EffectKind;
+use crate::scene::surface_patches::{grid_of_patches, surface_patches};
 use crate::scene::{Channels, Grid, Responses, Room, Scene, Tube, TubeShape, View};
 
 /// Converts a checked document to its scene, with warnings and the provenance of its results.
@@ -44,11 +46,16 @@ pub fn to_scene(
         (provenance.zenith, provenance.sun, provenance.refraction) = (Some(zenith), Some(sun), Some(refraction));
         daylight
     });
-    let of_year = |grid: Grid| Grid { responses: Responses::ToTubes, ..grid };
-    let grids = document.grids.iter().map(|grid| grid.grid(&enclosure));
+    let responses_of_year = |grid: Grid| match document.annual {
+        Some(_) => Grid { responses: Responses::ToTubes, ..grid },
+        None => grid,
+    };
+    let grids = document.grids.iter().map(|grid| responses_of_year(grid.grid(&enclosure)));
+    let patches = document.surfaces.then(|| surface_patches(&enclosure)).filter(|patches| !patches.is_empty());
+    let of_surfaces = patches.map(|patches| grid_of_patches(SURFACES.to_owned(), &enclosure, &patches));
     let scene = Scene {
         daylight,
-        grids: if document.annual.is_some() { grids.map(of_year).collect() } else { grids.collect() },
+        grids: grids.chain(of_surfaces).collect(),
         room: Room { meshes: objects, ..room(&document.room, enclosure) },
         tubes,
         views,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
 use super::job::JobDocument;
+use super::outputs::SURFACES;
 use super::room::object::ObjectDocument;
 use crate::scene::{EstimateKind, Scene};
 use crate::traceable::{OccupiedParts, RoomObject, solids_around};
@@ -22,6 +23,11 @@ pub fn leave_out(document: &JobDocument, scene: &mut Scene, has_objects: bool) -
             continue;
         }
         let outside = occupied.area.iter().filter(|area| **area == 0.0).count();
+        if grid.name == SURFACES {
+            // furniture stands on patches
+            grid.free = Some(occupied.free.into());
+            continue;
+        }
         let (without_value, all) = (occupied.without_value(), grid.len());
         let things = match grid.estimate {
             EstimateKind::Point => "points",

@@ -39,6 +39,7 @@ pub(crate) mod server;
 mod service;
 mod skies;
 mod studies;
+mod surfaces;
 mod time_zone;
 mod tube_flux;
 mod tubes;

@@ -75,6 +75,7 @@ pub(super) async fn result_file(
     let kept = match &output {
         Output::Grid(name, _) => vec![of_grid(name)],
         Output::Annual(..) => grid_names(app, id).await?.iter().map(|name| of_grid(name)).collect(),
+        Output::Surfaces(_) => vec![Output::Surfaces(Format::Json)],
         other => vec![other.clone()],
     };
     let made = read(app, id, kept, move |results, _| results.file(&output)?.ok_or_else(no_such_output)).await?;

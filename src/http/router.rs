@@ -31,7 +31,7 @@ use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
     Shared, annual, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report,
-    results, skies, studies, time_zone, tube_flux, tubes, views, weather,
+    results, skies, studies, surfaces, time_zone, tube_flux, tubes, views, weather,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -79,6 +79,8 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(convergence::convergence_png))
         .routes(routes!(convergence::convergence_pdf))
         .routes(routes!(report::pdf))
+        .routes(routes!(surfaces::surfaces))
+        .routes(routes!(surfaces::scene))
         .routes(routes!(problem_page::problem_page))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))

@@ -3,6 +3,7 @@
 pub mod annual;
 pub mod cache;
 pub mod convergence_files;
+pub(crate) mod glb;
 pub(crate) mod grid_figure;
 pub(crate) mod inputs;
 pub(crate) mod light_paths;
@@ -12,6 +13,7 @@ pub mod prepared;
 pub mod reader;
 pub(crate) mod report;
 pub mod saved_files;
+pub(crate) mod scene_model;
 pub(crate) mod section_figure;
 pub(crate) mod sentences;
 pub(crate) mod site_figure;

@@ -31,12 +31,25 @@ pub enum Format {
     /// Illuminances as Radiance writes them.
     #[serde(skip)]
     Ill,
+    /// Binary glTF.
+    #[serde(skip)]
+    Glb,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 9] =
-        [Self::Json, Self::Csv, Self::Png, Self::Svg, Self::Pdf, Self::Exr, Self::Html, Self::Npy, Self::Ill];
+    pub const ALL: [Self; 10] = [
+        Self::Json,
+        Self::Csv,
+        Self::Png,
+        Self::Svg,
+        Self::Pdf,
+        Self::Exr,
+        Self::Html,
+        Self::Npy,
+        Self::Ill,
+        Self::Glb,
+    ];
 
     /// Returns the extension of a file's name, without the dot.
     pub fn suffix(self) -> &'static str {
@@ -50,6 +63,7 @@ impl Format {
             Self::Html => "html",
             Self::Npy => "npy",
             Self::Ill => "ill",
+            Self::Glb => "glb",
         }
     }
 
@@ -65,6 +79,7 @@ impl Format {
             Self::Html => "text/html",
             Self::Npy => "application/octet-stream",
             Self::Ill => "text/plain",
+            Self::Glb => "model/gltf-binary",
         }
     }
 
@@ -74,7 +89,7 @@ impl Format {
             Self::Svg => Some(FigureFormat::Svg),
             Self::Png => Some(FigureFormat::Png(scale)),
             Self::Pdf => Some(FigureFormat::Pdf),
-            Self::Json | Self::Csv | Self::Exr | Self::Html | Self::Npy | Self::Ill => None,
+            Self::Json | Self::Csv | Self::Exr | Self::Html | Self::Npy | Self::Ill | Self::Glb => None,
         }
     }
 }
@@ -90,6 +105,8 @@ pub enum Output {
     FalseColours(String, Format),
     /// Report on a tube as JSON, or its transmission against the sun's altitude.
     Tube(usize, Format),
+    /// Light on the faces of the room as JSON, or as a model.
+    Surfaces(Format),
     /// Part of a year.
     Annual(Annual, Format),
 }
@@ -129,6 +146,8 @@ impl Output {
                 Annual::Autonomy(name) => format!("annual/autonomy.{name}.{suffix}"),
                 Annual::ByHour(name) => format!("annual/by_hour.{name}.{suffix}"),
             },
+            Self::Surfaces(Format::Glb) => format!("scene.{suffix}"),
+            Self::Surfaces(_) => format!("surfaces.{suffix}"),
         }
     }
 
@@ -138,7 +157,8 @@ impl Output {
         | Self::View(_, format)
         | Self::FalseColours(_, format)
         | Self::Tube(_, format)
-        | Self::Annual(_, format)) = self;
+        | Self::Annual(_, format)
+        | Self::Surfaces(format)) = self;
         *format
     }
 
@@ -148,14 +168,16 @@ impl Output {
     }
 }
 
-/// Lists the files of a job's results: of its grids and views, by their names, and of `tubes` tubes. The service serves these files,
+/// Lists the files of a job's results: of its grids and views, by their names, of `tubes` tubes, and of the faces of its room
+/// where it has `surfaces`. The service serves these files,
 /// `render` writes them and `submit` fetches them.
 pub fn result_outputs<'a>(
     grids: impl IntoIterator<Item = &'a str>,
     views: impl IntoIterator<Item = &'a str>,
     tubes: usize,
+    surfaces: bool,
 ) -> Vec<Output> {
-    use Format::{Csv, Exr, Json, Pdf, Png, Svg};
+    use Format::{Csv, Exr, Glb, Json, Pdf, Png, Svg};
     let grids = grids.into_iter();
     let grids = grids.flat_map(|name| [Json, Csv, Svg, Png, Pdf].map(|format| Output::Grid(name.to_owned(), format)));
     let views = views.into_iter().flat_map(|name| {
@@ -163,7 +185,8 @@ pub fn result_outputs<'a>(
         pictures.into_iter().chain([Svg, Png, Pdf].map(|format| Output::FalseColours(name.to_owned(), format)))
     });
     let tubes = (0..tubes).flat_map(|tube| [Json, Svg, Png, Pdf].map(|format| Output::Tube(tube, format)));
-    grids.chain(views).chain(tubes).collect()
+    let surfaces = [Json, Glb].map(Output::Surfaces).into_iter().filter(|_| surfaces);
+    grids.chain(views).chain(tubes).chain(surfaces).collect()
 }
 
 /// Lists the files of a year with these grids, in the order of [`result_outputs`], which has those of every job.
@@ -198,7 +221,7 @@ mod tests {
     fn no_two_outputs_have_one_file() {
         let views = ["a", "a.false_colour", "a.pass16", "a.png", "false_colours"];
         let grids = ["a", "a.json", "a.png", "hours", "points.a"];
-        let outputs = [result_outputs(grids, views, 2), annual_outputs(grids)].concat();
+        let outputs = [result_outputs(grids, views, 2, true), annual_outputs(grids)].concat();
         let mut files: Vec<String> = outputs.iter().map(Output::file).collect();
         files.extend(views.iter().flat_map(|view| [1, 16].map(|passes| progress_image(view, passes))));
         let distinct: BTreeSet<&String> = files.iter().collect();

@@ -9,13 +9,15 @@ use super::annual::JobYear;
 use super::cache::Cache;
 use super::grid_figure::{GridWishes, grid_figure};
 use super::outputs::{Annual, Format, Output, annual_outputs, result_outputs};
+use super::scene_model::scene_glb;
 use super::subject::Subject;
 use super::tube_figure::tube_figure;
 use super::view_figure::{ViewWishes, false_colour_figure};
 use crate::VERSION;
 use crate::document::DocumentErrors;
+use crate::document::outputs::SURFACES;
 use crate::document::result::tube_report::TubeReport;
-use crate::document::result::{GridResult, TubeResult};
+use crate::document::result::{GridResult, SurfacesResult, TubeResult};
 use crate::engine::passes::RenderError;
 use crate::engine::prepare::RenderJob;
 use crate::estimate::{Estimate, FilmEstimate};
@@ -25,7 +27,8 @@ use crate::output::exr::{self, ViewImage};
 use crate::output::{OutputError, Raster, csv, png};
 use crate::plan::EffectKind;
 use crate::present::prepared::Prepared;
-use crate::scene::{TubeShape, View};
+use crate::scene::surface_patches::surface_patches;
+use crate::scene::{Grid, TubeShape, View};
 
 /// File of the results.
 #[derive(Clone)]
@@ -63,6 +66,9 @@ pub trait ResultReader {
 
     /// Returns the year of a job that has one.
     fn year(&self) -> Found<Arc<JobYear>>;
+
+    /// Returns the light on the faces of the room.
+    fn surfaces(&self) -> Found<SurfacesResult>;
 
     /// Makes a file; its figures are drawn without options.
     fn file(&self, output: &Output) -> Found<ResultFile> {
@@ -102,6 +108,10 @@ fn written(reader: &(impl ResultReader + ?Sized), output: &Output) -> Found<Resu
             Some(year) => of_year(&year, (&name, part, *format), reader.subject())?,
             None => None,
         },
+        (Output::Surfaces(Format::Json), _) => reader.surfaces()?.map(|surfaces| json(&name, &surfaces)),
+        (Output::Surfaces(Format::Glb), _) => {
+            reader.surfaces()?.map(|surfaces| Ok(scene_glb(reader.subject(), &surfaces)))
+        }
         _ => None,
     };
     let file = |bytes: Vec<u8>| ResultFile {
@@ -176,6 +186,7 @@ impl Estimated<'_> {
             Output::Tube(..) => has_meshes,
             // the rest of a year is made from the grids again
             Output::Annual(part, _) => *part == Annual::Summary,
+            Output::Surfaces(format) => *format == Format::Json,
         })
     }
 
@@ -253,6 +264,13 @@ impl ResultReader for Estimated<'_> {
         })
     }
 
+    fn surfaces(&self) -> Found<SurfacesResult> {
+        let scene = &self.prepared.scene;
+        let found = scene.grids.iter().zip(&self.estimate.grids).find(|(grid, _)| grid.name == SURFACES);
+        let enclosure = &scene.room.enclosure;
+        Ok(found.map(|(_, estimate)| SurfacesResult::new(enclosure, &surface_patches(enclosure), estimate)))
+    }
+
     fn file(&self, output: &Output) -> Found<ResultFile> {
         self.made.map_or_else(|| written(self, output), |made| made.get(output.file(), || written(self, output)))
     }
@@ -285,6 +303,11 @@ impl ResultReader for Kept {
     fn grid(&self, name: &str) -> Found<GridResult> {
         let read = |bytes: &[u8]| serde_json::from_slice(bytes).map_err(|error| error.to_string());
         self.read(Output::Grid(name.to_owned(), Format::Json), read)
+    }
+
+    fn surfaces(&self) -> Found<SurfacesResult> {
+        let read = |bytes: &[u8]| serde_json::from_slice(bytes).map_err(|error| error.to_string());
+        self.read(Output::Surfaces(Format::Json), read)
     }
 
     fn view(&self, name: &str) -> Found<ViewImage> {
@@ -328,9 +351,11 @@ impl Prepared {
     /// Lists the files of the results: grids as JSON, CSV and figures, views as EXR, PNG and figures in false colours, tubes as JSON and
     /// figures.
     pub fn outputs(&self) -> Vec<Output> {
-        let grids = self.scene.grids.iter().map(|grid| grid.name.as_str());
+        let of_document = |grid: &&Grid| grid.name != SURFACES;
+        let grids = self.scene.grids.iter().filter(of_document).map(|grid| grid.name.as_str());
+        let surfaces = self.scene.grids.iter().any(|grid| grid.name == SURFACES);
         let views = self.scene.views.iter().map(|view| view.name.as_str());
-        let mut outputs = result_outputs(grids.clone(), views, self.scene.tubes.len());
+        let mut outputs = result_outputs(grids.clone(), views, self.scene.tubes.len(), surfaces);
         if self.annual.is_some() {
             outputs.extend(annual_outputs(grids));
         }

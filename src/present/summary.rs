@@ -5,6 +5,7 @@ use serde_json::Value;
 use crate::VERSION;
 use crate::document::canonical::canonical_hash;
 use crate::document::errors::{Warning, WarningCode};
+use crate::document::outputs::SURFACES;
 use crate::document::result::{
     AccuracyResult, CrossCheckResult, EnergyResult, ExternalIlluminance, GridInShort, GridStatistics, JobResults,
     Known, PlanResult, TimingResult, TubeResult, ViewInShort,
@@ -38,7 +39,8 @@ impl Prepared {
     pub fn summary(&self, merged: &Estimate, spent: Spent, stopped_by: StoppedBy) -> JobResults {
         let daylight = self.scene.daylight.as_ref();
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
-        let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| {
+        let grids = self.scene.grids.iter().zip(&merged.grids).filter(|(grid, _)| grid.name != SURFACES);
+        let grids = grids.map(|(grid, estimate)| {
             let statistics = GridStatistics::new(grid, estimate, daylight, electric);
             let mean_standard_error_lux = statistics.mean_lux_standard_error;
             GridInShort { name: grid.name.clone(), statistics, mean_standard_error_lux }

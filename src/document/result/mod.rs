@@ -9,6 +9,7 @@ pub(crate) mod number;
 mod plan;
 mod responses;
 mod summary;
+mod surfaces;
 mod target;
 mod timing;
 mod tube;
@@ -22,6 +23,7 @@ pub use grid::{AreaAbove, DaylightFactors, ExternalIlluminance, GridResult, Grid
 pub use plan::{EffectResult, GuideResult, MethodResult, MethodsResult, PlanResult};
 pub use responses::{PatchResponse, TubeResponse};
 pub use summary::{GridInShort, JobResults, Known, ViewInShort};
+pub use surfaces::{FaceResult, PatchResult, SurfacesResult};
 pub use target::{TargetResult, Verdict};
 pub use timing::{AccuracyResult, TimingResult};
 pub use tube::{FluxResult, TubeResult};

@@ -98,6 +98,12 @@ pub struct Links {
     /// Paths of the results of a year, its summary first; absent for jobs without `annual`. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub annual: Option<Vec<String>>,
+    /// Path of the light on the faces of the room, where the document asks for `surfaces`. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surfaces: Option<String>,
+    /// Path of the model of the room, where the document asks for `surfaces`. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<String>,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -168,6 +174,8 @@ impl JobSummary {
                 tubes: None,
                 figures: None,
                 annual: None,
+                surfaces: None,
+                scene: None,
             },
         }
     }
@@ -208,6 +216,9 @@ impl JobResource {
             let [svg, png, pdf] = FigureFormat::ALL.map(|format| format!("{this}/figures/{name}.{}", format.suffix()));
             (name, FigureLinks { svg, png, pdf })
         });
+        let has_surfaces = job.document["surfaces"] == true;
+        let [surfaces, scene] =
+            ["surfaces.json", "scene.glb"].map(|file| has_surfaces.then(|| format!("{this}/{file}")));
         summary.links.figures = Some(figures.collect());
         if job.document["annual"].is_object() {
             let files = annual_outputs(names(&job.document, "grids")).into_iter();
@@ -220,6 +231,7 @@ impl JobResource {
                     .collect(),
             );
         }
+        (summary.links.surfaces, summary.links.scene) = (surfaces, scene);
         summary.links.grids = Some(grids);
         summary.links.grid_files = Some(grid_files);
         summary.links.views = Some(views);

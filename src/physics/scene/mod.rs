@@ -10,6 +10,7 @@ pub mod mesh_object;
 pub mod prism;
 pub mod room;
 pub mod sensors;
+pub mod surface_patches;
 pub mod tube;
 
 use crate::sky::zenith::ZenithFormula;

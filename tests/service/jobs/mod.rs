@@ -7,6 +7,7 @@ mod memory;
 mod predictions;
 mod result_files;
 mod retention;
+mod surfaces;
 
 use crate::common::{PATIENCE, TestService, endless_job, problem, small_job};
 use reqwest::{Method, StatusCode};

@@ -1,0 +1,173 @@
+//! Three-dimensional model of a job: its faces in the colours of their illuminance, its boxes, partitions and tubes.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+use serde_json::json;
+
+use super::glb::{ColouredMesh, Look, glb};
+use super::subject::Subject;
+use crate::document::JobDocument;
+use crate::document::errors::Checks;
+use crate::document::result::SurfacesResult;
+use crate::document::room::object::ObjectDocument;
+use crate::document::tube::opening::PlacedOpening;
+use crate::document::tube::{ParametricTube, SegmentDocument, TubeDocument};
+use crate::figure::scale::{ColourScale, Palette};
+use crate::sky::direction;
+
+/// Number of sides of a pipe.
+const SIDES: usize = 24;
+
+/// Colours of a patch without a value, of furniture, of pipes, and of diffusers.
+const NO_VALUE: [u8; 3] = [232; 3];
+const FURNITURE: [u8; 3] = [150, 140, 125];
+const PIPE: [u8; 3] = [190, 200, 210];
+const DIFFUSER: [u8; 3] = [255, 244, 214];
+
+/// Returns the model of a job as a binary glTF file. Patches have the colours that plans have, from 0 to the greatest illuminance of the
+/// faces; open faces are left out.
+pub fn scene_glb(subject: &Subject, surfaces: &SurfacesResult) -> Vec<u8> {
+    let all = surfaces.faces.iter().flat_map(|face| &face.patches).filter_map(|patch| patch.illuminance_lux);
+    let scale = ColourScale::from_zero(all.fold(0.0, f64::max), Palette::Viridis);
+    let faces = surfaces.faces.iter().map(|face| {
+        let mut mesh = ColouredMesh::named(face.name.as_str(), Look::Plain);
+        for patch in &face.patches {
+            let colour = patch.illuminance_lux.map_or(NO_VALUE, |lux| scale.colour(lux));
+            for polygon in &patch.polygons_m {
+                mesh.add_polygon(polygon.iter().copied().map(DVec3::from), colour);
+            }
+        }
+        mesh
+    });
+    let mut meshes: Vec<ColouredMesh> = faces.collect();
+    if let Some(document) = &subject.document {
+        meshes.extend(furniture(document));
+        meshes.extend(tubes(document));
+    }
+    let extras = json!({ "job": subject.name(), "quantity": "illuminance", "unit": "lux", "palette": "viridis",
+                         "from": scale.from, "to": scale.to });
+    glb(&meshes, &extras)
+}
+
+/// Returns the boxes and the partitions of a room; meshes are left out.
+fn furniture(document: &JobDocument) -> Vec<ColouredMesh> {
+    let boxes = document.room.objects.iter().enumerate().filter_map(|(number, object)| match object {
+        ObjectDocument::Box(object) => {
+            let bottom = object.position_m[2];
+            Some(upright(format!("object {}", number + 1), &object.footprint(), [bottom, bottom + object.size_m[2]]))
+        }
+        ObjectDocument::Mesh(_) => None,
+    });
+    let partitions = document.room.partitions.iter().enumerate().map(|(number, sheet)| {
+        let ends = [DVec2::from(sheet.from_m), DVec2::from(sheet.to_m)];
+        upright(format!("partition {}", number + 1), &ends, [0.0, sheet.height_m])
+    });
+    boxes.chain(partitions).collect()
+}
+
+/// Returns the body above a convex outline in plan, or the sheet above a line.
+fn upright(name: String, plan: &[DVec2], [bottom, top]: [f64; 2]) -> ColouredMesh {
+    let mut mesh = ColouredMesh::named(name, Look::Shaded);
+    for (from, to) in plan.iter().zip(plan.iter().cycle().skip(1)) {
+        mesh.add_polygon([from.extend(bottom), to.extend(bottom), to.extend(top), from.extend(top)], FURNITURE);
+    }
+    mesh.add_polygon(plan.iter().map(|corner| corner.extend(top)), FURNITURE);
+    mesh.add_polygon(plan.iter().rev().map(|corner| corner.extend(bottom)), FURNITURE);
+    mesh
+}
+
+/// Returns pipes and diffusers of the tubes; of meshed tubes the opening alone.
+fn tubes(document: &JobDocument) -> Vec<ColouredMesh> {
+    let Some(room) = document.room.enclosure(&mut Checks::default()) else { return Vec::new() };
+    let of_tube = |(number, tube): (usize, &TubeDocument)| {
+        let opening = PlacedOpening::of(tube, &room)?;
+        let mut mesh = ColouredMesh::named(format!("tube {}", number + 1), Look::Shaded);
+        let mouth = opening.centre.extend(opening.height_m);
+        // the mouth hangs a hair below the ceiling, so that it is seen
+        let below = mouth - DVec3::Z * (1e-4 * room.scale_m());
+        mesh.add_polygon(ring((below, DVec3::Z), DVec3::Z, opening.radius_m), DIFFUSER);
+        if let TubeDocument::Parametric(tube) = tube {
+            pipe(&mut mesh, tube, mouth);
+        }
+        Some(mesh)
+    };
+    document.tubes.iter().enumerate().filter_map(of_tube).collect()
+}
+
+/// Adds the pipe of a tube above its mouth: segments that meet in mitres.
+fn pipe(mesh: &mut ColouredMesh, tube: &ParametricTube, mouth: DVec3) {
+    let lean =
+        |segment: &SegmentDocument| direction((90.0 - segment.tilt_deg).to_radians(), segment.azimuth_deg.to_radians());
+    let axes: Vec<DVec3> = tube.segments.iter().map(lean).collect();
+    let mut from = (mouth, DVec3::Z);
+    for (index, (segment, axis)) in tube.segments.iter().zip(&axes).enumerate() {
+        let mitre = axes.get(index + 1).map_or(*axis, |next| (*axis + *next).normalize_or(*axis));
+        let to = (from.0 + segment.length_m * *axis, mitre);
+        let [low, high] = [from, to].map(|end| ring(end, *axis, 0.5 * tube.diameter_m));
+        for side in 0..SIDES {
+            let next = (side + 1) % SIDES;
+            mesh.add_polygon([low[side], low[next], high[next], high[side]], PIPE);
+        }
+        from = to;
+    }
+}
+
+/// Returns points around a cylinder of an axis and a radius, where a plane through a point of the axis with a unit normal cuts it.
+fn ring((centre, normal): (DVec3, DVec3), axis: DVec3, radius: f64) -> Vec<DVec3> {
+    let (across, beside) = axis.any_orthonormal_pair();
+    let point = |side: usize| {
+        let (sin, cos) = libm::sincos(TAU * side as f64 / SIDES as f64);
+        let around = radius * (cos * across + sin * beside);
+        centre + around - axis * (around.dot(normal) / axis.dot(normal))
+    };
+    (0..SIDES).map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::document::result::{FaceResult, PatchResult};
+    use crate::present::glb::tests::read;
+    use crate::present::subject::tests::document;
+
+    /// A room with a table and a bent tube: the file holds together, and each thing has its name and lies where it should.
+    #[test]
+    fn a_model_has_faces_furniture_and_tubes() {
+        let mut document = document();
+        document["room"]["objects"] = json!([{ "kind": "box", "size_m": [1.0, 1.0, 0.7], "position_m": [1.5, 1.5, 0.0],
+                                               "surface": { "reflectance": 0.5 } }]);
+        document["tubes"][0]["segments"] =
+            json!([{ "length_m": 1.0 }, { "length_m": 1.0, "tilt_deg": 45.0, "azimuth_deg": 90.0 }]);
+        let patch = |lux: Option<f64>| PatchResult {
+            centre_m: [0.5, 0.5, 0.0],
+            area_m2: 1.0,
+            polygons_m: vec![vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]],
+            illuminance_lux: lux,
+            standard_error_lux: None,
+            luminance_cd_m2: None,
+            luminance_standard_error_cd_m2: None,
+        };
+        let floor = FaceResult {
+            name: "floor".to_owned(),
+            normal: [0.0, 0.0, 1.0],
+            area_m2: 24.0,
+            reflectance: 0.2,
+            mean_lux: Some(100.0),
+            patches: vec![patch(Some(100.0)), patch(None)],
+        };
+        let surfaces = SurfacesResult { coverage_factor: None, faces: vec![floor] };
+        let (root, _) = read(&scene_glb(&Subject::new(&document, &json!(null)), &surfaces));
+        let names: Vec<&str> =
+            root["meshes"].as_array().unwrap().iter().filter_map(|mesh| mesh["name"].as_str()).collect();
+        assert_eq!(names, ["floor", "object 1", "tube 1"]);
+        assert_eq!(root["scenes"][0]["extras"]["to"], 100.0);
+        // y is up: the tube reaches from the ceiling to its upper rim
+        let tube = &root["accessors"][6];
+        let [low, high] = ["min", "max"].map(|end| tube[end][1].as_f64().unwrap());
+        let top = 2.7 + 1.0 + 0.5f64.sqrt() + 0.15 * 0.5f64.sqrt();
+        assert!((low - 2.7).abs() < 1e-2 && (high - top).abs() < 5e-3, "{low} {high} {top}");
+    }
+}
