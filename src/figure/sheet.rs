@@ -15,8 +15,8 @@ const MARGIN: f64 = 46.0;
 const BETWEEN: f64 = 14.0;
 
 /// Largest height of the first figure, and of those in the row below it, in pixels.
-const FIRST_HEIGHT: f64 = 440.0;
-const ROW_HEIGHT: f64 = 210.0;
+const FIRST_HEIGHT: f64 = 420.0;
+const ROW_HEIGHT: f64 = 290.0;
 
 /// Height of the figures of an overview, and its smallest width, in pixels.
 const OVERVIEW_HEIGHT: f64 = 420.0;

@@ -1,4 +1,4 @@
-//! Triangles with colours as a binary glTF 2.0 file (Khronos 2021).
+//! Triangles with colours as a binary glTF 2.0 file (ISO/IEC 12113:2022).
 
 use glam::DVec3;
 use serde_json::{Value, json};

@@ -37,10 +37,10 @@ pub fn inputs(subject: &Subject, job: &Value) -> SheetPart {
 fn shape(subject: &Subject, room: &Value) -> String {
     let Some(document) = &subject.document else { return "not known".to_owned() };
     let [low, high] = document.room.bounds_m();
-    let [x, y, z] = (high - low).to_array().map(metres);
+    let [x, y, z] = (high - low).to_array().map(|length| short((length * 100.0).round() / 100.0));
     let floor: f64 = document.room.rings().iter().map(|ring| enclosed_area(&polygon(ring))).sum();
     let corners = list(&room["plan"]["outline_m"]).len();
-    let plan = if corners > 0 { format!(", with {corners} corners") } else { String::new() };
+    let plan = if corners > 4 { format!(", with {corners} corners") } else { String::new() };
     let ceiling = match text(&room["ceiling"]["kind"]) {
         "" | "flat" => format!("{z} m high"),
         kind => format!("{kind} ceiling up to {z} m"),

@@ -87,7 +87,7 @@ pub fn quantity(name: &str, value: &Value) -> String {
 }
 
 fn words_of(name: &str) -> String {
-    name.replace('_', " ")
+    name.replace("dv_ev", "Dv/Ev").replace('_', " ")
 }
 
 /// Writes a number with at most five significant digits.

@@ -45,7 +45,7 @@ impl TargetResult {
             _ => Verdict::Undecided,
         };
         let external_lux = external_lux.and_then(|external| finite(external * lux / mean.value));
-        Self { lux, verdict, area_percent: percent_at_least(estimate, lux), external_lux }
+        Self { lux, verdict, area_percent: percent_at_least(estimate, lux).abs(), external_lux }
     }
 }
 
