@@ -37,22 +37,12 @@ pub struct SurfacePatch {
 
 /// Divides the faces of a room into about 1000 patches, at most [`MOST_PATCHES`], ordered by the numbers of their faces. Every face has one
 /// at least.
-///
-/// ```
-/// use glam::DVec3;
-/// use skyduct_physics::scene::Enclosure;
-/// use skyduct_physics::scene::surface_patches::surface_patches;
-///
-/// let patches = surface_patches(&Enclosure::cuboid(DVec3::new(4.0, 5.0, 3.0), [None; 6]));
-/// let area: f64 = patches.iter().map(|patch| patch.area_m2).sum();
-/// assert!((area - 94.0).abs() < 1e-9 && (1000..1200).contains(&patches.len()));
-/// ```
 pub fn surface_patches(enclosure: &Enclosure) -> Vec<SurfacePatch> {
     let area: f64 = enclosure.faces().iter().map(|face| face.polygon.area_m2()).sum();
     let mut edge_m = (area / WANTED).sqrt();
     loop {
         let faces = enclosure.faces().iter().enumerate();
-        let patches: Vec<_> = faces.flat_map(|(number, face)| of_face(number, &face.polygon, edge_m)).collect();
+        let patches: Vec<_> = faces.flat_map(|(number, face)| divided(number, &face.polygon, edge_m)).collect();
         // faces with holes and slanted sides cut many cells
         if patches.len() <= MOST_PATCHES || edge_m > enclosure.scale_m() {
             return patches;
@@ -72,7 +62,7 @@ pub fn grid_of_patches(name: String, enclosure: &Enclosure, patches: &[SurfacePa
 }
 
 /// Divides a face into patches with edges of about `edge_m`.
-fn of_face(face: usize, polygon: &Polygon, edge_m: f64) -> Vec<SurfacePatch> {
+fn divided(face: usize, polygon: &Polygon, edge_m: f64) -> Vec<SurfacePatch> {
     let [corner, u, v] = polygon.rectangle();
     let (along, up) = (u.normalize_or_zero(), v.normalize_or_zero());
     let extent = DVec2::new(u.length(), v.length());
@@ -164,6 +154,13 @@ fn centroid(corners: &[DVec2]) -> DVec2 {
 mod tests {
     use super::*;
 
+    #[test]
+    fn patches_cover_a_box() {
+        let patches = surface_patches(&Enclosure::cuboid(DVec3::new(4.0, 5.0, 3.0), [None; 6]));
+        let area: f64 = patches.iter().map(|patch| patch.area_m2).sum();
+        assert!((area - 94.0).abs() < 1e-9 && (1000..1200).contains(&patches.len()), "{area} {}", patches.len());
+    }
+
     /// A sloped square with a hole: the areas add up, centres lie in the face, and pieces face the normal.
     #[test]
     fn patches_cover_a_face_with_a_hole() {
@@ -172,7 +169,7 @@ mod tests {
         let hole = vec![at(0.5, 0.6), at(0.7, 1.9), at(1.8, 1.2)];
         let face = Polygon::new(vec![outline, hole]).unwrap();
         for edge_m in [0.2, 0.37, 10.0] {
-            let patches = of_face(3, &face, edge_m);
+            let patches = divided(3, &face, edge_m);
             let area: f64 = patches.iter().map(|patch| patch.area_m2).sum();
             assert!((area - face.area_m2()).abs() < 1e-9, "{area} instead of {}", face.area_m2());
             for patch in &patches {
