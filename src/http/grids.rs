@@ -153,7 +153,7 @@ async fn represented(
         if query.decimal != Some(DecimalSign::Comma) {
             return result_file(app, id, headers, output).await;
         }
-        let table = read(app, id, kept, move |results| {
+        let table = read(app, id, kept, move |results, _| {
             let table = results.file(&output)?.ok_or_else(no_such_output)?;
             Ok(with_decimal_commas(&String::from_utf8_lossy(&table.bytes)).into_bytes())
         });
