@@ -134,12 +134,23 @@ fn tube_year(
 /// Returns the optics of a closure that is Lambertian all over; `None` for others.
 fn even_closure(tube: &TraceableTube) -> Option<EvenClosure> {
     let closure = tube.closure_at(tube.origin);
-    let fraction = |side| closure.lambertian(side).map(|Spectrum(fraction): Spectrum<3>| fraction);
-    let whole = tube.diffuser.is_even(tube.opening_radius);
+    // what a transition passes downward, and of light that the closure scatters up the part that comes back to it through the transition
+    let (down, back) = match tube.opening.disc() {
+        Some(_) => (1.0, 1.0),
+        None => {
+            let passed = tube.transition_transmittance;
+            (passed, passed * passed * tube.pipe_area_m2() / tube.opening.area_m2())
+        }
+    };
+    let fraction = |side, factor: f64| {
+        closure.lambertian(side).map(|Spectrum(fraction): Spectrum<3>| fraction.map(|fraction| factor * fraction))
+    };
+    let whole = tube.diffuser.is_even(tube.opening.outer_radius());
     Some(EvenClosure {
-        radius: tube.opening_radius,
-        transmittance: fraction(SheetSide::Other).filter(|_| whole)?,
-        reflectance: fraction(SheetSide::Same)?,
+        radius: tube.pipe_radius,
+        transmittance: fraction(SheetSide::Other, down).filter(|_| whole)?,
+        reflectance: fraction(SheetSide::Same, back)?,
+        spreads: tube.opening.disc().is_none(),
     })
 }
 

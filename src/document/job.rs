@@ -15,15 +15,14 @@ use super::outputs::{GridDocument, ViewDocument, check_outputs};
 use super::read::{json, shape};
 use super::room::RoomDocument;
 use super::room::check::check_room;
-use super::room::luminaire::{Sheet, covers};
-use super::room::openings::boxes_cover_no_opening;
+use super::room::openings::{boxes_cover_no_opening, luminaires_cover_no_opening};
 use super::sky::check::{check_location, check_sky, check_time};
 use super::sky::{LocationDocument, SkyDocument};
 use super::stop::StopDocument;
 use super::tube::TubeDocument;
 use super::tube::check::check_tubes;
 use super::tube::crossing::check_crossings;
-use super::tube::opening::{PlacedOpening, check_openings};
+use super::tube::opening::check_openings;
 use crate::estimate::StopRule;
 use crate::plan::effects::EffectRequests;
 
@@ -169,7 +168,7 @@ impl JobDocument {
         if let Some(enclosure) = room.enclosure.as_ref().filter(|_| judged) {
             let openings = check_openings(&self.tubes, &self.room, enclosure, checks);
             boxes_cover_no_opening(&self.room, &openings, checks);
-            check_luminaires(&room.luminaires, &openings, checks);
+            luminaires_cover_no_opening(&room.luminaires, &openings, checks);
         }
         let grids: Vec<GridDocument> = match &room.enclosure {
             Some(enclosure) => self.grids.iter().map(|grid| grid.with_counts(enclosure)).collect(),
@@ -250,17 +249,5 @@ fn check_beside_year(job: &JobDocument, checks: &mut Checks) {
     }
     if !job.room.luminaires.is_empty() {
         checks.not_supported("/room/luminaires", "luminaires in a job with `annual`");
-    }
-}
-
-/// Checks that luminaires that lie in the room cover no opening.
-fn check_luminaires(luminaires: &[(usize, Sheet)], openings: &[(usize, PlacedOpening)], checks: &mut Checks) {
-    for (number, sheet) in luminaires {
-        for (index, opening) in openings {
-            if covers(sheet, opening.height_m, opening.centre, opening.radius_m) {
-                let detail = format!("must not cover the opening of /tubes/{index}");
-                checks.refuse(format!("/room/luminaires/{number}"), detail);
-            }
-        }
     }
 }

@@ -332,6 +332,7 @@ mod tests {
     use crate::figure::drawing::{Direction, Item, Words};
     use crate::figure::scale::Palette;
     use crate::figure::svg::svg;
+    use crate::scene::OpeningShape;
 
     fn map(cells: [usize; 2], numbers: Numbers) -> PlanMap {
         let [columns, rows] = cells;
@@ -346,7 +347,7 @@ mod tests {
             room: RoomPlan {
                 rings: vec![[(0.0, 0.0), (4.0, 0.0), (4.0, 6.0), (0.0, 6.0)].map(DVec2::from).to_vec()],
                 rotation_deg: 20.0,
-                tubes: vec![(DVec2::new(2.0, 3.0), 0.175)],
+                tubes: vec![(DVec2::new(2.0, 3.0), OpeningShape::Disc { radius: 0.175 })],
                 objects: vec![[(0.2, 4.0), (1.8, 4.0), (1.8, 5.8), (0.2, 5.8)].map(DVec2::from).to_vec()],
             },
             grid: GridValues { cells, from_m: DVec2::ZERO, to_m: DVec2::new(4.0, 6.0), values, points: Vec::new() },

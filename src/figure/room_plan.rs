@@ -9,6 +9,7 @@ use super::labels::{Taken, half_size};
 use super::outline::{Outline, Part, Rectangle};
 use super::ticks::short;
 use crate::geometry::covered::{enclosed_area, polygon};
+use crate::scene::OpeningShape;
 
 /// Shortest wall whose length is written beside it, in pixels.
 const LEAST_MEASURED: f64 = 30.0;
@@ -20,8 +21,8 @@ pub struct RoomPlan {
     pub rings: Vec<Vec<DVec2>>,
     /// Azimuth of the y axis (drawn upwards), clockwise from north in degrees.
     pub rotation_deg: f64,
-    /// Openings of tubes in the ceiling: centre and radius in metres.
-    pub tubes: Vec<(DVec2, f64)>,
+    /// Openings of tubes in the ceiling: centre in metres, and shape.
+    pub tubes: Vec<(DVec2, OpeningShape)>,
     /// Outlines of objects in metres.
     pub objects: Vec<Vec<DVec2>>,
 }
@@ -62,8 +63,11 @@ impl RoomPlan {
             drawing.line(outline, Line::new(BLACK, 1.2).dashed(&[5.0, 3.0]));
         }
         let scale = metre(axes);
-        for (centre, radius) in &self.tubes {
-            let outline = Outline::circle(axes.at(centre.x, centre.y), radius * scale);
+        for (centre, opening) in &self.tubes {
+            let outline = match opening.corners() {
+                Some(corners) => Outline::polygon(ring_at(&corners.map(|corner| *centre + corner), axes)),
+                None => Outline::circle(axes.at(centre.x, centre.y), opening.outer_radius() * scale),
+            };
             drawing.line(outline.clone(), Line::new(WHITE, 4.0));
             drawing.line(outline, Line::new(BLACK, 2.0));
         }
@@ -101,8 +105,8 @@ impl RoomPlan {
 
     /// Takes the places of the tubes' rings.
     pub fn take_tubes(&self, axes: &Axes, taken: &mut Taken) {
-        for (centre, radius) in &self.tubes {
-            let (at, half) = (axes.at(centre.x, centre.y), radius * metre(axes) + 2.0);
+        for (centre, opening) in &self.tubes {
+            let (at, half) = (axes.at(centre.x, centre.y), extent(opening) * metre(axes) + 2.0);
             taken.add(Rectangle { from: at - half, to: at + half });
         }
     }
@@ -110,11 +114,11 @@ impl RoomPlan {
     /// Writes the numbers of the tubes, counted from 1, beside their openings, where there is room.
     pub fn draw_tube_numbers(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Taken) {
         let look = Type::new(12.0, BLACK).rimmed(WHITE);
-        for (index, (centre, radius)) in self.tubes.iter().enumerate() {
+        for (index, (centre, opening)) in self.tubes.iter().enumerate() {
             let at = axes.at(centre.x, centre.y);
             let number = (index + 1).to_string();
             for text in [format!("tube {number}"), number] {
-                let aside = half_size(&text, look) + radius * metre(axes) + 3.0;
+                let aside = half_size(&text, look) + extent(opening) * metre(axes) + 3.0;
                 let places = [DVec2::Y, -DVec2::Y, DVec2::X, -DVec2::X].map(|side| at + side * aside);
                 if taken.write(drawing, &axes.within, (&text, look), places.into_iter()) {
                     break;
@@ -153,4 +157,9 @@ pub fn draw_north(drawing: &mut Drawing, centre: DVec2, rotation_deg: f64) {
     drawing.fill(arrow, Colour::Ink, 1.0);
     let letter = Type::new(12.0, Colour::Ink).anchored(Anchor::Middle);
     drawing.text_centred(turned(0.0, 29.0), "N", letter);
+}
+
+/// Returns half of the extents of an opening along x and y in metres.
+fn extent(opening: &OpeningShape) -> DVec2 {
+    DVec2::new(opening.extent_along(DVec2::X), opening.extent_along(DVec2::Y))
 }

@@ -28,6 +28,8 @@ pub struct SideTube {
     pub axis: Vec<DVec2>,
     /// Radius of the pipe in metres.
     pub radius: f64,
+    /// Half of the width of the closure in metres.
+    pub closure: f64,
     /// Cover of the upper end.
     pub cover: Cover,
     /// True if the plane of the section goes through the tube; others are drawn thin.
@@ -135,7 +137,7 @@ impl Section {
         let [mut low, mut high] = self.room_ends();
         for tube in &self.tubes {
             for point in &tube.axis {
-                low = low.min(*point - tube.radius);
+                low = low.min(*point - tube.radius.max(tube.closure));
                 high = high.max(*point + 2.0 * tube.radius);
             }
         }
@@ -219,7 +221,7 @@ fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
         tube.axis.iter().zip(&normals).map(|(point, normal)| *point + sign * tube.radius * *normal).collect()
     };
     let (left, right) = (side(-1.0), side(1.0));
-    let (Some(first), Some(last)) = (left.first().zip(right.first()), left.last().zip(right.last())) else { return };
+    let (Some(first), Some(last)) = (tube.axis.first(), left.last().zip(right.last())) else { return };
     if tube.axis.len() > 1 {
         let walls = left.iter().chain(right.iter().rev()).map(|point| at(*point));
         if tube.is_cut {
@@ -235,7 +237,8 @@ fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
         Cover::Flat => drawing.line(Outline::polyline([a, b]), Line::new(SERIES[0], 2.5 * width)),
         Cover::Dome => drawing.line(half_circle(a, b), Line::new(SERIES[0], 2.0 * width)),
     }
-    drawing.line(Outline::polyline([at(*first.0), at(*first.1)]), Line::new(SERIES[1], 4.0 * width));
+    let ends = [-1.0, 1.0].map(|sign| at(*first + sign * tube.closure * DVec2::X));
+    drawing.line(Outline::polyline(ends), Line::new(SERIES[1], 4.0 * width));
 }
 
 /// Returns the normals of a polyline at its points, to the right of its direction. Between segments they are lengthened to the
@@ -277,16 +280,19 @@ mod tests {
         let straight = SideTube {
             axis: vec![DVec2::new(1.0, 2.7), DVec2::new(1.0, 3.9)],
             radius: 0.175,
+            closure: 0.175,
             cover: Cover::Dome,
             is_cut: true,
         };
         let bent = SideTube {
             axis: vec![DVec2::new(3.0, 2.7), DVec2::new(3.0, 3.2), DVec2::new(3.4, 3.9)],
             radius: 0.175,
+            closure: 0.25,
             cover: Cover::Flat,
             is_cut: false,
         };
-        let mouth = SideTube { axis: vec![DVec2::new(2.0, 2.7)], radius: 0.1, cover: Cover::Open, is_cut: true };
+        let mouth =
+            SideTube { axis: vec![DVec2::new(2.0, 2.7)], radius: 0.1, closure: 0.1, cover: Cover::Open, is_cut: true };
         let section = Section {
             heading: Heading::of("Section"),
             across: "x",

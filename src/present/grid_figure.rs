@@ -200,7 +200,7 @@ fn room(subject: &Subject, grid: &GridValues) -> RoomPlan {
     };
     let tubes = document.tubes.iter().map(|tube| {
         let opening = tube.opening();
-        (opening.centre, 0.5 * opening.diameter_m)
+        (opening.centre, opening.shape)
     });
     let objects = document.room.objects.iter().filter_map(footprint);
     let ends = |partition: &PartitionDocument| [partition.from_m, partition.to_m].map(DVec2::from).to_vec();

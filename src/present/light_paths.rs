@@ -82,7 +82,8 @@ pub fn light_paths(tube: &ParametricTube, side: &SideView<'_>, sun: Option<DVec3
         }
     }
     let diffused = diffused.iter().sum::<f64>() / diffused.len().max(1) as f64;
-    paths.extend(scene.scattered(diffused));
+    let through = tube.closure_shape.map_or(1.0, |shape| shape.transition_transmittance);
+    paths.extend(scene.scattered(through * diffused));
     paths
 }
 

@@ -63,11 +63,15 @@ pub fn section(
     });
     let light: Vec<_> = lit.flatten().collect();
     let tubes = document.tubes.iter().map(|tube| match tube {
-        TubeDocument::Parametric(of_cylinders) => side_of(of_cylinders, along, height_of(tube), plane.cuts(tube)),
+        TubeDocument::Parametric(of_cylinders) => SideTube {
+            closure: tube.opening().shape.extent_along(along),
+            ..side_of(of_cylinders, along, height_of(tube), plane.cuts(tube))
+        },
         TubeDocument::Mesh(_) => {
             let opening = tube.opening();
             let axis = vec![DVec2::new(along.dot(opening.centre), height_of(tube))];
-            SideTube { axis, radius: 0.5 * opening.diameter_m, cover: Cover::Open, is_cut: plane.cuts(tube) }
+            let radius = opening.shape.outer_radius();
+            SideTube { axis, radius, closure: radius, cover: Cover::Open, is_cut: plane.cuts(tube) }
         }
     });
     let level = |grid: &GridDocument| Some((grid.name.clone(), grid.height_m?));
@@ -124,7 +128,7 @@ impl Plane {
     /// True if the plane goes through the opening of a tube.
     fn cuts(&self, tube: &TubeDocument) -> bool {
         let opening = tube.opening();
-        (self.across().dot(opening.centre) - self.at).abs() < 0.5 * opening.diameter_m
+        (self.across().dot(opening.centre) - self.at).abs() < opening.shape.extent_along(self.across())
     }
 
     /// Returns the boxes and the partitions of a room: their sections, or their outlines where the plane does not cut them.
@@ -173,7 +177,8 @@ fn side_of(tube: &ParametricTube, along: DVec2, height: f64, is_cut: bool) -> Si
         CollectorDocument::Flat(_) => Cover::Flat,
         CollectorDocument::Dome(_) | CollectorDocument::DielectricDome(_) => Cover::Dome,
     };
-    SideTube { axis, radius: 0.5 * tube.diameter_m, cover, is_cut }
+    let radius = 0.5 * tube.diameter_m;
+    SideTube { axis, radius, closure: radius, cover, is_cut }
 }
 
 #[cfg(test)]

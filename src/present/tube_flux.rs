@@ -9,7 +9,7 @@ use crate::document::{DocumentErrors, FieldError, FieldErrorCode, MeshSource, to
 use crate::integrator::diffuser_source::flux::{NoFlux, patched_flux, patches};
 use crate::plan::{Effects, compile};
 use crate::sampling::Key;
-use crate::scene::Daylight;
+use crate::scene::{Daylight, OpeningShape};
 use crate::sky::{Sky, Sun};
 use crate::statistics::Moments;
 use crate::traceable::TubeError;
@@ -84,7 +84,8 @@ pub fn tube_flux(
     let effects = Effects::of(&first_scene.0, &first.job.effect_requests());
     let in_parts = |error: TubeError| FieldError::new("/tube/parts", error.error.to_string());
     let mut traceable = compile(&first_scene.0, &effects).map_err(in_parts)?;
-    let (centres, area_m2) = patches(traceable.tubes.first().map_or(0.0, |tube| tube.opening_radius));
+    let opening = traceable.tubes.first().map_or(OpeningShape::Disc { radius: 0.0 }, |tube| tube.opening);
+    let (centres, area_m2) = patches(&opening);
     let (mut fluxes, mut lights) = (Vec::with_capacity(request.pairs.len()), Vec::new());
     let mut first_scene = Some(first_scene);
     for (number, pair) in request.pairs.iter().enumerate() {

@@ -20,6 +20,7 @@ mod fuzzed;
 mod annual;
 mod any;
 mod bounds;
+mod closure_shapes;
 mod contract;
 mod effects;
 mod faces;

@@ -7,7 +7,7 @@ use skyduct::integrator::Integrator;
 use skyduct::integrator::method::{Computation, Described, Task};
 use skyduct::integrator::photon::energy_balance::EnergyBalance;
 use skyduct::integrator::two_stage;
-use skyduct::scene::{EstimateKind, Scene};
+use skyduct::scene::{EstimateKind, Scene, Transition, Tube};
 use skyduct::statistics::Moments;
 
 const PASSES: u64 = 96;
@@ -38,7 +38,19 @@ fn built(scene: &Scene, settings: &dyn Described) -> Box<dyn Integrator> {
 /// dome that refracts, a box, gloss, and a luminaire that hangs in the room.
 #[test]
 fn every_entry_is_that_of_light_tracing() {
-    let mut scene = furnished([bent(lambertian(0.5, 0.4)), domed(lambertian(0.6, 0.3))], EstimateKind::Point);
+    compare_entries([bent(lambertian(0.5, 0.4)), domed(lambertian(0.6, 0.3))]);
+}
+
+/// Square closures below transitions that absorb do not change that.
+#[test]
+fn every_entry_of_squares_is_that_of_light_tracing() {
+    let squared =
+        |tube: Tube| Tube { transition: Some(Transition { side_m: 0.3, azimuth: 0.4, transmittance: 0.8 }), ..tube };
+    compare_entries([squared(bent(lambertian(0.5, 0.4))), squared(domed(lambertian(0.6, 0.3)))]);
+}
+
+fn compare_entries(tubes: [Tube; 2]) {
+    let mut scene = furnished(tubes, EstimateKind::Point);
     with_sun(&mut scene, 30_000.0, 50.0);
     scene.grids[0].cells = [1, 1];
     (scene.grids[0].x_m, scene.grids[0].y_m) = (vec![1.0], vec![1.0]);

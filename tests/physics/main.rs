@@ -61,6 +61,7 @@ mod room_matrix;
 mod scattering;
 mod separate_ends;
 mod solids;
+mod square_closures;
 mod studies;
 mod sun_on_gloss;
 mod surfaces;

@@ -36,6 +36,7 @@ pub fn straight(length_m: f64, reflectance: f64, diffuser: Diffuser) -> Tube {
     Tube {
         centre: DVec2::splat(0.5 * SIDE),
         opening_radius: RADIUS,
+        transition: None,
         face: Face::Ceiling as usize,
         drop_m: 0.0,
         shape: TubeShape::Cylinders(StraightOrBent {

@@ -8,6 +8,9 @@ use serde_json::{Value, json};
 /// An object without a valid `kind` or `role` is replaced as a whole, because its other fields cannot be interpreted.
 pub fn stand_in(pointer: &str) -> Option<(&str, Value)> {
     let (parent, token) = pointer.rsplit_once('/')?;
+    if parent.ends_with("/closure_shape") {
+        return Some((parent, Value::Null));
+    }
     if token == "kind" || token == "role" {
         return Some((parent, whole(parent)?));
     }
@@ -81,6 +84,7 @@ fn field(pointer: &str) -> Option<Value> {
         "length_m" => json!(100),
         "segments" => json!([{ "length_m": 100 }]),
         "collector" | "diffuser" => json!({ "kind": "open" }),
+        "closure_shape" => Value::Null,
         "surface" => json!({ "reflectance": 0.5 }),
         "surfaces" | "parts" | "effects" => json!({}),
         "cells" | "size_px" => json!([1, 1]),

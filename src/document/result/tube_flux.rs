@@ -12,7 +12,7 @@ use crate::integrator::diffuser_source::flux::PatchedFlux;
 /// Fluxes that a tube sends into a room, for every requested sky and time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TubeFluxResult {
-    /// Patches of the opening for which fluxes are reported: four rings of six sectors each.
+    /// Patches of the opening for which fluxes are reported: four rings of six sectors each, or four rows of six parts of a square.
     pub patches: PatchesResult,
     /// Fluxes in the order of skies and then of times.
     pub fluxes: Vec<TubeFluxAt>,

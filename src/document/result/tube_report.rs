@@ -6,11 +6,11 @@ use utoipa::ToSchema;
 use super::tube::{FluxResult, TubeResult};
 use crate::guide::performance::{Throughput, Transmission};
 
-/// Performance of a tube. The fluxes are the job's own. Everything else is computed separately, without the diffuser: in closed
-/// form, with errors of 0, if the guide is straight, its collector thin and the reflectance of its mirror the same at all angles;
-/// otherwise by rays, until the standard error of a transmission under a sky or in the sun is one and a half times the error that
-/// the job asks of its grids, but at most 0.015, and for beams over altitudes four times that, as the root mean square over
-/// these.
+/// Performance of a tube. The fluxes are the job's own. Everything else is computed separately, without the diffuser and the
+/// transition to a square: in closed form, with errors of 0, if the guide is straight, its collector thin and the reflectance
+/// of its mirror the same at all angles; otherwise by rays, until the standard error of a transmission under a sky or in the
+/// sun is one and a half times the error that the job asks of its grids, but at most 0.015, and for beams over altitudes four
+/// times that, as the root mean square over these.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TubeReport {
     /// Number of the tube in the document, from 0.

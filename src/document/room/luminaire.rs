@@ -1,6 +1,6 @@
 //! Luminaires: rectangles that lie in the room, cover no opening and emit into free space.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -10,7 +10,6 @@ use crate::document::hints;
 use crate::document::limits::{COORDINATE_M, LIGHT, TOUCHING_M};
 use crate::document::optics::Coefficient;
 use crate::document::schema::shapes::{Luminance, Vector};
-use crate::geometry::disc::disc_polygon_area;
 use crate::geometry::planar::Polygon;
 use crate::scene::Enclosure;
 use crate::traceable::enclosure::TraceableEnclosure;
@@ -135,18 +134,6 @@ pub(crate) fn check_place(
     checks.errors.len() == errors_before
 }
 
-/// True if a level luminaire at the height of a round opening, `ceiling` metres, covers a part of it.
-pub fn covers(sheet: &Sheet, ceiling: f64, centre: DVec2, radius: f64) -> bool {
-    let corners = sheet.corners();
-    if corners.iter().any(|corner| (corner.z - ceiling).abs() > TOUCHING_M) {
-        return false;
-    }
-    let outline = corners.map(|corner| corner.truncate());
-    let radius = radius - TOUCHING_M;
-    // a luminaire beside a hanging opening may emit upward or downward
-    radius > 0.0 && disc_polygon_area(centre, radius, &outline).abs() > TOUCHING_M * radius
-}
-
 /// True if the luminaire's rectangle, shifted by a few nanometres along its normal, has a part inside a box.
 pub fn reaches_into(sheet: &Sheet, object: &BoxDocument) -> bool {
     let BoxDocument { size_m, position_m, rotation_deg, .. } = object;
@@ -178,7 +165,8 @@ pub fn overlap(sheet: &Sheet, other: &Sheet) -> bool {
 }
 
 impl Sheet {
-    fn corners(&self) -> [DVec3; 4] {
+    /// Returns the corners in the order of the outline.
+    pub fn corners(&self) -> [DVec3; 4] {
         [self.corner, self.corner + self.u, self.corner + self.u + self.v, self.corner + self.v]
     }
 }

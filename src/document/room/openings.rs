@@ -6,11 +6,12 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 
 use super::RoomDocument;
+use super::luminaire::Sheet;
 use super::object::ObjectDocument;
 use crate::document::errors::Checks;
+use crate::document::limits::TOUCHING_M;
 use crate::document::tube::opening::PlacedOpening;
 use crate::geometry::TriangleMesh;
-use crate::geometry::disc::disc_polygon_area;
 use crate::scene::MeshObject;
 
 /// Distance from an opening, as a fraction of its height, within which an object counts as lying in its plane.
@@ -51,6 +52,28 @@ pub fn boxes_cover_no_opening(room: &RoomDocument, openings: &[(usize, PlacedOpe
     }
 }
 
+/// Adds a fault for each level luminaire at the height of an opening that covers a part of it; luminaires are given with their numbers.
+pub fn luminaires_cover_no_opening(
+    luminaires: &[(usize, Sheet)],
+    openings: &[(usize, PlacedOpening)],
+    checks: &mut Checks,
+) {
+    for (number, sheet) in luminaires {
+        let corners = sheet.corners();
+        for (tube, opening) in openings {
+            let lies = corners.iter().all(|corner| (corner.z - opening.height_m).abs() <= TOUCHING_M);
+            // a strip along the rim, as narrow as the tolerance, may be covered
+            let least = 4.0 * TOUCHING_M * opening.shape.outer_radius();
+            if lies && opening.area_below(&corners.map(DVec3::truncate)) > least {
+                checks.refuse(
+                    format!("/room/luminaires/{number}"),
+                    format!("must not cover the opening of /tubes/{tube}"),
+                );
+            }
+        }
+    }
+}
+
 /// Returns the triangles of a mesh that lie in a level plane, projected onto it.
 fn in_plane(mesh: &TriangleMesh, height: f64) -> Vec<[DVec2; 3]> {
     let corners = mesh.triangles.iter().map(|triangle| triangle.map(|corner| mesh.positions[corner as usize]));
@@ -59,17 +82,16 @@ fn in_plane(mesh: &TriangleMesh, height: f64) -> Vec<[DVec2; 3]> {
 }
 
 fn refuse(lying: &[[DVec2; 3]], number: usize, (tube, opening): (usize, &PlacedOpening), checks: &mut Checks) {
-    let radius = opening.radius_m;
     let area = |corners: &[DVec2; 3]| {
         let [a, b, c] = *corners;
         let nearest = opening.centre.clamp(a.min(b).min(c), a.max(b).max(c));
         // most triangles are far from most openings
-        match nearest.distance(opening.centre) < radius {
-            true => disc_polygon_area(opening.centre, radius, corners).abs(),
+        match nearest.distance(opening.centre) < opening.shape.outer_radius() {
+            true => opening.area_below(corners),
             false => 0.0,
         }
     };
-    let share = lying.iter().map(area).sum::<f64>() / (std::f64::consts::PI * radius * radius);
+    let share = lying.iter().map(area).sum::<f64>() / opening.shape.area_m2();
     if share > UNCOVERED {
         let detail = format!(
             "covers the opening of /tubes/{tube}, or a part of it, in its plane: leave the opening free, or let the \

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::diffuser::DiffuserDocument;
 use super::part::PartDocument;
-use super::{MeshTubeDocument, Opening, ParametricTube, SegmentDocument, TubeDocument};
+use super::{MeshTubeDocument, ParametricTube, SegmentDocument, TubeDocument};
 use crate::document::errors::Checks;
 use crate::document::limits::{DIAMETER_M, MESH_ID, SEGMENT_LENGTH_M, SEGMENTS, TILT_DEG, TUBES, TURN_DEG};
 use crate::document::read::pointer::escape;
@@ -23,7 +23,7 @@ pub(crate) fn check_tubes(tubes: &[TubeDocument], checks: &mut Checks) -> bool {
     }
     for (index, tube) in tubes.iter().enumerate() {
         let pointer = format!("/tubes/{index}");
-        let Opening { diameter_m, diameter, .. } = tube.opening();
+        let (diameter_m, diameter) = tube.diameter();
         let diameter_ok = checks.number(&format!("{pointer}/{diameter}"), diameter_m, DIAMETER_M);
         match tube {
             TubeDocument::Parametric(tube) => check_parametric(&pointer, tube, diameter_ok, checks),
@@ -37,6 +37,9 @@ fn check_parametric(pointer: &str, tube: &ParametricTube, diameter_ok: bool, che
     tube.reflectance.check(&format!("{pointer}/reflectance"), checks);
     tube.collector.check(&format!("{pointer}/collector"), checks);
     tube.diffuser.check(&format!("{pointer}/diffuser"), 0.5 * tube.diameter_m, checks);
+    if let Some(shape) = &tube.closure_shape {
+        shape.check(pointer, diameter_ok.then_some(tube.diameter_m), &tube.diffuser, checks);
+    }
     check_segments(pointer, tube, diameter_ok, checks);
 }
 

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::closure_shape::ClosureShapeDocument;
 use super::mesh::mesh_tube;
 use super::opening::PlacedOpening;
 use super::{ParametricTube, TubeDocument};
@@ -34,6 +35,7 @@ pub(crate) fn tube(
                 drop_m,
                 centre: DVec2::from(document.centre_m),
                 opening_radius: 0.5 * document.opening_diameter_m,
+                transition: None,
                 shape: TubeShape::Mesh(mesh),
                 diffuser,
             };
@@ -60,6 +62,7 @@ fn cylinders(tube: &ParametricTube, face: usize, drop_m: f64) -> (Tube, GuidePro
         drop_m,
         centre: DVec2::from(tube.centre_m),
         opening_radius: 0.5 * tube.diameter_m,
+        transition: tube.closure_shape.as_ref().map(ClosureShapeDocument::transition),
         shape: TubeShape::Cylinders(shape),
         diffuser: tube.diffuser.diffuser(),
     };

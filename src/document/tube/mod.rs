@@ -1,6 +1,7 @@
 //! The tubes of a job document: cylinders or meshes, with their collectors and diffusers.
 
 pub(super) mod check;
+pub mod closure_shape;
 pub mod collector;
 pub(super) mod convert;
 pub(super) mod crossing;
@@ -22,11 +23,13 @@ use crate::document::optics::mirror::MirrorDocument;
 use crate::document::read::tagged::Fields;
 use crate::document::schema::shapes::PlanePoint;
 use crate::document::unit::Unit;
+use crate::scene::OpeningShape;
+use closure_shape::ClosureShapeDocument;
 use collector::CollectorDocument;
 use diffuser::DiffuserDocument;
 use part::PartDocument;
 
-/// A tubular daylight device above a round opening in the ceiling.
+/// A tubular daylight device above an opening in the ceiling.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum TubeDocument {
@@ -61,6 +64,9 @@ pub struct ParametricTube {
     pub collector: CollectorDocument,
     /// Closure in the plane of the ceiling.
     pub diffuser: DiffuserDocument,
+    /// Shape of the closure; default: the circle of the pipe.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closure_shape: Option<ClosureShapeDocument>,
 }
 
 /// Straight segment of a guide.
@@ -141,20 +147,43 @@ impl<'de> Deserialize<'de> for TubeDocument {
 pub struct Opening {
     /// Centre of the opening in the ceiling plane, in metres.
     pub centre: DVec2,
-    /// Diameter of the opening in metres.
-    pub diameter_m: f64,
-    /// Name of the field that gives the diameter.
-    pub diameter: &'static str,
+    /// Shape of the opening.
+    pub shape: OpeningShape,
+    /// Diameter or side of the opening in metres.
+    pub width_m: f64,
+    /// Place below the tube of the field that gives the width.
+    pub width: &'static str,
 }
 
 impl TubeDocument {
-    /// Returns the opening, with the name of the field that gives its diameter.
+    /// Returns the opening, with the name of the field that gives its width.
     pub fn opening(&self) -> Opening {
-        let (centre_m, diameter_m, diameter) = match self {
-            Self::Parametric(tube) => (tube.centre_m, tube.diameter_m, "diameter_m"),
-            Self::Mesh(tube) => (tube.centre_m, tube.opening_diameter_m, "opening_diameter_m"),
-        };
-        Opening { centre: DVec2::from(centre_m), diameter_m, diameter }
+        let (centre, (diameter_m, diameter)) = (DVec2::from(self.centre_m()), self.diameter());
+        match self {
+            Self::Parametric(ParametricTube { closure_shape: Some(closure), .. }) => {
+                let shape = closure.transition().opening();
+                Opening { centre, shape, width_m: closure.side_m, width: "closure_shape/side_m" }
+            }
+            _ => {
+                let shape = OpeningShape::Disc { radius: 0.5 * diameter_m };
+                Opening { centre, shape, width_m: diameter_m, width: diameter }
+            }
+        }
+    }
+
+    /// Returns the diameter of the guide's lower end in metres, with the name of the field that gives it.
+    pub fn diameter(&self) -> (f64, &'static str) {
+        match self {
+            Self::Parametric(tube) => (tube.diameter_m, "diameter_m"),
+            Self::Mesh(tube) => (tube.opening_diameter_m, "opening_diameter_m"),
+        }
+    }
+
+    fn centre_m(&self) -> [f64; 2] {
+        match self {
+            Self::Parametric(tube) => tube.centre_m,
+            Self::Mesh(tube) => tube.centre_m,
+        }
     }
 
     /// Returns the name of the ceiling that the tube comes through, if it is given, and the length in metres by which the opening hangs

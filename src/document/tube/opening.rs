@@ -7,8 +7,8 @@ use crate::document::errors::Checks;
 use crate::document::hints;
 use crate::document::limits::{DIAMETER_M, DROP_M, TOUCHING_M};
 use crate::document::room::RoomDocument;
-use crate::geometry::covered::{contains, distance};
-use crate::scene::{Enclosure, Face, FaceKind};
+use crate::geometry::covered::{Edge, contains, distance};
+use crate::scene::{Enclosure, Face, FaceKind, OpeningShape};
 
 /// Least downward component of the normal of a face that a tube can come through.
 const OVERHEAD: f64 = 1e-6;
@@ -22,8 +22,8 @@ pub struct PlacedOpening {
     pub drop_m: f64,
     /// Centre in plan, in metres.
     pub centre: DVec2,
-    /// Radius in metres.
-    pub radius_m: f64,
+    /// Shape of the opening.
+    pub shape: OpeningShape,
     /// Height above the floor in metres.
     pub height_m: f64,
 }
@@ -31,7 +31,7 @@ pub struct PlacedOpening {
 impl PlacedOpening {
     /// Finds the face that a tube comes through, and the height of its opening; `None` where there is no such face.
     pub fn of(tube: &TubeDocument, enclosure: &Enclosure) -> Option<Self> {
-        let Opening { centre, diameter_m, .. } = tube.opening();
+        let Opening { centre, shape, .. } = tube.opening();
         let (name, drop_m) = tube.hangs();
         let drop_m = if drop_m > TOUCHING_M { drop_m } else { 0.0 };
         let face = match name {
@@ -45,7 +45,27 @@ impl PlacedOpening {
         };
         let face = face.filter(is_overhead)?;
         let height_m = enclosure.height_at(face, centre) - drop_m;
-        Some(Self { face, drop_m, centre, radius_m: 0.5 * diameter_m, height_m })
+        Some(Self { face, drop_m, centre, shape, height_m })
+    }
+
+    /// Returns the area in m2 of the opening that a simple polygon covers in plan.
+    pub fn area_below(&self, outline: &[DVec2]) -> f64 {
+        let around: Vec<DVec2> = outline.iter().map(|corner| *corner - self.centre).collect();
+        self.shape.area_in(&around)
+    }
+
+    /// True if the openings overlap in plan.
+    fn overlaps(&self, other: &Self) -> bool {
+        let corners = |of: &Self| of.shape.corners().map(|corners| corners.map(|corner| of.centre + corner));
+        let least = TOUCHING_M * self.shape.outer_radius();
+        match (corners(self), corners(other)) {
+            (Some(corners), _) => other.area_below(&corners) > least,
+            (None, Some(corners)) => self.area_below(&corners) > least,
+            (None, None) => {
+                let reach = self.shape.outer_radius() + other.shape.outer_radius();
+                other.centre.distance(self.centre) < reach - TOUCHING_M
+            }
+        }
     }
 }
 
@@ -59,16 +79,16 @@ pub(crate) fn check_openings(
     let mut openings: Vec<(usize, PlacedOpening)> = Vec::new();
     for (index, tube) in tubes.iter().enumerate() {
         let pointer = format!("/tubes/{index}");
-        let Opening { diameter_m, diameter, .. } = tube.opening();
+        let Opening { width_m, width, .. } = tube.opening();
         let (_, drop_m) = tube.hangs();
-        if !DIAMETER_M.contains(diameter_m)
+        if !DIAMETER_M.contains(width_m)
             || !checks.number(&format!("{pointer}/drop_m"), drop_m, DROP_M)
             || !check_extent(&pointer, tube, enclosure, checks)
         {
             continue;
         }
         let Some(opening) = face_of(&pointer, tube, enclosure, checks) else { continue };
-        if !check_place(&pointer, diameter, &opening, enclosure, checks) {
+        if !check_place(&pointer, width, &opening, enclosure, checks) {
             continue;
         }
         let (place, surface) = room.surface_of(opening.face, &enclosure.faces()[opening.face]);
@@ -76,16 +96,13 @@ pub(crate) fn check_openings(
             let detail = format!("must be false, because the opening of {pointer} needs a closed ceiling");
             checks.refuse(format!("{place}/open"), detail);
         }
-        let overlaps = |(_, other): &&(usize, PlacedOpening)| {
-            other.centre.distance(opening.centre) < opening.radius_m + other.radius_m - TOUCHING_M
-        };
-        if let Some((other, _)) = openings.iter().find(overlaps) {
+        if let Some((other, _)) = openings.iter().find(|(_, other)| opening.overlaps(other)) {
             checks.refuse(format!("{pointer}/centre_m"), format!("the opening overlaps that of /tubes/{other}"));
         }
         for (number, partition) in room.partitions.iter().enumerate() {
-            let sheet = [DVec2::from(partition.from_m), DVec2::from(partition.to_m)];
+            let sheet = [partition.from_m, partition.to_m].map(|end| DVec2::from(end) - opening.centre);
             let reaches = partition.height_m > opening.height_m + TOUCHING_M;
-            if reaches && distance(&[sheet], opening.centre) < opening.radius_m - TOUCHING_M {
+            if reaches && opening.shape.meets(sheet, TOUCHING_M) {
                 let detail = format!("must not cut the opening of {pointer}, which is {} m high", opening.height_m);
                 checks.refuse(format!("/room/partitions/{number}"), detail);
             }
@@ -97,17 +114,19 @@ pub(crate) fn check_openings(
 
 /// Checks that an opening lies within the bounds of the room in plan; true if it does.
 fn check_extent(pointer: &str, tube: &TubeDocument, enclosure: &Enclosure, checks: &mut Checks) -> bool {
-    let Opening { centre, diameter_m, diameter } = tube.opening();
+    let Opening { centre, shape, width_m, width } = tube.opening();
+    let radius = shape.extent_along(DVec2::X);
+    // a turned square is wider than its side
+    let wider = radius / (0.5 * width_m);
     let [low, high] = enclosure.bounds().map(|corner| corner.truncate());
-    let widest = (high - low).min_element();
-    if diameter_m > widest + TOUCHING_M {
-        let pointer = format!("{pointer}/{diameter}");
-        let hint = hints::of_number(&pointer, diameter_m, |meant| meant <= widest);
-        let detail = format!("must be <= {widest}, the ceiling's shorter edge, but is {diameter_m}{hint}");
+    let widest = (high - low).min_element() / wider;
+    if width_m > widest + TOUCHING_M {
+        let pointer = format!("{pointer}/{width}");
+        let hint = hints::of_number(&pointer, width_m, |meant| meant <= widest);
+        let detail = format!("must be <= {widest}, to fit the ceiling's shorter edge, but is {width_m}{hint}");
         checks.refuse(pointer, detail);
         return false;
     }
-    let radius = 0.5 * diameter_m;
     let mut inside = true;
     for axis in 0..2 {
         let (at, low, high) = (centre[axis], low[axis], high[axis]);
@@ -148,20 +167,21 @@ fn face_of(pointer: &str, tube: &TubeDocument, enclosure: &Enclosure, checks: &m
 /// Checks that an opening lies wholly in its face, or hangs wholly in the room; true if it does.
 fn check_place(
     pointer: &str,
-    diameter: &str,
+    width: &str,
     opening: &PlacedOpening,
     enclosure: &Enclosure,
     checks: &mut Checks,
 ) -> bool {
-    let PlacedOpening { face, drop_m, centre, radius_m, height_m } = *opening;
+    let PlacedOpening { face, drop_m, centre, shape, height_m } = *opening;
     let polygon = &enclosure.faces()[face].polygon;
     if polygon.distance(centre.extend(enclosure.height_at(face, centre))) > TOUCHING_M {
         checks.refuse(format!("{pointer}/centre_m"), "lies outside of the face that the tube comes through");
         return false;
     }
     let normal = polygon.normal();
-    let rise = normal.truncate().length() / -normal.z;
-    let needed = radius_m * rise;
+    let uphill = normal.truncate();
+    let rise = uphill.length() / -normal.z;
+    let needed = shape.extent_along(uphill.normalize_or(DVec2::X)) * rise;
     if drop_m < needed - TOUCHING_M {
         let detail = format!(
             "must be at least {needed} m, so that the level opening hangs below the sloped ceiling as a whole, but is \
@@ -175,22 +195,41 @@ fn check_place(
         checks.refuse(format!("{pointer}/drop_m"), detail);
         return false;
     }
-    let at = centre.extend(height_m);
-    let (is_inside, to_sides) = if drop_m > 0.0 {
+    let sides: Vec<Edge> = match drop_m > 0.0 {
         // a hair lower, so that an opening that touches the ceiling lies inside
-        let section = enclosure.section(height_m - TOUCHING_M);
-        (contains(&section, centre), distance(&section, centre))
-    } else {
-        (polygon.contains(at), polygon.distance_to_sides(at))
+        true => enclosure.section(height_m - TOUCHING_M),
+        false => polygon.sides().map(|side| side.map(|end| end.truncate())).collect(),
     };
     // the section of a slope moves outward as it is lowered
     let slack = TOUCHING_M * (2.0 + 1.0 / rise.max(1e-3));
-    if is_inside && to_sides >= radius_m - slack {
+    let beyond = beyond(&shape, &sides.iter().map(|side| side.map(|end| end - centre)).collect::<Vec<_>>());
+    if beyond <= slack {
         return true;
     }
-    let beyond = if is_inside { radius_m - to_sides } else { radius_m + to_sides };
     let detail =
         format!("the opening must lie wholly inside the room, but its rim is {beyond} m beyond a wall or the ceiling");
-    checks.refuse(format!("{pointer}/{diameter}"), detail);
+    checks.refuse(format!("{pointer}/{width}"), detail);
     false
+}
+
+/// Number of halvings by which the part of a square beyond a wall is found.
+const HALVINGS: u32 = 52;
+
+/// Returns the distance in metres by which the rim of an opening would have to move inward to lie within the sides of a figure; not
+/// positive if it does. Sides are relative to the opening's centre.
+fn beyond(shape: &OpeningShape, sides: &[Edge]) -> f64 {
+    let (is_inside, to_sides) = (contains(sides, DVec2::ZERO), distance(sides, DVec2::ZERO));
+    if !is_inside {
+        return shape.outer_radius() + to_sides;
+    }
+    if let Some(radius) = shape.disc() {
+        return radius - to_sides;
+    }
+    let meets = |inward: f64| sides.iter().any(|side| shape.meets(*side, inward));
+    let (mut low, mut high) = (0.0, if meets(0.0) { shape.inner_radius() } else { 0.0 });
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if meets(middle) { low = middle } else { high = middle }
+    }
+    high
 }

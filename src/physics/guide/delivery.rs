@@ -34,12 +34,14 @@ const OF_RETURN: u64 = 2;
 /// Lambertian closure of a tube; coefficients are linear Rec.709.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvenClosure {
-    /// Radius in m.
+    /// Radius of the pipe in m.
     pub radius: f64,
     /// Fraction that passes.
     pub transmittance: [f64; 3],
     /// Fraction that is scattered back up.
     pub reflectance: [f64; 3],
+    /// True if a transition spreads the light of the pipe evenly over the closure.
+    pub spreads: bool,
 }
 
 /// Light that leaves a closure: an area in m2, that times the illuminance outside is the flux in lm.
@@ -59,6 +61,8 @@ pub struct Delivery<'a> {
     guide: &'a Guide,
     /// Fraction of arriving light that leaves the closure downward in the end, after any ways up and down again.
     passed: Spectrum<3>,
+    /// True if the light is spread evenly over the closure.
+    spreads: bool,
     /// Key of the rays of beams.
     key: Key,
     of_skies: OfSkies,
@@ -99,7 +103,7 @@ impl<'a> Delivery<'a> {
                 OfSkies::Rays((0..REPLICATES).map(|number| sky_rays(guide, passed, key.child(number))).collect())
             }
         };
-        Self { guide, passed, key: key.child(OF_BEAMS), of_skies }
+        Self { guide, passed, spreads: closure.spreads, key: key.child(OF_BEAMS), of_skies }
     }
 
     /// Computes the light of a sky per its horizontal illuminance.
@@ -133,6 +137,12 @@ impl<'a> Delivery<'a> {
 
     /// Computes the light of a beam from the unit vector `toward` per its normal illuminance.
     pub fn of_beam(&self, toward: DVec3) -> Delivered {
+        let delivered = self.beam(toward);
+        // a transition spreads the light evenly
+        if self.spreads { Delivered { centroid_m: DVec2::ZERO, ..delivered } } else { delivered }
+    }
+
+    fn beam(&self, toward: DVec3) -> Delivered {
         if matches!(self.of_skies, OfSkies::Rings(_)) {
             let area_m2 = closed_area(self.guide, self.passed, toward);
             return Delivered {

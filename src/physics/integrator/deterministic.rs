@@ -11,7 +11,7 @@ use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation {
     let tube = |tube: &TraceableTube| Tube {
         origin: tube.origin,
-        radius: tube.opening_radius,
+        radius: tube.pipe_radius,
         guide: tube.guide.clone(),
         diffuser: tube.diffuser.clone(),
     };
@@ -41,6 +41,8 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
         (RefusalCode::RoomShape, "openings that hang below the ceiling")
     } else if scene.grids.iter().any(|grid| (0..grid.len()).any(|sensor| grid.is_cut(sensor))) {
         (RefusalCode::RoomShape, "means over cells that walls cut")
+    } else if traceable.tubes.iter().any(|tube| tube.opening.disc().is_none()) {
+        (RefusalCode::SquareClosures, "square closures")
     } else if scene.channels != Channels::Photopic {
         (RefusalCode::Colours, "coefficients given as red, green, blue")
     } else if scene.tubes.iter().any(|tube| cylinders(&tube.shape).is_none()) {

@@ -15,9 +15,9 @@
 //!
 //! **Settings.** None: it adds rays until the job's accuracy is reached, or a cap.
 //!
-//! **Refuses** views; what all solvers refuse (`deterministic`): colours, mesh tubes, objects, luminaires, specular surfaces, measured
-//! diffusers, mirrors by angle, collectors that bend light; of its own: the sun at points through clear closures of bent tubes, light that
-//! these return to a room with interreflection, and rooms that absorb nothing.
+//! **Refuses** views; what all solvers refuse (`deterministic`): colours, mesh tubes, square closures, objects, luminaires, specular
+//! surfaces, measured diffusers, mirrors by angle, collectors that bend light; of its own: the sun at points through clear closures of bent
+//! tubes, light that these return to a room with interreflection, and rooms that absorb nothing.
 //!
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
@@ -76,9 +76,8 @@ impl Described for Settings {
 /// Returns the method's own reason for a refusal: light through clear closures of bent tubes, or a room that absorbs nothing.
 fn refuses_bent_or_lossless(task: &Task) -> Option<Refusal> {
     let Task { scene, traceable, .. } = task;
-    let bent_and_clear = traceable.tubes.iter().any(|tube| {
-        !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
-    });
+    let bent_and_clear =
+        traceable.tubes.iter().any(|tube| !matches!(tube.guide, Guide::Straight(_)) && tube.specular_zone().is_some());
     let lossless = scene
         .room
         .enclosure

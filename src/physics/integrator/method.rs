@@ -248,6 +248,8 @@ refusal_codes! {
     ClearClosures = "clear_closures",
     /// Light passes the closure of a bent tube unscattered.
     ClearClosuresOfBentTubes = "clear_closures_of_bent_tubes",
+    /// A closure is a square, which light from a round pipe is spread over.
+    SquareClosures = "square_closures",
     /// A diffuser's BSDF is a measured table.
     MeasuredDiffusers = "measured_diffusers",
     /// A grid requests averages over cells.

@@ -119,7 +119,7 @@ impl<const C: usize> PathTracing<C> {
         let count = ((paths * SUN_RAYS_PER_PATH) as u64).max(LEAST_SUN_RAYS);
         let mut rays = RayCount::default();
         for (number, tube) in self.scene.tubes.iter().enumerate() {
-            if !(tube.daylit && tube.diffuser.scatters(tube.opening_radius)) {
+            if !(tube.daylit && tube.scatters()) {
                 continue;
             }
             let stream = stream.child(number as u64);

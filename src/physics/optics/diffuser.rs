@@ -110,11 +110,6 @@ impl Diffuser {
         (zone.1 > zone.0).then_some(zone)
     }
 
-    /// True if all light that passes leaves as from a Lambertian sheet.
-    pub fn is_even(&self, opening_radius_m: f64) -> bool {
-        self.measured().is_none() && self.specular_zone(opening_radius_m).is_none()
-    }
-
     /// Returns the fraction of light that the closure scatters back, linear Rec.709, 0..=1; `None` unless all of it is one Lambertian
     /// sheet.
     pub fn sheet_reflectance(&self) -> Option<[f64; 3]> {

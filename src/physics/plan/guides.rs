@@ -6,7 +6,7 @@ use crate::guide::dome::{Dome, DomedGuide, PipeBelow};
 use crate::guide::{Guide, Section, recognise};
 use crate::optics::Diffuser;
 use crate::optics::fresnel::slab_transmittance;
-use crate::scene::{Scene, Tube, TubeShape};
+use crate::scene::{OpeningShape, Scene, Tube, TubeShape};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Computation of a guide, with the reason.
@@ -115,6 +115,9 @@ pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
     let of_tube = |(index, tube): (usize, &TraceableTube)| {
         let mut plan = of_guide(tube);
         plan.reason.push_str(&measured(&tube.diffuser));
+        if let OpeningShape::Square { side, .. } = tube.opening {
+            plan.reason.push_str(&format!("; its light is spread evenly over a square of {side} m"));
+        }
         let own = &scene.tubes[index];
         if let Some(first) = scene.tubes[..index].iter().position(|other| same_guide(own, other)) {
             plan.reason.push_str(&format!(

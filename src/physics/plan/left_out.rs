@@ -235,7 +235,8 @@ fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
     if surfaces.brightest.specular > 0.0 {
         return 1.0;
     }
-    let (enclosure, radius) = (&scene.room.enclosure, tube.opening_radius);
+    let (enclosure, opening) = (&scene.room.enclosure, tube.opening());
+    let radius = opening.outer_radius();
     let height = enclosure.height_at(tube.face, tube.centre) - tube.drop_m;
     let centre = tube.centre.extend(height);
     // for any slope: the solid angle of the disc, seen from straight below, over pi
@@ -246,6 +247,8 @@ fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
             z if z.abs() == 1.0 && distance > 0.0 => radius * radius / (radius * radius + distance * distance),
             // a face in the plane of the opening does not see it
             z if z.abs() == 1.0 => 0.0,
+            // a wall element sees at most half of a plane
+            0.0 if opening.disc().is_none() && distance < radius => 0.5,
             0.0 => most_from_wall(radius, distance.max(radius)),
             _ => of_slope(distance),
         }
@@ -326,7 +329,10 @@ fn source(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> LeftOut {
 
 /// Returns the least, likely and largest fraction of the luminous flux from above that a tube's closure first passes into the room.
 fn passes(tube: &TraceableTube) -> FluxBounds {
-    let equal = |fraction: f64| FluxBounds { least: fraction, about: fraction, most: fraction };
+    let equal = |fraction: f64| {
+        let fraction = fraction * tube.transition_transmittance;
+        FluxBounds { least: fraction, about: fraction, most: fraction }
+    };
     match &tube.diffuser {
         Diffuser::Open => equal(1.0),
         Diffuser::Clear { transmittance } | Diffuser::Lambertian { transmittance, .. } => {
@@ -334,7 +340,7 @@ fn passes(tube: &TraceableTube) -> FluxBounds {
         }
         Diffuser::Mixed { lambertian_radius_m, inner, lambertian_transmittance, clear_transmittance, .. } => {
             let [scattered, clear] = [lambertian_transmittance, clear_transmittance].map(|rgb| luminance(*rgb));
-            let within = (lambertian_radius_m / tube.opening_radius).min(1.0).powi(2);
+            let within = (lambertian_radius_m / tube.pipe_radius).min(1.0).powi(2);
             let (inner, outer) = match inner {
                 DiffuserZone::Lambertian => (scattered, clear),
                 DiffuserZone::Clear => (clear, scattered),
@@ -361,7 +367,7 @@ fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> FluxBounds {
     let most = match &tube.guide {
         Guide::Straight(guide) if scene.channels == Channels::Photopic => {
             let cover = guide.collector_transmittance[0];
-            closure.most * cover * tube.opening_area_m2() * sky.horizontal_illuminance_lux()
+            closure.most * cover * tube.pipe_area_m2() * sky.horizontal_illuminance_lux()
         }
         _ => f64::INFINITY,
     };

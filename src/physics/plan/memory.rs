@@ -135,7 +135,7 @@ fn events(scene: &Scene) -> f64 {
 
 /// True if light passes a part of a tube's closure unscattered.
 fn lets_beams_in(tube: &TraceableTube) -> bool {
-    tube.diffuser.specular_zone(tube.opening_radius).is_some()
+    tube.specular_zone().is_some()
 }
 
 fn triangles(scene: &Scene, traceable: &TraceableScene) -> f64 {

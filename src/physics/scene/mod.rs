@@ -7,6 +7,7 @@ pub mod camera;
 pub mod enclosure;
 pub mod luminaire;
 pub mod mesh_object;
+pub mod opening;
 pub mod prism;
 pub mod room;
 pub mod sensors;
@@ -20,9 +21,10 @@ pub use camera::View;
 pub use enclosure::{BoxShape, Enclosure, EnclosureError, EnclosureFace, Face, FaceKind};
 pub use luminaire::Luminaire;
 pub use mesh_object::MeshObject;
+pub use opening::OpeningShape;
 pub use room::{BoxObject, Room};
 pub use sensors::{EstimateKind, Grid, Responses, Sensor};
-pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
+pub use tube::{MeshTube, Segment, StraightOrBent, Transition, Tube, TubeShape};
 
 /// Everything that a job simulates.
 #[derive(Clone, Debug)]

@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::OpeningShape;
 use crate::geometry::TriangleMesh;
+use crate::geometry::turn::unit_vector;
 use crate::guide::Section;
 use crate::guide::mesh::Part;
 use crate::optics::{Collector, Diffuser, Mirror};
 
-/// One tube above a round opening that looks straight down.
+/// One tube above an opening that looks straight down.
 #[derive(Clone, Debug)]
 pub struct Tube {
     /// Number of the face of the room that the tube comes through.
@@ -18,12 +20,40 @@ pub struct Tube {
     pub drop_m: f64,
     /// Centre of the opening in plan, metres.
     pub centre: DVec2,
-    /// Radius of the opening, metres.
+    /// Radius of the lower end of the guide, metres: that of the opening, unless a transition makes it a square.
     pub opening_radius: f64,
+    /// Transition between the guide and a square opening; `None` where the opening is the end of the guide.
+    pub transition: Option<Transition>,
     /// Guide and collector above the opening.
     pub shape: TubeShape,
     /// The closure in the opening.
     pub diffuser: Diffuser,
+}
+
+/// Transition from the round end of a guide to a square sheet, over which it spreads light evenly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transition {
+    /// Length of a side of the square in m, at least the diameter of the guide.
+    pub side_m: f64,
+    /// Azimuth of two of the sides, clockwise from +y, in radians.
+    pub azimuth: f64,
+    /// Fraction of the light from the guide that arrives at the sheet, 0..=1.
+    pub transmittance: f64,
+}
+
+impl Transition {
+    /// Returns the square.
+    pub fn opening(&self) -> OpeningShape {
+        OpeningShape::Square { side: self.side_m, along: unit_vector(-self.azimuth) }
+    }
+}
+
+impl Tube {
+    /// Returns the shape of the opening.
+    pub fn opening(&self) -> OpeningShape {
+        let disc = OpeningShape::Disc { radius: self.opening_radius };
+        self.transition.map_or(disc, |transition| transition.opening())
+    }
 }
 
 /// Shape of the guide, and its collector.

@@ -43,7 +43,7 @@ impl Obstacles {
         blocks.extend(luminaires.iter().filter_map(|luminaire| Block::around(&luminaire.corners())));
         blocks.extend(enclosure.hiding().filter_map(|face| Block::around(&face.corners().collect::<Vec<_>>())));
         blocks.extend(tubes.iter().filter(|tube| tube.hangs).filter_map(|tube| {
-            let reach = DVec2::splat(tube.opening_radius).extend(0.0);
+            let reach = DVec2::splat(tube.opening.extent_along(DVec2::X)).extend(0.0);
             Block::around(&[tube.origin - reach, tube.origin + reach])
         }));
         let toward_openings = None;
@@ -52,7 +52,7 @@ impl Obstacles {
 
     /// Adds the widened bounds that speed up queries about the openings of the room's tubes.
     fn toward_openings(self, tubes: &[TraceableTube], enclosure: &TraceableEnclosure) -> Self {
-        let widest = tubes.iter().map(|tube| tube.opening_radius).reduce(f64::max);
+        let widest = tubes.iter().map(|tube| tube.opening.outer_radius()).reduce(f64::max);
         let [floor, _] = enclosure.bounds().map(|corner| corner.z);
         let lowest = tubes.iter().map(|tube| tube.origin.z).fold(f64::INFINITY, f64::min);
         let spans = |radius: f64| -> Vec<_> {

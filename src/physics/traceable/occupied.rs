@@ -267,7 +267,8 @@ fn holds_a_source(scene: &Scene, solid: &Solid, tolerance: f64) -> bool {
     let of_tube = |tube: &crate::scene::Tube| {
         let around = |angle: f64| DVec2::new(libm::cos(angle), libm::sin(angle));
         let angle = |number: u32| f64::from(number) / f64::from(RIM) * std::f64::consts::TAU;
-        let rim = (0..RIM).map(|number| tube.centre + (1.0 - TOLERANCE) * tube.opening_radius * around(angle(number)));
+        let opening = tube.opening();
+        let rim = (0..RIM).map(|number| tube.centre + (1.0 - TOLERANCE) * opening.rim(around(angle(number))));
         let height = scene.room.enclosure.height_at(tube.face, tube.centre) - tube.drop_m;
         holds(height - tolerance, &std::iter::once(tube.centre).chain(rim).collect::<Vec<_>>())
     };

@@ -23,14 +23,16 @@ struct Opening {
 impl Openings {
     /// Collects the openings of `tubes`, with `powers` in the order of the tubes.
     pub fn new(tubes: &[TraceableTube], powers: impl IntoIterator<Item = f64>) -> Self {
-        let opening =
-            |(tube, power): (&TraceableTube, f64)| Opening { centre: tube.origin, radius: tube.opening_radius, power };
+        let opening = |(tube, power): (&TraceableTube, f64)| {
+            let (centre, radius) = (tube.origin, tube.opening.outer_radius());
+            Opening { centre, radius, power }
+        };
         Self(tubes.iter().zip(powers).map(opening).collect())
     }
 
     /// Collects the openings of `tubes`, with powers in proportion to their areas.
     pub fn by_area(tubes: &[TraceableTube]) -> Self {
-        Self::new(tubes, tubes.iter().map(TraceableTube::opening_area_m2))
+        Self::new(tubes, tubes.iter().map(|tube| tube.opening.area_m2()))
     }
 
     /// Chooses an opening by a random number in 0..1, and returns its index and the probability of the choice; `None` where no opening

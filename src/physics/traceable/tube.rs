@@ -2,13 +2,15 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::geometry::turn::unit_vector;
-use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::PipeBelow};
+use crate::guide::{
+    BentGuide, DomedGuide, End, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, Transit, dome::PipeBelow,
+};
 use crate::optics::{Closure, Collector, Diffuser};
-use crate::sampling::NestedCones;
-use crate::scene::{Enclosure, MeshTube, StraightOrBent, Tube, TubeShape};
+use crate::sampling::{NestedCones, PathRandom, warp};
+use crate::scene::{Enclosure, MeshTube, OpeningShape, StraightOrBent, Tube, TubeShape};
 use crate::sky::direction;
 
 /// A tube with its guide built, in the room's frame.
@@ -20,8 +22,12 @@ pub struct TraceableTube {
     pub hangs: bool,
     /// Centre of the opening, in m.
     pub origin: DVec3,
-    /// Radius of the opening in m.
-    pub opening_radius: f64,
+    /// Shape of the opening.
+    pub opening: OpeningShape,
+    /// Radius in m of the guide's lower end.
+    pub pipe_radius: f64,
+    /// Fraction of the light from the guide that arrives at the opening: below 1 where a transition between the two absorbs some.
+    pub transition_transmittance: f64,
     /// Guide between the opening and the collector, in the tube's own frame.
     pub guide: Guide,
     /// Shape recognised in a mesh; `None` for tubes that are no meshes.
@@ -36,10 +42,81 @@ pub struct TraceableTube {
 }
 
 impl TraceableTube {
-    /// Returns the area of the opening in m2.
+    /// Returns the area in m2 of the guide's lower end.
+    pub fn pipe_area_m2(&self) -> f64 {
+        PI * self.pipe_radius * self.pipe_radius
+    }
+
+    /// Returns the inner and outer radius (m) of the zone of the closure through which light passes without scattering, if there is one.
     #[inline]
-    pub fn opening_area_m2(&self) -> f64 {
-        PI * self.opening_radius * self.opening_radius
+    pub fn specular_zone(&self) -> Option<(f64, f64)> {
+        self.diffuser.specular_zone(self.opening.outer_radius())
+    }
+
+    /// Returns the inner and outer radius (m) of the zone of the closure that passes light as a Lambertian sheet, or in part so, if there
+    /// is one; of a square it is all.
+    pub fn even_zone(&self) -> Option<(f64, f64)> {
+        self.diffuser.even_zone(self.opening.outer_radius())
+    }
+
+    /// True if a part of the closure scatters.
+    pub fn scatters(&self) -> bool {
+        self.diffuser.scatters(self.opening.outer_radius())
+    }
+
+    /// Returns a point of the opening in m; uniform numbers in 0..1 give uniform points.
+    #[inline]
+    pub fn point(&self, numbers: [f64; 2]) -> DVec3 {
+        self.at(self.opening.point(numbers))
+    }
+
+    /// Returns the point of the opening's plane at `away` m from its centre.
+    #[inline]
+    pub fn at(&self, away: DVec2) -> DVec3 {
+        self.origin + away.extend(0.0)
+    }
+
+    /// Returns the place of a point of the opening's plane, in m from its centre.
+    #[inline]
+    pub fn away(&self, point: DVec3) -> DVec2 {
+        (point - self.origin).truncate()
+    }
+
+    /// Returns the corners of a square opening, counter-clockwise seen from above; `None` for a disc.
+    pub fn corners(&self) -> Option<[DVec3; 4]> {
+        Some(self.opening.corners()?.map(|corner| self.at(corner)))
+    }
+
+    /// Follows light from the collector down to the opening; positions are in the tube's frame.
+    #[inline]
+    pub fn down<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
+        self.spread(self.guide.down(position, direction, random), random)
+    }
+
+    /// Follows light that went down the guide through the transition, if there is one, which spreads it evenly over the opening.
+    #[inline]
+    pub fn spread<const C: usize>(&self, mut transit: Transit<C>, random: &mut PathRandom) -> Transit<C> {
+        if self.opening.disc().is_none() && transit.end == End::Opening {
+            transit.position = self.opening.point(random.uniform2()).extend(0.0);
+            transit.mirrors = transit.mirrors * self.transition_transmittance;
+        }
+        transit
+    }
+
+    /// Follows light upward from a point of the opening in the room's frame.
+    ///
+    /// By reciprocity a transition sends up the fraction of light that it sends down, times the area of the guide over that of the opening
+    /// (docs/physics/tubes.md#square-closures); the rest is absorbed in it.
+    #[inline]
+    pub fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
+        if self.opening.disc().is_some() {
+            return self.guide.up(position - self.origin, direction, random);
+        }
+        let place = warp::disc(random.uniform2()) * self.pipe_radius;
+        let mut transit: Transit<C> = self.guide.up(place.extend(0.0), direction, random);
+        let fraction = self.transition_transmittance * self.pipe_area_m2() / self.opening.area_m2();
+        transit.mirrors = transit.mirrors * fraction;
+        self.spread(transit, random)
     }
 
     pub(super) fn new(tube: &Tube, enclosure: &Enclosure) -> Result<Self, MeshGuideError> {
@@ -72,7 +149,9 @@ impl TraceableTube {
             face: tube.face,
             hangs: tube.drop_m > 0.0,
             origin: tube.centre.extend(enclosure.height_at(tube.face, tube.centre) - tube.drop_m),
-            opening_radius: tube.opening_radius,
+            opening: tube.opening(),
+            pipe_radius: tube.opening_radius,
+            transition_transmittance: tube.transition.map_or(1.0, |transition| transition.transmittance),
             guide,
             cones,
             section,
@@ -85,19 +164,19 @@ impl TraceableTube {
     #[inline]
     pub fn distance_to_opening(&self, point: DVec3) -> f64 {
         let away = point - self.origin;
-        libm::hypot((away.truncate().length() - self.opening_radius).max(0.0), away.z)
+        libm::hypot(self.opening.distance(away.truncate()), away.z)
     }
 
     /// True if a point of the opening's plane is in the opening.
     #[inline]
     pub fn has(&self, point: DVec3) -> bool {
-        (point - self.origin).truncate().length_squared() < self.opening_radius * self.opening_radius
+        self.opening.contains(self.away(point))
     }
 
     /// Returns the closure at a point of the opening.
     #[inline]
     pub fn closure_at(&self, position: DVec3) -> Closure<'_> {
-        self.diffuser.at((position - self.origin).truncate().length())
+        self.diffuser.at(self.away(position).length())
     }
 }
 

@@ -3,6 +3,7 @@
 mod figures;
 mod files;
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -24,6 +25,7 @@ use crate::engine::annual::AnnualJob;
 use crate::engine::passes::RenderError;
 use crate::engine::prepare::RenderJob;
 use crate::scene::{FaceKind, Grid};
+use crate::traceable::TraceableTube;
 
 /// Year of a job.
 pub struct JobYear {
@@ -66,7 +68,9 @@ impl JobYear {
         let mut tubes = tube_years(&job.traceable, &lit, job.seed, cancel).map_err(|error| failed(&error))?;
         maintain(document, &weather, &lit, &mut tubes);
         let light = RecordLight::new(&lit, &tubes);
-        let radii: Vec<f64> = job.scene.tubes.iter().map(|tube| tube.opening_radius).collect();
+        // of discs of the area of the openings
+        let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
+        let radii: Vec<f64> = job.traceable.tubes.iter().map(radius).collect();
         let grids = job.scene.grids.iter().zip(results);
         let grids: Vec<GridOfYear> = grids.map(|(grid, result)| GridOfYear::new(grid, result, &radii)).collect();
         let enclosure = &job.scene.room.enclosure;

@@ -113,6 +113,7 @@ pub fn shaped(diameter: f64, cylinders: StraightOrBent, transmittance: f64, refl
         drop_m: 0.0,
         centre: DVec2::splat(1.016),
         opening_radius: 0.5 * diameter,
+        transition: None,
         shape: TubeShape::Cylinders(cylinders),
         diffuser: Diffuser::Lambertian { transmittance: [transmittance; 3], reflectance: [reflectance; 3] },
     }

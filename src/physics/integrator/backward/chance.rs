@@ -7,7 +7,7 @@ use crate::traceable::{TraceableScene, TraceableTube};
 /// Returns the reason why backward paths cannot compute a scene, if they cannot: the sun's disc would be found by chance only.
 pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
     scene.sun?;
-    let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+    let clear = |tube: &TraceableTube| tube.specular_zone().is_some();
     if scene.tubes.iter().any(clear) {
         let detail = "its paths meet the sun's beam through a clear closure only by chance";
         Some(Refusal::new(RefusalCode::SunThroughClearClosures, detail))

@@ -10,8 +10,6 @@
 //!
 //! The weights are derived in docs/physics/measurement_equation.md#daylight-at-a-vertex.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 
 use super::next_event::{Daylight, PathState, power_heuristic};
@@ -21,7 +19,7 @@ use super::walk::Walk;
 use crate::guide::{End, Transit};
 use crate::integrator::photon::descent::{Exit, sun_exits};
 use crate::optics::SheetSide;
-use crate::sampling::warp;
+use crate::scene::OpeningShape;
 use crate::sky::Sun;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -84,7 +82,7 @@ impl DaylightConnections {
     /// Returns the weight (MIS) of the sky that a scattered ray finds beside these connections.
     fn sky_weight(&self, tube: &TraceableTube, state: &PathState, position: DVec3) -> f64 {
         state.last.map_or(1.0, |last| {
-            let area = Disc::within(tube, last.position, self.within).map_or(0.0, |disc| disc.area_m2());
+            let area = Part::within(tube, last.position, self.within).map_or(0.0, |part| part.shape.area_m2());
             power_heuristic(last.density, f64::from(self.count) * area_density(area, position - last.position))
         })
     }
@@ -93,13 +91,13 @@ impl DaylightConnections {
         let vertex = &Vertex { weight: vertex.weight * (1.0 / f64::from(self.count)), ..*vertex };
         let scene = walk.scene;
         let tube = &scene.tubes[tube];
-        let Some(disc) = Disc::within(tube, vertex.position, self.within).filter(|_| tube.daylit) else { return };
+        let Some(part) = Part::within(tube, vertex.position, self.within).filter(|_| tube.daylit) else { return };
         for _ in 0..self.count {
             if scene.sky.is_some() {
-                self.connect_sky(walk, vertex, tube, &disc);
+                self.connect_sky(walk, vertex, tube, &part);
             }
             if let Some(sun) = &scene.sun
-                && tube.diffuser.scatters(tube.opening_radius)
+                && tube.scatters()
             {
                 self.connect_scattered_sun(walk, vertex, tube, sun);
             }
@@ -112,11 +110,11 @@ impl DaylightConnections {
         walk: &mut Walk<'_, C>,
         vertex: &Vertex<'_, C>,
         tube: &TraceableTube,
-        disc: &Disc,
+        part: &Part,
     ) {
-        let point = disc.centre + (warp::disc(walk.samples.pair()) * disc.radius).extend(0.0);
+        let point = part.centre + part.shape.point(walk.samples.pair()).extend(0.0);
         let to_light = point - vertex.position;
-        if to_light.length() >= self.within || (point - tube.origin).length() > tube.opening_radius {
+        if to_light.length() >= self.within || !tube.has(point) {
             return;
         }
         let from = -to_light.normalize();
@@ -128,13 +126,13 @@ impl DaylightConnections {
         if self.scattered && closure.unscattered::<C>().is_some() {
             return;
         }
-        let transit: Transit<C> = tube.guide.up(point - tube.origin, toward, &mut walk.samples.random);
+        let transit: Transit<C> = tube.up(point, toward, &mut walk.samples.random);
         walk.rays += transit.ray_count();
         if transit.end != End::Top {
             return;
         }
         let sky = walk.scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
-        let connected = area_density(disc.area_m2(), to_light);
+        let connected = area_density(part.shape.area_m2(), to_light);
         let counted = power_heuristic(f64::from(self.count) * connected, density);
         walk.sum += response * weight * transit.weight() * (sky * counted / connected);
     }
@@ -165,33 +163,29 @@ impl DaylightConnections {
     }
 }
 
-/// Disc in the plane of an opening from which points are drawn: it contains the part of the opening that is near to a vertex.
-struct Disc {
+/// Part of the plane of an opening from which points are drawn: it contains the part of the opening that is near to a vertex.
+struct Part {
     centre: DVec3,
-    radius: f64,
+    shape: OpeningShape,
 }
 
-impl Disc {
-    /// Returns the smaller one of a tube's opening and the disc of its plane within `within` m of `from`; `None` if the plane is farther
-    /// away.
+impl Part {
+    /// Returns a tube's opening, or the disc of its plane within `within` m of `from` where that is smaller than the disc around the
+    /// opening; `None` if the plane is farther away.
     fn within(tube: &TraceableTube, from: DVec3, within: f64) -> Option<Self> {
         let height = tube.origin.z - from.z;
         let radius = (within * within - height * height).max(0.0).sqrt();
-        let (centre, radius) = match radius < tube.opening_radius {
-            true => (from.truncate().extend(tube.origin.z), radius),
-            false => (tube.origin, tube.opening_radius),
-        };
-        (radius > 0.0).then_some(Self { centre, radius })
-    }
-
-    fn area_m2(&self) -> f64 {
-        PI * self.radius * self.radius
+        if radius < tube.opening.outer_radius() {
+            let (centre, shape) = (from.truncate().extend(tube.origin.z), OpeningShape::Disc { radius });
+            return (radius > 0.0).then_some(Self { centre, shape });
+        }
+        Some(Self { centre: tube.origin, shape: tube.opening })
     }
 }
 
 /// Returns the density per sr, seen from the start of `to_light`, of a uniform random point of a tube's opening.
 pub fn opening_density(tube: &TraceableTube, to_light: DVec3) -> f64 {
-    area_density(tube.opening_area_m2(), to_light)
+    area_density(tube.opening.area_m2(), to_light)
 }
 
 /// Returns the density per sr, seen from the start of `to_light`, of a uniform random point of a level area in m2.

@@ -84,7 +84,7 @@ pub fn enter_tube<'a, const C: usize>(
         };
         let (mut returning, mut place) = (Spectrum::ZERO, (position, direction));
         if climbs && up.max() > 0.0 {
-            let transit: Transit<C> = tube.guide.up(position - tube.origin, upward, &mut samples.random);
+            let transit: Transit<C> = tube.up(position, upward, &mut samples.random);
             *rays += transit.ray_count();
             let out = up * transit.weight();
             if transit.end == End::Top {

@@ -68,7 +68,7 @@ pub fn unscattered(
         .enumerate()
         .filter(|(_, tube)| is_picked(tube))
         .filter_map(|(number, tube)| {
-            let zone = tube.diffuser.specular_zone(tube.opening_radius)?;
+            let zone = tube.specular_zone()?;
             Some((number, Backward { scene, tube, sensor, normal, zone }))
         })
         .collect();
@@ -95,7 +95,7 @@ pub fn sky_through_openings(
     let (mut lux, mut traced) = (Spectrum::ZERO, RayCount::default());
     let Some(sky) = &scene.sky else { return (lux, traced) };
     for tube in scene.tubes.iter().filter(|tube| tube.daylit && tube.origin.z > position.z) {
-        let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
+        let Some(zone) = tube.specular_zone() else { continue };
         let backward = Backward { scene, tube, sensor: position, normal, zone };
         let (inner, outer) = zone;
         let area = PI * (outer * outer - inner * inner);
@@ -211,7 +211,7 @@ impl Backward<'_> {
         if !self.scene.visible(self.sensor, None, point, None) {
             return None;
         }
-        let transit: Transit<3> = self.tube.guide.up(point - self.tube.origin, direction, random);
+        let transit: Transit<3> = self.tube.up(point, direction, random);
         *rays += 1;
         *rays += transit.ray_count();
         if transit.end != End::Top {
@@ -245,6 +245,7 @@ mod tests {
             drop_m: 0.0,
             centre: DVec2::new(1.0, 1.2),
             opening_radius: 0.3,
+            transition: None,
             shape: TubeShape::Cylinders(StraightOrBent {
                 reflectance: [1.0; 3].into(),
                 segments: vec![Segment { length_m: 1.0, tilt: 0.0, azimuth: 0.0 }],

@@ -58,7 +58,7 @@ use crate::integrator::photon::path::{Flight, trace};
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
-use crate::scene::{Channels, EstimateKind, Grid, Sensor, View};
+use crate::scene::{Channels, EstimateKind, Grid, OpeningShape, Sensor, View};
 use crate::traceable::TraceableScene;
 
 impl Described for Settings {
@@ -161,7 +161,7 @@ impl<const C: usize> Bidirectional<C> {
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], counts: PathCounts, seed: u64) -> Self {
         let emission = Emission::new(&scene, counts.photons);
         let sky =
-            scene.tubes.iter().enumerate().map(|(number, tube)| emission.sky_fraction(number) / tube.opening_area_m2());
+            scene.tubes.iter().enumerate().map(|(number, tube)| emission.sky_fraction(number) / tube.opening.area_m2());
         let luminaires = scene.luminaires.iter().enumerate();
         let starts = Starts {
             sky: sky.collect(),
@@ -208,7 +208,10 @@ impl<const C: usize> Bidirectional<C> {
     /// Returns the density per m2 of a photon's start on its opening or luminaire, taken as uniform.
     fn start_density(&self, photon: &EmittedPhoton) -> f64 {
         let area = match photon.start {
-            Start::Tube(tube) => PI * self.scene.tubes[tube].opening_radius.powi(2),
+            Start::Tube(tube) => match self.scene.tubes[tube].opening {
+                OpeningShape::Disc { radius } => PI * radius.powi(2),
+                square => square.area_m2(),
+            },
             Start::Luminaire(luminaire) => self.scene.luminaires[luminaire].area_m2,
         };
         photon.of as f64 / (self.emission.photons() as f64 * area)

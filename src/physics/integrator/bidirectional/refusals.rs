@@ -10,9 +10,7 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
     let clear_and_not_straight = || {
         let mut tubes = scene.tubes.iter();
-        tubes.any(|tube| {
-            !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
-        })
+        tubes.any(|tube| !matches!(tube.guide, Guide::Straight(_)) && tube.specular_zone().is_some())
     };
     let points = task.has_points();
     if scene.sun.is_some() {

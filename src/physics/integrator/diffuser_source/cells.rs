@@ -1,21 +1,15 @@
-//! Light of one Lambertian diffuser: rings in closed form, sectors as points, and one photon that represents the rest.
+//! Light of one Lambertian diffuser: rings in closed form, sectors as points, and one photon that represents the rest. The light of a square
+//! is even, and has a closed form as a whole.
 
-use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use glam::{DVec2, DVec3};
 
+use super::patches::{CELLS, RINGS, SECTORS, cell, middle};
 use crate::geometry::disc::far_disc_illuminance;
-use crate::geometry::turn::unit_vector;
+use crate::geometry::lambert::quadrilateral_irradiance;
 use crate::optics::Spectrum;
 use crate::traceable::TraceableTube;
-
-/// Number of rings of equal area with their own exitance, each divided into sectors whose differences points represent. The photon that
-/// represents the rest adds noise of some percent of a vertex' light; more rings would cost more time.
-pub const RINGS: usize = 4;
-/// Number of sectors of a ring.
-pub const SECTORS: usize = 6;
-/// Number of cells of a disc.
-pub const CELLS: usize = RINGS * SECTORS;
 
 /// Distance from a disc, in its radii, below which paths follow the light instead of being connected to photons.
 const NEAR: f64 = 1.0;
@@ -28,8 +22,10 @@ const MOST_CHOICES: usize = 1 << 16;
 pub struct TubeLight<const C: usize> {
     /// Centre of the opening.
     pub origin: DVec3,
-    /// Radius of the opening in m.
+    /// Radius in m of the disc around the opening.
     pub radius: f64,
+    /// Corners of a square opening, clockwise seen from below, and its exitance in lm/m2; `None` for a disc.
+    even: Option<([DVec3; 4], Spectrum<C>)>,
     /// Photons that leave, sorted by cells.
     pub photons: Vec<Emitted<C>>,
     /// Differences of the exitance of each ring (lm/m2) to that of the next one outward.
@@ -55,17 +51,22 @@ pub struct Emitted<const C: usize> {
 impl<const C: usize> TubeLight<C> {
     /// Sorts the photons that leave a tube's diffuser into cells; `start` in 0..1 is where the choice among them begins.
     pub fn new(tube: &TraceableTube, photons: Vec<Emitted<C>>, start: f64) -> Self {
-        let (origin, radius) = (tube.origin, tube.opening_radius);
+        let (origin, radius) = (tube.origin, tube.opening.outer_radius());
         // neighbours in space are neighbours in the list, so that uniform numbers choose them uniformly
         let mut cells: [Vec<Emitted<C>>; CELLS] = std::array::from_fn(|_| Vec::new());
         for photon in photons {
             let away = photon.position - origin.truncate();
-            cells[cell(away, radius)].push(photon);
+            cells[cell(&tube.opening, away)].push(photon);
         }
         let mut differences = [Spectrum::ZERO; CELLS];
         for (flux, cell) in differences.iter_mut().zip(&cells) {
             cell.iter().for_each(|photon| *flux += photon.flux);
         }
+        let even = tube.corners().map(|corners| {
+            let mut flux = Spectrum::ZERO;
+            differences.iter().for_each(|of_cell| flux += *of_cell);
+            (corners, flux * (1.0 / tube.opening.area_m2()))
+        });
         let mut exitances = [Spectrum::ZERO; RINGS + 1];
         for (exitance, ring) in exitances.iter_mut().zip(differences.chunks_exact_mut(SECTORS)) {
             let mut flux = Spectrum::ZERO;
@@ -76,9 +77,10 @@ impl<const C: usize> TubeLight<C> {
         Self {
             origin,
             radius,
+            even,
             photons: cells.concat(),
             steps: std::array::from_fn(|ring| exitances[ring] + exitances[ring + 1] * -1.0),
-            middles: std::array::from_fn(|cell| origin.truncate() + middle(cell) * radius),
+            middles: std::array::from_fn(|cell| origin.truncate() + middle(&tube.opening, cell)),
             differences: std::array::from_fn(|channel| differences.map(|of_cell| of_cell.0[channel])),
             choices: choose(&cells, start),
             vectors: pulp::Arch::new(),
@@ -102,6 +104,13 @@ impl<const C: usize> TubeLight<C> {
         is_far(self.origin, self.radius, position, reach)
     }
 
+    /// Returns the illuminance in lx of a surface that sees the whole opening, if its light is even; `None` for a disc.
+    #[inline]
+    pub fn of_square(&self, position: DVec3, normal: DVec3) -> Option<Spectrum<C>> {
+        let (corners, exitance) = self.even.as_ref()?;
+        Some(*exitance * (quadrilateral_irradiance(corners, position, normal).max(0.0) / PI))
+    }
+
     /// Returns a photon chosen by a number in 0..1, with the flux of all; `None` without light.
     pub fn choice(&self, number: f64) -> Option<&(Emitted<C>, usize)> {
         self.choices.get((number * self.choices.len() as f64) as usize)
@@ -120,9 +129,12 @@ impl<const C: usize> TubeLight<C> {
         photon.flux * per_lumen(photon.position.extend(self.origin.z) - position, normal)
     }
 
-    /// Returns the illuminance in lx of a surface that sees the whole disc; `number` in 0..1 chooses the photon that represents the light
+    /// Returns the illuminance in lx of a surface that sees the whole opening; `number` in 0..1 chooses the photon that represents the light
     /// left out by rings and cells.
     pub fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
+        if let Some(lux) = self.of_square(position, normal) {
+            return lux;
+        }
         let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
         let receiver = DiscReceiver::new(position, normal, self.origin);
         let (discs, points, mut sum) = self.vectors.dispatch(DiscParts { light: self, receiver: &receiver });
@@ -198,46 +210,6 @@ fn choose<const C: usize>(cells: &[Vec<Emitted<C>>; CELLS], start: f64) -> Vec<(
 /// Outer radii of the rings, in radii of the disc.
 const RADII: [f64; RINGS] = [0.5, FRAC_1_SQRT_2, 0.866_025_403_784_438_6, 1.0];
 
-/// Returns the cell of a point away from the centre of a disc: cells are numbered by rings from the middle out, alternately around them one
-/// way and back, so that consecutive cells touch.
-pub fn cell(away: DVec2, radius: f64) -> usize {
-    let fraction = away.length_squared() / (radius * radius);
-    let ring = ((fraction * RINGS as f64) as usize).min(RINGS - 1);
-    let sector = sector(away);
-    ring * SECTORS + [sector, SECTORS - 1 - sector][ring % 2]
-}
-
-/// Returns the sector of a point away from the centre, counted around from -x over -y, without computing an angle and without branches,
-/// which would be mispredicted.
-fn sector(away: DVec2) -> usize {
-    const { assert!(SECTORS == 6) };
-    // of the three on either side of the x axis, from -x on
-    let is_middle = usize::from(away.y.abs() >= SQRT_3 * away.x.abs());
-    let along = [2 * usize::from(away.x >= 0.0), 1][is_middle];
-    [SECTORS - 1 - along, along][usize::from(away.y < 0.0)]
-}
-
-/// Tangent of a sixth of a turn.
-const SQRT_3: f64 = 1.732_050_807_568_877_2;
-
-/// Returns the ring of a cell, and its sector counted around.
-pub fn ring_and_sector(cell: usize) -> (usize, usize) {
-    let (ring, sector) = (cell / SECTORS, cell % SECTORS);
-    (ring, if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector })
-}
-
-/// Returns the point that represents a cell's difference, in radii from the centre.
-pub fn middle(cell: usize) -> DVec2 {
-    within(cell, [0.5; 2])
-}
-
-/// Returns a point of a cell, in radii from the centre; uniform numbers in 0..1 give uniform points.
-pub fn within(cell: usize, [u, v]: [f64; 2]) -> DVec2 {
-    let (ring, sector) = ring_and_sector(cell);
-    let angle = ((sector as f64 + v) / SECTORS as f64 - 0.5) * TAU;
-    unit_vector(angle) * ((ring as f64 + u) / RINGS as f64).sqrt()
-}
-
 /// True if no point within `reach` of `position`, at its height, is near the disc of `radius` around `origin`.
 pub fn is_far(origin: DVec3, radius: f64, position: DVec3, reach: f64) -> bool {
     let depth = origin.z - position.z;
@@ -292,10 +264,13 @@ pub fn per_lumen(to_light: DVec3, normal: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use crate::guide::{Guide, StraightGuide};
     use crate::optics::Diffuser;
-    use crate::sampling::{Key, Replicate, warp};
+    use crate::sampling::{Key, Replicate};
+    use crate::scene::OpeningShape;
 
     const RADIUS: f64 = 0.127;
 
@@ -311,22 +286,11 @@ mod tests {
         sum * PI * radius * radius / (n * n) as f64
     }
 
-    /// Checks that cells have equal areas and contain their middles, and that the radii are those of rings of equal areas.
     #[test]
-    fn cells_are_even() {
+    fn rings_have_equal_areas() {
         for (ring, radius) in RADII.iter().enumerate() {
             assert!((radius * radius * RINGS as f64 - (ring + 1) as f64).abs() < 1e-15);
         }
-        for number in 0..CELLS {
-            assert_eq!(cell(middle(number) * RADIUS, RADIUS), number);
-        }
-        let mut counts = [0; CELLS];
-        let (replicate, _) = Replicate::of(Key::new(1), 0);
-        for k in 0..24_000 {
-            let [u, v, ..] = replicate.point(k, 0);
-            counts[cell(warp::disc([u, v]) * RADIUS, RADIUS)] += 1;
-        }
-        assert!(counts.iter().all(|count| (950..1050).contains(count)), "{counts:?}");
     }
 
     /// Compares rings in closed form with quadrature, for receivers that lie, stand and lean; the rule's error is O(1/n^2).
@@ -391,7 +355,9 @@ mod tests {
             face: 5,
             hangs: false,
             origin,
-            opening_radius: RADIUS,
+            opening: OpeningShape::Disc { radius: RADIUS },
+            pipe_radius: RADIUS,
+            transition_transmittance: 1.0,
             guide: Guide::Straight(pipe),
             cones: None,
             section: None,

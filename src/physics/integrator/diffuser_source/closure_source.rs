@@ -24,7 +24,7 @@ use crate::traceable::{TraceableScene, TraceableTube};
 
 /// True if all light that passes the closure of a tube leaves as from a Lambertian sheet.
 pub fn is_lambertian(tube: &TraceableTube) -> bool {
-    tube.diffuser.is_even(tube.opening_radius)
+    tube.diffuser.measured().is_none() && tube.specular_zone().is_none()
 }
 
 /// True if all light that passes the closures leaves as from Lambertian sheets.
@@ -35,7 +35,7 @@ pub fn all_lambertian(tubes: &[TraceableTube]) -> bool {
 /// Returns the reason why paths cannot be cut at all closures, if light leaves one otherwise than from a Lambertian sheet.
 pub fn refuses_all_but_lambertian(tubes: &[TraceableTube]) -> Option<Refusal> {
     let cut = "it takes closures as Lambertian sources, but";
-    if tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some()) {
+    if tubes.iter().any(|tube| tube.specular_zone().is_some()) {
         Some(Refusal::new(RefusalCode::ClearClosures, format!("{cut} a closure passes light unscattered")))
     } else if tubes.iter().any(|tube| tube.diffuser.measured().is_some()) {
         let detail = format!("{cut} a measured diffuser scatters light depending on its direction of incidence");
@@ -51,7 +51,7 @@ pub fn refuses_directional(task: &Task) -> Option<Refusal> {
     if all_lambertian(tubes) {
         return None;
     }
-    if tubes.iter().all(|tube| tube.diffuser.even_zone(tube.opening_radius).is_none()) {
+    if tubes.iter().all(|tube| tube.even_zone().is_none()) {
         return refuses_all_but_lambertian(tubes);
     }
     let refusal = task.has_points().then(|| light_tracing::refuses_points(task.traceable)).flatten()?;

@@ -3,16 +3,17 @@
 //! Photons of sky or sun go down the tube in passes of low-discrepancy points; every pass is one replicate of all fluxes. Closures of every
 //! kind are possible: light that passes a clear one counts where it leaves. The Lambertian part is also reported separately.
 
-use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
 
-use super::cells::{CELLS, Emitted, cell, middle};
+use super::cells::Emitted;
 use super::closure_source::is_lambertian;
 use super::light::{EmittedPart, emitted};
+use super::patches::{CELLS, cell, middle};
 use crate::integrator::photon::emission::Emission;
 use crate::sampling::{Key, Stream};
+use crate::scene::OpeningShape;
 use crate::statistics::Moments;
 use crate::statistics::interval::two_sided_student_quantile;
 use crate::traceable::TraceableScene;
@@ -44,10 +45,10 @@ pub struct PatchedFlux {
     pub patches_evenly: Vec<Moments>,
 }
 
-/// Returns the middles of the patches of an opening of `radius` m, in m from its centre, toward east and north of an unturned room, and the
-/// area of each in m2. The patches are six sectors of each of four rings, all of equal area.
-pub fn patches(radius: f64) -> (Vec<DVec2>, f64) {
-    ((0..CELLS).map(|number| middle(number) * radius).collect(), PI * radius * radius / CELLS as f64)
+/// Returns the middles of the patches of an opening, in m from its centre, toward east and north of an unturned room, and the area of each
+/// in m2. The patches, all of equal area, are six sectors of each of four rings, or four rows of six parts of a square.
+pub fn patches(opening: &OpeningShape) -> (Vec<DVec2>, f64) {
+    ((0..CELLS).map(|number| middle(opening, number)).collect(), opening.area_m2() / CELLS as f64)
 }
 
 /// Reason why there are no fluxes.
@@ -93,7 +94,8 @@ pub fn patched_flux(
         let by_patches = |photons: &[Vec<Emitted<3>>]| {
             let mut patches = [0.0; CELLS];
             for photon in photons.iter().take(1).flatten() {
-                patches[cell(photon.position - tube.origin.truncate(), tube.opening_radius)] += photon.flux.luminance();
+                let away = photon.position - tube.origin.truncate();
+                patches[cell(&tube.opening, away)] += photon.flux.luminance();
             }
             patches
         };

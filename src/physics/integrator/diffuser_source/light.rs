@@ -121,10 +121,11 @@ fn add_emitted<const C: usize>(
     let entering: Vec<_> = photons.iter().map(|(entering, _)| (entering.position, entering.direction)).collect();
     let transits = of_tube.guide.down_packet(&entering);
     for (number, (entering, samples)) in photons.iter_mut().enumerate() {
-        let transit = transits.as_ref().and_then(|transits| transits.get(number));
-        let transit = transit
-            .copied()
-            .unwrap_or_else(|| of_tube.guide.down(entering.position, entering.direction, &mut samples.random));
+        let random = &mut samples.random;
+        let transit = match transits.as_ref().and_then(|transits| transits.get(number)) {
+            Some(transit) => of_tube.spread(*transit, random),
+            None => of_tube.down(entering.position, entering.direction, random),
+        };
         let (mut into_room, mut evenly) = (0.0, 0.0);
         let at_diffuser = |exit: &Exit<'_, C>| {
             let through = exit.into_room();
@@ -209,12 +210,15 @@ impl<const C: usize> DiffuserLight<C> {
     }
 
     /// Returns the illuminance in lx of a sensor from which nothing hides a tube's diffuser: every photon is connected to it, or to the
-    /// point of a level cell given by its offset.
+    /// point of a level cell given by its offset. The light of a square at a point has a closed form.
     pub fn at_sensor(&self, tube: usize, Sensor { position, normal }: Sensor, offsets: Option<&[Vec<DVec2>]>) -> f64 {
         let light = &self.tubes[tube];
         let depth = light.origin.z - position.z;
         if depth <= 0.0 {
             return 0.0;
+        }
+        if let (None, Some(lux)) = (offsets, light.of_square(position, normal)) {
+            return lux.luminance();
         }
         if normal != DVec3::Z {
             let of = |photon: &Emitted<C>| {

@@ -6,6 +6,7 @@ mod directional;
 pub mod flux;
 pub mod light;
 pub mod opening_visibility;
+pub mod patches;
 pub mod photon_counts;
 mod room_balance;
 pub mod zone;

@@ -131,7 +131,7 @@ impl<const C: usize> LightTracing<C> {
         if has_closed_form(&method.scene) {
             method.direct = at_points::<C>(&method.scene, &method.sensors);
         }
-        let from_diffusers = method.scene.tubes.iter().any(|tube| tube.diffuser.scatters(tube.opening_radius));
+        let from_diffusers = method.scene.tubes.iter().any(|tube| tube.scatters());
         let straight = from_diffusers || method.scene.luminaires_obstructed;
         method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
         method
@@ -164,7 +164,7 @@ impl<const C: usize> LightTracing<C> {
             })
             .collect();
         let average = sensors.iter().any(|plane| plane.average);
-        let clear = scene.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
+        let clear = scene.tubes.iter().any(|tube| tube.specular_zone().is_some());
         let rays = BEAMS_PER_PHOTON * emission.photons();
         let beams = (average && clear).then(|| Emission::of_daylight(&scene, rays));
         Self {
@@ -287,7 +287,7 @@ impl<const C: usize> LightTracing<C> {
         cancel: &AtomicBool,
         lux: &mut [f64],
     ) -> Option<RayCount> {
-        let specular = self.scene.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
+        let specular = self.scene.tubes.iter().any(|tube| tube.specular_zone().is_some());
         let mut rays = RayCount::default();
         if let (Some(beams), Some(plane)) = (&self.beams, self.sensors.iter().find(|plane| plane.average)) {
             rays += add_beams::<C>((&self.scene, &self.sensors), beams, stream(plane.first as u64), cancel, lux)?;

@@ -16,9 +16,8 @@ pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
 /// Returns the reason why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be connected; in a
 /// tube that is not straight or has a dielectric dome, light that passes the closure unscattered is followed backward into the sky only.
 pub fn refuses_points(scene: &TraceableScene) -> Option<Refusal> {
-    let bent_and_clear = scene.tubes.iter().any(|tube| {
-        !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
-    });
+    let bent_and_clear =
+        scene.tubes.iter().any(|tube| !matches!(tube.guide, Guide::Straight(_)) && tube.specular_zone().is_some());
     let (code, detail) = if scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_mirror) {
         (RefusalCode::MirrorsAtPoints, "light tracing cannot compute light that a mirror reflects to a point sensor")
     } else if bent_and_clear && scene.sun.is_some() {

@@ -106,7 +106,7 @@ pub fn is_near_opening(scene: &TraceableScene, tube: &TraceableTube, point: DVec
 }
 
 fn opening_reach(scene: &TraceableScene, tube: &TraceableTube) -> f64 {
-    f64::max(NEAR_SURFACE * scene.enclosure.shortest_edge_m(), NEAR_OPENING * tube.opening_radius)
+    f64::max(NEAR_SURFACE * scene.enclosure.shortest_edge_m(), NEAR_OPENING * tube.opening.outer_radius())
 }
 
 /// Returns the distance in metres from a point to the nearest surface that rises above it and from which photons may be connected, and the

@@ -74,7 +74,7 @@ pub fn descend<'a, const C: usize>(
     sums: (&mut RayCount, &mut EnergyBalance),
     at: impl FnMut(&Exit<'a, C>),
 ) -> Descent<C> {
-    let transit = tube.guide.down(entering.position, entering.direction, &mut samples.random);
+    let transit = tube.down(entering.position, entering.direction, &mut samples.random);
     descend_by(transit, scene, tube, entering, samples, sums, at)
 }
 
@@ -131,7 +131,7 @@ pub fn descend_by<'a, const C: usize>(
         };
         flux = back * (1.0 / survival);
         energy.cut += back.luminance() - flux.luminance();
-        transit = tube.guide.up(position - tube.origin, scattered.toward, &mut samples.random);
+        transit = tube.up(position, scattered.toward, &mut samples.random);
     }
     energy.cut += flux.luminance();
     Descent { entered, arrived }

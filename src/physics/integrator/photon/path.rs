@@ -211,7 +211,7 @@ impl<V> Tracer<'_, V> {
         V: Visitor<C>,
     {
         let tube = &self.scene.tubes[index];
-        let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut self.samples.random);
+        let transit: Transit<C> = tube.down(photon.position, photon.direction, &mut self.samples.random);
         self.totals.rays += transit.ray_count();
         let flux = Spectrum([photon.flux; C]);
         self.first = flux.max();
@@ -253,7 +253,7 @@ impl<V> Tracer<'_, V> {
             self.totals.energy.guide_top += beam.flux.luminance();
             return Step::Ended;
         }
-        let transit: Transit<C> = tube.guide.up(beam.position - tube.origin, beam.direction, &mut self.samples.random);
+        let transit: Transit<C> = tube.up(beam.position, beam.direction, &mut self.samples.random);
         self.totals.rays += transit.ray_count();
         match settle(&transit, beam.flux, tube.origin, &mut self.totals.energy) {
             None => Step::Ended,

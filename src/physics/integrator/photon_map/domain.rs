@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::covered::{Edge, bounds, covered, polygon, rectangle};
+use crate::geometry::covered::{Edge, bounds, covered, enclosed_area, polygon, rectangle};
 use crate::geometry::disc::{disc_disc_area, disc_edge_area, disc_polygon_area};
 use crate::traceable::TraceableScene;
 use crate::traceable::solids::{Owner, Sections, Sheet, Solid, sections};
@@ -24,7 +24,9 @@ pub struct Domain {
     size: DVec2,
     /// Edges of the outline; `None` if it is the bounding rectangle.
     outline: Option<Vec<Edge>>,
+    /// Round openings, and square ones.
     discs: Vec<(DVec2, f64)>,
+    squares: Vec<Region>,
     /// Covered parts.
     regions: Vec<Region>,
 }
@@ -73,7 +75,7 @@ impl Domain {
         for (disc, disc_radius) in &self.discs {
             area -= disc_disc_area(radius, *disc_radius, (p - *disc).length());
         }
-        for region in &self.regions {
+        for region in self.squares.iter().chain(&self.regions) {
             area -= region.area(p, radius);
         }
         area.max(0.0)
@@ -91,7 +93,7 @@ impl Domain {
     pub fn rectangle(origin: DVec3, u: DVec3, v: DVec3, looks: f64) -> Self {
         let size = DVec2::new(u.length(), v.length());
         let (u, v) = (u / size.x, v / size.y);
-        Self { origin, u, v, looks, size, outline: None, discs: Vec::new(), regions: Vec::new() }
+        Self { origin, u, v, looks, size, outline: None, discs: vec![], squares: vec![], regions: vec![] }
     }
 
     /// Subtracts the solids that cover the domain, except the solid `own` whose face it is; true if a mesh that is not closed stands there.
@@ -128,7 +130,12 @@ impl Domain {
             domain.outline = Some(polygon.sides().map(|side| side.map(flat)).collect());
         }
         let openings = scene.tubes.iter().filter(|tube| tube.face == face && !tube.hangs);
-        domain.discs = openings.map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
+        for tube in openings {
+            match tube.corners() {
+                Some(corners) => domain.squares.push(Region::around(&corners.map(flat))),
+                None => domain.discs.push((flat(tube.origin), tube.opening.outer_radius())),
+            }
+        }
         domain
     }
 }
@@ -181,6 +188,15 @@ pub fn regions(outline: &[Edge], covers: Vec<Vec<Edge>>, scene: &TraceableScene)
 }
 
 impl Region {
+    /// Returns the region inside a simple polygon.
+    fn around(corners: &[DVec2]) -> Self {
+        let mut edges = polygon(corners);
+        if enclosed_area(&edges) < 0.0 {
+            edges.iter_mut().for_each(|edge| edge.reverse());
+        }
+        Self::new(edges)
+    }
+
     fn new(edges: Vec<Edge>) -> Self {
         let (low, high) = bounds(edges.iter());
         Self { edges, low, high }

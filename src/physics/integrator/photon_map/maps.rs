@@ -159,7 +159,7 @@ impl<const C: usize> Mapper<C> {
         let measured_exits = (0..store.exits.len())
             .map(|tube| {
                 let numbered = numbered(store.exits[tube].iter());
-                let cell = radius.min(0.25 * self.scene.tubes[tube].opening_radius);
+                let cell = radius.min(0.25 * self.scene.tubes[tube].opening.inner_radius());
                 measured(tube).then(|| PhotonGrid::new(&numbered, cell))
             })
             .collect();
@@ -341,7 +341,7 @@ impl<const C: usize> Mapper<C> {
     }
 
     fn smallest_opening(&self) -> f64 {
-        self.scene.tubes.iter().map(|tube| tube.opening_radius).fold(f64::INFINITY, f64::min)
+        self.scene.tubes.iter().map(|tube| tube.opening.inner_radius()).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -397,7 +397,7 @@ fn brightest_lm<'a, const C: usize, On: 'a>(photons: impl IntoIterator<Item = &'
 
 /// True if a tube lets light pass into the room unscattered.
 fn passes_unscattered(tube: &TraceableTube) -> bool {
-    tube.diffuser.specular_zone(tube.opening_radius).is_some()
+    tube.specular_zone().is_some()
 }
 
 /// True if some surface whose optics satisfy `part` reflects light that is followed.

@@ -85,7 +85,7 @@ impl<const C: usize> Mapper<C> {
             let mut point = position + direction * ((tube.origin.z - position.z) / direction.z);
             point.z = tube.origin.z;
             let closure = tube.closure_at(point);
-            if (point - tube.origin).truncate().length() < tube.opening_radius
+            if tube.has(point)
                 && closure.unscattered::<C>().is_none()
                 && self.scene.visible(position, surface, point, None)
             {
@@ -209,7 +209,7 @@ impl<const C: usize> Mapper<C> {
         direction: DVec3,
     ) -> Gathered<C> {
         let tube = &self.scene.tubes[index];
-        let radius = maps.radius.min(0.25 * tube.opening_radius);
+        let radius = maps.radius.min(0.25 * tube.opening.inner_radius());
         let sums = match closure.table() {
             Some(table) => measured_within(maps, index, table, position, radius, direction),
             None => {
@@ -217,12 +217,13 @@ impl<const C: usize> Mapper<C> {
                 (whole * (1.0 / PI), half * (1.0 / PI), count)
             }
         };
-        let distance = (position - tube.origin).truncate().length();
+        let away = tube.away(position);
         let area = |radius: f64| {
-            let opening = disc_disc_area(radius, tube.opening_radius, distance);
-            match tube.diffuser.specular_zone(tube.opening_radius) {
-                Some((inner, outer)) => {
-                    opening - (disc_disc_area(radius, outer, distance) - disc_disc_area(radius, inner, distance))
+            let opening = tube.opening.area_within(away, radius);
+            match tube.specular_zone() {
+                Some(zone) => {
+                    let [inner, outer] = [zone.0, zone.1].map(|of| disc_disc_area(radius, of, away.length()));
+                    opening - (outer - inner)
                 }
                 None => opening,
             }
@@ -320,5 +321,5 @@ fn connections_to_luminaire(luminaire: &TraceableLuminaire, to_light: DVec3) -> 
 /// of connections in the balance heuristic.
 fn connection_density(tube: &TraceableTube, to_light: DVec3) -> f64 {
     let distance_squared = to_light.length_squared();
-    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (to_light.z * tube.opening_area_m2())
+    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (to_light.z * tube.opening.area_m2())
 }

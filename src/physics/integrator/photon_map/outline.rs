@@ -6,7 +6,7 @@
 //! cost little, for they gather no photons: such a pixel takes some dozens of them, and its ordinary ray leaves that light out. The choice
 //! of pixels affects noise and time only: the expectation is the same.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::maps::{Gathered, Mapper, Maps};
@@ -204,7 +204,7 @@ fn window(scene: &TraceableScene, view: &View) -> Option<Window> {
     }
     let of_luminaire = |luminaire: &TraceableLuminaire| luminaire.corners();
     let around_opening = |tube: &TraceableTube| {
-        let r = tube.opening_radius;
+        let r = tube.opening.extent_along(DVec2::X);
         [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[x, y]| tube.origin + DVec3::new(x, y, 0.0))
     };
     let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).map(of_luminaire);

@@ -108,7 +108,7 @@ impl Described for Settings {
         let tried = TrialPasses::fewer(photons, fraction);
         let gather_rays = Some(self.gather_rays.unwrap_or(default));
         let smaller = Self { photons_per_pass: Some(tried), gather_rays, ..self.clone() };
-        let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+        let clear = |tube: &TraceableTube| tube.specular_zone().is_some();
         let clear = task.traceable.tubes.iter().any(clear);
         // noise of the photons in the room is common to all sensors; the sensors' own noise:
         let (variance, shared_variance) = match (task.views.is_empty(), task.has_points()) {
@@ -378,7 +378,7 @@ impl KeyedSensor<'_> {
 /// nothing.
 fn followed_backward(tube: &TraceableTube) -> FollowedBackward {
     let straight = matches!(tube.guide, Guide::Straight(_));
-    FollowedBackward { sky: straight || !tube.diffuser.scatters(tube.opening_radius), sun: straight }
+    FollowedBackward { sky: straight || !tube.scatters(), sun: straight }
 }
 
 #[cfg(test)]

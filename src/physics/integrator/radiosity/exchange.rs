@@ -12,7 +12,7 @@ use super::patches::Patches;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, warp};
-use crate::traceable::{Place, SurfaceId, TraceableScene, TraceableTube};
+use crate::traceable::{Place, SurfaceId, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions.
 const RAYS: usize = STRATA * STRATA;
@@ -229,8 +229,8 @@ impl<const C: usize> PatchRays<C> {
                     return (0, 0.0);
                 };
                 let of_tube = &scene.tubes[tube];
-                let to = point_of(of_tube, random);
-                let lux = of_opening(of_tube, point.position, point.normal) / of_tube.opening_area_m2();
+                let to = of_tube.point(random.uniform2());
+                let lux = of_opening(of_tube, point.position, point.normal) / of_tube.opening.area_m2();
                 let is_seen =
                     lux > 0.0 && to.z > point.position.z && scene.visible(to, None, point.position, point.surface);
                 (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
@@ -254,18 +254,13 @@ impl<const C: usize> PatchRays<C> {
     }
 }
 
-/// Returns a uniform random point of an opening.
-fn point_of(tube: &TraceableTube, random: &mut PathRandom) -> DVec3 {
-    tube.origin + (warp::disc(random.uniform2()) * tube.opening_radius).extend(0.0)
-}
-
 /// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
 fn by_mirrors<const C: usize>(scene: &TraceableScene, point: &SurfacePoint, random: &mut PathRandom) -> (u32, f64) {
     let mut found = || {
         let (chain, of_chain) = scene.mirrors.choose(point.position, random.uniform())?;
         let (image, normal) = scene.mirrors.image(chain, (point.position, point.normal));
         let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
-        let source = (point_of(&scene.tubes[tube], random), None);
+        let source = (scene.tubes[tube].point(random.uniform2()), None);
         let path = scene.mirror_path::<C>(chain, (point.position, point.surface), source)?;
         let lux = per_lumen(path.unfolded, normal).max(0.0) * path.reflectance.luminance();
         Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))

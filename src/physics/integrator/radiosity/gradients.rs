@@ -1,8 +1,11 @@
 //! Subdivision of cells of surfaces on which the direct light of openings and luminaires has a steep gradient.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use crate::geometry::disc::disc_irradiance;
+use crate::geometry::lambert::quadrilateral_irradiance;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -32,7 +35,7 @@ impl<'a> Gradients<'a> {
     /// Computes the mean illuminances; `area_m2` is the area of all surfaces that are divided.
     pub fn new(scene: &'a TraceableScene, area_m2: f64) -> Self {
         let luminaires: Vec<_> = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).collect();
-        let of_openings: f64 = scene.tubes.iter().map(TraceableTube::opening_area_m2).sum();
+        let of_openings: f64 = scene.tubes.iter().map(|tube| tube.opening.area_m2()).sum();
         let of_luminaires: f64 = luminaires.iter().map(|luminaire| luminaire.flux::<1>().luminance()).sum();
         Self { tubes: &scene.tubes, luminaires, area_m2, means: [of_openings, of_luminaires].map(|lm| lm / area_m2) }
     }
@@ -43,7 +46,8 @@ impl<'a> Gradients<'a> {
         let length = edges[0].length().max(edges[1].length());
         let fraction = (edges[0].cross(edges[1]).length() / self.area_m2).sqrt();
         let is_near = |source: DVec3, size: f64| (source - middle).length() < FAR * (length + size);
-        let tubes: Vec<_> = self.tubes.iter().filter(|tube| is_near(tube.origin, tube.opening_radius)).collect();
+        let tubes: Vec<_> =
+            self.tubes.iter().filter(|tube| is_near(tube.origin, tube.opening.outer_radius())).collect();
         let luminaires: Vec<_> = self
             .luminaires
             .iter()
@@ -77,7 +81,11 @@ pub fn of_opening(tube: &TraceableTube, place: DVec3, normal: DVec3) -> f64 {
     if away.z <= 0.0 {
         return 0.0;
     }
-    let found = disc_irradiance(tube.opening_radius, away.z, offset);
+    let Some(radius) = tube.opening.disc() else {
+        let of = |corners: [DVec3; 4]| quadrilateral_irradiance(&corners, place, normal).max(0.0) / PI;
+        return tube.corners().map_or(0.0, of);
+    };
+    let found = disc_irradiance(radius, away.z, offset);
     let toward = if offset > 0.0 { away.truncate().dot(normal.truncate()) / offset } else { 0.0 };
     (found.vertical * normal.z + found.toward_axis * toward).max(0.0)
 }

@@ -22,7 +22,8 @@ use super::diffuser_source::closure_source::refuses_all_but_lambertian;
 use crate::guide::{Guide, RayCount, StraightGuide};
 use crate::integrator::backward::pass::{each, lifted};
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::diffuser_source::cells::{CELLS, DiscReceiver, is_far};
+use crate::integrator::diffuser_source::cells::{DiscReceiver, is_far};
+use crate::integrator::diffuser_source::patches::CELLS;
 use crate::integrator::diffuser_source::zone::Zone;
 use crate::integrator::method::{Refusal, RefusalCode, Task};
 use crate::optics::Spectrum;
@@ -31,7 +32,7 @@ use crate::scene::{EstimateKind, Grid, Responses, Sensor};
 use crate::traceable::{TraceableScene, TraceableTube};
 use patch_light::PatchLight;
 
-/// Number of patches of every opening: six sectors of each of four rings of equal area.
+/// Number of patches of every opening: six sectors of each of four rings, or four rows of six parts of a square.
 pub const PATCHES: usize = CELLS;
 
 /// Number of responses to a whole opening: to evenly spread light, and its moments along x and y.
@@ -43,7 +44,7 @@ pub const PATHS: u32 = 128;
 /// Returns the reason why a room has no matrix for some grids, if there is one.
 pub fn refuses(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
-    let is_lambertian = |tube: &TraceableTube| tube.diffuser.even_zone(tube.opening_radius).is_some();
+    let is_lambertian = |tube: &TraceableTube| tube.even_zone().is_some();
     // a whole opening has one response only where all of its light leaves alike
     let of_whole = task.grids.iter().any(|grid| grid.responses == Responses::ToTubes);
     if of_whole || (!scene.tubes.is_empty() && !scene.tubes.iter().any(is_lambertian)) {
@@ -113,7 +114,7 @@ impl<const C: usize> MatrixEstimator<C> {
         if grids.iter().all(|grid| !grid.responses.are_reported()) {
             return None;
         }
-        let (room, zones) = (below_openings(scene), zones(scene));
+        let (room, zones) = (below_openings(scene), scene.tubes.iter().map(Zone::of).collect::<Vec<_>>());
         let wanted = grids.iter().enumerate().filter(|(_, grid)| grid.responses.are_reported());
         let grids = wanted.map(|(number, grid)| ResponseSensors::new(&room, &zones, number, grid)).collect();
         Some(Self { scene: room, zones, grids, paths, seed: Key::new(seed) })
@@ -214,12 +215,6 @@ fn to_tubes(zones: &[Zone], to_patches: &[f64]) -> Vec<f64> {
     responses
 }
 
-/// Returns the Lambertian zone of each opening.
-fn zones(scene: &TraceableScene) -> Vec<Zone> {
-    let of = |tube: &TraceableTube| Zone::new(tube.diffuser.even_zone(tube.opening_radius), tube.opening_radius);
-    scene.tubes.iter().map(of).collect()
-}
-
 /// Returns the scene below the openings: everything above is removed, except guides from which light comes back.
 fn below_openings(scene: &TraceableScene) -> TraceableScene {
     let mut room = scene.clone();
@@ -230,7 +225,7 @@ fn below_openings(scene: &TraceableScene) -> TraceableScene {
             continue;
         }
         let black = [0.0; 3];
-        let radius = tube.opening_radius;
+        let radius = tube.pipe_radius;
         let pipe = StraightGuide { radius, length: 1.0, reflectance: black.into(), collector_transmittance: black };
         (tube.guide, tube.section, tube.cones) = (Guide::Straight(pipe), None, None);
         tube.diffuser = tube.diffuser.opaque();
@@ -275,12 +270,12 @@ impl SensorPoints {
 
     /// True if no point of the sensor is near the opening of a tube.
     fn is_far(&self, tube: &TraceableTube) -> bool {
-        is_far(tube.origin, tube.opening_radius, self.centre, self.reach())
+        is_far(tube.origin, tube.opening.outer_radius(), self.centre, self.reach())
     }
 
     /// True if nothing can stand between any point of the sensor and any point of the opening of a tube.
     fn sees(&self, scene: &TraceableScene, tube: &TraceableTube) -> bool {
-        scene.leaves_clear(self.centre, self.reach(), None, tube.origin, tube.opening_radius)
+        scene.leaves_clear(self.centre, self.reach(), None, tube.origin, tube.opening.outer_radius())
     }
 }
 
@@ -312,7 +307,7 @@ fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &SensorPoints, st
             let (of_patches, held) = (zone.within_each(numbers), zone.held());
             let receiver = DiscReceiver::new(position, place.normal, tube.origin);
             for ((lit, point), held) in lit.iter_mut().zip(&of_patches).zip(held) {
-                let source = tube.origin + (*point * tube.opening_radius).extend(0.0);
+                let source = tube.at(*point);
                 if held > 0.0 && scene.visible(source, None, position, None) {
                     *lit += receiver.point(source.truncate()) / points as f64;
                 }

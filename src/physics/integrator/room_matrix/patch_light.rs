@@ -14,11 +14,11 @@ use crate::integrator::backward::next_event::{Daylight, NextEvent, PathState, po
 use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
-use crate::integrator::diffuser_source::cells::{CELLS, DiscReceiver, cell, is_far};
+use crate::integrator::diffuser_source::cells::{DiscReceiver, is_far};
 use crate::integrator::diffuser_source::opening_visibility::{OpeningVisibility, opening_visibility};
+use crate::integrator::diffuser_source::patches::{CELLS, cell};
 use crate::integrator::diffuser_source::zone::Zone;
 use crate::optics::Spectrum;
-use crate::sampling::warp;
 use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
 /// Number of points of an opening that a vertex is connected to where it may see only a part of it.
@@ -60,19 +60,20 @@ impl<'a, const C: usize> PatchLight<'a, C> {
 
     /// Returns the luminance in cd/m2 of a point of a patch by one lumen that leaves the patch.
     fn luminance(&self, tube: &TraceableTube, number: usize, at: DVec3, patch: usize) -> f64 {
-        self.per_part(tube, number, at, patch) / (PI * tube.opening_area_m2())
+        self.per_part(tube, number, at, patch) / (PI * tube.opening.area_m2())
     }
 
     fn connect_to(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, number: usize, tube: &TraceableTube) {
-        match opening_visibility(walk.scene, vertex, tube.origin, tube.opening_radius) {
+        let radius = tube.opening.outer_radius();
+        match opening_visibility(walk.scene, vertex, tube.origin, radius) {
             OpeningVisibility::Never => {}
             _ if vertex.is_narrow() => {}
-            _ if !is_far(tube.origin, tube.opening_radius, vertex.position, 0.0) => {
-                let away = warp::disc(walk.samples.pair()) * tube.opening_radius;
-                let source = tube.origin + away.extend(0.0);
+            _ if !is_far(tube.origin, radius, vertex.position, 0.0) => {
+                let away = tube.opening.point(walk.samples.pair());
+                let source = tube.at(away);
                 let connected = opening_density(tube, source - vertex.position);
                 if let Some((response, density)) = walk.respond(vertex, source, None) {
-                    let patch = cell(away, tube.opening_radius);
+                    let patch = cell(&tube.opening, away);
                     let luminance = self.luminance(tube, number, source, patch);
                     self.find(number, patch, response * (luminance * power_heuristic(connected, density) / connected));
                 }
@@ -81,8 +82,8 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                 let points = self.zones[number].within_each(walk.samples.pair());
                 let held = self.zones[number].held();
                 let receiver = DiscReceiver::new(vertex.position, vertex.normal, tube.origin);
-                let (centre, radius) = (tube.origin.truncate(), tube.opening_radius);
-                let lit = PointIlluminances { receiver: &receiver, points: &points, held: &held, centre, radius };
+                let centre = tube.origin.truncate();
+                let lit = PointIlluminances { receiver: &receiver, points: &points, held: &held, centre };
                 let lit = self.vectors.dispatch(lit);
                 let mut found = self.found.borrow_mut();
                 for (found, lit) in found.iter_mut().skip(number * CELLS).zip(lit) {
@@ -92,9 +93,9 @@ impl<'a, const C: usize> PatchLight<'a, C> {
             OpeningVisibility::InPart | OpeningVisibility::ByRays => {
                 let numbers: [[f64; 2]; CONNECTIONS] = std::array::from_fn(|_| walk.samples.pair());
                 for numbers in numbers {
-                    let away = warp::disc(numbers) * tube.opening_radius;
-                    let patch = cell(away, tube.opening_radius);
-                    let source = tube.origin + away.extend(0.0);
+                    let away = tube.opening.point(numbers);
+                    let patch = cell(&tube.opening, away);
+                    let source = tube.at(away);
                     let to_light = source - vertex.position;
                     let distance_squared = to_light.length_squared();
                     if let Some((response, _)) = walk.respond(vertex, source, None) {
@@ -116,7 +117,6 @@ struct PointIlluminances<'a> {
     /// 1 for each point that emits, else 0.
     held: &'a [f64; CELLS],
     centre: DVec2,
-    radius: f64,
 }
 
 impl pulp::NullaryFnOnce for PointIlluminances<'_> {
@@ -124,10 +124,10 @@ impl pulp::NullaryFnOnce for PointIlluminances<'_> {
 
     #[inline(always)]
     fn call(self) -> [f64; CELLS] {
-        let Self { receiver, points, held, centre, radius } = self;
+        let Self { receiver, points, held, centre } = self;
         let mut lit = [0.0; CELLS];
         for ((lit, point), held) in lit.iter_mut().zip(points).zip(held) {
-            *lit = receiver.point(centre + *point * radius) * held;
+            *lit = receiver.point(centre + *point) * held;
         }
         lit
     }
@@ -196,13 +196,13 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
         let of = &walk.scene.tubes[tube];
         let found = match ray.trace.last {
             Some(last) if last.narrow => 1.0,
-            Some(last) if is_far(of.origin, of.opening_radius, last.position, 0.0) => 0.0,
+            Some(last) if is_far(of.origin, of.opening.outer_radius(), last.position, 0.0) => 0.0,
             Some(last) => power_heuristic(last.density, opening_density(of, position - last.position)),
             None if ray.trace.from_eye => 0.0,
             None => 1.0,
         };
         if found > 0.0 {
-            let patch = cell((position - of.origin).truncate(), of.opening_radius);
+            let patch = cell(&of.opening, of.away(position));
             self.find(tube, patch, ray.weight * (self.luminance(of, tube, position, patch) * found));
         }
         Some(DaylightWeights::NONE)

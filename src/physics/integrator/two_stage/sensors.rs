@@ -48,7 +48,7 @@ pub fn visible_parts(scene: &TraceableScene, grid: &Grid) -> Vec<VisiblePart> {
         };
         let is_cut = grid.is_cut(sensor);
         scene.tubes.iter().map(move |tube| {
-            let (centre, radius) = (tube.origin, tube.opening_radius);
+            let (centre, radius) = (tube.origin, tube.opening.outer_radius());
             if !is_cut && scene.leaves_clear(position, reach, None, centre, radius) {
                 VisiblePart::Whole
             } else if scene.hides(&corners, centre, radius) {

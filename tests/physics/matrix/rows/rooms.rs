@@ -51,7 +51,7 @@ fn row(name: &str, level: Vec<Grid>) -> Row {
     Row::new(scene).given(values, 0.0)
 }
 
-/// The scene of a room's document: pipes that lose nothing under a uniform sky of 10 000 lx, so that each closure is a disc of even exitance.
+/// The scene of a room's document: pipes that lose nothing under a uniform sky of 10 000 lx, so that each closure is a disc or square of even exitance.
 fn scene(room: &str) -> Scene {
     let document = reference::json(&format!("rooms/{room}.json"));
     let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
@@ -66,6 +66,10 @@ pub fn l_hall_points() -> Row {
 
 pub fn attic_points() -> Row {
     row("attic", vec![Grid::new("desk".into(), 0.85, [5, 4], 0.0, [5.0, 4.0], EstimateKind::Point)])
+}
+
+pub fn gable_points() -> Row {
+    row("gable", vec![Grid::new("desk".into(), 0.85, [10, 6], 0.0, [10.0, 6.0], EstimateKind::Point)])
 }
 
 pub fn l_hall_sensors() -> Row {
