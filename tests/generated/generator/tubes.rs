@@ -1,6 +1,6 @@
 //! Tubes: straight, bent, of meshes, with all collectors and closures.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -41,13 +41,22 @@ fn parametric(kind: Kind, coloured: bool) -> BoxedStrategy<Value> {
         );
         std::iter::once(json!({ "length": first + spare })).chain(others).collect::<Vec<_>>()
     });
-    let parts = (place_of_tube(), mirror(coloured), segments, collector(coloured), diffuser(kind, coloured));
+    let closure = (diffuser(kind, coloured), square(kind));
+    let parts = (place_of_tube(), mirror(coloured), segments, collector(coloured), closure);
     parts
-        .prop_map(|(place, reflectance, segments, collector, diffuser)| {
-            json!({ "place": place, "tube": { "reflectance": reflectance, "segments": segments,
+        .prop_map(|(place, reflectance, segments, collector, (diffuser, square))| {
+            let square = square.filter(|_| diffuser["kind"] == "lambertian");
+            json!({ "place": place, "square": square, "tube": { "reflectance": reflectance, "segments": segments,
                     "collector": collector, "diffuser": diffuser } })
         })
         .boxed()
+}
+
+/// For some tubes the turn of a square closure, the transmittance of its transition, and the diameter of the pipe in its sides.
+fn square(kind: Kind) -> impl Strategy<Value = Option<[f64; 3]>> {
+    let transmittance = prop_oneof![1 => Just(1.0), 1 => 0.0..=1.0f64];
+    let square = (-360.0..=360.0f64, transmittance, 0.3..=1.0f64).prop_map(<[f64; 3]>::from);
+    proptest::option::weighted(if kind == Kind::Plain { 0.0 } else { 0.3 }, square)
 }
 
 fn mirror(coloured: bool) -> impl Strategy<Value = Value> {
@@ -147,6 +156,13 @@ pub fn in_quarter(drawn: &Value, quarter: usize, [x, y, _]: [f64; 3], several: b
         tube["centre_m"] = json!(centre);
         tube["diameter_m"] = json!(2.0 * radius);
         tube["diffuser"] = sized(&tube["diffuser"]);
+        if let Some([turn, transmittance, diameter]) = drawn["square"].as_array().map(|_| three(&drawn["square"])) {
+            // as large as fits into the circle
+            let side = SQRT_2 * radius;
+            tube["closure_shape"] = json!({ "kind": "square", "side_m": side, "rotation_deg": turn,
+                                            "transition_transmittance": transmittance });
+            tube["diameter_m"] = json!(diameter * side);
+        }
         return tube;
     }
     let cover = &mesh["cover"];
