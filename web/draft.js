@@ -18,6 +18,8 @@ export const centimetres = (metres) => Math.round(metres * 100) / 100;
 
 /** @param {Tube} tube @returns {tube is MeshTube} */
 export const isMesh = (tube) => "mesh" in tube;
+/** A closure that is a square, not the circle of its pipe. @param {Tube} tube */
+export const square = (tube) => (isMesh(tube) ? undefined : (tube.closure_shape ?? undefined));
 /** @param {Tube} tube */
 export const diameter = (tube) => (isMesh(tube) ? tube.opening_diameter_m : tube.diameter_m);
 

@@ -2,9 +2,9 @@
 import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
 import { centimetres } from "./draft.js";
-import { across, bar, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
+import { across, bar, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
 import { jobs } from "./jobs.js";
-import { SMALL, layout, north } from "./plan.js";
+import { SMALL, layout, north, ring } from "./plan.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
@@ -127,10 +127,7 @@ function map(job, grid) {
       (job.document.tubes ?? []).map(({ centre_m }) => centre_m),
     )}
     ${outside(room, grid, at)}${outlined(room, at, "frame")}
-    ${(job.document.tubes ?? []).map(
-      (tube) => svg`<circle class="ring" cx=${across(at, tube.centre_m[0])}
-      cy=${down(at, tube.centre_m[1])} r=${(at.k * ("mesh" in tube ? tube.opening_diameter_m : tube.diameter_m)) / 2}></circle>`,
-    )}
+    ${(job.document.tubes ?? []).map((tube) => ring(tube, at))}
     ${measures(room, at)}
     ${bar(end, ticks, unit, across(at, east) + 18, at.top, at.k * depth)}${north(room.rotation_deg ?? 0)}</svg>`;
 }

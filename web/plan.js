@@ -1,5 +1,5 @@
 // The plan of the room from above: the map, the tubes and the room's walls, which are moved by hand.
-import { diameter, isMesh } from "./draft.js";
+import { diameter, isMesh, square } from "./draft.js";
 import { bar, across, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
 import { drag, draw, keys, moveCursor, still } from "./plan_hand.js";
 import { numbered } from "./plan_labels.js";
@@ -108,7 +108,18 @@ function opening(tube, index, at) {
         @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
       ${isMesh(tube) ? nothing : axis(tube, at)}
       <circle class="hold" cx=${x} cy=${y} r=${Math.max(radius, 16)}></circle>
-      <circle class="ring" cx=${x} cy=${y} r=${radius}></circle></g>`;
+      ${ring(tube, at)}</g>`;
+}
+
+/** The rim of an opening. @param {Tube} tube @param {import("./map.js").Layout} at */
+export function ring(tube, at) {
+  const [x, y] = [across(at, tube.centre_m[0]), down(at, tube.centre_m[1])];
+  const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
+  const side = at.k * side_m;
+  return side > 0
+    ? svg`<rect class="ring" x=${x - side / 2} y=${y - side / 2} width=${side} height=${side}
+        transform=${`rotate(${rotation_deg} ${x} ${y})`}></rect>`
+    : svg`<circle class="ring" cx=${x} cy=${y} r=${(at.k * diameter(tube)) / 2}></circle>`;
 }
 
 /** Where a bent tube goes, seen from above. @param {ParametricTube} tube @param {import("./map.js").Layout} at */

@@ -1,5 +1,5 @@
 // A section through room, roof and tubes.
-import { centimetres, diameter, isMesh, setDrop } from "./draft.js";
+import { centimetres, diameter, isMesh, setDrop, square } from "./draft.js";
 import { edit, hold } from "./live.js";
 import { still } from "./plan_hand.js";
 import { joints, skyward, throughPipe } from "./ray.js";
@@ -167,7 +167,10 @@ function guide(index, tube, points, opening, { x, y, k }) {
   const [a, b] = [one.at(-1), other.at(-1)];
   const dome = !isMesh(tube) && (tube.collector.kind === "dome" || tube.collector.kind === "dielectric_dome");
   const cover = a && b ? (dome ? `M${of(a)}A${k * radius} ${k * radius} 0 0 0 ${of(b)}` : `M${of(a)}L${of(b)}`) : "";
-  const [from, to] = [x((points[0]?.[0] ?? 0) - radius), x((points[0]?.[0] ?? 0) + radius)];
+  const { side_m = diameter(tube), rotation_deg = 0 } = square(tube) ?? {};
+  const turn = rotation_deg * RADIANS;
+  const half = (side_m / 2) * (Math.abs(Math.cos(turn)) + Math.abs(Math.sin(turn)));
+  const [from, to] = [x((points[0]?.[0] ?? 0) - half), x((points[0]?.[0] ?? 0) + half)];
   return svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path><g
     class="opening" @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => hang(event, index, k)}><line
     class="hold" x1=${from} x2=${to} y1=${y(opening)} y2=${y(opening)}></line><line

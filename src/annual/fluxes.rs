@@ -145,7 +145,7 @@ fn even_closure(tube: &TraceableTube) -> Option<EvenClosure> {
     let fraction = |side, factor: f64| {
         closure.lambertian(side).map(|Spectrum(fraction): Spectrum<3>| fraction.map(|fraction| factor * fraction))
     };
-    let whole = tube.diffuser.is_even(tube.opening.outer_radius());
+    let whole = tube.diffuser.measured().is_none() && tube.specular_zone().is_none();
     Some(EvenClosure {
         radius: tube.pipe_radius,
         transmittance: fraction(SheetSide::Other, down).filter(|_| whole)?,
