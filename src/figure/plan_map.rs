@@ -391,7 +391,7 @@ mod tests {
         for (columns, tubes, rings) in [(16, 1, 1), (16, 5, 2), (40, 40, 2), (3, 300, 1)] {
             let mut map = map([columns, 24], Numbers::Hidden);
             let place = |tube: usize| DVec2::new(0.2 + 0.37 * (tube % 10) as f64, 0.3 + 0.19 * (tube / 10) as f64);
-            map.room.tubes = (0..tubes).map(|tube| (place(tube), 0.08)).collect();
+            map.room.tubes = (0..tubes).map(|tube| (place(tube), OpeningShape::Disc { radius: 0.08 })).collect();
             let l = [(0.0, 0.0), (4.0, 0.0), (4.0, 5.6), (3.6, 5.6), (3.6, 5.8), (2.0, 5.8), (2.0, 6.0), (0.0, 6.0)];
             if rings > 1 {
                 map.room.rings = vec![l.map(DVec2::from).to_vec()];

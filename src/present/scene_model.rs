@@ -86,7 +86,10 @@ fn tubes(document: &JobDocument) -> Vec<ColouredMesh> {
         let mouth = opening.centre.extend(opening.height_m);
         // the mouth hangs a hair below the ceiling, so that it is seen
         let below = mouth - DVec3::Z * (1e-4 * room.scale_m());
-        mesh.add_polygon(ring((below, DVec3::Z), DVec3::Z, opening.radius_m), DIFFUSER);
+        match opening.shape.corners() {
+            Some(corners) => mesh.add_polygon(corners.map(|corner| below + corner.extend(0.0)), DIFFUSER),
+            None => mesh.add_polygon(ring((below, DVec3::Z), DVec3::Z, opening.shape.outer_radius()), DIFFUSER),
+        }
         if let TubeDocument::Parametric(tube) = tube {
             pipe(&mut mesh, tube, mouth);
         }
