@@ -19,6 +19,7 @@ use super::room::openings::{boxes_cover_no_opening, luminaires_cover_no_opening}
 use super::sky::check::{check_location, check_sky, check_time};
 use super::sky::{LocationDocument, SkyDocument};
 use super::stop::StopDocument;
+use super::surroundings::SurroundingsDocument;
 use super::tube::TubeDocument;
 use super::tube::check::check_tubes;
 use super::tube::crossing::check_crossings;
@@ -49,6 +50,9 @@ pub struct JobDocument {
     /// Sky and sun; required unless `tubes` is empty or `annual` is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<SkyDocument>,
+    /// Horizon and ground around the building; by default there is no horizon, and the ground is black.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surroundings: Option<SurroundingsDocument>,
     /// The room, its surfaces, objects and luminaires.
     pub room: RoomDocument,
     /// Tubular daylight devices, at most 1024.
@@ -149,6 +153,9 @@ impl JobDocument {
         if let Some(sky) = &self.sky {
             check_sky(sky, checks);
         }
+        if let Some(surroundings) = &self.surroundings {
+            surroundings.check(checks);
+        }
         let room = check_room(&self.room, checks);
         let judged = check_tubes(&self.tubes, checks);
         if self.grids.is_empty() && self.views.is_empty() && !self.surfaces {
@@ -239,6 +246,19 @@ fn check_beside_year(job: &JobDocument, checks: &mut Checks) {
             if is_set {
                 checks.refuse(format!("/grids/{index}/{field}"), "must be false with `annual`");
             }
+        }
+    }
+    if job.surroundings.is_some() {
+        checks.not_supported("/surroundings", "surroundings of a job with `annual`");
+    }
+    for (index, tube) in job.tubes.iter().enumerate() {
+        if tube.horizon().is_some() {
+            checks.not_supported(format!("/tubes/{index}/horizon"), "a horizon in a job with `annual`");
+        }
+        if let TubeDocument::Parametric(tube) = tube
+            && tube.collector.pane().is_some()
+        {
+            checks.not_supported(format!("/tubes/{index}/collector/tilt_deg"), "a tilted pane in a job with `annual`");
         }
     }
     if job.surfaces {

@@ -86,6 +86,20 @@ pub const ALBEDO: Range = below(0.0, 1.0);
 pub const LIGHT: Range = within(0.0, 1e9);
 /// Range of an angle of rotation in degrees.
 pub const TURN_DEG: Range = within(-360.0, 360.0);
+/// Range of the tilt of a pane from the horizontal in degrees.
+pub const PANE_TILT_DEG: Range = within(0.0, 90.0);
+/// Range of an azimuth of a horizon in degrees, clockwise from north.
+pub const HORIZON_AZIMUTH_DEG: Range = within(0.0, 360.0);
+/// Range of an azimuth of a horizon of PVGIS in degrees, clockwise from south.
+pub const PVGIS_AZIMUTH_DEG: Range = within(-180.0, 180.0);
+/// Range of an altitude of a horizon in degrees.
+pub const HORIZON_ALTITUDE_DEG: Range = within(0.0, 90.0);
+/// Number of points of a horizon: one for each degree, and 360 beside 0.
+pub const HORIZON_POINTS: RangeInclusive<usize> = 1..=361;
+/// Number of obstructions outdoors.
+pub const OBSTRUCTIONS: RangeInclusive<usize> = 0..=64;
+/// Range of an edge of a box outdoors in metres: up to that of a large hall or a ridge of hills.
+pub const OBSTRUCTION_SIZE_M: Range = within(1e-3, 1e4);
 /// Range of a coordinate along one axis in metres: beyond any camera or object.
 pub const COORDINATE_M: Range = within(-1e6, 1e6);
 /// Range of a coordinate of a mesh's origin in metres; wide enough for meshes with eastings and northings of a survey.
@@ -294,6 +308,16 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("PerezDocument", "dew_point_c", Limit::Number(DEW_POINT_C)),
     ("SunPositionDocument", "altitude_deg", Limit::Number(ALTITUDE_DEG)),
     ("SunPositionDocument", "azimuth_deg", Limit::Number(TURN_DEG)),
+    ("SurroundingsDocument", "horizon", Limit::Items(HORIZON_POINTS)),
+    ("SurroundingsDocument", "horizon_pvgis", Limit::Items(HORIZON_POINTS)),
+    ("SurroundingsDocument", "obstructions", Limit::Items(OBSTRUCTIONS)),
+    ("ObstructionBox", "rotation_deg", Limit::Number(TURN_DEG)),
+    ("ParametricTube", "horizon", Limit::Items(HORIZON_POINTS)),
+    ("MeshTubeDocument", "horizon", Limit::Items(HORIZON_POINTS)),
+    ("FlatCollector", "tilt_deg", Limit::Number(PANE_TILT_DEG)),
+    ("FlatCollector", "azimuth_deg", Limit::Number(TURN_DEG)),
+    ("SurroundingsDocument", "luminance_ratio", Limit::Number(RATIO)),
+    ("SurroundingsDocument", "ground_reflectance", Limit::Number(RATIO)),
     ("RoomDocument", "rotation_deg", Limit::Number(TURN_DEG)),
     ("RoomDocument", "objects", Limit::Items(OBJECTS)),
     ("RoomDocument", "partitions", Limit::Items(PARTITIONS)),

@@ -1,6 +1,6 @@
 //! The job document and its results: serde types, defaults, checks with JSON pointers, and conversion to a scene.
 //!
-//! The document is split by noun: [`job`] is the whole, which consists of [`sky`], [`room`], [`tube`], [`outputs`] (grids and
+//! The document is split by noun: [`job`] is the whole, which consists of [`sky`], [`surroundings`], [`room`], [`tube`], [`outputs`] (grids and
 //! views), [`method`], [`stop`] and [`effects`]; [`optics`] has the coefficients and tables that several of them use. Each noun
 //! has its types, checks its own part and converts it to a part of the scene; [`job`] checks rules that concern two parts.
 //!
@@ -14,6 +14,7 @@ pub mod errors;
 mod frame;
 pub mod hbjson;
 mod hints;
+mod horizon;
 pub mod job;
 pub mod limits;
 mod mesh_source;
@@ -30,6 +31,7 @@ pub(crate) mod schema;
 pub mod sky;
 mod solids;
 pub mod stop;
+pub mod surroundings;
 pub mod tube;
 pub mod tube_flux;
 mod unit;

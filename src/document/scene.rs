@@ -11,12 +11,14 @@ use super::room::convert::room;
 use super::room::mesh_object::mesh_objects;
 use super::room::object::ObjectDocument;
 use super::sky::SkyDocument;
-use super::sky::daylight::{Explained, Surroundings, daylight};
+use super::sky::daylight::{Circumstances, Explained, daylight};
+use super::surroundings::SurroundingsDocument;
+use super::tube::TubeDocument;
 use super::tube::convert::tube;
 use crate::geometry::Dropped;
 use crate::plan::EffectKind;
 use crate::scene::surface_patches::{grid_of_patches, surface_patches};
-use crate::scene::{Channels, Grid, Responses, Room, Scene, Tube, TubeShape, View};
+use crate::scene::{Channels, Daylight, Enclosure, Grid, Responses, Room, Scene, Tube, TubeShape, View};
 
 /// Converts a checked document to its scene, with warnings and the provenance of its results.
 ///
@@ -29,7 +31,7 @@ pub fn to_scene(
     let mut warnings = Vec::new();
     let explained = explained_daylight(document, &mut checks, &mut warnings);
     let Some(enclosure) = document.room.enclosure(&mut checks) else { return Err(DocumentErrors(checks.errors)) };
-    let (tubes, guides): (Vec<Tube>, Vec<GuideProvenance>) = document
+    let (mut tubes, guides): (Vec<Tube>, Vec<GuideProvenance>) = document
         .tubes
         .iter()
         .enumerate()
@@ -37,6 +39,11 @@ pub fn to_scene(
         .unzip();
     let objects = mesh_objects(&document.room, &document.tubes, &enclosure, meshes, &mut checks);
     let views = views(document, &mut checks);
+    if checks.errors.is_empty()
+        && let Some(Explained { daylight, .. }) = &explained
+    {
+        surround(document, daylight, &enclosure, &mut tubes, &mut checks);
+    }
     if !checks.errors.is_empty() {
         return Err(DocumentErrors(checks.errors));
     }
@@ -89,8 +96,26 @@ fn dropped_triangles(document: &JobDocument, scene: &Scene) -> Vec<Warning> {
         .collect()
 }
 
+/// Puts surroundings around the upper ends of the tubes, one for each of the document, if it gives any.
+fn surround(
+    document: &JobDocument,
+    daylight: &Daylight,
+    enclosure: &Enclosure,
+    tubes: &mut [Tube],
+    checks: &mut Checks,
+) {
+    let own = || document.tubes.iter().map(TubeDocument::horizon);
+    let by_default = own().any(|own| own.is_some()).then(SurroundingsDocument::default);
+    let Some(surroundings) = document.surroundings.as_ref().or(by_default.as_ref()) else { return };
+    let around = surroundings.around(daylight, document.room.rotation_deg);
+    for (number, (tube, own)) in tubes.iter_mut().zip(own()).enumerate() {
+        let upper_end = tube.origin(enclosure) + tube.upper_end();
+        tube.surroundings = around.of(number, own, (upper_end, tube.opening_radius), checks);
+    }
+}
+
 fn explained_daylight(document: &JobDocument, checks: &mut Checks, warnings: &mut Vec<Warning>) -> Option<Explained> {
-    let around = Surroundings {
+    let around = Circumstances {
         location: document.location.as_ref(),
         time: document.time.as_deref(),
         rotation_deg: document.room.rotation_deg,
@@ -99,11 +124,12 @@ fn explained_daylight(document: &JobDocument, checks: &mut Checks, warnings: &mu
     match &document.sky {
         Some(sky) => daylight(sky, around, checks, warnings),
         None if document.annual.is_some() => {
-            daylight(&SkyDocument::OF_DAYLIGHT_FACTORS, Surroundings { location: None, ..around }, checks, warnings)
+            daylight(&SkyDocument::OF_DAYLIGHT_FACTORS, Circumstances { location: None, ..around }, checks, warnings)
         }
         None => {
-            if around.location.is_some() || around.time.is_some() {
-                let detail = "without `sky` there is no daylight: `location` and `time` change nothing".to_owned();
+            if around.location.is_some() || around.time.is_some() || document.surroundings.is_some() {
+                let detail = "without `sky` there is no daylight: `location`, `time` and `surroundings` change nothing"
+                    .to_owned();
                 warnings.push(Warning { code: WarningCode::PlaceWithoutSky, detail });
             }
             None

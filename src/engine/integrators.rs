@@ -59,7 +59,7 @@ impl Engine {
     ) -> Self {
         let electric = traceable.luminaires.iter().any(TraceableLuminaire::emits);
         let responses = scene.grids.iter().any(|grid| grid.responses.are_reported());
-        if traceable.sky.is_none() && traceable.sun.is_none() && !electric && !responses {
+        if !traceable.has_sky() && !traceable.has_sun() && !electric && !responses {
             return Self::Dark;
         }
         let target = stop.target();

@@ -110,7 +110,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     let plan = Plan { guides: plan::guides::guides(&scene, &traceable), effects, methods };
     provenance.interreflection = traceable.interreflection;
     if let Some(sun) = &mut provenance.sun {
-        sun.on = traceable.sun.is_some();
+        sun.on = traceable.has_sun();
     }
     let Methods { grids, views, .. } = &plan.methods;
     let outputs = [(grids, task.without_views()), (views, task.without_grids())];

@@ -163,7 +163,7 @@ mod tests {
         let sun = SunAt { altitude: 0.6, azimuth: 3.0, label: None };
         let cie = CieType::new(12).unwrap();
         let distribution = SkyDistribution::new(cie, direction(sun.altitude, sun.azimuth));
-        let sky = Sky { distribution, zenith_luminance_cd_m2: 3000.0 };
+        let sky = Sky::new(distribution, 3000.0);
         let path: Vec<SunAt> = (0..24)
             .map(|hour| {
                 let azimuth = (15.0 * f64::from(hour)).to_radians();

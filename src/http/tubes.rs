@@ -148,7 +148,7 @@ impl Request {
         let Self { aspect_ratio, reflectance, .. } = *self;
         let of_sky = |cie_type: CieType, altitude_deg: f64| {
             let distribution = SkyDistribution::new(cie_type, direction(altitude_deg.to_radians(), 0.0));
-            let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+            let sky = Sky::new(distribution, 1.0);
             if aspect_ratio == 0.0 {
                 1.0
             } else {

@@ -14,7 +14,9 @@ use crate::figure::section::Section;
 use crate::figure::sky_dome::{SunAt, sky_dome};
 use crate::figure::ticks::significant;
 use crate::figure::{Drawing, Heading};
+use crate::scene::Daylight;
 use crate::sky::looked_up::LookedUp;
+use crate::sky::zenith::ZenithFormula;
 use crate::sky::{Sky, SkyDistribution, direction, sun};
 
 /// Step between the points of the sun's path, in minutes.
@@ -122,7 +124,12 @@ fn sky_figure(subject: &Subject, document: &JobDocument, provenance: &Provenance
     let toward_sun = direction(altitude, azimuth);
     let sky_type = document.sky.as_ref()?.sky_type(toward_sun, document.time.as_deref())?;
     let distribution = SkyDistribution::new(sky_type, toward_sun);
-    let sky = Sky { distribution, zenith_luminance_cd_m2: zenith.zenith_luminance_cd_m2 };
+    let mut sky = Sky::new(distribution, zenith.zenith_luminance_cd_m2);
+    if let Some(surroundings) = &document.surroundings {
+        let open = Daylight { sky: Some(sky.clone()), sun: None, formula: ZenithFormula::GivenZenithLuminance };
+        // the figure is turned to north, whatever the room's rotation
+        sky.surroundings = Some(surroundings.around(&open, 0.0).common);
+    }
     let is_up = altitude > 0.0;
     let [of_sky, of_sun] = [zenith.horizontal_illuminance_lux, sun.horizontal_illuminance_lux];
     let level = format!(

@@ -91,7 +91,8 @@ pub fn tube_flux(
     for (number, pair) in request.pairs.iter().enumerate() {
         // the first has the tube, whose mesh is loaded once
         let (scene, warnings, provenance) = first_scene.take().map_or_else(|| to_scene(&pair.job, meshes), Ok)?;
-        let (sky, sun) = scene.daylight.as_ref().map_or((None, None), |light| (light.sky.clone(), light.sun));
+        let before = |daylight: &Daylight| scene.tubes.first().map(|tube| daylight.before(tube));
+        let (sky, sun) = scene.daylight.as_ref().and_then(before).unwrap_or_default();
         let outside = scene.daylight.as_ref().map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         if sky.is_some() || sun.is_some() {
             lights.push((number, sky, sun));

@@ -15,7 +15,7 @@ use crate::guide::skies::skies;
 use crate::present::cache::Cache;
 use crate::sampling::{Key, Stream};
 use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
-use crate::traceable::{TraceableScene, cylinder_guide};
+use crate::traceable::{TraceableScene, TraceableTube, cylinder_guide};
 
 /// Largest number of rays of each replicate for a beam of the curve, and of each of 8 replicates under a sky, in patches or not, or in the
 /// sun.
@@ -70,14 +70,14 @@ static PERFORMANCES: Cache<blake3::Hash, Arc<TubePerformance>> = Cache::new(KEPT
 impl TubePerformance {
     /// Returns the performance of a tube of a scene, with standard errors of about this size: a kept one, or one computed anew.
     pub fn of(traceable: &TraceableScene, tube: usize, description: &Tube, standard_error: f64) -> Arc<Self> {
-        let Tube { shape, opening_radius, .. } = description;
-        let content = content(shape, *opening_radius, traceable, standard_error);
-        PERFORMANCES.get(content, || Arc::new(performance(traceable, tube, shape, *opening_radius, standard_error)))
+        let (shape, tube) = (&description.shape, &traceable.tubes[tube]);
+        let content = content(shape, tube, standard_error);
+        PERFORMANCES.get(content, || Arc::new(performance(tube, shape, standard_error)))
     }
 }
 
 /// Hashes everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun, and the allowed error.
-fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, error: f64) -> blake3::Hash {
+fn content(shape: &TubeShape, tube: &TraceableTube, error: f64) -> blake3::Hash {
     struct Hashing(blake3::Hasher);
     impl fmt::Write for Hashing {
         fn write_str(&mut self, text: &str) -> fmt::Result {
@@ -96,35 +96,30 @@ fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, e
             &(&mesh.materials, parts, rotation, section)
         }
     };
-    let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?} {error:?}", traceable.sky, traceable.sun);
+    let written = write!(hashing, "{shape:?} {:?} {:?} {:?} {error:?}", tube.pipe_radius, tube.sky, tube.sun);
     debug_assert!(written.is_ok(), "hashing cannot fail");
     hashing.0.finalize()
 }
 
-fn performance(
-    traceable: &TraceableScene,
-    tube: usize,
-    shape: &TubeShape,
-    radius: f64,
-    standard_error: f64,
-) -> TubePerformance {
-    let guide = &traceable.tubes[tube].guide;
+fn performance(tube: &TraceableTube, shape: &TubeShape, standard_error: f64) -> TubePerformance {
+    let TraceableTube { guide, sky, sun, pipe_radius: radius, .. } = tube;
     // the same numbers for every tube: equal tubes have equal reports, and two reports do not differ by noise alone
     let key = Key::new(0);
     let effort = Effort { standard_error, least: LEAST_SKY_RAYS, most: MOST_SKY_RAYS };
     let keys = [Stream::ReportUniformSky, Stream::ReportSky].map(|stream| key.stream(stream, 0));
-    let (uniform_sky, of_sky) = skies(guide, traceable.sky.as_ref(), keys, effort);
-    let sky = traceable.sky.as_ref().zip(of_sky).map(|(sky, direct)| {
+    let (uniform_sky, of_sky) = skies(guide, sky.as_ref(), keys, effort);
+    let sky_report = sky.as_ref().zip(of_sky).map(|(sky, direct)| {
         let effort = Effort { standard_error: ERROR_OF_PATCHES * standard_error, least: LEAST_PATCH_RAYS, ..effort };
         let patches = patches::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), effort);
         SkyReport { direct: ThroughputResult::new(&direct, 1.0), patches: ThroughputResult::new(&patches, 1.0) }
     });
-    let sun = traceable.sun.as_ref().map(|sun| {
+    let sun_report = sun.as_ref().map(|sun| {
         let through = performance::beam(guide, sun.direction, key.stream(Stream::ReportSun, 0), effort);
         ThroughputResult::new(&through, sun.normal_illuminance_lux)
     });
     let equivalent_straight = match shape {
-        TubeShape::Cylinders(tube) if tube.segments.iter().any(|segment| segment.tilt != 0.0) => {
+        TubeShape::Cylinders(tube) if !tube.is_straight() => {
+            let radius = *radius;
             let length_m = tube.segments.iter().map(|segment| segment.length_m).sum();
             // in closed form, or by the same rays for all
             let rays = ((STRAIGHT_RAYS * LARGEST_ERROR / standard_error) as u64).min(MOST_SKY_RAYS);
@@ -143,22 +138,22 @@ fn performance(
         }
         _ => None,
     };
-    let toward_sun = traceable.sun.as_ref().map(|sun| sun.direction);
-    let toward_sun = toward_sun.or(traceable.sky.as_ref().map(|sky| sky.distribution.sun()));
+    let toward_sun = sun.as_ref().map(|sun| sun.direction);
+    let toward_sun = toward_sun.or(sky.as_ref().map(|sky| sky.distribution.sun()));
     let azimuth =
         toward_sun.map_or(std::f64::consts::PI, |sun| libm::atan2(sun.x, sun.y).rem_euclid(std::f64::consts::TAU));
     TubePerformance {
         beam: beam_report(guide, azimuth, key.stream(Stream::ReportBeams, 0), standard_error),
         uniform_sky: uniform_sky.into(),
-        sky,
-        sun,
+        sky: sky_report,
+        sun: sun_report,
         equivalent_straight,
     }
 }
 
 /// Returns the tube as one vertical piece.
 fn straightened(tube: &StraightOrBent, length_m: f64) -> StraightOrBent {
-    StraightOrBent { segments: vec![Segment { length_m, tilt: 0.0, azimuth: 0.0 }], ..tube.clone() }
+    StraightOrBent { segments: vec![Segment { length_m, tilt: 0.0, azimuth: 0.0 }], cut: None, ..tube.clone() }
 }
 
 fn beam_report(guide: &Guide, azimuth: f64, key: Key, standard_error: f64) -> BeamReport {

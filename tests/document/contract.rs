@@ -66,6 +66,7 @@ fn every_variant_is_a_component_and_tagged_ones_are_told_apart() {
         "DiffuserPart",
         "MethodWithSettings",
         "ObjectDocument",
+        "ObstructionDocument",
         "PartDocument",
         "RefractionProvenance",
         "ScheduleDocument",

@@ -32,5 +32,6 @@ mod room;
 mod seeds;
 mod sheets;
 mod sky;
+mod surroundings;
 mod text;
 mod tubes;

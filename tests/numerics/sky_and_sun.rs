@@ -206,7 +206,7 @@ fn turning_the_sun_of_an_even_sky_changes_no_bit() {
         let formula = default_formula(cie(number), None);
         let zenith_luminance_cd_m2 = zenith_luminance_cd_m2(&distribution, formula, altitude_deg.to_radians());
         let mut day = scenes::daylight(number, 0.0, 0.0, 0.0);
-        day.sky = Some(Sky { distribution, zenith_luminance_cd_m2 });
+        day.sky = Some(Sky::new(distribution, zenith_luminance_cd_m2));
         let tubes = [lambertian(0.6, 0.2), scenes::clear()].map(|diffuser| straight(0.6, 0.95, diffuser));
         let tubes = tubes.into_iter().zip([0.6, 1.5]).map(|(tube, x)| Tube { centre: DVec2::new(x, 0.9), ..tube });
         let mut scene = scenes::cube(0.2, 0.5, 0.7, tubes.collect(), day, EstimateKind::Point);
@@ -220,7 +220,7 @@ fn turning_the_sun_of_an_even_sky_changes_no_bit() {
         let distribution = SkyDistribution::new(cie(number), direction(altitude, azimuth));
         let zenith_luminance_cd_m2 =
             zenith_luminance_cd_m2(&distribution, default_formula(cie(number), None), altitude);
-        let sky = Sky { distribution, zenith_luminance_cd_m2 };
+        let sky = Sky::new(distribution, zenith_luminance_cd_m2);
         [zenith_luminance_cd_m2, sky.horizontal_illuminance_lux(), sky_exitance(&sky, 4.0, 0.98)].map(f64::to_bits)
     };
     for number in [1, 3, 5] {
@@ -246,7 +246,7 @@ fn samples_of_all_skies_give_the_table_s_illuminance() {
         .map(|(index, row)| {
             let altitude = number(&row[1]).to_radians();
             let distribution = SkyDistribution::new(cie(row[0].parse().unwrap()), direction(altitude, 2.3));
-            let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+            let sky = Sky::new(distribution, 1.0);
             let sampler = SkySampler::new(&sky, |toward| toward.z).unwrap();
             let mut random = PathRandom::new(Key::new(index as u64));
             let mut moments = Moments::default();
@@ -280,7 +280,7 @@ fn patch_of(toward: DVec3) -> usize {
 #[test]
 fn ten_million_samples_follow_the_brightest_corona() {
     let sun = direction(5f64.to_radians(), 2.3);
-    let sky = Sky { distribution: SkyDistribution::new(cie(15), sun), zenith_luminance_cd_m2: 1.0 };
+    let sky = Sky::new(SkyDistribution::new(cie(15), sun), 1.0);
     assert!((sky.luminance(sun) - 135.0).abs() < 0.5, "{}", sky.luminance(sun));
     let sampler = SkySampler::new(&sky, |_| 1.0).unwrap();
     let (batches, batch) = (100u64, 100_000);

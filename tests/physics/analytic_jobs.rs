@@ -79,7 +79,7 @@ fn jenkins_by_hand() {
     let prepared = prepared(&document);
     let merged = solve(&prepared);
     let distribution = SkyDistribution::new(CieType::new(1).unwrap(), direction(35f64.to_radians(), PI));
-    let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+    let sky = Sky::new(distribution, 1.0);
     let pipe = (sky_exitance(&sky, 1.0, 0.95) / sky.horizontal_illuminance_lux()).powf(1.2 / 0.33);
     // given in the document
     let external = 10_000.0;

@@ -39,6 +39,7 @@ mod electric_light;
 mod energy_balance;
 mod few_photons;
 mod furnished;
+mod horizon;
 mod intervals;
 mod invariance;
 mod left_out;

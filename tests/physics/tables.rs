@@ -111,7 +111,7 @@ fn flux_through_a_tube() {
         let cie_type = cie_type(&row[0]);
         let formula = zenith::default_formula(cie_type, None);
         let zenith_luminance_cd_m2 = zenith_luminance_cd_m2(&distribution, formula, altitude);
-        let sky = Sky { distribution, zenith_luminance_cd_m2 };
+        let sky = Sky::new(distribution, zenith_luminance_cd_m2);
         let what = format!("type {}", row[0]);
         assert_close(zenith_luminance_cd_m2, number(&row[1]), 1e-9, 0.5e-6, &what);
         assert_close(sky.horizontal_illuminance_lux() * area, number(&row[3]), 1e-9, 0.5e-8, &what);
@@ -128,7 +128,7 @@ fn flux_through_a_tube() {
 #[test]
 fn isotropic_transmission() {
     let distribution = sky_distribution("5", 0.6);
-    let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+    let sky = Sky::new(distribution, 1.0);
     for (key, value) in json("tube_isotropic_transmission.json").as_object().unwrap() {
         let (aspect, reflectance) = key.split_once(',').unwrap();
         let aspect = number(aspect.strip_prefix("L/D=").unwrap());
@@ -166,8 +166,7 @@ fn transmissions_of_cie_skies(step: usize) {
     let table = rows("tube_transmission_cie_skies.csv");
     assert_eq!(table.len(), 1920);
     table.par_iter().step_by(step).for_each(|row| {
-        let sky =
-            Sky { distribution: sky_distribution(&row[0], number(&row[1]).to_radians()), zenith_luminance_cd_m2: 1.0 };
+        let sky = Sky::new(sky_distribution(&row[0], number(&row[1]).to_radians()), 1.0);
         let transmission = sky_exitance(&sky, number(&row[3]), number(&row[2])) / sky.horizontal_illuminance_lux();
         assert_close(transmission, number(&row[4]), 0.0, 1.5e-6, &format!("{row:?}"));
     });
@@ -176,7 +175,7 @@ fn transmissions_of_cie_skies(step: usize) {
 /// Long and dull tubes, where the quadrature does not resolve every kink: 1e-6 against a midpoint rule of 20 000 points.
 #[test]
 fn transmission_of_long_and_dull_tubes() {
-    let sky = Sky { distribution: sky_distribution("5", 0.6), zenith_luminance_cd_m2: 1.0 };
+    let sky = Sky::new(sky_distribution("5", 0.6), 1.0);
     for (aspect, reflectance) in [(100.0, 0.9), (100.0, 0.995), (100.0, 0.9999), (30.0, 0.5), (0.01, 0.1), (5.0, 0.0)] {
         let points = 20_000;
         let midpoint = |k: u32| {
@@ -265,7 +264,7 @@ fn roof_openings() {
     table.par_iter().enumerate().for_each(|(number_of_row, row)| {
         // the table has the sun toward +x
         let sun = direction(number(&row[2]).to_radians(), std::f64::consts::FRAC_PI_2);
-        let sky = Sky { distribution: SkyDistribution::new(cie_type(&row[1]), sun), zenith_luminance_cd_m2: 1.0 };
+        let sky = Sky::new(SkyDistribution::new(cie_type(&row[1]), sun), 1.0);
         let side = number(&row[0]);
         let normal = if row[7] == "+x" { DVec3::X } else { DVec3::Z };
         let point = DVec3::new(number(&row[4]), number(&row[5]), number(&row[6]));

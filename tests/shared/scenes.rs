@@ -26,7 +26,7 @@ pub const RADIUS: f64 = 0.127;
 pub fn daylight(cie_type: u8, zenith_luminance_cd_m2: f64, altitude_deg: f64, azimuth_deg: f64) -> Daylight {
     let sun = direction(altitude_deg.to_radians(), azimuth_deg.to_radians());
     let distribution = SkyDistribution::new(CieType::new(cie_type).unwrap(), sun);
-    let sky = Some(Sky { distribution, zenith_luminance_cd_m2 });
+    let sky = Some(Sky::new(distribution, zenith_luminance_cd_m2));
     Daylight { sky, sun: None, formula: ZenithFormula::GivenZenithLuminance }
 }
 
@@ -43,8 +43,10 @@ pub fn straight(length_m: f64, reflectance: f64, diffuser: Diffuser) -> Tube {
             reflectance: [reflectance; 3].into(),
             segments,
             collector: Collector::Open,
+            cut: None,
         }),
         diffuser,
+        surroundings: None,
     }
 }
 
@@ -173,6 +175,7 @@ pub fn bent(diffuser: Diffuser) -> Tube {
             reflectance: [0.9; 3].into(),
             segments: vec![segment(0.0), segment(0.8), segment(0.0)],
             collector: Collector::Dome { transmittance: [0.9; 3] },
+            cut: None,
         }),
         ..straight(1.0, 0.9, diffuser)
     }
@@ -182,7 +185,7 @@ pub fn bent(diffuser: Diffuser) -> Tube {
 pub fn domed(diffuser: Diffuser) -> Tube {
     let collector = Collector::DielectricDome { refractive_index: 1.49, thickness_m: 0.003, absorption_per_m: 0.0 };
     let segments = vec![Segment { length_m: 0.6, tilt: 0.0, azimuth: 0.0 }];
-    let shape = StraightOrBent { reflectance: [0.95; 3].into(), segments, collector };
+    let shape = StraightOrBent { reflectance: [0.95; 3].into(), segments, collector, cut: None };
     Tube { shape: TubeShape::Cylinders(shape), ..straight(1.0, 0.9, diffuser) }
 }
 

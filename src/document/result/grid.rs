@@ -303,7 +303,7 @@ mod tests {
         let distribution = SkyDistribution::new(sky_type, toward_sun);
         let sun = Sun { direction: toward_sun, normal_illuminance_lux: 1000.0 };
         Daylight {
-            sky: Some(Sky { distribution, zenith_luminance_cd_m2: 1000.0 }),
+            sky: Some(Sky::new(distribution, 1000.0)),
             sun: with_sun.then_some(sun),
             formula: ZenithFormula::GivenZenithLuminance,
         }

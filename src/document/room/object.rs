@@ -104,6 +104,12 @@ impl ObjectDocument {
     }
 }
 
+/// Returns the corners of the base of a box of `size` about `middle`, turned clockwise seen from above.
+pub fn footprint(size: DVec2, middle: DVec2, rotation_deg: f64) -> [DVec2; 4] {
+    let (half, back) = (0.5 * size, rotation(rotation_deg.to_radians()).transpose());
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| middle + back * (half * DVec2::new(x, y)))
+}
+
 impl MeshObjectDocument {
     fn check(&self, pointer: &str, checks: &mut Checks) {
         checks.numbers(&format!("{pointer}/position_m"), &self.position_m, MESH_POSITION_M);
@@ -179,9 +185,8 @@ impl BoxDocument {
 
     /// Returns the corners of the box's base, seen from above.
     pub fn footprint(&self) -> [DVec2; 4] {
-        let (half, middle) = (0.5 * DVec3::from(self.size_m).truncate(), DVec3::from(self.position_m).truncate());
-        let back = rotation(self.rotation_deg.to_radians()).transpose();
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| middle + back * (half * DVec2::new(x, y)))
+        let [size, position] = [self.size_m, self.position_m].map(|of| DVec3::from(of).truncate());
+        footprint(size, position, self.rotation_deg)
     }
 
     /// Returns the extents along the room's axes of a box of this `size`, turned like this one, with the centre of its base at

@@ -27,6 +27,7 @@ pub fn complete(schemas: &mut Schemas) {
         ("ObjectDocument", "kind", "Object", true),
         ("ScheduleDocument", "kind", "Schedule", true),
         ("DaylightSavingDocument", "kind", "DaylightSaving", true),
+        ("ObstructionDocument", "kind", "Obstruction", true),
         ("CeilingDocument", "kind", "Ceiling", true),
         ("CollectorDocument", "kind", "Collector", true),
         ("DiffuserDocument", "kind", "Diffuser", true),

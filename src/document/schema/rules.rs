@@ -95,6 +95,8 @@ pub fn rules() -> Vec<(&'static str, Value)> {
     vec![
         ("JobDocument", any(job)),
         ("SkyDocument", any(sky)),
+        ("SurroundingsDocument", all([given("horizon"), given("horizon_pvgis")])),
+        ("FlatCollector", all([given("azimuth_deg"), absent("tilt_deg")])),
         ("SurfaceDocument", any(surface)),
         ("RoomDocument", any(room)),
         ("GridDocument", any(grid)),

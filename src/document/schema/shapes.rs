@@ -7,8 +7,8 @@ use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, ObjectBuilder, OneOfBui
 use utoipa::{PartialSchema, ToSchema};
 
 use crate::document::limits::{
-    ALBEDO, CELLS, COORDINATE_M, EXITS, LIGHT, MESH_POSITION_M, PIXELS_OF_AN_EDGE, RATIO, ROOM_EDGE_M, Range,
-    SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG, THRESHOLD_LUX,
+    ALBEDO, CELLS, COORDINATE_M, EXITS, LIGHT, MESH_POSITION_M, OBSTRUCTION_SIZE_M, PIXELS_OF_AN_EDGE, RATIO,
+    ROOM_EDGE_M, Range, SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG, THRESHOLD_LUX, within,
 };
 
 /// Defines unit-like types, each of which stands for a schema in `#[schema(value_type = ...)]`.
@@ -33,6 +33,8 @@ named! {
         .description(Some("x, y and z in metres, and the direction that the sensor faces."));
     PlaneOffset: array(2, number(COORDINATE_M)).description(Some("East and north in metres."));
     RoomSize: array(3, number(ROOM_EDGE_M)).description(Some("Extent along x, y and z in metres."));
+    HorizonPoint: array(2, number(within(-180.0, 360.0))).description(Some("Azimuth and altitude in degrees."));
+    ObstructionSize: array(3, number(OBSTRUCTION_SIZE_M)).description(Some("Extent along x, y and z in metres."));
     MeshPosition: array(3, number(MESH_POSITION_M)).description(Some("x, y and z in metres."));
     BoxSize: array(3, number(SIZE_M)).description(Some("Extent along x, y and z in metres."));
     CellCounts: array(2, integer(CELLS)).description(Some("Number of cells along x and y."));

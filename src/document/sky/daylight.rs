@@ -16,7 +16,7 @@ const NEAR_THE_MEAN: RangeInclusive<f64> = 3.0 / 4.0..=4.0 / 3.0;
 
 /// Properties of a document, other than the sky's own fields, that sky and sun depend on.
 #[derive(Clone, Copy)]
-pub struct Surroundings<'a> {
+pub struct Circumstances<'a> {
     /// Location on Earth; `None` if the document gives the sun's position.
     pub location: Option<&'a LocationDocument>,
     /// Time in RFC 3339; given together with the location.
@@ -46,7 +46,7 @@ struct Apparent {
     refraction: RefractionProvenance,
 }
 
-fn sun_position(sky: &SkyDocument, around: Surroundings) -> Result<Apparent, FieldError> {
+fn sun_position(sky: &SkyDocument, around: Circumstances) -> Result<Apparent, FieldError> {
     if let Some(position) = &sky.sun_position {
         return Ok(Apparent {
             altitude: position.altitude_deg.to_radians(),
@@ -70,7 +70,7 @@ fn sun_position(sky: &SkyDocument, around: Surroundings) -> Result<Apparent, Fie
 /// Returns sky and sun in the room frame, with their provenance, and adds warnings about them; `None` after an error.
 pub(crate) fn daylight(
     sky: &SkyDocument,
-    around: Surroundings,
+    around: Circumstances,
     checks: &mut Checks,
     warnings: &mut Vec<Warning>,
 ) -> Option<Explained> {
@@ -94,7 +94,7 @@ pub(crate) fn daylight(
 
     let up = altitude > 0.0;
     let daylight = Daylight {
-        sky: up.then_some(Sky { distribution, zenith_luminance_cd_m2 }),
+        sky: up.then_some(Sky::new(distribution, zenith_luminance_cd_m2)),
         sun: (up && beam > 0.0).then_some(Sun { direction: toward_sun, normal_illuminance_lux: beam }),
         formula,
     };

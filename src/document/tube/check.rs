@@ -8,13 +8,19 @@ use super::diffuser::DiffuserDocument;
 use super::part::PartDocument;
 use super::{MeshTubeDocument, ParametricTube, SegmentDocument, TubeDocument};
 use crate::document::errors::Checks;
-use crate::document::limits::{DIAMETER_M, MESH_ID, SEGMENT_LENGTH_M, SEGMENTS, TILT_DEG, TUBES, TURN_DEG};
+use crate::document::horizon::check_points;
+use crate::document::limits::{
+    DIAMETER_M, HORIZON_AZIMUTH_DEG, MESH_ID, SEGMENT_LENGTH_M, SEGMENTS, TILT_DEG, TUBES, TURN_DEG,
+};
 use crate::document::read::pointer::escape;
 use crate::sky::direction;
 
 /// Largest bend in degrees: beyond it the ellipse of the mitre grows without bound, and 180 degrees would fold the guide onto
 /// itself.
 const STEEPEST_BEND_DEG: f64 = 175.0;
+
+/// Largest angle in degrees of a pane from lying across the tube: its ellipse is then 4 times as long as wide.
+const STEEPEST_PANE_DEG: f64 = 75.0;
 
 /// Adds the faults of each tube by itself; false if there are too many tubes to be checked at all.
 pub(crate) fn check_tubes(tubes: &[TubeDocument], checks: &mut Checks) -> bool {
@@ -25,6 +31,9 @@ pub(crate) fn check_tubes(tubes: &[TubeDocument], checks: &mut Checks) -> bool {
         let pointer = format!("/tubes/{index}");
         let (diameter_m, diameter) = tube.diameter();
         let diameter_ok = checks.number(&format!("{pointer}/{diameter}"), diameter_m, DIAMETER_M);
+        if let Some(points) = tube.horizon() {
+            check_points(&format!("{pointer}/horizon"), points, HORIZON_AZIMUTH_DEG, checks);
+        }
         match tube {
             TubeDocument::Parametric(tube) => check_parametric(&pointer, tube, diameter_ok, checks),
             TubeDocument::Mesh(tube) => check_mesh_tube(&pointer, tube, checks),
@@ -82,16 +91,18 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
         return;
     }
     let radius = 0.5 * tube.diameter_m;
-    // the ellipse of a mitre between axes that turn by b reaches r tan(b / 2) along each of them
+    let Some(pane) = pane_angle(pointer, tube, &axes, checks) else { return };
+    // the ellipse of a mitre between axes that turn by b reaches r tan(b / 2) along each of them, that of a pane as if b were twice its angle
     let reach = |bend: Option<&f64>| bend.map_or(0.0, |bend| radius * libm::tan(0.5 * bend));
+    let ends: Vec<f64> = bends.into_iter().chain([2.0 * pane]).collect();
     let mut end = DVec3::ZERO;
     for (index, segment) in segments.iter().enumerate() {
         let pointer = format!("{pointer}/segments/{index}");
-        let lower = reach(index.checked_sub(1).and_then(|below| bends.get(below)));
-        let shortest = lower + reach(bends.get(index));
+        let lower = reach(index.checked_sub(1).and_then(|below| ends.get(below)));
+        let shortest = lower + reach(ends.get(index));
         if segment.length_m < shortest {
             let detail = format!(
-                "must be >= {shortest} m, so that the mitres of its bends do not cross, but is {}",
+                "must be >= {shortest} m, so that its mitres and a tilted pane do not cross, but is {}",
                 segment.length_m
             );
             checks.refuse(format!("{pointer}/length_m"), detail);
@@ -103,6 +114,21 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
             checks.refuse(format!("{pointer}/tilt_deg"), detail);
         }
     }
+}
+
+/// Returns the angle in radians between the last axis and the normal of a tilted pane, 0 without one; `None` after an error.
+fn pane_angle(pointer: &str, tube: &ParametricTube, axes: &[DVec3], checks: &mut Checks) -> Option<f64> {
+    let Some((axis, pane)) = axes.last().zip(tube.collector.pane()) else { return Some(0.0) };
+    let angle = libm::atan2(axis.cross(pane).length(), axis.dot(pane));
+    if angle.to_degrees() > STEEPEST_PANE_DEG {
+        let detail = format!(
+            "the pane must be within {STEEPEST_PANE_DEG} degrees of lying across the axis of the last segment, but is {:.6} degrees away",
+            angle.to_degrees()
+        );
+        checks.refuse(format!("{pointer}/collector/tilt_deg"), detail);
+        return None;
+    }
+    Some(angle)
 }
 
 /// Returns unit vectors along the axes of segments, pointing upward along the guide.

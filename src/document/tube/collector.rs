@@ -1,13 +1,15 @@
 //! Collectors, which cover the upper ends of tubes.
 
+use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
 use crate::document::errors::Checks;
-use crate::document::limits::{ABSORPTION_PER_M, REFRACTIVE_INDEX, THICKNESS_M};
+use crate::document::limits::{ABSORPTION_PER_M, PANE_TILT_DEG, REFRACTIVE_INDEX, THICKNESS_M, TURN_DEG};
 use crate::document::optics::Coefficient;
 use crate::document::read::tagged::{self, Reader, Tagged};
 use crate::optics::Collector;
+use crate::sky::direction;
 
 /// Cover of the upper end of a tube; only `dielectric_dome` changes the direction of light.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
@@ -29,6 +31,13 @@ pub enum CollectorDocument {
 pub struct FlatCollector {
     /// Fraction of the light that is transmitted, at every angle.
     pub transmittance: Coefficient,
+    /// Tilt of the pane from the horizontal in degrees, 0..90, as of a roof: the tube ends in its plane. Default: the pane lies across the
+    /// axis of the last segment.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt_deg: Option<f64>,
+    /// Azimuth in degrees that a tilted pane faces, clockwise from the room's +y axis; default: 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub azimuth_deg: Option<f64>,
 }
 
 /// Fields of a thin dome.
@@ -76,7 +85,19 @@ impl CollectorDocument {
     pub(crate) fn check(&self, pointer: &str, checks: &mut Checks) {
         match self {
             Self::Open => {}
-            Self::Flat(FlatCollector { transmittance }) | Self::Dome(DomeCollector { transmittance }) => {
+            Self::Flat(FlatCollector { transmittance, tilt_deg, azimuth_deg }) => {
+                transmittance.check(&format!("{pointer}/transmittance"), checks);
+                if let Some(tilt_deg) = tilt_deg {
+                    checks.number(&format!("{pointer}/tilt_deg"), *tilt_deg, PANE_TILT_DEG);
+                }
+                if let Some(azimuth_deg) = azimuth_deg {
+                    checks.number(&format!("{pointer}/azimuth_deg"), *azimuth_deg, TURN_DEG);
+                    if tilt_deg.is_none() {
+                        checks.refuse(format!("{pointer}/azimuth_deg"), "needs `tilt_deg`, the tilt of the pane");
+                    }
+                }
+            }
+            Self::Dome(DomeCollector { transmittance }) => {
                 transmittance.check(&format!("{pointer}/transmittance"), checks);
             }
             Self::DielectricDome(dome) => {
@@ -91,7 +112,7 @@ impl CollectorDocument {
     pub fn collector(&self) -> Collector {
         match *self {
             Self::Open => Collector::Open,
-            Self::Flat(FlatCollector { transmittance }) => Collector::Flat { transmittance: transmittance.rgb() },
+            Self::Flat(FlatCollector { transmittance, .. }) => Collector::Flat { transmittance: transmittance.rgb() },
             Self::Dome(DomeCollector { transmittance }) => Collector::Dome { transmittance: transmittance.rgb() },
             Self::DielectricDome(DielectricDomeCollector { refractive_index, thickness_m, absorption_per_m }) => {
                 Collector::DielectricDome { refractive_index, thickness_m, absorption_per_m }
@@ -99,11 +120,18 @@ impl CollectorDocument {
         }
     }
 
+    /// Returns the unit normal of a tilted pane, pointing out; `None` for collectors across the axis, and a tilt out of its bounds.
+    pub fn pane(&self) -> Option<DVec3> {
+        let Self::Flat(FlatCollector { tilt_deg, azimuth_deg, .. }) = self else { return None };
+        let tilt_deg = tilt_deg.filter(|tilt_deg| PANE_TILT_DEG.contains(*tilt_deg))?;
+        Some(direction((90.0 - tilt_deg).to_radians(), azimuth_deg.unwrap_or(0.0).to_radians()))
+    }
+
     /// Returns the transmittance, which may be coloured, of a collector that has one.
     pub fn coefficients(&self) -> Option<Coefficient> {
         match *self {
             Self::Open | Self::DielectricDome(_) => None,
-            Self::Flat(FlatCollector { transmittance }) | Self::Dome(DomeCollector { transmittance }) => {
+            Self::Flat(FlatCollector { transmittance, .. }) | Self::Dome(DomeCollector { transmittance }) => {
                 Some(transmittance)
             }
         }

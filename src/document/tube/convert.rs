@@ -1,6 +1,6 @@
 //! Conversion of a document's tubes to those of a scene.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::closure_shape::ClosureShapeDocument;
 use super::mesh::mesh_tube;
@@ -11,6 +11,9 @@ use crate::document::mesh_source::MeshSource;
 use crate::document::provenance::GuideProvenance;
 use crate::guide::Section;
 use crate::scene::{Enclosure, Segment, StraightOrBent, Tube, TubeShape};
+
+/// Distance of unit vectors within which a pane lies across the axis, for rounding.
+const ACROSS: f64 = 1e-12;
 
 /// Returns the tube at `pointer` in a room, and the representation of its guide; `None` after an error.
 pub(crate) fn tube(
@@ -38,6 +41,7 @@ pub(crate) fn tube(
                 transition: None,
                 shape: TubeShape::Mesh(mesh),
                 diffuser,
+                surroundings: None,
             };
             Some((tube, guide))
         }
@@ -54,9 +58,14 @@ fn cylinders(tube: &ParametricTube, face: usize, drop_m: f64) -> (Tube, GuidePro
         reflectance: tube.reflectance.mirror(),
         segments: segments.collect(),
         collector: tube.collector.collector(),
+        cut: None,
     };
+    let across = shape.segments.last().map(Segment::axis);
+    // a pane across the axis cuts nothing
+    let is_oblique = |pane: &DVec3| across.is_some_and(|axis| axis.distance(*pane) > ACROSS);
+    let shape = StraightOrBent { cut: tube.collector.pane().filter(is_oblique), ..shape };
     // several vertical segments make one straight tube
-    let straight = shape.segments.iter().all(|segment| segment.tilt == 0.0);
+    let straight = shape.is_straight();
     let tube = Tube {
         face,
         drop_m,
@@ -65,6 +74,7 @@ fn cylinders(tube: &ParametricTube, face: usize, drop_m: f64) -> (Tube, GuidePro
         transition: tube.closure_shape.as_ref().map(ClosureShapeDocument::transition),
         shape: TubeShape::Cylinders(shape),
         diffuser: tube.diffuser.diffuser(),
+        surroundings: None,
     };
     (tube, if straight { GuideProvenance::ClosedFormStraight } else { GuideProvenance::ClosedFormBent })
 }

@@ -21,7 +21,7 @@ use crate::document::frame::Up;
 use crate::document::optics::Coefficient;
 use crate::document::optics::mirror::MirrorDocument;
 use crate::document::read::tagged::Fields;
-use crate::document::schema::shapes::PlanePoint;
+use crate::document::schema::shapes::{HorizonPoint, PlanePoint};
 use crate::document::unit::Unit;
 use crate::scene::OpeningShape;
 use closure_shape::ClosureShapeDocument;
@@ -67,6 +67,11 @@ pub struct ParametricTube {
     /// Shape of the closure; default: the circle of the pipe.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closure_shape: Option<ClosureShapeDocument>,
+    /// Horizon of this tube's upper end, in place of that of `surroundings` and in the same form: `[azimuth_deg, altitude_deg]`, clockwise
+    /// from north.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<HorizonPoint>>)]
+    pub horizon: Option<Vec<[f64; 2]>>,
 }
 
 /// Straight segment of a guide.
@@ -120,6 +125,11 @@ pub struct MeshTubeDocument {
     pub recognise: bool,
     /// Roles of the mesh's materials, by the names of the materials.
     pub parts: BTreeMap<String, PartDocument>,
+    /// Horizon of this tube's upper end, in place of that of `surroundings` and in the same form: `[azimuth_deg, altitude_deg]`, clockwise
+    /// from north.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<HorizonPoint>>)]
+    pub horizon: Option<Vec<[f64; 2]>>,
 }
 
 fn recognise() -> bool {
@@ -192,6 +202,14 @@ impl TubeDocument {
         match self {
             Self::Parametric(tube) => (tube.face.as_deref(), tube.drop_m),
             Self::Mesh(tube) => (tube.face.as_deref(), tube.drop_m),
+        }
+    }
+
+    /// Returns the points of the tube's own horizon, if it has one.
+    pub fn horizon(&self) -> Option<&[[f64; 2]]> {
+        match self {
+            Self::Parametric(tube) => tube.horizon.as_deref(),
+            Self::Mesh(tube) => tube.horizon.as_deref(),
         }
     }
 

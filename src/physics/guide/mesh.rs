@@ -174,6 +174,22 @@ impl MeshGuide {
         direction: DVec3,
         random: &mut PathRandom,
     ) -> Transit<C> {
+        let rise = -position.z;
+        if rise > 0.0 && direction.z > 0.0 {
+            let at_opening = position + direction * (rise / direction.z);
+            if at_opening.truncate().length() <= self.opening_radius {
+                // from the ground, it cannot come through the room below
+                return Transit {
+                    end: End::Absorbed,
+                    position,
+                    direction,
+                    collector: Spectrum::ONE,
+                    mirrors: Spectrum::ONE,
+                    entered: false,
+                    rays: 0,
+                };
+            }
+        }
         self.follow(position, direction, false, random)
     }
 

@@ -70,7 +70,7 @@ pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
 }
 
 /// Computes the light through a guide from a sky made of parallel beams, one from the centre of each of the 145 patches of Tregenza (1987),
-/// as Dutton and Shao traced light pipes. Where rays are traced, the patch of each is drawn with a probability in proportion to its light
+/// as Dutton and Shao traced light pipes; light of the ground is left out. Where rays are traced, the patch of each is drawn with a probability in proportion to its light
 /// on the guide.
 ///
 /// Comparing with [`sky`](super::performance::sky) shows the error of the division into patches: near the sun the luminance at a patch's

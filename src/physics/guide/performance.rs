@@ -76,10 +76,11 @@ fn by_channel([red, green, blue]: [f64; 3], of: impl Fn(f64) -> f64) -> [f64; 3]
     [of_red, other(green), other(blue)]
 }
 
-/// Computes the throughput of the light of a sky: in closed form, with a standard error of 0, where [`beam`] has one; else by
-/// [`traced_sky`], whose arguments it takes.
+/// Computes the throughput of the light of a sky: in closed form, with a standard error of 0, where [`beam`] has one and no horizon hides a
+/// part of the sky; else by [`traced_sky`], whose arguments it takes.
 pub fn sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) -> Throughput {
-    let Some((aspect, reflectance, collector_transmittance)) = closed(guide) else {
+    let closed = closed(guide).filter(|_| sky.horizon().is_none());
+    let Some((aspect, reflectance, collector_transmittance)) = closed else {
         return traced_sky(guide, sky, key, effort);
     };
     let moments = SkyMoments::new(sky);
@@ -121,7 +122,7 @@ pub fn traced_sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>)
 pub fn uniform_sky(guide: &Guide, key: Key, effort: impl Into<Effort>) -> Transmission {
     let Some((aspect, reflectance, collector_transmittance)) = closed(guide) else {
         let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-        let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+        let uniform = Sky::new(distribution, 1.0);
         return traced_sky(guide, &uniform, key, effort).transmission();
     };
     let of = |reflectance: f64| uniform_sky_transmission(aspect, reflectance);

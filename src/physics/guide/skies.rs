@@ -31,7 +31,8 @@ pub fn skies(
 }
 
 /// Traces the light of a uniform sky of 1 cd/m2 and of a sky, with the same rays in directions that suit both, until both transmissions
-/// have the standard error of `effort`. Guides that pass light nearly only from a narrow cone get separate rays for each sky. `keys` are
+/// have the standard error of `effort`. Guides that pass light nearly only from a narrow cone, and skies with surroundings, get separate rays
+/// for each sky. `keys` are
 /// those of the uniform sky, or of shared rays, and of the other sky.
 pub fn traced_skies(
     guide: &Guide,
@@ -40,8 +41,8 @@ pub fn traced_skies(
     effort: Effort,
 ) -> (Throughput, Option<Throughput>) {
     let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-    let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
-    if guide.narrow_cone().is_some() {
+    let uniform = Sky::new(distribution, 1.0);
+    if guide.narrow_cone().is_some() || sky.is_some_and(|sky| sky.surroundings.is_some()) {
         let of_sky = sky.map(|sky| traced_sky(guide, sky, keys[1], effort));
         return (traced_sky(guide, &uniform, keys[0], effort), of_sky);
     }

@@ -75,7 +75,7 @@ impl SkyMoments {
     /// use skyduct_physics::sky::{CieType, Sky, SkyDistribution};
     ///
     /// let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-    /// let sky = SkyMoments::new(&Sky { distribution, zenith_luminance_cd_m2: 1.0 });
+    /// let sky = SkyMoments::new(&Sky::new(distribution, 1.0));
     /// let transmission = sky.through_straight(4.0, 0.98) / sky.horizontal_illuminance_lux();
     /// assert!((transmission - 0.869927).abs() < 5e-7);
     /// ```
@@ -189,7 +189,7 @@ mod tests {
     fn sky(number: u8, altitude_deg: f64) -> Sky {
         let sun = direction(altitude_deg.to_radians(), 0.7);
         let distribution = SkyDistribution::new(CieType::new(number).unwrap(), sun);
-        Sky { distribution, zenith_luminance_cd_m2: 5000.0 }
+        Sky::new(distribution, 5000.0)
     }
 
     /// Compares with the quadrature over sky and kinks, which is exact to 1e-9 here: every type, high and low suns.

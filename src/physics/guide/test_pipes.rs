@@ -19,7 +19,7 @@ pub fn straight(length: f64, reflectance: f64) -> Guide {
 /// Returns a CIE sky of 1000 cd/m2 at the zenith, with the sun 35 degrees high.
 pub fn cie_sky(number: u8) -> Sky {
     let distribution = SkyDistribution::new(CieType::new(number).unwrap(), direction(35f64.to_radians(), 2.0));
-    Sky { distribution, zenith_luminance_cd_m2: 1000.0 }
+    Sky::new(distribution, 1000.0)
 }
 
 /// Returns a straight pipe with one reflectance given as a table, so that it is traced by rays.

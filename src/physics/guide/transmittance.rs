@@ -276,7 +276,7 @@ const NODES: [(f64, usize); 4] = [(1e-3, 6), (1e-2, 8), (0.03, 16), (f64::INFINI
 /// use skyduct_physics::sky::{CieType, Sky, SkyDistribution};
 ///
 /// let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-/// let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+/// let sky = Sky::new(distribution, 1.0);
 /// let transmission = sky_exitance(&sky, 4.0, 0.98) / sky.horizontal_illuminance_lux();
 /// assert!((transmission - 0.869927).abs() < 5e-7);
 /// ```
@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn a_uniform_sky_by_chords() {
         let distribution = crate::sky::SkyDistribution::new(crate::sky::CieType::UNIFORM, glam::DVec3::Z);
-        let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+        let sky = Sky::new(distribution, 1.0);
         for aspect in [0.1, 1.0, 4.0, 11.0, 32.0] {
             for reflectance in [0.9, 0.95, 0.98, 0.995, 0.9999] {
                 let quadrature = sky_exitance(&sky, aspect, reflectance) / sky.horizontal_illuminance_lux();

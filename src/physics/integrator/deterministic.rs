@@ -16,8 +16,9 @@ pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation 
         diffuser: tube.diffuser.clone(),
     };
     Installation {
-        sky: traceable.sky.clone(),
-        sun: traceable.sun,
+        // without a horizon, all tubes that are lit have the same
+        sky: traceable.tubes.iter().find_map(|tube| tube.sky.clone()),
+        sun: traceable.tubes.iter().find_map(|tube| tube.sun),
         size: traceable.enclosure.extent(),
         reflectance: Face::ALL
             .map(|face| traceable.optics(SurfaceId::of_face(face)).map(|surface| surface.reflectance[0])),
@@ -60,6 +61,8 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
         (RefusalCode::MirrorsByAngle, "mirrors whose reflectance depends on the angle")
     } else if shapes().any(|tube| !thin(&tube.collector)) {
         (RefusalCode::RefractingCollectors, "collectors that bend light")
+    } else if traceable.tubes.iter().any(|tube| tube.sky.as_ref().is_some_and(|sky| sky.horizon().is_some())) {
+        (RefusalCode::Horizon, "a horizon above 0 degrees")
     } else {
         return None;
     };

@@ -16,8 +16,8 @@
 //! **Settings.** None: it adds rays until the job's accuracy is reached, or a cap.
 //!
 //! **Refuses** views; what all solvers refuse (`deterministic`): colours, mesh tubes, square closures, objects, luminaires, specular
-//! surfaces, measured diffusers, mirrors by angle, collectors that bend light; of its own: the sun at points through clear closures of bent
-//! tubes, light that these return to a room with interreflection, and rooms that absorb nothing.
+//! surfaces, measured diffusers, mirrors by angle, collectors that bend light, horizons; of its own: the sun at points through clear closures
+//! of bent tubes, light that these return to a room with interreflection, and rooms that absorb nothing.
 //!
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
@@ -84,7 +84,7 @@ fn refuses_bent_or_lossless(task: &Task) -> Option<Refusal> {
         .faces()
         .iter()
         .all(|face| face.surface.is_some_and(|surface| surface.reflectance[0] >= 1.0));
-    if bent_and_clear && task.has_points() && traceable.sun.is_some() {
+    if bent_and_clear && task.has_points() && traceable.has_sun() {
         let detail = "it cannot compute sunlight that reaches points through a clear closure of a bent tube";
         Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail).or("`estimate` cell_average"))
     } else if bent_and_clear && traceable.guide_return && traceable.interreflection {

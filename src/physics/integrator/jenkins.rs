@@ -9,7 +9,7 @@
 //! **Settings.** `coefficient` (0.494; above 0, at most 10), `pipe_transmittance` (0 to 1; by default exact, of a pipe
 //! as long as wide under the job's daylight), `bend_factor` (0 to 1; no default, needed for bends).
 //!
-//! **Refuses** views; what all solvers refuse (`deterministic`), bends without a factor, and reflecting rooms whose interreflection is
+//! **Refuses** views; what all solvers refuse (`deterministic`), bends without a factor, tilted upper ends, and reflecting rooms whose interreflection is
 //! switched off. Bad at every room but the one of the fit: it warns that it returns c pi = 1.55 times the flux. It reports neither an error
 //! nor an energy balance.
 //!
@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 use super::deterministic::{cylinders, installation, refuses};
 use super::method::{Caveat, CaveatCode, Computation, Described, Outputs, Passes, Refusal, RefusalCode, Task, Trial};
 use crate::analytic::jenkins::{Jenkins, Pipe};
-use crate::scene::{Scene, StraightOrBent};
+use crate::scene::{Scene, StraightOrBent, Tube};
 
 pub use crate::analytic::jenkins::Settings;
 
@@ -44,6 +44,9 @@ impl Described for Settings {
             if bent && self.bend_factor.is_none() {
                 let detail = "the loss of a bend must be given, because no published value holds for all tubes";
                 Some(Refusal::new(RefusalCode::SettingMissing, detail).or("the setting `bend_factor`"))
+            } else if task.scene.tubes.iter().any(is_tilted) {
+                let detail = "its formula takes the horizontal illuminance, which is not that of a tilted upper end";
+                Some(Refusal::new(RefusalCode::TiltedEnds, detail))
             } else if !task.traceable.interreflection && reflects(task.scene) {
                 let detail = "its coefficient includes the reflections of a room, which cannot be switched off";
                 Some(Refusal::new(RefusalCode::InterreflectionOff, detail))
@@ -81,6 +84,13 @@ impl Described for Settings {
 /// True if a face of the room reflects light.
 fn reflects(scene: &Scene) -> bool {
     scene.room.enclosure.surfaces().any(|surface| surface.reflectance[0] > 0.0)
+}
+
+/// True if the upper end of a tube has a tilted pane, or leans above bright ground.
+fn is_tilted(tube: &Tube) -> bool {
+    let bright = tube.surroundings.as_ref().is_some_and(|around| around.ground_luminance_cd_m2 > 0.0);
+    let leans = |cylinders: &StraightOrBent| cylinders.segments.last().is_some_and(|last| last.tilt != 0.0);
+    cylinders(&tube.shape).is_some_and(|cylinders| cylinders.cut.is_some() || (bright && leans(cylinders)))
 }
 
 /// Counts the elbows of a tube: places where the axis changes its direction.

@@ -274,6 +274,10 @@ refusal_codes! {
     RoomShape = "room_shape",
     /// Sensors do not look up, or do not lie in one level plane.
     PlacedSensors = "placed_sensors",
+    /// A horizon hides a part of the sky.
+    Horizon = "horizon",
+    /// The upper end of a tube is tilted.
+    TiltedEnds = "tilted_ends",
     /// Interreflection is switched off.
     InterreflectionOff = "interreflection_off",
     /// Passes are in order or there are none, where independent ones are needed.

@@ -114,14 +114,14 @@ impl<const C: usize> PathTracing<C> {
 
     /// Adds sunlight that closures scatter directly to the eye; returns the number of rays, or `None` if cancelled.
     fn add_sun(&self, view: &View, stream: Key, luminance: &mut [f64], cancel: &AtomicBool) -> Option<RayCount> {
-        let Some(sun) = &self.scene.sun else { return Some(RayCount::default()) };
+        if !self.scene.has_sun() {
+            return Some(RayCount::default());
+        }
         let paths = (view.size_px[0] * view.size_px[1]) as f64 * f64::from(self.settings.samples_per_pixel);
         let count = ((paths * SUN_RAYS_PER_PATH) as u64).max(LEAST_SUN_RAYS);
         let mut rays = RayCount::default();
         for (number, tube) in self.scene.tubes.iter().enumerate() {
-            if !(tube.daylit && tube.scatters()) {
-                continue;
-            }
+            let Some(sun) = tube.sun.as_ref().filter(|_| tube.scatters()) else { continue };
             let stream = stream.child(number as u64);
             let chunk = |numbers: Range<u64>| {
                 let (mut seen, mut rays) = (Vec::new(), RayCount::default());

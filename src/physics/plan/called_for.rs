@@ -1,9 +1,12 @@
 //! Reasons why a scene calls for an effect, or why the effect is exactly zero in it: one sentence each, made from the scene.
 
+use std::sync::Arc;
+
 use super::effect_kind::EffectKind;
 use crate::guide::Section;
 use crate::optics::{Diffuser, Surface};
-use crate::scene::{Channels, Scene, Tube, TubeShape};
+use crate::scene::{Channels, Daylight, Scene, Tube, TubeShape};
+use crate::sky::{Horizon, Surroundings};
 
 /// Scene without the parts that a document leaves out.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +72,7 @@ impl<'a> Remaining<'a> {
                 Channels::Rgb => Ok("a coefficient is given as red, green, blue".to_owned()),
             },
             EffectKind::Glossy => self.glossy(),
+            EffectKind::Horizon => horizon(scene),
         }
     }
 }
@@ -89,7 +93,9 @@ fn sky(scene: &Scene) -> Result<String, String> {
     match (nothing, scene.daylight.as_ref().and_then(|daylight| daylight.sky.as_ref())) {
         (Some(nothing), _) => Err(nothing.to_owned()),
         (None, None) => Err(BELOW_HORIZON.to_owned()),
-        (None, Some(sky)) if sky.zenith_luminance_cd_m2 == 0.0 => Err("the sky's luminance is zero".to_owned()),
+        (None, Some(sky)) if sky.zenith_luminance_cd_m2 == 0.0 && !scene.tubes.iter().any(sees_bright_ground) => {
+            Err("the sky's luminance is zero".to_owned())
+        }
         (None, Some(sky)) => Ok(sky.distribution.sky_type().to_string()),
     }
 }
@@ -98,11 +104,60 @@ fn sun(scene: &Scene) -> Result<String, String> {
     if let Some(nothing) = no_daylight(scene) {
         return Err(nothing.to_owned());
     }
+    let is_covered = |daylight: &Daylight| {
+        daylight.sun.is_some() && scene.tubes.iter().all(|tube| daylight.before(tube).1.is_none())
+    };
+    if scene.daylight.as_ref().is_some_and(is_covered) {
+        return Err("the horizon covers the sun's disc".to_owned());
+    }
     match scene.daylight.as_ref().map(|daylight| (&daylight.sun, &daylight.sky)) {
         Some((Some(sun), _)) => Ok(format!("a beam of {:.0} lx normal illuminance", sun.normal_illuminance_lux)),
         Some((None, Some(_))) => Err("no direct beam: the sky type has none, or it was given as 0".to_owned()),
         Some((None, None)) | None => Err(BELOW_HORIZON.to_owned()),
     }
+}
+
+fn horizon(scene: &Scene) -> Result<String, String> {
+    if let Some(nothing) = no_daylight(scene) {
+        return Err(nothing.to_owned());
+    }
+    let daylight = scene.daylight.as_ref();
+    let Some((daylight, sky)) = daylight.and_then(|daylight| Some((daylight, daylight.sky.as_ref()?))) else {
+        return Err(BELOW_HORIZON.to_owned());
+    };
+    // equal ones are shared, one after the other
+    let mut around: Vec<&Arc<Surroundings>> =
+        scene.tubes.iter().filter_map(|tube| tube.surroundings.as_ref()).collect();
+    around.dedup_by(|a, b| Arc::ptr_eq(a, b));
+    let horizons = || around.iter().filter_map(|around| around.horizon.as_ref());
+    let largest = |of: &dyn Fn(&Horizon) -> f64| horizons().map(of).reduce(f64::max);
+    let Some(highest) = largest(&Horizon::largest_altitude) else {
+        return Err("no part of the horizon is above 0 degrees".to_owned());
+    };
+    let hidden = largest(&|horizon| horizon.hidden_fraction(&sky.distribution)).unwrap_or(0.0);
+    let mut reason = format!(
+        "a horizon up to {:.1} degrees hides {}{:.1} % of the sky's horizontal illuminance",
+        highest.to_degrees(),
+        if around.len() > 1 { "up to " } else { "" },
+        100.0 * hidden
+    );
+    if let Some(sun) = &daylight.sun {
+        let covered = largest(&|horizon| 1.0 - horizon.uncovered(sun)).unwrap_or(0.0);
+        reason.push_str(&format!(" and {:.0} % of the sun's disc", 100.0 * covered));
+    }
+    let parallax = around.iter().map(|around| around.parallax).fold(0.0, f64::max);
+    if parallax > 0.0 {
+        reason.push_str(&format!(
+            "; it is that of the centre of each upper end, across which the outlines of obstructions shift by up to {:.1} degrees",
+            parallax.to_degrees()
+        ));
+    }
+    Ok(reason)
+}
+
+/// True if the surroundings of a tube have light of the ground.
+fn sees_bright_ground(tube: &Tube) -> bool {
+    tube.surroundings.as_ref().is_some_and(|around| around.ground_luminance_cd_m2 > 0.0)
 }
 
 fn luminaires(scene: &Scene) -> Result<String, String> {

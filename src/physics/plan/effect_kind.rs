@@ -21,11 +21,13 @@ pub enum EffectKind {
     Colour,
     /// Glossy and mirror reflection at room surfaces.
     Glossy,
+    /// Horizon that hides a part of the sky and the sun.
+    Horizon,
 }
 
 impl EffectKind {
     /// All effects, in the order of plans and results.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Sky,
         Self::Sun,
         Self::Luminaires,
@@ -35,6 +37,7 @@ impl EffectKind {
         Self::GuideReturn,
         Self::Colour,
         Self::Glossy,
+        Self::Horizon,
     ];
 
     /// Returns the name in documents and results.
@@ -49,6 +52,7 @@ impl EffectKind {
             Self::GuideReturn => "guide_return",
             Self::Colour => "colour",
             Self::Glossy => "glossy",
+            Self::Horizon => "horizon",
         }
     }
 
@@ -57,13 +61,14 @@ impl EffectKind {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// True if a document may switch the effect off; clear closures and colours are part of the scene and cannot be.
+    /// True if a document may switch the effect off; clear closures, colours and the horizon are part of the scene and
+    /// cannot be.
     pub fn can_be_left_out(self) -> bool {
-        !matches!(self, Self::SpecularClosure | Self::Colour)
+        !matches!(self, Self::SpecularClosure | Self::Colour | Self::Horizon)
     }
 
     /// True if a document may switch the effect on where the scene does not call for it: rays are then traced for it without result. This
-    /// is not possible for sources of light that a scene does not have, for clear closures and for colours.
+    /// is not possible for sources of light that a scene does not have, for clear closures, for colours and for the horizon.
     pub fn can_be_followed_in_vain(self) -> bool {
         matches!(self, Self::Interreflection | Self::Objects | Self::GuideReturn | Self::Glossy)
     }

@@ -148,7 +148,10 @@ fn of_guide(tube: &TraceableTube) -> GuidePlan {
     match &tube.guide {
         Guide::Straight(_) | Guide::Bent(_) if tube.section.is_some() => recognised(tube),
         Guide::Straight(_) => GuidePlan { kind: GuideKind::ClosedFormStraight, reason: STRAIGHT.into() },
-        Guide::Bent(_) => GuidePlan { kind: GuideKind::ClosedFormBent, reason: BENT.into() },
+        Guide::Bent(guide) => {
+            let cut = if guide.is_cut() { "; its upper end lies in the plane of a tilted pane" } else { "" };
+            GuidePlan { kind: GuideKind::ClosedFormBent, reason: format!("{BENT}{cut}") }
+        }
         Guide::Domed(guide) => domed(guide),
         Guide::Mesh(guide) => {
             GuidePlan { kind: GuideKind::Mesh, reason: facets(guide.triangle_count(), tube.section.as_ref()) }

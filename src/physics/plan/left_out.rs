@@ -14,7 +14,7 @@ use crate::guide::performance;
 use crate::guide::{Guide, Section};
 use crate::optics::{Collector, Diffuser, DiffuserZone, Mirror, Spectrum, Surface};
 use crate::sampling::Key;
-use crate::scene::{Channels, EnclosureFace, Luminaire, MeshTube, Scene, Tube, TubeShape};
+use crate::scene::{Channels, Daylight, EnclosureFace, Luminaire, MeshTube, Scene, Tube, TubeShape};
 use crate::traceable::TraceableTube;
 
 /// Fraction of a scene's light that is missing when one effect that the scene calls for is left out.
@@ -80,7 +80,9 @@ pub fn left_out(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> Lef
             LeftOut { about: None, at_most: surfaces.brightest.bound(first_returns(scene, &surfaces)) }
         }
         // these cannot be left out
-        EffectKind::SpecularClosure | EffectKind::Colour => LeftOut { about: None, at_most: None },
+        EffectKind::SpecularClosure | EffectKind::Colour | EffectKind::Horizon => {
+            LeftOut { about: None, at_most: None }
+        }
     }
 }
 
@@ -357,15 +359,14 @@ fn passes(tube: &TraceableTube) -> FluxBounds {
 
 /// Returns the flux of the sky in lm that a tube passes into the room.
 fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> FluxBounds {
-    let Some(sky) = scene.daylight.as_ref().and_then(|daylight| daylight.sky.as_ref()) else {
-        return FluxBounds::default();
-    };
+    let before = |daylight: &Daylight| daylight.before(&scene.tubes[index]).0;
+    let Some(sky) = &scene.daylight.as_ref().and_then(before) else { return FluxBounds::default() };
     let closure = passes(tube);
     let traced = performance::sky(&tube.guide, sky, Key::new(index as u64), RAYS);
     let about = closure.about * traced.arriving().mean;
     // in a straight pipe the mirror can only absorb light that has passed the level cover
     let most = match &tube.guide {
-        Guide::Straight(guide) if scene.channels == Channels::Photopic => {
+        Guide::Straight(guide) if scene.channels == Channels::Photopic && sky.horizon().is_none() => {
             let cover = guide.collector_transmittance[0];
             closure.most * cover * tube.pipe_area_m2() * sky.horizontal_illuminance_lux()
         }
@@ -376,7 +377,8 @@ fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> FluxBounds {
 
 /// Returns the flux of the sun's beam in lm that a tube passes into the room.
 fn of_sun(scene: &Scene, tube: &TraceableTube, index: usize) -> FluxBounds {
-    let Some(sun) = scene.daylight.as_ref().and_then(|daylight| daylight.sun) else { return FluxBounds::default() };
+    let before = |daylight: &Daylight| daylight.before(&scene.tubes[index]).1;
+    let Some(sun) = scene.daylight.as_ref().and_then(before) else { return FluxBounds::default() };
     let closure = passes(tube);
     let beam = performance::beam(&tube.guide, sun.direction, Key::new(index as u64), RAYS);
     let flux = sun.normal_illuminance_lux * beam.arriving().mean;

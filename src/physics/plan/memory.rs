@@ -63,7 +63,7 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         grids: scene.grids.len(),
         views,
         events: events(scene),
-        sunbeams: traceable.sun.is_some() && traceable.tubes.iter().any(lets_beams_in),
+        sunbeams: traceable.has_sun() && traceable.tubes.iter().any(lets_beams_in),
         directional_sensors: if all_lambertian(&traceable.tubes) { 0 } else { scene.grids.iter().map(Grid::len).sum() },
     };
     if let Some(choice) = grids {

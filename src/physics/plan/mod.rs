@@ -40,10 +40,10 @@ pub fn compile(scene: &Scene, effects: &Effects) -> Result<TraceableScene, TubeE
         },
     )?;
     if !effects.is_on(EffectKind::Sky) {
-        traceable.sky = None;
+        traceable.tubes.iter_mut().for_each(|tube| tube.sky = None);
     }
     if !effects.is_on(EffectKind::Sun) {
-        traceable.sun = None;
+        traceable.tubes.iter_mut().for_each(|tube| tube.sun = None);
     }
     if !effects.is_on(EffectKind::Luminaires) {
         traceable.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);

@@ -14,7 +14,10 @@ pub mod sensors;
 pub mod surface_patches;
 pub mod tube;
 
+use std::f64::consts::PI;
+
 use crate::sky::zenith::ZenithFormula;
+use crate::sky::{Horizon, Surroundings};
 use crate::sky::{Sky, Sun};
 
 pub use camera::View;
@@ -65,7 +68,7 @@ impl Channels {
 /// Sky and sun above the scene, in the room frame; both absent when the sun is at or below the horizon.
 #[derive(Clone, Debug)]
 pub struct Daylight {
-    /// The sky; `None` where it gives no light.
+    /// The open sky; `None` where it gives no light.
     pub sky: Option<Sky>,
     /// The sun; `None` where there is no beam, as under overcast skies.
     pub sun: Option<Sun>,
@@ -80,5 +83,36 @@ impl Daylight {
             self.sky.as_ref().map_or(0.0, Sky::horizontal_illuminance_lux),
             self.sun.as_ref().map_or(0.0, Sun::horizontal_illuminance_lux),
         )
+    }
+
+    /// Returns surroundings under this daylight.
+    ///
+    /// Below the horizon the luminance is `luminance_ratio` times that of a uniform sky of the same horizontal illuminance. The ground is
+    /// Lambertian, of `ground_reflectance`, under the unobstructed horizontal illuminance.
+    pub fn surroundings(
+        &self,
+        horizon: Option<Horizon>,
+        [luminance_ratio, ground_reflectance]: [f64; 2],
+        parallax: f64,
+    ) -> Surroundings {
+        let (of_sky, of_sun) = self.horizontal_illuminance_lux();
+        Surroundings {
+            horizon,
+            luminance_cd_m2: luminance_ratio * of_sky / PI,
+            ground_luminance_cd_m2: ground_reflectance * (of_sky + of_sun) / PI,
+            parallax,
+        }
+    }
+
+    /// Returns sky and sun as the upper end of a tube sees them. The whole disc of the sun is dimmed to the fraction of it that is above
+    /// the horizon; no sun is left where that is 0.
+    pub fn before(&self, tube: &Tube) -> (Option<Sky>, Option<Sun>) {
+        let Some(surroundings) = &tube.surroundings else { return (self.sky.clone(), self.sun) };
+        let sky = self.sky.as_ref().map(|sky| Sky { surroundings: Some(surroundings.clone()), ..sky.clone() });
+        let dimmed = |sun: Sun| {
+            let uncovered = surroundings.horizon.as_ref().map_or(1.0, |horizon| horizon.uncovered(&sun));
+            Sun { normal_illuminance_lux: uncovered * sun.normal_illuminance_lux, ..sun }
+        };
+        (sky, self.sun.map(dimmed).filter(|sun| sun.normal_illuminance_lux > 0.0))
     }
 }

@@ -1,15 +1,20 @@
 //! Tubular daylight devices as a scene describes them.
 
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use super::OpeningShape;
+use super::{Enclosure, OpeningShape};
 use crate::geometry::TriangleMesh;
 use crate::geometry::turn::unit_vector;
 use crate::guide::Section;
 use crate::guide::mesh::Part;
 use crate::optics::{Collector, Diffuser, Mirror};
+use crate::sky::{Surroundings, direction};
+
+/// Height within which vertices of a mesh are level, relative to the height of its top.
+const LEVEL: f64 = 1e-6;
 
 /// One tube above an opening that looks straight down.
 #[derive(Clone, Debug)]
@@ -28,6 +33,37 @@ pub struct Tube {
     pub shape: TubeShape,
     /// The closure in the opening.
     pub diffuser: Diffuser,
+    /// Surroundings of the upper end; `None` under an open sky over black ground.
+    pub surroundings: Option<Arc<Surroundings>>,
+}
+
+impl Tube {
+    /// Returns the centre of the opening in a room, in m.
+    pub fn origin(&self, enclosure: &Enclosure) -> DVec3 {
+        self.centre.extend(enclosure.height_at(self.face, self.centre) - self.drop_m)
+    }
+
+    /// Returns the centre of the upper end, relative to that of the opening, in m: the top of a mesh.
+    pub fn upper_end(&self) -> DVec3 {
+        match &self.shape {
+            TubeShape::Cylinders(tube) => tube.segments.iter().map(|segment| segment.length_m * segment.axis()).sum(),
+            TubeShape::Mesh(tube) => {
+                let turn = unit_vector(-tube.rotation);
+                let highest = tube.mesh.positions.iter().copied().max_by(|a, b| a.z.total_cmp(&b.z));
+                let top = highest.map_or(0.0, |highest| highest.z);
+                // a level rim has many vertices
+                let near = |position: &&DVec3| top - position.z <= LEVEL * top;
+                let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+                tube.mesh
+                    .positions
+                    .iter()
+                    .filter(near)
+                    .for_each(|position| (sum, count) = (sum + *position, count + 1.0));
+                let centre = sum / f64::max(count, 1.0);
+                turn.rotate(centre.truncate()).extend(centre.z)
+            }
+        }
+    }
 }
 
 /// Transition from the round end of a guide to a square sheet, over which it spreads light evenly.
@@ -74,6 +110,15 @@ pub struct StraightOrBent {
     pub segments: Vec<Segment>,
     /// Cover of the upper end.
     pub collector: Collector,
+    /// Unit normal, pointing out, of the plane that cuts the upper end; `None` for an end across the axis.
+    pub cut: Option<DVec3>,
+}
+
+impl StraightOrBent {
+    /// True if all segments are vertical and the upper end is level.
+    pub fn is_straight(&self) -> bool {
+        self.cut.is_none() && self.segments.iter().all(|segment| segment.tilt == 0.0)
+    }
 }
 
 /// A straight segment; its length runs along the axis between mitre centres.
@@ -85,6 +130,13 @@ pub struct Segment {
     pub tilt: f64,
     /// Azimuth toward which the segment leans, clockwise from +y, in radians.
     pub azimuth: f64,
+}
+
+impl Segment {
+    /// Returns the unit vector along the axis, upward along the guide.
+    pub fn axis(&self) -> DVec3 {
+        direction(FRAC_PI_2 - self.tilt, self.azimuth)
+    }
 }
 
 /// A tube given as a triangle mesh; the mesh is in metres with its origin in the centre of the opening, z up.

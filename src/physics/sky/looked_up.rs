@@ -31,7 +31,7 @@ impl OfDistance {
 /// use skyduct_physics::sky::looked_up::LookedUp;
 ///
 /// let distribution = SkyDistribution::new(CieType::new(12).unwrap(), direction(0.6, 2.0));
-/// let sky = Sky { distribution, zenith_luminance_cd_m2: 3000.0 };
+/// let sky = Sky::new(distribution, 3000.0);
 /// let (looked_up, toward) = (LookedUp::new(&sky), direction(0.3, 1.0));
 /// assert!((looked_up.luminance(toward) / sky.luminance(toward) - 1.0).abs() < 2e-3);
 /// ```
@@ -40,24 +40,28 @@ pub struct LookedUp {
     of_distance: OfDistance,
     /// Factor that depends on the height, in cd/m2.
     of_height: [f64; INTERVALS + 1],
-    sun: DVec3,
+    sky: Sky,
 }
 
 impl LookedUp {
     /// Computes the tables of a sky.
     pub fn new(sky: &Sky) -> Self {
-        let Sky { distribution, zenith_luminance_cd_m2 } = sky;
+        let Sky { distribution, zenith_luminance_cd_m2, .. } = sky;
         let at = |k: usize| zenith_luminance_cd_m2 * distribution.of_height(k as f64 / INTERVALS as f64);
         let of_distance = OfDistance::new(distribution);
-        Self { of_distance, of_height: std::array::from_fn(at), sun: distribution.sun() }
+        Self { of_distance, of_height: std::array::from_fn(at), sky: sky.clone() }
     }
 
-    /// Interpolates the luminance in cd/m2 toward a unit vector; zero below the horizon.
+    /// Interpolates the luminance in cd/m2 toward a unit vector; without surroundings zero below the horizontal.
     pub fn luminance(&self, direction: DVec3) -> f64 {
+        if let Some(luminance) = self.sky.in_front(direction) {
+            return luminance;
+        }
         if direction.z < 0.0 {
             return 0.0;
         }
-        between(&self.of_height, direction.z) * self.of_distance.at((direction - self.sun).length())
+        let chord = (direction - self.sky.distribution.sun()).length();
+        between(&self.of_height, direction.z) * self.of_distance.at(chord)
     }
 }
 
@@ -80,7 +84,7 @@ mod tests {
         for cie_type in CieType::all() {
             for altitude in [0.0, 0.3, 1.2] {
                 let distribution = SkyDistribution::new(cie_type, direction(altitude, 1.0));
-                let sky = Sky { distribution, zenith_luminance_cd_m2: 5000.0 };
+                let sky = Sky::new(distribution, 5000.0);
                 let looked_up = LookedUp::new(&sky);
                 for (high, round) in (0..50).flat_map(|high| (0..60).map(move |round| (high, round))) {
                     let toward = direction(0.0314 * f64::from(high), 0.105 * f64::from(round));
@@ -89,7 +93,7 @@ mod tests {
                 }
             }
         }
-        let sky = Sky { distribution: SkyDistribution::new(CieType::UNIFORM, DVec3::Z), zenith_luminance_cd_m2: 1.0 };
+        let sky = Sky::new(SkyDistribution::new(CieType::UNIFORM, DVec3::Z), 1.0);
         assert_eq!(LookedUp::new(&sky).luminance(DVec3::NEG_Z), 0.0);
     }
 }

@@ -1,21 +1,29 @@
-//! The CIE general sky, the all-weather sky of Perez, and the sun, in absolute luminance.
+//! The CIE general sky, the all-weather sky of Perez, and the sun, in absolute luminance, and what hides them.
 
 pub mod cie;
+pub mod horizon;
 pub mod ies;
 pub mod looked_up;
+pub mod obstruction;
 pub mod opening;
 pub mod perez;
 pub mod sampler;
 pub mod sun;
+pub mod surroundings;
 pub mod tabulated;
 pub mod zenith;
+
+use std::sync::Arc;
 
 use glam::DVec3;
 
 pub use cie::{CieType, SkyDistribution};
+pub use horizon::Horizon;
 pub use ies::IesSky;
+pub use obstruction::Obstruction;
 pub use perez::{Irradiances, PerezSky};
 pub use sun::Sun;
+pub use surroundings::Surroundings;
 
 /// Type of a sky's luminance distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,13 +87,51 @@ pub struct Sky {
     pub distribution: SkyDistribution,
     /// Luminance in cd/m2, >= 0, where the distribution is 1, which is at the zenith unless that is black.
     pub zenith_luminance_cd_m2: f64,
+    /// Surroundings that hide a part of the sky; `None` for an open sky over black ground.
+    pub surroundings: Option<Arc<Surroundings>>,
 }
 
 impl Sky {
-    /// Computes the luminance in cd/m2 seen toward the unit vector `direction` (z up); zero below the horizon.
+    /// Creates an open sky over black ground.
+    pub fn new(distribution: SkyDistribution, zenith_luminance_cd_m2: f64) -> Self {
+        Self { distribution, zenith_luminance_cd_m2, surroundings: None }
+    }
+
+    /// Computes the luminance in cd/m2 seen toward the unit vector `direction` (z up): that of the surroundings where they are in front,
+    /// and without surroundings zero below the horizontal.
     #[inline]
     pub fn luminance(&self, direction: DVec3) -> f64 {
-        self.zenith_luminance_cd_m2 * self.distribution.relative_luminance(direction)
+        self.in_front(direction)
+            .unwrap_or_else(|| self.zenith_luminance_cd_m2 * self.distribution.relative_luminance(direction))
+    }
+
+    /// Returns the luminance in cd/m2 of what is in front of the sky toward a unit vector; `None` where nothing is.
+    #[inline]
+    pub(crate) fn in_front(&self, direction: DVec3) -> Option<f64> {
+        self.surroundings.as_ref()?.luminance(direction)
+    }
+
+    /// True if another sky has the very same surroundings.
+    pub fn has_surroundings_of(&self, other: &Self) -> bool {
+        match (&self.surroundings, &other.surroundings) {
+            (Some(of_one), Some(of_other)) => Arc::ptr_eq(of_one, of_other),
+            (of_one, of_other) => of_one.is_none() && of_other.is_none(),
+        }
+    }
+
+    /// Returns the horizon in front of the sky, if a part of it is above 0.
+    pub fn horizon(&self) -> Option<&Horizon> {
+        self.surroundings.as_ref()?.horizon.as_ref()
+    }
+
+    /// Returns the luminance of the ground in cd/m2; zero without surroundings.
+    pub fn ground_luminance_cd_m2(&self) -> f64 {
+        self.surroundings.as_ref().map_or(0.0, |surroundings| surroundings.ground_luminance_cd_m2)
+    }
+
+    /// Returns the sky without its surroundings.
+    pub fn open(&self) -> Self {
+        Self { surroundings: None, ..self.clone() }
     }
 
     /// Computes the unobstructed horizontal illuminance in lux.

@@ -31,7 +31,7 @@ const DEGREE: usize = 8;
 /// use skyduct_physics::sky::{CieType, Sky, SkyDistribution, opening::illuminance_through_rectangle};
 ///
 /// let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-/// let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+/// let sky = Sky::new(distribution, 1.0);
 /// let corner = DVec3::new(-0.5, -0.5, 3.0);
 /// let (lux, _) = illuminance_through_rectangle(&sky, corner, DVec2::ONE, DVec3::ZERO, DVec3::Z);
 /// assert!((lux / sky.horizontal_illuminance_lux() - 0.0341068).abs() < 1e-7);
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn a_small_opening_is_a_small_source() {
         let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-        let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+        let sky = Sky::new(distribution, 1.0);
         let side = 0.01;
         let corner = DVec3::new(-0.5 * side, -0.5 * side, 3.0);
         let (square, error) =

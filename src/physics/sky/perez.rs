@@ -143,7 +143,7 @@ impl PerezSky {
     pub fn sky(&self) -> Sky {
         let distribution = SkyDistribution::new(self.sky_type(), self.sun);
         let zenith_luminance_cd_m2 = self.diffuse_horizontal_illuminance_lux() / distribution.horizontal_ratio();
-        Sky { distribution, zenith_luminance_cd_m2 }
+        Sky::new(distribution, zenith_luminance_cd_m2)
     }
 
     /// Returns the number of the class of clearness, from 0.

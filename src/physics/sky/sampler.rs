@@ -21,7 +21,8 @@ const FLOOR: f64 = 0.02;
 /// Half-angle in radians below which cones about the zenith lie within the uppermost band.
 const WITHIN_A_BAND: f64 = 0.17;
 
-/// A piecewise constant density over the upper hemisphere, proportional to luminance times a weight.
+/// A piecewise constant density over the upper hemisphere, and over the lower one where light of the ground counts, proportional to
+/// luminance times a weight.
 ///
 /// Cells have equal solid angle. The density is exact: it is that of the sampled direction's own cell, and integrates to one; the
 /// luminance is evaluated by the caller at the sampled direction, not taken from the cell. Where only light in a cone about the zenith
@@ -30,6 +31,9 @@ const WITHIN_A_BAND: f64 = 0.17;
 pub struct SkySampler {
     /// Cones about the zenith from which most directions are drawn; `None` if the cells are fine enough.
     cones: Option<NestedCones>,
+    /// Lowest height z of a direction as a positive number: 1 with the ground, else 0.
+    depth: f64,
+    /// Cumulative distribution over the bands, from the lowest.
     bands: Cumulative,
     /// Cumulative distribution over the sectors of each band.
     sectors: Vec<Cumulative>,
@@ -49,7 +53,7 @@ struct Cumulative {
 /// Number of entries of the lookup table.
 const LOOKUP: usize = 128;
 
-/// Luminances of a sky at points of the samplers' cells, shared by all tubes under that sky.
+/// Luminances of an open sky at points of the samplers' cells, shared by all tubes under that sky.
 #[derive(Clone, Debug)]
 pub struct SkyTable {
     /// Luminances in cd/m2: two rows of points per band, and two points per sector in a row.
@@ -61,13 +65,13 @@ pub struct SkyTable {
 }
 
 impl SkyTable {
-    /// Tabulates the luminance of a sky at 2 x 2 points of every cell.
+    /// Tabulates the luminance of a sky without its surroundings at 2 x 2 points of every cell.
     pub fn new(sky: &Sky) -> Self {
         let (of_distance, sun) = (OfDistance::new(&sky.distribution), sky.distribution.sun());
         let azimuth = |place: usize| libm::sincos(TAU * (place as f64 + 0.5) / (2 * SECTORS) as f64);
         let azimuths = (0..2 * SECTORS).map(azimuth).collect();
         let mut table =
-            Self { luminances: Vec::with_capacity(4 * BANDS * SECTORS), azimuths, sky: TabulatedSky::new(sky.clone()) };
+            Self { luminances: Vec::with_capacity(4 * BANDS * SECTORS), azimuths, sky: TabulatedSky::new(sky.open()) };
         for place in 0..2 * BANDS {
             let of_height = sky.zenith_luminance_cd_m2 * sky.distribution.of_height(height(place));
             for turn in 0..2 * SECTORS {
@@ -82,6 +86,20 @@ impl SkyTable {
     #[inline]
     pub fn sky(&self) -> &TabulatedSky {
         &self.sky
+    }
+
+    /// Returns the luminance of the ground times a weight in the cells below the horizontal, from the lowest band; empty if the product
+    /// vanishes everywhere.
+    fn below(&self, luminance: f64, weight: impl Fn(DVec3) -> f64) -> Vec<f64> {
+        if luminance == 0.0 {
+            return Vec::new();
+        }
+        let mut cells = vec![0.0; BANDS * SECTORS];
+        for (place, turn) in (0..2 * BANDS).flat_map(|place| (0..2 * SECTORS).map(move |turn| (place, turn))) {
+            let above = self.turned(place, turn);
+            cells[(BANDS - 1 - place / 2) * SECTORS + turn / 2] += luminance * weight(above.with_z(-above.z));
+        }
+        if cells.iter().all(|cell| *cell == 0.0) { Vec::new() } else { cells }
     }
 
     /// Returns the unit vector toward a point, given by the numbers of its row and of its azimuth.
@@ -102,27 +120,32 @@ impl SkySampler {
     /// Builds a sampler of the sky's luminance times `weight`, the relative value of light from the unit vector toward the sky (>= 0,
     /// finite), e.g. the projected area times the transmission of what it enters. `None` when the product vanishes everywhere.
     pub fn new(sky: &Sky, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
-        Self::of_table(&SkyTable::new(sky), weight)
+        Self::of_table(&SkyTable::new(sky), sky, weight)
     }
 
-    /// Builds a sampler as [`SkySampler::new`] does, from luminances that were tabulated before.
-    pub fn of_table(table: &SkyTable, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
-        Self::weighted(table, |_, toward| weight(toward))
+    /// Builds a sampler as [`SkySampler::new`] does, from luminances that were tabulated before for the open sky.
+    pub fn of_table(table: &SkyTable, sky: &Sky, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
+        let below = table.below(sky.ground_luminance_cd_m2(), &weight);
+        Self::weighted(table, sky, below, |_, toward| weight(toward))
     }
 
-    /// Builds a sampler as [`SkySampler::of_table`] does, for a weight that is the same at all azimuths; it is evaluated at azimuth 0.
-    pub fn of_table_and_heights(table: &SkyTable, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
+    /// Builds a sampler as [`SkySampler::of_table`] does, for a weight that is the same at all azimuths and zero below the horizontal; it
+    /// is evaluated at azimuth 0.
+    pub fn of_table_and_heights(table: &SkyTable, sky: &Sky, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
         let heights: Vec<f64> = (0..2 * BANDS).map(|place| weight(toward(height(place), 0.0))).collect();
-        Self::weighted(table, |place, _| heights[place])
+        Self::weighted(table, sky, Vec::new(), |place, _| heights[place])
     }
 
-    /// Builds a sampler; `weight` takes the number of a row of points and the unit vector.
-    fn weighted(table: &SkyTable, weight: impl Fn(usize, DVec3) -> f64) -> Option<Self> {
-        let mut cells = vec![0.0; BANDS * SECTORS];
+    /// Builds a sampler from the cells below the horizontal, if there are any; `weight` takes the number of a row of points above it and
+    /// the unit vector.
+    fn weighted(table: &SkyTable, sky: &Sky, ground: Vec<f64>, weight: impl Fn(usize, DVec3) -> f64) -> Option<Self> {
+        let (below, mut cells) = (ground.len(), ground);
+        cells.resize(below + BANDS * SECTORS, 0.0);
         for (place, row) in table.luminances.chunks(2 * SECTORS).enumerate() {
             for (turn, luminance) in row.iter().enumerate() {
-                let cell = &mut cells[place / 2 * SECTORS + turn / 2];
-                *cell += luminance * weight(place, table.turned(place, turn));
+                let cell = &mut cells[below + place / 2 * SECTORS + turn / 2];
+                let toward = table.turned(place, turn);
+                *cell += sky.in_front(toward).unwrap_or(*luminance) * weight(place, toward);
             }
         }
         let mean = cells.iter().sum::<f64>() / cells.len() as f64;
@@ -133,7 +156,8 @@ impl SkySampler {
         let bands: Vec<f64> = cells.chunks(SECTORS).map(|row| row.iter().sum()).collect();
         let sectors = cells.chunks(SECTORS).map(Cumulative::new).collect();
         let middles = std::array::from_fn(|sector| libm::sincos(TAU * (sector as f64 + 0.5) / SECTORS as f64));
-        Some(Self { cones: None, bands: Cumulative::new(&bands), sectors, middles })
+        let depth = if below > 0 { 1.0 } else { 0.0 };
+        Some(Self { cones: None, depth, bands: Cumulative::new(&bands), sectors, middles })
     }
 
     /// Adds a cone of this half-angle (radians, > 0) about the zenith, and wider ones up to the width of the cells there, from which most
@@ -159,7 +183,7 @@ impl SkySampler {
     fn sample_cells(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
         let (band, height, band_probability) = self.bands.invert(u);
         let (sector, turn, sector_probability) = self.sectors[band].invert(v);
-        let z = (band as f64 + height) / BANDS as f64;
+        let z = (band as f64 + height) / BANDS as f64 - self.depth;
         // on from the middle of the sector, by an angle below pi / SECTORS: the series' next terms are below 1e-17
         let (middle_sin, middle_cos) = self.middles[sector];
         let angle = TAU / SECTORS as f64 * (turn - 0.5);
@@ -171,17 +195,17 @@ impl SkySampler {
         (DVec3::new(radius * sin, radius * cos, z), density(band_probability, sector_probability))
     }
 
-    /// Returns the density per sr at a unit vector toward the sky; zero below the horizon.
+    /// Returns the density per sr at a unit vector toward the sky; zero below the horizontal where no light of the ground counts.
     pub fn density(&self, direction: DVec3) -> f64 {
         let of_cells = self.density_of_cells(direction);
         self.cones.as_ref().map_or(of_cells, |cones| mixed_density(direction, cones, of_cells))
     }
 
     fn density_of_cells(&self, direction: DVec3) -> f64 {
-        if direction.z < 0.0 {
+        if direction.z < -self.depth {
             return 0.0;
         }
-        let band = ((direction.z * BANDS as f64) as usize).min(BANDS - 1);
+        let band = (((direction.z + self.depth) * BANDS as f64) as usize).min(self.sectors.len() - 1);
         let turn = libm::atan2(direction.x, direction.y).rem_euclid(TAU) / TAU;
         let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
         density(self.bands.probability(band), self.sectors[band].probability(sector))
@@ -256,7 +280,7 @@ mod tests {
     fn sky(number: u8, altitude_deg: f64) -> Sky {
         let sun = direction(altitude_deg.to_radians(), 0.7);
         let distribution = SkyDistribution::new(CieType::new(number).unwrap(), sun);
-        Sky { distribution, zenith_luminance_cd_m2: 5000.0 }
+        Sky::new(distribution, 5000.0)
     }
 
     /// Chi-squared of 2e5 samples over all cells against the stated density, every type, sun at 5, 35 and 85 degrees;

@@ -26,7 +26,7 @@ const LARGEST_ERROR: f64 = 1e-6;
 /// use skyduct_physics::sky::{CieType, Sky, SkyDistribution, direction};
 ///
 /// let distribution = SkyDistribution::new(CieType::new(12).unwrap(), direction(0.6, 2.0));
-/// let sky = Sky { distribution, zenith_luminance_cd_m2: 3000.0 };
+/// let sky = Sky::new(distribution, 3000.0);
 /// let (tabulated, toward) = (TabulatedSky::new(sky.clone()), direction(0.3, 1.0));
 /// assert!((tabulated.luminance(toward) / sky.luminance(toward) - 1.0).abs() < 2e-6);
 /// ```
@@ -46,9 +46,9 @@ struct Tables {
 }
 
 impl TabulatedSky {
-    /// Computes the tables of a sky.
+    /// Computes the tables of an open sky.
     pub fn new(sky: Sky) -> Self {
-        let Sky { distribution, zenith_luminance_cd_m2 } = &sky;
+        let Sky { distribution, zenith_luminance_cd_m2, .. } = &sky;
         let tables = Tables {
             sun: distribution.sun(),
             of_height: Table::new(HEIGHTS, 1.0, |z| zenith_luminance_cd_m2 * distribution.of_height(z)),
@@ -137,7 +137,7 @@ mod tests {
         for cie_type in CieType::all() {
             for altitude in [0.0, 0.3, 1.2, 1.57] {
                 let distribution = SkyDistribution::new(cie_type, direction(altitude, 1.0));
-                let sky = Sky { distribution, zenith_luminance_cd_m2: 5000.0 };
+                let sky = Sky::new(distribution, 5000.0);
                 let tabulated = TabulatedSky::new(sky.clone());
                 assert!(tabulated.tables.is_some(), "{cie_type:?}");
                 let dome = (0..150)

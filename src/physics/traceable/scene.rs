@@ -25,12 +25,8 @@ const COINCIDING: f64 = 1e-9;
 /// A scene compiled for tracing.
 #[derive(Clone, Debug)]
 pub struct TraceableScene {
-    /// The sky, if its light is followed.
-    pub sky: Option<Sky>,
-    /// Table of the sky's luminances at points, computed on first use.
+    /// Table of the open sky's luminances at points, computed on first use.
     pub(super) sky_table: Arc<OnceLock<Arc<SkyTable>>>,
-    /// The sun, if its beam is followed.
-    pub sun: Option<Sun>,
     /// The faces of the room.
     pub enclosure: TraceableEnclosure,
     /// Optics of the surfaces by number; `None` where the room is open.
@@ -81,14 +77,25 @@ pub struct Follow {
 }
 
 impl TraceableScene {
-    /// Replaces sky and sun, and forgets the table of the sky before.
+    /// Replaces sky and sun of all tubes, and forgets the table of the sky before.
     pub fn set_daylight(&mut self, sky: Option<Sky>, sun: Option<Sun>) {
-        (self.sky, self.sun, self.sky_table) = (sky, sun, Arc::default());
+        self.tubes.iter_mut().for_each(|tube| (tube.sky, tube.sun) = (sky.clone(), sun));
+        self.sky_table = Arc::default();
     }
 
-    /// Returns the table of the sky's luminances, computed on first use; `None` if the sky's light is not followed.
+    /// True if light of the sky or of surroundings is followed through a tube.
+    pub fn has_sky(&self) -> bool {
+        self.tubes.iter().any(|tube| tube.sky.is_some())
+    }
+
+    /// True if the sun's beam is followed through a tube.
+    pub fn has_sun(&self) -> bool {
+        self.tubes.iter().any(|tube| tube.sun.is_some())
+    }
+
+    /// Returns the table of the open sky's luminances, computed on first use; `None` if the sky's light is not followed.
     pub fn sky_table(&self) -> Option<Arc<SkyTable>> {
-        let sky = self.sky.as_ref()?;
+        let sky = self.tubes.iter().find_map(|tube| tube.sky.as_ref())?;
         Some(self.sky_table.get_or_init(|| Arc::new(SkyTable::new(sky))).clone())
     }
 
@@ -132,7 +139,8 @@ impl TraceableScene {
             .iter()
             .enumerate()
             .map(|(tube, description)| {
-                TraceableTube::new(description, enclosure).map_err(|error| TubeError { tube, error })
+                TraceableTube::new(description, enclosure, scene.daylight.as_ref())
+                    .map_err(|error| TubeError { tube, error })
             })
             .collect::<Result<_, _>>()?;
         let objects = !boxes.is_empty() || meshes.is_some();
@@ -158,9 +166,7 @@ impl TraceableScene {
             false => Mirrors::default(),
         };
         Ok(Self {
-            sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
             sky_table: Arc::default(),
-            sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
             surfaces: optics,
             numbering,
             furnished: objects || openings_hang || !luminaires.is_empty(),
@@ -207,8 +213,8 @@ impl TraceableScene {
     /// Lists the sources that give light.
     pub fn sources(&self) -> impl Iterator<Item = Source> {
         Source::ALL.into_iter().filter(|source| match source {
-            Source::Sky => self.sky.is_some(),
-            Source::Sun => self.sun.is_some(),
+            Source::Sky => self.has_sky(),
+            Source::Sun => self.has_sun(),
             Source::Luminaires => self.luminaires.iter().any(TraceableLuminaire::emits),
         })
     }
@@ -217,13 +223,13 @@ impl TraceableScene {
     /// for `None`.
     pub fn lit_by(&self, source: Source, tube: Option<usize>) -> Self {
         let mut scene = self.clone();
-        scene.sky = scene.sky.filter(|_| source == Source::Sky);
-        scene.sun = scene.sun.filter(|_| source == Source::Sun);
         if source != Source::Luminaires {
             scene.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);
         }
         for (number, other) in scene.tubes.iter_mut().enumerate() {
-            other.daylit &= tube.is_none_or(|tube| tube == number);
+            let is_lit = tube.is_none_or(|tube| tube == number);
+            other.sky = other.sky.take().filter(|_| is_lit && source == Source::Sky);
+            other.sun = other.sun.filter(|_| is_lit && source == Source::Sun);
         }
         scene
     }

@@ -10,8 +10,8 @@ use crate::guide::{
 };
 use crate::optics::{Closure, Collector, Diffuser};
 use crate::sampling::{NestedCones, PathRandom, warp};
-use crate::scene::{Enclosure, MeshTube, OpeningShape, StraightOrBent, Tube, TubeShape};
-use crate::sky::direction;
+use crate::scene::{Daylight, Enclosure, MeshTube, OpeningShape, StraightOrBent, Tube, TubeShape};
+use crate::sky::{Sky, Sun};
 
 /// A tube with its guide built, in the room's frame.
 #[derive(Clone, Debug)]
@@ -37,8 +37,10 @@ pub struct TraceableTube {
     pub cones: Option<NestedCones>,
     /// The closure in the opening.
     pub diffuser: Diffuser,
-    /// False where neither sky nor sun shine on the collector.
-    pub daylit: bool,
+    /// Sky and surroundings before the collector; `None` where no light of them is followed.
+    pub sky: Option<Sky>,
+    /// Sun before the collector; `None` where no beam is followed or the horizon covers it.
+    pub sun: Option<Sun>,
 }
 
 impl TraceableTube {
@@ -119,7 +121,13 @@ impl TraceableTube {
         self.spread(transit, random)
     }
 
-    pub(super) fn new(tube: &Tube, enclosure: &Enclosure) -> Result<Self, MeshGuideError> {
+    /// True if light of sky or sun is followed through the collector.
+    #[inline]
+    pub fn is_daylit(&self) -> bool {
+        self.sky.is_some() || self.sun.is_some()
+    }
+
+    pub(super) fn new(tube: &Tube, enclosure: &Enclosure, daylight: Option<&Daylight>) -> Result<Self, MeshGuideError> {
         let guide = match &tube.shape {
             TubeShape::Cylinders(description) => cylinder_guide(description, tube.opening_radius),
             TubeShape::Mesh(description) => match &description.section {
@@ -145,10 +153,11 @@ impl TraceableTube {
             TubeShape::Mesh(description) => Some(description.section.clone()),
         };
         let cones = guide.cones();
+        let (sky, sun) = daylight.map_or((None, None), |daylight| daylight.before(tube));
         Ok(Self {
             face: tube.face,
             hangs: tube.drop_m > 0.0,
-            origin: tube.centre.extend(enclosure.height_at(tube.face, tube.centre) - tube.drop_m),
+            origin: tube.origin(enclosure),
             opening: tube.opening(),
             pipe_radius: tube.opening_radius,
             transition_transmittance: tube.transition.map_or(1.0, |transition| transition.transmittance),
@@ -156,7 +165,8 @@ impl TraceableTube {
             cones,
             section,
             diffuser: tube.diffuser.clone(),
-            daylit: true,
+            sky,
+            sun,
         })
     }
 
@@ -195,14 +205,16 @@ pub fn cylinder_guide(tube: &StraightOrBent, radius: f64) -> Guide {
 fn pipe(tube: &StraightOrBent, radius: f64) -> PipeBelow {
     let reflectance = tube.reflectance.clone();
     let collector_transmittance = tube.collector.transmittance();
-    if tube.segments.iter().all(|segment| segment.tilt == 0.0) {
+    if tube.is_straight() {
         let length = tube.segments.iter().map(|segment| segment.length_m).sum();
         return PipeBelow::Straight(StraightGuide { radius, length, reflectance, collector_transmittance });
     }
-    let axis = |tilt: f64, azimuth: f64| direction(std::f64::consts::FRAC_PI_2 - tilt, azimuth);
-    let segments: Vec<_> =
-        tube.segments.iter().map(|segment| (segment.length_m, axis(segment.tilt, segment.azimuth))).collect();
-    PipeBelow::Bent(BentGuide::new(radius, &segments, reflectance, collector_transmittance))
+    let segments: Vec<_> = tube.segments.iter().map(|segment| (segment.length_m, segment.axis())).collect();
+    let guide = BentGuide::new(radius, &segments, reflectance, collector_transmittance);
+    PipeBelow::Bent(match tube.cut {
+        Some(normal) => guide.cut(normal),
+        None => guide,
+    })
 }
 
 fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideError> {

@@ -121,6 +121,7 @@ fn subjects(settings: &Settings) -> Result<Vec<Subject>, ReportError> {
     let glossy = changed(&|document| {
         document["room"]["surfaces"]["floor"] = json!({ "reflectance": 0.2, "specular": 0.1, "roughness": 0.3 });
     });
+    let hilly = changed(&|document| document["surroundings"] = json!({ "horizon": [[0, 10], [120, 40], [200, 5]] }));
     let furnished = scenes::boxes(settings, 4)?.document;
     let subject = |kind, without, with, instead| Subject { kind, without, with, instead };
     // the match makes the compiler ask for the scenes of a new effect
@@ -148,6 +149,12 @@ fn subjects(settings: &Settings) -> Result<Vec<Subject>, ReportError> {
             Some(("a grey floor instead", plain.clone())),
         ),
         EffectKind::Glossy => subject(kind, ("S1", plain.clone()), ("S1 with a glossy floor", glossy.clone()), None),
+        EffectKind::Horizon => subject(
+            kind,
+            ("S1", plain.clone()),
+            ("S1 behind a horizon", hilly.clone()),
+            Some(("no horizon instead", plain.clone())),
+        ),
     };
     Ok(EffectKind::ALL.into_iter().map(of).collect())
 }

@@ -63,7 +63,7 @@ pub fn roof_opening_deviation(row: &Row) -> Result<Option<f64>, ValidationError>
     // the table has the sun toward +x
     let sun = direction(altitude, std::f64::consts::FRAC_PI_2);
     let distribution = SkyDistribution::new(cie_type(row.text("cie_type")?)?, sun);
-    let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+    let sky = Sky::new(distribution, 1.0);
     let normal = match row.text("normal")? {
         "+z" => DVec3::Z,
         "+x" => DVec3::X,

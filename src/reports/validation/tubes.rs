@@ -183,5 +183,5 @@ fn straight(length: f64, reflectance: f64) -> Guide {
 
 fn sky(cie_type: CieType, altitude_deg: f64) -> Sky {
     let distribution = SkyDistribution::new(cie_type, direction(altitude_deg.to_radians(), 0.0));
-    Sky { distribution, zenith_luminance_cd_m2: 1.0 }
+    Sky::new(distribution, 1.0)
 }

@@ -40,7 +40,7 @@ fn hours_of_the_thesis_room() {
 fn skies_by_rings_agree_with_the_exact_series() {
     let area = PI * 0.127 * 0.127 * 0.6;
     for (moment, light) in YEAR.lit.iter().zip(&TUBES[0].moments).step_by(97) {
-        let sky = Sky { distribution: moment.distribution.clone(), zenith_luminance_cd_m2: 1.0 };
+        let sky = Sky::new(moment.distribution.clone(), 1.0);
         let exact = sky_exitance(&sky, 1.0 / 0.254, 0.98) / sky.horizontal_illuminance_lux();
         let found = light.sky_lm / (area * moment.diffuse_horizontal_lux);
         assert!((found / exact - 1.0).abs() < 2e-4, "{:?}: {found} {exact}", moment.record);
@@ -67,7 +67,8 @@ fn centroids_of_beams_are_those_of_the_table() {
 #[test]
 fn perfect_pipes_pass_all_light() {
     let segments = vec![Segment { length_m: 2.0, tilt: 0.0, azimuth: 0.0 }];
-    let pipe = StraightOrBent { reflectance: Mirror::Constant([1.0; 3]), segments, collector: Collector::Open };
+    let pipe =
+        StraightOrBent { reflectance: Mirror::Constant([1.0; 3]), segments, collector: Collector::Open, cut: None };
     let scene = compiled(vec![shaped(0.5, pipe, 1.0, 0.0)]);
     let lit: Vec<LitMoment> = YEAR.lit.iter().step_by(50).cloned().collect();
     let area = PI * 0.25 * 0.25;
@@ -88,8 +89,9 @@ fn traced_tubes_agree_with_photons() {
         reflectance: mirror(),
         segments: vec![segment(0.5, 0.0), segment(0.6, 0.6)],
         collector: Collector::Open,
+        cut: None,
     };
-    let domed = StraightOrBent { reflectance: mirror(), segments: vec![segment(0.6, 0.0)], collector: dome };
+    let domed = StraightOrBent { reflectance: mirror(), segments: vec![segment(0.6, 0.0)], collector: dome, cut: None };
     let lit: Vec<LitMoment> = YEAR.lit.iter().step_by(1100).cloned().collect();
     for cylinders in [bent, domed] {
         let mut scene = compiled(vec![shaped(0.3, cylinders, 0.5, 0.4)]);
@@ -98,7 +100,7 @@ fn traced_tubes_agree_with_photons() {
         for (moment, light) in lit.iter().zip(&year.moments) {
             let distribution: SkyDistribution = moment.distribution.clone();
             let zenith_luminance_cd_m2 = moment.diffuse_horizontal_lux / distribution.horizontal_ratio();
-            let sky = Sky { distribution, zenith_luminance_cd_m2 };
+            let sky = Sky::new(distribution, zenith_luminance_cd_m2);
             let sun = Sun { direction: moment.sun, normal_illuminance_lux: moment.direct_normal_lux };
             for (of_sky, of_sun, lumens) in [(Some(sky), None, light.sky_lm), (None, Some(sun), light.sun_lm)] {
                 scene.set_daylight(of_sky, of_sun);
@@ -122,6 +124,7 @@ fn traced_centroids_agree_with_the_closed_form() {
             reflectance: Mirror::Constant([0.98; 3]),
             segments: segments(tilt),
             collector: Collector::Open,
+            cut: None,
         };
         shaped(0.254, cylinders, 0.6, 0.0)
     };
@@ -147,7 +150,7 @@ fn suns_turn_and_others_are_refused() {
     let mut lit: Vec<LitMoment> =
         YEAR.lit.iter().filter(|moment| moment.direct_normal_lux > 0.0).step_by(300).cloned().collect();
     let mut scene = compiled(vec![tube(0.254, 1.0, 1.0, 0.6), tube(0.254, 1.0, 1.0, 0.6)]);
-    scene.tubes[1].daylit = false;
+    (scene.tubes[1].sky, scene.tubes[1].sun) = (None, None);
     let before = years(&scene, &lit);
     assert!(before[1].moments.iter().all(|light| light.lumens() == 0.0));
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();

@@ -97,7 +97,7 @@ pub fn tube(diameter: f64, length: f64, collector: f64, transmittance: f64) -> T
     let collector = Collector::Dome { transmittance: [collector; 3] };
     shaped(
         diameter,
-        StraightOrBent { reflectance: Mirror::Constant([0.98; 3]), segments, collector },
+        StraightOrBent { reflectance: Mirror::Constant([0.98; 3]), segments, collector, cut: None },
         transmittance,
         0.0,
     )
@@ -114,6 +114,7 @@ pub fn shaped(diameter: f64, cylinders: StraightOrBent, transmittance: f64, refl
         centre: DVec2::splat(1.016),
         opening_radius: 0.5 * diameter,
         transition: None,
+        surroundings: None,
         shape: TubeShape::Cylinders(cylinders),
         diffuser: Diffuser::Lambertian { transmittance: [transmittance; 3], reflectance: [reflectance; 3] },
     }

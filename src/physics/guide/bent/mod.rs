@@ -31,6 +31,8 @@ pub struct BentGuide {
     /// Transmittance of the collector at every angle, linear Rec.709, 0..=1.
     pub collector_transmittance: [f64; 3],
     segments: Vec<Cylinder>,
+    /// Normal of the upper end in the frame of the last segment, pointing out, scaled to z = 1.
+    end: DVec3,
 }
 
 /// Surface that a ray inside a segment meets next.
@@ -130,7 +132,23 @@ impl BentGuide {
             });
             origin += axis * length;
         }
-        Self { radius, reflectance, collector_transmittance, segments: cylinders }
+        Self { radius, reflectance, collector_transmittance, segments: cylinders, end: DVec3::Z }
+    }
+
+    /// Returns the guide with its upper end cut by the plane through the end's centre with a unit `normal`, which points out, less than 90
+    /// degrees from the last axis.
+    pub fn cut(mut self, normal: DVec3) -> Self {
+        if let Some(top) = self.segments.last_mut() {
+            top.upper_normal = top.to_local * normal;
+            self.end = top.upper_normal / top.upper_normal.z;
+            top.free_to = top.length - self.radius * self.end.truncate().length();
+        }
+        self
+    }
+
+    /// True if the upper end is not across the axis.
+    pub fn is_cut(&self) -> bool {
+        self.end != DVec3::Z
     }
 
     /// Returns the centre of the upper end, and the rotation into a frame with z along the last axis.
@@ -142,9 +160,11 @@ impl BentGuide {
     #[inline]
     pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
         let top = self.segments.last()?;
-        let cosine = -(top.to_local * direction).z;
+        // of the whole end, relative to the area of the cylinder's section
+        let cosine = -(top.to_local * direction).dot(self.end);
         (cosine > 0.0).then(|| {
-            let local = (warp::disc(point) * self.radius).extend(top.length);
+            let across = warp::disc(point) * self.radius;
+            let local = across.extend(top.length - across.dot(self.end.truncate()));
             Entry {
                 position: top.origin + top.to_local.transpose() * local,
                 projected_area_m2: PI * self.radius * self.radius * cosine,
@@ -302,6 +322,32 @@ mod tests {
             assert!((a.mirrors.0[0] - b.mirrors.0[0]).abs() < 1e-12);
             assert!((a.position - b.position).length() < 1e-9 && (a.direction - b.direction).length() < 1e-9);
         }
+    }
+
+    /// Checks that a cut across the axis changes no bit, and that an oblique one moves entry points along the axis into its plane.
+    #[test]
+    fn a_cut_across_the_axis_changes_nothing() {
+        let axis = DVec3::new(0.6, 0.0, 0.8);
+        let whole = BentGuide::new(0.127, &[(0.5, DVec3::Z), (0.5, axis)], [0.9; 3].into(), [1.0; 3]);
+        let normal = DVec3::new(0.0, 0.6, 0.8);
+        let (across, oblique) = (whole.clone().cut(axis), whole.clone().cut(normal));
+        let end = DVec3::Z * 0.5 + axis * 0.5;
+        let mut random = PathRandom::new(Key::new(5));
+        for _ in 0..500 {
+            let (d, point) = (-warp::cosine_hemisphere(random.uniform2()), random.uniform2());
+            let entries = [&whole, &across, &oblique].map(|guide| guide.entry(point, d));
+            if let [Some(entry), Some(across), _] = entries {
+                assert!((entry.position - across.position).length() < 1e-14);
+                assert!((entry.projected_area_m2 / across.projected_area_m2 - 1.0).abs() < 1e-12);
+            }
+            if let [Some(entry), _, Some(oblique)] = entries {
+                assert!((oblique.position - end).dot(normal).abs() < 1e-14);
+                assert!((oblique.position - entry.position).cross(axis).length() < 1e-14);
+                let area = PI * 0.127 * 0.127 / normal.dot(axis);
+                assert!((oblique.projected_area_m2 / (area * -d.dot(normal)) - 1.0).abs() < 1e-12);
+            }
+        }
+        assert!(!whole.is_cut() && oblique.is_cut());
     }
 
     /// Checks that the path by steps ends where the closed form does, after as many reflections.

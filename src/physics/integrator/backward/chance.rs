@@ -6,7 +6,9 @@ use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Returns the reason why backward paths cannot compute a scene, if they cannot: the sun's disc would be found by chance only.
 pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
-    scene.sun?;
+    if !scene.has_sun() {
+        return None;
+    }
     let clear = |tube: &TraceableTube| tube.specular_zone().is_some();
     if scene.tubes.iter().any(clear) {
         let detail = "its paths meet the sun's beam through a clear closure only by chance";
@@ -19,7 +21,9 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
 /// Returns the reason why backward paths cannot compute a scene if another estimator follows the sun's beam through clear closures: mirrors
 /// or narrow lobes reflect the sun.
 pub fn sun_by_mirrors(scene: &TraceableScene) -> Option<Refusal> {
-    scene.sun?;
+    if !scene.has_sun() {
+        return None;
+    }
     let detail = "its paths meet the sun's beam by way of a mirror, or of a glossy surface of roughness below 0.2, \
                   only by chance";
     let narrow = scene.specular_surfaces().any(SurfaceOptics::is_narrow);

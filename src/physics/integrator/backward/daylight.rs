@@ -91,12 +91,12 @@ impl DaylightConnections {
         let vertex = &Vertex { weight: vertex.weight * (1.0 / f64::from(self.count)), ..*vertex };
         let scene = walk.scene;
         let tube = &scene.tubes[tube];
-        let Some(part) = Part::within(tube, vertex.position, self.within).filter(|_| tube.daylit) else { return };
+        let Some(part) = Part::within(tube, vertex.position, self.within).filter(|_| tube.is_daylit()) else { return };
         for _ in 0..self.count {
-            if scene.sky.is_some() {
+            if tube.sky.is_some() {
                 self.connect_sky(walk, vertex, tube, &part);
             }
-            if let Some(sun) = &scene.sun
+            if let Some(sun) = &tube.sun
                 && tube.scatters()
             {
                 self.connect_scattered_sun(walk, vertex, tube, sun);
@@ -131,7 +131,7 @@ impl DaylightConnections {
         if transit.end != End::Top {
             return;
         }
-        let sky = walk.scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
+        let sky = tube.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
         let connected = area_density(part.shape.area_m2(), to_light);
         let counted = power_heuristic(f64::from(self.count) * connected, density);
         walk.sum += response * weight * transit.weight() * (sky * counted / connected);

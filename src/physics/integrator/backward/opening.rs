@@ -59,7 +59,7 @@ pub fn enter_tube<'a, const C: usize>(
     rays: &mut RayCount,
 ) -> (Spectrum<C>, Onward<'a, C>) {
     let mut found = Spectrum::ZERO;
-    let weights = if tube.daylit { weights } else { DaylightWeights::NONE };
+    let weights = if tube.is_daylit() { weights } else { DaylightWeights::NONE };
     let mut sky_weight = weights.sky;
     let climbs = !weights.is_none() || (scene.guide_return && tube.guide.returns_light());
     for _ in 0..MAX_EVENTS {
@@ -89,8 +89,8 @@ pub fn enter_tube<'a, const C: usize>(
             let out = up * transit.weight();
             if transit.end == End::Top {
                 let toward = transit.direction;
-                let sky = scene.sky.as_ref().map_or(0.0, |sky| sky_weight * sky.luminance(toward));
-                let sun = scene.sun.filter(|sun| weights.sun > 0.0 && toward.z > 0.0 && sun.covers(toward));
+                let sky = tube.sky.as_ref().map_or(0.0, |sky| sky_weight * sky.luminance(toward));
+                let sun = tube.sun.filter(|sun| weights.sun > 0.0 && toward.z > 0.0 && sun.covers(toward));
                 found += out * (sky + sun.map_or(0.0, |sun| weights.sun * sun.luminance_cd_m2()));
             } else if transit.end == End::Opening && scene.guide_return {
                 returning = out;

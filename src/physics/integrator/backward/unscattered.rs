@@ -61,7 +61,7 @@ pub fn unscattered(
     if scene.is_in_solid(sensor) {
         return (lux, traced);
     }
-    let is_picked = |tube: &TraceableTube| tube.daylit && tube.origin.z > sensor.z && by(tube);
+    let is_picked = |tube: &TraceableTube| tube.is_daylit() && tube.origin.z > sensor.z && by(tube);
     let all: Vec<(usize, Backward)> = scene
         .tubes
         .iter()
@@ -93,8 +93,8 @@ pub fn sky_through_openings(
     samples: &mut PathSamples,
 ) -> (Spectrum<3>, RayCount) {
     let (mut lux, mut traced) = (Spectrum::ZERO, RayCount::default());
-    let Some(sky) = &scene.sky else { return (lux, traced) };
-    for tube in scene.tubes.iter().filter(|tube| tube.daylit && tube.origin.z > position.z) {
+    for tube in scene.tubes.iter().filter(|tube| tube.origin.z > position.z) {
+        let Some(sky) = &tube.sky else { continue };
         let Some(zone) = tube.specular_zone() else { continue };
         let backward = Backward { scene, tube, sensor: position, normal, zone };
         let (inner, outer) = zone;
@@ -130,7 +130,7 @@ impl Backward<'_> {
     ///
     /// `wanted` is the mean number of rays; a fractional number is rounded up or down at random.
     fn sky(&self, stream: Key, wanted: f64) -> (f64, RayCount) {
-        let Some(sky) = &self.scene.sky else { return (0.0, RayCount::default()) };
+        let Some(sky) = &self.tube.sky else { return (0.0, RayCount::default()) };
         let (inner, outer) = self.zone;
         let area = PI * (outer * outer - inner * inner);
         let near = is_near_opening(self.scene, self.tube, self.sensor);
@@ -180,7 +180,7 @@ impl Backward<'_> {
     /// Computes the sunlight through a straight pipe, by the arcs of the opening in which the disc is visible, at random zenith angles of
     /// it.
     fn sun(&self, stream: Key, nodes: usize) -> (f64, RayCount) {
-        let (Some(sun), Guide::Straight(guide)) = (&self.scene.sun, &self.tube.guide) else {
+        let (Some(sun), Guide::Straight(guide)) = (&self.tube.sun, &self.tube.guide) else {
             return (0.0, RayCount::default());
         };
         let below = self.sensor - self.tube.origin;
@@ -239,7 +239,7 @@ mod tests {
     fn openings_light_surfaces_as_discs_do() {
         let (luminance, transmittance) = (3000.0, [0.9, 0.8, 0.5]);
         let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-        let sky = Some(Sky { distribution, zenith_luminance_cd_m2: luminance });
+        let sky = Some(Sky::new(distribution, luminance));
         let tube = Tube {
             face: Face::Ceiling as usize,
             drop_m: 0.0,
@@ -250,8 +250,10 @@ mod tests {
                 reflectance: [1.0; 3].into(),
                 segments: vec![Segment { length_m: 1.0, tilt: 0.0, azimuth: 0.0 }],
                 collector: Collector::Open,
+                cut: None,
             }),
             diffuser: Diffuser::Clear { transmittance },
+            surroundings: None,
         };
         let mut scene = empty(DVec3::new(3.0, 2.0, 2.5), None);
         scene.daylight = Some(Daylight { sky, sun: None, formula: ZenithFormula::GivenZenithLuminance });

@@ -13,7 +13,7 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
         tubes.any(|tube| !matches!(tube.guide, Guide::Straight(_)) && tube.specular_zone().is_some())
     };
     let points = task.has_points();
-    if scene.sun.is_some() {
+    if scene.has_sun() {
         // cells see what crosses them
         let seen = |surface: &SurfaceOptics| surface.is_mirror() && task.views.is_empty() && !points;
         if scene.specular_surfaces().any(|surface| surface.is_narrow() && !seen(surface)) {

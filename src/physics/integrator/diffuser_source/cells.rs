@@ -362,7 +362,8 @@ mod tests {
             cones: None,
             section: None,
             diffuser: Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.2; 3] },
-            daylit: true,
+            sky: None,
+            sun: None,
         };
         let count = 4096;
         let photons = lopsided(count, origin.truncate());

@@ -20,7 +20,7 @@ pub fn refuses_points(scene: &TraceableScene) -> Option<Refusal> {
         scene.tubes.iter().any(|tube| !matches!(tube.guide, Guide::Straight(_)) && tube.specular_zone().is_some());
     let (code, detail) = if scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_mirror) {
         (RefusalCode::MirrorsAtPoints, "light tracing cannot compute light that a mirror reflects to a point sensor")
-    } else if bent_and_clear && scene.sun.is_some() {
+    } else if bent_and_clear && scene.has_sun() {
         let detail = "light tracing cannot compute the sun's beam that reaches a point sensor through a clear closure \
                       of a bent, domed or meshed tube";
         (RefusalCode::ClearClosuresOfBentTubes, detail)

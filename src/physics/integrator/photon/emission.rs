@@ -8,9 +8,9 @@ use glam::DVec3;
 use crate::guide::{Guide, StraightGuide, dome::PipeBelow, transmittance};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream, warp};
-use crate::sky::Sun;
 use crate::sky::sampler::{SkySampler, SkyTable};
 use crate::sky::sun::HALF_ANGLE;
+use crate::sky::{Sky, Sun};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -94,13 +94,17 @@ impl Emission {
         let table = if tubes.is_empty() { None } else { scene.sky_table() };
         // by the first of the tubes that share it
         let mut samplers: Vec<(usize, Option<Sampled>)> = Vec::new();
-        for (index, tube) in tubes.iter().enumerate().filter(|(_, tube)| tube.daylit) {
+        for (index, tube) in tubes.iter().enumerate() {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
-            if let Some(table) = &table {
-                let known = samplers.iter().find(|(other, _)| tubes[*other].guide.is_like(&tube.guide));
+            if let Some((table, sky)) = table.as_ref().zip(tube.sky.as_ref()) {
+                let is_alike = |other: &TraceableTube| {
+                    other.guide.is_like(&tube.guide)
+                        && other.sky.as_ref().is_some_and(|other| other.has_surroundings_of(sky))
+                };
+                let known = samplers.iter().find(|(other, _)| is_alike(&tubes[*other]));
                 let sampled = known.map(|(_, sampled)| sampled.clone());
                 let sampled = sampled.unwrap_or_else(|| {
-                    let sampled = sky_sampler(table, &tube.guide, expected);
+                    let sampled = sky_sampler(table, sky, &tube.guide, expected);
                     samplers.push((index, sampled.clone()));
                     sampled
                 });
@@ -108,7 +112,7 @@ impl Emission {
                     sources.push((EmissionSource::Sky { tube: index, table: table.clone(), sampler }, flux));
                 }
             }
-            if let Some(sun) = scene.sun {
+            if let Some(sun) = tube.sun {
                 let flux = sun.normal_illuminance_lux * expected(sun.direction);
                 if tube.guide.projected_area_m2(-sun.direction) > 0.0 && flux > 0.0 {
                     sources.push((EmissionSource::Sun { tube: index, sun }, flux));
@@ -143,7 +147,7 @@ impl Emission {
     /// collector; 0 without such photons.
     pub fn sun_density(&self, scene: &TraceableScene, number: usize) -> f64 {
         let of_sun = |emitter: &&Emitter| matches!(emitter.source, EmissionSource::Sun { tube, .. } if tube == number);
-        let Some((emitter, sun)) = self.emitters.iter().find(of_sun).zip(scene.sun) else { return 0.0 };
+        let Some((emitter, sun)) = self.emitters.iter().find(of_sun).zip(scene.tubes[number].sun) else { return 0.0 };
         let area = scene.tubes[number].guide.projected_area_m2(-sun.direction);
         emitter.photons as f64 / (area * Sun::solid_angle_sr())
     }
@@ -169,7 +173,7 @@ impl Emission {
         let (tube, toward, luminance_per_density) = match &emitter.source {
             EmissionSource::Sky { tube, table, sampler } => {
                 let (toward, density) = sampler.sample(point);
-                (*tube, toward, table.sky().luminance(toward) / density)
+                (*tube, toward, luminance(scene.tubes[*tube].sky.as_ref(), table, toward) / density)
             }
             EmissionSource::Sun { tube, sun } => {
                 let toward = warp::around(sun.direction, warp::cone(point, HALF_ANGLE));
@@ -228,21 +232,27 @@ type Sampled = (Arc<SkySampler>, f64);
 
 /// Builds a sampler of directions in proportion to a sky's luminance times `expected` (the effective area in m2 for light from a
 /// direction), and estimates the flux in lm from all directions; `None` if no light is expected.
-fn sky_sampler(table: &SkyTable, guide: &Guide, expected: impl Fn(DVec3) -> f64) -> Option<Sampled> {
+fn sky_sampler(table: &SkyTable, sky: &Sky, guide: &Guide, expected: impl Fn(DVec3) -> f64) -> Option<Sampled> {
     let sampler = match guide {
         // round and upright: no azimuth is before another
-        Guide::Straight(_) => SkySampler::of_table_and_heights(table, &expected),
-        _ => SkySampler::of_table(table, &expected),
+        Guide::Straight(_) => SkySampler::of_table_and_heights(table, sky, &expected),
+        _ => SkySampler::of_table(table, sky, &expected),
     };
     let sampler = sampler?.with_cone(guide.narrow_cone());
     // a rough integral is enough to share photons
     let flux = (0..256u64).map(|k| {
         let mut random = PathRandom::new(Key::new(k));
         let (toward, density) = sampler.sample(random.uniform2());
-        table.sky().luminance(toward) * expected(toward) / density
+        luminance(Some(sky), table, toward) * expected(toward) / density
     });
     let flux = flux.sum::<f64>() / 256.0;
     Some((Arc::new(sampler), flux))
+}
+
+/// Returns the luminance in cd/m2 toward a unit vector: of a sky's surroundings where they are in front, else from the table of the open sky.
+#[inline]
+fn luminance(sky: Option<&Sky>, table: &SkyTable, toward: DVec3) -> f64 {
+    sky.and_then(|sky| sky.in_front(toward)).unwrap_or_else(|| table.sky().luminance(toward))
 }
 
 /// Returns the approximate fraction of the light from a direction that a tube passes; it changes the choice of samples only.

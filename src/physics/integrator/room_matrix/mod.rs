@@ -218,9 +218,8 @@ fn to_tubes(zones: &[Zone], to_patches: &[f64]) -> Vec<f64> {
 /// Returns the scene below the openings: everything above is removed, except guides from which light comes back.
 fn below_openings(scene: &TraceableScene) -> TraceableScene {
     let mut room = scene.clone();
-    (room.sky, room.sun) = (None, None);
     for tube in &mut room.tubes {
-        tube.daylit = false;
+        (tube.sky, tube.sun) = (None, None);
         if returns_light(scene, tube) {
             continue;
         }

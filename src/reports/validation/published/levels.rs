@@ -15,7 +15,7 @@ pub fn sky(cie_type: CieType, altitude_deg: f64) -> Sky {
     let distribution = SkyDistribution::new(cie_type, direction(altitude, std::f64::consts::PI));
     let formula = default_formula(cie_type, None);
     let zenith_luminance_cd_m2 = zenith_luminance_cd_m2(&distribution, formula, altitude);
-    Sky { distribution, zenith_luminance_cd_m2 }
+    Sky::new(distribution, zenith_luminance_cd_m2)
 }
 
 /// Returns the normal illuminance in lux of the sun's beam that goes with [`sky`]; 0 for sunless types.

@@ -65,7 +65,7 @@ fn row(cells: [String; 2], (loss, error): (f64, f64)) -> Vec<String> {
 /// Returns a sky of the same level with its sun in another direction at the same altitude.
 fn sky_toward(sky: &Sky, sun: DVec3) -> Sky {
     let distribution = skyduct::sky::SkyDistribution::new(sky.distribution.sky_type(), sun);
-    Sky { distribution, zenith_luminance_cd_m2: sky.zenith_luminance_cd_m2 }
+    Sky::new(distribution, sky.zenith_luminance_cd_m2)
 }
 
 /// Computes the loss per bend as a fraction, with its standard error, under a sky and an optional sun, given by direction and

@@ -174,6 +174,7 @@ pub fn coloured_tube_points() -> Row {
             reflectance: [0.9, 0.95, 0.8].into(),
             segments: vec![Segment { length_m: 0.8, tilt: 0.0, azimuth: 0.0 }],
             collector: Collector::Flat { transmittance: [0.9, 0.8, 0.7] },
+            cut: None,
         }),
         ..straight(1.0, 0.9, Diffuser::Lambertian { transmittance: [0.3, 0.5, 0.6], reflectance: [0.2, 0.1, 0.3] })
     };
