@@ -7,7 +7,7 @@ use gauss_quad::GaussLegendre;
 use glam::DVec3;
 
 use super::sun::HALF_ANGLE;
-use super::{SkyDistribution, Sun, direction};
+use super::{SkyDistribution, Sun};
 use crate::sampling::warp;
 
 /// Number of azimuths, and of heights at each, at which a sky behind a horizon is integrated.
@@ -97,8 +97,10 @@ impl Horizon {
         let rule = GaussLegendre::new(NonZeroUsize::new(HEIGHTS).unwrap_or(NonZeroUsize::MIN));
         let at = |number: usize| {
             let azimuth = TAU * (number as f64 + 0.5) / AZIMUTHS as f64;
+            let (sin, cos) = libm::sincos(azimuth);
             rule.integrate(0.0, libm::sin(self.altitude(azimuth)), |z: f64| {
-                z * distribution.relative_luminance(direction(libm::asin(z), azimuth))
+                let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+                z * distribution.relative_luminance(DVec3::new(radius * sin, radius * cos, z))
             })
         };
         let sum: f64 = (0..AZIMUTHS).map(at).sum();
@@ -119,7 +121,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::sky::CieType;
+    use crate::sky::{CieType, direction};
 
     fn horizon(points: &[(f64, f64)], rotation_deg: f64) -> Horizon {
         let points = points.iter().map(|(azimuth, altitude)| (azimuth.to_radians(), altitude.to_radians()));

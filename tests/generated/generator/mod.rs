@@ -20,7 +20,7 @@ pub use values::three;
 
 use outputs::{in_room, outputs, view_in};
 use room::room;
-use sky::sky;
+use sky::{sky, surroundings};
 use tubes::{in_quarter, simplest_tube, tubes};
 
 /// Sensors and blocks of pixels that a document has at most, and tubes.
@@ -40,9 +40,15 @@ pub enum Kind {
 pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
     let coloured = prop_oneof![4 => Just(false), 1 => Just(true)];
     coloured.prop_flat_map(move |coloured| {
-        let everything =
-            (room(kind, coloured), tubes(kind, coloured), sky(kind), outputs(kind), effects(kind), any::<u32>());
-        everything.prop_map(move |(room, tubes, (sky, place), outputs, effects, seed)| {
+        let everything = (
+            room(kind, coloured),
+            tubes(kind, coloured),
+            (sky(kind), surroundings(kind)),
+            outputs(kind),
+            effects(kind),
+            any::<u32>(),
+        );
+        everything.prop_map(move |(room, tubes, ((sky, place), surroundings), outputs, effects, seed)| {
             let size = sizes(&room);
             let objects = room["objects"].as_array().unwrap();
             let lit = !room["luminaires"].as_array().unwrap().is_empty();
@@ -61,6 +67,9 @@ pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
                 "grids": grids.iter().enumerate().map(|(k, grid)| in_room(grid, k, size)).collect::<Vec<_>>(),
                 "views": views.iter().enumerate().map(|(k, view)| view_in(view, k, size, objects)).collect::<Vec<_>>(),
             });
+            if let Some(surroundings) = surroundings {
+                document["surroundings"] = surroundings;
+            }
             if let Some((location, time)) = place {
                 document["location"] = location;
                 document["time"] = json!(time);

@@ -52,6 +52,22 @@ pub fn sky(kind: Kind) -> impl Strategy<Value = (Value, Option<(Value, String)>)
     })
 }
 
+/// Ground, and a horizon that is the same all round, so that rooms can turn; `None` in three of four documents.
+pub fn surroundings(kind: Kind) -> impl Strategy<Value = Option<Value>> {
+    let ring = match kind {
+        Kind::Plain => Just(None).boxed(),
+        Kind::Any => proptest::option::weighted(0.7, 0.0..60.0f64).boxed(),
+    };
+    let some = (ring, 0.0..=1.0f64, 0.0..=1.0f64).prop_map(|(ring, luminance_ratio, ground_reflectance)| {
+        let mut some = json!({ "luminance_ratio": luminance_ratio, "ground_reflectance": ground_reflectance });
+        if let Some(altitude) = ring {
+            some["horizon"] = json!([[0, altitude]]);
+        }
+        some
+    });
+    proptest::option::weighted(0.25, some)
+}
+
 fn level() -> impl Strategy<Value = (&'static str, f64)> {
     prop_oneof![
         (100.0..20_000.0f64).prop_map(|value| ("zenith_luminance_cd_m2", value)),
