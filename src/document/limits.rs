@@ -311,7 +311,7 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("SurroundingsDocument", "horizon", Limit::Items(HORIZON_POINTS)),
     ("SurroundingsDocument", "horizon_pvgis", Limit::Items(HORIZON_POINTS)),
     ("SurroundingsDocument", "obstructions", Limit::Items(OBSTRUCTIONS)),
-    ("ObstructionBox", "rotation_deg", Limit::Number(TURN_DEG)),
+    ("BoxObstruction", "rotation_deg", Limit::Number(TURN_DEG)),
     ("ParametricTube", "horizon", Limit::Items(HORIZON_POINTS)),
     ("MeshTubeDocument", "horizon", Limit::Items(HORIZON_POINTS)),
     ("FlatCollector", "tilt_deg", Limit::Number(PANE_TILT_DEG)),

@@ -21,7 +21,7 @@ use crate::sky::{Horizon, Obstruction, Surroundings};
 /// Azimuth of south in degrees, which is 0 in the horizons of PVGIS.
 const SOUTH_DEG: f64 = 180.0;
 
-/// What is around the building: a horizon and obstructions that hide a part of the sky and the sun, and the ground.
+/// Horizon and obstructions around the building, which hide a part of the sky and the sun, and the ground.
 ///
 /// Illuminances outdoors, to which daylight factors refer, stay unobstructed. Without `surroundings` the sky is open, and the ground is
 /// black.
@@ -40,10 +40,12 @@ pub struct SurroundingsDocument {
     /// Luminance of what hides the sky, relative to the mean luminance of the unobstructed sky: that of a uniform sky of equal horizontal
     /// illuminance; default: 0.1.
     #[serde(default = "default_luminance_ratio")]
+    #[schema(default = 0.1)]
     pub luminance_ratio: f64,
     /// Reflectance of the ground, which only tubes with a tilted upper end, domes or meshes can see: it is Lambertian, under the
     /// unobstructed illuminance of sky and sun; default: 0.2.
     #[serde(default = "default_ground_reflectance")]
+    #[schema(default = 0.2)]
     pub ground_reflectance: f64,
     /// Buildings and trees near by, at most 64, in front of the horizon: each becomes a part of the horizon of every tube, as the centre
     /// of its upper end sees it. Light comes neither through them nor from below them.
