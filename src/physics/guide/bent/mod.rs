@@ -173,11 +173,11 @@ impl BentGuide {
     }
 
     pub(super) fn down<const C: usize>(&self, position: DVec3, direction: DVec3) -> Transit<C> {
-        self.follow(position, direction, self.segments.len() - 1)
+        self.follow(position, direction, End::Top)
     }
 
     pub(super) fn up<const C: usize>(&self, position: DVec3, direction: DVec3) -> Transit<C> {
-        self.follow(position, direction, 0)
+        self.follow(position, direction, End::Opening)
     }
 
     /// Traces the path of a ray from inside the upper end: its start, every reflection and every crossing of a plane between segments, and
@@ -222,8 +222,10 @@ impl BentGuide {
         if brightest < 1.0 { libm::log(NEGLIGIBLE) / libm::log(brightest) } else { f64::INFINITY }
     }
 
-    fn follow<const C: usize>(&self, position: DVec3, direction: DVec3, mut index: usize) -> Transit<C> {
-        let from_top = index + 1 == self.segments.len();
+    /// Follows light into the guide from one of its ends, which are the same segment in a straight guide.
+    fn follow<const C: usize>(&self, position: DVec3, direction: DVec3, from: End) -> Transit<C> {
+        let from_top = from == End::Top;
+        let mut index = if from_top { self.segments.len() - 1 } else { 0 };
         let mut cylinder = &self.segments[index];
         let mut p = cylinder.to_local * (position - cylinder.origin);
         let mut d = cylinder.to_local * direction;
