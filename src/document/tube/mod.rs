@@ -32,6 +32,7 @@ use part::PartDocument;
 /// A tubular daylight device above an opening in the ceiling.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
+#[allow(clippy::large_enum_variant, reason = "most tubes are of cylinders")]
 pub enum TubeDocument {
     /// Tube of cylinders, given by diameter and segments.
     Parametric(ParametricTube),

@@ -48,7 +48,7 @@ impl Obstruction {
             let across = ray.perp_dot(edge);
             let (distance, along) = (to_start.perp_dot(edge) / across, to_start.perp_dot(ray) / across);
             // a ray along an edge has no crossing with it, but meets its neighbours
-            (distance > 0.0 && along >= -ROUNDING && along <= 1.0 + ROUNDING).then_some(distance)
+            (distance > 0.0 && (-ROUNDING..=1.0 + ROUNDING).contains(&along)).then_some(distance)
         };
         let nearest = self.edges().filter_map(distance).fold(f64::INFINITY, f64::min);
         libm::atan2(self.top_m - from.z, nearest).max(0.0)
