@@ -83,13 +83,10 @@ pub fn tube_years(
     for (number, (tube, closure)) in scene.tubes.iter().zip(&closures).enumerate() {
         let alike = |other: usize| {
             let before = &scene.tubes[other];
-            before.guide.is_like(&tube.guide) && closures[other] == *closure && before.is_daylit() == tube.is_daylit()
+            before.guide.is_like(&tube.guide) && closures[other] == *closure
         };
         let year = match (0..number).find(|other| alike(*other)) {
             Some(other) => years[other].clone(),
-            None if !tube.is_daylit() => {
-                TubeYear { moments: vec![TubeLight::default(); lit.len()], ..TubeYear::default() }
-            }
             None => {
                 let key = Key::new(seed).child(number as u64);
                 let delivery = Delivery::new(&tube.guide, *closure, scene.guide_return, key);
