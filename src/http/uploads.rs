@@ -96,7 +96,14 @@ fn check_type(request: &Request, accepted: &Accepted) -> Result<(), Problem> {
 pub async fn delete(service: &Service, kind: UploadKind, id: String) -> Result<StatusCode, Problem> {
     match service.deletion().upload(kind, id).await? {
         UploadDeletion::NotFound => Err(no_such(kind)),
-        UploadDeletion::InUse => Err(Problem::conflict(format!("a queued or running job uses this {}", kind.noun()))),
+        UploadDeletion::InUse => {
+            let users = match kind {
+                UploadKind::Mesh => "a queued or running job",
+                // files of the results of a year are made of it
+                UploadKind::Weather => "a job",
+            };
+            Err(Problem::conflict(format!("{users} uses this {}", kind.noun())))
+        }
         UploadDeletion::Deleted(_) => Ok(StatusCode::NO_CONTENT),
     }
 }

@@ -78,12 +78,12 @@ pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<WeatherResourc
     Ok(Json(WeatherResource::of(weather)?))
 }
 
-/// Deletes a weather file that no queued or running job uses.
+/// Deletes a weather file that no job uses.
 #[utoipa::path(delete, path = "/v1/weather/{id}", operation_id = "delete_weather", tag = "weather", params(("id" = String, Path)),
     responses(
         (status = 204, description = "The weather is deleted"),
         (status = 404, description = "No such weather"),
-        (status = 409, description = "A queued or running job uses the weather")))]
+        (status = 409, description = "A job uses the weather")))]
 pub async fn delete(app: App, Path(id): Path<String>) -> Result<StatusCode, Problem> {
     uploads::delete(&app, UploadKind::Weather, id).await
 }

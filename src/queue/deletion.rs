@@ -38,7 +38,7 @@ impl Deletion {
         to_its_end(deletion).await
     }
 
-    /// Deletes an uploaded file with its content, unless a job needs it that has not ended.
+    /// Deletes an uploaded file with its content, unless a job needs it.
     pub async fn upload(&self, kind: UploadKind, id: String) -> Result<UploadDeletion, StoreError> {
         let from = self.clone();
         let deletion = async move {

@@ -39,7 +39,7 @@ fn the_kinds_of_fields_are_read() {
     document["annual"] = json!({
         "weather": "year.epw", "period": { "from": "09-01", "to": "06-30" }, "illuminance": "file",
         "schedule": { "kind": "weekly", "days": ["mon", "fri"], "from": "08:00", "to": "24:00" },
-        "daylight_saving": { "kind": "days", "start": "03-29", "end": "10-25" }, "en17037": "vertical",
+        "daylight_saving": { "kind": "days", "start": "03-29", "end": "10-25" },
         "dimming": { "setpoint_lux": 300 }, "maintenance": [1, 1, 1, 1, 1, 1, 1, 1, 1, 0.9, 0.8, 0.7]
     });
     assert_eq!(serde_json::to_value(&*parse(&document).unwrap()).unwrap()["annual"]["period"]["to"], "06-30");

@@ -83,12 +83,13 @@ pub(super) async fn delete(
 ) -> Result<UploadDeletion, StoreError> {
     let query = sqlx::query(concat!(
         "SELECT j.id FROM jobs j JOIN job_uploads u ON u.job_id = j.id \
-         WHERE u.upload_id = $1 AND j.status IN ('queued', 'running') AND ",
+         WHERE u.upload_id = $1 AND ($3 = 'weather' OR j.status IN ('queued', 'running')) AND ",
         in_scope!(),
         " LIMIT 1"
     ))
     .bind(id)
-    .bind(bound(scope));
+    .bind(bound(scope))
+    .bind(kind.name());
     let user: Option<String> = one(query, &mut *tx, first).await?;
     if user.is_some() {
         return Ok(UploadDeletion::InUse);

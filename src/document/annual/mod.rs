@@ -49,9 +49,6 @@ pub struct AnnualDocument {
     /// Illuminance and share of time of the spatial daylight autonomy.
     #[serde(default)]
     pub sda: SdaDocument,
-    /// Column of the table of EN 17037 that the verdicts are about.
-    #[serde(default)]
-    pub en17037: En17037Criteria,
     /// Electric light that daylight saves; absent: not computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dimming: Option<DimmingDocument>,
@@ -86,17 +83,6 @@ impl Default for SdaDocument {
     fn default() -> Self {
         Self { threshold_lux: 300.0, time_percent: 50.0 }
     }
-}
-
-/// Column of the table of EN 17037 for the provision of daylight.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum En17037Criteria {
-    /// Horizontal openings: one target on 95 % of the area.
-    #[default]
-    Horizontal,
-    /// Vertical and inclined openings: a target on half of the area, and a minimum on 95 %.
-    Vertical,
 }
 
 /// Electric light of one zone that an ideal sensor dims to its set point: an upper estimate of what daylight saves.

@@ -1,5 +1,6 @@
 //! Jobs over HTTP, against a service that is bound to a port.
 
+mod annual;
 mod equal_jobs;
 mod events;
 mod idempotency;
