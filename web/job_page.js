@@ -4,7 +4,7 @@ import * as api from "./api.js";
 import { centimetres } from "./draft.js";
 import { across, bar, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
 import { jobs } from "./jobs.js";
-import { SMALL, layout, north, ring } from "./plan.js";
+import { SMALL, layout, north, rim } from "./plan.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
@@ -127,7 +127,7 @@ function map(job, grid) {
       (job.document.tubes ?? []).map(({ centre_m }) => centre_m),
     )}
     ${outside(room, grid, at)}${outlined(room, at, "frame")}
-    ${(job.document.tubes ?? []).map((tube) => ring(tube, at))}
+    ${(job.document.tubes ?? []).map((tube) => rim(tube, at))}
     ${measures(room, at)}
     ${bar(end, ticks, unit, across(at, east) + 18, at.top, at.k * depth)}${north(room.rotation_deg ?? 0)}</svg>`;
 }

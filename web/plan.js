@@ -108,18 +108,18 @@ function opening(tube, index, at) {
         @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
       ${isMesh(tube) ? nothing : axis(tube, at)}
       <circle class="hold" cx=${x} cy=${y} r=${Math.max(radius, 16)}></circle>
-      ${ring(tube, at)}</g>`;
+      ${rim(tube, at)}</g>`;
 }
 
 /** The rim of an opening. @param {Tube} tube @param {import("./map.js").Layout} at */
-export function ring(tube, at) {
-  const [x, y] = [across(at, tube.centre_m[0]), down(at, tube.centre_m[1])];
+export function rim(tube, at) {
+  const { x, y, radius } = ring(tube, at);
   const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
   const side = at.k * side_m;
   return side > 0
     ? svg`<rect class="ring" x=${x - side / 2} y=${y - side / 2} width=${side} height=${side}
         transform=${`rotate(${rotation_deg} ${x} ${y})`}></rect>`
-    : svg`<circle class="ring" cx=${x} cy=${y} r=${(at.k * diameter(tube)) / 2}></circle>`;
+    : svg`<circle class="ring" cx=${x} cy=${y} r=${radius}></circle>`;
 }
 
 /** Where a bent tube goes, seen from above. @param {ParametricTube} tube @param {import("./map.js").Layout} at */
