@@ -12,7 +12,8 @@ from ruamel.yaml import YAML
 from skyduct_client import Client, models
 from skyduct_client.api.jobs import create_job, get_job, list_jobs, plan_job
 from skyduct_client.api.meshes import create_mesh
-from skyduct_client.api.results import get_convergence, get_grid_csv, get_grid_json, get_tube_json
+from skyduct_client.api.results import get_annual, get_convergence, get_grid_csv, get_grid_json, get_tube_json
+from skyduct_client.api.weather import create_weather
 from skyduct_client.types import File
 
 EVENTS = {
@@ -42,13 +43,12 @@ def events(client, job):
                 fields = {}
 
 
-def upload(client, path):
-    """The id of an uploaded mesh."""
+def upload(client, path, create):
+    """An uploaded mesh or weather file."""
     with open(path, "rb") as file:
-        answer = create_mesh.sync_detailed(client=client, body=File(payload=file, file_name=path.name))
+        answer = create.sync_detailed(client=client, body=File(payload=file, file_name=path.name))
     assert answer.status_code == 201, answer
-    assert answer.parsed.triangles > 0
-    return answer.parsed.id
+    return answer.parsed
 
 
 def cheap(document):
@@ -69,10 +69,16 @@ def check(client, path):
     for tube in document.tubes or []:
         assert isinstance(tube, (models.ParametricTube, models.MeshTubeDocument)), tube
         if isinstance(tube, models.MeshTubeDocument):
-            tube.mesh = upload(client, path.parent / tube.mesh)
+            mesh = upload(client, path.parent / tube.mesh, create_mesh)
+            assert mesh.triangles > 0
+            tube.mesh = mesh.id
             assert all(not isinstance(part, dict) for part in tube.parts.additional_properties.values())
         else:
             assert type(tube.diffuser).__name__.endswith("Diffuser"), tube.diffuser
+    if document.annual:
+        weather = upload(client, path.parent / document.annual.weather, create_weather)
+        assert weather.report.records > 0
+        document.annual.weather = weather.id
     document = cheap(document)
     plan = plan_job.sync(client=client, body=document)
     assert isinstance(plan, models.PlanResource), plan
@@ -93,6 +99,9 @@ def check(client, path):
     for index, _ in enumerate(document.tubes or []):
         report = get_tube_json.sync(client=client, id=job.id, tube=f"{index}")
         assert isinstance(report, models.TubeReport), report
+    if document.annual:
+        year = get_annual.sync(client=client, id=job.id)
+        assert isinstance(year, models.AnnualResult) and year.grids[0].verdicts, year
     assert isinstance(get_convergence.sync(client=client, id=job.id), models.Convergence)
     print(f"  {path.name}: {', '.join(dict.fromkeys(names))}")
 

@@ -41,9 +41,9 @@ async function* events(path: string): AsyncGenerator<Event> {
   }
 }
 
-async function upload(file: string): Promise<string> {
+async function upload(kind: "/v1/meshes" | "/v1/weather", file: string): Promise<string> {
   const bytes = await readFile(file);
-  const { data, error } = await client.POST("/v1/meshes", {
+  const { data, error } = await client.POST(kind, {
     body: bytes.toString(),
     headers: { "Content-Type": "application/octet-stream" },
     bodySerializer: (body) => body,
@@ -55,7 +55,8 @@ async function upload(file: string): Promise<string> {
 async function check(name: string, document: Schemas["JobDocument"]) {
   document.stop = { ...document.stop, max_passes: 2, max_seconds: 20 };
   for (const view of document.views ?? []) view.size_px = [32, 24];
-  for (const tube of document.tubes ?? []) if ("mesh" in tube) tube.mesh = await upload(join(folder, tube.mesh));
+  for (const tube of document.tubes ?? []) if ("mesh" in tube) tube.mesh = await upload("/v1/meshes", join(folder, tube.mesh));
+  if (document.annual) document.annual.weather = await upload("/v1/weather", join(folder, document.annual.weather));
   const planned = await client.POST("/v1/plan", { body: document });
   assert(planned.data, JSON.stringify(planned.error));
   const posted = await client.POST("/v1/jobs", { body: document });
