@@ -93,7 +93,7 @@ pub struct ObstructionBox {
     pub position_m: [f64; 3],
     /// Rotation in degrees, clockwise seen from above.
     #[serde(default)]
-    #[schema(default = 0.0)]
+    #[schema(value_type = Option<f64>, default = 0.0)]
     pub rotation_deg: f64,
 }
 
