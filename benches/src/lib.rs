@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
-use skyduct::document::{JobDocument, MeshSource, to_scene};
+use skyduct::document::{JobDocument, FileSource, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::plan::{self, Effects};
@@ -19,7 +19,7 @@ fn folder() -> PathBuf {
 
 struct Folder;
 
-impl MeshSource for Folder {
+impl FileSource for Folder {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         Ok(Arc::new(mesh(id)))
     }

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use skyduct::annual::moment::{Convention, moments};
 use skyduct::annual::schedule::{Schedule, occupied};
 use skyduct::document::weather::read_weather;
-use skyduct::document::{DocumentErrors, JobDocument, MeshSource, ValidJob, to_scene};
+use skyduct::document::{DocumentErrors, FileSource, JobDocument, ValidJob, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::http::last_event_id::last_event_id as id_of;
@@ -54,7 +54,7 @@ fn tells(errors: &DocumentErrors) {
 /// One mesh for all ids: a cube of one unit, open below, with a part of each role above the plane z = 0.
 struct Cube;
 
-impl MeshSource for Cube {
+impl FileSource for Cube {
     fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
         parse_obj(CUBE, ObjLimits::default()).map(Arc::new).map_err(|error| error.to_string())
     }

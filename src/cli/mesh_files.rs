@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::annual::weather::{self, Weather};
 
-use crate::document::MeshSource;
+use crate::document::FileSource;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
 
@@ -73,7 +73,7 @@ fn read_at(file: &Path, name: &str, most: usize) -> Result<Vec<u8>, String> {
     std::fs::read(file).map_err(unreadable)
 }
 
-impl MeshSource for MeshFiles {
+impl FileSource for MeshFiles {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         let bytes = self.read(id, self.limits.bytes)?;
         parse_obj(&bytes, self.limits).map(Arc::new).map_err(|error| format!("{id}: {error}"))

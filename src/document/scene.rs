@@ -2,8 +2,8 @@
 
 use super::effects::EffectSwitch;
 use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
+use super::file_source::FileSource;
 use super::job::{JobDocument, ValidJob};
-use super::mesh_source::MeshSource;
 use super::optics::Coefficient;
 use super::outputs::SURFACES;
 use super::provenance::{GuideProvenance, Provenance};
@@ -25,7 +25,7 @@ use crate::scene::{Channels, Daylight, Enclosure, Grid, Responses, Room, Scene, 
 /// Errors concern meshes, which are not loaded before.
 pub fn to_scene(
     document: &ValidJob,
-    meshes: &dyn MeshSource,
+    meshes: &dyn FileSource,
 ) -> Result<(Scene, Vec<Warning>, Provenance), DocumentErrors> {
     let mut checks = Checks::default();
     let mut warnings = Vec::new();

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::annual::moment::{Convention, moments};
-use crate::annual::weather::{Site, Weather};
-use crate::document::annual::{AnnualDocument, ScheduleDocument};
+use crate::annual::moment::{Convention, Moment, Moments, moments};
+use crate::annual::schedule::{Schedule, occupied};
+use crate::annual::weather::{Record, Site, Weather};
+use crate::document::annual::{AnnualDocument, DaylightSavingDocument, PeriodDocument, ScheduleDocument, Weekday};
 use crate::document::limits::{SENSORS_TIMES_RECORDS, TUBES_TIMES_MOMENTS};
 use crate::document::sky::LocationDocument;
 use crate::document::weather::notes_on;
-use crate::document::{DocumentErrors, FieldError, FieldErrorCode, MeshSource, ValidJob, Warning};
+use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, ValidJob, Warning};
 use crate::scene::{Grid, Scene};
 
 /// Largest difference in degrees of the latitude and the longitude of a document and of its weather file.
@@ -18,8 +19,14 @@ const NEAR_DEG: f64 = 0.5;
 pub(crate) struct AnnualJob {
     /// Part of the document that asks for it.
     pub document: AnnualDocument,
-    /// Weather of the whole file, at the place of the document if it has one.
+    /// Weather of the document's period, at the place of the document if it has one.
     pub weather: Arc<Weather>,
+    /// Records in which the room is occupied; `None` for the daylight hours of EN 17037, which follow from the light.
+    pub occupied: Option<Vec<bool>>,
+    /// Choice of the moments for which records stand.
+    pub convention: Convention,
+    /// Moments with light.
+    pub moments: Vec<Moment>,
     /// Azimuth of the room's +y axis in radians, clockwise from north.
     pub rotation: f64,
 }
@@ -28,7 +35,7 @@ impl AnnualJob {
     /// Reads the weather of a document with a year, and adds notes on it to the warnings; `None` for a document without one.
     pub fn read(
         document: &ValidJob,
-        files: &dyn MeshSource,
+        files: &dyn FileSource,
         scene: &Scene,
         warnings: &mut Vec<Warning>,
     ) -> Result<Option<Self>, DocumentErrors> {
@@ -50,12 +57,62 @@ impl AnnualJob {
         check_size(annual, &weather, scene)?;
         let convention = Convention {
             sun_offset_minutes: annual.sun_offset_minutes.unwrap_or(weather.sun_offset_minutes),
-            ..Convention::of(&weather)
+            suns_per_hour: annual.suns_per_hour,
         };
-        let found = moments(&weather, convention).map_err(|error| fault("/annual/weather", error.to_string()))?;
-        warnings.extend(notes_on(&weather, found.dropped));
-        Ok(Some(Self { document: annual.clone(), weather, rotation: document.room.rotation_deg.to_radians() }))
+        let occupied = occupied_records(annual, &weather, convention);
+        let (weather, occupied) = within_period(annual, weather, occupied);
+        let Moments { moments, dropped } =
+            moments(&weather, convention).map_err(|error| fault("/annual/weather", error.to_string()))?;
+        warnings.extend(notes_on(&weather, dropped));
+        let rotation = document.room.rotation_deg.to_radians();
+        Ok(Some(Self { document: annual.clone(), weather, occupied, convention, moments, rotation }))
     }
+
+    /// Estimates the memory that the year holds in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.moments.as_slice()) + size_of_val(self.weather.records.as_slice())
+    }
+}
+
+/// Returns for each record of a file whether the room is occupied; `None` where the light says so.
+fn occupied_records(document: &AnnualDocument, weather: &Weather, convention: Convention) -> Option<Vec<bool>> {
+    let summer = match document.daylight_saving {
+        DaylightSavingDocument::None => None,
+        DaylightSavingDocument::File => weather.daylight_saving,
+        DaylightSavingDocument::Days(days) => Some([days.start, days.end].map(|day| (day.month, day.day))),
+    };
+    let schedule = match &document.schedule {
+        ScheduleDocument::Lm83 => Schedule::lm83(),
+        ScheduleDocument::DaylightHours => return None,
+        ScheduleDocument::Weekly(weekly) => {
+            let [from_hour, to_hour] = weekly.hours();
+            let days =
+                [Weekday::Mon, Weekday::Tue, Weekday::Wed, Weekday::Thu, Weekday::Fri, Weekday::Sat, Weekday::Sun];
+            Schedule::Weekly { days: days.map(|day| weekly.days.contains(&day)), from_hour, to_hour }
+        }
+        ScheduleDocument::Hours(hours) => Schedule::Hours(hours.occupied.iter().map(|value| *value == 1).collect()),
+    };
+    Some(occupied(weather, &schedule, summer, convention.sun_offset_minutes))
+}
+
+/// Returns the records of the document's period, and which of them are occupied.
+fn within_period(
+    document: &AnnualDocument,
+    weather: Arc<Weather>,
+    occupied: Option<Vec<bool>>,
+) -> (Arc<Weather>, Option<Vec<bool>>) {
+    let Some(PeriodDocument { from, to }) = document.period else { return (weather, occupied) };
+    let [from, to] = [from, to].map(|day| (day.month, day.day));
+    let is_within = |record: &Record| {
+        let day = (record.month, record.day);
+        if from <= to { (from..=to).contains(&day) } else { day >= from || day <= to }
+    };
+    let occupied = occupied.map(|occupied| {
+        let kept = weather.records.iter().zip(occupied).filter(|(record, _)| is_within(record));
+        kept.map(|(_, occupied)| occupied).collect()
+    });
+    let records = weather.records.iter().filter(|record| is_within(record)).copied().collect();
+    (Arc::new(Weather { records, ..Weather::clone(&weather) }), occupied)
 }
 
 /// Checks that a year has no more values than memory and time allow.

@@ -195,14 +195,14 @@ mod tests {
 
     use super::*;
     use crate::analytic::{Ending, GridSolution, Solution, Solver};
-    use crate::document::MeshSource;
+    use crate::document::FileSource;
     use crate::engine::integrators::Engine;
     use crate::engine::prepare::prepare;
     use crate::geometry::TriangleMesh;
 
     struct NoMeshes;
 
-    impl MeshSource for NoMeshes {
+    impl FileSource for NoMeshes {
         fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
             Err("none".to_owned())
         }

@@ -8,7 +8,7 @@ use super::integrators::Engine;
 use super::progress::{PassReport, StoppedBy};
 use super::spent::Spent;
 use crate::document::errors::WarningCode;
-use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
+use crate::document::{self, DocumentErrors, FieldError, FileSource, JobDocument, Provenance, ValidJob, Warning};
 use crate::estimate::film::block_count;
 use crate::estimate::stopping::{WaitingFor, grid_without_light, is_judged, least_passes};
 use crate::estimate::{Accuracy, Estimate, StopRule};
@@ -53,12 +53,12 @@ const BYTES_PER_TRIANGLE: usize = 512;
 const BYTES_PER_SENSOR: usize = 64;
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
-pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<RenderJob, DocumentErrors> {
+pub fn prepare(document: &[u8], meshes: &dyn FileSource) -> Result<RenderJob, DocumentErrors> {
     prepare_document(&JobDocument::parse(document)?, meshes)
 }
 
 /// Prepares a parsed document: builds and plans its scene, and refuses requests that the plan cannot meet.
-pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<RenderJob, DocumentErrors> {
+pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<RenderJob, DocumentErrors> {
     let still_wanted = || match meshes.is_cancelled() {
         true => Err(DocumentErrors::from(FieldError::new("", "cancelled: the client no longer waits for the answer"))),
         false => Ok(()),
@@ -197,7 +197,12 @@ impl RenderJob {
             })
             .sum();
         let sensors: usize = grids.iter().map(Grid::len).sum();
-        BYTES + tubes.len() * BYTES_PER_TUBE + (triangles + of_tubes) * BYTES_PER_TRIANGLE + sensors * BYTES_PER_SENSOR
+        let of_year = self.annual.as_ref().map_or(0, AnnualJob::bytes);
+        BYTES
+            + of_year
+            + tubes.len() * BYTES_PER_TUBE
+            + (triangles + of_tubes) * BYTES_PER_TRIANGLE
+            + sensors * BYTES_PER_SENSOR
     }
 
     /// True if the job has images to render.

@@ -6,14 +6,15 @@ use super::axes::{self, Axes, Axis};
 use super::colour::{BLACK, Colour, WHITE};
 use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::Heading;
-use super::isolines::{Isoline, isolines};
+use super::isolines::isolines;
 use super::labels::Taken;
 use super::letters;
 use super::outline::{Outline, Rectangle};
+use super::plan_cells::{Cells, draw_lines, label_lines};
 use super::refined::refined;
 use super::room_plan::{RoomPlan, draw_north};
 use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH};
-use super::ticks::{Steps, short, significant};
+use super::ticks::{Steps, significant};
 use crate::output::{OutputError, Raster};
 
 /// Largest width and height of the room in a figure, in pixels.
@@ -33,9 +34,6 @@ const LEGEND_HEIGHT: f64 = 22.0;
 
 /// Half the width of the marks of the least and the greatest value, in pixels.
 const MARK: f64 = 5.5;
-
-/// Shortest isoline with a label, in pixels.
-const LEAST_LABELLED: f64 = 70.0;
 
 /// Smallest cell in which its value is written, in pixels.
 const LEAST_NUMBERED: DVec2 = DVec2::new(20.0, 11.0);
@@ -68,6 +66,11 @@ pub struct GridValues {
 }
 
 impl GridValues {
+    /// Places the cells within axes.
+    fn cells_in(&self, axes: &Axes) -> Cells {
+        Cells::new(axes, [self.from_m, self.to_m], self.cells)
+    }
+
     /// Returns the grid with values between the centres of its cells.
     fn refined(&self) -> Self {
         let (cells, values) = refined(self.cells, &self.values);
@@ -124,7 +127,7 @@ impl PlanMap {
         };
         let axes = Axes { within, x: axis("x in metres", low.x, room.x), y: axis("y in metres", low.y, room.y) };
         axes.draw(&mut drawing);
-        let cells = Cells::new(&axes, &self.grid);
+        let cells = self.grid.cells_in(&axes);
         let has_numbers = self.numbers == Numbers::Shown && cells.size().cmpge(LEAST_NUMBERED).all();
         let smooth = if has_numbers { self.grid.clone() } else { self.grid.refined() };
         let colours = self.colours(&smooth)?;
@@ -138,7 +141,7 @@ impl PlanMap {
         self.room.cover_outside(&mut drawing, &axes);
         self.room.draw_objects_and_tubes(&mut drawing, &axes);
         self.room.draw_outline(&mut drawing, &axes);
-        let fine = Cells::new(&axes, &smooth);
+        let fine = smooth.cells_in(&axes);
         let mut taken = Taken::default();
         self.room.draw_lengths(&mut drawing, &axes, &mut taken);
         if !self.grid.points.is_empty() {
@@ -259,64 +262,6 @@ impl PlanMap {
             }
             let text = significant(*value, 3);
             drawing.text_centred(at, text, Type::new(size, ink).anchored(Anchor::Middle));
-        }
-    }
-}
-
-/// Cells of a grid in a figure.
-struct Cells {
-    place: Rectangle,
-    /// Left end of the axes in pixels.
-    axes_left: f64,
-    count: DVec2,
-}
-
-impl Cells {
-    fn new(axes: &Axes, grid: &GridValues) -> Self {
-        let (south_west, north_east) = (axes.at(grid.from_m.x, grid.from_m.y), axes.at(grid.to_m.x, grid.to_m.y));
-        let place = Rectangle::new(south_west.x, north_east.y, north_east.x, south_west.y);
-        Self { place, axes_left: axes.within.from.x, count: DVec2::new(grid.cells[0] as f64, grid.cells[1] as f64) }
-    }
-
-    fn size(&self) -> DVec2 {
-        self.place.size() / self.count
-    }
-
-    /// Returns the position in the figure of a point in units of cells from the south-western corner.
-    fn at(&self, point: DVec2) -> DVec2 {
-        let share = point / self.count;
-        let size = self.place.size();
-        DVec2::new(self.place.from.x + share.x * size.x, self.place.to.y - share.y * size.y)
-    }
-}
-
-fn draw_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline]) {
-    for line in lines {
-        let mut outline = Outline::default();
-        for piece in &line.pieces {
-            outline.add_polyline(piece.iter().map(|point| cells.at(*point)));
-        }
-        drawing.line(outline.clone(), Line::new(WHITE, 2.6));
-        drawing.line(outline, Line::new(BLACK, 1.1));
-    }
-}
-
-/// Labels isolines with their values, each at the point of the line that is farthest from other labels and marks.
-fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &mut Taken) {
-    let look = Type::new(11.0, BLACK).rimmed(WHITE);
-    for line in lines {
-        let text = short((line.level * 1e6).round() / 1e6);
-        for piece in &line.pieces {
-            let points: Vec<DVec2> = piece.iter().map(|point| cells.at(*point)).collect();
-            let length: f64 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-            if length < LEAST_LABELLED {
-                continue;
-            }
-            let step = points.len().div_ceil(48).max(1);
-            let mut places: Vec<(f64, DVec2)> =
-                points.iter().step_by(step).map(|point| (taken.clearance(*point), *point)).collect();
-            places.sort_by(|a, b| b.0.total_cmp(&a.0));
-            taken.write(drawing, &cells.place, (&text, look), places.into_iter().map(|(_, place)| place));
         }
     }
 }

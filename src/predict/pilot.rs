@@ -440,13 +440,13 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::document::MeshSource;
+    use crate::document::FileSource;
     use crate::engine::prepare::prepare;
     use crate::geometry::TriangleMesh;
 
     struct NoMeshes;
 
-    impl MeshSource for NoMeshes {
+    impl FileSource for NoMeshes {
         fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
             Err("there is none".to_owned())
         }

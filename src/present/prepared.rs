@@ -1,14 +1,13 @@
 //! A prepared job together with what is made of it for its results.
 
 use std::ops::Deref;
-use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::annual::JobYear;
 use super::subject::Subject;
 use super::tube_performance::TubePerformance;
 use crate::document::result::GridResult;
-use crate::document::{DocumentErrors, MeshSource, ValidJob};
+use crate::document::{DocumentErrors, FileSource, ValidJob};
 use crate::engine::passes::RenderError;
 use crate::engine::prepare::{self, RenderJob};
 use crate::predict::predictions::Predictions;
@@ -27,12 +26,12 @@ pub struct Prepared {
 }
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
-pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+pub fn prepare(document: &[u8], meshes: &dyn FileSource) -> Result<Prepared, DocumentErrors> {
     Ok(Prepared::new(prepare::prepare(document, meshes)?))
 }
 
 /// Prepares a parsed document: builds and plans its scene, and refuses requests that the plan cannot meet.
-pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<Prepared, DocumentErrors> {
     Ok(Prepared::new(prepare::prepare_document(document, meshes)?))
 }
 
@@ -62,7 +61,7 @@ impl Prepared {
         {
             return Ok(Some(year.clone()));
         }
-        let year = JobYear::of(self, results()?, &AtomicBool::new(false))?.map(Arc::new);
+        let year = JobYear::of(self, results()?)?.map(Arc::new);
         *kept = year.clone().map(|year| (passes, year));
         Ok(year)
     }

@@ -107,12 +107,12 @@ pub(crate) mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::document::MeshSource;
+    use crate::document::FileSource;
     use crate::geometry::TriangleMesh;
 
     pub struct NoMeshes;
 
-    impl MeshSource for NoMeshes {
+    impl FileSource for NoMeshes {
         fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
             Err("none".to_owned())
         }

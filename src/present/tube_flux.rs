@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::document::result::{PatchesResult, SourceFlux, TubeFluxAt, TubeFluxResult};
 use crate::document::tube_flux::ValidTubeFlux;
-use crate::document::{DocumentErrors, FieldError, FieldErrorCode, MeshSource, to_scene};
+use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, to_scene};
 use crate::integrator::diffuser_source::flux::{NoFlux, patched_flux, patches};
 use crate::plan::{Effects, compile};
 use crate::sampling::Key;
@@ -74,7 +74,7 @@ const LATE: f64 = 0.25;
 /// With `time`, a request that cannot be done in it is refused as soon as that is certain, with the time that it would take.
 pub fn tube_flux(
     request: &ValidTubeFlux,
-    meshes: &dyn MeshSource,
+    meshes: &dyn FileSource,
     time: Option<TimeThereIs>,
     cancel: &AtomicBool,
 ) -> Result<TubeFluxResult, TubeFluxError> {

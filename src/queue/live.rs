@@ -140,13 +140,13 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::MeshSource;
+    use crate::document::FileSource;
     use crate::geometry::TriangleMesh;
     use crate::present::prepared::prepare;
 
     struct NoMeshes;
 
-    impl MeshSource for NoMeshes {
+    impl FileSource for NoMeshes {
         fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
             Err("there is none".to_owned())
         }

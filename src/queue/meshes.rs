@@ -8,7 +8,7 @@ use bytes::Bytes;
 use tokio::runtime::Handle;
 
 use crate::annual::weather::{self, Weather};
-use crate::document::MeshSource;
+use crate::document::FileSource;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj_until};
 use crate::queue::artifacts::Artifacts;
@@ -92,7 +92,7 @@ impl UploadedMeshes {
     }
 }
 
-impl MeshSource for UploadedMeshes {
+impl FileSource for UploadedMeshes {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         let mesh = self.runtime.block_on(self.meshes.uploads.find(UploadKind::Mesh, id)).map_err(unreadable)?;
         let mesh = mesh.ok_or_else(|| "there is no uploaded mesh with this id".to_owned())?;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::page::ReportError;
-use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
+use skyduct::document::{DocumentErrors, FileSource, JobDocument, to_scene};
 use skyduct::engine::cancel::Stop;
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
@@ -19,7 +19,7 @@ use skyduct::traceable::TraceableScene;
 /// Source of meshes that are files in a folder.
 pub struct Folder(pub PathBuf);
 
-impl MeshSource for Folder {
+impl FileSource for Folder {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         let bytes = std::fs::read(self.0.join(id)).map_err(|error| error.to_string())?;
         parse_obj(&bytes, ObjLimits::default()).map(Arc::new).map_err(|error| error.to_string())

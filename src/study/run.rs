@@ -12,7 +12,7 @@ use super::picture_request::{PictureKey, PictureRequest};
 use super::pictures::{Film, PICTURES_JSON, Sheets};
 use super::request::{RunKey, StudyRequest};
 use super::runner::{self, Runner, StudyPlan};
-use crate::document::{DocumentErrors, JobDocument, MeshSource};
+use crate::document::{DocumentErrors, FileSource, JobDocument};
 use crate::engine::cancel::Stop;
 use crate::engine::passes::{RenderError, Rendered};
 use crate::engine::progress::Progress;
@@ -82,7 +82,7 @@ pub struct Pictures {
 /// Runs a study of grids; calls `heard` before each of its runs, and at the end.
 pub fn run(
     request: &StudyRequest,
-    meshes: &dyn MeshSource,
+    meshes: &dyn FileSource,
     stop: &Stop,
     heard: &mut dyn FnMut(&Step<'_>),
 ) -> Result<Study, StudyError> {
@@ -97,7 +97,7 @@ pub fn run(
 /// Renders the pictures of a study of views; calls `heard` before each of its jobs, and at the end.
 pub fn run_pictures(
     request: &PictureRequest,
-    meshes: &dyn MeshSource,
+    meshes: &dyn FileSource,
     stop: &Stop,
     heard: &mut dyn FnMut(&Step<'_>),
 ) -> Result<Pictures, StudyError> {
@@ -124,7 +124,7 @@ impl Pictures {
 
 /// Runner that renders the jobs of a study one after the other, and compares them at once.
 struct InProcess<'a> {
-    meshes: &'a dyn MeshSource,
+    meshes: &'a dyn FileSource,
     stop: &'a Stop,
     heard: &'a mut dyn FnMut(&Step<'_>),
     /// Request of the pictures, if the study is one of views.
@@ -189,7 +189,7 @@ impl Runner for InProcess<'_> {
 }
 
 impl<'a> InProcess<'a> {
-    fn new(meshes: &'a dyn MeshSource, stop: &'a Stop, heard: &'a mut dyn FnMut(&Step<'_>)) -> Self {
+    fn new(meshes: &'a dyn FileSource, stop: &'a Stop, heard: &'a mut dyn FnMut(&Step<'_>)) -> Self {
         let (outcomes, sheets) = (Outcomes::default(), Sheets::default());
         Self { meshes, stop, heard, views: None, keys: Vec::new(), outcomes, sheets }
     }

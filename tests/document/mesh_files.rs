@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::given::{mesh_tube, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{FieldError, MeshSource, to_scene};
+use skyduct::document::{FieldError, FileSource, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::scene::Scene;
@@ -14,7 +14,7 @@ use skyduct::scene::Scene;
 /// Files by their names.
 struct Files(HashMap<&'static str, Vec<u8>>);
 
-impl MeshSource for Files {
+impl FileSource for Files {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         let bytes = self.0.get(id).ok_or("no such file")?;
         parse_obj(bytes, ObjLimits::default()).map(Arc::new).map_err(|error| error.to_string())

@@ -8,7 +8,7 @@ use crate::given::{base, mesh_tube, refused, with};
 use crate::schema::parse;
 use glam::DVec3;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, FieldErrorCode, MeshSource, to_scene};
+use skyduct::document::{DocumentErrors, FieldErrorCode, FileSource, to_scene};
 use skyduct::geometry::coincident::overlaps;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::geometry::{Dropped, TriangleMesh};
@@ -19,7 +19,7 @@ use skyduct::scene::{MeshObject, Scene, TubeShape};
 /// OBJ files, known by their numbers.
 struct Files<'a>(&'a [&'a str]);
 
-impl MeshSource for Files<'_> {
+impl FileSource for Files<'_> {
     fn load(&self, number: &str) -> Result<Arc<TriangleMesh>, String> {
         Ok(Arc::new(file(self.0[number.parse::<usize>().unwrap()])))
     }

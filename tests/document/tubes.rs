@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::given::{SquarePipe, base, mesh_tube, refused, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{FieldErrorCode, MeshSource, to_scene};
+use skyduct::document::{FieldErrorCode, FileSource, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::optics::{Collector, Diffuser};
 use skyduct::scene::{Channels, TubeShape};
@@ -95,7 +95,7 @@ fn mesh_tubes() {
     // millimetres given as metres: out of every bound of a building
     let far = SquarePipe.load("pipe").unwrap().scaled(1e8);
     struct Far(Arc<TriangleMesh>);
-    impl MeshSource for Far {
+    impl FileSource for Far {
         fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
             Ok(self.0.clone())
         }

@@ -153,7 +153,7 @@ fn a_sheet_that_passes_nothing_leaves_a_dark_room() {
     photon_methods().iter().chain(&other_methods()).for_each(assert_known_to_be_dark);
     refused(&with(base(), "/tubes/0/diameter_m", json!(0)), "/tubes/0/diameter_m", FieldErrorCode::OutOfRange);
     let flat = "v 0 0 0\nv 1 0 0\nv 2 0 0\nusemtl diffuser\nf 1 2 3\n";
-    let error = skyduct::document::MeshSource::load(&Obj(flat.to_owned()), "").unwrap_err();
+    let error = skyduct::document::FileSource::load(&Obj(flat.to_owned()), "").unwrap_err();
     assert!(error.contains("no face in this file has an area"), "{error}");
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use skyduct::document::{JobDocument, MeshSource, WarningCode, to_scene};
+use skyduct::document::{FileSource, JobDocument, WarningCode, to_scene};
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::progress::StoppedBy;
 use skyduct::estimate::Estimate;
@@ -15,7 +15,7 @@ use skyduct::scene::Daylight;
 /// One OBJ file, under every id.
 pub struct Obj(pub String);
 
-impl MeshSource for Obj {
+impl FileSource for Obj {
     fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
         parse_obj(self.0.as_bytes(), ObjLimits::default()).map(Arc::new).map_err(|error| error.to_string())
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
-use skyduct::document::{JobDocument, MeshSource, WarningCode};
+use skyduct::document::{FileSource, JobDocument, WarningCode};
 use skyduct::engine::checkpoint::encode;
 use skyduct::engine::progress::StoppedBy;
 use skyduct::engine::spent::Spent;
@@ -82,7 +82,7 @@ fn tube(sides: u32, cover: Cover) -> TriangleMesh {
 
 struct One(TriangleMesh);
 
-impl MeshSource for One {
+impl FileSource for One {
     fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
         Ok(Arc::new(self.0.clone()))
     }

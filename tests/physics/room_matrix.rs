@@ -6,8 +6,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument};
-use skyduct::estimate::Estimate;
-use skyduct::estimate::room_matrix::RoomMatrix;
+use skyduct::estimate::{Estimate, GridEstimate};
 use skyduct::geometry::lambert::quadrilateral_irradiance;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::diffuser_source::flux::patched_flux;
@@ -19,6 +18,7 @@ use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
 use skyduct::sampling::Key;
 use skyduct::scene::{BoxObject, EstimateKind, Face, Responses, Scene, Transition};
+use skyduct::statistics::Moments;
 
 use crate::documents::Folder;
 use crate::reference;
@@ -156,7 +156,7 @@ fn responses_to_whole_openings() {
     black.grids[0].responses = Responses::ToTubes;
     let found = run(&black, &built(&black, 5), 2);
     let [even, across_black, along_black, _] = &found.grids[0].companions[..] else { panic!("not four") };
-    let (steps, centroid) = (48, DVec2::new(0.3, -0.2));
+    let (steps, centroid, mut largest_shift) = (48, DVec2::new(0.3, -0.2), 0.0);
     for sensor in 0..black.grids[0].len() {
         let at = black.grids[0].centre(sensor);
         let mut sum = 0.0;
@@ -173,9 +173,10 @@ fn responses_to_whole_openings() {
         let response = even.illuminance_lux(sensor) + 4.0 * centroid.dot(moments);
         // what is not linear in the place on the disc is left out
         assert!((response / sum - 1.0).abs() < 5e-4, "{sensor}: {response} {sum}");
-        let shift = 4.0 * centroid.dot(moments) / sum;
-        assert!(shift.abs() < 0.1);
+        largest_shift = f64::max(largest_shift, 4.0 * centroid.dot(moments).abs() / sum);
     }
+    // the moments are seen
+    assert!(largest_shift > 0.01, "{largest_shift}");
     // interreflected light evens out, but keeps the sides
     assert!(across.illuminance_lux(0) < 0.0 && across.illuminance_lux(8) > 0.0);
     assert!(along.illuminance_lux(0) < 0.0 && along.illuminance_lux(72) > 0.0);
@@ -201,16 +202,18 @@ fn lumens_times_responses_are_the_light() {
     };
     let fluxes = [fluxes(0), fluxes(1)].concat();
     let grid = &found.grids[0];
-    let matrix = RoomMatrix::of(grid, 2 * PATCHES);
-    let lit = matrix.times(&fluxes.iter().map(|flux| flux.mean).collect::<Vec<_>>());
-    let errors_of_lumens = matrix.times(&fluxes.iter().map(|flux| flux.standard_error()).collect::<Vec<_>>());
+    let patches = || grid.companions[..2 * PATCHES].iter().zip(&fluxes);
     for sensor in 0..scene.grids[0].len() {
         if traceable(&scene).is_in_solid(scene.grids[0].centre(sensor)) {
             assert_eq!(grid.illuminance_lux(sensor), 0.0);
             continue;
         }
         // all errors may go together
-        let (sum, error) = (lit[sensor].value, lit[sensor].standard_error + errors_of_lumens[sensor].value);
+        let sum: f64 = patches().map(|(patch, flux)| patch.illuminance_lux(sensor) * flux.mean).sum();
+        let of_patch = |(patch, flux): (&GridEstimate, &Moments)| {
+            patch.standard_error_lux(sensor) * flux.mean + patch.illuminance_lux(sensor) * flux.standard_error()
+        };
+        let error: f64 = patches().map(of_patch).sum();
         let (lux, own) = (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor));
         assert!((sum - lux).abs() <= 4.0 * (error + own), "{sensor}: {sum} +- {error}, {lux} +- {own}");
         assert!(lux > 0.0 && error + own < 0.08 * lux, "{sensor}: {error} {own} of {lux}");

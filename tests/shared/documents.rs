@@ -4,7 +4,7 @@ use crate::schema;
 use std::sync::Arc;
 
 use skyduct::annual::weather::{self, Weather};
-use skyduct::document::{JobDocument, MeshSource, ValidJob, to_scene};
+use skyduct::document::{FileSource, JobDocument, ValidJob, to_scene};
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::passes::Rendered;
 use skyduct::engine::progress::StoppedBy;
@@ -19,7 +19,7 @@ use skyduct::present::prepared::{Prepared, prepare_document};
 /// Meshes beside the reference scenes.
 pub struct Folder;
 
-impl MeshSource for Folder {
+impl FileSource for Folder {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         Beside("scenes").load(id)
     }
@@ -34,7 +34,7 @@ impl MeshSource for Folder {
 /// Meshes in a folder of `tests/reference`.
 pub struct Beside(pub &'static str);
 
-impl MeshSource for Beside {
+impl FileSource for Beside {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         let bytes =
             std::fs::read(super::reference::folder().join(self.0).join(id)).map_err(|error| error.to_string())?;

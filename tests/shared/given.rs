@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, FieldError, FieldErrorCode, MeshSource, to_scene};
+use skyduct::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, to_scene};
 use skyduct::geometry::TriangleMesh;
 
 /// The thesis' room with every field that the engine can do.
@@ -51,7 +51,7 @@ pub fn base() -> Value {
 /// A straight four-sided pipe of 0.2 m x 0.2 m and 1 m with a cover and a diffuser.
 pub struct SquarePipe;
 
-impl MeshSource for SquarePipe {
+impl FileSource for SquarePipe {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         if id != "pipe" {
             return Err(format!("no mesh has the id {id:?}"));

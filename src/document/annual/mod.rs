@@ -25,7 +25,7 @@ pub struct AnnualDocument {
     /// Source of the illuminances of sky and sun.
     #[serde(default)]
     pub illuminance: IlluminanceSource,
-    /// Minutes by which the sun's position is later than the end of each record's interval; default: as the file's kind and its test say.
+    /// Minutes from the stamp of a record to the moment that it stands for; default: as the file's kind and its test say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_offset_minutes: Option<f64>,
     /// Positions of the sun in an hour, 1..12.

@@ -11,10 +11,10 @@ use super::plan::PartitionDocument;
 use super::sheets::{one_sheet_each, undetermined_words};
 use super::surface::SurfaceDocument;
 use crate::document::errors::Checks;
+use crate::document::file_source::FileSource;
 use crate::document::frame::{Up, hint_at_other_axis, upright};
 use crate::document::hints;
 use crate::document::limits::{MOST_TRIANGLES, TOUCHING_M};
-use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
 use crate::document::tube::TubeDocument;
 use crate::document::tube::opening::PlacedOpening;
@@ -30,7 +30,7 @@ pub(crate) fn mesh_objects(
     room: &RoomDocument,
     tubes: &[TubeDocument],
     enclosure: &Enclosure,
-    meshes: &dyn MeshSource,
+    meshes: &dyn FileSource,
     checks: &mut Checks,
 ) -> Vec<MeshObject> {
     let (mut objects, mut numbers, mut on_themselves) = (Vec::new(), Vec::new(), Vec::new());
@@ -66,7 +66,7 @@ fn mesh_object(
     pointer: &str,
     object: &MeshObjectDocument,
     enclosure: &Enclosure,
-    meshes: &dyn MeshSource,
+    meshes: &dyn FileSource,
     checks: &mut Checks,
 ) -> Option<(MeshObject, bool)> {
     let MeshObjectDocument { mesh: id, unit, up, position_m, rotation_deg, surfaces: by_name } = object;

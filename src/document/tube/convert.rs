@@ -7,7 +7,7 @@ use super::mesh::mesh_tube;
 use super::opening::PlacedOpening;
 use super::{ParametricTube, TubeDocument};
 use crate::document::errors::Checks;
-use crate::document::mesh_source::MeshSource;
+use crate::document::file_source::FileSource;
 use crate::document::provenance::GuideProvenance;
 use crate::guide::Section;
 use crate::scene::{Enclosure, Segment, StraightOrBent, Tube, TubeShape};
@@ -20,7 +20,7 @@ pub(crate) fn tube(
     pointer: &str,
     tube: &TubeDocument,
     enclosure: &Enclosure,
-    meshes: &dyn MeshSource,
+    meshes: &dyn FileSource,
     checks: &mut Checks,
 ) -> Option<(Tube, GuideProvenance)> {
     let PlacedOpening { face, drop_m, .. } = PlacedOpening::of(tube, enclosure)?;

@@ -7,9 +7,9 @@ use glam::DVec3;
 use super::MeshTubeDocument;
 use super::part::{CollectorPart, PartDocument};
 use crate::document::errors::Checks;
+use crate::document::file_source::FileSource;
 use crate::document::frame::{hint_at_other_axis, upright};
 use crate::document::limits::COORDINATE_M;
-use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
 use crate::document::room::sheets::undetermined_words;
 use crate::geometry::TriangleMesh;
@@ -29,7 +29,7 @@ const PLANE_TOLERANCE: f64 = 1e-3;
 pub(crate) fn mesh_tube(
     pointer: &str,
     document: &MeshTubeDocument,
-    meshes: &dyn MeshSource,
+    meshes: &dyn FileSource,
     checks: &mut Checks,
 ) -> Option<(MeshTube, Diffuser)> {
     let in_file_units = match meshes.load(&document.mesh) {

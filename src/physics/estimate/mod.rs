@@ -6,7 +6,6 @@ pub mod film;
 pub mod grid;
 pub mod grid_statistics;
 pub mod residual;
-pub mod room_matrix;
 pub mod stopping;
 
 pub use discrepancy::Discrepancy;

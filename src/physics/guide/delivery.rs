@@ -1,6 +1,6 @@
 //! Light that tubes deliver through Lambertian closures, under many skies and suns.
 //!
-//! What leaves such a closure has no direction any more, so that a sky is a number of lumens, and a beam is that and a place, its centroid.
+//! Light that leaves such a closure has no direction any more, so that a sky is a number of lumens, and a beam is that and a place, its centroid.
 //! Straight guides with closed forms have both without error; through all others rays are traced, for a sky the same ones at all times.
 
 use std::f64::consts::TAU;

@@ -27,7 +27,7 @@ static RULES: LazyLock<[GaussLegendre; NODES.len()]> =
 /// (2/pi) h { R^N [cos(2N psi) 2h^2 p(1-p) + b sin(2N psi) 2h(1-p)] + R^(N+1) [-cos(2(N+1) psi) 2h^2 p(1-p) + b sin(2(N+1) psi) 2hp] },
 /// taken between its kinks. Absolute error below 1e-5.
 ///
-/// Of a beam 25 degrees from the axis, a pipe of 0.254 m x 1 m and 98 % passes 0.95412, centred 0.42766 radii from the axis toward the sun:
+/// A pipe of 0.254 m x 1 m and 98 % passes 0.95412 of a beam 25 degrees from the axis, centred 0.42766 radii from the axis toward the sun:
 ///
 /// ```
 /// use skyduct_physics::guide::exit_moment::beam_exit_moment;

@@ -7,19 +7,17 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use glam::DVec2;
+
 use crate::annual::fluxes::{TubeYear, tube_years};
 use crate::annual::light::{Illuminances, LitMoment, lit};
 use crate::annual::metrics::dimming::Dimming;
-use crate::annual::moment::{Convention, Moments, moments};
+use crate::annual::moment::Convention;
 use crate::annual::response::{RecordLight, Response, Responses};
-use crate::annual::schedule::{Schedule, daylight_hours, occupied};
+use crate::annual::schedule::daylight_hours;
 use crate::annual::summary::{GridInput, Options, Year, YearInput, year};
-use crate::annual::weather::{Record, Weather};
-use glam::DVec2;
-
-use crate::document::annual::{
-    AnnualDocument, DayOfYear, DaylightSavingDocument, DimmingDocument, IlluminanceSource, ScheduleDocument, Weekday,
-};
+use crate::annual::weather::Weather;
+use crate::document::annual::{AnnualDocument, DimmingDocument, IlluminanceSource};
 use crate::document::result::{GridResult, TubeResponse};
 use crate::engine::annual::AnnualJob;
 use crate::engine::passes::RenderError;
@@ -55,18 +53,16 @@ struct GridOfYear {
 
 impl JobYear {
     /// Computes the year of a job from the results of its grids; `None` for a job without one.
-    pub fn of(job: &RenderJob, results: Vec<GridResult>, cancel: &AtomicBool) -> Result<Option<Self>, RenderError> {
-        let Some(AnnualJob { document, weather: whole, rotation }) = &job.annual else { return Ok(None) };
-        let convention = Convention {
-            sun_offset_minutes: document.sun_offset_minutes.unwrap_or(whole.sun_offset_minutes),
-            suns_per_hour: document.suns_per_hour,
+    pub fn of(job: &RenderJob, results: Vec<GridResult>) -> Result<Option<Self>, RenderError> {
+        let Some(AnnualJob { document, weather, occupied, convention, moments, rotation }) = &job.annual else {
+            return Ok(None);
         };
-        let occupied = occupied_records(document, whole, convention);
-        let (weather, occupied) = within_period(document, whole, &occupied);
-        let found = moments(&weather, convention).map_err(|error| failed(&error))?;
-        let lit = lit_moments(document, &weather, &found, *rotation);
-        let mut tubes = tube_years(&job.traceable, &lit, job.seed, cancel).map_err(|error| failed(&error))?;
-        maintain(document, &weather, &lit, &mut tubes);
+        let lit = lit(&weather.records, moments, illuminances(document), *rotation);
+        let daylight = daylight_records(weather, &lit);
+        let occupied = occupied.as_ref().unwrap_or(&daylight);
+        let tubes = tube_years(&job.traceable, &lit, job.seed, &AtomicBool::new(false));
+        let mut tubes = tubes.map_err(|error| failed(&error))?;
+        maintain(document, weather, &lit, &mut tubes);
         let light = RecordLight::new(&lit, &tubes);
         // of discs of the area of the openings
         let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
@@ -92,11 +88,18 @@ impl JobYear {
             lit: &lit,
             tubes: &tubes,
             radii: &radii,
-            occupied: &occupied,
-            daylight: &daylight_records(&weather, &lit),
+            occupied,
+            daylight: &daylight,
         };
         let year = year(&input, &inputs, &options(document));
-        Ok(Some(Self { document: document.clone(), weather, convention, light, grids, year }))
+        Ok(Some(Self {
+            document: document.clone(),
+            weather: weather.clone(),
+            convention: *convention,
+            light,
+            grids,
+            year,
+        }))
     }
 }
 
@@ -150,31 +153,6 @@ fn responses_of(results: &[TubeResponse], radii: &[f64]) -> Responses {
     Responses::new(tubes, &errors_of_all)
 }
 
-/// Returns for each record of a file whether the room is occupied.
-fn occupied_records(document: &AnnualDocument, weather: &Weather, convention: Convention) -> Vec<bool> {
-    let summer = match document.daylight_saving {
-        DaylightSavingDocument::None => None,
-        DaylightSavingDocument::File => weather.daylight_saving,
-        DaylightSavingDocument::Days(days) => Some([days.start, days.end].map(|day| (day.month, day.day))),
-    };
-    let schedule = match &document.schedule {
-        ScheduleDocument::Lm83 => Schedule::lm83(),
-        ScheduleDocument::DaylightHours => {
-            let found = moments(weather, convention).map(|found| found.moments).unwrap_or_default();
-            let lit = lit(&weather.records, &found, illuminances(document), 0.0);
-            return daylight_records(weather, &lit);
-        }
-        ScheduleDocument::Weekly(weekly) => {
-            let [from_hour, to_hour] = weekly.hours();
-            let days =
-                [Weekday::Mon, Weekday::Tue, Weekday::Wed, Weekday::Thu, Weekday::Fri, Weekday::Sat, Weekday::Sun];
-            Schedule::Weekly { days: days.map(|day| weekly.days.contains(&day)), from_hour, to_hour }
-        }
-        ScheduleDocument::Hours(hours) => Schedule::Hours(hours.occupied.iter().map(|value| *value == 1).collect()),
-    };
-    occupied(weather, &schedule, summer, convention.sun_offset_minutes)
-}
-
 /// Returns for each record whether it is one of the daylight hours of EN 17037.
 fn daylight_records(weather: &Weather, lit: &[LitMoment]) -> Vec<bool> {
     let (mut diffuse, mut sines) = (vec![0.0; weather.records.len()], vec![-1.0; weather.records.len()]);
@@ -185,29 +163,11 @@ fn daylight_records(weather: &Weather, lit: &[LitMoment]) -> Vec<bool> {
     daylight_hours(&diffuse, &sines)
 }
 
-/// Returns the records of the document's period, and which of them are occupied.
-fn within_period(document: &AnnualDocument, weather: &Arc<Weather>, occupied: &[bool]) -> (Arc<Weather>, Vec<bool>) {
-    let Some(period) = document.period else { return (weather.clone(), occupied.to_vec()) };
-    let day = |day: DayOfYear| (day.month, day.day);
-    let [from, to] = [period.from, period.to].map(day);
-    let is_within = |record: &Record| {
-        let day = (record.month, record.day);
-        if from <= to { (from..=to).contains(&day) } else { day >= from || day <= to }
-    };
-    let kept = weather.records.iter().zip(occupied).filter(|(record, _)| is_within(record));
-    let (records, occupied) = kept.map(|(record, occupied)| (*record, *occupied)).unzip();
-    (Arc::new(Weather { records, ..Weather::clone(weather) }), occupied)
-}
-
 fn illuminances(document: &AnnualDocument) -> Illuminances {
     match document.illuminance {
         IlluminanceSource::Perez => Illuminances::Perez,
         IlluminanceSource::File => Illuminances::File,
     }
-}
-
-fn lit_moments(document: &AnnualDocument, weather: &Weather, found: &Moments, rotation: f64) -> Vec<LitMoment> {
-    lit(&weather.records, &found.moments, illuminances(document), rotation)
 }
 
 /// Multiplies the light of all tubes by the factor of each month.

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::measure::{Quartiles, Repeats, processor_seconds};
 use crate::page::ReportError;
 use crate::run::Folder;
-use skyduct::document::{JobDocument, MeshSource};
+use skyduct::document::{FileSource, JobDocument};
 use skyduct::engine::cancel::Stop;
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
@@ -25,13 +25,13 @@ const NO_LIMIT: u64 = 1_000_000_000;
 #[derive(Clone)]
 pub struct Case {
     pub document: Value,
-    pub meshes: Arc<dyn MeshSource + Send + Sync>,
+    pub meshes: Arc<dyn FileSource + Send + Sync>,
 }
 
 /// Source of one mesh in memory, for any name.
 struct Made(Arc<TriangleMesh>);
 
-impl MeshSource for Made {
+impl FileSource for Made {
     fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
         Ok(self.0.clone())
     }

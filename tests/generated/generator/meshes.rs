@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use skyduct::document::MeshSource;
+use skyduct::document::FileSource;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 
@@ -89,7 +89,7 @@ fn sides(count: usize) -> String {
 /// The meshes that documents of this generator name.
 pub struct Meshes;
 
-impl MeshSource for Meshes {
+impl FileSource for Meshes {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         let text = MeshName::read(id).and_then(|name| name.obj()).ok_or(format!("no mesh has the id {id:?}"))?;
         parse_obj(text.as_bytes(), ObjLimits::default()).map(Arc::new).map_err(|error| error.to_string())

@@ -9,7 +9,7 @@ use reqwest::{Method, RequestBuilder, Response, StatusCode};
 use serde_json::{Value, json};
 use skyduct::cli::config::{Config, Flags};
 use skyduct::cli::serve::RunningService;
-use skyduct::document::MeshSource;
+use skyduct::document::FileSource;
 use skyduct::document::result::PlanResult;
 use skyduct::geometry::TriangleMesh;
 use skyduct::present::prepared::prepare;
@@ -194,7 +194,7 @@ pub fn most(jobs: u64) -> MostWaiting {
 /// A small job as a store takes it.
 pub fn new_job() -> NewJob {
     struct NoMeshes;
-    impl MeshSource for NoMeshes {
+    impl FileSource for NoMeshes {
         fn load(&self, name: &str) -> Result<Arc<TriangleMesh>, String> {
             Err(format!("there is no {name}"))
         }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc;
 
 use crate::common::{PATIENCE, small_job};
-use skyduct::document::MeshSource;
+use skyduct::document::FileSource;
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::passes::SoFar;
 use skyduct::engine::progress::PassReport;
@@ -14,7 +14,7 @@ use skyduct::present::prepared::prepare;
 
 struct NoMeshes;
 
-impl MeshSource for NoMeshes {
+impl FileSource for NoMeshes {
     fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
         Err("no meshes here".into())
     }

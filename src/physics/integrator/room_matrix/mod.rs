@@ -2,8 +2,8 @@
 //!
 //! **Idea.** The room is taken without sky, sun and guides, so that the matrix does not depend on them. Paths go from the sensors through
 //! it and estimate the light of one lumen from each patch that surfaces reflect to the sensor ([`patch_light`]); the direct light of a
-//! patch is a mean over points of it. One replicate is one estimate of the whole matrix; a job averages the replicates
-//! ([`RoomMatrix`](crate::estimate::room_matrix::RoomMatrix)). The product with the lumens of the patches is the light of any sky.
+//! patch is a mean over points of it. One replicate is one estimate of the whole matrix; a job averages the replicates. The product with the
+//! lumens of the patches is the light of any sky.
 //!
 //! **Refuses** closures without a Lambertian part, for responses to whole openings also those that are Lambertian only in part, and sensors within a radius of an opening. Patches of an opening consist of the parts
 //! that lie in the Lambertian zone (docs/physics/measurement_equation.md#responses).

@@ -7,7 +7,7 @@ use crate::annual::weather::Weather;
 use crate::geometry::TriangleMesh;
 
 /// Source of the files that a document names: uploads by id, or files beside the job file.
-pub trait MeshSource {
+pub trait FileSource {
     /// Returns the mesh in the units of its file. The error is one sentence that says why there is none, with the line of the
     /// file where possible.
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String>;

@@ -1,0 +1,76 @@
+//! Cells of a grid in a plan, and the isolines over them.
+
+use glam::DVec2;
+
+use super::axes::Axes;
+use super::colour::{BLACK, WHITE};
+use super::drawing::{Drawing, Line, Type};
+use super::isolines::Isoline;
+use super::labels::Taken;
+use super::outline::{Outline, Rectangle};
+use super::ticks::short;
+
+/// Shortest isoline with a label, in pixels.
+const LEAST_LABELLED: f64 = 70.0;
+
+/// Cells of a grid in a figure.
+pub(super) struct Cells {
+    /// Rectangle of all cells.
+    pub place: Rectangle,
+    /// Left end of the axes in pixels.
+    pub axes_left: f64,
+    count: DVec2,
+}
+
+impl Cells {
+    /// Places columns and rows of cells between two corners in metres, south-west and north-east.
+    pub fn new(axes: &Axes, [from_m, to_m]: [DVec2; 2], [columns, rows]: [usize; 2]) -> Self {
+        let (south_west, north_east) = (axes.at(from_m.x, from_m.y), axes.at(to_m.x, to_m.y));
+        let place = Rectangle::new(south_west.x, north_east.y, north_east.x, south_west.y);
+        Self { place, axes_left: axes.within.from.x, count: DVec2::new(columns as f64, rows as f64) }
+    }
+
+    /// Returns the size of a cell in pixels.
+    pub fn size(&self) -> DVec2 {
+        self.place.size() / self.count
+    }
+
+    /// Returns the position in the figure of a point in units of cells from the south-western corner.
+    pub fn at(&self, point: DVec2) -> DVec2 {
+        let share = point / self.count;
+        let size = self.place.size();
+        DVec2::new(self.place.from.x + share.x * size.x, self.place.to.y - share.y * size.y)
+    }
+}
+
+/// Draws isolines.
+pub(super) fn draw_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline]) {
+    for line in lines {
+        let mut outline = Outline::default();
+        for piece in &line.pieces {
+            outline.add_polyline(piece.iter().map(|point| cells.at(*point)));
+        }
+        drawing.line(outline.clone(), Line::new(WHITE, 2.6));
+        drawing.line(outline, Line::new(BLACK, 1.1));
+    }
+}
+
+/// Labels isolines with their values, each at the point of the line that is farthest from other labels and marks.
+pub(super) fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &mut Taken) {
+    let look = Type::new(11.0, BLACK).rimmed(WHITE);
+    for line in lines {
+        let text = short((line.level * 1e6).round() / 1e6);
+        for piece in &line.pieces {
+            let points: Vec<DVec2> = piece.iter().map(|point| cells.at(*point)).collect();
+            let length: f64 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+            if length < LEAST_LABELLED {
+                continue;
+            }
+            let step = points.len().div_ceil(48).max(1);
+            let mut places: Vec<(f64, DVec2)> =
+                points.iter().step_by(step).map(|point| (taken.clearance(*point), *point)).collect();
+            places.sort_by(|a, b| b.0.total_cmp(&a.0));
+            taken.write(drawing, &cells.place, (&text, look), places.into_iter().map(|(_, place)| place));
+        }
+    }
+}
