@@ -1,6 +1,6 @@
--- Time of a file's last upload, for retention.
+-- Time of a file's last upload, for retention; repeated uploads were not recorded before, so that all count from now.
 ALTER TABLE uploads ADD COLUMN uploaded_at INTEGER NOT NULL DEFAULT 0;
-UPDATE uploads SET uploaded_at = created_at;
+UPDATE uploads SET uploaded_at = CAST(unixepoch('subsec') * 1000 AS INTEGER);
 
 -- Equal jobs are looked for among those of one owner.
 DROP INDEX jobs_by_computation;

@@ -2,11 +2,11 @@
 //!
 //! A Lambertian closure makes the year separable: the illuminance of a point is the sum over tubes of its response and these lumens.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use skyduct_physics::guide::Guide;
 use skyduct_physics::guide::delivery::{Delivered, Delivery, EvenClosure};
+use skyduct_physics::guide::performance::has_closed_form;
 use skyduct_physics::guide::sky_rings::SkyRings;
 use skyduct_physics::optics::Spectrum;
 use skyduct_physics::optics::scatter::SheetSide;
@@ -15,9 +15,6 @@ use skyduct_physics::sky::{CieType, SkyDistribution};
 use skyduct_physics::traceable::{TraceableScene, TraceableTube};
 
 use crate::light::LitMoment;
-
-/// Number of moments after which a computation looks whether it is cancelled.
-const CHUNK: usize = 64;
 
 /// Light of a tube at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,12 +32,6 @@ impl TubeLight {
     pub fn lumens(&self) -> f64 {
         self.sky_lm + self.sun_lm
     }
-
-    /// Returns the centroid of all light in m from the closure's centre; that of the sky is the centre.
-    pub fn centroid_m(&self) -> DVec2 {
-        let lumens = self.lumens();
-        if lumens > 0.0 { self.sun_centroid_m * (self.sun_lm / lumens) } else { DVec2::ZERO }
-    }
 }
 
 /// Light of a tube over the year.
@@ -54,31 +45,26 @@ pub struct TubeYear {
     pub overcast_m2: f64,
 }
 
-/// Reason why a year of a tube is not computed.
+/// Closure that lets light through with its direction, so that its light has no lumens alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoYear {
-    /// A closure lets light through with its direction.
-    #[error("tube {tube} has a closure that is not Lambertian, so that its light has no lumens alone")]
-    NotLambertian {
-        /// Number of the tube.
-        tube: usize,
-    },
-    /// The computation was cancelled.
-    #[error("cancelled")]
-    Cancelled,
+#[error("tube {tube} has a closure that is not Lambertian, so that its light has no lumens alone")]
+pub struct NotLambertian {
+    /// Number of the tube.
+    pub tube: usize,
+}
+
+/// Counts the different guides of a scene through which rays are traced for each moment.
+pub fn traced_guides(scene: &TraceableScene) -> usize {
+    let traced: Vec<&Guide> =
+        scene.tubes.iter().map(|tube| &tube.guide).filter(|guide| !has_closed_form(guide)).collect();
+    (0..traced.len()).filter(|number| !traced[..*number].iter().any(|before| before.is_like(traced[*number]))).count()
 }
 
 /// Computes the light of every tube of a scene at every moment; equal seeds give equal bits.
-pub fn tube_years(
-    scene: &TraceableScene,
-    lit: &[LitMoment],
-    seed: u64,
-    cancel: &AtomicBool,
-) -> Result<Vec<TubeYear>, NoYear> {
-    let closures =
-        scene.tubes.iter().enumerate().map(|(tube, of)| even_closure(of).ok_or(NoYear::NotLambertian { tube }));
+pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Result<Vec<TubeYear>, NotLambertian> {
+    let closures = scene.tubes.iter().enumerate().map(|(tube, of)| even_closure(of).ok_or(NotLambertian { tube }));
     let closures: Vec<EvenClosure> = closures.collect::<Result<_, _>>()?;
-    let rings: Vec<SkyRings> = in_chunks(lit, cancel, |moment| SkyRings::new(&moment.distribution))?;
+    let rings: Vec<SkyRings> = lit.par_iter().map(|moment| SkyRings::new(&moment.distribution)).collect();
     let mut years: Vec<TubeYear> = Vec::with_capacity(scene.tubes.len());
     for (number, (tube, closure)) in scene.tubes.iter().zip(&closures).enumerate() {
         let alike = |other: usize| {
@@ -90,7 +76,7 @@ pub fn tube_years(
             None => {
                 let key = Key::new(seed).child(number as u64);
                 let delivery = Delivery::new(&tube.guide, *closure, scene.guide_return, key);
-                tube_year(&delivery, lit, &rings, cancel)?
+                tube_year(&delivery, lit, &rings)
             }
         };
         years.push(year);
@@ -98,16 +84,9 @@ pub fn tube_years(
     Ok(years)
 }
 
-fn tube_year(
-    delivery: &Delivery,
-    lit: &[LitMoment],
-    rings: &[SkyRings],
-    cancel: &AtomicBool,
-) -> Result<TubeYear, NoYear> {
-    let numbers: Vec<usize> = (0..lit.len()).collect();
-    let delivered: Vec<(TubeLight, f64)> = in_chunks(&numbers, cancel, |number| {
-        let moment = &lit[*number];
-        let of_sky = delivery.of_sky(&moment.distribution, &rings[*number]);
+fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> TubeYear {
+    let of_moment = |(moment, rings): (&LitMoment, &SkyRings)| {
+        let of_sky = delivery.of_sky(&moment.distribution, rings);
         let beam = moment.direct_normal_lux > 0.0;
         let of_sun = if beam { delivery.of_beam(moment.sun) } else { Delivered::default() };
         let [diffuse, direct] = [moment.diffuse_horizontal_lux, moment.direct_normal_lux];
@@ -118,16 +97,13 @@ fn tube_year(
         };
         let error = of_sky.standard_error_m2 * diffuse + of_sun.standard_error_m2 * direct;
         (light, moment.share * error)
-    })?;
-    let error: f64 = delivered.iter().map(|(_, error)| error).sum();
-    let whole: f64 = delivered.iter().zip(lit).map(|((light, _), moment)| moment.share * light.lumens()).sum();
+    };
+    let (moments, errors): (Vec<TubeLight>, Vec<f64>) = lit.par_iter().zip(rings).map(of_moment).unzip();
+    let error: f64 = errors.iter().sum();
+    let whole: f64 = moments.iter().zip(lit).map(|(light, moment)| moment.share * light.lumens()).sum();
     let relative_error = if whole > 0.0 { error / whole } else { 0.0 };
     let overcast = SkyDistribution::new(CieType::STANDARD_OVERCAST, DVec3::Z);
-    Ok(TubeYear {
-        moments: delivered.into_iter().map(|(light, _)| light).collect(),
-        relative_error,
-        overcast_m2: delivery.of_sky(&overcast, &SkyRings::new(&overcast)).area_m2,
-    })
+    TubeYear { moments, relative_error, overcast_m2: delivery.of_sky(&overcast, &SkyRings::new(&overcast)).area_m2 }
 }
 
 /// Returns the optics of a closure that is Lambertian all over; `None` for others.
@@ -151,18 +127,4 @@ fn even_closure(tube: &TraceableTube) -> Option<EvenClosure> {
         reflectance: fraction(SheetSide::Same, back)?,
         spreads: tube.opening.disc().is_none(),
     })
-}
-
-/// Maps entries in parallel, in order, until cancelled.
-fn in_chunks<T: Sync, R: Send>(
-    entries: &[T],
-    cancel: &AtomicBool,
-    of: impl Fn(&T) -> R + Sync,
-) -> Result<Vec<R>, NoYear> {
-    let chunk = |chunk: &[T]| {
-        let go_on = !cancel.load(Ordering::Relaxed);
-        go_on.then(|| chunk.iter().map(&of).collect::<Vec<R>>()).ok_or(NoYear::Cancelled)
-    };
-    let chunks: Vec<Vec<R>> = entries.par_chunks(CHUNK).map(chunk).collect::<Result<_, _>>()?;
-    Ok(chunks.into_iter().flatten().collect())
 }

@@ -82,14 +82,14 @@ pub fn lit(records: &[Record], moments: &[Moment], illuminances: Illuminances, r
     moments.iter().filter_map(of).collect()
 }
 
-/// Computes the mean diffuse horizontal illuminance in lux of each of `records` records of the year, and the sine of the sun's altitude at its
-/// last moment; 0 in the dark.
+/// Computes the mean diffuse horizontal illuminance in lux of each of `records` records of the year, and the largest sine of the
+/// sun's altitude; 0 in the dark.
 pub fn by_record(lit: &[LitMoment], records: usize) -> (Vec<f64>, Vec<f64>) {
     let (mut diffuse_lux, mut sines) = (vec![0.0; records], vec![0.0; records]);
     for moment in lit {
         if let (Some(diffuse), Some(sine)) = (diffuse_lux.get_mut(moment.record), sines.get_mut(moment.record)) {
             *diffuse += moment.share * moment.diffuse_horizontal_lux;
-            *sine = moment.sun.z;
+            *sine = moment.sun.z.max(*sine);
         }
     }
     (diffuse_lux, sines)

@@ -40,6 +40,11 @@ pub struct Convention {
 }
 
 impl Convention {
+    /// Returns the number of positions of the sun in a record.
+    pub fn suns_per_record(&self, weather: &Weather) -> u32 {
+        (self.suns_per_hour / weather.records_per_hour.max(1)).max(1)
+    }
+
     /// Returns one sun per record, where the file's tests found it.
     pub fn of(weather: &Weather) -> Self {
         Self { sun_offset_minutes: weather.sun_offset_minutes, suns_per_hour: 1 }
@@ -96,10 +101,10 @@ fn moments_of(
     convention: Convention,
     sun: &SunOverSite,
 ) -> Result<Vec<Moment>, SunPositionError> {
-    let Convention { sun_offset_minutes, suns_per_hour } = convention;
+    let sun_offset_minutes = convention.sun_offset_minutes;
     let Represented { day_of_year, hour: represented_hour, .. } =
         weather.represented(&weather.records[record], sun_offset_minutes);
-    let parts = (suns_per_hour / weather.records_per_hour).max(1);
+    let parts = convention.suns_per_record(weather);
     let hours = 1.0 / f64::from(weather.records_per_hour * parts);
     let looks = (60.0 * hours / LOOK_MINUTES).ceil();
     let mut moments = Vec::new();

@@ -6,11 +6,9 @@ use std::sync::Arc;
 use crate::annual::weather::{self, Weather};
 
 use crate::document::FileSource;
+use crate::document::limits::WEATHER_BYTES;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
-
-/// Largest size of a weather file in bytes.
-pub const WEATHER_BYTES: usize = 16 << 20;
 
 /// Source of OBJ and weather files at or below a folder; no other file can be read through it.
 pub struct MeshFiles {
@@ -64,7 +62,7 @@ impl MeshFiles {
 }
 
 /// Reads a file of at most `most` bytes; `name` is its name in messages.
-fn read_at(file: &Path, name: &str, most: usize) -> Result<Vec<u8>, String> {
+pub(super) fn read_at(file: &Path, name: &str, most: usize) -> Result<Vec<u8>, String> {
     let unreadable = |error: std::io::Error| format!("{name:?} cannot be read: {error}");
     let size = file.metadata().map_err(unreadable)?.len();
     if size > most as u64 {

@@ -235,9 +235,9 @@ async fn keep_to(retention: Retention, shared: Arc<Shared>) {
     let from = Deletion { store: shared.all.clone(), artifacts: shared.artifacts.clone(), live: shared.live.clone() };
     while retention.is_on() && !shared.shutdown.is_cancelled() {
         match retention.delete(&from, Timestamp::now(), &shared.shutdown).await {
-            Ok(Deleted { jobs: 0, studies: 0, meshes: 0 }) => {}
-            Ok(Deleted { jobs, studies, meshes }) => {
-                tracing::info!(jobs, studies, meshes, "the retention deleted ended jobs and studies, and unused meshes")
+            Ok(Deleted { jobs: 0, studies: 0, uploads: 0 }) => {}
+            Ok(Deleted { jobs, studies, uploads }) => {
+                tracing::info!(jobs, studies, uploads, "the retention deleted ended jobs and studies, and unused files")
             }
             Err(error) => tracing::warn!(%error, "the retention could not delete ended jobs"),
         }

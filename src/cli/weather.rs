@@ -3,6 +3,8 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use super::mesh_files::read_at;
+use crate::document::limits::WEATHER_BYTES;
 use crate::document::weather::read_weather;
 use crate::document::{DocumentErrors, FieldError};
 
@@ -17,7 +19,7 @@ pub(super) struct WeatherArgs {
 pub(super) fn run(args: WeatherArgs) -> anyhow::Result<()> {
     let refused = |detail: String| DocumentErrors::from(FieldError::new("", detail));
     let path = args.file.display();
-    let bytes = std::fs::read(&args.file).map_err(|error| refused(format!("{path} cannot be read: {error}")))?;
+    let bytes = read_at(&args.file, &path.to_string(), WEATHER_BYTES).map_err(refused)?;
     let (_, report) = read_weather(&bytes).map_err(|error| refused(format!("{path}: {error}")))?;
     for warning in &report.warnings {
         eprintln!("warning: {}", warning.detail);

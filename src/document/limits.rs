@@ -159,6 +159,12 @@ pub const SUNS_PER_HOUR: Range = within(1.0, 12.0);
 pub const SENSORS_TIMES_RECORDS: usize = 20_000_000;
 /// Largest number of tubes times positions of the sun in a year.
 pub const TUBES_TIMES_MOMENTS: usize = 10_000_000;
+/// Largest number of traced tubes that differ times moments with light of a year.
+pub const TRACED_TUBES_TIMES_MOMENTS: usize = 50_000;
+/// Largest number of obstructions times tubes.
+pub const OBSTRUCTIONS_TIMES_TUBES: usize = 4096;
+/// Largest size of a weather file in bytes.
+pub const WEATHER_BYTES: usize = 16 << 20;
 /// Number of illuminances of daylight autonomies.
 pub const THRESHOLDS: RangeInclusive<usize> = 1..=16;
 /// Range of an illuminance in lux that a metric of a year compares with.

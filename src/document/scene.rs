@@ -1,9 +1,10 @@
 //! Conversion of a document to a scene, with warnings and the provenance of its results.
 
 use super::effects::EffectSwitch;
-use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
+use super::errors::{Checks, DocumentErrors, FieldErrorCode, Warning, WarningCode};
 use super::file_source::FileSource;
 use super::job::{JobDocument, ValidJob};
+use super::limits::OBSTRUCTIONS_TIMES_TUBES;
 use super::optics::Coefficient;
 use super::outputs::SURFACES;
 use super::provenance::{GuideProvenance, Provenance};
@@ -58,7 +59,7 @@ pub fn to_scene(
         None => grid,
     };
     let grids = document.grids.iter().map(|grid| responses_of_year(grid.grid(&enclosure)));
-    let patches = document.surfaces.then(|| surface_patches(&enclosure)).filter(|patches| !patches.is_empty());
+    let patches = document.surfaces.then(|| surface_patches(&enclosure));
     let of_surfaces = patches.map(|patches| grid_of_patches(SURFACES.to_owned(), &enclosure, &patches));
     let scene = Scene {
         daylight,
@@ -107,10 +108,18 @@ fn surround(
     let own = || document.tubes.iter().map(TubeDocument::horizon);
     let by_default = own().any(|own| own.is_some()).then(SurroundingsDocument::default);
     let Some(surroundings) = document.surroundings.as_ref().or(by_default.as_ref()) else { return };
+    let pairs = surroundings.obstructions.len().saturating_mul(tubes.len());
+    if pairs > OBSTRUCTIONS_TIMES_TUBES {
+        let detail = format!(
+            "the number of obstructions times that of tubes must be <= {OBSTRUCTIONS_TIMES_TUBES}, but is {pairs}"
+        );
+        checks.refuse_as(FieldErrorCode::TooMany, "/surroundings/obstructions", detail);
+        return;
+    }
     let around = surroundings.around(daylight, document.room.rotation_deg);
     for (number, (tube, own)) in tubes.iter_mut().zip(own()).enumerate() {
         let upper_end = tube.origin(enclosure) + tube.upper_end();
-        tube.surroundings = around.of(number, own, (upper_end, tube.opening_radius), checks);
+        tube.surroundings = around.of(number, own, (upper_end, tube.upper_radius()), checks);
     }
 }
 

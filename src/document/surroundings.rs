@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
@@ -24,7 +24,7 @@ const SOUTH_DEG: f64 = 180.0;
 /// Horizon and obstructions around the building, which hide a part of the sky and the sun, and the ground.
 ///
 /// Illuminances outdoors, to which daylight factors refer, stay unobstructed. Without `surroundings` the sky is open, and the ground is
-/// black.
+/// black, unless a tube has a `horizon`: then the defaults of `surroundings` hold for all tubes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurroundingsDocument {
@@ -42,7 +42,7 @@ pub struct SurroundingsDocument {
     #[serde(default = "default_luminance_ratio")]
     #[schema(default = 0.1)]
     pub luminance_ratio: f64,
-    /// Reflectance of the ground, which only tubes with a tilted upper end, domes or meshes can see: it is Lambertian, under the
+    /// Reflectance of the ground, which only tilted panes, leaning tubes, dielectric domes and meshes can see: it is Lambertian, under the
     /// unobstructed illuminance of sky and sun; default: 0.2.
     #[serde(default = "default_ground_reflectance")]
     #[schema(default = 0.2)]
@@ -197,7 +197,7 @@ impl Around<'_> {
         }
         let mut parallax = 0.0f64;
         for (index, obstruction) in above() {
-            let distance = obstruction.distance_m(DVec2::new(centre.x, centre.y));
+            let distance = obstruction.distance_m(centre.truncate());
             if distance < radius {
                 let detail = format!(
                     "must be at least {radius} m away from the centre of the upper end of /tubes/{number}, but is {distance} m away"

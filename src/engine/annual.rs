@@ -2,15 +2,20 @@
 
 use std::sync::Arc;
 
+use crate::annual::fluxes::{TubeLight, traced_guides};
+use crate::annual::light::LitMoment;
 use crate::annual::moment::{Convention, Moment, Moments, moments};
+use crate::annual::response::TubeRecord;
 use crate::annual::schedule::{Schedule, occupied};
 use crate::annual::weather::{Record, Site, Weather};
-use crate::document::annual::{AnnualDocument, DaylightSavingDocument, PeriodDocument, ScheduleDocument, Weekday};
-use crate::document::limits::{SENSORS_TIMES_RECORDS, TUBES_TIMES_MOMENTS};
+use crate::document::annual::{AnnualDocument, DaylightSavingDocument, ScheduleDocument, Weekday};
+use crate::document::limits::{SENSORS_TIMES_RECORDS, TRACED_TUBES_TIMES_MOMENTS, TUBES_TIMES_MOMENTS};
 use crate::document::sky::LocationDocument;
 use crate::document::weather::notes_on;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, ValidJob, Warning};
+use crate::guide::sky_rings::SkyRings;
 use crate::scene::{Grid, Scene};
+use crate::traceable::TraceableScene;
 
 /// Largest difference in degrees of the latitude and the longitude of a document and of its weather file.
 const NEAR_DEG: f64 = 0.5;
@@ -36,7 +41,7 @@ impl AnnualJob {
     pub fn read(
         document: &ValidJob,
         files: &dyn FileSource,
-        scene: &Scene,
+        (scene, traceable): (&Scene, &TraceableScene),
         warnings: &mut Vec<Warning>,
     ) -> Result<Option<Self>, DocumentErrors> {
         let Some(annual) = &document.annual else { return Ok(None) };
@@ -54,6 +59,11 @@ impl AnnualJob {
                 return Err(fault("/annual/schedule/occupied", detail).into());
             }
         }
+        if let Some(period) = annual.period
+            && !weather.records.iter().any(|record| period.contains(record.month, record.day))
+        {
+            return Err(fault("/annual/period", "must contain days of the weather file".to_owned()).into());
+        }
         check_size(annual, &weather, scene)?;
         let convention = Convention {
             sun_offset_minutes: annual.sun_offset_minutes.unwrap_or(weather.sun_offset_minutes),
@@ -63,14 +73,18 @@ impl AnnualJob {
         let (weather, occupied) = within_period(annual, weather, occupied);
         let Moments { moments, dropped } =
             moments(&weather, convention).map_err(|error| fault("/annual/weather", error.to_string()))?;
+        check_tracing(traceable, moments.len())?;
         warnings.extend(notes_on(&weather, dropped));
         let rotation = document.room.rotation_deg.to_radians();
         Ok(Some(Self { document: annual.clone(), weather, occupied, convention, moments, rotation }))
     }
 
-    /// Estimates the memory that the year holds in bytes.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.moments.as_slice()) + size_of_val(self.weather.records.as_slice())
+    /// Estimates the memory that the year of so many tubes holds in bytes: its weather, its moments with their skies, and the light of every
+    /// tube at every moment and in every record.
+    pub fn bytes(&self, tubes: usize) -> usize {
+        let of_tubes = tubes * (2 * size_of::<TubeLight>() + size_of::<TubeRecord>());
+        size_of_val(self.weather.records.as_slice())
+            + self.moments.len() * (size_of::<Moment>() + size_of::<LitMoment>() + size_of::<SkyRings>() + of_tubes)
     }
 }
 
@@ -101,18 +115,28 @@ fn within_period(
     weather: Arc<Weather>,
     occupied: Option<Vec<bool>>,
 ) -> (Arc<Weather>, Option<Vec<bool>>) {
-    let Some(PeriodDocument { from, to }) = document.period else { return (weather, occupied) };
-    let [from, to] = [from, to].map(|day| (day.month, day.day));
-    let is_within = |record: &Record| {
-        let day = (record.month, record.day);
-        if from <= to { (from..=to).contains(&day) } else { day >= from || day <= to }
-    };
+    let Some(period) = document.period else { return (weather, occupied) };
+    let is_within = |record: &Record| period.contains(record.month, record.day);
     let occupied = occupied.map(|occupied| {
         let kept = weather.records.iter().zip(occupied).filter(|(record, _)| is_within(record));
         kept.map(|(_, occupied)| occupied).collect()
     });
     let records = weather.records.iter().filter(|record| is_within(record)).copied().collect();
     (Arc::new(Weather { records, ..Weather::clone(&weather) }), occupied)
+}
+
+/// Checks that rays are not traced through more different tubes at more moments than time allows.
+fn check_tracing(traceable: &TraceableScene, moments: usize) -> Result<(), FieldError> {
+    let traced = traced_guides(traceable);
+    let product = traced.saturating_mul(moments);
+    if product <= TRACED_TUBES_TIMES_MOMENTS {
+        return Ok(());
+    }
+    let detail = format!(
+        "{traced} different tubes are bent, meshed, domed or have mirrors by angle; their number times the {moments} moments with light must \
+         be <= {TRACED_TUBES_TIMES_MOMENTS}, but is {product}"
+    );
+    Err(FieldError::new("/tubes", detail).coded(FieldErrorCode::TooMany))
 }
 
 /// Checks that a year has no more values than memory and time allow.

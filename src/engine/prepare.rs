@@ -72,7 +72,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
     still_wanted()?;
     warnings.extend(document::leave_out(document, &mut scene, effects.is_followed(EffectKind::Objects))?);
     still_wanted()?;
-    let annual = AnnualJob::read(document, meshes, &scene, &mut warnings)?;
+    let annual = AnnualJob::read(document, meshes, (&scene, &traceable), &mut warnings)?;
     still_wanted()?;
     let stop = document.stop_rule();
     let missing = effects.weigh(&scene, &traceable).into_iter();
@@ -197,7 +197,7 @@ impl RenderJob {
             })
             .sum();
         let sensors: usize = grids.iter().map(Grid::len).sum();
-        let of_year = self.annual.as_ref().map_or(0, AnnualJob::bytes);
+        let of_year = self.annual.as_ref().map_or(0, |annual| annual.bytes(tubes.len()));
         BYTES
             + of_year
             + tubes.len() * BYTES_PER_TUBE

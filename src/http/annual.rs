@@ -20,9 +20,8 @@ use crate::present::outputs::{Annual, Output, annual_outputs};
         (status = 200, description = "Metrics with intervals, and verdicts", body = AnnualResult),
         (status = 206, description = "The requested range of bytes"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job, the job has no `annual`, or the first pass has not finished yet",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 416, description = "The range is not in the file"),
+        (status = 404, description = "No such job, the job has no `annual`, or the first pass has not finished yet")))]
 pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     result_file(&app, id, &headers, Output::Annual(Annual::Summary, Format::Json)).await
 }
@@ -40,9 +39,8 @@ pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Resul
                 (inline(Binary) = "application/pdf"))),
         (status = 206, description = "The requested range of bytes"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or file, the job has no `annual`, or the first pass has not finished yet",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 416, description = "The range is not in the file"),
+        (status = 404, description = "No such job or file, the job has no `annual`, or the first pass has not finished yet")))]
 pub async fn file(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
     let grids = grid_names(&app, id).await?;
     let path = format!("annual/{file}");

@@ -120,10 +120,11 @@ fn complete(operation: &mut Operation) {
 }
 
 /// Operations whose answer has an id: the operation, the status of the answer, and the operations that take the id.
-const LINKS: [(&str, &str, &[&str]); 3] = [
+const LINKS: [(&str, &str, &[&str]); 4] = [
     ("create_job", "202", &["get_job", "cancel_job", "delete_job", "get_convergence", "get_convergence_csv"]),
     ("create_study", "202", &["get_study", "cancel_study", "delete_study"]),
     ("create_mesh", "201", &["get_mesh", "delete_mesh"]),
+    ("create_weather", "201", &["get_weather", "delete_weather"]),
 ];
 
 /// Problems that any request may be answered with.

@@ -18,9 +18,8 @@ use crate::present::outputs::Output;
         (status = 200, description = "The light on the faces of the room", body = SurfacesResult, content_type = "application/json"),
         (status = 206, description = "The requested range of bytes"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job, its document does not ask for `surfaces`, or its first pass has not finished yet",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 416, description = "The range is not in the file"),
+        (status = 404, description = "No such job, its document does not ask for `surfaces`, or its first pass has not finished yet")))]
 pub async fn surfaces(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     result_file(&app, id, &headers, Output::Surfaces(Format::Json)).await
 }
@@ -31,9 +30,8 @@ pub async fn surfaces(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Res
         (status = 200, description = "The model", body = inline(Binary), content_type = "model/gltf-binary"),
         (status = 206, description = "The requested range of bytes"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
-        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job, its document does not ask for `surfaces`, or its first pass has not finished yet",
-            body = Problem, content_type = "application/problem+json")))]
+        (status = 416, description = "The range is not in the file"),
+        (status = 404, description = "No such job, its document does not ask for `surfaces`, or its first pass has not finished yet")))]
 pub async fn scene(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let output = Output::Surfaces(Format::Glb);
     let answer = result_file(&app, id, &headers, output.clone()).await?;

@@ -8,6 +8,7 @@ use jiff::Timestamp;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use crate::document::limits::WEATHER_BYTES;
 use crate::document::weather::WeatherReport;
 use crate::http::App;
 use crate::http::client::Client;
@@ -20,7 +21,7 @@ use crate::queue::store::{About, UploadKind, UploadedFile};
 const WEATHER: Accepted = Accepted {
     media_types: &["text/plain", "application/octet-stream"],
     refusal: "weather must be an EPW or WEA file, sent as text/plain or application/octet-stream",
-    most_bytes: 16 << 20,
+    most_bytes: WEATHER_BYTES,
 };
 
 /// An uploaded weather file.

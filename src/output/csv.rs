@@ -18,7 +18,7 @@ pub enum Sensors<'a> {
     Points(&'a [[f64; 6]]),
 }
 
-/// Fraction of a metre to which places are rounded: it leaves no digits of rounding errors.
+/// Fraction of a metre, of a unit normal and of a square metre to which places, directions and areas are rounded: it leaves no digits of rounding errors.
 const PLACES_PER_METRE: f64 = 1e9;
 
 /// Returns a table with semicolons between its columns and commas in its numbers, as spreadsheets read it where a comma is the decimal sign.
@@ -52,7 +52,7 @@ pub fn grid(sensors: Sensors<'_>, areas_m2: &[f64], illuminance_lux: &[f64], sta
     for (number, (place, (illuminance, error))) in places.iter().zip(values).enumerate() {
         for column in place.iter().chain(areas_m2.get(number)) {
             // writing to a string cannot fail
-            let _ = write!(text, "{},", (column * PLACES_PER_METRE).round() / PLACES_PER_METRE);
+            let _ = write!(text, "{},", (column * PLACES_PER_METRE).round() / PLACES_PER_METRE + 0.0);
         }
         let [illuminance, error] =
             [illuminance, error].map(|value| if value.is_finite() { value.to_string() } else { String::new() });

@@ -11,7 +11,7 @@ use crate::engine::convergence::ACCURACIES;
 use crate::engine::passes::RenderError;
 use crate::engine::progress::PassReport;
 use crate::figure::convergence::{ErrorSeries, Foretold, Known, TimeTo};
-use crate::figure::ticks::{duration, significant};
+use crate::figure::ticks::{duration, short, significant};
 use crate::figure::{self, Drawing, FigureFormat, Heading};
 use crate::predict::forecast::{CONFIDENCE, Forecaster, Outputs};
 use crate::predict::predictions::{OutputPredictions, PredictedTime, Predictions};
@@ -254,7 +254,7 @@ fn heading(subject: &Subject, passes: &[PassReport]) -> Heading {
     let of = |outputs: Outputs, method: Option<&String>| {
         let error = passes.iter().rev().find_map(|pass| outputs.error(pass));
         let error = error.map_or_else(String::new, |error| {
-            let [error, confidence] = [error, confidence].map(|share| significant(100.0 * share, 2));
+            let (error, confidence) = (significant(100.0 * error, 2), short((1e5 * confidence).round() / 1e3));
             format!(": ±{error} % (confidence {confidence} %)")
         });
         method.map(|method| format!("{} by {method}{error}", outputs.name()))

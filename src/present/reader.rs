@@ -333,11 +333,11 @@ impl ResultReader for Kept {
     fn year(&self) -> Found<Arc<JobYear>> {
         let document = self.subject.document.as_ref().filter(|document| document.annual.is_some());
         let Some(document) = document else { return Ok(None) };
-        let prepared = (self.prepare)().map_err(|errors| failed("annual", errors))?;
         let grids = document.grids.iter().map(|grid| self.grid(&grid.name)).collect::<Result<Vec<_>, _>>()?;
         if grids.iter().any(Option::is_none) {
             return Ok(None);
         }
+        let prepared = (self.prepare)().map_err(|errors| failed("annual", errors))?;
         prepared.year(0, || Ok(grids.into_iter().flatten().collect()))
     }
 }

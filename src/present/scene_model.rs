@@ -26,7 +26,7 @@ const PIPE: [u8; 3] = [190, 200, 210];
 const DIFFUSER: [u8; 3] = [255, 244, 214];
 
 /// Returns the model of a job as a binary glTF file. Patches have the colours that plans have, from 0 to the greatest illuminance of the
-/// faces; open faces are left out.
+/// faces.
 pub fn scene_glb(subject: &Subject, surfaces: &SurfacesResult) -> Vec<u8> {
     let all = surfaces.faces.iter().flat_map(|face| &face.patches).filter_map(|patch| patch.illuminance_lux);
     let scale = ColourScale::from_zero(all.fold(0.0, f64::max), Palette::Viridis);

@@ -356,7 +356,7 @@ pub enum CancelOutcome {
 pub enum UploadDeletion {
     /// There is no such file.
     NotFound,
-    /// A queued or running job uses it.
+    /// A job needs it: of a mesh one that has not ended, of weather any.
     InUse,
     /// The file is gone from the store; its content is at this key.
     Deleted(String),

@@ -1,4 +1,4 @@
-//! Retention: ended jobs and studies are deleted once they are too old, or once their files take too much space, and meshes once they are
+//! Retention: ended jobs and studies are deleted once they are too old, or once their files take too much space, and uploaded files once they are
 //! too old and no job uses them.
 
 use std::time::Duration;
@@ -23,21 +23,21 @@ const DAY_MS: f64 = 86_400_000.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Retention {
-    /// Days after its end at which a job, or a study with its jobs, is deleted, and after its last upload a mesh that no job uses; > 0.
+    /// Days after its end at which a job, or a study with its jobs, is deleted, and after its last upload a file that no job uses; > 0.
     pub days: Option<f64>,
     /// Bytes that the results of all jobs may take; those that ended first are deleted first.
     pub bytes: Option<u64>,
 }
 
-/// Number of jobs, studies and meshes that were deleted.
+/// Number of jobs, studies and uploaded files that were deleted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Deleted {
     /// Single jobs.
     pub jobs: u64,
     /// Studies, each with its jobs.
     pub studies: u64,
-    /// Uploaded meshes.
-    pub meshes: u64,
+    /// Uploaded files.
+    pub uploads: u64,
 }
 
 impl Retention {
@@ -66,7 +66,7 @@ impl Retention {
         if let Some(days) = self.days {
             let before = now.as_millisecond() - (days * DAY_MS).min(now.as_millisecond() as f64) as i64;
             while deleted.oldest(from, Some(before), None, shutdown).await? > 0 {}
-            deleted.meshes = from.unused_uploads(before).await?;
+            deleted.uploads = from.unused_uploads(before).await?;
         }
         if let Some(bytes) = self.bytes {
             while deleted.oldest(from, None, Some(bytes), shutdown).await? > 0 {}

@@ -254,7 +254,7 @@ pub enum StoreError {
 ///
 /// An opened store sees everything, as worker, retention and start of the service need it. Clients are served by [`Self::of`]: jobs,
 /// studies and uploads of other owners are not found there, listed, cancelled or deleted. Counts, chunks, totals and the store's
-/// record are those of the whole service anyway, and a job takes the results of an equal one, whoever owns it.
+/// record are those of the whole service anyway. A job takes the results of an equal one of its owner.
 #[async_trait]
 pub trait Store: Send + Sync + 'static {
     /// Returns this store as one owner sees it.

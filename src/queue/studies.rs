@@ -104,7 +104,7 @@ pub enum StudySubmission {
     QueueFull,
     /// With all jobs of the study, more jobs of its client would wait than allowed; none waits.
     ClientFull,
-    /// A mesh of the job was deleted meanwhile.
+    /// An uploaded file of the jobs was deleted meanwhile.
     UploadGone(String),
 }
 

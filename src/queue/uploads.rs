@@ -56,8 +56,8 @@ impl Uploads {
     /// Checks and stores a file of an owner, who must be the one that the store is seen by; the same content has the same id. Returns what
     /// `read` has made of it, too, unless the file was there.
     ///
-    /// `permits` are held until reading ends, even when the caller is dropped before; reading is cancelled by its flag when the caller is
-    /// dropped, and after [`READ_TIME`].
+    /// `permits` are held until reading ends, even when the caller is dropped before; the reading of a mesh is cancelled by its flag when the caller
+    /// is dropped, and after [`READ_TIME`]; weather is read to its end.
     pub async fn add<T: Send + 'static>(
         &self,
         owner: Owner,

@@ -1,8 +1,8 @@
 //! A year of daylight from a document to its files, against an independent program (tests/reference/annual).
 
 use serde_json::{Value, json};
+use skyduct::document::JobDocument;
 use skyduct::document::result::annual::{AnnualResult, WithInterval};
-use skyduct::document::{JobDocument, WarningCode};
 use skyduct::present::outputs::{Annual, Format, Output};
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
@@ -152,7 +152,7 @@ fn periods_factors_and_places() {
     assert!(whole.tubes[0].monthly_klm_h[..6].iter().all(|month| *month == 0.0));
 
     document["location"] = json!({ "latitude_deg": 55.9, "longitude_deg": 12.4 });
-    assert!(prepared(&document).warnings.iter().all(|warning| warning.code != WarningCode::WeatherSunOffset));
+    assert_eq!(summary(&prepared(&document), 1).site.latitude_deg, 55.9);
     document["location"] = json!({ "latitude_deg": 54.9, "longitude_deg": 12.4 });
     let refused = |document: &Value| {
         let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
@@ -163,6 +163,8 @@ fn periods_factors_and_places() {
     document["location"] = Value::Null;
     document["annual"]["weather"] = json!("none.epw");
     assert_eq!(refused(&document), "/annual/weather");
+    document["annual"] = json!({ "weather": "synthetic.epw", "period": { "from": "02-29", "to": "02-29" } });
+    assert_eq!(refused(&document), "/annual/period");
     let mut many = classroom();
     many["grids"][0]["cells"] = json!([200, 200]);
     assert_eq!(refused(&many), "/grids");

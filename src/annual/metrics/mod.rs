@@ -38,6 +38,11 @@ impl Value {
         Self { value, standard_error: slope.abs() * relative_error }
     }
 
+    /// Returns the value in another unit.
+    pub fn times(self, factor: f64) -> Self {
+        Self { value: factor * self.value, standard_error: factor * self.standard_error }
+    }
+
     /// Returns the ends of the interval that holds the value with a confidence of 95 %.
     pub fn interval(&self) -> [f64; 2] {
         let half = CONFIDENT * self.standard_error;

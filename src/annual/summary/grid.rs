@@ -121,16 +121,13 @@ fn schemes(
 ) -> Vec<Verdict> {
     let every = vec![true; hours.occupied.len()];
     let mean = Illuminances::new(mean_lux, &light.records, &every, error);
-    let in_hours = |share: Value| {
-        let factor = hours.of(&every) / 100.0;
-        Value { value: factor * share.value, standard_error: factor * share.standard_error }
-    };
+    let of_year = hours.of(&every) / 100.0;
     let space = Space {
         area,
         occupied_percent: &points.iter().map(|point| point.of_occupied_percent).collect::<Vec<_>>(),
         daylight_percent: &points.iter().map(|point| point.of_daylight_percent).collect::<Vec<_>>(),
         hours: &points.iter().map(|point| point.year_hours).collect::<Vec<_>>(),
-        mean_hours: YEAR_LUX.map(|lux| in_hours(mean.autonomy_percent(lux))),
+        mean_hours: YEAR_LUX.map(|lux| mean.autonomy_percent(lux).times(of_year)),
         middle_lux: middle.and_then(|middle| points.get(middle)).and_then(|point| point.least_of_moments_lux),
         number_of_hours: [hours.of(hours.occupied), hours.of(hours.daylight), hours.of(&every)],
     };

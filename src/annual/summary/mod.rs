@@ -19,7 +19,7 @@ pub use outside::Outside;
 pub use point::PointYear;
 pub use tube::TubeSummary;
 
-/// Table of hours: a record with light.
+/// Row of the table of hours: a record with light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hour {
     /// Number of the record.
@@ -55,17 +55,15 @@ pub struct Year {
     pub occupied_records: usize,
 }
 
-/// Computes all results of a year.
-pub fn year(input: &YearInput, grids: &[GridInput], options: &Options) -> Year {
+/// Computes all results of a year; `light` is that of its tubes by records.
+pub fn year(input: &YearInput, light: &RecordLight, grids: &[GridInput], options: &Options) -> Year {
     let YearInput { records, lit, tubes, radii, occupied, .. } = *input;
-    let light = RecordLight::new(lit, tubes);
     let hours = Hours::new(input);
-    let outside = Outside::new(lit, &hours, light.records.len());
+    let outside = Outside::new(lit, &hours);
     let summary = |(number, (year, radius)): (usize, (&TubeYear, &f64))| {
-        TubeSummary::new((number, year, *radius), lit, &light, records, &hours, &outside)
+        TubeSummary::new((number, year, *radius), lit, light, records, &hours, &outside)
     };
-    let grids: Vec<GridYear> =
-        grids.iter().map(|grid| GridYear::new(grid, &light, &hours, options, &outside)).collect();
+    let grids: Vec<GridYear> = grids.iter().map(|grid| GridYear::new(grid, light, &hours, options, &outside)).collect();
     Year {
         outside,
         tubes: tubes.iter().zip(radii).enumerate().map(summary).collect(),

@@ -3,6 +3,7 @@
 use crate::light::{LitMoment, by_record};
 
 use super::input::Hours;
+use crate::metrics::points::Illuminances;
 
 /// Light outside over a year.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,25 +14,20 @@ pub struct Outside {
     pub direct_klxh: f64,
     /// Median of the diffuse horizontal illuminance over the daylight hours of EN 17037, in lux.
     pub median_diffuse_lux: f64,
-    /// Number of records with light.
-    pub lit_records: usize,
 }
 
 impl Outside {
     /// Adds up the moments of a year.
-    pub(super) fn new(lit: &[LitMoment], hours: &Hours, lit_records: usize) -> Self {
+    pub(super) fn new(lit: &[LitMoment], hours: &Hours) -> Self {
         let sum = |of: fn(&LitMoment) -> f64| 1e-3 * hours.each * lit.iter().map(|at| at.share * of(at)).sum::<f64>();
         let (diffuse, _) = by_record(lit, hours.daylight.len());
         let counting = diffuse.iter().zip(hours.daylight).filter(|(_, counts)| **counts);
-        let mut counting: Vec<f64> = counting.map(|(lux, _)| *lux).collect();
-        counting.sort_unstable_by(f64::total_cmp);
-        let last = counting.len().saturating_sub(1);
-        let at = |place: usize| counting.get(place).copied().unwrap_or(0.0);
+        let counting: Vec<f64> = counting.map(|(lux, _)| *lux).collect();
+        let counting = Illuminances { records: counting.len(), lit_lux: counting, relative_error: 0.0 };
         Self {
             diffuse_klxh: sum(|moment| moment.diffuse_horizontal_lux),
             direct_klxh: sum(LitMoment::direct_horizontal_lux),
-            median_diffuse_lux: 0.5 * (at(last / 2) + at(last - last / 2)),
-            lit_records,
+            median_diffuse_lux: counting.median_lux().value,
         }
     }
 }

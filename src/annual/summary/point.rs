@@ -52,10 +52,6 @@ impl PointYear {
         let all = Illuminances { records: hours.occupied.len(), lit_lux: lux.clone(), relative_error: error };
         let with_error = |value: f64| Value { value, standard_error: value * error };
         let mean = occupied.lit_lux.iter().sum::<f64>() / occupied.records.max(1) as f64;
-        let scale = |value: Value, factor: f64| Value {
-            value: factor * value.value,
-            standard_error: factor * value.standard_error,
-        };
         let of_year = hours.each * all.records as f64 / 100.0;
         let at = |record: &usize| light.records.binary_search(record).map_or(0.0, |place| lux[place]);
         let least = hours.nbr.iter().map(at).min_by(f64::total_cmp);
@@ -76,7 +72,7 @@ impl PointYear {
             en17037_percent: THRESHOLDS_LUX.map(|lux| daylight.autonomy_percent(lux)),
             of_occupied_percent: OCCUPIED_LUX.map(|lux| occupied.autonomy_percent(lux)),
             of_daylight_percent: DAYLIGHT_LUX.map(|lux| daylight.autonomy_percent(lux)),
-            year_hours: YEAR_LUX.map(|lux| scale(all.autonomy_percent(lux), of_year)),
+            year_hours: YEAR_LUX.map(|lux| all.autonomy_percent(lux).times(of_year)),
             least_of_moments_lux: least.map(with_error),
         }
     }

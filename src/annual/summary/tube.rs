@@ -12,7 +12,7 @@ use crate::weather::Record;
 use super::input::Hours;
 use super::outside::Outside;
 
-/// Light of a tube over a year, or of the sky outside.
+/// Light of a tube over a year.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TubeSummary {
     /// Light into the room in klm h.

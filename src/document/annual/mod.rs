@@ -25,7 +25,8 @@ pub struct AnnualDocument {
     /// Source of the illuminances of sky and sun.
     #[serde(default)]
     pub illuminance: IlluminanceSource,
-    /// Minutes from the stamp of a record to the moment that it stands for; default: as the file's kind and its test say.
+    /// Minutes from the stamp of each record (EPW: the end of its interval, WEA: the middle) to the moment that it stands for; default: as
+    /// the file's kind and its test say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_offset_minutes: Option<f64>,
     /// Positions of the sun in an hour, 1..12.

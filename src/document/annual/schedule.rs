@@ -21,7 +21,7 @@ pub enum ScheduleDocument {
     DaylightHours,
     /// Hours of some days of every week.
     Weekly(WeeklyDocument),
-    /// Records by a list.
+    /// Hours by a list.
     Hours(HoursDocument),
 }
 
@@ -39,11 +39,11 @@ pub struct WeeklyDocument {
     pub to: String,
 }
 
-/// Occupied records by a list.
+/// Occupied hours by a list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HoursDocument {
-    /// 1 for each occupied record of the weather file and 0 for each other one, in its order.
+    /// 1 for each occupied hour of the weather file and 0 for each other one, in standard time and in its order.
     #[schema(value_type = Vec<IsOccupied>)]
     pub occupied: Vec<u8>,
 }
@@ -100,6 +100,15 @@ pub struct PeriodDocument {
     /// Last day, "MM-DD".
     #[schema(value_type = String, example = "12-31")]
     pub to: DayOfYear,
+}
+
+impl PeriodDocument {
+    /// True if a day of the year is in the period.
+    pub fn contains(&self, month: u8, day: u8) -> bool {
+        let [from, to] = [self.from, self.to].map(|day| (day.month, day.day));
+        let day = (month, day);
+        if from <= to { (from..=to).contains(&day) } else { day >= from || day <= to }
+    }
 }
 
 /// Summer time of a schedule's clock, one hour ahead of standard time.

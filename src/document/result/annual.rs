@@ -64,7 +64,7 @@ pub struct Conventions {
     pub suns_per_hour: u32,
     /// Year by which the sun's positions are computed.
     pub year_of_sun: i32,
-    /// Number of records, and of those with light.
+    /// Number of records.
     pub records: usize,
     /// Number of records with light.
     pub lit_records: usize,
@@ -231,8 +231,8 @@ pub struct ProvisionResult {
     pub lux: f64,
     /// Share of the area in percent by the illuminances of all daylight hours.
     pub by_hours_percent: WithInterval,
-    /// Daylight factor in percent that the site asks for.
-    pub daylight_factor_percent: f64,
+    /// Daylight factor in percent that the site asks for; null where the median outside is 0.
+    pub daylight_factor_percent: Option<f64>,
     /// Share of the area in percent with this daylight factor.
     pub by_factors_percent: WithInterval,
 }
@@ -356,7 +356,7 @@ impl GridYearResult {
         let provision = (0..THRESHOLDS_LUX.len()).map(|level| ProvisionResult {
             lux: THRESHOLDS_LUX[level],
             by_hours_percent: year.provision.by_hours_percent[level].into(),
-            daylight_factor_percent: year.provision.factors_percent[level],
+            daylight_factor_percent: Some(year.provision.factors_percent[level]).filter(|factor| factor.is_finite()),
             by_factors_percent: year.provision.by_factors_percent[level].into(),
         });
         let [median, least, most] = year.median_lux;

@@ -45,7 +45,7 @@ impl TargetResult {
             _ => Verdict::Undecided,
         };
         let external_lux = external_lux.and_then(|external| finite(external * lux / mean.value));
-        Self { lux, verdict, area_percent: percent_at_least(estimate, lux).abs(), external_lux }
+        Self { lux, verdict, area_percent: percent_at_least(estimate, lux), external_lux }
     }
 }
 
@@ -53,7 +53,8 @@ impl TargetResult {
 pub fn percent_at_least(estimate: &GridEstimate, lux: f64) -> f64 {
     let above = estimate.valued().filter(|sensor| estimate.illuminance_lux(*sensor) >= lux);
     let above: f64 = above.map(|sensor| estimate.weight(sensor)).sum();
-    100.0 * above / estimate.total_weight().max(f64::MIN_POSITIVE)
+    // the sum of nothing is -0
+    (100.0 * above / estimate.total_weight().max(f64::MIN_POSITIVE)).abs()
 }
 
 #[cfg(test)]

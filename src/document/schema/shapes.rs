@@ -42,7 +42,7 @@ named! {
     Threshold: number(THRESHOLD_LUX).description(Some("In lux."));
     UsefulLimits: array(3, number(THRESHOLD_LUX)).description(Some("Ascending, in lux."));
     MonthlyFactors: array(12, number(RATIO)).description(Some("January first."));
-    IsOccupied: integer(0..=1).description(Some("1 for an occupied record."));
+    IsOccupied: integer(0..=1).description(Some("1 for an occupied hour."));
     TableAngle: number(TABLE_ANGLE_DEG).description(Some("In degrees from the normal."));
     ScatteringRow: ArrayBuilder::new()
         .items(number(SCATTERING_PER_SR))

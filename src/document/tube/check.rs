@@ -108,7 +108,9 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
             checks.refuse(format!("{pointer}/length_m"), detail);
         }
         end += axes[index] * segment.length_m;
-        let lowest = end.z - radius * axes[index].truncate().length();
+        // of the ellipse in which the plane of a pane, or across the axis, cuts the segment
+        let across = tube.collector.pane().filter(|_| index + 1 == segments.len()).unwrap_or(axes[index]);
+        let lowest = end.z - radius * (DVec3::Z - across * (axes[index].z / across.dot(axes[index]))).length();
         if index > 0 && lowest < 0.0 {
             let detail = format!("the guide must stay above the ceiling (0 m), but reaches down to {lowest} m");
             checks.refuse(format!("{pointer}/tilt_deg"), detail);
@@ -116,10 +118,15 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
     }
 }
 
-/// Returns the angle in radians between the last axis and the normal of a tilted pane, 0 without one; `None` after an error.
+/// Returns the angle in radians between the last axis and the normal of a tilted pane, 0 without one.
+pub(super) fn pane(tube: &ParametricTube, axes: &[DVec3]) -> f64 {
+    let of_pane = |(axis, pane): (&DVec3, DVec3)| libm::atan2(axis.cross(pane).length(), axis.dot(pane));
+    axes.last().zip(tube.collector.pane()).map_or(0.0, of_pane)
+}
+
+/// Returns the angle of [`pane`]; `None` after an error.
 fn pane_angle(pointer: &str, tube: &ParametricTube, axes: &[DVec3], checks: &mut Checks) -> Option<f64> {
-    let Some((axis, pane)) = axes.last().zip(tube.collector.pane()) else { return Some(0.0) };
-    let angle = libm::atan2(axis.cross(pane).length(), axis.dot(pane));
+    let angle = pane(tube, axes);
     if angle.to_degrees() > STEEPEST_PANE_DEG {
         let detail = format!(
             "the pane must be within {STEEPEST_PANE_DEG} degrees of lying across the axis of the last segment, but is {:.6} degrees away",

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::check::{axes, bends};
+use super::check::{axes, bends, pane};
 use super::opening::PlacedOpening;
 use super::{ParametricTube, TubeDocument};
 use crate::document::errors::Checks;
@@ -61,7 +61,8 @@ struct Piece {
 fn pieces(tube: &ParametricTube, height_m: f64, ends: f64) -> Vec<Piece> {
     let radius = 0.5 * tube.diameter_m;
     let axes = axes(&tube.segments);
-    let bends = bends(&axes);
+    // a pane reaches as far as a mitre of twice its angle
+    let bends: Vec<f64> = bends(&axes).into_iter().chain([2.0 * pane(tube, &axes)]).collect();
     let reach = |bend: Option<&f64>| bend.map_or(0.0, |bend| ends * radius * libm::tan(0.5 * bend));
     let mut start = DVec3::new(tube.centre_m[0], tube.centre_m[1], height_m);
     let mut pieces = Vec::with_capacity(axes.len());

@@ -13,7 +13,7 @@ use crate::document::{JobDocument, Warning};
 use crate::engine::progress::{Progress, StoppedBy};
 use crate::figure::FigureFormat;
 use crate::predict::predictions::Predictions;
-use crate::present::outputs::{Annual, Output, annual_outputs};
+use crate::present::outputs::{Annual, Format, Output, annual_outputs};
 use crate::present::report::OVERVIEW;
 use crate::present::site_figure::SiteFigure;
 use crate::queue::store::*;
@@ -217,8 +217,8 @@ impl JobResource {
             (name, FigureLinks { svg, png, pdf })
         });
         let has_surfaces = job.document["surfaces"] == true;
-        let [surfaces, scene] =
-            ["surfaces.json", "scene.glb"].map(|file| has_surfaces.then(|| format!("{this}/{file}")));
+        let of_surfaces = |format| has_surfaces.then(|| format!("{this}/{}", Output::Surfaces(format).file()));
+        let [surfaces, scene] = [Format::Json, Format::Glb].map(of_surfaces);
         summary.links.figures = Some(figures.collect());
         if job.document["annual"].is_object() {
             let files = annual_outputs(names(&job.document, "grids")).into_iter();

@@ -148,7 +148,7 @@ impl<'a> Delivery<'a> {
             return Delivered {
                 area_m2,
                 standard_error_m2: 0.0,
-                centroid_m: closed_centroid(self.guide, self.passed, toward),
+                centroid_m: closed_centroid(self.guide, self.passed, toward, area_m2),
             };
         }
         let (mut areas, mut moment) = (Moments::default(), DVec2::ZERO);
@@ -188,9 +188,8 @@ fn closed_area(guide: &Guide, passed: Spectrum<3>, toward: DVec3) -> f64 {
     guide.projected_area_m2(-toward) * by_channel(passed, reflectance, collector, of)
 }
 
-/// Computes the centroid in m of a beam below a guide with closed forms.
-fn closed_centroid(guide: &Guide, passed: Spectrum<3>, toward: DVec3) -> DVec2 {
-    let area = closed_area(guide, passed, toward);
+/// Computes the centroid in m of a beam below a guide with closed forms, through which it lights `area` m2.
+fn closed_centroid(guide: &Guide, passed: Spectrum<3>, toward: DVec3, area: f64) -> DVec2 {
     let (Some((aspect, reflectance, collector)), Guide::Straight(pipe)) = (closed(guide), guide) else {
         return DVec2::ZERO;
     };

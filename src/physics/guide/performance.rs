@@ -50,6 +50,11 @@ pub(super) fn closed(guide: &Guide) -> Option<(f64, [f64; 3], [f64; 3])> {
     }
 }
 
+/// True if a guide has closed forms.
+pub fn has_closed_form(guide: &Guide) -> bool {
+    closed(guide).is_some()
+}
+
 /// Computes [`beam`] in closed form, which does not depend on the azimuth; `None` if there is none.
 pub(super) fn closed_beam(guide: &Guide, toward: DVec3) -> Option<Throughput> {
     let (aspect, reflectance, collector_transmittance) = closed(guide)?;

@@ -43,6 +43,24 @@ impl Tube {
         self.centre.extend(enclosure.height_at(self.face, self.centre) - self.drop_m)
     }
 
+    /// Returns the largest distance in m of the rim of the upper end from its centre: of the ellipse of a tilted pane, or of the top of a
+    /// mesh.
+    pub fn upper_radius(&self) -> f64 {
+        match &self.shape {
+            TubeShape::Cylinders(tube) => {
+                let cut = tube.cut.zip(tube.segments.last()).map_or(1.0, |(pane, last)| pane.dot(last.axis()));
+                self.opening_radius / cut
+            }
+            TubeShape::Mesh(tube) => {
+                let turn = unit_vector(-tube.rotation);
+                let centre = self.upper_end();
+                let away = |position: &DVec3| turn.rotate(position.truncate()).distance(centre.truncate());
+                let rim = tube.mesh.positions.iter().filter(|position| centre.z - position.z <= LEVEL * centre.z);
+                rim.map(away).fold(0.0, f64::max)
+            }
+        }
+    }
+
     /// Returns the centre of the upper end, relative to that of the opening, in m: the top of a mesh.
     pub fn upper_end(&self) -> DVec3 {
         match &self.shape {

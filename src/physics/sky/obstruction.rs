@@ -38,11 +38,9 @@ impl Obstruction {
         if inside { 0.0 } else { edges().map(to_edge).fold(f64::INFINITY, f64::min) }
     }
 
-    /// Returns the altitude in radians of the box's upper edge at an azimuth (radians, clockwise from +y), seen from a point outside it; 0
-    /// where it is not above the horizontal.
-    fn altitude(&self, from: DVec3, azimuth: f64) -> f64 {
-        let (sin, cos) = libm::sincos(azimuth);
-        let ray = DVec2::new(sin, cos);
+    /// Returns the altitude in radians of the box's upper edge along a horizontal unit vector, seen from a point outside it; 0 where it is
+    /// not above the horizontal.
+    fn altitude(&self, from: DVec3, ray: DVec2) -> f64 {
         let distance = |(start, end): (DVec2, DVec2)| {
             let (edge, to_start) = (end - start, start - from.truncate());
             let across = ray.perp_dot(edge);
@@ -77,7 +75,9 @@ impl Horizon {
         azimuths.sort_by(f64::total_cmp);
         azimuths.dedup();
         let altitude = |azimuth: f64| {
-            let of_boxes = above.iter().map(|box_| box_.altitude(from, azimuth)).fold(0.0, f64::max);
+            let (sin, cos) = libm::sincos(azimuth);
+            let ray = DVec2::new(sin, cos);
+            let of_boxes = above.iter().map(|box_| box_.altitude(from, ray)).fold(0.0, f64::max);
             (azimuth, behind.map_or(0.0, |horizon| horizon.altitude(azimuth)).max(of_boxes))
         };
         let points: Vec<(f64, f64)> = azimuths.into_iter().map(altitude).collect();
@@ -126,7 +126,8 @@ mod tests {
         let both = Horizon::with_obstructions(Some(&hills), &[wall(0.0)], DVec3::ZERO).unwrap();
         for number in 0..720 {
             let azimuth = degrees(0.5 * f64::from(number) + 0.2);
-            let expected = hills.altitude(azimuth).max(wall(0.0).altitude(DVec3::ZERO, azimuth));
+            let expected =
+                hills.altitude(azimuth).max(wall(0.0).altitude(DVec3::ZERO, direction(0.0, azimuth).truncate()));
             assert!((both.altitude(azimuth) - expected).abs() < 1e-3, "{number}");
             assert!(
                 both.hides(direction(expected - 2e-3, azimuth)) && !both.hides(direction(expected + 2e-3, azimuth))

@@ -92,13 +92,8 @@ impl JobYear {
     /// Describes the weather in one line.
     fn circumstances(&self) -> String {
         let site = &self.weather.site;
-        format!(
-            "{}, {:.2}°, {:.2}° · {} hours with light",
-            site.name,
-            site.latitude_deg,
-            site.longitude_deg,
-            self.year.hours.len()
-        )
+        let hours = self.year.hours.len() as f64 / f64::from(self.weather.records_per_hour.max(1));
+        format!("{}, {:.2}°, {:.2}° · {hours} hours with light", site.name, site.latitude_deg, site.longitude_deg)
     }
 }
 

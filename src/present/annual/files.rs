@@ -14,7 +14,7 @@ use crate::document::result::annual::{
 impl JobYear {
     /// Returns the summary of the year.
     pub fn summary(&self) -> AnnualResult {
-        let AnnualDocument { illuminance, suns_per_hour, schedule, daylight_saving, maintenance, .. } = &self.document;
+        let AnnualDocument { illuminance, schedule, daylight_saving, maintenance, .. } = &self.document;
         let hours = 1.0 / f64::from(self.weather.records_per_hour.max(1));
         let grids = self.grids.iter().zip(&self.year.grids);
         AnnualResult {
@@ -23,7 +23,7 @@ impl JobYear {
                 sky: "perez".to_owned(),
                 illuminance: *illuminance,
                 sun_offset_minutes: self.convention.sun_offset_minutes,
-                suns_per_hour: *suns_per_hour,
+                suns_per_hour: self.convention.suns_per_record(&self.weather) * self.weather.records_per_hour,
                 year_of_sun: self.weather.year_of_sun,
                 records: self.weather.records.len(),
                 lit_records: self.year.hours.len(),

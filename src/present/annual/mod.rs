@@ -5,12 +5,11 @@ mod files;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
 
 use crate::annual::fluxes::{TubeYear, tube_years};
-use crate::annual::light::{Illuminances, LitMoment, lit};
+use crate::annual::light::{Illuminances, LitMoment, by_record, lit};
 use crate::annual::metrics::dimming::Dimming;
 use crate::annual::moment::Convention;
 use crate::annual::response::{RecordLight, Response, Responses};
@@ -37,7 +36,7 @@ pub struct JobYear {
     light: RecordLight,
     /// Grids, in the order of the document.
     grids: Vec<GridOfYear>,
-    /// Metrics of all.
+    /// Light outside, tubes, metrics of the grids, and hours.
     year: Year,
 }
 
@@ -58,10 +57,10 @@ impl JobYear {
             return Ok(None);
         };
         let lit = lit(&weather.records, moments, illuminances(document), *rotation);
-        let daylight = daylight_records(weather, &lit);
+        let (diffuse, sines) = by_record(&lit, weather.records.len());
+        let daylight = daylight_hours(&diffuse, &sines);
         let occupied = occupied.as_ref().unwrap_or(&daylight);
-        let tubes = tube_years(&job.traceable, &lit, job.seed, &AtomicBool::new(false));
-        let mut tubes = tubes.map_err(|error| failed(&error))?;
+        let mut tubes = tube_years(&job.traceable, &lit, job.seed).map_err(|error| failed(&error))?;
         maintain(document, weather, &lit, &mut tubes);
         let light = RecordLight::new(&lit, &tubes);
         // of discs of the area of the openings
@@ -91,7 +90,7 @@ impl JobYear {
             occupied,
             daylight: &daylight,
         };
-        let year = year(&input, &inputs, &options(document));
+        let year = year(&input, &light, &inputs, &options(document));
         Ok(Some(Self {
             document: document.clone(),
             weather: weather.clone(),
@@ -151,16 +150,6 @@ fn responses_of(results: &[TubeResponse], radii: &[f64]) -> Responses {
     let tubes: Vec<Vec<Response>> = results.iter().zip(radii).map(of_tube).collect();
     let errors_of_all = results.get(radii.len()).map(|all| flat(&all.standard_error)).unwrap_or_default();
     Responses::new(tubes, &errors_of_all)
-}
-
-/// Returns for each record whether it is one of the daylight hours of EN 17037.
-fn daylight_records(weather: &Weather, lit: &[LitMoment]) -> Vec<bool> {
-    let (mut diffuse, mut sines) = (vec![0.0; weather.records.len()], vec![-1.0; weather.records.len()]);
-    for moment in lit {
-        diffuse[moment.record] += moment.share * moment.diffuse_horizontal_lux;
-        sines[moment.record] = moment.sun.z.max(sines[moment.record]);
-    }
-    daylight_hours(&diffuse, &sines)
 }
 
 fn illuminances(document: &AnnualDocument) -> Illuminances {

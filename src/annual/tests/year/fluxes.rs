@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
-use skyduct_annual::fluxes::{NoYear, tube_years};
+use skyduct_annual::fluxes::{NotLambertian, tube_years};
 use skyduct_annual::light::LitMoment;
 use skyduct_physics::guide::exit_moment::beam_exit_moment;
 use skyduct_physics::guide::transmittance::{beam_transmission, sky_exitance};
@@ -144,7 +144,7 @@ fn traced_centroids_agree_with_the_closed_form() {
 }
 
 /// Checks the turn of the centroid with the sun, equal bits on one thread, and that closures which are not Lambertian
-/// and cancelled years are refused.
+/// are refused.
 #[test]
 fn suns_turn_and_others_are_refused() {
     let mut lit: Vec<LitMoment> =
@@ -160,9 +160,7 @@ fn suns_turn_and_others_are_refused() {
         assert!((turned.sun_centroid_m - before.sun_centroid_m.perp()).length() < 1e-12);
         assert!((turned.sun_lm - before.sun_lm).abs() < 1e-9 * before.sun_lm);
     }
-    let cancelled = tube_years(&scene, &lit, 1, &AtomicBool::new(true));
-    assert_eq!(cancelled, Err(NoYear::Cancelled));
     scene.tubes[1].diffuser = Diffuser::Clear { transmittance: [0.9; 3] };
-    let refused = tube_years(&scene, &lit, 1, &AtomicBool::new(false));
-    assert_eq!(refused, Err(NoYear::NotLambertian { tube: 1 }));
+    let refused = tube_years(&scene, &lit, 1);
+    assert_eq!(refused, Err(NotLambertian { tube: 1 }));
 }

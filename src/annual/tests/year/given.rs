@@ -1,7 +1,6 @@
 //! Reference tables, the two rooms of the reference, and the year of its synthetic weather.
 
 use std::sync::LazyLock;
-use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 use skyduct_annual::fluxes::{TubeYear, tube_years};
@@ -136,7 +135,7 @@ pub fn compiled(tubes: Vec<Tube>) -> TraceableScene {
 
 /// Computes the year of tubes.
 pub fn years(scene: &TraceableScene, lit: &[LitMoment]) -> Vec<TubeYear> {
-    tube_years(scene, lit, 1, &AtomicBool::new(false)).unwrap()
+    tube_years(scene, lit, 1).unwrap()
 }
 
 /// Year of the tube of the thesis room, and that of one of the four tubes of the classroom.

@@ -326,7 +326,7 @@ mod tests {
         }
     }
 
-    /// Checks that a cut across the axis changes no bit, and that an oblique one moves entry points along the axis into its plane.
+    /// Checks that a cut across the axis changes nothing but roundings, and that an oblique one moves entry points along the axis into its plane.
     #[test]
     fn a_cut_across_the_axis_changes_nothing() {
         let axis = DVec3::new(0.6, 0.0, 0.8);

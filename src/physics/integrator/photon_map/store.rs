@@ -210,7 +210,7 @@ impl<const C: usize> Visitor<C> for PhotonStore<'_, C> {
 impl Caustics {
     /// Returns the light that is followed backward at the tube through whose clear closure a flight comes.
     fn at<const C: usize>(&self, scene: &TraceableScene, flight: &Flight<C>) -> Option<FollowedBackward> {
-        let apart = |tube: &TraceableTube| tube.away(flight.from).length() / tube.opening.outer_radius();
+        let apart = |tube: &TraceableTube| tube.distance_to_opening(flight.from);
         let tubes = scene.tubes.iter().map(apart).zip(&self.backward).filter(|_| flight.origin == Origin::Specular);
         tubes.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, backward)| *backward)
     }

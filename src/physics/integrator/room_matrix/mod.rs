@@ -182,7 +182,7 @@ impl<const C: usize> MatrixEstimator<C> {
     }
 }
 
-/// Returns the number of responses of a sensor to the openings of so many tubes.
+/// Returns the number of responses of a sensor in a room with `tubes` tubes.
 pub fn columns(responses: Responses, tubes: usize) -> usize {
     match responses {
         Responses::None => 0,
