@@ -7,7 +7,7 @@ import { get } from "./api.js";
 const countries = new Intl.DisplayNames("en", { type: "region" });
 
 /** Letters without accents, as people type them. @param {string} text */
-const plain = (text) => text.trim().toLowerCase().replaceAll("ø", "o").replaceAll("ł", "l").normalize("NFD").replaceAll(/\p{M}/gu, "");
+const plain = (text) => text.trim().toLowerCase().replaceAll("ø", "o").replaceAll("ł", "l").replaceAll("ı", "i").normalize("NFD").replaceAll(/\p{M}/gu, "");
 
 /** Reads the list. @returns {Promise<City[]>} */
 export async function listed() {

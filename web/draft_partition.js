@@ -5,7 +5,7 @@ import { extent } from "./room.js";
 /** @typedef {import("./outline.js").Point} Point */
 /** The ends of a partition. @typedef {"from_m" | "to_m"} End */
 
-/** Height of a partition to begin with, where the ceiling is not lower. */
+/** Height of a partition to begin with; under a low ceiling less, four fifths of its least height. */
 const HEIGHT_M = 1.4;
 /** Shortest partition that is kept of a stroke of the hand. */
 const SHORTEST_M = 0.1;

@@ -72,6 +72,8 @@ export function place() {
         type: "date",
         text: isoDay(year, day),
         enter: (text) => {
+          // a year of which digits are still to come
+          if (text.startsWith("0")) return;
           const { year, day } = read(`${text}T12:00`);
           setClock((next) => at(next, { year, day }));
         },

@@ -176,7 +176,9 @@ async function start() {
   });
   const follow = (/** @type {Awaited<ReturnType<typeof unpacked>>} */ linked) => {
     if (!linked) return;
-    if (linked.goal) set({ goal: linked.goal });
+    const lux = linked.draft.grids?.[0]?.target_lux;
+    const goal = linked.goal ?? (lux ? { lux, of: /** @type {const} */ ("mean") } : null);
+    if (goal) set({ goal });
     known(linked.draft);
     use(linked.draft);
   };

@@ -13,6 +13,9 @@ const DIRECTIONS = 16;
 const NEAREST = 9;
 const DISTANCES = [NEAREST, 19, 30, 42];
 
+/** Number of rings above which numbers stand within them or not at all: places beside many rings take too long to find. */
+const MOST_MOVED = 200;
+
 /** @param {{ x: number, y: number }} a @param {number} width @param {Ring} ring */
 function isOn({ x, y }, width, ring) {
   const [dx, dy] = [Math.max(0, Math.abs(x - ring.x) - width / 2), Math.max(0, Math.abs(y - ring.y) - DIGIT.height / 2)];
@@ -25,7 +28,7 @@ export function places(rings) {
   const taken = [];
   return rings.map((ring, index) => {
     const width = DIGIT.width * String(index + 1).length;
-    const around = DISTANCES.flatMap((distance) =>
+    const around = rings.length > MOST_MOVED ? [] : DISTANCES.flatMap((distance) =>
       Array.from({ length: DIRECTIONS }, (_, i) => {
         const [angle, away] = [(2 * Math.PI * (i + 0.5)) / DIRECTIONS, ring.radius + distance];
         return { x: ring.x + away * Math.sin(angle), y: ring.y - away * Math.cos(angle), apart: distance > NEAREST };

@@ -34,13 +34,14 @@ function sides(room, at) {
 /** The walls of a plan; those of its outline take corners. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */
 function lines(room, at) {
   const own = outline(room).length;
+  const sides = extent(room);
   return rings(room)
     .flatMap(edges)
     .map((wall, edge) => {
       const [[ax, ay], [bx, by]] = wall;
       const [x1, y1, x2, y2] = [across(at, ax), down(at, ay), across(at, bx), down(at, by)];
       const add = (/** @type {MouseEvent} */ event) => edge < own && addAt(event, edge, at);
-      return svg`${isInner(room, wall) ? length(room, at, wall) : nothing}<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
+      return svg`${isInner(sides, wall) ? length(room, at, wall) : nothing}<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
         class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`;
     });
 }
@@ -48,9 +49,8 @@ function lines(room, at) {
 /** Distance of a wall's length from the wall, in units of the drawing. */
 const APART = 13;
 
-/** True of a wall on no side of the room's extent, beside which there is space for its length. @param {JobDocument["room"]} room @param {import("./outline.js").Segment} wall */
-function isInner(room, [[ax, ay], [bx, by]]) {
-  const { west, east, south, north } = extent(room);
+/** True of a wall on no side of the room's extent, beside which there is space for its length. @param {ReturnType<typeof extent>} sides @param {import("./outline.js").Segment} wall */
+function isInner({ west, east, south, north }, [[ax, ay], [bx, by]]) {
   return !(ax === bx && (ax === west || ax === east)) && !(ay === by && (ay === south || ay === north));
 }
 

@@ -181,11 +181,12 @@ function guide(index, tube, points, opening, { x, y, k }) {
 const RAY = 46;
 const SUN = 5;
 
-/** The sun's ray through each tube: to its diffuser, or to the floor where the tube ends clear or open. @param {JobDocument} draft @param {0 | 1} axis @param {number[]} openings @param {Scale} x @param {Scale} y */
+/** The sun's ray through each tube: to its diffuser, or to the floor or a side of the room's extent where the tube ends clear or open. @param {JobDocument} draft @param {0 | 1} axis @param {number[]} openings @param {Scale} x @param {Scale} y */
 function beams(draft, axis, openings, x, y) {
   const sun = state.answer?.job.provenance?.sun;
   if (!sun?.on || !(Number(sun.altitude_deg) > 0)) return nothing;
   const toSun = skyward(Number(sun.azimuth_deg) - (draft.room.rotation_deg ?? 0), Number(sun.altitude_deg));
+  const { west, east, south, north } = extent(draft.room);
   const seen = (draft.tubes ?? []).map((tube, i) => {
     const ray = isMesh(tube) ? null : throughPipe(joints(tube.segments), tube.diameter_m / 2, toSun);
     if (isMesh(tube) || !ray) return nothing;
@@ -198,8 +199,13 @@ function beams(draft, axis, openings, x, y) {
     const from = /** @type {[number, number]} */ ([startX + times * toSun[axis], startY - times * toSun[2]]);
     const out = /** @type {import("./ray.js").Vector} */ (ray.points.at(-1));
     const goesOn = ray.end === "room" && (tube.diffuser.kind === "clear" || tube.diffuser.kind === "open");
-    const metres = opening / -ray.direction[2];
-    const floor = goesOn ? [place([out[0] + metres * ray.direction[0], out[1] + metres * ray.direction[1], -opening])] : [];
+    const until = (/** @type {0 | 1} */ k, /** @type {number} */ low, /** @type {number} */ high) => {
+      const by = ray.direction[k];
+      return by ? ((by > 0 ? high : low) - tube.centre_m[k] - out[k]) / by : Infinity;
+    };
+    const metres = Math.min(opening / -ray.direction[2], until(0, west, east), until(1, south, north));
+    const end = /** @type {import("./ray.js").Vector} */ (out.map((from, k) => from + metres * (ray.direction[k] ?? 0)));
+    const floor = goesOn ? [place(end)] : [];
     const line = [from, ...points, ...floor].map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" ");
     return svg`<g><polyline points=${line}></polyline><circle cx=${from[0]} cy=${from[1]} r=${SUN}></circle></g>`;
   });
