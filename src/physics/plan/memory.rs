@@ -3,6 +3,9 @@
 //! The estimates are upper bounds rather than best guesses: a job that is admitted must fit. `tests/service/jobs/memory.rs` renders jobs of
 //! every method and compares the peak of the process with the estimates made here.
 
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
 use super::{Methods, Plan};
 use crate::integrator::components::Component;
 use crate::integrator::diffuser_source::closure_source::all_lambertian;
@@ -30,6 +33,9 @@ impl MemoryEstimate {
         self.grids + self.views + self.working + self.meshes
     }
 }
+
+/// Bytes of surroundings: the outline of a horizon, and the table by which light behind it is sampled, of sky and ground.
+const SURROUNDINGS: f64 = 200e3;
 
 /// Number of copies of a job's sums in memory at the same time: of all earlier chunks, of the present one, of both, and two while a
 /// checkpoint is written or a reader has one.
@@ -89,7 +95,14 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         // grids and views are computed in turn
         bytes.working = bytes.working.max(method.working_bytes(&load(scene.views.len())));
     }
+    bytes.working += SURROUNDINGS * distinct_surroundings(scene) as f64;
     bytes
+}
+
+/// Counts the different surroundings of tubes.
+fn distinct_surroundings(scene: &Scene) -> usize {
+    let all = scene.tubes.iter().filter_map(|tube| tube.surroundings.as_ref());
+    all.map(Arc::as_ptr).collect::<BTreeSet<_>>().len()
 }
 
 /// Returns the bytes of one grid: its sums, a pass of it, and its files.
