@@ -128,7 +128,9 @@ async fn a_study_makes_pictures_of_views() {
     let numbers = service.json(links["json"].as_str().unwrap()).await;
     let pictures = numbers["pictures"].as_array().unwrap();
     assert_eq!(pictures.len(), 3);
-    assert_eq!((&pictures[0]["asked_seconds"], &pictures[0]["actual_relative_error"]), (&json!(1e-6), &json!(null)));
+    // on a busy machine the clock may end a job only after its first pass
+    let late = pictures[0]["passes"].as_u64() > Some(0);
+    assert_eq!((&pictures[0]["asked_seconds"], pictures[0]["actual_relative_error"].is_null()), (&json!(1e-6), !late));
     assert_eq!((&pictures[1]["method"], &pictures[1]["asked_seconds"]), (&json!("auto"), &json!(0.5)));
     assert_eq!((&pictures[2]["method"], &pictures[2]["asked_relative_error"]), (&json!("path_tracing"), &json!(0.5)));
     for picture in &pictures[1..] {
