@@ -4,7 +4,6 @@
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use skyduct_physics::guide::Guide;
 use skyduct_physics::guide::delivery::{Delivered, Delivery, EvenClosure};
 use skyduct_physics::guide::performance::has_closed_form;
 use skyduct_physics::guide::sky_rings::SkyRings;
@@ -19,7 +18,7 @@ use crate::light::LitMoment;
 /// Light of a tube at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TubeLight {
-    /// Light of the sky into the room in lm.
+    /// Light of the sky into the room in lm, with that of the surroundings.
     pub sky_lm: f64,
     /// Light of the sun into the room in lm.
     pub sun_lm: f64,
@@ -53,11 +52,29 @@ pub struct NotLambertian {
     pub tube: usize,
 }
 
-/// Counts the different guides of a scene through which rays are traced for each moment.
-pub fn traced_guides(scene: &TraceableScene) -> usize {
-    let traced: Vec<&Guide> =
-        scene.tubes.iter().map(|tube| &tube.guide).filter(|guide| !has_closed_form(guide)).collect();
-    (0..traced.len()).filter(|number| !traced[..*number].iter().any(|before| before.is_like(traced[*number]))).count()
+/// Largest number of tubes with closed forms before a horizon whose moments take the time of one tube through which rays are traced.
+const HIDDEN_PER_TRACED: usize = 8;
+
+/// Counts the tubes of a scene that differ and through which rays are traced for each moment; eight others before horizons count as one.
+pub fn traced_tubes(scene: &TraceableScene) -> usize {
+    let [mut traced, mut hidden] = [const { Vec::<&TraceableTube>::new() }; 2];
+    for tube in &scene.tubes {
+        let horizon = tube.surroundings.as_ref().and_then(|surroundings| surroundings.horizon.as_ref());
+        let kind = match (has_closed_form(&tube.guide), horizon) {
+            (true, None) => continue,
+            (true, Some(_)) => &mut hidden,
+            (false, _) => &mut traced,
+        };
+        if !kind.iter().any(|before| are_alike(before, tube)) {
+            kind.push(tube);
+        }
+    }
+    traced.len() + hidden.len().div_ceil(HIDDEN_PER_TRACED)
+}
+
+/// True if two tubes pass light alike to their closures, before the same surroundings.
+fn are_alike(one: &TraceableTube, other: &TraceableTube) -> bool {
+    one.guide.is_like(&other.guide) && one.surroundings == other.surroundings
 }
 
 /// Computes the light of every tube of a scene at every moment; equal seeds give equal bits.
@@ -67,15 +84,13 @@ pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Resul
     let rings: Vec<SkyRings> = lit.par_iter().map(|moment| SkyRings::new(&moment.distribution)).collect();
     let mut years: Vec<TubeYear> = Vec::with_capacity(scene.tubes.len());
     for (number, (tube, closure)) in scene.tubes.iter().zip(&closures).enumerate() {
-        let alike = |other: usize| {
-            let before = &scene.tubes[other];
-            before.guide.is_like(&tube.guide) && closures[other] == *closure
-        };
+        let alike = |other: usize| are_alike(&scene.tubes[other], tube) && closures[other] == *closure;
         let year = match (0..number).find(|other| alike(*other)) {
             Some(other) => years[other].clone(),
             None => {
                 let key = Key::new(seed).child(number as u64);
-                let delivery = Delivery::new(&tube.guide, *closure, scene.guide_return, key);
+                let surroundings = tube.surroundings.as_deref();
+                let delivery = Delivery::new(&tube.guide, surroundings, *closure, scene.guide_return, key);
                 tube_year(&delivery, lit, &rings)
             }
         };
@@ -85,17 +100,20 @@ pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Resul
 }
 
 fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> TubeYear {
+    let ground = delivery.of_ground();
     let of_moment = |(moment, rings): (&LitMoment, &SkyRings)| {
         let of_sky = delivery.of_sky(&moment.distribution, rings);
         let beam = moment.direct_normal_lux > 0.0;
         let of_sun = if beam { delivery.of_beam(moment.sun) } else { Delivered::default() };
         let [diffuse, direct] = [moment.diffuse_horizontal_lux, moment.direct_normal_lux];
+        let global = diffuse + moment.direct_horizontal_lux();
         let light = TubeLight {
-            sky_lm: of_sky.area_m2 * diffuse,
+            sky_lm: of_sky.area_m2 * diffuse + ground.area_m2 * global,
             sun_lm: of_sun.area_m2 * direct,
             sun_centroid_m: of_sun.centroid_m,
         };
-        let error = of_sky.standard_error_m2 * diffuse + of_sun.standard_error_m2 * direct;
+        let of_diffuse = of_sky.standard_error_m2 * diffuse + ground.standard_error_m2 * global;
+        let error = of_diffuse + of_sun.standard_error_m2 * direct;
         (light, moment.share * error)
     };
     let (moments, errors): (Vec<TubeLight>, Vec<f64>) = lit.par_iter().zip(rings).map(of_moment).unzip();
@@ -103,7 +121,8 @@ fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> Tube
     let whole: f64 = moments.iter().zip(lit).map(|(light, moment)| moment.share * light.lumens()).sum();
     let relative_error = if whole > 0.0 { error / whole } else { 0.0 };
     let overcast = SkyDistribution::new(CieType::STANDARD_OVERCAST, DVec3::Z);
-    TubeYear { moments, relative_error, overcast_m2: delivery.of_sky(&overcast, &SkyRings::new(&overcast)).area_m2 }
+    let of_overcast = delivery.of_sky(&overcast, &SkyRings::new(&overcast));
+    TubeYear { moments, relative_error, overcast_m2: of_overcast.area_m2 + ground.area_m2 }
 }
 
 /// Returns the optics of a closure that is Lambertian all over; `None` for others.

@@ -248,19 +248,6 @@ fn check_beside_year(job: &JobDocument, checks: &mut Checks) {
             }
         }
     }
-    if job.surroundings.is_some() {
-        checks.not_supported("/surroundings", "surroundings of a job with `annual`");
-    }
-    for (index, tube) in job.tubes.iter().enumerate() {
-        if tube.horizon().is_some() {
-            checks.not_supported(format!("/tubes/{index}/horizon"), "a horizon in a job with `annual`");
-        }
-        if let TubeDocument::Parametric(tube) = tube
-            && tube.collector.pane().is_some()
-        {
-            checks.not_supported(format!("/tubes/{index}/collector/tilt_deg"), "a tilted pane in a job with `annual`");
-        }
-    }
     if job.surfaces {
         checks.not_supported("/surfaces", "surfaces of a job with `annual`");
     }

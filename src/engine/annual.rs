@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::annual::fluxes::{TubeLight, traced_guides};
+use crate::annual::fluxes::{TubeLight, traced_tubes};
 use crate::annual::light::LitMoment;
 use crate::annual::moment::{Convention, Moment, Moments, moments};
 use crate::annual::response::TubeRecord;
@@ -127,14 +127,14 @@ fn within_period(
 
 /// Checks that rays are not traced through more different tubes at more moments than time allows.
 fn check_tracing(traceable: &TraceableScene, moments: usize) -> Result<(), FieldError> {
-    let traced = traced_guides(traceable);
+    let traced = traced_tubes(traceable);
     let product = traced.saturating_mul(moments);
     if product <= TRACED_TUBES_TIMES_MOMENTS {
         return Ok(());
     }
     let detail = format!(
-        "{traced} different tubes are bent, meshed, domed or have mirrors by angle; their number times the {moments} moments with light must \
-         be <= {TRACED_TUBES_TIMES_MOMENTS}, but is {product}"
+        "{traced} different tubes are bent, tilted, meshed, domed or have mirrors by angle, where eight others before horizons count as one; \
+         their number times the {moments} moments with light must be <= {TRACED_TUBES_TIMES_MOMENTS}, but is {product}"
     );
     Err(FieldError::new("/tubes", detail).coded(FieldErrorCode::TooMany))
 }

@@ -1,8 +1,9 @@
 //! A year of daylight from a document to its files, against an independent program (tests/reference/annual).
 
 use serde_json::{Value, json};
-use skyduct::document::JobDocument;
+use skyduct::annual::weather::Record;
 use skyduct::document::result::annual::{AnnualResult, WithInterval};
+use skyduct::document::{FileSource as _, JobDocument};
 use skyduct::present::outputs::{Annual, Format, Output};
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
@@ -171,4 +172,59 @@ fn periods_factors_and_places() {
     let mut clear = classroom();
     clear["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
     assert_eq!(refused(&clear), "/annual");
+}
+
+/// Compares some records of a year with jobs of these moments, before a horizon, an obstruction and the ground, with a straight tube that has a
+/// horizon of its own, and one below a tilted pane.
+#[test]
+fn records_agree_with_single_moments_before_surroundings() {
+    let tube = |x: f64, collector: Value| {
+        json!({ "centre_m": [x, 1.5], "diameter_m": 0.4, "reflectance": 0.97, "segments": [{ "length_m": 0.8 }],
+                "collector": collector, "diffuser": { "kind": "lambertian", "transmittance": 0.8, "reflectance": 0.0 } })
+    };
+    let mut document = json!({
+        "room": { "size_m": [4, 3, 3], "rotation_deg": 30, "surfaces": { "floor": { "reflectance": 0.2 },
+                  "walls": { "reflectance": 0.5 }, "ceiling": { "reflectance": 0.7 } } },
+        "surroundings": { "horizon": [[0, 5], [120, 20], [240, 0]], "luminance_ratio": 0.2, "ground_reflectance": 0.3,
+                          "obstructions": [{ "kind": "box", "size_m": [6, 2, 4], "position_m": [2, -8, 3] }] },
+        "tubes": [tube(1.0, json!({ "kind": "open" })), tube(3.0, json!({ "kind": "flat", "transmittance": 0.9,
+                  "tilt_deg": 35, "azimuth_deg": 180 }))],
+        "grids": [{ "name": "desks", "height_m": 0.85, "cells": [4, 3] }],
+        "stop": { "relative_error": 0.005 }
+    });
+    document["tubes"][0]["horizon"] = json!([[90, 15], [270, 30]]);
+    let mut of_year = document.clone();
+    of_year["annual"] = json!({ "weather": "synthetic.epw" });
+    let of_year = prepared(&of_year);
+    let year = summary(&of_year, 8);
+    let of_tubes = year.tubes.iter().map(|tube| (tube.klm_h.high - tube.klm_h.low) / (2.0 * 1.96 * tube.klm_h.value));
+    let of_tubes = of_tubes.fold(0.0, f64::max);
+    assert!(of_tubes > 0.0 && of_tubes < 0.02, "{of_tubes}");
+    let hours = String::from_utf8(file(&of_year, 8, Annual::Hours, Format::Csv)).unwrap();
+    let weather = Folder.weather("synthetic.epw").unwrap();
+    document["location"] = json!({ "latitude_deg": weather.site.latitude_deg, "longitude_deg": weather.site.longitude_deg,
+                                   "elevation_m": weather.site.elevation_m });
+    let offset = weather.site.utc_offset_hours;
+    assert_eq!(offset.fract(), 0.0);
+    for row in hours.lines().skip(1).filter(|row| row.contains(",9.5,") || row.contains(",15.5,")).step_by(250) {
+        let fields: Vec<f64> = row.split(',').map(|field| field.parse().unwrap()).collect();
+        let [month, day, hour] = [0, 1, 2].map(|field| fields[field]);
+        let is_this = |record: &&Record| {
+            (f64::from(record.month), f64::from(record.day), record.middle_hour) == (month, day, hour)
+        };
+        let record = weather.records.iter().find(is_this).unwrap();
+        document["time"] =
+            json!(format!("{}-{month:02}-{day:02}T{:02}:30:00{offset:+03}:00", weather.year_of_sun, hour.floor()));
+        document["sky"] = json!({ "perez": { "direct_normal_irradiance_w_m2": record.direct_normal_w_m2, "dew_point_c": record.dew_point_c,
+                                             "diffuse_horizontal_irradiance_w_m2": record.diffuse_horizontal_w_m2 } });
+        let moment = prepared(&document);
+        let estimate = first_passes(&moment, 3);
+        let grid = moment.results(&estimate).grid("desks").unwrap().unwrap();
+        let mean = |rows: &[Vec<Option<f64>>]| rows.iter().flatten().map(|value| value.unwrap()).sum::<f64>() / 12.0;
+        let (lux, error) = (mean(&grid.illuminance_lux), mean(&grid.standard_error_lux));
+        let found = *fields.last().unwrap();
+        // beams of single moments have larger errors than the year
+        let tolerance = 4.0 * error.hypot(2.0 * of_tubes * found) + 3e-3 * found;
+        assert!((found - lux).abs() < tolerance, "{row}: {found} {lux} +- {error}");
+    }
 }

@@ -2,8 +2,9 @@
 //!
 //! Light that leaves such a closure has no direction any more, so that a sky is a number of lumens, and a beam is that and a place, its centroid.
 //! Straight guides with closed forms have both without error; through all others rays are traced, for a sky the same ones at all times.
+//! A horizon hides directions of skies and parts of suns; light from below it, and of the ground, is a fixed share of the light outside.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
@@ -16,7 +17,7 @@ use super::transit::{End, Transit};
 use super::transmittance::beam_transmission;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
-use crate::sky::SkyDistribution;
+use crate::sky::{Horizon, SkyDistribution, Sun, Surroundings};
 use crate::statistics::Moments;
 
 /// Number of rays of each of the 8 replicates: for all skies together, and for each beam.
@@ -26,10 +27,14 @@ const BEAM_RAYS: u64 = 128;
 /// Number of rays by which the light is found that a guide sends back to its closure.
 const UP_RAYS: u64 = 4096;
 
-/// Numbers of the keys of the rays of skies, of beams, and of the light that goes up again.
+/// Numbers of azimuths, and of heights at each, at which the light is computed that a horizon takes from a guide with closed forms.
+const HIDDEN: [usize; 2] = [72, 10];
+
+/// Numbers of the keys of the rays of skies, of beams, of the light that goes up again, and of the ground.
 const OF_SKIES: u64 = 0;
 const OF_BEAMS: u64 = 1;
 const OF_RETURN: u64 = 2;
+const OF_GROUND: u64 = 3;
 
 /// Lambertian closure of a tube; coefficients are linear Rec.709.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,12 +71,22 @@ pub struct Delivery<'a> {
     /// Key of the rays of beams.
     key: Key,
     of_skies: OfSkies,
+    horizon: Option<&'a Horizon>,
+    /// Light from below the horizon, per horizontal illuminance of the sky.
+    below_horizon: Delivered,
+    /// Light of the ground, per horizontal illuminance of sky and sun.
+    ground: Delivered,
 }
 
 #[derive(Debug)]
 enum OfSkies {
-    /// Area in m2 at the zenith angles of [`SkyRings`], per horizontal illuminance.
-    Rings([f64; RINGS]),
+    /// Quadrature.
+    Nodes {
+        /// Area in m2 at the zenith angles of [`SkyRings`], per horizontal illuminance.
+        rings: [f64; RINGS],
+        /// Directions that the horizon hides, with the flux per luminance in m2 sr.
+        hidden: Vec<(DVec3, f64)>,
+    },
     /// Rays of each replicate.
     Rays(Vec<Vec<SkyRay>>),
 }
@@ -79,14 +94,21 @@ enum OfSkies {
 #[derive(Clone, Copy, Debug)]
 struct SkyRay {
     toward: DVec3,
-    /// Flux that leaves the closure, and horizontal illuminance, per luminance.
+    /// Flux that leaves the closure, and horizontal illuminance, per luminance: shares of the means over all rays.
     delivered: f64,
     horizontal: f64,
 }
 
 impl<'a> Delivery<'a> {
-    /// Prepares a guide above a closure. With `returns`, light that the closure scatters up and the guide sends back counts, too.
-    pub fn new(guide: &'a Guide, closure: EvenClosure, returns: bool, key: Key) -> Self {
+    /// Prepares a guide with its surroundings above a closure. With `returns`, light that the closure scatters up and the guide sends back
+    /// counts, too.
+    pub fn new(
+        guide: &'a Guide,
+        surroundings: Option<&'a Surroundings>,
+        closure: EvenClosure,
+        returns: bool,
+        key: Key,
+    ) -> Self {
         let transmittance = Spectrum::<3>::from_rgb(closure.transmittance);
         let reflects = closure.reflectance.iter().any(|reflectance| *reflectance > 0.0);
         let returned = if returns && reflects && guide.returns_light() {
@@ -96,21 +118,62 @@ impl<'a> Delivery<'a> {
         };
         let ways = |channel: usize| 1.0 / (1.0 - closure.reflectance[channel] * returned[channel]);
         let passed = transmittance * Spectrum(std::array::from_fn(ways));
-        let of_skies = match closed(guide) {
-            Some(_) => OfSkies::Rings(zenith_angles().map(|toward| closed_area(guide, passed, toward) / toward.z)),
-            None => {
-                let key = key.child(OF_SKIES);
-                OfSkies::Rays((0..REPLICATES).map(|number| sky_rays(guide, passed, key.child(number))).collect())
+        let horizon = surroundings.and_then(|surroundings| surroundings.horizon.as_ref());
+        let [below, ground] =
+            surroundings.map_or([0.0; 2], |around| [around.luminance_ratio / PI, around.ground_reflectance / PI]);
+        let is_closed = closed(guide).is_some();
+        let rays = |of: u64, side: f64| -> Vec<Vec<SkyRay>> {
+            let key = key.child(of);
+            (0..REPLICATES).map(|number| sky_rays(guide, passed, side, key.child(number))).collect()
+        };
+        let (of_skies, below_horizon) = match is_closed {
+            true => {
+                let of =
+                    |(toward, solid_angle): (DVec3, f64)| (toward, solid_angle * closed_area(guide, passed, toward));
+                let [azimuths, heights] = HIDDEN;
+                let hidden: Vec<_> =
+                    horizon.into_iter().flat_map(|horizon| horizon.hidden(azimuths, heights)).map(of).collect();
+                let area_m2 = below * hidden.iter().map(|(_, flux)| flux).sum::<f64>();
+                let rings = zenith_angles().map(|toward| closed_area(guide, passed, toward) / toward.z);
+                (OfSkies::Nodes { rings, hidden }, Delivered { area_m2, ..Delivered::default() })
+            }
+            false => {
+                let mut rays = rays(OF_SKIES, 1.0);
+                let hidden =
+                    horizon.map(|horizon| Delivered::of_fluxes(below, rays.iter_mut().map(|rays| hide(rays, horizon))));
+                (OfSkies::Rays(rays), hidden.unwrap_or_default())
             }
         };
-        Self { guide, passed, spreads: closure.spreads, key: key.child(OF_BEAMS), of_skies }
+        let ground = match is_closed || ground == 0.0 {
+            true => Delivered::default(),
+            false => Delivered::of_fluxes(ground, rays(OF_GROUND, -1.0).iter().map(|rays| flux(rays))),
+        };
+        let key = key.child(OF_BEAMS);
+        Self { guide, passed, spreads: closure.spreads, key, of_skies, horizon, below_horizon, ground }
     }
 
-    /// Computes the light of a sky per its horizontal illuminance.
+    /// Returns the light of the ground per horizontal illuminance of sky and sun.
+    pub fn of_ground(&self) -> Delivered {
+        self.ground
+    }
+
+    /// Computes the light of a sky, and from below the horizon before it, per the horizontal illuminance of the open sky.
     pub fn of_sky(&self, distribution: &SkyDistribution, rings: &SkyRings) -> Delivered {
+        let open = self.of_open_sky(distribution, rings);
+        Delivered {
+            area_m2: open.area_m2 + self.below_horizon.area_m2,
+            standard_error_m2: open.standard_error_m2 + self.below_horizon.standard_error_m2,
+            centroid_m: DVec2::ZERO,
+        }
+    }
+
+    fn of_open_sky(&self, distribution: &SkyDistribution, rings: &SkyRings) -> Delivered {
         let replicates = match &self.of_skies {
-            OfSkies::Rings(areas) => {
-                return Delivered { area_m2: rings.mean(areas), ..Delivered::default() };
+            OfSkies::Nodes { rings: areas, hidden } => {
+                let lost: f64 =
+                    hidden.iter().map(|(toward, flux)| flux * distribution.relative_luminance(*toward)).sum();
+                let lost = if lost > 0.0 { lost / rings.horizontal_ratio } else { 0.0 };
+                return Delivered { area_m2: (rings.mean(areas) - lost).max(0.0), ..Delivered::default() };
             }
             OfSkies::Rays(replicates) => replicates,
         };
@@ -135,15 +198,24 @@ impl<'a> Delivery<'a> {
         Delivered { area_m2, standard_error_m2: residuals.standard_error(), centroid_m: DVec2::ZERO }
     }
 
-    /// Computes the light of a beam from the unit vector `toward` per its normal illuminance.
+    /// Computes the light of a sun at the unit vector `toward`, as far as the horizon leaves it, per its unobstructed normal illuminance.
     pub fn of_beam(&self, toward: DVec3) -> Delivered {
-        let delivered = self.beam(toward);
-        // a transition spreads the light evenly
-        if self.spreads { Delivered { centroid_m: DVec2::ZERO, ..delivered } } else { delivered }
+        let sun = Sun { direction: toward, normal_illuminance_lux: 1.0 };
+        let uncovered = self.horizon.map_or(1.0, |horizon| horizon.uncovered(&sun));
+        if uncovered == 0.0 {
+            return Delivered::default();
+        }
+        let Delivered { area_m2, standard_error_m2, centroid_m } = self.beam(toward);
+        Delivered {
+            area_m2: uncovered * area_m2,
+            standard_error_m2: uncovered * standard_error_m2,
+            // a transition spreads the light evenly
+            centroid_m: if self.spreads { DVec2::ZERO } else { centroid_m },
+        }
     }
 
     fn beam(&self, toward: DVec3) -> Delivered {
-        if matches!(self.of_skies, OfSkies::Rings(_)) {
+        if matches!(self.of_skies, OfSkies::Nodes { .. }) {
             let area_m2 = closed_area(self.guide, self.passed, toward);
             return Delivered {
                 area_m2,
@@ -171,6 +243,26 @@ impl<'a> Delivery<'a> {
         let centroid_m = if whole > 0.0 { moment / whole } else { DVec2::ZERO };
         Delivered { area_m2: areas.mean, standard_error_m2: areas.standard_error(), centroid_m }
     }
+}
+
+impl Delivered {
+    /// Returns the light of fluxes per luminance in m2 sr, one of each replicate, where the luminance is a share of the illuminance outside.
+    fn of_fluxes(share: f64, fluxes: impl Iterator<Item = f64>) -> Self {
+        let mut moments = Moments::default();
+        fluxes.for_each(|flux| moments.push(share * flux));
+        Self { area_m2: moments.mean, standard_error_m2: moments.standard_error(), centroid_m: DVec2::ZERO }
+    }
+}
+
+/// Returns the flux per luminance of the rays of one replicate in m2 sr.
+fn flux(rays: &[SkyRay]) -> f64 {
+    rays.iter().map(|ray| ray.delivered).sum()
+}
+
+/// Takes the light from rays that a horizon hides, and returns its flux per luminance in m2 sr.
+fn hide(rays: &mut [SkyRay], horizon: &Horizon) -> f64 {
+    let hidden = rays.iter_mut().filter(|ray| horizon.hides(ray.toward));
+    hidden.map(|ray| std::mem::take(&mut ray.delivered)).sum()
 }
 
 /// Evaluates a function of the reflectance of each channel, and weights the results by the light that collector and closure pass.
@@ -202,25 +294,26 @@ fn closed_centroid(guide: &Guide, passed: Spectrum<3>, toward: DVec3, area: f64)
     -toward.truncate().normalize_or_zero() * (pipe.radius * moment / area)
 }
 
-/// Traces the rays of one replicate for all skies, half of them evenly distributed over the solid angle and half over its projection.
-fn sky_rays(guide: &Guide, passed: Spectrum<3>, key: Key) -> Vec<SkyRay> {
+/// Traces the rays of one replicate for all skies, or, with `side` -1 in place of 1, for the ground: half of them evenly distributed over the
+/// solid angle and half over its projection.
+fn sky_rays(guide: &Guide, passed: Spectrum<3>, side: f64, key: Key) -> Vec<SkyRay> {
     let direction = |[u, v]: [f64; 2]| {
         // the height z has the density (1 + 2 z) / 2
         let z = 0.5 * ((1.0 + 8.0 * u).sqrt() - 1.0);
         let (sin, cos) = libm::sincos(TAU * v);
         let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-        DVec3::new(radius * cos, radius * sin, z)
+        DVec3::new(radius * cos, radius * sin, side * z)
     };
-    let per_density = |toward: DVec3| 2.0 * TAU / (1.0 + 2.0 * toward.z);
+    let share = |toward: DVec3| 2.0 * TAU / (1.0 + 2.0 * toward.z.abs()) / SKY_RAYS as f64;
     let ray = |index: u64| {
         let [u, v, ..] = point(key, index);
         let toward = direction([u, v]);
-        SkyRay { toward, delivered: 0.0, horizontal: toward.z * per_density(toward) }
+        SkyRay { toward, delivered: 0.0, horizontal: toward.z * share(toward) }
     };
     let mut rays: Vec<SkyRay> = (0..SKY_RAYS).map(ray).collect();
     follow(guide, key, SKY_RAYS, direction, |index, entry_m2, transit| {
         let ray = &mut rays[index];
-        ray.delivered = entry_m2 * (transit.weight() * passed).luminance() * per_density(ray.toward);
+        ray.delivered = entry_m2 * (transit.weight() * passed).luminance() * share(ray.toward);
     });
     rays
 }

@@ -39,9 +39,14 @@ static NODES: LazyLock<Nodes> = LazyLock::new(|| {
     Nodes { rings: std::array::from_fn(ring), azimuths: std::array::from_fn(azimuth) }
 });
 
-/// Fraction of the horizontal illuminance of a sky that comes from each of 24 zenith angles, by Gauss-Legendre quadrature.
+/// Light of a sky from each of 24 zenith angles, by Gauss-Legendre quadrature.
 #[derive(Clone, Copy, Debug)]
-pub struct SkyRings([f64; RINGS]);
+pub struct SkyRings {
+    /// Fractions of the horizontal illuminance.
+    fractions: [f64; RINGS],
+    /// Horizontal illuminance over the luminance of the zenith in sr.
+    pub horizontal_ratio: f64,
+}
 
 impl SkyRings {
     /// Computes the fractions from the luminance in 24 x 16 directions on one side of the sun.
@@ -57,12 +62,14 @@ impl SkyRings {
         };
         let rings = NODES.rings.map(light);
         let whole: f64 = rings.iter().sum();
-        Self(if whole > 0.0 { rings.map(|light| light / whole) } else { [0.0; RINGS] })
+        // both halves of the sky, whose angles are PI / 4 and PI / 2 of those of the rules
+        let horizontal_ratio = 2.0 * 0.25 * PI * 0.5 * PI * whole;
+        Self { fractions: if whole > 0.0 { rings.map(|light| light / whole) } else { [0.0; RINGS] }, horizontal_ratio }
     }
 
     /// Returns the mean of a quantity over the light, from its values at the [`zenith_angles`].
     pub fn mean(&self, values: &[f64; RINGS]) -> f64 {
-        self.0.iter().zip(values).map(|(fraction, value)| fraction * value).sum()
+        self.fractions.iter().zip(values).map(|(fraction, value)| fraction * value).sum()
     }
 }
 

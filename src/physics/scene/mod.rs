@@ -98,6 +98,8 @@ impl Daylight {
         let (of_sky, of_sun) = self.horizontal_illuminance_lux();
         Surroundings {
             horizon,
+            luminance_ratio,
+            ground_reflectance,
             luminance_cd_m2: luminance_ratio * of_sky / PI,
             ground_luminance_cd_m2: ground_reflectance * (of_sky + of_sun) / PI,
             parallax,

@@ -1,6 +1,6 @@
 //! Horizon profiles, which hide a part of the sky and the sun.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::num::NonZeroUsize;
 
 use gauss_quad::GaussLegendre;
@@ -14,8 +14,14 @@ use crate::sampling::warp;
 const AZIMUTHS: usize = 360;
 const HEIGHTS: usize = 8;
 
+/// Number of altitudes of the profile within a sector of such an azimuth.
+const SUBSECTORS: usize = 16;
+
 /// Number of directions along each side of the square that is mapped to the sun's disc.
 const DISC: usize = 64;
+
+/// Angle in radians from the sun's centre beyond which there is nothing of its disc.
+const EDGE: f64 = HALF_ANGLE + 1e-9;
 
 /// Horizon profile: an altitude for each azimuth, linear between points, all round.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,32 +100,65 @@ impl Horizon {
     /// # Ok::<(), &str>(())
     /// ```
     pub fn hidden_fraction(&self, distribution: &SkyDistribution) -> f64 {
-        let rule = GaussLegendre::new(NonZeroUsize::new(HEIGHTS).unwrap_or(NonZeroUsize::MIN));
-        let at = |number: usize| {
-            let azimuth = TAU * (number as f64 + 0.5) / AZIMUTHS as f64;
-            let (sin, cos) = libm::sincos(azimuth);
-            rule.integrate(0.0, libm::sin(self.altitude(azimuth)), |z: f64| {
+        let light =
+            |(toward, solid_angle): (DVec3, f64)| solid_angle * toward.z * distribution.relative_luminance(toward);
+        self.hidden(AZIMUTHS, HEIGHTS).map(light).sum::<f64>() / distribution.horizontal_ratio()
+    }
+
+    /// Lists directions below the profile and above the horizontal with their solid angles in sr: in the middle of even sectors the nodes of
+    /// a Gauss-Legendre rule over the height, each with the part of its sector that is below the profile.
+    pub fn hidden(&self, azimuths: usize, heights: usize) -> impl Iterator<Item = (DVec3, f64)> {
+        let rule = GaussLegendre::new(NonZeroUsize::new(heights).unwrap_or(NonZeroUsize::MIN));
+        let step = TAU / azimuths as f64;
+        (0..azimuths).flat_map(move |number| {
+            let (sin, cos) = libm::sincos(step * (number as f64 + 0.5));
+            let tops: [f64; SUBSECTORS] = std::array::from_fn(|part| {
+                let within = (part as f64 + 0.5) / SUBSECTORS as f64;
+                libm::sin(self.altitude(step * (number as f64 + within)))
+            });
+            let half = 0.5 * tops.iter().copied().fold(0.0, f64::max);
+            let at = |(node, weight): &(f64, f64)| {
+                let z = half * (1.0 + node);
                 let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-                z * distribution.relative_luminance(DVec3::new(radius * sin, radius * cos, z))
-            })
-        };
-        let sum: f64 = (0..AZIMUTHS).map(at).sum();
-        sum * TAU / AZIMUTHS as f64 / distribution.horizontal_ratio()
+                let hidden = tops.iter().filter(|top| **top > z).count() as f64 / SUBSECTORS as f64;
+                (DVec3::new(radius * sin, radius * cos, z), step * half * weight * hidden)
+            };
+            rule.as_node_weight_pairs().iter().map(at).collect::<Vec<_>>()
+        })
     }
 
     /// Returns the fraction of the sun's disc that is above the profile, within 0.002.
     pub fn uncovered(&self, sun: &Sun) -> f64 {
+        let [least, most] = self.altitudes_near(sun.direction);
+        let altitude = libm::asin(sun.direction.z.clamp(-1.0, 1.0));
+        if altitude > most + EDGE {
+            return 1.0;
+        }
+        if altitude < least - EDGE {
+            return 0.0;
+        }
         let at = |number: usize| (number as f64 + 0.5) / DISC as f64;
         let places = (0..DISC).flat_map(|row| (0..DISC).map(move |column| [at(row), at(column)]));
         let seen = places.filter(|place| !self.hides(warp::around(sun.direction, warp::cone(*place, HALF_ANGLE))));
         seen.count() as f64 / (DISC * DISC) as f64
     }
+
+    /// Returns the least and the largest altitude in radians over the azimuths that the sun's disc around a unit vector has.
+    fn altitudes_near(&self, direction: DVec3) -> [f64; 2] {
+        let sine = libm::sin(EDGE) / direction.truncate().length();
+        let width = if sine < 1.0 { libm::asin(sine) } else { PI };
+        let azimuth = libm::atan2(direction.x, direction.y);
+        let away = |at: f64| (at - self.rotation - azimuth + PI).rem_euclid(TAU) - PI;
+        let within = self.points.iter().filter(|(at, _)| away(*at).abs() <= width).map(|(_, altitude)| *altitude);
+        let edges = [-width, width].map(|away| self.altitude(azimuth + away));
+        within
+            .chain(edges)
+            .fold([PI, 0.0], |[least, most]: [f64; 2], altitude| [least.min(altitude), most.max(altitude)])
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use super::*;
     use crate::sky::{CieType, direction};
 

@@ -9,6 +9,10 @@ use super::Horizon;
 pub struct Surroundings {
     /// Horizon; `None` where no part of it is above 0.
     pub horizon: Option<Horizon>,
+    /// Luminance toward directions below the horizon over the mean luminance of the unobstructed sky, under any daylight.
+    pub luminance_ratio: f64,
+    /// Reflectance of the ground.
+    pub ground_reflectance: f64,
     /// Luminance in cd/m2 toward directions below the horizon and above the horizontal.
     pub luminance_cd_m2: f64,
     /// Luminance of the ground in cd/m2: that of all directions below the horizontal.

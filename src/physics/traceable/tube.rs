@@ -1,6 +1,7 @@
 //! Tubes as rays meet them: the opening, its closure and the guide behind it.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
@@ -11,7 +12,7 @@ use crate::guide::{
 use crate::optics::{Closure, Collector, Diffuser};
 use crate::sampling::{NestedCones, PathRandom, warp};
 use crate::scene::{Daylight, Enclosure, MeshTube, OpeningShape, StraightOrBent, Tube, TubeShape};
-use crate::sky::{Sky, Sun};
+use crate::sky::{Sky, Sun, Surroundings};
 
 /// A tube with its guide built, in the room's frame.
 #[derive(Clone, Debug)]
@@ -37,6 +38,8 @@ pub struct TraceableTube {
     pub cones: Option<NestedCones>,
     /// The closure in the opening.
     pub diffuser: Diffuser,
+    /// Surroundings of the upper end, followed or not.
+    pub surroundings: Option<Arc<Surroundings>>,
     /// Sky and surroundings before the collector; `None` where no light of them is followed.
     pub sky: Option<Sky>,
     /// Sun before the collector; `None` where no beam is followed or the horizon covers it.
@@ -165,6 +168,7 @@ impl TraceableTube {
             cones,
             section,
             diffuser: tube.diffuser.clone(),
+            surroundings: tube.surroundings.clone(),
             sky,
             sun,
         })

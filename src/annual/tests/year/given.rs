@@ -8,7 +8,7 @@ use skyduct_annual::light::LitMoment;
 use skyduct_annual::response::{Response, Responses};
 use skyduct_annual::weather::Record;
 use skyduct_physics::optics::{Collector, Diffuser, Mirror};
-use skyduct_physics::scene::{Channels, Enclosure, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
+use skyduct_physics::scene::{Channels, Daylight, Enclosure, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
 use skyduct_physics::sky::{Irradiances, PerezSky, SkyDistribution, direction};
 use skyduct_physics::traceable::{Follow, TraceableScene};
 
@@ -121,9 +121,14 @@ pub fn shaped(diameter: f64, cylinders: StraightOrBent, transmittance: f64, refl
 
 /// Compiles a black room below tubes.
 pub fn compiled(tubes: Vec<Tube>) -> TraceableScene {
+    compiled_under(None, tubes)
+}
+
+/// Compiles a black room below tubes under a daylight.
+pub fn compiled_under(daylight: Option<Daylight>, tubes: Vec<Tube>) -> TraceableScene {
     let enclosure = Enclosure::cuboid(DVec3::splat(2.032), std::array::from_fn(|_| None));
     let scene = Scene {
-        daylight: None,
+        daylight,
         room: Room { enclosure, boxes: Vec::new(), meshes: Vec::new(), luminaires: Vec::new() },
         tubes,
         grids: Vec::new(),

@@ -13,3 +13,4 @@ mod fluxes;
 mod given;
 mod metrics;
 mod skies;
+mod surroundings;
