@@ -112,8 +112,10 @@ async fn with_uploaded_files(client: &Client, document: Vec<u8>, folder: &Path) 
         (0..value["room"]["objects"].as_array().map_or(0, Vec::len)).map(|index| format!("/room/objects/{index}/mesh"));
     let files = MeshFiles::below(folder);
     let mut replaced = false;
-    let weather = "/annual/weather".to_owned();
-    for pointer in tubes.chain(objects).chain([weather]).collect::<Vec<_>>() {
+    let weather =
+        (0..value["annual"]["weather"].as_array().map_or(0, Vec::len)).map(|file| format!("/annual/weather/{file}"));
+    let weather = weather.chain(["/annual/weather".to_owned()]);
+    for pointer in tubes.chain(objects).chain(weather).collect::<Vec<_>>() {
         let Some(field) = value.pointer_mut(&pointer) else { continue };
         let Some(name) = field.as_str() else { continue };
         // any other name is an id, or refused by the service

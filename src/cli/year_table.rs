@@ -3,7 +3,8 @@
 use std::io::Write as _;
 
 use super::results_table::table;
-use crate::document::result::annual::{AnnualResult, VerdictKind, VerdictResult, WithInterval};
+use crate::document::result::annual::{VerdictKind, VerdictResult, WithInterval};
+use crate::document::result::weather_files::{AnnualResult, MetricOverFiles};
 use crate::figure::ticks::significant;
 
 /// Prints metrics and verdicts of a year to standard output.
@@ -12,7 +13,8 @@ pub fn print_year(year: &AnnualResult) {
     let _ = std::io::stdout().write_all(year_table(year).as_bytes());
 }
 
-fn year_table(year: &AnnualResult) -> String {
+fn year_table(result: &AnnualResult) -> String {
+    let year = &result.first;
     let mut text = format!("\n{}: {} occupied hours\n", year.site.name, year.conventions.occupied_hours);
     let tubes = year.tubes.iter().enumerate().map(|(number, tube)| {
         let hours = tube.luminance_hours.first().map_or_else(String::new, |above| above.hours.to_string());
@@ -46,6 +48,16 @@ fn year_table(year: &AnnualResult) -> String {
             ]
         };
         table(&mut text, vec!["verdict", "criterion", "value", "limit"], grid.verdicts.iter().map(verdict).collect());
+    }
+    for grid in &result.over_files {
+        let row = |metric: &MetricOverFiles| {
+            let MetricOverFiles { least, median, largest, .. } = *metric;
+            std::iter::once(metric.name.clone())
+                .chain([least, median, largest].map(|value| significant(value, 4)))
+                .collect()
+        };
+        let over = format!("{} over {} files", grid.name, result.others.len() + 1);
+        table(&mut text, vec![&over, "least", "median", "largest"], grid.metrics.iter().map(row).collect());
     }
     text
 }

@@ -155,11 +155,15 @@ pub const FILE_ID: RangeInclusive<usize> = 1..=1024;
 pub const SUN_OFFSET_MINUTES: Range = within(-90.0, 60.0);
 /// Range of the number of positions of the sun in an hour of a year.
 pub const SUNS_PER_HOUR: Range = within(1.0, 12.0);
+/// Number of weather files of a job.
+pub const WEATHER_FILES: RangeInclusive<usize> = 1..=32;
 /// Largest number of sensors times records of a year.
 pub const SENSORS_TIMES_RECORDS: usize = 20_000_000;
-/// Largest number of tubes times positions of the sun in a year.
+/// Largest number of sensors times records of all weather files of a job.
+pub const SENSORS_TIMES_ALL_RECORDS: usize = 5 * SENSORS_TIMES_RECORDS;
+/// Largest number of tubes times positions of the sun in the years of a job.
 pub const TUBES_TIMES_MOMENTS: usize = 10_000_000;
-/// Largest number of traced tubes that differ times moments with light of a year.
+/// Largest number of traced tubes that differ times moments with light in the years of a job.
 pub const TRACED_TUBES_TIMES_MOMENTS: usize = 50_000;
 /// Largest number of obstructions times tubes.
 pub const OBSTRUCTIONS_TIMES_TUBES: usize = 4096;
@@ -289,7 +293,6 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("StopDocument", "confidence", Limit::Number(CONFIDENCE)),
     ("StopDocument", "max_passes", Limit::Number(PASSES)),
     ("StopDocument", "max_seconds", Limit::Number(SECONDS)),
-    ("AnnualDocument", "weather", Limit::Length(FILE_ID)),
     ("AnnualDocument", "sun_offset_minutes", Limit::Number(SUN_OFFSET_MINUTES)),
     ("AnnualDocument", "suns_per_hour", Limit::Number(SUNS_PER_HOUR)),
     ("AnnualDocument", "thresholds_lux", Limit::Items(THRESHOLDS)),

@@ -1,4 +1,4 @@
-//! Year of a job: its document and its weather.
+//! Years of a job: its document and its weather files.
 
 use std::sync::Arc;
 
@@ -9,7 +9,9 @@ use crate::annual::response::TubeRecord;
 use crate::annual::schedule::{Schedule, occupied};
 use crate::annual::weather::{Record, Site, Weather};
 use crate::document::annual::{AnnualDocument, DaylightSavingDocument, ScheduleDocument, Weekday};
-use crate::document::limits::{SENSORS_TIMES_RECORDS, TRACED_TUBES_TIMES_MOMENTS, TUBES_TIMES_MOMENTS};
+use crate::document::limits::{
+    SENSORS_TIMES_ALL_RECORDS, SENSORS_TIMES_RECORDS, TRACED_TUBES_TIMES_MOMENTS, TUBES_TIMES_MOMENTS,
+};
 use crate::document::sky::LocationDocument;
 use crate::document::weather::notes_on;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, ValidJob, Warning};
@@ -20,10 +22,20 @@ use crate::traceable::TraceableScene;
 /// Largest difference in degrees of the latitude and the longitude of a document and of its weather file.
 const NEAR_DEG: f64 = 0.5;
 
-/// Year of a job.
+/// Years of a job.
 pub(crate) struct AnnualJob {
-    /// Part of the document that asks for it.
+    /// Part of the document that asks for them.
     pub document: AnnualDocument,
+    /// Weather files, at least one, in the order of the document.
+    pub files: Vec<WeatherYear>,
+    /// Azimuth of the room's +y axis in radians, clockwise from north.
+    pub rotation: f64,
+}
+
+/// Year of a weather file.
+pub(crate) struct WeatherYear {
+    /// Name or id of the file, as the document has it.
+    pub name: String,
     /// Weather of the document's period, at the place of the document if it has one.
     pub weather: Arc<Weather>,
     /// Records in which the room is occupied; `None` for the daylight hours of EN 17037, which follow from the light.
@@ -32,12 +44,10 @@ pub(crate) struct AnnualJob {
     pub convention: Convention,
     /// Moments with light.
     pub moments: Vec<Moment>,
-    /// Azimuth of the room's +y axis in radians, clockwise from north.
-    pub rotation: f64,
 }
 
 impl AnnualJob {
-    /// Reads the weather of a document with a year, and adds notes on it to the warnings; `None` for a document without one.
+    /// Reads the weather files of a document with a year, and adds notes on them to the warnings; `None` for a document without one.
     pub fn read(
         document: &ValidJob,
         files: &dyn FileSource,
@@ -45,8 +55,38 @@ impl AnnualJob {
         warnings: &mut Vec<Warning>,
     ) -> Result<Option<Self>, DocumentErrors> {
         let Some(annual) = &document.annual else { return Ok(None) };
+        let mut years = Vec::new();
+        for (name, pointer) in annual.weather.with_pointers() {
+            years.push(WeatherYear::read(document, annual, (name, &pointer), files, warnings)?);
+        }
+        check_size(annual, &years, scene)?;
+        check_tracing(traceable, years.iter().map(|year| year.moments.len()).sum())?;
+        let rotation = document.room.rotation_deg.to_radians();
+        Ok(Some(Self { document: annual.clone(), files: years, rotation }))
+    }
+
+    /// Estimates the memory that the years of so many tubes hold in bytes: weather, moments with their skies, and the light of every tube at
+    /// every moment and in every record.
+    pub fn bytes(&self, tubes: usize) -> usize {
+        let of_tubes = tubes * (2 * size_of::<TubeLight>() + size_of::<TubeRecord>());
+        let of_file = |file: &WeatherYear| {
+            size_of_val(file.weather.records.as_slice())
+                + file.moments.len() * (size_of::<Moment>() + size_of::<LitMoment>() + size_of::<SkyRings>() + of_tubes)
+        };
+        self.files.iter().map(of_file).sum()
+    }
+}
+
+impl WeatherYear {
+    fn read(
+        document: &ValidJob,
+        annual: &AnnualDocument,
+        (name, pointer): (&str, &str),
+        files: &dyn FileSource,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<Self, DocumentErrors> {
         let fault = |pointer: &str, detail: String| FieldError::new(pointer, detail);
-        let mut weather = files.weather(&annual.weather).map_err(|detail| fault("/annual/weather", detail))?;
+        let mut weather = files.weather(name).map_err(|detail| fault(pointer, detail))?;
         if let Some(location) = &document.location {
             let site = place(location, &weather.site).map_err(|detail| fault("/location", detail))?;
             weather = Arc::new(Weather { site, ..Weather::clone(&weather) });
@@ -64,7 +104,6 @@ impl AnnualJob {
         {
             return Err(fault("/annual/period", "must contain days of the weather file".to_owned()).into());
         }
-        check_size(annual, &weather, scene)?;
         let convention = Convention {
             sun_offset_minutes: annual.sun_offset_minutes.unwrap_or(weather.sun_offset_minutes),
             suns_per_hour: annual.suns_per_hour,
@@ -72,19 +111,9 @@ impl AnnualJob {
         let occupied = occupied_records(annual, &weather, convention);
         let (weather, occupied) = within_period(annual, weather, occupied);
         let Moments { moments, dropped } =
-            moments(&weather, convention).map_err(|error| fault("/annual/weather", error.to_string()))?;
-        check_tracing(traceable, moments.len())?;
+            moments(&weather, convention).map_err(|error| fault(pointer, error.to_string()))?;
         warnings.extend(notes_on(&weather, dropped));
-        let rotation = document.room.rotation_deg.to_radians();
-        Ok(Some(Self { document: annual.clone(), weather, occupied, convention, moments, rotation }))
-    }
-
-    /// Estimates the memory that the year of so many tubes holds in bytes: its weather, its moments with their skies, and the light of every
-    /// tube at every moment and in every record.
-    pub fn bytes(&self, tubes: usize) -> usize {
-        let of_tubes = tubes * (2 * size_of::<TubeLight>() + size_of::<TubeRecord>());
-        size_of_val(self.weather.records.as_slice())
-            + self.moments.len() * (size_of::<Moment>() + size_of::<LitMoment>() + size_of::<SkyRings>() + of_tubes)
+        Ok(Self { name: name.to_owned(), weather, occupied, convention, moments })
     }
 }
 
@@ -139,20 +168,25 @@ fn check_tracing(traceable: &TraceableScene, moments: usize) -> Result<(), Field
     Err(FieldError::new("/tubes", detail).coded(FieldErrorCode::TooMany))
 }
 
-/// Checks that a year has no more values than memory and time allow.
-fn check_size(annual: &AnnualDocument, weather: &Weather, scene: &Scene) -> Result<(), FieldError> {
-    let records = weather.records.len();
+/// Checks that years have no more values than memory and time allow.
+fn check_size(annual: &AnnualDocument, years: &[WeatherYear], scene: &Scene) -> Result<(), FieldError> {
+    let records = || years.iter().map(|year| year.weather.records.len());
+    let suns = |year: &WeatherYear| {
+        let per_record = annual.suns_per_hour.div_ceil(year.weather.records_per_hour.max(1)) as usize;
+        per_record * year.weather.records.len()
+    };
     let sensors: usize = scene.grids.iter().map(Grid::len).sum();
-    let suns = annual.suns_per_hour.div_ceil(weather.records_per_hour.max(1)) as usize;
-    for (pointer, things, count, most) in [
-        ("/grids", "sensors", sensors, SENSORS_TIMES_RECORDS),
-        ("/tubes", "tubes times `suns_per_hour`", scene.tubes.len().saturating_mul(suns), TUBES_TIMES_MOMENTS),
+    let (longest, all, suns) = (records().max().unwrap_or(0), records().sum(), years.iter().map(suns).sum());
+    for (pointer, things, count, others, most) in [
+        ("/grids", "sensors", sensors, (longest, "records of a year"), SENSORS_TIMES_RECORDS),
+        ("/grids", "sensors", sensors, (all, "records of all years"), SENSORS_TIMES_ALL_RECORDS),
+        ("/tubes", "tubes", scene.tubes.len(), (suns, "positions of the sun"), TUBES_TIMES_MOMENTS),
     ] {
-        let product = count.saturating_mul(records);
+        let (number, others) = others;
+        let product = count.saturating_mul(number);
         if product > most {
-            let detail = format!(
-                "the number of {things} times the {records} records of the year must be <= {most}, but is {product}"
-            );
+            let detail =
+                format!("the number of {things} times the {number} {others} must be <= {most}, but is {product}");
             return Err(FieldError::new(pointer, detail).coded(FieldErrorCode::TooMany));
         }
     }

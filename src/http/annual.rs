@@ -4,7 +4,8 @@ use axum::http::HeaderMap;
 use axum::response::Response;
 use uuid::Uuid;
 
-use crate::document::result::annual::{AnnualResult, PointsYearResult};
+use crate::document::result::annual::PointsYearResult;
+use crate::document::result::weather_files::AnnualResult;
 use crate::http::App;
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};

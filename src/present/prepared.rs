@@ -3,7 +3,7 @@
 use std::ops::Deref;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::annual::JobYear;
+use super::annual::{FileLumens, JobYear};
 use super::subject::Subject;
 use super::tube_performance::TubePerformance;
 use crate::document::result::GridResult;
@@ -19,10 +19,17 @@ pub struct Prepared {
     pub(super) predictions: Option<Predictions>,
     /// Description of the job for its figures, made on first use.
     pub(super) subject: OnceLock<Arc<Subject>>,
-    /// Year of the job after so many passes, computed when it is asked for.
-    year: Mutex<Option<(u64, Arc<JobYear>)>>,
+    /// Years of the job, computed when they are asked for.
+    years: Mutex<Years>,
     /// Performance of each tube by itself, for its reports, computed on first use.
     pub(super) performances: Vec<OnceLock<Arc<TubePerformance>>>,
+}
+
+/// Years of a job after so many passes, and the light of its tubes, which is the same after all of them.
+#[derive(Default)]
+struct Years {
+    lumens: Vec<Arc<FileLumens>>,
+    after: Option<(u64, Arc<JobYear>)>,
 }
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
@@ -38,7 +45,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
 impl Prepared {
     fn new(job: RenderJob) -> Self {
         let performances = job.scene.tubes.iter().map(|_| OnceLock::new()).collect();
-        Self { job, predictions: None, subject: OnceLock::new(), year: Mutex::new(None), performances }
+        Self { job, predictions: None, subject: OnceLock::new(), years: Mutex::default(), performances }
     }
 
     /// Returns the description of the job that figures print.
@@ -55,14 +62,17 @@ impl Prepared {
         results: impl FnOnce() -> Result<Vec<GridResult>, RenderError>,
     ) -> Result<Option<Arc<JobYear>>, RenderError> {
         // several readers of one estimate wait for the one that computes it
-        let mut kept = self.year.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((of_passes, year)) = &*kept
+        let mut kept = self.years.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((of_passes, year)) = &kept.after
             && *of_passes == passes
         {
             return Ok(Some(year.clone()));
         }
-        let year = JobYear::of(self, results()?)?.map(Arc::new);
-        *kept = year.clone().map(|year| (passes, year));
+        if kept.lumens.is_empty() {
+            kept.lumens = FileLumens::of_job(self)?;
+        }
+        let year = JobYear::of(self, &kept.lumens, results()?).map(Arc::new);
+        kept.after = year.clone().map(|year| (passes, year));
         Ok(year)
     }
 

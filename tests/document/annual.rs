@@ -50,8 +50,10 @@ fn the_kinds_of_fields_are_read() {
 
 #[test]
 fn every_bound_names_its_field() {
-    let cases: [(&str, Value, FieldErrorCode); 30] = [
+    let cases: [(&str, Value, FieldErrorCode); 32] = [
         ("/annual/weather", json!(""), Invalid),
+        ("/annual/weather", json!([]), Invalid),
+        ("/annual/weather", json!(vec!["a"; 33]), TooMany),
         ("/annual/weather", Value::Null, Missing),
         ("/annual/sun_offset_minutes", json!(61), OutOfRange),
         ("/annual/suns_per_hour", json!(0), OutOfRange),

@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 use skyduct::annual::weather::Record;
-use skyduct::document::result::annual::{AnnualResult, WithInterval};
+use skyduct::document::result::annual::{WithInterval, YearResult};
+use skyduct::document::result::weather_files::AnnualResult;
 use skyduct::document::{FileSource as _, JobDocument};
 use skyduct::present::outputs::{Annual, Format, Output};
 use skyduct::present::prepared::{Prepared, prepare_document};
@@ -37,7 +38,11 @@ fn file(prepared: &Prepared, passes: u64, part: Annual, format: Format) -> Vec<u
     prepared.results(&estimate).file(&Output::Annual(part, format)).unwrap().unwrap().bytes.to_vec()
 }
 
-fn summary(prepared: &Prepared, passes: u64) -> AnnualResult {
+fn summary(prepared: &Prepared, passes: u64) -> YearResult {
+    years(prepared, passes).first
+}
+
+fn years(prepared: &Prepared, passes: u64) -> AnnualResult {
     serde_json::from_slice(&file(prepared, passes, Annual::Summary, Format::Json)).unwrap()
 }
 
@@ -227,4 +232,26 @@ fn records_agree_with_single_moments_before_surroundings() {
         let tolerance = 4.0 * error.hypot(2.0 * of_tubes * found) + 3e-3 * found;
         assert!((found - lux).abs() < tolerance, "{row}: {found} {lux} +- {error}");
     }
+}
+
+/// Three files, of which one is that of the document with less light: its own year, and the spread over all. Responses are computed once.
+#[test]
+fn several_weather_files_have_a_year_each() {
+    let mut document = classroom();
+    let alone = years(&prepared(&document), 2);
+    assert!(alone.others.is_empty() && alone.over_files.is_empty());
+    document["annual"]["weather"] = json!(["synthetic.epw", "synthetic.epw", "synthetic.epw"]);
+    document["annual"]["weather"][1] = json!("half:synthetic.epw");
+    let found = years(&prepared(&document), 2);
+    assert_eq!(found.first, alone.first);
+    assert_eq!(found.others.len(), 2);
+    assert_eq!((found.others[0].weather.as_str(), &found.others[1]), ("half:synthetic.epw", &alone.first));
+    let [half, whole] = [&found.others[0], &found.first].map(|year| year.grids[0].exposure_klxh.value);
+    assert!(half > 0.3 * whole && half < 0.7 * whole, "{half} {whole}");
+    let spread = found.over_files[0].metrics.iter().find(|metric| metric.name == "exposure_klxh").unwrap();
+    assert_eq!([spread.least, spread.median, spread.largest], [half, whole, whole]);
+    document["annual"]["weather"][2] = json!("none.epw");
+    let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    let refused = prepare_document(&parsed, &Folder).err().unwrap();
+    assert_eq!(refused.0[0].pointer, "/annual/weather/2");
 }

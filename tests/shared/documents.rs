@@ -25,9 +25,17 @@ impl FileSource for Folder {
     }
 
     fn weather(&self, id: &str) -> Result<Arc<Weather>, String> {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(id);
+        let file = id.strip_prefix("half:").unwrap_or(id);
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(file);
         let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
-        weather::read(&bytes).map(Arc::new).map_err(|error| error.to_string())
+        let mut weather = weather::read(&bytes).map_err(|error| error.to_string())?;
+        if file != id {
+            for record in &mut weather.records {
+                record.direct_normal_w_m2 *= 0.5;
+                record.diffuse_horizontal_w_m2 *= 0.5;
+            }
+        }
+        Ok(Arc::new(weather))
     }
 }
 

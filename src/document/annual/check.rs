@@ -4,17 +4,13 @@ use super::schedule::hours_of_day;
 use super::{AnnualDocument, DimmingDocument, ScheduleDocument};
 use crate::document::errors::Checks;
 use crate::document::limits::{
-    FILE_ID, MINIMUM_LIGHT, PERCENT, POWER_W_M2, RATIO, SUN_OFFSET_MINUTES, SUNS_PER_HOUR, THRESHOLD_LUX, THRESHOLDS,
-    WEEKDAYS,
+    MINIMUM_LIGHT, PERCENT, POWER_W_M2, RATIO, SUN_OFFSET_MINUTES, SUNS_PER_HOUR, THRESHOLD_LUX, THRESHOLDS, WEEKDAYS,
 };
 
 impl AnnualDocument {
     /// Adds a fault for each value that is out of its bounds.
     pub(in crate::document) fn check(&self, checks: &mut Checks) {
-        if !FILE_ID.contains(&self.weather.chars().count()) {
-            let detail = format!("must have {}..{} characters", FILE_ID.start(), FILE_ID.end());
-            checks.refuse("/annual/weather", detail);
-        }
+        self.weather.check(checks);
         if let Some(minutes) = self.sun_offset_minutes {
             checks.number("/annual/sun_offset_minutes", minutes, SUN_OFFSET_MINUTES);
         }

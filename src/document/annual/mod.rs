@@ -2,6 +2,7 @@
 
 pub(super) mod check;
 mod schedule;
+mod weather_names;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,6 +10,7 @@ use utoipa::ToSchema;
 use crate::document::schema::shapes::{MonthlyFactors, Threshold, UsefulLimits};
 
 pub use schedule::{DayOfYear, DaylightSavingDocument, PeriodDocument, ScheduleDocument, Weekday};
+pub use weather_names::WeatherNames;
 
 /// Year of daylight by a weather file, in place of `sky` and `time`.
 ///
@@ -17,8 +19,9 @@ pub use schedule::{DayOfYear, DaylightSavingDocument, PeriodDocument, ScheduleDo
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnnualDocument {
-    /// Weather file: id of an upload (`POST /v1/weather`), or, on the command line, path of an EPW or WEA file.
-    pub weather: String,
+    /// Weather file: id of an upload (`POST /v1/weather`), or, on the command line, path of an EPW or WEA file. Several files, at most 32, have
+    /// a year each with the same responses of the room.
+    pub weather: WeatherNames,
     /// Part of the year that is computed; default: all records of the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub period: Option<PeriodDocument>,

@@ -11,12 +11,14 @@ use utoipa::ToSchema;
 use crate::document::annual::{AnnualDocument, DaylightSavingDocument, IlluminanceSource, ScheduleDocument};
 use crate::document::schema::shapes::Vector;
 
-/// Year of daylight of a job.
+/// Year of daylight of a job by one weather file.
 ///
 /// Intervals from `low` to `high` hold with a confidence of 95 % for the numerical error alone: they do not contain that the weather of
 /// one year differs from that of another, nor what is not known of the tubes and the room.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct AnnualResult {
+pub struct YearResult {
+    /// Weather file, as the document names it.
+    pub weather: String,
     /// Place of the weather file, or of the document.
     pub site: SiteResult,
     /// Choices that results depend on.

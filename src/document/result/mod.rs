@@ -15,6 +15,7 @@ mod timing;
 mod tube;
 mod tube_flux;
 pub mod tube_report;
+pub mod weather_files;
 
 pub use components::{GridComponents, GridPart};
 pub use cross_check::CrossCheckResult;

@@ -16,7 +16,7 @@ impl JobYear {
     /// there is no grid of this name.
     pub fn autonomy_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
         let (number, of) = self.grids.iter().enumerate().find(|(_, of)| of.grid.name == name)?;
-        let year = &self.year.grids[number];
+        let year = &self.first.year.grids[number];
         let values = year.points.iter().zip(&of.weights).map(|(point, weight)| match *weight > 0.0 {
             true => point.spatial_percent.value,
             false => f64::NAN,
@@ -46,7 +46,7 @@ impl JobYear {
     /// Draws the mean illuminance of a grid by day and hour; `None` if there is no grid of this name.
     pub fn hours_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
         let (number, of) = self.grids.iter().enumerate().find(|(_, of)| of.grid.name == name)?;
-        let mean: WithInterval = self.year.grids[number].mean_lux.into();
+        let mean: WithInterval = self.first.year.grids[number].mean_lux.into();
         let heading = Heading {
             title: format!("Mean illuminance by the hour, {}", subject.name()),
             lines: vec![
@@ -55,19 +55,19 @@ impl JobYear {
                 format!("mean of the occupied hours {} lx", with_half_width(mean)),
             ],
         };
-        let values = self.year.hours.iter().map(|hour| (hour.record, hour.grids_lux[number]));
+        let values = self.first.year.hours.iter().map(|hour| (hour.record, hour.grids_lux[number]));
         Some(self.temporal_map(heading, values, "lx").draw())
     }
 
     /// Draws the flux of all tubes into the room by day and hour.
     pub fn fluxes_figure(&self, subject: &Subject) -> Result<Drawing, OutputError> {
-        let sum: f64 = self.year.tubes.iter().map(|tube| tube.klm_h.value).sum();
+        let sum: f64 = self.first.year.tubes.iter().map(|tube| tube.klm_h.value).sum();
         let heading = Heading {
             title: format!("Light of the tubes by the hour, {}", subject.name()),
             lines: vec![self.circumstances(), format!("{} klm h over the year", significant(sum, 4))],
         };
         let flux = |tubes: &[[f64; 2]]| tubes.iter().flatten().sum();
-        let values = self.year.hours.iter().map(|hour| (hour.record, flux(&hour.tubes_lm)));
+        let values = self.first.year.hours.iter().map(|hour| (hour.record, flux(&hour.tubes_lm)));
         self.temporal_map(heading, values, "lm").draw()
     }
 
@@ -78,11 +78,11 @@ impl JobYear {
         lit: impl Iterator<Item = (usize, f64)>,
         unit: &'static str,
     ) -> TemporalMap {
-        let mut values = vec![f64::NAN; self.weather.records.len()];
+        let mut values = vec![f64::NAN; self.first.weather.records.len()];
         lit.for_each(|(record, value)| values[record] = value);
         let greatest = values.iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
-        let per_day = self.weather.records_per_day();
-        let firsts = self.weather.records.iter().step_by(per_day.max(1)).enumerate();
+        let per_day = self.first.weather.records_per_day();
+        let firsts = self.first.weather.records.iter().step_by(per_day.max(1)).enumerate();
         let firsts = firsts.filter(|(_, record)| record.day == 1).map(|(day, record)| (record.month, day));
         let months = firsts.collect();
         let scale = ColourScale::from_zero(greatest.max(1e-9), Palette::Viridis);
@@ -91,8 +91,8 @@ impl JobYear {
 
     /// Describes the weather in one line.
     fn circumstances(&self) -> String {
-        let site = &self.weather.site;
-        let hours = self.year.hours.len() as f64 / f64::from(self.weather.records_per_hour.max(1));
+        let site = &self.first.weather.site;
+        let hours = self.first.year.hours.len() as f64 / f64::from(self.first.weather.records_per_hour.max(1));
         format!("{}, {:.2}°, {:.2}° · {hours} hours with light", site.name, site.latitude_deg, site.longitude_deg)
     }
 }

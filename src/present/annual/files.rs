@@ -5,19 +5,21 @@ use std::fmt::Write as _;
 use crate::annual::metrics::Value;
 use crate::annual::summary::{Hour, PointYear, row_lux};
 
-use super::{GridOfYear, JobYear};
+use super::{FileYear, GridOfYear, JobYear};
 use crate::document::annual::AnnualDocument;
 use crate::document::result::annual::{
-    AnnualResult, ColumnResult, Conventions, GridYearResult, PointsYearResult, SiteResult, TubeYearResult,
+    ColumnResult, Conventions, GridYearResult, PointsYearResult, SiteResult, TubeYearResult, YearResult,
 };
+use crate::document::result::weather_files::AnnualResult;
 
-impl JobYear {
-    /// Returns the summary of the year.
-    pub fn summary(&self) -> AnnualResult {
-        let AnnualDocument { illuminance, schedule, daylight_saving, maintenance, .. } = &self.document;
+impl FileYear {
+    /// Returns the summary of the year, with these names of its grids.
+    pub(super) fn result(&self, grids: &[&str], document: &AnnualDocument) -> YearResult {
+        let AnnualDocument { illuminance, schedule, daylight_saving, maintenance, .. } = document;
         let hours = 1.0 / f64::from(self.weather.records_per_hour.max(1));
-        let grids = self.grids.iter().zip(&self.year.grids);
-        AnnualResult {
+        let grids = grids.iter().zip(&self.year.grids);
+        YearResult {
+            weather: self.name.clone(),
             site: SiteResult::from(&self.weather.site),
             conventions: Conventions {
                 sky: "perez".to_owned(),
@@ -35,14 +37,22 @@ impl JobYear {
             },
             outside: (&self.year.outside).into(),
             tubes: self.year.tubes.iter().map(TubeYearResult::from).collect(),
-            grids: grids.map(|(of, year)| GridYearResult::new(&of.grid.name, year, &self.document)).collect(),
+            grids: grids.map(|(name, year)| GridYearResult::new(name, year, document)).collect(),
         }
+    }
+}
+
+impl JobYear {
+    /// Returns the summary of the years.
+    pub fn summary(&self) -> AnnualResult {
+        let names: Vec<&str> = self.grids.iter().map(|of| of.grid.name.as_str()).collect();
+        AnnualResult::new(self.first.result(&names, &self.document), self.others.clone())
     }
 
     /// Returns the metrics of the sensors of a grid; `None` if there is no grid of this name.
     pub fn points(&self, name: &str) -> Option<PointsYearResult> {
         let (number, of) = self.grid(name)?;
-        let year = &self.year.grids[number];
+        let year = &self.first.year.grids[number];
         let points_m = (0..of.weights.len()).map(|sensor| of.grid.sensor(sensor).position.to_array()).collect();
         let column = |name: String, value: &dyn Fn(&PointYear) -> Value| {
             let values = year.points.iter().zip(&of.weights);
@@ -68,7 +78,7 @@ impl JobYear {
         columns.push(column("mean_lux".to_owned(), &|point| point.mean_lux));
         columns.push(column("median_lux".to_owned(), &|point| point.median_lux));
         columns.push(column("daylight_factor_percent".to_owned(), &|point| point.daylight_factor_percent));
-        for tube in 0..self.year.tubes.len() {
+        for tube in 0..self.first.year.tubes.len() {
             let exact = move |point: &PointYear| Value { value: point.by_tube_lux[tube], standard_error: 0.0 };
             columns.push(ColumnResult {
                 standard_errors: Vec::new(),
@@ -83,21 +93,21 @@ impl JobYear {
         let mut table = "month,day,hour,sun_altitude_deg,sun_azimuth_deg,clearness,brightness,diffuse_horizontal_lux,\
                          direct_normal_lux"
             .to_owned();
-        for tube in 0..self.year.tubes.len() {
+        for tube in 0..self.first.year.tubes.len() {
             let _ = write!(table, ",tube_{tube}_sky_lm,tube_{tube}_sun_lm");
         }
         for of in &self.grids {
             let _ = write!(table, ",{}_mean_lux", of.grid.name);
         }
         table.push('\n');
-        for hour in &self.year.hours {
+        for hour in &self.first.year.hours {
             self.hour(&mut table, hour);
         }
         table
     }
 
     fn hour(&self, table: &mut String, hour: &Hour) {
-        let record = &self.weather.records[hour.record];
+        let record = &self.first.weather.records[hour.record];
         let altitude = libm::asin(hour.sun.z.clamp(-1.0, 1.0)).to_degrees();
         let azimuth = libm::atan2(hour.sun.x, hour.sun.y).to_degrees().rem_euclid(360.0);
         let _ = write!(
@@ -124,7 +134,7 @@ impl JobYear {
     /// each sensor.
     pub fn npy(&self, name: &str) -> Option<Vec<u8>> {
         let (_, of) = self.grid(name)?;
-        let records = self.weather.records.len();
+        let records = self.first.weather.records.len();
         let header =
             format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {records}), }}", of.weights.len());
         // magic, version and length take 10 bytes; the header ends with a line feed at a multiple of 64
@@ -144,8 +154,8 @@ impl JobYear {
         let (_, of) = self.grid(name)?;
         let mut text = String::new();
         for sensor in 0..of.weights.len() {
-            let row = of.row(sensor, self, self.weather.records.len());
-            let lit = self.year.hours.iter().map(|hour| format!("{:.2}", row[hour.record]));
+            let row = of.row(sensor, self, self.first.weather.records.len());
+            let lit = self.first.year.hours.iter().map(|hour| format!("{:.2}", row[hour.record]));
             text.push_str(&lit.collect::<Vec<_>>().join("\t"));
             text.push('\n');
         }
@@ -161,7 +171,7 @@ impl GridOfYear {
     /// Returns the illuminances of a sensor in all records; not-a-number for a sensor without a value.
     fn row(&self, sensor: usize, year: &JobYear, records: usize) -> Vec<f32> {
         match self.weights[sensor] > 0.0 {
-            true => row_lux(&self.responses, sensor, &year.light, records),
+            true => row_lux(&self.responses, sensor, &year.first.lumens.light, records),
             false => vec![f32::NAN; records],
         }
     }

@@ -1,41 +1,51 @@
-//! Year of daylight of a job: the responses of its grids times the lumens of its tubes by the hour.
+//! Years of daylight of a job: the responses of its grids times the lumens of its tubes by the hour.
 
 mod figures;
 mod files;
+mod lumens;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec2;
 
-use crate::annual::fluxes::{TubeYear, tube_years};
-use crate::annual::light::{Illuminances, LitMoment, by_record, lit};
 use crate::annual::metrics::dimming::Dimming;
 use crate::annual::moment::Convention;
-use crate::annual::response::{RecordLight, Response, Responses};
-use crate::annual::schedule::daylight_hours;
+use crate::annual::response::{Response, Responses};
 use crate::annual::summary::{GridInput, Options, Year, YearInput, year};
 use crate::annual::weather::Weather;
-use crate::document::annual::{AnnualDocument, DimmingDocument, IlluminanceSource};
+use crate::document::annual::{AnnualDocument, DimmingDocument};
+use crate::document::result::annual::YearResult;
 use crate::document::result::{GridResult, TubeResponse};
-use crate::engine::annual::AnnualJob;
-use crate::engine::passes::RenderError;
+use crate::engine::annual::WeatherYear;
 use crate::engine::prepare::RenderJob;
 use crate::scene::{FaceKind, Grid};
 use crate::traceable::TraceableTube;
 
-/// Year of a job.
+pub use lumens::FileLumens;
+
+/// Years of a job.
 pub struct JobYear {
-    /// Part of the document that it follows.
+    /// Part of the document that they follow.
     document: AnnualDocument,
+    /// Grids, in the order of the document.
+    grids: Vec<GridOfYear>,
+    /// Year of the first weather file, of which there are tables and figures.
+    first: FileYear,
+    /// Years of the other weather files.
+    others: Vec<YearResult>,
+}
+
+/// Year of a weather file.
+struct FileYear {
+    /// Name of the file in the document.
+    name: String,
     /// Weather of the period.
     weather: Arc<Weather>,
     /// Moments from the stamp of a record to those that it stands for.
     convention: Convention,
-    /// Light of the tubes by records.
-    light: RecordLight,
-    /// Grids, in the order of the document.
-    grids: Vec<GridOfYear>,
+    /// Light of the tubes.
+    lumens: Arc<FileLumens>,
     /// Light outside, tubes, metrics of the grids, and hours.
     year: Year,
 }
@@ -51,18 +61,10 @@ struct GridOfYear {
 }
 
 impl JobYear {
-    /// Computes the year of a job from the results of its grids; `None` for a job without one.
-    pub fn of(job: &RenderJob, results: Vec<GridResult>) -> Result<Option<Self>, RenderError> {
-        let Some(AnnualJob { document, weather, occupied, convention, moments, rotation }) = &job.annual else {
-            return Ok(None);
-        };
-        let lit = lit(&weather.records, moments, illuminances(document), *rotation);
-        let (diffuse, sines) = by_record(&lit, weather.records.len());
-        let daylight = daylight_hours(&diffuse, &sines);
-        let occupied = occupied.as_ref().unwrap_or(&daylight);
-        let mut tubes = tube_years(&job.traceable, &lit, job.seed).map_err(|error| failed(&error))?;
-        maintain(document, weather, &lit, &mut tubes);
-        let light = RecordLight::new(&lit, &tubes);
+    /// Computes the years of a job from the results of its grids, and from the light of its tubes by each weather file; `None` for a job
+    /// without one.
+    pub fn of(job: &RenderJob, lumens: &[Arc<FileLumens>], results: Vec<GridResult>) -> Option<Self> {
+        let annual = job.annual.as_ref()?;
         // of discs of the area of the openings
         let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
         let radii: Vec<f64> = job.traceable.tubes.iter().map(radius).collect();
@@ -81,29 +83,46 @@ impl JobYear {
                 middle: of.nearest(low.midpoint(high).truncate()),
             })
             .collect();
-        let input = YearInput {
-            records: &weather.records,
-            records_per_hour: weather.records_per_hour,
-            lit: &lit,
-            tubes: &tubes,
-            radii: &radii,
-            occupied,
-            daylight: &daylight,
-        };
-        let year = year(&input, &light, &inputs, &options(document));
-        Ok(Some(Self {
-            document: document.clone(),
-            weather: weather.clone(),
-            convention: *convention,
-            light,
-            grids,
-            year,
-        }))
+        let options = options(&annual.document);
+        let mut years = annual
+            .files
+            .iter()
+            .zip(lumens)
+            .map(|(file, lumens)| FileYear::new(file, lumens, (&inputs, &radii), &options));
+        let first = years.next()?;
+        let names: Vec<&str> = grids.iter().map(|of| of.grid.name.as_str()).collect();
+        let others = years.map(|year| year.result(&names, &annual.document)).collect();
+        drop(inputs);
+        Some(Self { document: annual.document.clone(), grids, first, others })
     }
 }
 
-fn failed(error: &dyn std::fmt::Display) -> RenderError {
-    RenderError::Output { file: "annual".to_owned(), reason: error.to_string() }
+impl FileYear {
+    fn new(
+        file: &WeatherYear,
+        lumens: &Arc<FileLumens>,
+        (grids, radii): (&[GridInput], &[f64]),
+        options: &Options,
+    ) -> Self {
+        let WeatherYear { name, weather, occupied, convention, .. } = file;
+        let FileLumens { lit, daylight, tubes, light } = &**lumens;
+        let input = YearInput {
+            records: &weather.records,
+            records_per_hour: weather.records_per_hour,
+            lit,
+            tubes,
+            radii,
+            occupied: occupied.as_ref().unwrap_or(daylight),
+            daylight,
+        };
+        Self {
+            name: name.clone(),
+            weather: weather.clone(),
+            convention: *convention,
+            lumens: lumens.clone(),
+            year: year(&input, light, grids, options),
+        }
+    }
 }
 
 impl GridOfYear {
@@ -150,25 +169,6 @@ fn responses_of(results: &[TubeResponse], radii: &[f64]) -> Responses {
     let tubes: Vec<Vec<Response>> = results.iter().zip(radii).map(of_tube).collect();
     let errors_of_all = results.get(radii.len()).map(|all| flat(&all.standard_error)).unwrap_or_default();
     Responses::new(tubes, &errors_of_all)
-}
-
-fn illuminances(document: &AnnualDocument) -> Illuminances {
-    match document.illuminance {
-        IlluminanceSource::Perez => Illuminances::Perez,
-        IlluminanceSource::File => Illuminances::File,
-    }
-}
-
-/// Multiplies the light of all tubes by the factor of each month.
-fn maintain(document: &AnnualDocument, weather: &Weather, lit: &[LitMoment], tubes: &mut [TubeYear]) {
-    let Some(factors) = &document.maintenance else { return };
-    let factor = |moment: &LitMoment| factors[usize::from(weather.records[moment.record].month) - 1];
-    for tube in tubes {
-        for (light, moment) in tube.moments.iter_mut().zip(lit) {
-            light.sky_lm *= factor(moment);
-            light.sun_lm *= factor(moment);
-        }
-    }
 }
 
 fn options(document: &AnnualDocument) -> Options {
