@@ -1,14 +1,14 @@
 //! Lumens that tubes send into a room, moment by moment.
 //!
-//! A Lambertian closure makes the year separable: the illuminance of a point is the sum over tubes of its response and these lumens.
+//! Lambertian closures make the year separable: the illuminance of a point is the sum over tubes of its response and these lumens.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use skyduct_physics::guide::delivery::{Delivered, Delivery, EvenClosure};
+use skyduct_physics::guide::delivery::{Delivered, Delivery, EvenClosure, TubeClosure};
 use skyduct_physics::guide::performance::has_closed_form;
 use skyduct_physics::guide::sky_rings::SkyRings;
 use skyduct_physics::optics::Spectrum;
-use skyduct_physics::optics::scatter::SheetSide;
+use skyduct_physics::optics::scatter::{Scatter as _, SheetSide};
 use skyduct_physics::sampling::Key;
 use skyduct_physics::sky::{CieType, SkyDistribution};
 use skyduct_physics::traceable::{TraceableScene, TraceableTube};
@@ -44,14 +44,6 @@ pub struct TubeYear {
     pub overcast_m2: f64,
 }
 
-/// Closure that lets light through with its direction, so that its light has no lumens alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("tube {tube} has a closure that is not Lambertian, so that its light has no lumens alone")]
-pub struct NotLambertian {
-    /// Number of the tube.
-    pub tube: usize,
-}
-
 /// Largest number of tubes with closed forms before a horizon whose moments take the time of one tube through which rays are traced.
 const HIDDEN_PER_TRACED: usize = 8;
 
@@ -60,7 +52,8 @@ pub fn traced_tubes(scene: &TraceableScene) -> usize {
     let [mut traced, mut hidden] = [const { Vec::<&TraceableTube>::new() }; 2];
     for tube in &scene.tubes {
         let horizon = tube.surroundings.as_ref().and_then(|surroundings| surroundings.horizon.as_ref());
-        let kind = match (has_closed_form(&tube.guide), horizon) {
+        let is_closed = has_closed_form(&tube.guide) && matches!(closure(tube), TubeClosure::Even(_));
+        let kind = match (is_closed, horizon) {
             (true, None) => continue,
             (true, Some(_)) => &mut hidden,
             (false, _) => &mut traced,
@@ -78,9 +71,8 @@ fn are_alike(one: &TraceableTube, other: &TraceableTube) -> bool {
 }
 
 /// Computes the light of every tube of a scene at every moment; equal seeds give equal bits.
-pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Result<Vec<TubeYear>, NotLambertian> {
-    let closures = scene.tubes.iter().enumerate().map(|(tube, of)| even_closure(of).ok_or(NotLambertian { tube }));
-    let closures: Vec<EvenClosure> = closures.collect::<Result<_, _>>()?;
+pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Vec<TubeYear> {
+    let closures: Vec<TubeClosure> = scene.tubes.iter().map(closure).collect();
     let rings: Vec<SkyRings> = lit.par_iter().map(|moment| SkyRings::new(&moment.distribution)).collect();
     let mut years: Vec<TubeYear> = Vec::with_capacity(scene.tubes.len());
     for (number, (tube, closure)) in scene.tubes.iter().zip(&closures).enumerate() {
@@ -96,7 +88,7 @@ pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Resul
         };
         years.push(year);
     }
-    Ok(years)
+    years
 }
 
 fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> TubeYear {
@@ -125,8 +117,8 @@ fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> Tube
     TubeYear { moments, relative_error, overcast_m2: of_overcast.area_m2 + ground.area_m2 }
 }
 
-/// Returns the optics of a closure that is Lambertian all over; `None` for others.
-fn even_closure(tube: &TraceableTube) -> Option<EvenClosure> {
+/// Returns the closure of a tube.
+fn closure(tube: &TraceableTube) -> TubeClosure<'_> {
     let closure = tube.closure_at(tube.origin);
     // what a transition passes downward, and of light that the closure scatters up the part that comes back to it through the transition
     let (down, back) = match tube.opening.disc() {
@@ -136,14 +128,19 @@ fn even_closure(tube: &TraceableTube) -> Option<EvenClosure> {
             (passed, passed * passed * tube.pipe_area_m2() / tube.opening.area_m2())
         }
     };
+    // the same everywhere and from everywhere
+    let is_even = tube.diffuser.measured().is_none() && tube.specular_zone().is_none_or(|_| !tube.scatters());
+    if !is_even {
+        return TubeClosure::Other(&tube.diffuser, tube.pipe_radius);
+    }
     let fraction = |side, factor: f64| {
-        closure.lambertian(side).map(|Spectrum(fraction): Spectrum<3>| fraction.map(|fraction| factor * fraction))
+        let Spectrum(fraction): Spectrum<3> = closure.albedo(DVec3::Z, side);
+        fraction.map(|fraction| factor * fraction)
     };
-    let whole = tube.diffuser.measured().is_none() && tube.specular_zone().is_none();
-    Some(EvenClosure {
+    TubeClosure::Even(EvenClosure {
         radius: tube.pipe_radius,
-        transmittance: fraction(SheetSide::Other, down).filter(|_| whole)?,
-        reflectance: fraction(SheetSide::Same, back)?,
+        transmittance: fraction(SheetSide::Other, down),
+        reflectance: fraction(SheetSide::Same, back),
         spreads: tube.opening.disc().is_none(),
     })
 }

@@ -10,6 +10,7 @@ pub mod metrics;
 pub mod moment;
 pub mod response;
 pub mod schedule;
+pub mod sensors;
 pub mod summary;
 pub mod sun;
 pub mod weather;

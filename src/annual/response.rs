@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use crate::fluxes::{TubeLight, TubeYear};
 use crate::light::LitMoment;
+use crate::sensors::LitRow;
 
 /// Response of a sensor to a tube.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,6 +60,12 @@ impl Responses {
         let correlation = self.correlations.iter().zip(weights).map(of_weight).sum();
         let tubes = self.tubes.iter().map(of_tube).collect();
         Self { tubes, correlations: if self.correlations.is_empty() { Vec::new() } else { vec![correlation] } }
+    }
+
+    /// Computes the illuminances of a sensor.
+    pub fn row(&self, sensor: usize, light: &RecordLight) -> LitRow {
+        let relative_error = self.relative_error(sensor, light);
+        LitRow { lux: self.illuminances_lux(sensor, light), noise_lux: Vec::new(), relative_error }
     }
 
     /// Computes the illuminance in lux of a sensor in each lit record.

@@ -161,6 +161,8 @@ pub const WEATHER_FILES: RangeInclusive<usize> = 1..=32;
 pub const SENSORS_TIMES_RECORDS: usize = 20_000_000;
 /// Largest number of sensors times records of all weather files of a job.
 pub const SENSORS_TIMES_ALL_RECORDS: usize = 5 * SENSORS_TIMES_RECORDS;
+/// Largest number of sensors times moments with light of a year below closures that let light pass with its direction.
+pub const SENSORS_TIMES_MOMENTS: usize = 2_500_000;
 /// Largest number of tubes times positions of the sun in the years of a job.
 pub const TUBES_TIMES_MOMENTS: usize = 10_000_000;
 /// Largest number of traced tubes that differ times moments with light in the years of a job.

@@ -63,6 +63,7 @@ pub fn to_scene(
     let of_surfaces = patches.map(|patches| grid_of_patches(SURFACES.to_owned(), &enclosure, &patches));
     let scene = Scene {
         daylight,
+        moments: None,
         grids: grids.chain(of_surfaces).collect(),
         room: Room { meshes: objects, ..room(&document.room, enclosure) },
         tubes,

@@ -3,20 +3,23 @@
 use std::sync::Arc;
 
 use crate::annual::fluxes::{TubeLight, traced_tubes};
-use crate::annual::light::LitMoment;
-use crate::annual::moment::{Convention, Moment, Moments, moments};
+use crate::annual::light::{Illuminances, LitMoment, by_record, lit};
+use crate::annual::moment::{Convention, Moments, moments};
 use crate::annual::response::TubeRecord;
-use crate::annual::schedule::{Schedule, occupied};
+use crate::annual::schedule::{Schedule, daylight_hours, occupied};
 use crate::annual::weather::{Record, Site, Weather};
-use crate::document::annual::{AnnualDocument, DaylightSavingDocument, ScheduleDocument, Weekday};
+use crate::document::annual::{AnnualDocument, DaylightSavingDocument, IlluminanceSource, ScheduleDocument, Weekday};
 use crate::document::limits::{
-    SENSORS_TIMES_ALL_RECORDS, SENSORS_TIMES_RECORDS, TRACED_TUBES_TIMES_MOMENTS, TUBES_TIMES_MOMENTS,
+    SENSORS_TIMES_ALL_RECORDS, SENSORS_TIMES_MOMENTS, SENSORS_TIMES_RECORDS, TRACED_TUBES_TIMES_MOMENTS,
+    TUBES_TIMES_MOMENTS,
 };
 use crate::document::sky::LocationDocument;
 use crate::document::weather::notes_on;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, ValidJob, Warning};
 use crate::guide::sky_rings::SkyRings;
-use crate::scene::{Grid, Scene};
+use crate::integrator::diffuser_source::closure_source::all_lambertian;
+use crate::scene::{Grid, Responses, Scene};
+use crate::sky::SkyMoment;
 use crate::traceable::TraceableScene;
 
 /// Largest difference in degrees of the latitude and the longitude of a document and of its weather file.
@@ -28,8 +31,8 @@ pub(crate) struct AnnualJob {
     pub document: AnnualDocument,
     /// Weather files, at least one, in the order of the document.
     pub files: Vec<WeatherYear>,
-    /// Azimuth of the room's +y axis in radians, clockwise from north.
-    pub rotation: f64,
+    /// True if grids are computed at every moment, because some closure lets light pass with its direction.
+    pub at_moments: bool,
 }
 
 /// Year of a weather file.
@@ -38,12 +41,14 @@ pub(crate) struct WeatherYear {
     pub name: String,
     /// Weather of the document's period, at the place of the document if it has one.
     pub weather: Arc<Weather>,
-    /// Records in which the room is occupied; `None` for the daylight hours of EN 17037, which follow from the light.
-    pub occupied: Option<Vec<bool>>,
+    /// Records in which the room is occupied.
+    pub occupied: Vec<bool>,
+    /// Daylight hours of EN 17037.
+    pub daylight: Vec<bool>,
     /// Choice of the moments for which records stand.
     pub convention: Convention,
-    /// Moments with light.
-    pub moments: Vec<Moment>,
+    /// Sky and sun of the moments with light, in the room's frame.
+    pub lit: Vec<LitMoment>,
 }
 
 impl AnnualJob {
@@ -60,9 +65,39 @@ impl AnnualJob {
             years.push(WeatherYear::read(document, annual, (name, &pointer), files, warnings)?);
         }
         check_size(annual, &years, scene)?;
-        check_tracing(traceable, years.iter().map(|year| year.moments.len()).sum())?;
-        let rotation = document.room.rotation_deg.to_radians();
-        Ok(Some(Self { document: annual.clone(), files: years, rotation }))
+        check_tracing(traceable, years.iter().map(|year| year.lit.len()).sum())?;
+        let at_moments = !all_lambertian(&traceable.tubes);
+        if at_moments {
+            check_moments(&years, scene)?;
+        }
+        Ok(Some(Self { document: annual.clone(), files: years, at_moments }))
+    }
+
+    /// Adds to a scene what the year needs of its grids, where they are computed at every moment.
+    pub fn prepare(&self, scene: &mut Scene) {
+        let Some(year) = self.files.first().filter(|_| self.at_moments) else { return };
+        scene.grids.iter_mut().for_each(|grid| grid.responses = Responses::None);
+        let each = 1.0 / f64::from(year.weather.records_per_hour.max(1));
+        let moment = |lit: &LitMoment| {
+            let hours = each * lit.share;
+            // dirt on the tubes counts as if the sky were darker
+            let factor = self.factor(year, lit);
+            SkyMoment {
+                distribution: lit.distribution.clone(),
+                diffuse_horizontal_lux: factor * lit.diffuse_horizontal_lux,
+                sun: lit.sun,
+                direct_normal_lux: factor * lit.direct_normal_lux,
+                hours,
+                occupied_hours: if year.occupied[lit.record] { hours } else { 0.0 },
+            }
+        };
+        scene.moments = Some(year.lit.iter().map(moment).collect());
+    }
+
+    /// Returns the factor of the light of all tubes at a moment of a year.
+    pub fn factor(&self, year: &WeatherYear, lit: &LitMoment) -> f64 {
+        let month = usize::from(year.weather.records[lit.record].month);
+        self.document.maintenance.map_or(1.0, |factors| factors[month - 1])
     }
 
     /// Estimates the memory that the years of so many tubes hold in bytes: weather, moments with their skies, and the light of every tube at
@@ -71,7 +106,7 @@ impl AnnualJob {
         let of_tubes = tubes * (2 * size_of::<TubeLight>() + size_of::<TubeRecord>());
         let of_file = |file: &WeatherYear| {
             size_of_val(file.weather.records.as_slice())
-                + file.moments.len() * (size_of::<Moment>() + size_of::<LitMoment>() + size_of::<SkyRings>() + of_tubes)
+                + file.lit.len() * (size_of::<SkyMoment>() + size_of::<LitMoment>() + size_of::<SkyRings>() + of_tubes)
         };
         self.files.iter().map(of_file).sum()
     }
@@ -113,7 +148,12 @@ impl WeatherYear {
         let Moments { moments, dropped } =
             moments(&weather, convention).map_err(|error| fault(pointer, error.to_string()))?;
         warnings.extend(notes_on(&weather, dropped));
-        Ok(Self { name: name.to_owned(), weather, occupied, convention, moments })
+        let rotation = document.room.rotation_deg.to_radians();
+        let lit = lit(&weather.records, &moments, illuminances(annual), rotation);
+        let (diffuse, sines) = by_record(&lit, weather.records.len());
+        let daylight = daylight_hours(&diffuse, &sines);
+        let occupied = occupied.unwrap_or_else(|| daylight.clone());
+        Ok(Self { name: name.to_owned(), weather, occupied, daylight, convention, lit })
     }
 }
 
@@ -166,6 +206,31 @@ fn check_tracing(traceable: &TraceableScene, moments: usize) -> Result<(), Field
          their number times the {moments} moments with light must be <= {TRACED_TUBES_TIMES_MOMENTS}, but is {product}"
     );
     Err(FieldError::new("/tubes", detail).coded(FieldErrorCode::TooMany))
+}
+
+/// Checks that grids are not computed at more moments than memory and time allow, and that there is one year of them.
+fn check_moments(years: &[WeatherYear], scene: &Scene) -> Result<(), FieldError> {
+    let why = "below closures that let light pass with its direction every moment is traced";
+    if years.len() > 1 {
+        return Err(FieldError::new("/annual/weather", format!("{why}: must be one weather file")));
+    }
+    let sensors: usize = scene.grids.iter().map(Grid::len).sum();
+    let moments: usize = years.iter().map(|year| year.lit.len()).sum();
+    let product = sensors.saturating_mul(moments);
+    if product <= SENSORS_TIMES_MOMENTS {
+        return Ok(());
+    }
+    let detail = format!(
+        "{why}: the number of sensors times the {moments} moments with light must be <= {SENSORS_TIMES_MOMENTS}, but is {product}"
+    );
+    Err(FieldError::new("/grids", detail).coded(FieldErrorCode::TooMany))
+}
+
+fn illuminances(document: &AnnualDocument) -> Illuminances {
+    match document.illuminance {
+        IlluminanceSource::Perez => Illuminances::Perez,
+        IlluminanceSource::File => Illuminances::File,
+    }
 }
 
 /// Checks that years have no more values than memory and time allow.

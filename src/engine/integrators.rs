@@ -9,14 +9,17 @@ use crate::estimate::{Estimate, StopRule};
 use crate::integrator::Integrator;
 use crate::integrator::components::InParts;
 use crate::integrator::cross_check::CrossChecked;
+use crate::integrator::light_tracing::moments::AtMoments;
 use crate::integrator::method::{Computation, Task};
 use crate::plan::{MethodChoice, Methods};
-use crate::scene::Scene;
+use crate::scene::{Channels, Scene};
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
 /// Number of the cross-check among the seeds of a job; parts of the light count from 1.
 const CHECK: u64 = 0;
+/// Number of the moments of a year among the seeds of a job, above those of all parts.
+const MOMENTS: u64 = 1 << 32;
 
 /// The integrators of a plan.
 pub(super) enum Engine {
@@ -47,6 +50,16 @@ pub(super) enum Added {
 fn seed_of(seed: u64, number: u64) -> u64 {
     // the odd number next to 2^64 over the golden ratio
     seed.wrapping_add((number + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15))
+}
+
+/// Adds the moments of a scene to a method of its grids.
+fn at_moments(method: Box<dyn Integrator>, task: &Task, seed: u64, target: f64) -> Box<dyn Integrator> {
+    let Some(moments) = task.scene.moments.clone() else { return method };
+    let room = (task.traceable, task.grids);
+    match task.scene.channels {
+        Channels::Photopic => Box::new(AtMoments::<1>::new(method, room, moments, (seed, target))),
+        Channels::Rgb => Box::new(AtMoments::<3>::new(method, room, moments, (seed, target))),
+    }
 }
 
 impl Engine {
@@ -89,6 +102,7 @@ impl Engine {
                     Computation::Solution(solver) => return Self::Solver(solver),
                 },
             };
+            let checked = at_moments(checked, &task, seed_of(seed, MOMENTS), target);
             let check = methods.check.as_ref().map(|check| build(check, task.without_views(), seed_of(seed, CHECK)));
             grids = Some(match check {
                 Some(Computation::Passes(check)) => Box::new(CrossChecked { checked, check, grids: count }),

@@ -73,6 +73,9 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
     warnings.extend(document::leave_out(document, &mut scene, effects.is_followed(EffectKind::Objects))?);
     still_wanted()?;
     let annual = AnnualJob::read(document, meshes, (&scene, &traceable), &mut warnings)?;
+    if let Some(annual) = &annual {
+        annual.prepare(&mut scene);
+    }
     still_wanted()?;
     let stop = document.stop_rule();
     let missing = effects.weigh(&scene, &traceable).into_iter();
@@ -101,6 +104,10 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
             };
             methods.with_responses(&task, &request).map_err(|refusal| FieldError::refused(pointer, refusal))?
         }
+        None => methods,
+    };
+    let methods = match scene.moments {
+        Some(_) => methods.at_moments(&task).map_err(|refusal| FieldError::refused("/annual", refusal))?,
         None => methods,
     };
     let methods = match document.cross_check {

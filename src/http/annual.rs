@@ -11,7 +11,7 @@ use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
 use crate::http::problem::{Path, Problem};
 use crate::http::results::{grid_names, no_such_output, result_file};
-use crate::present::outputs::{Annual, Output, annual_outputs};
+use crate::present::outputs::{Annual, Output, annual_outputs, moments_outputs};
 
 /// Returns the year of a job: light of the tubes, metrics of the grids, and verdicts.
 ///
@@ -45,7 +45,8 @@ pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Resul
 pub async fn file(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
     let grids = grid_names(&app, id).await?;
     let path = format!("annual/{file}");
-    let mut outputs = annual_outputs(grids.iter().map(String::as_str)).into_iter();
+    let names = || grids.iter().map(String::as_str);
+    let mut outputs = annual_outputs(names()).into_iter().chain(moments_outputs(names()));
     let output = outputs.find(|output| output.file() == path).ok_or_else(no_such_output)?;
     Ok(formats::named(result_file(&app, id, &headers, output).await?, &file))
 }

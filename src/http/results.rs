@@ -22,7 +22,7 @@ use crate::http::problem::{Path, Problem};
 use crate::http::turns::{Line, Turn};
 use crate::http::{App, Service, content};
 use crate::output::OutputError;
-use crate::present::outputs::Output;
+use crate::present::outputs::{Output, moments_outputs};
 use crate::present::prepared::prepare;
 use crate::present::reader::{Kept, ResultReader};
 use crate::present::subject::Subject;
@@ -74,7 +74,11 @@ pub(super) async fn result_file(
     let of_grid = |name: &str| Output::Grid(name.to_owned(), Format::Json);
     let kept = match &output {
         Output::Grid(name, _) => vec![of_grid(name)],
-        Output::Annual(..) => grid_names(app, id).await?.iter().map(|name| of_grid(name)).collect(),
+        Output::Annual(..) => {
+            let names = grid_names(app, id).await?;
+            let grids = names.iter().map(|name| of_grid(name));
+            grids.chain(moments_outputs(names.iter().map(String::as_str))).collect()
+        }
         Output::Surfaces(_) => vec![Output::Surfaces(Format::Json)],
         other => vec![other.clone()],
     };

@@ -122,6 +122,8 @@ pub enum Annual {
     Fluxes,
     /// Metrics of the sensors of a grid, or their illuminances in all records.
     Points(String),
+    /// Illuminances of the sensors of a grid at all moments with standard errors, where they were computed.
+    Moments(String),
     /// Daylight autonomy of a grid over the plan.
     Autonomy(String),
     /// Mean illuminance of a grid by day and hour.
@@ -143,6 +145,7 @@ impl Output {
                 Annual::Hours => format!("annual/hours.{suffix}"),
                 Annual::Fluxes => format!("annual/fluxes.{suffix}"),
                 Annual::Points(name) => format!("annual/points.{name}.{suffix}"),
+                Annual::Moments(name) => format!("annual/moments.{name}.{suffix}"),
                 Annual::Autonomy(name) => format!("annual/autonomy.{name}.{suffix}"),
                 Annual::ByHour(name) => format!("annual/by_hour.{name}.{suffix}"),
             },
@@ -203,6 +206,11 @@ pub fn annual_outputs<'a>(grids: impl IntoIterator<Item = &'a str>) -> Vec<Outpu
     };
     let whole = [part(Annual::Summary, &[Json]), part(Annual::Hours, &[Csv]), part(Annual::Fluxes, &figure)];
     whole.into_iter().flatten().chain(grids.into_iter().flat_map(of_grid)).collect()
+}
+
+/// Lists the files of a year that is computed moment by moment, beside [`annual_outputs`]: one for each grid.
+pub fn moments_outputs<'a>(grids: impl IntoIterator<Item = &'a str>) -> impl Iterator<Item = Output> {
+    grids.into_iter().map(|name| Output::Annual(Annual::Moments(name.to_owned()), Format::Npy))
 }
 
 /// Returns the name of the file that shows a view after some of its passes.

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use super::annual::{FileLumens, JobYear};
 use super::subject::Subject;
 use super::tube_performance::TubePerformance;
+use crate::annual::metrics::Value;
 use crate::document::result::GridResult;
 use crate::document::{DocumentErrors, FileSource, ValidJob};
 use crate::engine::passes::RenderError;
@@ -55,11 +56,12 @@ impl Prepared {
         })
     }
 
-    /// Returns the year of the job after so many passes, whose grids `results` returns; `None` for a job without a year, and before the first pass.
+    /// Returns the year of the job after so many passes, whose grids `results` returns, each with its values at all moments; `None` for a job
+    /// without a year, and before the first pass.
     pub(super) fn year(
         &self,
         passes: u64,
-        results: impl FnOnce() -> Result<Vec<GridResult>, RenderError>,
+        results: impl FnOnce() -> Result<Vec<(GridResult, Vec<Value>)>, RenderError>,
     ) -> Result<Option<Arc<JobYear>>, RenderError> {
         // several readers of one estimate wait for the one that computes it
         let mut kept = self.years.lock().unwrap_or_else(PoisonError::into_inner);
@@ -69,7 +71,7 @@ impl Prepared {
             return Ok(Some(year.clone()));
         }
         if kept.lumens.is_empty() {
-            kept.lumens = FileLumens::of_job(self)?;
+            kept.lumens = FileLumens::of_job(self);
         }
         let year = JobYear::of(self, &kept.lumens, results()?).map(Arc::new);
         kept.after = year.clone().map(|year| (passes, year));

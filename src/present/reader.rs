@@ -5,15 +5,16 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::annual::JobYear;
+use super::annual::{JobYear, npy};
 use super::cache::Cache;
 use super::grid_figure::{GridWishes, grid_figure};
-use super::outputs::{Annual, Format, Output, annual_outputs, result_outputs};
+use super::outputs::{Annual, Format, Output, annual_outputs, moments_outputs, result_outputs};
 use super::scene_model::scene_glb;
 use super::subject::Subject;
 use super::tube_figure::tube_figure;
 use super::view_figure::{ViewWishes, false_colour_figure};
 use crate::VERSION;
+use crate::annual::metrics::Value;
 use crate::document::DocumentErrors;
 use crate::document::outputs::SURFACES;
 use crate::document::result::tube_report::TubeReport;
@@ -29,6 +30,7 @@ use crate::plan::EffectKind;
 use crate::present::prepared::Prepared;
 use crate::scene::surface_patches::surface_patches;
 use crate::scene::{Grid, TubeShape, View};
+use crate::statistics::Moments;
 
 /// File of the results.
 #[derive(Clone)]
@@ -67,6 +69,9 @@ pub trait ResultReader {
     /// Returns the year of a job that has one.
     fn year(&self) -> Found<Arc<JobYear>>;
 
+    /// Returns the values of a grid at all moments of a year that is computed moment by moment.
+    fn moments(&self, name: &str) -> Found<Vec<Value>>;
+
     /// Returns the light on the faces of the room.
     fn surfaces(&self) -> Found<SurfacesResult>;
 
@@ -104,6 +109,9 @@ fn written(reader: &(impl ResultReader + ?Sized), output: &Output) -> Found<Resu
         (Output::Tube(tube, _), Some(figure)) => {
             reader.tube(*tube)?.map(|report| drawn(figure, Ok(tube_figure(reader.subject(), &report))))
         }
+        (Output::Annual(Annual::Moments(grid), Format::Npy), _) => {
+            reader.moments(grid)?.map(|values| Ok(moments_npy(&values)))
+        }
         (Output::Annual(part, format), _) => match reader.year()? {
             Some(year) => of_year(&year, (&name, part, *format), reader.subject())?,
             None => None,
@@ -132,7 +140,7 @@ fn of_year(
         Annual::Fluxes => Some(year.fluxes_figure(subject)),
         Annual::Autonomy(grid) => year.autonomy_figure(subject, grid),
         Annual::ByHour(grid) => year.hours_figure(subject, grid),
-        Annual::Summary | Annual::Hours | Annual::Points(_) => None,
+        Annual::Summary | Annual::Hours | Annual::Points(_) | Annual::Moments(_) => None,
     };
     Ok(match (part, format) {
         (Annual::Summary, Format::Json) => Some(json(name, &year.summary())),
@@ -184,8 +192,8 @@ impl Estimated<'_> {
             Output::View(..) => true,
             Output::FalseColours(..) => false,
             Output::Tube(..) => has_meshes,
-            // the rest of a year is made from the grids again
-            Output::Annual(part, _) => *part == Annual::Summary,
+            // the rest of a year is made from these again
+            Output::Annual(part, _) => matches!(part, Annual::Summary | Annual::Moments(_)),
             Output::Surfaces(format) => *format == Format::Json,
         })
     }
@@ -259,9 +267,20 @@ impl ResultReader for Estimated<'_> {
 
     fn year(&self) -> Found<Arc<JobYear>> {
         self.prepared.year(self.estimate.passes, || {
-            let grids = self.prepared.scene.grids.iter().map(|grid| self.grid(&grid.name));
-            Ok(grids.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+            let of_grid = |name: &str| Ok(self.grid(name)?.map(|grid| (grid, self.moments(name))));
+            let grids = self.prepared.scene.grids.iter().filter_map(|grid| of_grid(&grid.name).transpose());
+            grids.map(|grid| grid.and_then(|(grid, moments)| Ok((grid, moments?.unwrap_or_default())))).collect()
         })
+    }
+
+    fn moments(&self, name: &str) -> Found<Vec<Value>> {
+        let found = self.prepared.scene.grids.iter().zip(&self.estimate.grids).find(|(grid, _)| grid.name == name);
+        let value = |moments: &Moments| {
+            let error = moments.standard_error();
+            Value { value: moments.mean, standard_error: if error.is_finite() { error } else { 0.0 } }
+        };
+        let moments = found.map(|(_, estimate)| &estimate.moments).filter(|moments| !moments.is_empty());
+        Ok(moments.map(|moments| moments.iter().map(value).collect()))
     }
 
     fn surfaces(&self) -> Found<SurfacesResult> {
@@ -338,7 +357,15 @@ impl ResultReader for Kept {
             return Ok(None);
         }
         let prepared = (self.prepare)().map_err(|errors| failed("annual", errors))?;
-        prepared.year(0, || Ok(grids.into_iter().flatten().collect()))
+        prepared.year(0, || {
+            let with_moments = |grid: GridResult| Ok((self.moments(&grid.name)?.unwrap_or_default(), grid));
+            let grids = grids.into_iter().flatten().map(with_moments);
+            grids.map(|found| found.map(|(moments, grid)| (grid, moments))).collect()
+        })
+    }
+
+    fn moments(&self, name: &str) -> Found<Vec<Value>> {
+        self.read(Output::Annual(Annual::Moments(name.to_owned()), Format::Npy), moments_of_npy)
     }
 }
 
@@ -356,8 +383,9 @@ impl Prepared {
         let surfaces = self.scene.grids.iter().any(|grid| grid.name == SURFACES);
         let views = self.scene.views.iter().map(|view| view.name.as_str());
         let mut outputs = result_outputs(grids.clone(), views, self.scene.tubes.len(), surfaces);
-        if self.annual.is_some() {
-            outputs.extend(annual_outputs(grids));
+        if let Some(annual) = &self.annual {
+            outputs.extend(annual_outputs(grids.clone()));
+            outputs.extend(moments_outputs(grids).filter(|_| annual.at_moments));
         }
         outputs
     }
@@ -375,6 +403,20 @@ impl Prepared {
         let mut tubes = self.scene.tubes.iter();
         !self.scene.room.meshes.is_empty() || tubes.any(|tube| matches!(tube.shape, TubeShape::Mesh(_)))
     }
+}
+
+/// Writes the values of a grid at all moments, and then their standard errors, sensor by sensor.
+fn moments_npy(values: &[Value]) -> Vec<u8> {
+    let of = |of: fn(&Value) -> f64| values.iter().map(move |value| of(value) as f32);
+    npy::write(&[2, values.len()], of(|value| value.value).chain(of(|value| value.standard_error)))
+}
+
+/// Reads what [`moments_npy`] wrote.
+fn moments_of_npy(bytes: &[u8]) -> Result<Vec<Value>, String> {
+    let numbers = npy::read(bytes)?;
+    let (values, errors) = numbers.split_at(numbers.len() / 2);
+    let value = |(value, error): (&f32, &f32)| Value { value: f64::from(*value), standard_error: f64::from(*error) };
+    Ok(values.iter().zip(errors).map(value).collect())
 }
 
 fn json(name: &str, result: &impl serde::Serialize) -> Result<Vec<u8>, RenderError> {

@@ -58,6 +58,7 @@ fn room(boxes: Vec<BoxObject>, meshes: Vec<MeshObject>, [seen, off]: [DVec3; 2],
     (grid.x_m, grid.y_m) = (vec![sensor.x], vec![sensor.y]);
     Scene {
         daylight: None,
+        moments: None,
         room: Room {
             enclosure: skyduct::scene::Enclosure::cuboid(DVec3::splat(2.0), [Some(grey()); 6]),
             boxes,

@@ -49,6 +49,7 @@ mod measured;
 mod mesh_objects;
 mod meshes;
 mod mirrors;
+mod moments;
 mod outside;
 mod partly_lambertian;
 mod path_tracing;

@@ -67,6 +67,7 @@ pub fn cube(
     let surfaces = [surface(walls), surface(walls), surface(walls), surface(walls), surface(floor), surface(ceiling)];
     Scene {
         daylight: Some(daylight),
+        moments: None,
         room: Room {
             enclosure: Enclosure::cuboid(DVec3::splat(SIDE), surfaces),
             boxes: Vec::new(),
@@ -257,6 +258,7 @@ pub fn electric_room(
     let surfaces = [Some(Surface::diffuse([reflectance; 3])); 6];
     Scene {
         daylight: None,
+        moments: None,
         room: Room { enclosure: Enclosure::cuboid(size, surfaces), boxes: Vec::new(), meshes: Vec::new(), luminaires },
         tubes: Vec::new(),
         grids: vec![Grid::new("floor".into(), 0.0, cells, 0.0, [size.x, size.y], estimate)],

@@ -51,10 +51,8 @@ impl Dimming {
         let full_kwh = 1e-3 * area_m2 * self.power_w_m2 * hours * mean.records as f64;
         let dark = mean.records.saturating_sub(mean.lit_lux.len()) as f64;
         let saved = |fraction: &dyn Fn(f64) -> f64| {
-            Value::by_delta(mean.relative_error, |factor| {
-                let used: f64 = mean.lit_lux.iter().map(|lux| fraction(factor * lux)).sum();
-                full_kwh * (1.0 - (used + dark * fraction(0.0)) / mean.records.max(1) as f64)
-            })
+            let used = mean.sum_over_lit(fraction).plus(dark * fraction(0.0)).times(full_kwh / mean.records.max(1) as f64);
+            Value { value: full_kwh - used.value, ..used }
         };
         Energy {
             full_kwh,
@@ -76,7 +74,7 @@ mod tests {
     #[test]
     fn lamps_follow_the_daylight() {
         let dimming = Dimming::default();
-        let year = Illuminances { lit_lux: vec![250.0, 500.0], records: 3, relative_error: 0.0 };
+        let year = Illuminances { lit_lux: vec![250.0, 500.0], noise_lux: Vec::new(), records: 3, relative_error: 0.0 };
         let energy = dimming.energy(&year, 10.0, 0.5);
         assert!((energy.full_kwh - 0.09).abs() < 1e-15);
         // power 1, 0.1 + 0.9 x 0.4 / 0.9 = 0.5, and 0.1

@@ -43,6 +43,11 @@ impl Value {
         Self { value: factor * self.value, standard_error: factor * self.standard_error }
     }
 
+    /// Returns the value with a number added.
+    pub fn plus(self, added: f64) -> Self {
+        Self { value: self.value + added, ..self }
+    }
+
     /// Returns the ends of the interval that holds the value with a confidence of 95 %.
     pub fn interval(&self) -> [f64; 2] {
         let half = CONFIDENT * self.standard_error;

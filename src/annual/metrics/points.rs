@@ -1,12 +1,15 @@
 //! Metrics of a point: daylight autonomy and its kin.
 
 use super::Value;
+use crate::sensors::LitRow;
 
 /// Records of a year that count for a point, and its illuminance in them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Illuminances {
     /// Illuminances in lux of the records with light that count.
     pub lit_lux: Vec<f64>,
+    /// Standard errors of these in lux that are independent from record to record; empty where there are none.
+    pub noise_lux: Vec<f64>,
     /// Number of all records that count, those without light included.
     pub records: usize,
     /// Relative standard error of the illuminances, the same in all records.
@@ -27,14 +30,18 @@ pub struct Useful {
 }
 
 impl Illuminances {
-    /// Selects the records that count: `lit_lux` are the illuminances of the lit records with these numbers, `counts` tells of every record
+    /// Selects the records that count: `row` has the illuminances of the lit records with these numbers, `counts` tells of every record
     /// of the year whether it counts.
-    pub fn new(lit_lux: &[f64], records: &[usize], counts: &[bool], relative_error: f64) -> Self {
-        let counting = lit_lux.iter().zip(records).filter(|(_, record)| counts.get(**record) == Some(&true));
+    pub fn new(row: &LitRow, records: &[usize], counts: &[bool]) -> Self {
+        let counting = |lux: &[f64]| {
+            let counting = lux.iter().zip(records).filter(|(_, record)| counts.get(**record) == Some(&true));
+            counting.map(|(lux, _)| *lux).collect()
+        };
         Self {
-            lit_lux: counting.map(|(lux, _)| *lux).collect(),
+            lit_lux: counting(&row.lux),
+            noise_lux: counting(&row.noise_lux),
             records: counts.iter().filter(|counts| **counts).count(),
-            relative_error,
+            relative_error: row.relative_error,
         }
     }
 
@@ -86,10 +93,29 @@ impl Illuminances {
             return Value::default();
         }
         let without_light = dark * self.records.saturating_sub(self.lit_lux.len()) as f64;
-        Value::by_delta(self.relative_error, |factor| {
-            let sum: f64 = self.lit_lux.iter().map(|lux| of(factor * lux)).sum();
-            100.0 * (without_light + sum) / self.records as f64
-        })
+        let share = self.sum_over_lit(of).times(100.0 / self.records as f64);
+        let share = share.plus(100.0 * without_light / self.records as f64);
+        Value { value: share.value.clamp(0.0, 100.0), ..share }
+    }
+
+    /// Computes the sum over the lit records of a function of the illuminance.
+    ///
+    /// Independent noise smooths the function, which shifts the sum by the change of the smoothing once more, to first order in the variance:
+    /// this is taken off. A function that is smoothed by noise e is the mean of its values at x - e and x + e; half their difference is its
+    /// own noise.
+    pub fn sum_over_lit(&self, of: impl Fn(f64) -> f64) -> Value {
+        let noisy = || self.lit_lux.iter().zip(&self.noise_lux).filter(|(_, noise)| **noise > 0.0);
+        let sum = Value::by_delta(self.relative_error, |factor| {
+            let values: f64 = self.lit_lux.iter().map(|lux| of(factor * lux)).sum();
+            let shifts = noisy().map(|(lux, noise)| {
+                let [low, high] = [lux - noise, lux + noise].map(|lux| of(factor * lux.max(0.0)));
+                0.5 * (low + high) - of(factor * lux)
+            });
+            values - shifts.sum::<f64>()
+        });
+        let square = |(lux, noise): (&f64, &f64)| (0.5 * (of(lux + noise) - of((lux - noise).max(0.0)))).powi(2);
+        let variance: f64 = noisy().map(square).sum();
+        Value { standard_error: libm::hypot(sum.standard_error, variance.sqrt()), ..sum }
     }
 }
 
@@ -99,7 +125,7 @@ mod tests {
 
     /// Returns a year of `records` records, of which the first have these illuminances.
     fn year(lit_lux: &[f64], records: usize) -> Illuminances {
-        Illuminances { lit_lux: lit_lux.to_vec(), records, relative_error: 0.0 }
+        Illuminances { lit_lux: lit_lux.to_vec(), noise_lux: Vec::new(), records, relative_error: 0.0 }
     }
 
     #[test]
@@ -141,8 +167,8 @@ mod tests {
 
     #[test]
     fn only_records_that_count_are_selected() {
-        let selected =
-            Illuminances::new(&[10.0, 20.0, 30.0], &[1, 2, 5], &[true, true, false, false, false, true], 0.1);
+        let row = LitRow { lux: vec![10.0, 20.0, 30.0], noise_lux: Vec::new(), relative_error: 0.1 };
+        let selected = Illuminances::new(&row, &[1, 2, 5], &[true, true, false, false, false, true]);
         assert_eq!((selected.lit_lux, selected.records), (vec![10.0, 30.0], 3));
     }
 

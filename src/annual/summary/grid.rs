@@ -8,7 +8,8 @@ use crate::metrics::en17037::{self, Provision};
 use crate::metrics::points::{Illuminances, Useful};
 use crate::metrics::schemes::{Space, YEAR_LUX};
 use crate::metrics::{Bounded, Value, Verdict};
-use crate::response::{RecordLight, Responses};
+use crate::response::RecordLight;
+use crate::sensors::{GridLight, LitRow};
 
 use super::input::{GridInput, Hours, Options};
 use super::outside::Outside;
@@ -27,8 +28,9 @@ pub struct GridYear {
     pub useful: Useful,
     /// Spatial daylight autonomy: share of the area in percent.
     pub spatial_percent: Bounded,
-    /// Share of the area in percent with too much direct sunlight: none below Lambertian closures, by definition.
-    pub sun_exposure_percent: f64,
+    /// Annual sunlight exposure: share of the area in percent with more than 250 occupied hours of direct sunlight; none below Lambertian
+    /// closures, by definition.
+    pub sun_exposure_percent: Bounded,
     /// Mean over the area of the exposure in klx h.
     pub exposure_klxh: Value,
     /// Mean over the area of the mean illuminance in lux of the occupied records.
@@ -56,10 +58,10 @@ impl GridYear {
     ) -> Self {
         let area = Area { weights: grid.weights };
         let point = |sensor: usize| match grid.weights[sensor] > 0.0 {
-            true => PointYear::new(grid.responses, sensor, light, hours, options),
+            true => PointYear::new(grid.light, sensor, light, hours, options),
             false => PointYear::default(),
         };
-        let sensors = grid.responses.sensors().min(grid.weights.len());
+        let sensors = grid.light.sensors().min(grid.weights.len());
         let points: Vec<PointYear> = (0..sensors).into_par_iter().map(point).collect();
         let each = |of: fn(&PointYear) -> Value| points.iter().map(of).collect::<Vec<Value>>();
         let mean = |of: fn(&PointYear) -> Value| area.mean(&each(of));
@@ -72,16 +74,14 @@ impl GridYear {
         };
         let medians = each(|point| point.median_lux);
         let [least, most] = area.extremes(&medians).unwrap_or_default();
-        let of_mean = grid.responses.mean(grid.weights);
-        let mean_by_record_lux = of_mean.illuminances_lux(0, light);
-        let error = of_mean.relative_error(0, light);
+        let of_mean = grid.light.mean(grid.weights, light);
         let points_of_standard = en17037::Points {
             area,
             autonomies_percent: &points.iter().map(|point| point.en17037_percent).collect::<Vec<_>>(),
             factors_percent: &each(|point| point.daylight_factor_percent),
         };
         let provision = Provision::new(&points_of_standard, outside.median_diffuse_lux);
-        let occupied = Illuminances::new(&mean_by_record_lux, &light.records, hours.occupied, error);
+        let occupied = Illuminances::new(&of_mean, &light.records, hours.occupied);
         let dimming = options.dimming.as_ref();
         let energy = dimming.map(|dimming| dimming.energy(&occupied, grid.zone_area_m2, hours.each));
         let useful = Useful {
@@ -91,39 +91,48 @@ impl GridYear {
             above_percent: mean(|point| point.useful.above_percent),
         };
         let mut verdicts = provision.verdicts(area.points(), hours.of(hours.daylight));
-        verdicts.extend(schemes(area, &points, (grid.middle, &mean_by_record_lux, error), light, hours));
+        verdicts.extend(schemes(area, &points, (grid.middle, &of_mean), light, hours));
         Self {
             autonomies_percent: by_threshold(|point| &point.autonomies_percent),
             continuous_percent: by_threshold(|point| &point.continuous_percent),
             useful,
             spatial_percent: area.share_percent(&each(|point| point.spatial_percent), options.spatial_time_percent),
-            sun_exposure_percent: 0.0,
+            sun_exposure_percent: sun_exposure(area, &points),
             exposure_klxh: mean(|point| point.exposure_klxh),
             mean_lux: mean(|point| point.mean_lux),
             median_lux: [area.mean(&medians), least, most],
             provision,
             energy,
             verdicts,
-            mean_by_record_lux,
+            mean_by_record_lux: of_mean.lux,
             points,
         }
     }
 }
 
-/// Judges a grid by the criteria of schemes; `middle`, `mean_lux` and `error` are the sensor in the middle, and the mean of the area in the
-/// lit records with its relative error.
+/// Hours of direct sunlight that are not too many (IES LM-83-12).
+const DIRECT_HOURS: f64 = 250.0;
+
+/// Computes the share of the area in percent whose points have more than [`DIRECT_HOURS`].
+fn sun_exposure(area: Area, points: &[PointYear]) -> Bounded {
+    let hours: Vec<Value> = points.iter().map(|point| point.direct_hours).collect();
+    area.share_percent(&hours, DIRECT_HOURS.next_up())
+}
+
+/// Judges a grid by the criteria of schemes; `middle` is the sensor in the middle, `mean` the mean of the area.
 fn schemes(
     area: Area,
     points: &[PointYear],
-    (middle, mean_lux, error): (Option<usize>, &[f64], f64),
+    (middle, mean): (Option<usize>, &LitRow),
     light: &RecordLight,
     hours: &Hours,
 ) -> Vec<Verdict> {
     let every = vec![true; hours.occupied.len()];
-    let mean = Illuminances::new(mean_lux, &light.records, &every, error);
+    let mean = Illuminances::new(mean, &light.records, &every);
     let of_year = hours.of(&every) / 100.0;
     let space = Space {
         area,
+        sun_exposure_percent: sun_exposure(area, points),
         occupied_percent: &points.iter().map(|point| point.of_occupied_percent).collect::<Vec<_>>(),
         daylight_percent: &points.iter().map(|point| point.of_daylight_percent).collect::<Vec<_>>(),
         hours: &points.iter().map(|point| point.year_hours).collect::<Vec<_>>(),
@@ -135,9 +144,9 @@ fn schemes(
 }
 
 /// Computes the illuminances in lux of a sensor in all records of the year, dark ones included.
-pub fn row_lux(responses: &Responses, sensor: usize, light: &RecordLight, records: usize) -> Vec<f32> {
+pub fn row_lux(of_grid: &GridLight, sensor: usize, light: &RecordLight, records: usize) -> Vec<f32> {
     let mut row = vec![0.0; records];
-    for (record, lux) in light.records.iter().zip(responses.illuminances_lux(sensor, light)) {
+    for (record, lux) in light.records.iter().zip(of_grid.row(sensor, light).lux) {
         if let Some(of_record) = row.get_mut(*record) {
             *of_record = lux as f32;
         }

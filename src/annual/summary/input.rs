@@ -4,7 +4,7 @@ use crate::fluxes::TubeYear;
 use crate::light::LitMoment;
 use crate::metrics::dimming::Dimming;
 use crate::metrics::schemes::NBR_MOMENTS;
-use crate::response::Responses;
+use crate::sensors::GridLight;
 use crate::weather::Record;
 
 /// Choices of what is computed.
@@ -56,8 +56,8 @@ pub struct YearInput<'a> {
 /// Grid whose year is summed up.
 #[derive(Clone, Copy, Debug)]
 pub struct GridInput<'a> {
-    /// Responses of its sensors to all tubes.
-    pub responses: &'a Responses,
+    /// Light of its sensors.
+    pub light: &'a GridLight,
     /// Area in m2 that each sensor stands for; 0 for sensors inside solids or outside the room.
     pub weights: &'a [f64],
     /// Floor area in m2 that electric light and daylight share.

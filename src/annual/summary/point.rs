@@ -4,7 +4,8 @@ use crate::metrics::Value;
 use crate::metrics::en17037::THRESHOLDS_LUX;
 use crate::metrics::points::{Illuminances, Useful};
 use crate::metrics::schemes::{DAYLIGHT_LUX, OCCUPIED_LUX, YEAR_LUX};
-use crate::response::{RecordLight, Responses};
+use crate::response::RecordLight;
+use crate::sensors::GridLight;
 
 use super::input::{Hours, Options};
 
@@ -27,7 +28,9 @@ pub struct PointYear {
     pub median_lux: Value,
     /// Daylight factor in percent, under the CIE standard overcast sky.
     pub daylight_factor_percent: Value,
-    /// Mean illuminance in lux over all records by each tube alone.
+    /// Occupied hours in which unscattered sunlight alone gives 1000 lx.
+    pub direct_hours: Value,
+    /// Mean illuminance in lux over all records by each tube alone; empty where it is not known.
     pub by_tube_lux: Vec<f64>,
     pub(super) en17037_percent: [Value; THRESHOLDS_LUX.len()],
     pub(super) of_occupied_percent: [Value; OCCUPIED_LUX.len()],
@@ -39,21 +42,21 @@ pub struct PointYear {
 impl PointYear {
     /// Computes the metrics of a sensor.
     pub(super) fn new(
-        responses: &Responses,
+        of_grid: &GridLight,
         sensor: usize,
         light: &RecordLight,
         hours: &Hours,
         options: &Options,
     ) -> Self {
-        let lux = responses.illuminances_lux(sensor, light);
-        let error = responses.relative_error(sensor, light);
-        let of = |counts: &[bool]| Illuminances::new(&lux, &light.records, counts, error);
+        let row = of_grid.row(sensor, light);
+        let error = row.relative_error;
+        let of = |counts: &[bool]| Illuminances::new(&row, &light.records, counts);
         let (occupied, daylight) = (of(hours.occupied), of(hours.daylight));
-        let all = Illuminances { records: hours.occupied.len(), lit_lux: lux.clone(), relative_error: error };
+        let all = of(&vec![true; hours.occupied.len()]);
         let with_error = |value: f64| Value { value, standard_error: value * error };
         let mean = occupied.lit_lux.iter().sum::<f64>() / occupied.records.max(1) as f64;
         let of_year = hours.each * all.records as f64 / 100.0;
-        let at = |record: &usize| light.records.binary_search(record).map_or(0.0, |place| lux[place]);
+        let at = |record: &usize| light.records.binary_search(record).map_or(0.0, |place| row.lux[place]);
         let least = hours.nbr.iter().map(at).min_by(f64::total_cmp);
         Self {
             autonomies_percent: options.thresholds_lux.iter().map(|lux| occupied.autonomy_percent(*lux)).collect(),
@@ -67,8 +70,9 @@ impl PointYear {
             exposure_klxh: all.exposure_klxh(hours.each),
             mean_lux: with_error(mean),
             median_lux: daylight.median_lux(),
-            daylight_factor_percent: with_error(100.0 * responses.of_areas(sensor, &hours.overcast_m2)),
-            by_tube_lux: responses.mean_by_tube_lux(sensor, light, all.records),
+            daylight_factor_percent: of_grid.daylight_factor_percent(sensor, &hours.overcast_m2, error),
+            direct_hours: of_grid.direct_hours(sensor),
+            by_tube_lux: of_grid.mean_by_tube_lux(sensor, light, all.records),
             en17037_percent: THRESHOLDS_LUX.map(|lux| daylight.autonomy_percent(lux)),
             of_occupied_percent: OCCUPIED_LUX.map(|lux| occupied.autonomy_percent(lux)),
             of_daylight_percent: DAYLIGHT_LUX.map(|lux| daylight.autonomy_percent(lux)),

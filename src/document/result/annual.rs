@@ -180,8 +180,8 @@ pub struct GridYearResult {
     pub udi: UsefulResult,
     /// Spatial daylight autonomy: share of the area in percent.
     pub sda_percent: WithInterval,
-    /// Annual sunlight exposure ASE1000,250: share of the area in percent. It is 0 below Lambertian closures by definition: they pass no
-    /// direct sunlight.
+    /// Annual sunlight exposure ASE1000,250: share of the area in percent with 1000 lx of sunlight that nothing in the room or the closure has
+    /// scattered in more than 250 occupied hours. It is 0 below Lambertian closures by definition.
     pub ase_percent: f64,
     /// Mean exposure in klx h.
     pub exposure_klxh: WithInterval,
@@ -378,7 +378,7 @@ impl GridYearResult {
                 above_percent: year.useful.above_percent.into(),
             },
             sda_percent: year.spatial_percent.into(),
-            ase_percent: year.sun_exposure_percent,
+            ase_percent: year.sun_exposure_percent.value,
             exposure_klxh: year.exposure_klxh.into(),
             mean_lux: year.mean_lux.into(),
             median_lux: median.into(),

@@ -25,6 +25,8 @@ pub struct GridEstimate {
     pub mean: Moments,
     /// True if the values come from a solver: errors are then numerical, and similar for neighbours.
     pub numerical: bool,
+    /// Illuminance in lx of each sensor at many moments, with what is summed over them, sensor by sensor; else empty.
+    pub moments: Vec<Moments>,
     /// Estimates of the same grid by parts of the light and by another method, in the order of [`GridPass::companions`].
     pub companions: Vec<GridEstimate>,
     /// Fraction of each sensor that no solid covers, as in [`Grid::free`]: the value of a sensor is that of its free part, and a sensor
@@ -49,6 +51,7 @@ impl GridEstimate {
             residuals: Residuals::default(),
             mean: Moments::default(),
             numerical: false,
+            moments: Vec::new(),
             companions: Vec::new(),
             free: None,
             area: None,
@@ -80,6 +83,7 @@ impl GridEstimate {
     /// Allocates the values that passes compute in addition to illuminances; `start` is a pass without light.
     pub fn begin(&mut self, start: &GridPass) {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];
+        self.moments = vec![Moments::default(); start.moments.len()];
         self.residuals = Residuals::of_sensors(start.residual.len());
         let sensors = self.sensors.len();
         let begun = |start: &GridPass| {
@@ -98,6 +102,7 @@ impl GridEstimate {
         self.sensors.iter_mut().zip(&pass.illuminance).for_each(|(sensor, value)| sensor.push(*value));
         self.bias.iter_mut().zip(&pass.bias).for_each(|(sensor, value)| sensor.push(*value));
         push_each(&mut self.contrasts, &pass.contrasts);
+        push_each(&mut self.moments, &pass.moments);
         self.residuals.push(pass);
         self.photons.iter_mut().zip(&pass.photons).for_each(|(all, of_pass)| all.add(of_pass));
         self.mean.push(self.mean_of(&pass.illuminance));
@@ -182,9 +187,20 @@ impl GridEstimate {
 
     /// Calls `f` on every number in a fixed order, to read or to replace them, as checkpoints do.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, companions, free: _, area: _ } =
-            self;
-        sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
+        let Self {
+            sensors,
+            bias,
+            contrasts,
+            photons,
+            residuals,
+            mean,
+            numerical: _,
+            moments,
+            companions,
+            free: _,
+            area: _,
+        } = self;
+        sensors.iter_mut().chain(bias).chain(contrasts).chain(moments).chain([mean]).for_each(|moments| moments.for_each_value(f));
         photons
             .iter_mut()
             .flat_map(|PhotonCount { found, one_lux, brightest_lux }| [found, one_lux, brightest_lux])

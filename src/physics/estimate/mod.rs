@@ -187,7 +187,12 @@ impl Estimate {
     /// Returns the place of the first value that is not finite, if there is one: a fault of the program, never to be hidden.
     pub fn first_not_finite(&self) -> Option<String> {
         let grid = self.grids.iter().enumerate().find_map(|(number, grid)| {
-            let sensor = grid.sensors.iter().position(|sensor| !(sensor.mean.is_finite() && sensor.m2.is_finite()))?;
+            let is_not_finite = |value: &Moments| !(value.mean.is_finite() && value.m2.is_finite());
+            let of_moments = || {
+                let each = grid.moments.len() / grid.sensors.len().max(1);
+                Some(grid.moments.iter().position(is_not_finite)? / each.max(1))
+            };
+            let sensor = grid.sensors.iter().position(is_not_finite).or_else(of_moments)?;
             Some(format!("sensor {sensor} of grid {number}"))
         });
         let grid_or_view = grid.or_else(|| {

@@ -1,6 +1,6 @@
-//! Light that tubes deliver through Lambertian closures, under many skies and suns.
+//! Light that tubes deliver through their closures, under many skies and suns: of a sky a number of lumens, of a beam that and a place, its
+//! centroid, which are all that is left of light behind a Lambertian closure.
 //!
-//! Light that leaves such a closure has no direction any more, so that a sky is a number of lumens, and a beam is that and a place, its centroid.
 //! Straight guides with closed forms have both without error; through all others rays are traced, for a sky the same ones at all times.
 //! A horizon hides directions of skies and parts of suns; light from below it, and of the ground, is a fixed share of the light outside.
 
@@ -15,7 +15,8 @@ use super::sky_rings::{RINGS, SkyRings, zenith_angles};
 use super::throughput::REPLICATES;
 use super::transit::{End, Transit};
 use super::transmittance::beam_transmission;
-use crate::optics::Spectrum;
+use crate::optics::scatter::{Scatter as _, SheetSide};
+use crate::optics::{Diffuser, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
 use crate::sky::{Horizon, SkyDistribution, Sun, Surroundings};
 use crate::statistics::Moments;
@@ -60,12 +61,71 @@ pub struct Delivered {
     pub centroid_m: DVec2,
 }
 
-/// Tube above a Lambertian closure, prepared for many skies and suns.
+/// Closure of a tube.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TubeClosure<'a> {
+    /// Closure that passes and reflects all light alike.
+    Even(EvenClosure),
+    /// Closure that passes light by its place or direction, below a pipe of this radius in m.
+    Other(&'a Diffuser, f64),
+}
+
+impl TubeClosure<'_> {
+    /// Returns the fractions of light from the unit vector `from` that pass at a place, and that are scattered back.
+    fn fractions(&self, place: DVec3, from: DVec3) -> [Spectrum<3>; 2] {
+        match self {
+            Self::Even(even) => [even.transmittance, even.reflectance].map(Spectrum::from_rgb),
+            Self::Other(diffuser, _) => {
+                let closure = diffuser.at(place.truncate().length());
+                [SheetSide::Other, SheetSide::Same].map(|side| closure.albedo(from, side))
+            }
+        }
+    }
+
+    fn radius(&self) -> f64 {
+        match self {
+            Self::Even(EvenClosure { radius, .. }) | Self::Other(_, radius) => *radius,
+        }
+    }
+
+    fn reflects(&self) -> bool {
+        match self {
+            Self::Even(even) => even.reflectance.iter().any(|reflectance| *reflectance > 0.0),
+            Self::Other(..) => true,
+        }
+    }
+}
+
+/// Closure with what the guide sends back to it of the light that it scatters up.
+#[derive(Clone, Copy, Debug)]
+struct Passed<'a> {
+    closure: TubeClosure<'a>,
+    /// Fraction of this light that passes in the end.
+    again: Spectrum<3>,
+}
+
+impl Passed<'_> {
+    /// Returns the fraction of light from `from` that leaves downward in the end, after any ways up and down again.
+    fn of(&self, place: DVec3, from: DVec3) -> Spectrum<3> {
+        let [passes, reflects] = self.closure.fractions(place, from);
+        passes + reflects * self.again
+    }
+
+    fn of_transit(&self, transit: &Transit<3>) -> Spectrum<3> {
+        self.of(transit.position, -transit.direction)
+    }
+
+    /// Returns the fraction of all light; `None` if it is not the same for all.
+    fn of_all(&self) -> Option<Spectrum<3>> {
+        matches!(self.closure, TubeClosure::Even(_)).then(|| self.of(DVec3::ZERO, DVec3::Z))
+    }
+}
+
+/// Tube above a closure, prepared for many skies and suns.
 #[derive(Debug)]
 pub struct Delivery<'a> {
     guide: &'a Guide,
-    /// Fraction of arriving light that leaves the closure downward in the end, after any ways up and down again.
-    passed: Spectrum<3>,
+    passed: Passed<'a>,
     /// True if the light is spread evenly over the closure.
     spreads: bool,
     /// Key of the rays of beams.
@@ -86,6 +146,8 @@ enum OfSkies {
         rings: [f64; RINGS],
         /// Directions that the horizon hides, with the flux per luminance in m2 sr.
         hidden: Vec<(DVec3, f64)>,
+        /// Fraction of the light that leaves the closure.
+        passed: Spectrum<3>,
     },
     /// Rays of each replicate.
     Rays(Vec<Vec<SkyRay>>),
@@ -105,29 +167,25 @@ impl<'a> Delivery<'a> {
     pub fn new(
         guide: &'a Guide,
         surroundings: Option<&'a Surroundings>,
-        closure: EvenClosure,
+        closure: TubeClosure<'a>,
         returns: bool,
         key: Key,
     ) -> Self {
-        let transmittance = Spectrum::<3>::from_rgb(closure.transmittance);
-        let reflects = closure.reflectance.iter().any(|reflectance| *reflectance > 0.0);
-        let returned = if returns && reflects && guide.returns_light() {
-            returned(guide, closure.radius, key.child(OF_RETURN))
-        } else {
-            [0.0; 3]
+        let again = match returns && closure.reflects() && guide.returns_light() {
+            true => passed_again(guide, closure, key.child(OF_RETURN)),
+            false => Spectrum::ZERO,
         };
-        let ways = |channel: usize| 1.0 / (1.0 - closure.reflectance[channel] * returned[channel]);
-        let passed = transmittance * Spectrum(std::array::from_fn(ways));
+        let passed = Passed { closure, again };
         let horizon = surroundings.and_then(|surroundings| surroundings.horizon.as_ref());
         let [below, ground] =
             surroundings.map_or([0.0; 2], |around| [around.luminance_ratio / PI, around.ground_reflectance / PI]);
-        let is_closed = closed(guide).is_some();
+        let of_all = passed.of_all().filter(|_| closed(guide).is_some());
         let rays = |of: u64, side: f64| -> Vec<Vec<SkyRay>> {
             let key = key.child(of);
-            (0..REPLICATES).map(|number| sky_rays(guide, passed, side, key.child(number))).collect()
+            (0..REPLICATES).map(|number| sky_rays(guide, &passed, side, key.child(number))).collect()
         };
-        let (of_skies, below_horizon) = match is_closed {
-            true => {
+        let (of_skies, below_horizon) = match of_all {
+            Some(passed) => {
                 let of =
                     |(toward, solid_angle): (DVec3, f64)| (toward, solid_angle * closed_area(guide, passed, toward));
                 let [azimuths, heights] = HIDDEN;
@@ -135,21 +193,22 @@ impl<'a> Delivery<'a> {
                     horizon.into_iter().flat_map(|horizon| horizon.hidden(azimuths, heights)).map(of).collect();
                 let area_m2 = below * hidden.iter().map(|(_, flux)| flux).sum::<f64>();
                 let rings = zenith_angles().map(|toward| closed_area(guide, passed, toward) / toward.z);
-                (OfSkies::Nodes { rings, hidden }, Delivered { area_m2, ..Delivered::default() })
+                (OfSkies::Nodes { rings, hidden, passed }, Delivered { area_m2, ..Delivered::default() })
             }
-            false => {
+            None => {
                 let mut rays = rays(OF_SKIES, 1.0);
                 let hidden =
                     horizon.map(|horizon| Delivered::of_fluxes(below, rays.iter_mut().map(|rays| hide(rays, horizon))));
                 (OfSkies::Rays(rays), hidden.unwrap_or_default())
             }
         };
-        let ground = match is_closed || ground == 0.0 {
+        let ground = match of_all.is_some() || ground == 0.0 {
             true => Delivered::default(),
             false => Delivered::of_fluxes(ground, rays(OF_GROUND, -1.0).iter().map(|rays| flux(rays))),
         };
         let key = key.child(OF_BEAMS);
-        Self { guide, passed, spreads: closure.spreads, key, of_skies, horizon, below_horizon, ground }
+        let spreads = matches!(closure, TubeClosure::Even(EvenClosure { spreads: true, .. }));
+        Self { guide, passed, spreads, key, of_skies, horizon, below_horizon, ground }
     }
 
     /// Returns the light of the ground per horizontal illuminance of sky and sun.
@@ -169,7 +228,7 @@ impl<'a> Delivery<'a> {
 
     fn of_open_sky(&self, distribution: &SkyDistribution, rings: &SkyRings) -> Delivered {
         let replicates = match &self.of_skies {
-            OfSkies::Nodes { rings: areas, hidden } => {
+            OfSkies::Nodes { rings: areas, hidden, .. } => {
                 let lost: f64 =
                     hidden.iter().map(|(toward, flux)| flux * distribution.relative_luminance(*toward)).sum();
                 let lost = if lost > 0.0 { lost / rings.horizontal_ratio } else { 0.0 };
@@ -215,12 +274,12 @@ impl<'a> Delivery<'a> {
     }
 
     fn beam(&self, toward: DVec3) -> Delivered {
-        if matches!(self.of_skies, OfSkies::Nodes { .. }) {
-            let area_m2 = closed_area(self.guide, self.passed, toward);
+        if let OfSkies::Nodes { passed, .. } = self.of_skies {
+            let area_m2 = closed_area(self.guide, passed, toward);
             return Delivered {
                 area_m2,
                 standard_error_m2: 0.0,
-                centroid_m: closed_centroid(self.guide, self.passed, toward, area_m2),
+                centroid_m: closed_centroid(self.guide, passed, toward, area_m2),
             };
         }
         let (mut areas, mut moment) = (Moments::default(), DVec2::ZERO);
@@ -232,7 +291,7 @@ impl<'a> Delivery<'a> {
                 BEAM_RAYS,
                 |_| toward,
                 |_, entry_m2, transit| {
-                    let area = entry_m2 * (transit.weight() * self.passed).luminance();
+                    let area = entry_m2 * (transit.weight() * self.passed.of_transit(transit)).luminance();
                     sum += area;
                     moment += area * transit.position.truncate();
                 },
@@ -296,7 +355,7 @@ fn closed_centroid(guide: &Guide, passed: Spectrum<3>, toward: DVec3, area: f64)
 
 /// Traces the rays of one replicate for all skies, or, with `side` -1 in place of 1, for the ground: half of them evenly distributed over the
 /// solid angle and half over its projection.
-fn sky_rays(guide: &Guide, passed: Spectrum<3>, side: f64, key: Key) -> Vec<SkyRay> {
+fn sky_rays(guide: &Guide, passed: &Passed, side: f64, key: Key) -> Vec<SkyRay> {
     let direction = |[u, v]: [f64; 2]| {
         // the height z has the density (1 + 2 z) / 2
         let z = 0.5 * ((1.0 + 8.0 * u).sqrt() - 1.0);
@@ -313,7 +372,7 @@ fn sky_rays(guide: &Guide, passed: Spectrum<3>, side: f64, key: Key) -> Vec<SkyR
     let mut rays: Vec<SkyRay> = (0..SKY_RAYS).map(ray).collect();
     follow(guide, key, SKY_RAYS, direction, |index, entry_m2, transit| {
         let ray = &mut rays[index];
-        ray.delivered = entry_m2 * (transit.weight() * passed).luminance() * share(ray.toward);
+        ray.delivered = entry_m2 * (transit.weight() * passed.of_transit(transit)).luminance() * share(ray.toward);
     });
     rays
 }
@@ -351,17 +410,25 @@ fn point(key: Key, index: u64) -> [f64; 4] {
     replicate.point(index, 0)
 }
 
-/// Traces the light of an evenly scattering closure of `radius` m up a guide, and returns the fraction of each channel that comes back.
-fn returned(guide: &Guide, radius: f64, key: Key) -> [f64; 3] {
-    let mut sum = Spectrum::<3>::ZERO;
+/// Traces the light that a closure scatters up a guide, as if evenly, and returns the fraction of each channel that passes it in the end.
+fn passed_again(guide: &Guide, closure: TubeClosure, key: Key) -> Spectrum<3> {
+    let [mut scattered, mut passes, mut reflects] = [Spectrum::<3>::ZERO; 3];
     let mut random = PathRandom::new(key.stream(Stream::ThroughputChoices, 0));
     for index in 0..UP_RAYS {
         let [u, v, s, t] = point(key, index);
-        let position = (warp::disc([u, v]) * radius).extend(0.0);
-        let transit = guide.up::<3>(position, warp::cosine_hemisphere([s, t]), &mut random);
+        let (place, toward) = ((warp::disc([u, v]) * closure.radius()).extend(0.0), warp::cosine_hemisphere([s, t]));
+        let [_, weight] = closure.fractions(place, toward);
+        scattered += weight;
+        let transit = guide.up::<3>(place, toward, &mut random);
         if transit.end == End::Opening {
-            sum += transit.weight();
+            let [passed, reflected] = closure.fractions(transit.position, -transit.direction);
+            passes += weight * transit.weight() * passed;
+            reflects += weight * transit.weight() * reflected;
         }
     }
-    (sum * (1.0 / UP_RAYS as f64)).0
+    let fraction = |channel: usize| match scattered.0[channel] - reflects.0[channel] {
+        left if left > 0.0 => passes.0[channel] / left,
+        _ => 0.0,
+    };
+    Spectrum(std::array::from_fn(fraction))
 }

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::Guide;
-use super::patches::{SkyPatch, tregenza_patches};
 use super::performance::{closed, sky as light_of_sky, traced_sky, uniform_sky};
 use super::throughput::{Aim, Effort, Throughput, Transmission, replicated};
 use crate::sampling::Key;
+use crate::sky::patches::{SkyPatch, SkyPatches};
 use crate::sky::{CieType, Sky, SkyDistribution};
 
 /// Ratio of rays spread evenly over the sky to rays distributed by the light of either sky on the guide: the centres of patches do not
@@ -65,7 +65,7 @@ struct Directions {
 
 impl Directions {
     fn new(guide: &Guide, sky: Option<&Sky>) -> Self {
-        let patches: Vec<SkyPatch> = tregenza_patches().collect();
+        let patches = SkyPatches::new(1).all().to_vec();
         let [mut of_uniform, mut of_sky] = [0.0; 2];
         let met: Vec<[f64; 2]> = patches
             .iter()

@@ -68,6 +68,8 @@ pub struct GridPass {
     pub gathered: Vec<f64>,
     /// Number of photons behind each sensor's value; empty where the method's errors do not depend on it.
     pub photons: Vec<PhotonCount>,
+    /// Illuminances in lx at many moments, with what is summed over them, sensor by sensor; empty where they are not requested.
+    pub moments: Vec<f64>,
     /// Values of the same grid for single parts of the light, or by another method; equally many in every pass.
     pub companions: Vec<GridPass>,
 }
@@ -120,6 +122,7 @@ impl GridPass {
             residual: scaled(&self.residual),
             gathered: scaled(&self.gathered),
             photons: photons.collect(),
+            moments: scaled(&self.moments),
             companions: Vec::new(),
         }
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::integrator::components::Component;
 use crate::integrator::diffuser_source::closure_source::all_lambertian;
+use crate::integrator::light_tracing::moments;
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::{
@@ -122,6 +123,22 @@ impl Methods {
         }
         let reason = "the document asks for the `responses` of a grid".to_owned();
         Ok(Self { grids: Some(MethodChoice { method: instead, reason }), ..self })
+    }
+
+    /// Returns methods for grids that are computed at many moments, too, or a refusal if these cannot be computed, or have no passes to be
+    /// computed in.
+    pub fn at_moments(self, task: &Task) -> Result<Self, Refusal> {
+        if let Some(choice) = &self.grids
+            && choice.method.described().passes() == Passes::None
+        {
+            let name = choice.method.name();
+            let detail = format!(
+                "below closures that let light pass with its direction a year is computed in passes, and {name} has \
+                 none: use auto or another method"
+            );
+            return Err(Refusal::new(RefusalCode::DependentPasses, detail));
+        }
+        moments::refuses(task).map_or(Ok(self), Err)
     }
 
     /// Adds a second method that checks the grids, or returns a refusal if no other method computes them with reliable errors, or if the

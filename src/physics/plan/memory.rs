@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::{Methods, Plan};
 use crate::integrator::components::Component;
 use crate::integrator::diffuser_source::closure_source::all_lambertian;
+use crate::integrator::light_tracing::moments;
 use crate::integrator::method::{Described, Load, Retained};
 use crate::integrator::room_matrix::{self, PATCHES};
 use crate::scene::{EnclosureFace, Grid, Scene, View};
@@ -43,6 +44,9 @@ const COPIES: f64 = 5.0;
 
 /// Bytes of one running mean with its variance: three numbers.
 const MOMENTS: f64 = 24.0;
+
+/// Bytes of a sensor at a moment in a pass: light that is scattered and that is not, their sum, and again in the list of a grid.
+const VALUES_OF_PASS: f64 = 32.0;
 
 /// Bytes of the statistics that one point carries from pass to pass: its squared radius and its number of photons.
 const RADIUS: f64 = 16.0;
@@ -94,6 +98,11 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         bytes.views = scene.views.iter().map(|view| of_view(view, channels, method)).sum();
         // grids and views are computed in turn
         bytes.working = bytes.working.max(method.working_bytes(&load(scene.views.len())));
+    }
+    if let Some(moments) = &scene.moments {
+        let values = scene.grids.iter().map(Grid::len).sum::<usize>() as f64 * moments::columns(moments.len()) as f64;
+        bytes.grids += values * (COPIES * MOMENTS + VALUES_OF_PASS);
+        bytes.working += moments::PATCHES as f64 * 8.0 * moments.len() as f64;
     }
     bytes.working += SURROUNDINGS * distinct_surroundings(scene) as f64;
     bytes

@@ -22,6 +22,10 @@ pub enum Parent {
     BidirectionalPass,
     /// Pass of a method that gathers photons.
     GatheringPass,
+    /// Pass of many moments.
+    MomentPass,
+    /// Moment, or patch of the sky, in a pass of many moments.
+    Moment,
     /// Grid in a pass of the two-stage method.
     TwoStageGrid,
     /// Sensor in a pass of the two-stage method; the numbers of its paths are under the same key.
@@ -90,6 +94,8 @@ streams! {
     Pass = 0, 1 << 62, below [Seed];
     /// One pass of a room's responses, which do not depend on sky and sun; the index is its number.
     RoomPass = 1 << 62, 1 << 62, below [Seed];
+    /// One pass of many moments; the index is its number.
+    MomentPass = 3 << 62, 1 << 61, below [Seed];
     /// Points that are the same in every pass.
     FixedPoints = u64::MAX, 1, below [Seed];
     /// Choice, for all passes, of the photons of an opening that a sensor is connected to if something may hide the opening; the index is
@@ -99,7 +105,11 @@ streams! {
     SizeTrial = u64::MAX - (1 << 32), 1 << 32, below [Seed];
 
     /// Photons of one source; the index is the source's.
-    Emission = 0, MANY, below [LightTracingPass, TwoStagePass, BidirectionalPass, GatheringPass];
+    Emission = 0, MANY, below [LightTracingPass, TwoStagePass, BidirectionalPass, GatheringPass, Moment];
+    /// Light of one patch of the sky; the index is the patch's.
+    OfPatch = 0, MANY, below [MomentPass];
+    /// Light of the sun at one moment; the index is the moment's.
+    OfMoment = 1 << 33, MANY, below [MomentPass];
     /// Choice among the photons of a diffuser; the index is the tube's.
     DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
     /// Photons that estimate where the light in the room ends, for the energy balance: their paths, their choice, those of luminaires.
@@ -124,7 +134,7 @@ streams! {
     Gather = 1, MANY, below [GatheringSensor];
 
     /// Light that reaches a sensor through clear closures; the index is the sensor's if one key has several.
-    Unscattered = 1 << 32, MANY, below [LightTracingPass, GatheringSensor];
+    Unscattered = 1 << 32, MANY, below [LightTracingPass, GatheringSensor, MomentPass, Moment];
     /// Light that reaches a sensor of bidirectional path tracing through clear closures.
     UnscatteredBidirectional = 1 << 34, 1, below [BidirectionalSensor];
     /// Light that reaches a sensor through clear closures where other closures are Lambertian; the index is the sensor's.

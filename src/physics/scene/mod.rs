@@ -15,10 +15,11 @@ pub mod surface_patches;
 pub mod tube;
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::sky::zenith::ZenithFormula;
 use crate::sky::{Horizon, Surroundings};
-use crate::sky::{Sky, Sun};
+use crate::sky::{Sky, SkyMoment, Sun};
 
 pub use camera::View;
 pub use enclosure::{BoxShape, Enclosure, EnclosureError, EnclosureFace, Face, FaceKind};
@@ -34,6 +35,8 @@ pub use tube::{MeshTube, Segment, StraightOrBent, Transition, Tube, TubeShape};
 pub struct Scene {
     /// Sky and sun; `None` with electric light alone.
     pub daylight: Option<Daylight>,
+    /// Moments at which the grids are computed, too, each with its own sky and sun; `None` where none are requested.
+    pub moments: Option<Arc<[SkyMoment]>>,
     /// The room, with everything that stands or hangs in it.
     pub room: Room,
     /// Tubes above the room, in the document's order; results name them by their index.

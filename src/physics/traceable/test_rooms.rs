@@ -11,6 +11,7 @@ pub fn empty(size: DVec3, surface: Option<Surface>) -> Scene {
     let enclosure = Enclosure::cuboid(size, [surface; 6]);
     Scene {
         daylight: None,
+        moments: None,
         room: Room { enclosure, boxes: Vec::new(), meshes: Vec::new(), luminaires: Vec::new() },
         tubes: Vec::new(),
         grids: Vec::new(),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::annual::metrics::Value;
 use crate::annual::summary::{Hour, PointYear, row_lux};
 
-use super::{FileYear, GridOfYear, JobYear};
+use super::{FileYear, GridOfYear, JobYear, npy};
 use crate::document::annual::AnnualDocument;
 use crate::document::result::annual::{
     ColumnResult, Conventions, GridYearResult, PointsYearResult, SiteResult, TubeYearResult, YearResult,
@@ -78,8 +78,12 @@ impl JobYear {
         columns.push(column("mean_lux".to_owned(), &|point| point.mean_lux));
         columns.push(column("median_lux".to_owned(), &|point| point.median_lux));
         columns.push(column("daylight_factor_percent".to_owned(), &|point| point.daylight_factor_percent));
-        for tube in 0..self.first.year.tubes.len() {
-            let exact = move |point: &PointYear| Value { value: point.by_tube_lux[tube], standard_error: 0.0 };
+        if year.points.iter().any(|point| point.direct_hours.value > 0.0) {
+            columns.push(column("direct_sun_hours".to_owned(), &|point| point.direct_hours));
+        }
+        let by_tube = year.points.iter().map(|point| point.by_tube_lux.len()).max().unwrap_or(0);
+        for tube in 0..by_tube {
+            let exact = move |point: &PointYear| Value { value: point.by_tube_lux.get(tube).copied().unwrap_or(0.0), standard_error: 0.0 };
             columns.push(ColumnResult {
                 standard_errors: Vec::new(),
                 ..column(format!("mean_of_tube_{tube}_lux"), &exact)
@@ -134,18 +138,8 @@ impl JobYear {
     /// each sensor.
     pub fn npy(&self, name: &str) -> Option<Vec<u8>> {
         let (_, of) = self.grid(name)?;
-        let records = self.first.weather.records.len();
-        let header =
-            format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {records}), }}", of.weights.len());
-        // magic, version and length take 10 bytes; the header ends with a line feed at a multiple of 64
-        let length = (10 + header.len() + 1).next_multiple_of(64) - 10;
-        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-        bytes.extend(u16::try_from(length).unwrap_or(u16::MAX).to_le_bytes());
-        bytes.extend(format!("{header:<width$}\n", width = length - 1).into_bytes());
-        for sensor in 0..of.weights.len() {
-            bytes.extend(of.row(sensor, self, records).into_iter().flat_map(f32::to_le_bytes));
-        }
-        Some(bytes)
+        let (sensors, records) = (of.weights.len(), self.first.weather.records.len());
+        Some(npy::write(&[sensors, records], (0..sensors).flat_map(|sensor| of.row(sensor, self, records))))
     }
 
     /// Returns the illuminances of the sensors of a grid in lux in the records with light, as Radiance writes them: a line for each
@@ -171,7 +165,7 @@ impl GridOfYear {
     /// Returns the illuminances of a sensor in all records; not-a-number for a sensor without a value.
     fn row(&self, sensor: usize, year: &JobYear, records: usize) -> Vec<f32> {
         match self.weights[sensor] > 0.0 {
-            true => row_lux(&self.responses, sensor, &year.first.lumens.light, records),
+            true => row_lux(&self.light, sensor, &year.first.lumens.light, records),
             false => vec![f32::NAN; records],
         }
     }

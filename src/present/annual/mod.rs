@@ -3,20 +3,24 @@
 mod figures;
 mod files;
 mod lumens;
+pub mod npy;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec2;
 
+use crate::annual::light::LitMoment;
+use crate::annual::metrics::Value;
 use crate::annual::metrics::dimming::Dimming;
 use crate::annual::moment::Convention;
 use crate::annual::response::{Response, Responses};
+use crate::annual::sensors::{GridLight, SensorsAtMoments};
 use crate::annual::summary::{GridInput, Options, Year, YearInput, year};
 use crate::annual::weather::Weather;
 use crate::document::annual::{AnnualDocument, DimmingDocument};
 use crate::document::result::annual::YearResult;
-use crate::document::result::{GridResult, TubeResponse};
+use crate::document::result::{ExternalIlluminance, GridResult, TubeResponse};
 use crate::engine::annual::WeatherYear;
 use crate::engine::prepare::RenderJob;
 use crate::scene::{FaceKind, Grid};
@@ -50,26 +54,35 @@ struct FileYear {
     year: Year,
 }
 
-/// Sensors of a grid, with their responses.
+/// Sensors of a grid, with their light.
 struct GridOfYear {
     grid: Grid,
     /// Result under the overcast sky, without its responses.
     result: GridResult,
-    responses: Responses,
+    light: GridLight,
     /// Area in m2 that each sensor stands for; 0 for sensors without a value.
     weights: Vec<f64>,
 }
 
 impl JobYear {
-    /// Computes the years of a job from the results of its grids, and from the light of its tubes by each weather file; `None` for a job
-    /// without one.
-    pub fn of(job: &RenderJob, lumens: &[Arc<FileLumens>], results: Vec<GridResult>) -> Option<Self> {
+    /// Computes the years of a job from the results of its grids, each with the values at all moments where these were computed, and from
+    /// the light of its tubes by each weather file; `None` for a job without one.
+    pub fn of(job: &RenderJob, lumens: &[Arc<FileLumens>], results: Vec<(GridResult, Vec<Value>)>) -> Option<Self> {
         let annual = job.annual.as_ref()?;
         // of discs of the area of the openings
         let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
         let radii: Vec<f64> = job.traceable.tubes.iter().map(radius).collect();
+        let lit = annual.files.first()?.lit.as_slice();
         let grids = job.scene.grids.iter().zip(results);
-        let grids: Vec<GridOfYear> = grids.map(|(grid, result)| GridOfYear::new(grid, result, &radii)).collect();
+        let grids: Vec<GridOfYear> = grids
+            .map(|(grid, (result, moments))| {
+                let light = match annual.at_moments {
+                    true => GridLight::AtMoments(at_moments(&result, lit, &moments)),
+                    false => GridLight::ByResponses(responses_of(result.tube_responses.as_deref(), &radii)),
+                };
+                GridOfYear::new(grid, result, light)
+            })
+            .collect();
         let enclosure = &job.scene.room.enclosure;
         let floors = enclosure.faces().iter().filter(|face| face.kind == FaceKind::Floor);
         let zone_area_m2 = floors.map(|face| face.polygon.area_m2()).sum();
@@ -77,7 +90,7 @@ impl JobYear {
         let inputs: Vec<GridInput> = grids
             .iter()
             .map(|of| GridInput {
-                responses: &of.responses,
+                light: &of.light,
                 weights: &of.weights,
                 zone_area_m2,
                 middle: of.nearest(low.midpoint(high).truncate()),
@@ -104,15 +117,15 @@ impl FileYear {
         (grids, radii): (&[GridInput], &[f64]),
         options: &Options,
     ) -> Self {
-        let WeatherYear { name, weather, occupied, convention, .. } = file;
-        let FileLumens { lit, daylight, tubes, light } = &**lumens;
+        let WeatherYear { name, weather, occupied, daylight, convention, lit } = file;
+        let FileLumens { tubes, light } = &**lumens;
         let input = YearInput {
             records: &weather.records,
             records_per_hour: weather.records_per_hour,
             lit,
             tubes,
             radii,
-            occupied: occupied.as_ref().unwrap_or(daylight),
+            occupied,
             daylight,
         };
         Self {
@@ -126,9 +139,8 @@ impl FileYear {
 }
 
 impl GridOfYear {
-    fn new(grid: &Grid, result: GridResult, radii: &[f64]) -> Self {
-        let mut result = result;
-        let responses = result.tube_responses.take().unwrap_or_default();
+    fn new(grid: &Grid, result: GridResult, light: GridLight) -> Self {
+        let result = GridResult { tube_responses: None, ..result };
         let has_value: Vec<bool> = result.illuminance_lux.iter().flatten().map(Option::is_some).collect();
         let area = |(sensor, has_value): (usize, &bool)| match (has_value, &grid.placed) {
             (false, _) => 0.0,
@@ -136,7 +148,7 @@ impl GridOfYear {
             (true, None) => grid.cell_area_m2() * grid.area.as_ref().map_or(1.0, |area| area[sensor]),
         };
         let weights = has_value.iter().enumerate().map(area).collect();
-        Self { grid: grid.clone(), result, responses: responses_of(&responses, radii), weights }
+        Self { grid: grid.clone(), result, light, weights }
     }
 
     /// Returns the sensor with a value that is nearest to a point of the plan.
@@ -147,8 +159,21 @@ impl GridOfYear {
     }
 }
 
+/// Converts the values of a grid at all moments; its daylight factors are those of its result.
+fn at_moments(result: &GridResult, lit: &[LitMoment], values: &[Value]) -> SensorsAtMoments {
+    let ExternalIlluminance { sky, sun } = result.external_horizontal_illuminance_lux;
+    let per_lux = if sky + sun > 0.0 { 100.0 / (sky + sun) } else { 0.0 };
+    let of_grid = result.illuminance_lux.iter().flatten().zip(result.standard_error_lux.iter().flatten());
+    let factor = |(lux, error): (&Option<f64>, &Option<f64>)| {
+        let [value, standard_error] = [lux, error].map(|lux| per_lux * lux.unwrap_or_default());
+        Value { value, standard_error }
+    };
+    SensorsAtMoments::new(lit, values, of_grid.map(factor).collect())
+}
+
 /// Converts the responses of a grid's result; the last of them is that to all tubes together.
-fn responses_of(results: &[TubeResponse], radii: &[f64]) -> Responses {
+fn responses_of(results: Option<&[TubeResponse]>, radii: &[f64]) -> Responses {
+    let results = results.unwrap_or_default();
     let flat = |rows: &[Vec<Option<f64>>]| -> Vec<f64> {
         rows.iter().flatten().map(|value| value.unwrap_or_default()).collect()
     };

@@ -5,6 +5,7 @@ use skyduct_annual::fluxes::TubeYear;
 use skyduct_annual::metrics::Outcome;
 use skyduct_annual::metrics::dimming::Dimming;
 use skyduct_annual::response::{RecordLight, Responses};
+use skyduct_annual::sensors::GridLight;
 use skyduct_annual::summary::{GridInput, GridYear, Options, Year, YearInput, year};
 
 use crate::given::{
@@ -30,7 +31,8 @@ fn of(
         occupied: &occupied,
         daylight: &daylight,
     };
-    let grid = GridInput { responses, weights: &weights, zone_area_m2, middle: Some(weights.len() / 2) };
+    let light = GridLight::ByResponses(responses.clone());
+    let grid = GridInput { light: &light, weights: &weights, zone_area_m2, middle: Some(weights.len() / 2) };
     let dimming = Some(Dimming { setpoint_lux, ..Dimming::default() });
     let options = Options { thresholds_lux: vec![100.0, 200.0, 300.0, 500.0], dimming, ..Options::default() };
     year(&input, &RecordLight::new(input.lit, input.tubes), &[grid], &options)
@@ -94,7 +96,7 @@ fn metrics_of_the_thesis_room() {
     let kwh = [energy.full_kwh, energy.saved_kwh.value, energy.saved_at_most_kwh.value];
     close("kWh", &kwh, &[90.425_63, 24.133_66, 24.202_60], 0.01);
     close("medians", &grid.median_lux.map(|lux| lux.value), &[45.452_83, 33.195_06, 56.350_08], 0.02);
-    close("spatial", &[grid.spatial_percent.value, grid.sun_exposure_percent], &[0.0, 0.0], 0.0);
+    close("spatial", &[grid.spatial_percent.value, grid.sun_exposure_percent.value], &[0.0, 0.0], 0.0);
     close("factors", &[mean_factor(grid)], &[0.2522], 1e-4);
     assert!(grid.verdicts.iter().filter(|verdict| verdict.scheme == "EN 17037").all(|v| v.outcome == Outcome::Fail));
     assert_eq!(of_year.hours.len(), 4396);
@@ -184,7 +186,8 @@ fn points_without_weight_and_dark_years() {
         occupied: &occupied,
         daylight: &daylight,
     };
-    let grid = GridInput { responses: &of_room, weights: &weights, zone_area_m2: 1.0, middle: None };
+    let of_room = GridLight::ByResponses(of_room);
+    let grid = GridInput { light: &of_room, weights: &weights, zone_area_m2: 1.0, middle: None };
     let of_one = year(&input, &RecordLight::new(input.lit, input.tubes), &[grid], &Options::default());
     let (grid_of_one, point) = (&of_one.grids[0], &of_one.grids[0].points[0]);
     assert_eq!(grid_of_one.autonomies_percent[0], point.autonomies_percent[0]);

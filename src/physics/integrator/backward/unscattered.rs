@@ -11,6 +11,7 @@ use crate::integrator::photon::close_points::is_near_opening;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::scene::Sensor;
+use crate::sky::Sun;
 use crate::traceable::{TraceableScene, TraceableTube, opening_weight};
 
 /// Number of backward rays toward the sky through each of the nearest openings, per sensor and pass.
@@ -47,42 +48,90 @@ impl LooksUp {
         let sun_nodes = (rays / RAYS_PER_NODE).clamp(SUN_NODES.fewest as u64, MOST_NODES_BY_RAYS) as usize;
         Self { sky_rays: (rays as f64).min(SKY_RAYS.most), sun_nodes }
     }
+
+    /// Divides the rays of a sensor among openings, by the light that each would send it.
+    fn sky_rays_toward(self, openings: &[(usize, Backward)]) -> Vec<f64> {
+        let weights: Vec<f64> = openings.iter().map(|(_, backward)| backward.weight()).collect();
+        let (total, all) = (self.sky_rays * openings.len().min(NEAREST) as f64, weights.iter().sum::<f64>());
+        weights.into_iter().map(|weight| total * weight / all).collect()
+    }
 }
 
 /// Computes the light that reaches a sensor unscattered through the closures of the tubes that `by` selects, in lx, and the number of rays.
 pub fn unscattered(
     scene: &TraceableScene,
-    Sensor { position: sensor, normal }: Sensor,
+    sensor: Sensor,
     stream: Key,
     looks_up: LooksUp,
     by: impl Fn(&TraceableTube) -> bool,
 ) -> (f64, RayCount) {
     let (mut lux, mut traced) = (0.0, RayCount::default());
-    if scene.is_in_solid(sensor) {
-        return (lux, traced);
-    }
-    let is_picked = |tube: &TraceableTube| tube.is_daylit() && tube.origin.z > sensor.z && by(tube);
-    let all: Vec<(usize, Backward)> = scene
-        .tubes
-        .iter()
-        .enumerate()
-        .filter(|(_, tube)| is_picked(tube))
-        .filter_map(|(number, tube)| {
-            let zone = tube.specular_zone()?;
-            Some((number, Backward { scene, tube, sensor, normal, zone }))
-        })
-        .collect();
-    let weights: f64 = all.iter().map(|(_, backward)| backward.weight()).sum();
-    let total = looks_up.sky_rays * all.len().min(NEAREST) as f64;
-    for (number, backward) in all {
-        let stream = stream.child(number as u64);
-        let wanted = total * backward.weight() / weights;
+    let all = openings(scene, sensor, |tube| tube.is_daylit() && by(tube));
+    let wanted = looks_up.sky_rays_toward(&all);
+    for ((number, backward), wanted) in all.iter().zip(wanted) {
+        let stream = stream.child(*number as u64);
         let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), wanted);
-        let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), looks_up.sun_nodes);
+        let sun = backward.tube.sun;
+        let of_sun = |sun: &Sun| backward.sun(sun, stream.stream(Stream::SunFromBelow, 0), looks_up.sun_nodes);
+        let (sun, sun_rays) = sun.as_ref().map(of_sun).unwrap_or_default();
         lux += sky + sun;
         traced += sky_rays + sun_rays;
     }
     (lux, traced)
+}
+
+/// Computes the light of a sun that reaches a sensor unscattered through straight tubes, in lx, and the number of rays.
+pub fn unscattered_sun(
+    scene: &TraceableScene,
+    sensor: Sensor,
+    stream: Key,
+    looks_up: LooksUp,
+    sun: &Sun,
+) -> (f64, RayCount) {
+    let (mut lux, mut traced) = (0.0, RayCount::default());
+    for (number, backward) in openings(scene, sensor, |_| true) {
+        let stream = stream.child(number as u64).stream(Stream::SunFromBelow, 0);
+        let (of_tube, rays) = backward.sun(sun, stream, looks_up.sun_nodes);
+        lux += of_tube;
+        traced += rays;
+    }
+    (lux, traced)
+}
+
+/// Follows rays from a sensor through the clear zones of openings to the sky. Passes the illuminance in lx per cd/m2 of the luminance in
+/// the direction of each, and this unit vector, to `found`; returns the number of rays.
+pub fn toward_sky(
+    scene: &TraceableScene,
+    sensor: Sensor,
+    stream: Key,
+    looks_up: LooksUp,
+    mut found: impl FnMut(f64, DVec3),
+) -> RayCount {
+    let all = openings(scene, sensor, |_| true);
+    let wanted = looks_up.sky_rays_toward(&all);
+    let of_tube = |((number, backward), wanted): (&(usize, Backward), f64)| {
+        let stream = stream.child(*number as u64).stream(Stream::SkyFromBelow, 0);
+        backward.toward_sky(stream, wanted, &mut found)
+    };
+    all.iter().zip(wanted).map(of_tube).sum()
+}
+
+/// Finds the tubes that `by` selects whose clear zones may light a sensor; none inside solids.
+fn openings(
+    scene: &TraceableScene,
+    Sensor { position: sensor, normal }: Sensor,
+    by: impl Fn(&TraceableTube) -> bool,
+) -> Vec<(usize, Backward<'_>)> {
+    if scene.is_in_solid(sensor) {
+        return Vec::new();
+    }
+    let mut openings = Vec::new();
+    for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| tube.origin.z > sensor.z && by(tube)) {
+        if let Some(zone) = tube.specular_zone() {
+            openings.push((number, Backward { scene, tube, sensor, normal, zone }));
+        }
+    }
+    openings
 }
 
 /// Computes the sky light that reaches a point of a surface straight through clear closures, in lx, by one ray to each tube, and the number
@@ -124,13 +173,21 @@ impl Backward<'_> {
         opening_weight(self.tube.origin, self.zone.1, self.sensor, self.normal) * self.zone.1 * self.zone.1
     }
 
-    /// Computes the sky light from uniform points of the clear zone. Very near to the opening the important ones are rare and bright: there
+    /// Computes the sky light that reaches the sensor, with [`Self::toward_sky`].
+    fn sky(&self, stream: Key, wanted: f64) -> (f64, RayCount) {
+        let Some(sky) = &self.tube.sky else { return (0.0, RayCount::default()) };
+        let mut lux = 0.0;
+        let rays = self.toward_sky(stream, wanted, |per_luminance, toward| lux += per_luminance * sky.luminance(toward));
+        (lux, rays)
+    }
+
+    /// Follows rays to uniform points of the clear zone and on to the sky, and passes the illuminance per luminance in the direction of each
+    /// to `found`. Very near to the opening the important ones are rare and bright: there
     /// every other ray takes a cosine-distributed direction instead, and both share the light by the balance heuristic (Veach and Guibas
     /// 1995).
     ///
     /// `wanted` is the mean number of rays; a fractional number is rounded up or down at random.
-    fn sky(&self, stream: Key, wanted: f64) -> (f64, RayCount) {
-        let Some(sky) = &self.tube.sky else { return (0.0, RayCount::default()) };
+    fn toward_sky(&self, stream: Key, wanted: f64, mut found: impl FnMut(f64, DVec3)) -> RayCount {
         let (inner, outer) = self.zone;
         let area = PI * (outer * outer - inner * inner);
         let near = is_near_opening(self.scene, self.tube, self.sensor);
@@ -139,7 +196,6 @@ impl Backward<'_> {
         let wanted = if near { 2.0 * (0.5 * wanted).ceil() } else { wanted };
         let whole = wanted == wanted.floor();
         let count = if whole { wanted as u64 } else { (wanted + random.uniform()) as u64 };
-        let mut sum = 0.0;
         let mut rays = RayCount::default();
         for number in 0..count {
             let (replicate, index) = Replicate::of(stream, number);
@@ -152,10 +208,10 @@ impl Backward<'_> {
             if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
                 // combined density of both kinds of rays, relative to uniform points of the zone
                 let fraction = if near { 2.0 / (1.0 + self.cosine_density(point) * area) } else { 1.0 };
-                sum += fraction * weight.luminance() * sky.luminance(toward);
+                found(fraction * weight.luminance() * area / wanted, toward);
             }
         }
-        (sum * area / wanted, rays)
+        rays
     }
 
     /// Returns the point of the clear zone in a cosine-distributed direction, if this meets the zone.
@@ -179,10 +235,8 @@ impl Backward<'_> {
 
     /// Computes the sunlight through a straight pipe, by the arcs of the opening in which the disc is visible, at random zenith angles of
     /// it.
-    fn sun(&self, stream: Key, nodes: usize) -> (f64, RayCount) {
-        let (Some(sun), Guide::Straight(guide)) = (&self.tube.sun, &self.tube.guide) else {
-            return (0.0, RayCount::default());
-        };
+    fn sun(&self, sun: &Sun, stream: Key, nodes: usize) -> (f64, RayCount) {
+        let Guide::Straight(guide) = &self.tube.guide else { return (0.0, RayCount::default()) };
         let below = self.sensor - self.tube.origin;
         let point = PointBelow { guide, zone: self.zone, depth: -below.z, foot: below.truncate() };
         let [node, step] = PathRandom::new(stream).uniform2();

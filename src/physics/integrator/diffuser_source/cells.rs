@@ -362,6 +362,7 @@ mod tests {
             cones: None,
             section: None,
             diffuser: Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.2; 3] },
+            surroundings: None,
             sky: None,
             sun: None,
         };

@@ -41,29 +41,7 @@ pub fn add_beams<const C: usize>(
 ) -> Option<RayCount> {
     let chunk = |numbers: Range<u64>| {
         let mut sums = BeamSums { lux: vec![0.0; lux.len()], rays: RayCount::default() };
-        let mut energy = EnergyBalance::default();
-        let mut through = Vec::new();
-        for number in numbers {
-            let (Some(photon), mut samples) = beams.photon(scene, key, number) else { continue };
-            let Start::Tube(tube) = photon.start else { continue };
-            let EmittedPhoton { position, direction, flux, .. } = photon;
-            let counts = (&mut sums.rays, &mut energy);
-            let entering = Entering { position, direction, flux };
-            descend::<C>(scene, &scene.tubes[tube], entering, &mut samples, counts, |exit| {
-                let passed = exit.closure.unscattered::<C>().map(|fraction| exit.flux * fraction);
-                through.extend(passed.map(|flux| (exit.position, -exit.from, flux.luminance())));
-            });
-            for (from, direction, flux) in through.drain(..) {
-                let to = scene.intersect(from, direction, None).position;
-                sums.rays += 1;
-                for plane in sensors.iter().filter(|plane| plane.average) {
-                    let crossing = plane.crossing(from, to, scene.contact());
-                    if let Some(index) = crossing.and_then(|place| plane.grid.cell_at(place.truncate())) {
-                        sums.lux[plane.first + index] += flux / plane.grid.cell_area_m2();
-                    }
-                }
-            }
-        }
+        sums.rays = add_some_beams::<C>((scene, sensors), (beams, numbers), key, &mut sums.lux);
         sums
     };
     let mut rays = RayCount::default();
@@ -75,4 +53,38 @@ pub fn add_beams<const C: usize>(
     })?;
     lux.iter_mut().zip(&sums).for_each(|(lux, sum)| *lux += sum);
     Some(rays)
+}
+
+/// Adds the direct light that cells receive through clear closures by the rays with these numbers, one after the other, to the illuminance
+/// of all sensors in lx; returns the number of rays.
+pub fn add_some_beams<const C: usize>(
+    (scene, sensors): (&TraceableScene, &[SensorPlane]),
+    (beams, numbers): (&Emission, Range<u64>),
+    key: Key,
+    lux: &mut [f64],
+) -> RayCount {
+    let (mut rays, mut energy) = (RayCount::default(), EnergyBalance::default());
+    let mut through = Vec::new();
+    for number in numbers {
+        let (Some(photon), mut samples) = beams.photon(scene, key, number) else { continue };
+        let Start::Tube(tube) = photon.start else { continue };
+        let EmittedPhoton { position, direction, flux, .. } = photon;
+        let counts = (&mut rays, &mut energy);
+        let entering = Entering { position, direction, flux };
+        descend::<C>(scene, &scene.tubes[tube], entering, &mut samples, counts, |exit| {
+            let passed = exit.closure.unscattered::<C>().map(|fraction| exit.flux * fraction);
+            through.extend(passed.map(|flux| (exit.position, -exit.from, flux.luminance())));
+        });
+        for (from, direction, flux) in through.drain(..) {
+            let to = scene.intersect(from, direction, None).position;
+            rays += 1;
+            for plane in sensors.iter().filter(|plane| plane.average) {
+                let crossing = plane.crossing(from, to, scene.contact());
+                if let Some(index) = crossing.and_then(|place| plane.grid.cell_at(place.truncate())) {
+                    lux[plane.first + index] += flux / plane.grid.cell_area_m2();
+                }
+            }
+        }
+    }
+    rays
 }

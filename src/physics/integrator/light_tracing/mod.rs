@@ -29,6 +29,7 @@
 mod beams;
 mod counting;
 mod luminaires;
+pub mod moments;
 mod refusals;
 mod settings;
 mod tally;
@@ -194,12 +195,12 @@ impl<const C: usize> LightTracing<C> {
         self.sensors.len()
     }
 
-    /// Traces the photons of a pass with these numbers.
-    fn photons(&self, pass: Key, numbers: Range<u64>) -> SensorSums {
+    /// Traces the photons of an emission with these numbers.
+    fn photons(&self, emission: &Emission, pass: Key, numbers: Range<u64>) -> SensorSums {
         let mut tally = self.tally();
         let mut totals = PhotonTotals::new(self.scene.tubes.len());
         for number in numbers {
-            let (photon, mut samples) = self.emission.photon(&self.scene, pass, number);
+            let (photon, mut samples) = emission.photon(&self.scene, pass, number);
             if let Some(photon) = photon {
                 tally.begin(&photon);
                 trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut totals);
@@ -255,7 +256,7 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let mut connected = vec![0; self.sensors.len()];
         let mut totals = PhotonTotals::new(self.scene.tubes.len());
         let chunk_bytes = 8 * lux.len() as u64;
-        let chunk = |numbers: Range<u64>| self.photons(key, numbers);
+        let chunk = |numbers: Range<u64>| self.photons(&self.emission, key, numbers);
         let folded =
             fold_chunks(Chunks::of_long_paths(photons), chunk_bytes, cancel, chunk, |of_chunk: SensorSums| {
                 lux.iter_mut().zip(&of_chunk.lux).for_each(|(sum, value)| *sum += value);

@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::guide::{Guide, StraightGuide, dome::PipeBelow, transmittance};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream, warp};
+use crate::sky::patches::SkyPatch;
 use crate::sky::sampler::{SkySampler, SkyTable};
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
@@ -20,11 +21,15 @@ const LEAST_SHARE: f64 = 0.125;
 /// Fewest photons of a pass per source of light, on average.
 const LEAST_PHOTONS: u64 = 4;
 
+/// Least area of a tube that is expected to pass light from a patch of the sky, relative to its lower end; it changes the choice of samples
+/// only.
+const LEAST_AREA: f64 = 1e-3;
+
 /// Fraction of the light that the far side of a dome is assumed to reflect into the aperture; it changes the choice of samples only.
 const FAR_SIDE_REFLECTANCE: f64 = 0.08;
 
 /// Sources of a scene, each integrated on its own: sky and sun through each tube, and the luminaires.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Emission {
     emitters: Vec<Emitter>,
 }
@@ -41,6 +46,7 @@ struct Emitter {
 enum EmissionSource {
     Sky { tube: usize, table: Arc<SkyTable>, sampler: Arc<SkySampler> },
     Sun { tube: usize, sun: Sun },
+    Patch { tube: usize, patch: SkyPatch },
     Luminaire(usize),
 }
 
@@ -95,7 +101,7 @@ impl Emission {
         // by the first of the tubes that share it
         let mut samplers: Vec<(usize, Option<Sampled>)> = Vec::new();
         for (index, tube) in tubes.iter().enumerate() {
-            let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
+            let expected = |toward: DVec3| expected_area_m2(tube, toward);
             if let Some((table, sky)) = table.as_ref().zip(tube.sky.as_ref()) {
                 let is_alike = |other: &TraceableTube| {
                     other.guide.is_like(&tube.guide)
@@ -112,17 +118,33 @@ impl Emission {
                     sources.push((EmissionSource::Sky { tube: index, table: table.clone(), sampler }, flux));
                 }
             }
-            if let Some(sun) = tube.sun {
-                let flux = sun.normal_illuminance_lux * expected(sun.direction);
-                if tube.guide.projected_area_m2(-sun.direction) > 0.0 && flux > 0.0 {
-                    sources.push((EmissionSource::Sun { tube: index, sun }, flux));
-                }
-            }
+            sources.extend(tube.sun.and_then(|sun| of_sun(index, tube, sun)));
         }
         for (index, luminaire) in luminaires.iter().enumerate().filter(|(_, luminaire)| luminaire.emits()) {
             let flux: Spectrum<3> = luminaire.flux();
             sources.push((EmissionSource::Luminaire(index), flux.luminance()));
         }
+        Self::shared(sources, photons)
+    }
+
+    /// Divides `photons` from the sun in place of the scene's own sky and sun among all tubes.
+    pub fn of_sun(scene: &TraceableScene, sun: Sun, photons: u64) -> Self {
+        let sources = scene.tubes.iter().enumerate().filter_map(|(index, tube)| of_sun(index, tube, sun));
+        Self::shared(sources.collect(), photons)
+    }
+
+    /// Divides `photons` from a patch of a sky of 1 cd/m2, in place of the scene's own sky and sun, among all tubes.
+    pub fn of_patch(scene: &TraceableScene, patch: &SkyPatch, photons: u64) -> Self {
+        let source = |(tube, of_tube): (usize, &TraceableTube)| {
+            // light may enter from a part of the patch alone
+            let area = expected_area_m2(of_tube, patch.toward).max(LEAST_AREA * of_tube.pipe_area_m2());
+            (EmissionSource::Patch { tube, patch: *patch }, patch.solid_angle_sr * area)
+        };
+        Self::shared(scene.tubes.iter().enumerate().map(source).collect(), photons)
+    }
+
+    /// Divides `photons` among sources, mostly in proportion to the flux in lm that is expected of each.
+    fn shared(sources: Vec<(EmissionSource, f64)>, photons: u64) -> Self {
         let fluxes: Vec<f64> = sources.iter().map(|(_, flux)| *flux).collect();
         let mut first = 0;
         let emitter = |((source, _), photons): ((EmissionSource, f64), u64)| {
@@ -180,6 +202,7 @@ impl Emission {
                 let visible = if toward.z > 0.0 { 1.0 } else { 0.0 };
                 (*tube, toward, visible * sun.luminance_cd_m2() * Sun::solid_angle_sr())
             }
+            EmissionSource::Patch { tube, patch } => (*tube, patch.point(point), patch.solid_angle_sr),
             EmissionSource::Luminaire(index) => {
                 let luminaire = &scene.luminaires[*index];
                 let photon = EmittedPhoton {
@@ -207,6 +230,13 @@ impl Emission {
         });
         (photon, samples)
     }
+}
+
+/// Returns the sun as a source through tube `index`, and the flux in lm that is expected of it; `None` if it cannot enter.
+fn of_sun(index: usize, tube: &TraceableTube, sun: Sun) -> Option<(EmissionSource, f64)> {
+    let flux = sun.normal_illuminance_lux * expected_area_m2(tube, sun.direction);
+    let enters = tube.guide.projected_area_m2(-sun.direction) > 0.0 && flux > 0.0;
+    enters.then_some((EmissionSource::Sun { tube: index, sun }, flux))
 }
 
 /// Divides `photons`, or 4 per source if these are more, among sources of these fluxes in lm: each gets one at least.
@@ -253,6 +283,11 @@ fn sky_sampler(table: &SkyTable, sky: &Sky, guide: &Guide, expected: impl Fn(DVe
 #[inline]
 fn luminance(sky: Option<&Sky>, table: &SkyTable, toward: DVec3) -> f64 {
     sky.and_then(|sky| sky.in_front(toward)).unwrap_or_else(|| table.sky().luminance(toward))
+}
+
+/// Returns the approximate area in m2 that passes light from a direction; it changes the choice of samples only.
+fn expected_area_m2(tube: &TraceableTube, toward: DVec3) -> f64 {
+    tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward)
 }
 
 /// Returns the approximate fraction of the light from a direction that a tube passes; it changes the choice of samples only.

@@ -1,0 +1,133 @@
+//! Illuminances of a grid's sensors in the records of a year: by responses to tubes, or computed moment by moment.
+
+use skyduct_physics::integrator::light_tracing::moments::SUMMARIES;
+
+use crate::light::LitMoment;
+use crate::metrics::Value;
+use crate::response::{RecordLight, Responses};
+
+/// Illuminances of one sensor, or of the mean of several, in the lit records of a year.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LitRow {
+    /// Illuminance in lux in each lit record.
+    pub lux: Vec<f64>,
+    /// Standard errors in lux that are independent from record to record; empty where there are none.
+    pub noise_lux: Vec<f64>,
+    /// Relative standard error that is the same in all records.
+    pub relative_error: f64,
+}
+
+/// Light of the sensors of a grid.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GridLight {
+    /// Responses to tubes, whose lumens are known: below Lambertian closures.
+    ByResponses(Responses),
+    /// Illuminances that were computed at every moment.
+    AtMoments(SensorsAtMoments),
+}
+
+/// Illuminances of the sensors of a grid that were computed at every moment of a year.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SensorsAtMoments {
+    rows: Vec<LitRow>,
+    direct_hours: Vec<Value>,
+    /// Daylight factors in percent.
+    factors_percent: Vec<Value>,
+}
+
+impl SensorsAtMoments {
+    /// Makes the rows of sensors from their `values` with standard errors: for each sensor those of all moments in lux, its exposure in
+    /// lx h, and its occupied hours of direct sunlight; `factors_percent` are the daylight factors of the sensors.
+    pub fn new(lit: &[LitMoment], values: &[Value], factors_percent: Vec<Value>) -> Self {
+        let columns = lit.len() + SUMMARIES;
+        let of_sensor = |values: &[Value]| {
+            let (moments, summaries) = values.split_at(lit.len());
+            let mut row = LitRow::default();
+            let mut first = 0;
+            for of_record in lit.chunk_by(|a, b| a.record == b.record) {
+                let moments = of_record.iter().zip(&moments[first..]);
+                row.lux.push(moments.clone().map(|(moment, value)| moment.share * value.value).sum());
+                let square = |(moment, value): (&LitMoment, &Value)| (moment.share * value.standard_error).powi(2);
+                row.noise_lux.push(moments.map(square).sum::<f64>().sqrt());
+                first += of_record.len();
+            }
+            let exposure = summaries[0];
+            row.relative_error = if exposure.value > 0.0 { exposure.standard_error / exposure.value } else { 0.0 };
+            (row, summaries[1])
+        };
+        let (rows, direct_hours) = values.chunks_exact(columns).map(of_sensor).unzip();
+        Self { rows, direct_hours, factors_percent }
+    }
+
+    /// Returns the mean of sensors with the given weights; errors are taken as if those of all sensors were the same.
+    fn mean(&self, weights: &[f64]) -> LitRow {
+        let whole = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let records = self.rows.first().map_or(0, |row| row.lux.len());
+        let mut mean = LitRow { lux: vec![0.0; records], noise_lux: vec![0.0; records], relative_error: 0.0 };
+        let mut error = 0.0;
+        for (row, weight) in self.rows.iter().zip(weights) {
+            let part = weight / whole;
+            mean.lux.iter_mut().zip(&row.lux).for_each(|(mean, lux)| *mean += part * lux);
+            mean.noise_lux.iter_mut().zip(&row.noise_lux).for_each(|(mean, noise)| *mean += part * noise);
+            error += part * row.relative_error * row.lux.iter().sum::<f64>();
+        }
+        let sum: f64 = mean.lux.iter().sum();
+        mean.relative_error = if sum > 0.0 { error / sum } else { 0.0 };
+        mean
+    }
+}
+
+impl GridLight {
+    /// Returns the number of sensors.
+    pub fn sensors(&self) -> usize {
+        match self {
+            Self::ByResponses(responses) => responses.sensors(),
+            Self::AtMoments(sensors) => sensors.rows.len(),
+        }
+    }
+
+    /// Returns the illuminances of a sensor.
+    pub fn row(&self, sensor: usize, light: &RecordLight) -> LitRow {
+        match self {
+            Self::ByResponses(responses) => responses.row(sensor, light),
+            Self::AtMoments(sensors) => sensors.rows[sensor].clone(),
+        }
+    }
+
+    /// Returns the illuminances of the mean of sensors with the given weights.
+    pub fn mean(&self, weights: &[f64], light: &RecordLight) -> LitRow {
+        match self {
+            Self::ByResponses(responses) => responses.mean(weights).row(0, light),
+            Self::AtMoments(sensors) => sensors.mean(weights),
+        }
+    }
+
+    /// Returns the daylight factor of a sensor in percent; `overcast_m2` is the light of each tube under the CIE standard overcast sky
+    /// over its horizontal illuminance, in m2, and `relative_error` that of the sensor.
+    pub fn daylight_factor_percent(&self, sensor: usize, overcast_m2: &[f64], relative_error: f64) -> Value {
+        match self {
+            Self::ByResponses(responses) => {
+                let value = 100.0 * responses.of_areas(sensor, overcast_m2);
+                Value { value, standard_error: value * relative_error }
+            }
+            Self::AtMoments(sensors) => sensors.factors_percent.get(sensor).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Returns the occupied hours in which a sensor has at least 1000 lx of unscattered sunlight: none below Lambertian closures.
+    pub fn direct_hours(&self, sensor: usize) -> Value {
+        match self {
+            Self::ByResponses(_) => Value::default(),
+            Self::AtMoments(sensors) => sensors.direct_hours[sensor],
+        }
+    }
+
+    /// Returns the illuminance in lux of a sensor by each tube alone, as the mean over all `records` of the year: which tube serves which
+    /// desk. Empty where the tubes were computed together.
+    pub fn mean_by_tube_lux(&self, sensor: usize, light: &RecordLight, records: usize) -> Vec<f64> {
+        match self {
+            Self::ByResponses(responses) => responses.mean_by_tube_lux(sensor, light, records),
+            Self::AtMoments(_) => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Grids at many moments, each with its own sky and sun, against light tracing of the same moments one by one.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use skyduct::integrator::light_tracing::moments::{AtMoments, DIRECT_LUX, columns, refuses};
+use skyduct::integrator::method::{RefusalCode, Task};
+use skyduct::optics::{DiffuserZone, Surface};
+use skyduct::scene::{Daylight, EstimateKind, Face, Grid, Scene, Sensor, Tube};
+use skyduct::sky::zenith::ZenithFormula;
+use skyduct::sky::{CieType, Sky, SkyDistribution, SkyMoment, Sun, direction};
+use skyduct::statistics::Moments;
+
+use crate::scenes::{
+    SIDE, bent, clear, cube, daylight, furnished, lambertian, light_tracing, mixed, peaked, run, straight, traceable, values,
+};
+
+/// A clear sky with a high sun, an overcast sky, a low sun, and a moment of a sun alone.
+fn moments() -> Arc<[SkyMoment]> {
+    let moment = |cie_type: u8, diffuse: f64, direct: f64, altitude_deg: f64, azimuth_deg: f64| {
+        let sun = direction(altitude_deg.to_radians(), azimuth_deg.to_radians());
+        SkyMoment {
+            distribution: SkyDistribution::new(CieType::new(cie_type).unwrap(), sun),
+            diffuse_horizontal_lux: diffuse,
+            sun,
+            direct_normal_lux: direct,
+            hours: 1.0,
+            occupied_hours: 0.5,
+        }
+    };
+    [
+        moment(12, 12_000.0, 80_000.0, 62.0, 150.0),
+        moment(1, 18_000.0, 0.0, 40.0, 10.0),
+        moment(11, 9_000.0, 40_000.0, 24.0, 275.0),
+        moment(5, 0.0, 50_000.0, 45.0, 90.0),
+    ]
+    .into()
+}
+
+/// Computes the values of the first grid of a scene at all moments, in eight passes.
+fn at_moments(scene: &Scene) -> Vec<Moments> {
+    let overcast = Scene { daylight: Some(daylight(1, 4000.0, 90.0, 0.0)), ..scene.clone() };
+    let method = light_tracing(&overcast, 256, 3);
+    let method = AtMoments::<1>::new(method, (&traceable(&overcast), &overcast.grids), moments(), (5, 0.002));
+    run(&overcast, &method, 8).grids[0].moments.clone()
+}
+
+/// Fails unless all sensors have the illuminances that light tracing finds at each moment alone, within 4.5 standard errors (of some
+/// hundred values), and half a percent of the sky's light for its division into patches.
+#[track_caller]
+fn agrees(scene: &Scene, what: &str) {
+    let found = at_moments(scene);
+    let count = moments().len();
+    let mut squares = Moments::default();
+    for (number, moment) in moments().iter().enumerate() {
+        let zenith = moment.diffuse_horizontal_lux / moment.distribution.horizontal_ratio();
+        let sun = Sun { direction: moment.sun, normal_illuminance_lux: moment.direct_normal_lux };
+        let daylight = Daylight {
+            sky: (zenith > 0.0).then(|| Sky::new(moment.distribution.clone(), zenith)),
+            sun: (moment.direct_normal_lux > 0.0).then_some(sun),
+            formula: ZenithFormula::GivenZenithLuminance,
+        };
+        let alone = Scene { daylight: Some(daylight), ..scene.clone() };
+        let (lux, errors) = values(&run(&alone, light_tracing(&alone, 16_384, 8).as_ref(), 8));
+        for (sensor, (lux, error)) in lux.into_iter().zip(errors).enumerate() {
+            let value = found[sensor * columns(count) + number];
+            let error = error.hypot(value.standard_error());
+            let excess = ((value.mean - lux).abs() - 0.005 * lux).max(0.0);
+            assert!(
+                excess <= 4.5 * error,
+                "{what}, moment {number}, sensor {sensor}: {} instead of {lux} +- {error}",
+                value.mean
+            );
+            squares.push((excess / error.max(f64::MIN_POSITIVE)).powi(2));
+        }
+    }
+    assert!(squares.mean < 1.6, "{what}: mean square {}", squares.mean);
+}
+
+fn room(tubes: Vec<Tube>, estimate: EstimateKind) -> Scene {
+    let mut scene = cube(0.3, 0.5, 0.7, tubes, daylight(1, 4000.0, 90.0, 0.0), estimate);
+    scene.grids = vec![Grid::new("desks".into(), 0.7, [4, 4], 0.1, [SIDE, SIDE], estimate)];
+    scene
+}
+
+#[test]
+fn points_below_a_clear_closure() {
+    agrees(&room(vec![straight(0.8, 0.95, clear())], EstimateKind::Point), "clear, points");
+}
+
+#[test]
+fn cells_below_a_bent_tube() {
+    agrees(&room(vec![bent(clear())], EstimateKind::CellAverage), "bent, cells");
+}
+
+#[test]
+fn points_below_lambertian_and_measured_closures() {
+    let tubes = [straight(0.8, 0.95, lambertian(0.6, 0.2)), straight(0.5, 0.9, peaked())];
+    let mut scene = furnished(tubes, EstimateKind::Point);
+    scene.room.luminaires.clear();
+    agrees(&scene, "Lambertian and measured, furnished");
+}
+
+#[test]
+fn cells_below_mixed_closures() {
+    let tubes = [straight(0.8, 0.95, mixed(DiffuserZone::Lambertian)), straight(0.5, 0.9, mixed(DiffuserZone::Clear))];
+    let mut scene = furnished(tubes, EstimateKind::CellAverage);
+    scene.room.luminaires.clear();
+    // few of the photons of a moment cross a cell in a glossy lobe
+    scene.room.enclosure.paint(Face::East as usize, Some(Surface::diffuse([0.5; 3])));
+    agrees(&scene, "mixed, furnished");
+}
+
+/// Checks what is summed over the moments: the exposure, and the hours in which direct sunlight alone gives 1000 lx. The beam of a sun in
+/// the zenith above a short clear pipe lights the point below it, and no other.
+#[test]
+fn sums_over_moments() {
+    let mut scene = room(vec![straight(0.1, 0.95, clear())], EstimateKind::Point);
+    scene.grids = vec![Grid::new("row".into(), 0.7, [3, 1], 0.1, [SIDE, SIDE], EstimateKind::Point)];
+    let sun = DVec3::Z;
+    let moment = |direct_normal_lux: f64, occupied_hours: f64| SkyMoment {
+        distribution: SkyDistribution::new(CieType::UNIFORM, sun),
+        diffuse_horizontal_lux: 5000.0,
+        sun,
+        direct_normal_lux,
+        hours: 2.0,
+        occupied_hours,
+    };
+    // 0.8 pass the closure
+    let lit = DIRECT_LUX / 0.8;
+    let moments: Arc<[SkyMoment]> = [moment(1.05 * lit, 2.0), moment(0.95 * lit, 1.0), moment(2.0 * lit, 0.5)].into();
+    let method = AtMoments::<1>::new(light_tracing(&scene, 256, 3), (&traceable(&scene), &scene.grids), moments, (5, 0.05));
+    let values = run(&scene, &method, 2).grids[0].moments.clone();
+    let hours = [0, 1, 2].map(|sensor| values[sensor * columns(3) + 4]);
+    assert_eq!(hours.map(|hours| hours.mean), [0.0, 2.5, 0.0]);
+    for sensor in 0..3 {
+        let of_sensor = &values[sensor * columns(3)..][..columns(3)];
+        let sum: f64 = of_sensor[..3].iter().map(|value| 2.0 * value.mean).sum();
+        assert!((of_sensor[3].mean / sum - 1.0).abs() < 1e-12);
+    }
+}
+
+/// Checks what is refused: points whose beams come from a bent pipe, and sensors that are in no level grid.
+#[test]
+fn what_cannot_be_computed_is_refused() {
+    let refusal = |scene: &Scene| {
+        let traceable = traceable(scene);
+        refuses(&Task::whole(scene, &traceable)).map(|refusal| refusal.code)
+    };
+    let of_tube = |tube: Tube, estimate| refusal(&room(vec![tube], estimate));
+    assert_eq!(of_tube(bent(clear()), EstimateKind::Point), Some(RefusalCode::ClearClosuresOfBentTubes));
+    assert_eq!(of_tube(bent(clear()), EstimateKind::CellAverage), None);
+    assert_eq!(of_tube(straight(0.8, 0.95, clear()), EstimateKind::Point), None);
+    let mut scene = room(vec![straight(0.8, 0.95, clear())], EstimateKind::Point);
+    let sensor = Sensor { position: DVec3::new(1.0, 1.0, 1.0), normal: DVec3::X };
+    scene.grids = vec![Grid::points("wall".into(), vec![sensor])];
+    assert_eq!(refusal(&scene), Some(RefusalCode::PlacedSensors));
+}
