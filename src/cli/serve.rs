@@ -20,6 +20,7 @@ use crate::cli::config::{Config, Flags, Role};
 use crate::cli::{metrics, telemetry};
 use crate::db;
 use crate::http::{self, Access, Permits, Readiness, Shared, StudyFiles, Watched};
+use crate::present::reader::made_years;
 use crate::queue::artifacts::Artifacts;
 use crate::queue::deletion::Deletion;
 use crate::queue::file_lock::FileLock;
@@ -191,6 +192,7 @@ impl RunningService {
             watched: Watched::default(),
             watched_studies: Watched::default(),
             study_files: StudyFiles::default(),
+            years: Arc::new(made_years()),
             queue_was_full: AtomicBool::default(),
             readiness: Readiness::default(),
             limits: config.limits.clone(),

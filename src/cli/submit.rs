@@ -148,7 +148,8 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
     let surfaces = job["document"]["surfaces"] == true;
     let mut outputs = result_outputs(names("grids"), names("views"), tubes, surfaces);
     if job["document"]["annual"].is_object() {
-        outputs.extend(annual_outputs(names("grids")));
+        let dimming = job["document"]["annual"]["dimming"].is_object();
+        outputs.extend(annual_outputs(names("grids"), dimming));
     }
     for output in outputs.into_iter().filter(|output| figures.has(output)) {
         let file = output.file();

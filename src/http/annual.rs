@@ -6,11 +6,12 @@ use uuid::Uuid;
 
 use crate::document::result::annual::PointsYearResult;
 use crate::document::result::weather_files::AnnualResult;
-use crate::http::App;
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
 use crate::http::problem::{Path, Problem};
 use crate::http::results::{grid_names, no_such_output, result_file};
+use crate::http::{App, Service};
+use crate::present::annual::STATIC_APERTURES;
 use crate::present::outputs::{Annual, Output, annual_outputs, moments_outputs};
 
 /// Returns the year of a job: light of the tubes, metrics of the grids, and verdicts.
@@ -32,7 +33,7 @@ pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Resul
     params(("id" = Uuid, Path), ("file" = String, Path,
         description = "One of the names in the job's `links.annual`: `hours.csv`, `fluxes.svg`, and for each grid \
                        `points.NAME.json`, `.csv`, `.npy` and `.ill`, `autonomy.NAME.svg` and `by_hour.NAME.svg`; \
-                       figures also as `.png` and `.pdf`")),
+                       figures also as `.png` and `.pdf`; `lighting.csv` with `dimming`")),
     responses(
         (status = 200, description = "The file",
             content((PointsYearResult = "application/json"), (String = "text/csv"), (String = "text/plain"),
@@ -43,10 +44,58 @@ pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Resul
         (status = 416, description = "The range is not in the file"),
         (status = 404, description = "No such job or file, the job has no `annual`, or the first pass has not finished yet")))]
 pub async fn file(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
-    let grids = grid_names(&app, id).await?;
-    let path = format!("annual/{file}");
+    in_folder(&app, id, "annual", &file, &headers).await
+}
+
+/// Returns a file of a year for the post-processing of Honeybee.
+#[utoipa::path(get, path = "/v1/jobs/{id}/annual/honeybee/{file}", operation_id = "get_annual_honeybee", tag = "results",
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "`grids_info.json`, `study_info.json` or `sun-up-hours.txt`")),
+    responses(
+        (status = 200, description = "The file", content((serde_json::Value = "application/json"), (String = "text/plain"))),
+        (status = 206, description = "The requested range of bytes"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
+        (status = 416, description = "The range is not in the file"),
+        (status = 404, description = "No such job or file, the job has no `annual`, or the first pass has not finished yet")))]
+pub async fn honeybee(
+    app: App,
+    Path((id, file)): Path<(Uuid, String)>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    in_folder(&app, id, "annual/honeybee", &file, &headers).await
+}
+
+/// Returns the illuminances of a grid in the records with light for the post-processing of Honeybee.
+#[utoipa::path(get, path = "/v1/jobs/{id}/annual/honeybee/__static_apertures__/default/total/{file}",
+    operation_id = "get_annual_honeybee_grid", tag = "results",
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "Name of the grid and `.npy`")),
+    responses(
+        (status = 200, description = "Array of NumPy: float32, sensors x records, in lux",
+            content((inline(Binary) = "application/octet-stream"))),
+        (status = 206, description = "The requested range of bytes"),
+        (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
+        (status = 416, description = "The range is not in the file"),
+        (status = 404, description = "No such job or grid, the job has no `annual`, or the first pass has not finished yet")))]
+pub async fn honeybee_grid(
+    app: App,
+    Path((id, file)): Path<(Uuid, String)>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let folder = format!("annual/honeybee/{STATIC_APERTURES}/default/total");
+    in_folder(&app, id, &folder, &file, &headers).await
+}
+
+async fn in_folder(
+    app: &Service,
+    id: Uuid,
+    folder: &str,
+    file: &str,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let grids = grid_names(app, id).await?;
+    let path = format!("{folder}/{file}");
+    // a file that the year does not have is not made
     let names = || grids.iter().map(String::as_str);
-    let mut outputs = annual_outputs(names()).into_iter().chain(moments_outputs(names()));
+    let mut outputs = annual_outputs(names(), true).into_iter().chain(moments_outputs(names()));
     let output = outputs.find(|output| output.file() == path).ok_or_else(no_such_output)?;
-    Ok(formats::named(result_file(&app, id, &headers, output).await?, &file))
+    Ok(formats::named(result_file(app, id, headers, output).await?, file))
 }

@@ -114,7 +114,7 @@ pub(super) async fn read<T: Send + 'static>(
     }
     let turn = permit(&app.permits.reading).await?;
     let (submitted, state) = stored(app, id).await?;
-    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
+    let (meshes, years, runtime) = (app.meshes.clone(), app.years.clone(), tokio::runtime::Handle::current());
     if let Some(bytes) = state {
         let made = off_thread(turn, move |cancel| {
             let prepared = prepare(submitted.as_bytes(), &meshes.for_document(runtime, cancel));
@@ -141,6 +141,7 @@ pub(super) async fn read<T: Send + 'static>(
             files,
             tubes: tubes.and_then(Result::ok).unwrap_or_default(),
             prepare: Box::new(prepare),
+            years: Some((years, id.to_string())),
         };
         work(&results, job)
     });

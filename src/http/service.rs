@@ -17,6 +17,7 @@ use crate::http::readiness::Readiness;
 use crate::http::studies::made::StudyFiles;
 use crate::http::studies::watched::StudyEvents;
 use crate::http::watched::Watched;
+use crate::present::reader::MadeYears;
 use crate::queue::artifacts::Artifacts;
 use crate::queue::deletion::Deletion;
 use crate::queue::live::LiveJobs;
@@ -41,6 +42,8 @@ pub struct Shared {
     pub watched: Watched<JobEvents>,
     pub watched_studies: Watched<StudyEvents>,
     pub study_files: StudyFiles,
+    /// Years of jobs that have ended, for their next files.
+    pub years: Arc<MadeYears>,
     /// True if the last posted job found no place in the queue.
     pub queue_was_full: AtomicBool,
     /// Result of the last check that the service can write.

@@ -5,6 +5,7 @@
 
 pub mod csv;
 pub mod exr;
+pub mod npy;
 pub mod png;
 mod raster;
 pub mod seen;

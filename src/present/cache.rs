@@ -37,6 +37,11 @@ impl<K: PartialEq, T: Clone> Cache<K, T> {
         value
     }
 
+    /// Forgets the value of a key, so that the next request computes it.
+    pub fn forget(&self, key: &K) {
+        self.values().retain(|(other, _)| other != key);
+    }
+
     fn slot(&self, key: K) -> Slot<T> {
         let mut values = self.values();
         let known = values.iter().rposition(|(other, _)| *other == key).and_then(|index| values.remove(index));
@@ -83,6 +88,8 @@ mod tests {
         assert_eq!(ask(2), 5, "1 goes");
         assert_eq!(ask(1), 6);
         assert_eq!(kept.values().len(), 3);
+        kept.forget(&1);
+        assert_eq!(ask(1), 7);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::annual::STATIC_APERTURES;
 use crate::figure::FigureFormat;
 use crate::figure::paint::Scale;
 
@@ -34,11 +35,14 @@ pub enum Format {
     /// Binary glTF.
     #[serde(skip)]
     Glb,
+    /// Plain text.
+    #[serde(skip)]
+    Txt,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Json,
         Self::Csv,
         Self::Png,
@@ -49,6 +53,7 @@ impl Format {
         Self::Npy,
         Self::Ill,
         Self::Glb,
+        Self::Txt,
     ];
 
     /// Returns the extension of a file's name, without the dot.
@@ -64,6 +69,7 @@ impl Format {
             Self::Npy => "npy",
             Self::Ill => "ill",
             Self::Glb => "glb",
+            Self::Txt => "txt",
         }
     }
 
@@ -78,7 +84,7 @@ impl Format {
             Self::Exr => "image/x-exr",
             Self::Html => "text/html",
             Self::Npy => "application/octet-stream",
-            Self::Ill => "text/plain",
+            Self::Ill | Self::Txt => "text/plain",
             Self::Glb => "model/gltf-binary",
         }
     }
@@ -89,7 +95,7 @@ impl Format {
             Self::Svg => Some(FigureFormat::Svg),
             Self::Png => Some(FigureFormat::Png(scale)),
             Self::Pdf => Some(FigureFormat::Pdf),
-            Self::Json | Self::Csv | Self::Exr | Self::Html | Self::Npy | Self::Ill | Self::Glb => None,
+            Self::Json | Self::Csv | Self::Exr | Self::Html | Self::Npy | Self::Ill | Self::Glb | Self::Txt => None,
         }
     }
 }
@@ -128,6 +134,34 @@ pub enum Annual {
     Autonomy(String),
     /// Mean illuminance of a grid by day and hour.
     ByHour(String),
+    /// Fractions of the electric power in all records.
+    Lighting,
+    /// Part of the folder for Honeybee.
+    Honeybee(Honeybee),
+}
+
+/// File for the post-processing of Honeybee; grids have names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Honeybee {
+    /// Grids and the groups of apertures that light them.
+    Grids,
+    /// Records of the year.
+    Study,
+    /// Hours of the records with light.
+    SunUpHours,
+    /// Illuminances of the sensors of a grid in the records with light.
+    Points(String),
+}
+
+impl Honeybee {
+    fn file(&self) -> String {
+        match self {
+            Self::Grids => "grids_info".to_owned(),
+            Self::Study => "study_info".to_owned(),
+            Self::SunUpHours => "sun-up-hours".to_owned(),
+            Self::Points(name) => format!("{STATIC_APERTURES}/default/total/{name}"),
+        }
+    }
 }
 
 impl Output {
@@ -148,6 +182,8 @@ impl Output {
                 Annual::Moments(name) => format!("annual/moments.{name}.{suffix}"),
                 Annual::Autonomy(name) => format!("annual/autonomy.{name}.{suffix}"),
                 Annual::ByHour(name) => format!("annual/by_hour.{name}.{suffix}"),
+                Annual::Lighting => format!("annual/lighting.{suffix}"),
+                Annual::Honeybee(part) => format!("annual/honeybee/{}.{suffix}", part.file()),
             },
             Self::Surfaces(Format::Glb) => format!("scene.{suffix}"),
             Self::Surfaces(_) => format!("surfaces.{suffix}"),
@@ -192,9 +228,10 @@ pub fn result_outputs<'a>(
     grids.chain(views).chain(tubes).chain(surfaces).collect()
 }
 
-/// Lists the files of a year with these grids, in the order of [`result_outputs`], which has those of every job.
-pub fn annual_outputs<'a>(grids: impl IntoIterator<Item = &'a str>) -> Vec<Output> {
-    use Format::{Csv, Ill, Json, Npy, Pdf, Png, Svg};
+/// Lists the files of a year with these grids, in the order of [`result_outputs`], which has those of every job; `dimming` tells whether it has
+/// electric light.
+pub fn annual_outputs<'a>(grids: impl IntoIterator<Item = &'a str>, dimming: bool) -> Vec<Output> {
+    use Format::{Csv, Ill, Json, Npy, Pdf, Png, Svg, Txt};
     let part = |part: Annual, formats: &[Format]| -> Vec<Output> {
         formats.iter().map(|format| Output::Annual(part.clone(), *format)).collect()
     };
@@ -202,10 +239,18 @@ pub fn annual_outputs<'a>(grids: impl IntoIterator<Item = &'a str>) -> Vec<Outpu
     let of_grid = |name: &str| {
         let points = part(Annual::Points(name.to_owned()), &[Json, Csv, Npy, Ill]);
         let maps = [Annual::Autonomy(name.to_owned()), Annual::ByHour(name.to_owned())];
-        points.into_iter().chain(maps.into_iter().flat_map(|map| part(map, &figure))).collect::<Vec<_>>()
+        let of_honeybee = part(Annual::Honeybee(Honeybee::Points(name.to_owned())), &[Npy]);
+        points
+            .into_iter()
+            .chain(maps.into_iter().flat_map(|map| part(map, &figure)))
+            .chain(of_honeybee)
+            .collect::<Vec<_>>()
     };
-    let whole = [part(Annual::Summary, &[Json]), part(Annual::Hours, &[Csv]), part(Annual::Fluxes, &figure)];
-    whole.into_iter().flatten().chain(grids.into_iter().flat_map(of_grid)).collect()
+    let honeybee = [(Honeybee::Grids, Json), (Honeybee::Study, Json), (Honeybee::SunUpHours, Txt)];
+    let honeybee = honeybee.map(|(file, format)| Output::Annual(Annual::Honeybee(file), format));
+    let lighting = if dimming { part(Annual::Lighting, &[Csv]) } else { Vec::new() };
+    let whole = [part(Annual::Summary, &[Json]), part(Annual::Hours, &[Csv]), lighting, part(Annual::Fluxes, &figure)];
+    whole.into_iter().flatten().chain(honeybee).chain(grids.into_iter().flat_map(of_grid)).collect()
 }
 
 /// Lists the files of a year that is computed moment by moment, beside [`annual_outputs`]: one for each grid.
@@ -229,7 +274,7 @@ mod tests {
     fn no_two_outputs_have_one_file() {
         let views = ["a", "a.false_colour", "a.pass16", "a.png", "false_colours"];
         let grids = ["a", "a.json", "a.png", "hours", "points.a"];
-        let outputs = [result_outputs(grids, views, 2, true), annual_outputs(grids)].concat();
+        let outputs = [result_outputs(grids, views, 2, true), annual_outputs(grids, true)].concat();
         let mut files: Vec<String> = outputs.iter().map(Output::file).collect();
         files.extend(views.iter().flat_map(|view| [1, 16].map(|passes| progress_image(view, passes))));
         let distinct: BTreeSet<&String> = files.iter().collect();

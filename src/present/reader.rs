@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::annual::{JobYear, npy};
+use super::annual::JobYear;
 use super::cache::Cache;
 use super::grid_figure::{GridWishes, grid_figure};
-use super::outputs::{Annual, Format, Output, annual_outputs, moments_outputs, result_outputs};
+use super::outputs::{Annual, Format, Honeybee, Output, annual_outputs, moments_outputs, result_outputs};
 use super::scene_model::scene_glb;
 use super::subject::Subject;
 use super::tube_figure::tube_figure;
@@ -25,7 +25,7 @@ use crate::estimate::{Estimate, FilmEstimate};
 use crate::figure::paint::Scale;
 use crate::figure::{Drawing, FigureFormat};
 use crate::output::exr::{self, ViewImage};
-use crate::output::{OutputError, Raster, csv, png};
+use crate::output::{OutputError, Raster, csv, npy, png};
 use crate::plan::EffectKind;
 use crate::present::prepared::Prepared;
 use crate::scene::surface_patches::surface_patches;
@@ -140,11 +140,21 @@ fn of_year(
         Annual::Fluxes => Some(year.fluxes_figure(subject)),
         Annual::Autonomy(grid) => year.autonomy_figure(subject, grid),
         Annual::ByHour(grid) => year.hours_figure(subject, grid),
-        Annual::Summary | Annual::Hours | Annual::Points(_) | Annual::Moments(_) => None,
+        Annual::Summary
+        | Annual::Hours
+        | Annual::Points(_)
+        | Annual::Moments(_)
+        | Annual::Lighting
+        | Annual::Honeybee(_) => None,
     };
     Ok(match (part, format) {
         (Annual::Summary, Format::Json) => Some(json(name, &year.summary())),
         (Annual::Hours, Format::Csv) => Some(Ok(year.hours_csv().into_bytes())),
+        (Annual::Lighting, Format::Csv) => year.lighting_csv().map(|text| Ok(text.into_bytes())),
+        (Annual::Honeybee(Honeybee::Grids), Format::Json) => Some(json(name, &year.honeybee_grids())),
+        (Annual::Honeybee(Honeybee::Study), Format::Json) => Some(json(name, &year.honeybee_study())),
+        (Annual::Honeybee(Honeybee::SunUpHours), Format::Txt) => Some(Ok(year.honeybee_hours().into_bytes())),
+        (Annual::Honeybee(Honeybee::Points(grid)), Format::Npy) => year.honeybee_lux(grid).map(Ok),
         (Annual::Points(grid), Format::Json) => year.points(grid).map(|points| json(name, &points)),
         (Annual::Points(grid), Format::Csv) => year.points(grid).map(|points| Ok(points.csv().into_bytes())),
         (Annual::Points(grid), Format::Npy) => year.npy(grid).map(Ok),
@@ -168,6 +178,20 @@ pub fn made_files() -> MadeFiles {
     MadeFiles::new(MOST_BYTES, |made| match made {
         Ok(Some(file)) => file.bytes.len().max(LEAST_BYTES),
         _ => LEAST_BYTES,
+    })
+}
+
+/// Years of jobs that have ended, by the key of [`Kept::years`], for the next files of these jobs.
+pub type MadeYears = Cache<String, Found<Arc<JobYear>>>;
+
+/// Largest number of bytes of the years of ended jobs that are kept.
+const MOST_BYTES_OF_YEARS: usize = 128 << 20;
+
+/// Returns a cache of the years of ended jobs.
+pub fn made_years() -> MadeYears {
+    MadeYears::new(MOST_BYTES_OF_YEARS, |made| match made {
+        Ok(Some(year)) => year.bytes(),
+        _ => 0,
     })
 }
 
@@ -305,12 +329,29 @@ pub struct Kept {
     pub tubes: Vec<TubeResult>,
     /// Prepares the job anew, for reports on its tubes.
     pub prepare: Box<dyn Fn() -> Result<Prepared, DocumentErrors> + Send>,
+    /// Years of jobs that have ended, with the key of this job; `None` where no second file is asked for.
+    pub years: Option<(Arc<MadeYears>, String)>,
 }
 
 impl Kept {
     fn read<T>(&self, output: Output, read: impl FnOnce(&[u8]) -> Result<T, String>) -> Found<T> {
         let name = output.file();
         self.files.get(&name).map(|bytes| read(bytes)).transpose().map_err(|error| failed(&name, error))
+    }
+
+    fn computed_year(&self) -> Found<Arc<JobYear>> {
+        let document = self.subject.document.as_ref().filter(|document| document.annual.is_some());
+        let Some(document) = document else { return Ok(None) };
+        let grids = document.grids.iter().map(|grid| self.grid(&grid.name)).collect::<Result<Vec<_>, _>>()?;
+        if grids.iter().any(Option::is_none) {
+            return Ok(None);
+        }
+        let prepared = (self.prepare)().map_err(|errors| failed("annual", errors))?;
+        prepared.year(0, || {
+            let with_moments = |grid: GridResult| Ok((self.moments(&grid.name)?.unwrap_or_default(), grid));
+            let grids = grids.into_iter().flatten().map(with_moments);
+            grids.map(|found| found.map(|(moments, grid)| (grid, moments))).collect()
+        })
     }
 }
 
@@ -350,18 +391,12 @@ impl ResultReader for Kept {
     }
 
     fn year(&self) -> Found<Arc<JobYear>> {
-        let document = self.subject.document.as_ref().filter(|document| document.annual.is_some());
-        let Some(document) = document else { return Ok(None) };
-        let grids = document.grids.iter().map(|grid| self.grid(&grid.name)).collect::<Result<Vec<_>, _>>()?;
-        if grids.iter().any(Option::is_none) {
-            return Ok(None);
+        let Some((years, key)) = &self.years else { return self.computed_year() };
+        let year = years.get(key.clone(), || self.computed_year());
+        if !matches!(year, Ok(Some(_))) {
+            years.forget(key);
         }
-        let prepared = (self.prepare)().map_err(|errors| failed("annual", errors))?;
-        prepared.year(0, || {
-            let with_moments = |grid: GridResult| Ok((self.moments(&grid.name)?.unwrap_or_default(), grid));
-            let grids = grids.into_iter().flatten().map(with_moments);
-            grids.map(|found| found.map(|(moments, grid)| (grid, moments))).collect()
-        })
+        year
     }
 
     fn moments(&self, name: &str) -> Found<Vec<Value>> {
@@ -384,7 +419,7 @@ impl Prepared {
         let views = self.scene.views.iter().map(|view| view.name.as_str());
         let mut outputs = result_outputs(grids.clone(), views, self.scene.tubes.len(), surfaces);
         if let Some(annual) = &self.annual {
-            outputs.extend(annual_outputs(grids.clone()));
+            outputs.extend(annual_outputs(grids.clone(), annual.document.dimming.is_some()));
             outputs.extend(moments_outputs(grids).filter(|_| annual.at_moments));
         }
         outputs
@@ -408,12 +443,12 @@ impl Prepared {
 /// Writes the values of a grid at all moments, and then their standard errors, sensor by sensor.
 fn moments_npy(values: &[Value]) -> Vec<u8> {
     let of = |of: fn(&Value) -> f64| values.iter().map(move |value| of(value) as f32);
-    npy::write(&[2, values.len()], of(|value| value.value).chain(of(|value| value.standard_error)))
+    npy::encode([2, values.len()], of(|value| value.value).chain(of(|value| value.standard_error)))
 }
 
 /// Reads what [`moments_npy`] wrote.
 fn moments_of_npy(bytes: &[u8]) -> Result<Vec<Value>, String> {
-    let numbers = npy::read(bytes)?;
+    let numbers = npy::decode(bytes)?;
     let (values, errors) = numbers.split_at(numbers.len() / 2);
     let value = |(value, error): (&f32, &f32)| Value { value: f64::from(*value), standard_error: f64::from(*error) };
     Ok(values.iter().zip(errors).map(value).collect())

@@ -251,8 +251,13 @@ mod tests {
         let job = job();
         let subject = Subject::new(&job["document"], &job["plan"]);
         let prepare = || prepare(b"", &NoMeshes);
-        let nothing =
-            Kept { subject: subject.into(), files: HashMap::new(), tubes: Vec::new(), prepare: Box::new(prepare) };
+        let nothing = Kept {
+            subject: subject.into(),
+            files: HashMap::new(),
+            tubes: Vec::new(),
+            prepare: Box::new(prepare),
+            years: None,
+        };
         let sheet = report(&nothing, &job, "skyduct".to_owned()).unwrap();
         let said: Vec<String> = sheet
             .parts

@@ -5,7 +5,7 @@ use skyduct::annual::weather::Record;
 use skyduct::document::result::annual::{WithInterval, YearResult};
 use skyduct::document::result::weather_files::AnnualResult;
 use skyduct::document::{FileSource as _, JobDocument};
-use skyduct::present::outputs::{Annual, Format, Output};
+use skyduct::present::outputs::{Annual, Format, Honeybee, Output};
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
 
@@ -133,6 +133,34 @@ fn files_have_all_hours_and_sensors() {
     assert_eq!(lux.len(), 100 * 8760);
     let ill = text(Annual::Points("desks".to_owned()), Format::Ill);
     assert_eq!((ill.lines().count(), ill.lines().next().unwrap().split('\t').count()), (100, 4396));
+    let lighting = text(Annual::Lighting, Format::Csv);
+    let fractions = |hour: &str| -> Vec<f64> {
+        let rows = lighting.lines().skip(1).filter(|row| row.split(',').nth(2) == Some(hour));
+        rows.map(|row| row.split(',').nth(3).unwrap().parse().unwrap()).collect()
+    };
+    assert!(lighting.lines().count() == 8761 && fractions("3.5").iter().all(|fraction| *fraction == 0.0));
+    let noon = fractions("12.5");
+    assert!(noon.len() == 365 && noon.iter().all(|fraction| (0.1..=1.0).contains(fraction)) && noon.contains(&0.1));
+
+    let of_honeybee = |part: Honeybee, format: Format| file(&prepared, 2, Annual::Honeybee(part), format);
+    let hours = String::from_utf8(of_honeybee(Honeybee::SunUpHours, Format::Txt)).unwrap();
+    let hours: Vec<usize> = hours.lines().map(|hour| hour.parse().unwrap()).collect();
+    let grids: Value = serde_json::from_slice(&of_honeybee(Honeybee::Grids, Format::Json)).unwrap();
+    assert_eq!((grids[0]["full_id"].as_str(), grids[0]["count"].as_u64()), (Some("desks"), Some(100)));
+    let study: Value = serde_json::from_slice(&of_honeybee(Honeybee::Study, Format::Json)).unwrap();
+    assert_eq!(
+        (study["study_hours"].as_array().unwrap().len(), study["study_hours"][8759].as_f64()),
+        (8760, Some(8759.0))
+    );
+    let lit = of_honeybee(Honeybee::Points("desks".to_owned()), Format::Npy);
+    let lit: Vec<f32> = lit[lit.len() - 4 * 100 * 4396..]
+        .chunks_exact(4)
+        .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
+        .collect();
+    for (place, hour) in hours.iter().enumerate().step_by(97) {
+        assert_eq!((lit[place], lit[99 * 4396 + place]), (lux[*hour], lux[99 * 8760 + hour]));
+    }
+
     // exposure is the sum of the hours
     let csv = text(Annual::Points("desks".to_owned()), Format::Csv);
     let place = csv.lines().next().unwrap().split(',').position(|name| name == "exposure_klxh").unwrap();

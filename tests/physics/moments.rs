@@ -12,7 +12,8 @@ use skyduct::sky::{CieType, Sky, SkyDistribution, SkyMoment, Sun, direction};
 use skyduct::statistics::Moments;
 
 use crate::scenes::{
-    SIDE, bent, clear, cube, daylight, furnished, lambertian, light_tracing, mixed, peaked, run, straight, traceable, values,
+    SIDE, bent, clear, cube, daylight, furnished, lambertian, light_tracing, mixed, peaked, run, straight, traceable,
+    values,
 };
 
 /// A clear sky with a high sun, an overcast sky, a low sun, and a moment of a sun alone.
@@ -129,7 +130,8 @@ fn sums_over_moments() {
     // 0.8 pass the closure
     let lit = DIRECT_LUX / 0.8;
     let moments: Arc<[SkyMoment]> = [moment(1.05 * lit, 2.0), moment(0.95 * lit, 1.0), moment(2.0 * lit, 0.5)].into();
-    let method = AtMoments::<1>::new(light_tracing(&scene, 256, 3), (&traceable(&scene), &scene.grids), moments, (5, 0.05));
+    let method =
+        AtMoments::<1>::new(light_tracing(&scene, 256, 3), (&traceable(&scene), &scene.grids), moments, (5, 0.05));
     let values = run(&scene, &method, 2).grids[0].moments.clone();
     let hours = [0, 1, 2].map(|sensor| values[sensor * columns(3) + 4]);
     assert_eq!(hours.map(|hours| hours.mean), [0.0, 2.5, 0.0]);

@@ -51,7 +51,8 @@ impl Dimming {
         let full_kwh = 1e-3 * area_m2 * self.power_w_m2 * hours * mean.records as f64;
         let dark = mean.records.saturating_sub(mean.lit_lux.len()) as f64;
         let saved = |fraction: &dyn Fn(f64) -> f64| {
-            let used = mean.sum_over_lit(fraction).plus(dark * fraction(0.0)).times(full_kwh / mean.records.max(1) as f64);
+            let used =
+                mean.sum_over_lit(fraction).plus(dark * fraction(0.0)).times(full_kwh / mean.records.max(1) as f64);
             Value { value: full_kwh - used.value, ..used }
         };
         Energy {

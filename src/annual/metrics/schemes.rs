@@ -177,8 +177,11 @@ mod tests {
             "ABNT NBR 15575 intermediate: lux in the middle on 23 April and 23 October at 9:30 and 15:30",
         ];
         assert_eq!(passed, expected);
-        let undecided: Vec<&str> =
-            verdicts.iter().filter(|verdict| verdict.outcome == Outcome::Undecided).map(|verdict| verdict.scheme).collect();
+        let undecided: Vec<&str> = verdicts
+            .iter()
+            .filter(|verdict| verdict.outcome == Outcome::Undecided)
+            .map(|verdict| verdict.scheme)
+            .collect();
         assert_eq!(undecided, ["LEED v4.1"]);
         assert!(verdicts.iter().all(|verdict| verdict.points == 2));
     }

@@ -47,6 +47,12 @@ impl Weather {
         24 * self.records_per_hour as usize
     }
 
+    /// Returns the hours from the beginning of the year to the middle of a record's interval.
+    pub fn middle_of_year_hours(&self, record: &Record) -> f64 {
+        let day = day_of_year(self.year_of_sun, (record.month, record.day));
+        24.0 * f64::from(day.saturating_sub(1)) + record.middle_hour
+    }
+
     /// Returns the time for which a record stands: the middle of its interval as the sun's offset moves it.
     pub fn represented(&self, record: &Record, sun_offset_minutes: f64) -> Represented {
         let later = (sun_offset_minutes - usual_offset_minutes(self.file.format, self.records_per_hour)) / 60.0;

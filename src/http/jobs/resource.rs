@@ -221,7 +221,8 @@ impl JobResource {
         let [surfaces, scene] = [Format::Json, Format::Glb].map(of_surfaces);
         summary.links.figures = Some(figures.collect());
         if job.document["annual"].is_object() {
-            let files = annual_outputs(names(&job.document, "grids")).into_iter();
+            let dimming = job.document["annual"]["dimming"].is_object();
+            let files = annual_outputs(names(&job.document, "grids"), dimming).into_iter();
             summary.links.annual = Some(
                 files
                     .map(|output| match output {

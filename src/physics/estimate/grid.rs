@@ -200,7 +200,13 @@ impl GridEstimate {
             free: _,
             area: _,
         } = self;
-        sensors.iter_mut().chain(bias).chain(contrasts).chain(moments).chain([mean]).for_each(|moments| moments.for_each_value(f));
+        sensors
+            .iter_mut()
+            .chain(bias)
+            .chain(contrasts)
+            .chain(moments)
+            .chain([mean])
+            .for_each(|moments| moments.for_each_value(f));
         photons
             .iter_mut()
             .flat_map(|PhotonCount { found, one_lux, brightest_lux }| [found, one_lux, brightest_lux])

@@ -5,12 +5,13 @@ use std::fmt::Write as _;
 use crate::annual::metrics::Value;
 use crate::annual::summary::{Hour, PointYear, row_lux};
 
-use super::{FileYear, GridOfYear, JobYear, npy};
+use super::{FileYear, GridOfYear, JobYear};
 use crate::document::annual::AnnualDocument;
 use crate::document::result::annual::{
     ColumnResult, Conventions, GridYearResult, PointsYearResult, SiteResult, TubeYearResult, YearResult,
 };
 use crate::document::result::weather_files::AnnualResult;
+use crate::output::npy;
 
 impl FileYear {
     /// Returns the summary of the year, with these names of its grids.
@@ -83,7 +84,10 @@ impl JobYear {
         }
         let by_tube = year.points.iter().map(|point| point.by_tube_lux.len()).max().unwrap_or(0);
         for tube in 0..by_tube {
-            let exact = move |point: &PointYear| Value { value: point.by_tube_lux.get(tube).copied().unwrap_or(0.0), standard_error: 0.0 };
+            let exact = move |point: &PointYear| Value {
+                value: point.by_tube_lux.get(tube).copied().unwrap_or(0.0),
+                standard_error: 0.0,
+            };
             columns.push(ColumnResult {
                 standard_errors: Vec::new(),
                 ..column(format!("mean_of_tube_{tube}_lux"), &exact)
@@ -139,7 +143,7 @@ impl JobYear {
     pub fn npy(&self, name: &str) -> Option<Vec<u8>> {
         let (_, of) = self.grid(name)?;
         let (sensors, records) = (of.weights.len(), self.first.weather.records.len());
-        Some(npy::write(&[sensors, records], (0..sensors).flat_map(|sensor| of.row(sensor, self, records))))
+        Some(npy::encode([sensors, records], (0..sensors).flat_map(|sensor| of.row(sensor, self, records))))
     }
 
     /// Returns the illuminances of the sensors of a grid in lux in the records with light, as Radiance writes them: a line for each
@@ -156,16 +160,37 @@ impl JobYear {
         Some(text)
     }
 
-    fn grid(&self, name: &str) -> Option<(usize, &GridOfYear)> {
+    /// Returns the fractions of the electric power of each grid in all records, 0 where it is not occupied; `None` without electric light.
+    pub fn lighting_csv(&self) -> Option<String> {
+        let dimming = self.dimming.as_ref()?;
+        let mut table = "month,day,hour".to_owned();
+        for of in &self.grids {
+            let _ = write!(table, ",{}_power_fraction", of.grid.name);
+        }
+        table.push('\n');
+        let FileYear { weather, light, occupied, year, .. } = &self.first;
+        for (number, (record, occupied)) in weather.records.iter().zip(occupied).enumerate() {
+            let _ = write!(table, "{},{},{}", record.month, record.day, record.middle_hour);
+            let lit = light.records.binary_search(&number).ok();
+            for grid in &year.grids {
+                let lux = lit.map_or(0.0, |lit| grid.mean_by_record_lux[lit]);
+                let _ = write!(table, ",{:.4}", if *occupied { dimming.power_fraction(lux) } else { 0.0 });
+            }
+            table.push('\n');
+        }
+        Some(table)
+    }
+
+    pub(super) fn grid(&self, name: &str) -> Option<(usize, &GridOfYear)> {
         self.grids.iter().enumerate().find(|(_, of)| of.grid.name == name)
     }
 }
 
 impl GridOfYear {
     /// Returns the illuminances of a sensor in all records; not-a-number for a sensor without a value.
-    fn row(&self, sensor: usize, year: &JobYear, records: usize) -> Vec<f32> {
+    pub(super) fn row(&self, sensor: usize, year: &JobYear, records: usize) -> Vec<f32> {
         match self.weights[sensor] > 0.0 {
-            true => row_lux(&self.light, sensor, &year.first.lumens.light, records),
+            true => row_lux(&self.light, sensor, &year.first.light, records),
             false => vec![f32::NAN; records],
         }
     }

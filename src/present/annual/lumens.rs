@@ -12,7 +12,7 @@ pub struct FileLumens {
     /// Light of each tube at the moments with light.
     pub(super) tubes: Vec<TubeYear>,
     /// Light of the tubes by records.
-    pub(super) light: RecordLight,
+    pub(super) light: Arc<RecordLight>,
 }
 
 impl FileLumens {
@@ -31,6 +31,6 @@ impl FileLumens {
                 light.sun_lm *= factor;
             }
         }
-        Self { light: RecordLight::new(&file.lit, &tubes), tubes }
+        Self { light: Arc::new(RecordLight::new(&file.lit, &tubes)), tubes }
     }
 }

@@ -2,8 +2,8 @@
 
 mod figures;
 mod files;
+mod honeybee;
 mod lumens;
-pub mod npy;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -14,9 +14,9 @@ use crate::annual::light::LitMoment;
 use crate::annual::metrics::Value;
 use crate::annual::metrics::dimming::Dimming;
 use crate::annual::moment::Convention;
-use crate::annual::response::{Response, Responses};
+use crate::annual::response::{RecordLight, Response, Responses, TubeRecord};
 use crate::annual::sensors::{GridLight, SensorsAtMoments};
-use crate::annual::summary::{GridInput, Options, Year, YearInput, year};
+use crate::annual::summary::{GridInput, Hour, Options, PointYear, Year, YearInput, year};
 use crate::annual::weather::Weather;
 use crate::document::annual::{AnnualDocument, DimmingDocument};
 use crate::document::result::annual::YearResult;
@@ -26,12 +26,15 @@ use crate::engine::prepare::RenderJob;
 use crate::scene::{FaceKind, Grid};
 use crate::traceable::TraceableTube;
 
+pub use honeybee::STATIC_APERTURES;
 pub use lumens::FileLumens;
 
 /// Years of a job.
 pub struct JobYear {
     /// Part of the document that they follow.
     document: AnnualDocument,
+    /// Electric light that dims.
+    dimming: Option<Dimming>,
     /// Grids, in the order of the document.
     grids: Vec<GridOfYear>,
     /// Year of the first weather file, of which there are tables and figures.
@@ -48,8 +51,10 @@ struct FileYear {
     weather: Arc<Weather>,
     /// Moments from the stamp of a record to those that it stands for.
     convention: Convention,
-    /// Light of the tubes.
-    lumens: Arc<FileLumens>,
+    /// Light of the tubes by records.
+    light: Arc<RecordLight>,
+    /// Occupied records: one entry for each record.
+    occupied: Vec<bool>,
     /// Light outside, tubes, metrics of the grids, and hours.
     year: Year,
 }
@@ -106,9 +111,24 @@ impl JobYear {
         let names: Vec<&str> = grids.iter().map(|of| of.grid.name.as_str()).collect();
         let others = years.map(|year| year.result(&names, &annual.document)).collect();
         drop(inputs);
-        Some(Self { document: annual.document.clone(), grids, first, others })
+        Some(Self { document: annual.document.clone(), dimming: options.dimming, grids, first, others })
+    }
+
+    /// Estimates the memory of the years in bytes.
+    pub fn bytes(&self) -> usize {
+        let FileYear { weather, light, year, .. } = &self.first;
+        let (tubes, lit) = (year.tubes.len(), light.records.len());
+        let of_record = size_of::<Hour>() + tubes * (size_of::<[f64; 2]>() + size_of::<TubeRecord>());
+        let of_sensor = size_of::<PointYear>() + SENSOR_BYTES + tubes * (size_of::<Response>() + size_of::<f64>());
+        let sensors: usize = self.grids.iter().map(|of| of.weights.len()).sum();
+        let of_grids = self.grids.len() * (lit * size_of::<f64>() + GRID_BYTES) * (1 + self.others.len());
+        size_of_val(weather.records.as_slice()) + lit * of_record + sensors * of_sensor + of_grids
     }
 }
+
+/// Memory in bytes of the thresholds and of the place of a sensor, and of the verdicts of a grid.
+const SENSOR_BYTES: usize = 1024;
+const GRID_BYTES: usize = 16 << 10;
 
 impl FileYear {
     fn new(
@@ -132,7 +152,8 @@ impl FileYear {
             name: name.clone(),
             weather: weather.clone(),
             convention: *convention,
-            lumens: lumens.clone(),
+            light: light.clone(),
+            occupied: occupied.clone(),
             year: year(&input, light, grids, options),
         }
     }

@@ -177,7 +177,8 @@ impl Backward<'_> {
     fn sky(&self, stream: Key, wanted: f64) -> (f64, RayCount) {
         let Some(sky) = &self.tube.sky else { return (0.0, RayCount::default()) };
         let mut lux = 0.0;
-        let rays = self.toward_sky(stream, wanted, |per_luminance, toward| lux += per_luminance * sky.luminance(toward));
+        let rays =
+            self.toward_sky(stream, wanted, |per_luminance, toward| lux += per_luminance * sky.luminance(toward));
         (lux, rays)
     }
 

@@ -111,7 +111,8 @@ impl<const C: usize> AtMoments<C> {
         let key = self.seed.stream(Stream::MomentPass, pass);
         let (of_sky, mut rays) = self.coefficients(key, cancel)?;
         let of_moment = |(number, moment): (usize, &SkyMoment)| {
-            (!cancel.load(Ordering::Relaxed)).then(|| self.sunlight(key.stream(Stream::OfMoment, number as u64), moment))
+            (!cancel.load(Ordering::Relaxed))
+                .then(|| self.sunlight(key.stream(Stream::OfMoment, number as u64), moment))
         };
         let suns: Option<Vec<Light>> = self.moments.par_iter().enumerate().map(of_moment).collect();
         let suns = suns?;
@@ -199,8 +200,7 @@ impl<const C: usize> AtMoments<C> {
         let LightTracing { scene, sensors, .. } = &self.tracing;
         let of_photons = emission(photons);
         let sums = self.tracing.photons(&of_photons, key, 0..of_photons.photons());
-        let mut light =
-            Light { unscattered: vec![0.0; sums.lux.len()], scattered: sums.lux, rays: sums.totals.rays };
+        let mut light = Light { unscattered: vec![0.0; sums.lux.len()], scattered: sums.lux, rays: sums.totals.rays };
         if let Some(plane) = sensors.iter().find(|plane| plane.average) {
             let beams = emission(BEAMS_PER_PHOTON * photons);
             let (stream, numbers) = (key.stream(Stream::Unscattered, plane.first as u64), 0..beams.photons());
