@@ -78,6 +78,16 @@ impl SensorsAtMoments {
 }
 
 impl GridLight {
+    /// Estimates the memory of illuminances that were computed at every moment in bytes.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::ByResponses(_) => 0,
+            Self::AtMoments(sensors) => {
+                sensors.rows.iter().map(|row| size_of_val(&*row.lux) + size_of_val(&*row.noise_lux)).sum()
+            }
+        }
+    }
+
     /// Returns the number of sensors.
     pub fn sensors(&self) -> usize {
         match self {

@@ -45,6 +45,7 @@ enum Command {
     /// Copy the data folder of a running service to a folder from which a service can be started
     Backup(backup::BackupArgs),
     /// Render a job document without a server
+    #[command(visible_alias = "annual")]
     Render(render::RenderArgs),
     /// Print the plan of a job document: effects, guides and methods, each with its reason
     Plan(plan::PlanArgs),

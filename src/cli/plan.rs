@@ -71,6 +71,9 @@ fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
             let _ = writeln!(text, "  {outputs}: {name} ({}): {reason}", settings.join(", "));
         }
     }
+    if let Some(year) = &plan.methods.year {
+        let _ = writeln!(text, "  year: {}: {}", year.name, year.reason);
+    }
     for warning in warnings {
         let _ = writeln!(text, "warning: {}: {}", warning.code.code(), warning.detail);
     }

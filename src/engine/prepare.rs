@@ -15,7 +15,7 @@ use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::Method;
 use crate::integrator::components::Component;
 use crate::integrator::method::Task;
-use crate::plan::{self, EffectKind, Effects, Methods, Plan};
+use crate::plan::{self, EffectKind, Effects, Methods, Plan, YearMethod};
 use crate::scene::{Grid, Scene, TubeShape};
 use crate::traceable::TraceableScene;
 
@@ -114,6 +114,8 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
         true => methods.checked(&task).map_err(|refusal| FieldError::refused("/cross_check", refusal))?,
         false => methods,
     };
+    let of_year = |annual: &AnnualJob| if annual.at_moments { YearMethod::Moments } else { YearMethod::Responses };
+    let methods = Methods { year: annual.as_ref().map(of_year), ..methods };
     let plan = Plan { guides: plan::guides::guides(&scene, &traceable), effects, methods };
     provenance.interreflection = traceable.interreflection;
     if let Some(sun) = &mut provenance.sun {

@@ -56,7 +56,7 @@ fn clear_aperture() {
                 .iter()
                 .map(|row| point(0.5 * size + number(&row[2]), 0.5 * size + number(&row[3]), size))
                 .collect();
-            let solution = solve(&scene, 4e-5);
+            let solution = solve(&scene, 1e-4);
             let mut worst = 0f64;
             for (row, grid) in rows.iter().zip(&solution.grids) {
                 let (truth, stated) = (number(&row[5]), number(&row[6]));
@@ -64,7 +64,7 @@ fn clear_aperture() {
                 // four of the own standard errors; the table's error is a bound
                 let tolerance = stated + 4.0 * error + 0.5e-8;
                 assert!((value - truth).abs() <= tolerance, "{row:?}: {value} +- {error}");
-                assert!(error < 1e-4 * value, "{row:?}: own error {error}");
+                assert!(error < 2.5e-4 * value, "{row:?}: own error {error}");
                 worst = worst.max((value - truth).abs() / tolerance);
             }
             println!("type {cie_type} R {reflectance}: worst {worst:.2} of the tolerance");

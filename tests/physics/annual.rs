@@ -7,7 +7,7 @@ use skyduct::document::result::weather_files::AnnualResult;
 use skyduct::document::{FileSource as _, JobDocument};
 use skyduct::present::outputs::{Annual, Format, Honeybee, Output};
 use skyduct::present::prepared::{Prepared, prepare_document};
-use skyduct::present::reader::ResultReader as _;
+use skyduct::present::reader::{Kept, ResultReader as _};
 
 use crate::documents::{Folder, first_passes};
 use crate::{documents, reference};
@@ -204,7 +204,76 @@ fn periods_factors_and_places() {
     assert_eq!(refused(&many), "/grids");
     let mut clear = classroom();
     clear["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
+    clear["grids"] = json!([{ "name": "wall", "points_m": [[1, 1, 1, 1, 0, 0]] }]);
     assert_eq!(refused(&clear), "/annual");
+    clear["grids"] = classroom()["grids"].clone();
+    clear["annual"]["weather"] = json!(["synthetic.epw", "synthetic.epw"]);
+    assert_eq!(refused(&clear), "/annual/weather");
+}
+
+/// Compares a year by responses with the same year traced moment by moment, for which a second tube calls whose clear closure passes nothing:
+/// metrics agree within four combined standard errors, lumens to the bit; there is no direct sun.
+#[test]
+fn a_year_moment_by_moment_is_the_same() {
+    let mut by_responses = classroom();
+    by_responses["tubes"] = json!([by_responses["tubes"][0]]);
+    by_responses["grids"][0]["cells"] = json!([3, 3]);
+    by_responses["annual"]["period"] = json!({ "from": "03-10", "to": "04-20" });
+    let mut at_moments = by_responses.clone();
+    let mut opaque = at_moments["tubes"][0].clone();
+    opaque["centre_m"] = json!([4.5, 4.5]);
+    opaque["diffuser"] = json!({ "kind": "clear", "transmittance": 0.0 });
+    at_moments["tubes"].as_array_mut().unwrap().push(opaque);
+    at_moments["stop"] = json!({ "relative_error": 0.02 });
+    let [expected, found] =
+        [(&by_responses, 8), (&at_moments, 4)].map(|(document, passes)| summary(&prepared(document), passes));
+    assert_eq!(found.tubes[0].klm_h.value, expected.tubes[0].klm_h.value);
+    assert_eq!((found.tubes[1].klm_h.value, found.grids[0].ase_percent), (0.0, 0.0));
+    let values = |result: &YearResult| {
+        let grid = &result.grids[0];
+        let udi = [&grid.udi.below_percent, &grid.udi.supplementary_percent, &grid.udi.autonomous_percent];
+        let autonomies = grid.autonomies.iter().flat_map(|autonomy| [&autonomy.da_percent, &autonomy.cda_percent]);
+        let all = autonomies.chain(udi).chain([&grid.exposure_klxh, &grid.mean_lux, &grid.median_lux]);
+        all.cloned().collect::<Vec<WithInterval>>()
+    };
+    let error = |value: &WithInterval| (value.high - value.low) / (2.0 * 1.959_964);
+    for (found, expected) in values(&found).iter().zip(&values(&expected)) {
+        let tolerance = 4.0 * error(found).hypot(error(expected));
+        assert!((found.value - expected.value).abs() <= tolerance, "{found:?} {expected:?}");
+        assert!(error(found) < 0.05 * expected.value.max(2.0), "{found:?}");
+    }
+}
+
+/// Checks that a year of traced moments is made again from the files that are kept of it, to what single precision leaves.
+#[test]
+fn traced_moments_are_kept() {
+    let mut document = classroom();
+    document["tubes"] = json!([document["tubes"][0]]);
+    document["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
+    document["grids"][0]["cells"] = json!([2, 1]);
+    document["annual"]["period"] = json!({ "from": "06-20", "to": "06-30" });
+    document["stop"] = json!({ "relative_error": 0.05 });
+    let prepared = prepared(&document);
+    let estimate = first_passes(&prepared, 2);
+    let files = prepared.results(&estimate).kept_files().unwrap();
+    let kept = Kept {
+        subject: prepared.subject().clone(),
+        files: files.iter().map(|file| (file.name.clone(), file.bytes.clone())).collect(),
+        tubes: Vec::new(),
+        prepare: Box::new(move || {
+            prepare_document(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &Folder)
+        }),
+        years: None,
+    };
+    let hours = Output::Annual(Annual::Hours, Format::Csv);
+    let [one, other] =
+        [prepared.results(&estimate).file(&hours).unwrap().unwrap().bytes, kept.file(&hours).unwrap().unwrap().bytes];
+    let lux = |table: &[u8]| -> Vec<f64> {
+        let table = String::from_utf8(table.to_vec()).unwrap();
+        table.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().parse().unwrap()).collect()
+    };
+    assert!(lux(&one).len() > 100 && lux(&one).iter().zip(lux(&other)).all(|(one, other)| (one - other).abs() < 0.02));
+    assert!(lux(&one).iter().sum::<f64>() > 100.0);
 }
 
 /// Compares some records of a year with jobs of these moments, before a horizon, an obstruction and the ground, with a straight tube that has a

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use skyduct::integrator::light_tracing::moments::{AtMoments, DIRECT_LUX, columns, refuses};
 use skyduct::integrator::method::{RefusalCode, Task};
 use skyduct::optics::{DiffuserZone, Surface};
-use skyduct::scene::{Daylight, EstimateKind, Face, Grid, Scene, Sensor, Tube};
+use skyduct::scene::{Daylight, EstimateKind, Face, Grid, Scene, Sensor, StraightOrBent, Tube, TubeShape};
 use skyduct::sky::zenith::ZenithFormula;
-use skyduct::sky::{CieType, Sky, SkyDistribution, SkyMoment, Sun, direction};
+use skyduct::sky::{CieType, Horizon, Sky, SkyDistribution, SkyMoment, Sun, direction};
 use skyduct::statistics::Moments;
 
 use crate::scenes::{
@@ -39,8 +39,11 @@ fn moments() -> Arc<[SkyMoment]> {
 }
 
 /// Computes the values of the first grid of a scene at all moments, in eight passes.
-fn at_moments(scene: &Scene) -> Vec<Moments> {
-    let overcast = Scene { daylight: Some(daylight(1, 4000.0, 90.0, 0.0)), ..scene.clone() };
+fn at_moments(scene: &Scene, under: &dyn Fn(&mut Scene, &Daylight)) -> Vec<Moments> {
+    let overcast = daylight(1, 4000.0, 90.0, 0.0);
+    let mut scene = Scene { daylight: Some(overcast.clone()), ..scene.clone() };
+    under(&mut scene, &overcast);
+    let overcast = scene;
     let method = light_tracing(&overcast, 256, 3);
     let method = AtMoments::<1>::new(method, (&traceable(&overcast), &overcast.grids), moments(), (5, 0.002));
     run(&overcast, &method, 8).grids[0].moments.clone()
@@ -50,7 +53,13 @@ fn at_moments(scene: &Scene) -> Vec<Moments> {
 /// hundred values), and half a percent of the sky's light for its division into patches.
 #[track_caller]
 fn agrees(scene: &Scene, what: &str) {
-    let found = at_moments(scene);
+    agrees_with(scene, what, &|_, _| ());
+}
+
+/// Compares as [`agrees`] does a scene to which `under` adds what is around it under a daylight.
+#[track_caller]
+fn agrees_with(scene: &Scene, what: &str, under: &dyn Fn(&mut Scene, &Daylight)) {
+    let found = at_moments(scene, under);
     let count = moments().len();
     let mut squares = Moments::default();
     for (number, moment) in moments().iter().enumerate() {
@@ -61,7 +70,8 @@ fn agrees(scene: &Scene, what: &str) {
             sun: (moment.direct_normal_lux > 0.0).then_some(sun),
             formula: ZenithFormula::GivenZenithLuminance,
         };
-        let alone = Scene { daylight: Some(daylight), ..scene.clone() };
+        let mut alone = Scene { daylight: Some(daylight.clone()), ..scene.clone() };
+        under(&mut alone, &daylight);
         let (lux, errors) = values(&run(&alone, light_tracing(&alone, 16_384, 8).as_ref(), 8));
         for (sensor, (lux, error)) in lux.into_iter().zip(errors).enumerate() {
             let value = found[sensor * columns(count) + number];
@@ -110,6 +120,26 @@ fn cells_below_mixed_closures() {
     // few of the photons of a moment cross a cell in a glossy lobe
     scene.room.enclosure.paint(Face::East as usize, Some(Surface::diffuse([0.5; 3])));
     agrees(&scene, "mixed, furnished");
+}
+
+/// Checks tubes whose panes see a horizon, which covers the low sun of one of the moments, and the ground.
+#[test]
+fn points_behind_a_horizon() {
+    let tilted = |tube: Tube| {
+        let TubeShape::Cylinders(shape) = tube.shape else { unreachable!() };
+        let cut = Some(direction(1.0, 2.5));
+        Tube { shape: TubeShape::Cylinders(StraightOrBent { cut, ..shape }), ..tube }
+    };
+    let mut scene = room(
+        vec![straight(0.8, 0.95, lambertian(0.6, 0.2)), tilted(straight(0.8, 0.95, lambertian(0.6, 0.2)))],
+        EstimateKind::Point,
+    );
+    scene.tubes[0].centre = DVec2::new(0.6, 0.7);
+    let horizon = Horizon::new(vec![(0.0, 0.15), (1.5, 0.3), (3.0, 0.2), (4.7, 0.6)], 0.2);
+    let surroundings = |daylight: &Daylight| Arc::new(daylight.surroundings(horizon.clone(), [0.3, 0.4], 0.0));
+    agrees_with(&scene, "behind a horizon", &|scene, daylight| {
+        scene.tubes.iter_mut().for_each(|tube| tube.surroundings = Some(surroundings(daylight)));
+    });
 }
 
 /// Checks what is summed over the moments: the exposure, and the hours in which direct sunlight alone gives 1000 lx. The beam of a sun in

@@ -21,7 +21,7 @@ pub use components::{GridComponents, GridPart};
 pub use cross_check::CrossCheckResult;
 pub use energy::EnergyResult;
 pub use grid::{AreaAbove, DaylightFactors, ExternalIlluminance, GridResult, GridStatistics};
-pub use plan::{EffectResult, GuideResult, MethodResult, MethodsResult, PlanResult};
+pub use plan::{EffectResult, GuideResult, MethodResult, MethodsResult, PlanResult, YearMethodResult};
 pub use responses::{PatchResponse, TubeResponse};
 pub use summary::{GridInShort, JobResults, Known, ViewInShort};
 pub use surfaces::{FaceResult, PatchResult, SurfacesResult};

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::number::finite;
 use crate::document::method::settings_json;
-use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
+use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan, YearMethod};
 
 /// Effects, guides and methods of a job, with their reasons.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -52,6 +52,18 @@ pub struct MethodsResult {
     /// Method that checks the grids; absent unless the document asks for `cross_check`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cross_check: Option<MethodResult>,
+    /// Computation of the year; absent without `annual`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub year: Option<YearMethodResult>,
+}
+
+/// Computation of the illuminances of a year.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct YearMethodResult {
+    /// Name of the computation: `responses` or `moments`.
+    pub name: String,
+    /// Reason for this computation, as a sentence.
+    pub reason: String,
 }
 
 /// A method with the settings that it is run with.
@@ -75,8 +87,15 @@ impl From<&Plan> for PlanResult {
                 grids: plan.methods.grids.as_ref().map(MethodResult::from),
                 views: plan.methods.views.as_ref().map(MethodResult::from),
                 cross_check: plan.methods.check.as_ref().map(MethodResult::from),
+                year: plan.methods.year.map(YearMethodResult::from),
             },
         }
+    }
+}
+
+impl From<YearMethod> for YearMethodResult {
+    fn from(method: YearMethod) -> Self {
+        Self { name: method.name().to_owned(), reason: method.reason().to_owned() }
     }
 }
 

@@ -26,6 +26,41 @@ pub struct Methods {
     pub parts: Option<usize>,
     /// Second method, which checks the grids; `None` if no check is requested.
     pub check: Option<MethodChoice>,
+    /// Computation of a year; `None` if none is requested.
+    pub year: Option<YearMethod>,
+}
+
+/// Computation of the illuminances of a year.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum YearMethod {
+    /// Responses of the sensors to lumens of the tubes, times the lumens at every moment.
+    Responses,
+    /// Light tracing at every moment.
+    Moments,
+}
+
+impl YearMethod {
+    /// Returns the name of the computation in plans.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Responses => "responses",
+            Self::Moments => "moments",
+        }
+    }
+
+    /// Returns the reason for the computation, as a sentence.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Responses => {
+                "every closure is Lambertian, so that the illuminances of a moment are the responses of the room times the \
+                 lumens of the tubes: the room is traced once, and sky and sun of every moment are exact"
+            }
+            Self::Moments => {
+                "a closure lets light pass with its direction, so that the sun of every moment is traced from its place; \
+                 the sky by 577 patches"
+            }
+        }
+    }
 }
 
 /// Method with its settings, and the reason of its choice.
@@ -66,7 +101,7 @@ impl Methods {
     fn best(task: &Task) -> Self {
         let grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
         let views = (!task.views.is_empty()).then(|| for_views(&task.without_grids()));
-        Self { grids, views, parts: None, check: None }
+        Self { grids, views, parts: None, check: None, year: None }
     }
 
     fn requested(method: &Method, request: &MethodRequest, task: &Task) -> Self {
@@ -85,6 +120,7 @@ impl Methods {
             views: (!task.views.is_empty()).then_some(choice),
             parts: None,
             check: None,
+            year: None,
         }
     }
 

@@ -102,7 +102,7 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
     if let Some(moments) = &scene.moments {
         let values = scene.grids.iter().map(Grid::len).sum::<usize>() as f64 * moments::columns(moments.len()) as f64;
         bytes.grids += values * (COPIES * MOMENTS + VALUES_OF_PASS);
-        bytes.working += moments::PATCHES as f64 * 8.0 * moments.len() as f64;
+        bytes.working += moments::COEFFICIENTS as f64 * 8.0 * moments.len() as f64;
     }
     bytes.working += SURROUNDINGS * distinct_surroundings(scene) as f64;
     bytes

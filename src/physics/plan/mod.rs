@@ -8,7 +8,7 @@ pub mod guides;
 pub mod left_out;
 pub mod memory;
 
-pub use choose::{MethodChoice, MethodRequest, Methods};
+pub use choose::{MethodChoice, MethodRequest, Methods, YearMethod};
 pub use effect_kind::EffectKind;
 pub use effects::{EffectPlan, EffectRequest, EffectRequests, Effects};
 pub use guides::{GuideKind, GuidePlan};

@@ -114,10 +114,6 @@ impl Daylight {
     pub fn before(&self, tube: &Tube) -> (Option<Sky>, Option<Sun>) {
         let Some(surroundings) = &tube.surroundings else { return (self.sky.clone(), self.sun) };
         let sky = self.sky.as_ref().map(|sky| Sky { surroundings: Some(surroundings.clone()), ..sky.clone() });
-        let dimmed = |sun: Sun| {
-            let uncovered = surroundings.horizon.as_ref().map_or(1.0, |horizon| horizon.uncovered(&sun));
-            Sun { normal_illuminance_lux: uncovered * sun.normal_illuminance_lux, ..sun }
-        };
-        (sky, self.sun.map(dimmed).filter(|sun| sun.normal_illuminance_lux > 0.0))
+        (sky, self.sun.and_then(|sun| surroundings.dimmed(sun)))
     }
 }

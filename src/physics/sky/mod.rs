@@ -26,7 +26,7 @@ pub use moment::SkyMoment;
 pub use obstruction::Obstruction;
 pub use perez::{Irradiances, PerezSky};
 pub use sun::Sun;
-pub use surroundings::Surroundings;
+pub use surroundings::{OutsidePart, Surroundings};
 
 /// Type of a sky's luminance distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -29,6 +29,11 @@ impl SkyPatch {
         0.5 * (high - low) * (high + low) * self.azimuths[1]
     }
 
+    /// True if the lower edge is below an altitude in rad.
+    pub fn begins_below(&self, altitude: f64) -> bool {
+        self.heights[0] < libm::sin(altitude)
+    }
+
     /// Samples a unit vector toward a point of the patch, uniform in solid angle, from numbers in 0..1, the first along the azimuth.
     pub fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let [lower, upper] = self.heights;

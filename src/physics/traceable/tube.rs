@@ -12,7 +12,7 @@ use crate::guide::{
 use crate::optics::{Closure, Collector, Diffuser};
 use crate::sampling::{NestedCones, PathRandom, warp};
 use crate::scene::{Daylight, Enclosure, MeshTube, OpeningShape, StraightOrBent, Tube, TubeShape};
-use crate::sky::{Sky, Sun, Surroundings};
+use crate::sky::{OutsidePart, Sky, Sun, Surroundings};
 
 /// A tube with its guide built, in the room's frame.
 #[derive(Clone, Debug)]
@@ -47,6 +47,21 @@ pub struct TraceableTube {
 }
 
 impl TraceableTube {
+    /// Returns the part of the outside that is seen toward a unit vector, and its relative luminance as in [`Surroundings::share`]; `None`
+    /// toward black ground.
+    pub fn outside(&self, toward: DVec3) -> Option<(OutsidePart, f64)> {
+        let Some(surroundings) = &self.surroundings else {
+            return (toward.z >= 0.0).then_some((OutsidePart::Sky, 1.0));
+        };
+        let part = surroundings.part(toward);
+        Some((part, surroundings.share(part)))
+    }
+
+    /// Returns a sun as the upper end sees it; `None` where the horizon covers it.
+    pub fn before(&self, sun: Sun) -> Option<Sun> {
+        self.surroundings.as_ref().map_or(Some(sun), |surroundings| surroundings.dimmed(sun))
+    }
+
     /// Returns the area in m2 of the guide's lower end.
     pub fn pipe_area_m2(&self) -> f64 {
         PI * self.pipe_radius * self.pipe_radius

@@ -122,7 +122,8 @@ impl JobYear {
         let of_sensor = size_of::<PointYear>() + SENSOR_BYTES + tubes * (size_of::<Response>() + size_of::<f64>());
         let sensors: usize = self.grids.iter().map(|of| of.weights.len()).sum();
         let of_grids = self.grids.len() * (lit * size_of::<f64>() + GRID_BYTES) * (1 + self.others.len());
-        size_of_val(weather.records.as_slice()) + lit * of_record + sensors * of_sensor + of_grids
+        let at_moments: usize = self.grids.iter().map(|of| of.light.bytes()).sum();
+        size_of_val(weather.records.as_slice()) + lit * of_record + sensors * of_sensor + of_grids + at_moments
     }
 }
 

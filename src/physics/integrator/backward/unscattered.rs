@@ -11,7 +11,7 @@ use crate::integrator::photon::close_points::is_near_opening;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::scene::Sensor;
-use crate::sky::Sun;
+use crate::sky::{OutsidePart, Sun};
 use crate::traceable::{TraceableScene, TraceableTube, opening_weight};
 
 /// Number of backward rays toward the sky through each of the nearest openings, per sensor and pass.
@@ -91,27 +91,32 @@ pub fn unscattered_sun(
     let (mut lux, mut traced) = (0.0, RayCount::default());
     for (number, backward) in openings(scene, sensor, |_| true) {
         let stream = stream.child(number as u64).stream(Stream::SunFromBelow, 0);
-        let (of_tube, rays) = backward.sun(sun, stream, looks_up.sun_nodes);
+        let Some(sun) = backward.tube.before(*sun) else { continue };
+        let (of_tube, rays) = backward.sun(&sun, stream, looks_up.sun_nodes);
         lux += of_tube;
         traced += rays;
     }
     (lux, traced)
 }
 
-/// Follows rays from a sensor through the clear zones of openings to the sky. Passes the illuminance in lx per cd/m2 of the luminance in
-/// the direction of each, and this unit vector, to `found`; returns the number of rays.
-pub fn toward_sky(
+/// Follows rays from a sensor through the clear zones of openings to the outside. Passes the part that each meets, the illuminance in lx per
+/// cd/m2 of the luminance to which that of this part is relative, and the unit vector toward it to `found`; returns the number of rays.
+pub fn toward_outside(
     scene: &TraceableScene,
     sensor: Sensor,
     stream: Key,
     looks_up: LooksUp,
-    mut found: impl FnMut(f64, DVec3),
+    mut found: impl FnMut(OutsidePart, f64, DVec3),
 ) -> RayCount {
     let all = openings(scene, sensor, |_| true);
     let wanted = looks_up.sky_rays_toward(&all);
     let of_tube = |((number, backward), wanted): (&(usize, Backward), f64)| {
         let stream = stream.child(*number as u64).stream(Stream::SkyFromBelow, 0);
-        backward.toward_sky(stream, wanted, &mut found)
+        backward.toward_sky(stream, wanted, |per_luminance, toward| {
+            if let Some((part, share)) = backward.tube.outside(toward) {
+                found(part, share * per_luminance, toward);
+            }
+        })
     };
     all.iter().zip(wanted).map(of_tube).sum()
 }

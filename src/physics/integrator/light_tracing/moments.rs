@@ -8,6 +8,7 @@
 //!
 //! A pass is a replicate of all moments: the sky's part has the same noise in all of them, the sun's is independent.
 
+use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -17,7 +18,7 @@ use rayon::prelude::*;
 use super::LightTracing;
 use super::beams::add_some_beams;
 use crate::guide::{Guide, RayCount};
-use crate::integrator::backward::unscattered::{toward_sky, unscattered_sun};
+use crate::integrator::backward::unscattered::{toward_outside, unscattered_sun};
 use crate::integrator::method::{Refusal, RefusalCode, Task};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::close_points::dishonest_points;
@@ -28,7 +29,7 @@ use crate::integrator::{GridPass, Integrator, Pass};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Grid, Sensor};
 use crate::sky::patches::SkyPatches;
-use crate::sky::{SkyMoment, Sun};
+use crate::sky::{OutsidePart, SkyMoment, Sun};
 use crate::traceable::TraceableScene;
 
 /// Number of values of each sensor after those of the moments.
@@ -38,7 +39,13 @@ pub const SUMMARIES: usize = 2;
 const DIVISION: u32 = 2;
 
 /// Number of the sky's patches.
-pub const PATCHES: usize = 577;
+const PATCHES: usize = 577;
+
+/// Number of coefficients of a sensor: of the patches, of what is below the horizon, and of the ground.
+pub const COEFFICIENTS: usize = PATCHES + 2;
+
+/// Parts of the outside with one coefficient each.
+const UNIFORM: [OutsidePart; 2] = [OutsidePart::BelowHorizon, OutsidePart::Ground];
 
 /// Number of photons of the sun of a moment in a pass, and of a patch of the sky.
 const PHOTONS: PassSize = PassSize { for_one_percent: 64.0, growth: 0.5, fewest: 16.0, most: 256.0 };
@@ -80,7 +87,7 @@ pub struct AtMoments<const C: usize> {
     tracing: LightTracing<C>,
     moments: Arc<[SkyMoment]>,
     patches: SkyPatches,
-    /// Mean luminances of the patches in cd/m2, moment by moment; computed in the first pass.
+    /// Luminances in cd/m2 that the coefficients belong to, moment by moment; computed in the first pass.
     luminances: OnceLock<Vec<Vec<f64>>>,
     /// Numbers of photons of each moment, and of each patch.
     photons: [u64; 2],
@@ -135,21 +142,30 @@ impl<const C: usize> AtMoments<C> {
         Some((of_sky.par_iter().enumerate().map(of_sensor).collect(), rays))
     }
 
-    /// Computes the illuminance in lx of each sensor by each patch of the sky per cd/m2, and the number of rays; `None` when cancelled.
+    /// Computes the illuminance in lx of each sensor by each patch of the sky per cd/m2, by what is below the horizon and by the ground, and
+    /// the number of rays; `None` when cancelled.
     fn coefficients(&self, key: Key, cancel: &AtomicBool) -> Option<(Vec<Vec<f64>>, RayCount)> {
         let [_, photons] = self.photons;
         let LightTracing { scene, sensors, looks_up, .. } = &self.tracing;
         let mut rays = RayCount::default();
-        let of_patch = |(number, patch)| {
-            if cancel.load(Ordering::Relaxed) {
-                return None;
-            }
-            let key = key.stream(Stream::OfPatch, number as u64);
-            let emission = |photons: u64| Emission::of_patch(scene, patch, photons);
-            Some(self.by_photons(key, emission, photons))
+        let of_part = |part: OutsidePart| -> Option<Vec<Light>> {
+            let of_patch = |(number, patch)| {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
+                let key = key.stream(Stream::OfPatch, (part as usize * PATCHES + number) as u64);
+                Some(self.by_photons(key, |photons| Emission::of_patch(scene, patch, part, photons), photons))
+            };
+            self.patches.all().par_iter().enumerate().map(of_patch).collect()
         };
-        let by_patch: Option<Vec<Light>> = self.patches.all().par_iter().enumerate().map(of_patch).collect();
-        let by_patch = by_patch?;
+        let mut by_patch = of_part(OutsidePart::Sky)?;
+        for part in UNIFORM {
+            let mut whole = Light::dark(self.tracing.sensor_count());
+            if scene.tubes.iter().any(|tube| tube.surroundings.is_some()) {
+                of_part(part)?.iter().for_each(|light| whole.add(light));
+            }
+            by_patch.push(whole);
+        }
         rays += by_patch.iter().map(|light| light.rays).sum::<RayCount>();
         let of_sensor = |(plane, index): (&SensorPlane, usize)| {
             let sensor = plane.first + index;
@@ -159,9 +175,14 @@ impl<const C: usize> AtMoments<C> {
                 true => RayCount::default(),
                 false => {
                     let stream = key.stream(Stream::Unscattered, sensor as u64);
-                    toward_sky(scene, sensor_of(plane, index), stream, *looks_up, |per_luminance, toward| {
-                        if let Some(patch) = self.patches.number_at(toward) {
-                            coefficients[patch] += per_luminance;
+                    toward_outside(scene, sensor_of(plane, index), stream, *looks_up, |part, per_luminance, toward| {
+                        let number = match part {
+                            OutsidePart::Sky => self.patches.number_at(toward),
+                            OutsidePart::BelowHorizon => Some(PATCHES),
+                            OutsidePart::Ground => Some(PATCHES + 1),
+                        };
+                        if let Some(number) = number {
+                            coefficients[number] += per_luminance;
                         }
                     })
                 }
@@ -219,11 +240,24 @@ struct Light {
     rays: RayCount,
 }
 
+impl Light {
+    fn dark(sensors: usize) -> Self {
+        Self { scattered: vec![0.0; sensors], unscattered: vec![0.0; sensors], rays: RayCount::default() }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.scattered.iter_mut().zip(&other.scattered).for_each(|(sum, lux)| *sum += lux);
+        self.unscattered.iter_mut().zip(&other.unscattered).for_each(|(sum, lux)| *sum += lux);
+        self.rays += other.rays;
+    }
+}
+
 fn sensor_of(plane: &SensorPlane, index: usize) -> Sensor {
     Sensor { position: DVec3::new(plane.x[index], plane.y[index], plane.height), normal: DVec3::Z }
 }
 
-/// Computes the mean luminances of all patches in cd/m2 at each moment, which give the moment's horizontal illuminance exactly.
+/// Computes the mean luminances of all patches in cd/m2 at each moment, which give the moment's horizontal illuminance exactly, and the
+/// luminances to which those below the horizon and of the ground are relative.
 fn luminances(moments: &[SkyMoment], patches: &SkyPatches) -> Vec<Vec<f64>> {
     let of_moment = |moment: &SkyMoment| {
         let mut means: Vec<f64> = patches
@@ -234,6 +268,8 @@ fn luminances(moments: &[SkyMoment], patches: &SkyPatches) -> Vec<Vec<f64>> {
         let relative: f64 = means.iter().zip(patches.all()).map(|(mean, patch)| mean * patch.projected_sr()).sum();
         let per_relative = if relative > 0.0 { moment.diffuse_horizontal_lux / relative } else { 0.0 };
         means.iter_mut().for_each(|mean| *mean *= per_relative);
+        let of_sun = moment.direct_normal_lux * moment.sun.z.max(0.0);
+        means.extend([0.0, of_sun].map(|of_sun| (moment.diffuse_horizontal_lux + of_sun) / PI));
         means
     };
     moments.par_iter().map(of_moment).collect()

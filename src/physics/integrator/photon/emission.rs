@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::guide::{Guide, StraightGuide, dome::PipeBelow, transmittance};
 use crate::optics::Spectrum;
@@ -11,7 +11,7 @@ use crate::sampling::{Key, PathRandom, PathSamples, Stream, warp};
 use crate::sky::patches::SkyPatch;
 use crate::sky::sampler::{SkySampler, SkyTable};
 use crate::sky::sun::HALF_ANGLE;
-use crate::sky::{Sky, Sun};
+use crate::sky::{OutsidePart, Sky, Sun};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -46,7 +46,7 @@ struct Emitter {
 enum EmissionSource {
     Sky { tube: usize, table: Arc<SkyTable>, sampler: Arc<SkySampler> },
     Sun { tube: usize, sun: Sun },
-    Patch { tube: usize, patch: SkyPatch },
+    Patch { tube: usize, patch: SkyPatch, part: OutsidePart },
     Luminaire(usize),
 }
 
@@ -129,18 +129,29 @@ impl Emission {
 
     /// Divides `photons` from the sun in place of the scene's own sky and sun among all tubes.
     pub fn of_sun(scene: &TraceableScene, sun: Sun, photons: u64) -> Self {
-        let sources = scene.tubes.iter().enumerate().filter_map(|(index, tube)| of_sun(index, tube, sun));
+        let before = |tube: &TraceableTube| tube.before(sun);
+        let tubes = scene.tubes.iter().enumerate();
+        let sources = tubes.filter_map(|(index, tube)| of_sun(index, tube, before(tube)?));
         Self::shared(sources.collect(), photons)
     }
 
-    /// Divides `photons` from a patch of a sky of 1 cd/m2, in place of the scene's own sky and sun, among all tubes.
-    pub fn of_patch(scene: &TraceableScene, patch: &SkyPatch, photons: u64) -> Self {
+    /// Divides `photons` from a patch of the sky, or from its mirror image on the ground, among all tubes, in place of the scene's own sky and
+    /// sun. They come from one part of the outside, which has 1 cd/m2 times its share.
+    pub fn of_patch(scene: &TraceableScene, patch: &SkyPatch, part: OutsidePart, photons: u64) -> Self {
         let source = |(tube, of_tube): (usize, &TraceableTube)| {
+            let is_there = match (part, &of_tube.surroundings) {
+                (OutsidePart::Sky, _) => true,
+                (OutsidePart::BelowHorizon, Some(around)) => {
+                    around.horizon.as_ref().is_some_and(|horizon| patch.begins_below(horizon.largest_altitude()))
+                }
+                (OutsidePart::Ground, Some(around)) => around.ground_reflectance > 0.0 && sees_ground(of_tube, patch),
+                (_, None) => false,
+            };
             // light may enter from a part of the patch alone
             let area = expected_area_m2(of_tube, patch.toward).max(LEAST_AREA * of_tube.pipe_area_m2());
-            (EmissionSource::Patch { tube, patch: *patch }, patch.solid_angle_sr * area)
+            is_there.then(|| (EmissionSource::Patch { tube, patch: *patch, part }, patch.solid_angle_sr * area))
         };
-        Self::shared(scene.tubes.iter().enumerate().map(source).collect(), photons)
+        Self::shared(scene.tubes.iter().enumerate().filter_map(source).collect(), photons)
     }
 
     /// Divides `photons` among sources, mostly in proportion to the flux in lm that is expected of each.
@@ -202,7 +213,12 @@ impl Emission {
                 let visible = if toward.z > 0.0 { 1.0 } else { 0.0 };
                 (*tube, toward, visible * sun.luminance_cd_m2() * Sun::solid_angle_sr())
             }
-            EmissionSource::Patch { tube, patch } => (*tube, patch.point(point), patch.solid_angle_sr),
+            EmissionSource::Patch { tube, patch, part } => {
+                let above = patch.point(point);
+                let toward = if *part == OutsidePart::Ground { DVec3 { z: -above.z, ..above } } else { above };
+                let seen = scene.tubes[*tube].outside(toward).filter(|(seen, _)| seen == part);
+                (*tube, toward, seen.map_or(0.0, |(_, share)| share * patch.solid_angle_sr))
+            }
             EmissionSource::Luminaire(index) => {
                 let luminaire = &scene.luminaires[*index];
                 let photon = EmittedPhoton {
@@ -230,6 +246,12 @@ impl Emission {
         });
         (photon, samples)
     }
+}
+
+/// True if light of the ground may enter a tube from the azimuths of a patch.
+fn sees_ground(tube: &TraceableTube, patch: &SkyPatch) -> bool {
+    let level = patch.toward.truncate().normalize_or(DVec2::X).extend(0.0);
+    tube.guide.projected_area_m2(-level) > 0.0
 }
 
 /// Returns the sun as a source through tube `index`, and the flux in lm that is expected of it; `None` if it cannot enter.
