@@ -65,7 +65,7 @@ const MOST_EVENTS: f64 = 1e6;
 
 /// Estimates the peak memory of a planned job.
 pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> MemoryEstimate {
-    let Methods { grids, views, parts, check } = &plan.methods;
+    let Methods { grids, views, parts, check, year: _ } = &plan.methods;
     let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, traceable), ..MemoryEstimate::default() };
     let load = |views: usize| Load {
         size: scene.room.enclosure.extent(),

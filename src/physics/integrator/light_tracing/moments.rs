@@ -48,8 +48,11 @@ pub const COEFFICIENTS: usize = PATCHES + 2;
 const UNIFORM: [OutsidePart; 2] = [OutsidePart::BelowHorizon, OutsidePart::Ground];
 
 /// Number of photons of the sun of a moment in a pass, and of a patch of the sky.
-const PHOTONS: PassSize = PassSize { for_one_percent: 64.0, growth: 0.5, fewest: 16.0, most: 256.0 };
-const PATCH_PHOTONS: PassSize = PassSize { for_one_percent: 32.0, growth: 0.5, fewest: 8.0, most: 128.0 };
+const PHOTONS: PassSize = PassSize { for_one_percent: 64.0, growth: 1.0, fewest: 16.0, most: 512.0 };
+const PATCH_PHOTONS: PassSize = PassSize { for_one_percent: 32.0, growth: 1.0, fewest: 8.0, most: 256.0 };
+
+/// Number of the first passes that compute the moments: a year averages over them, so that it needs fewer passes than a single sky.
+const PASSES: u64 = 16;
 
 /// Number of rays straight through clear closures for each photon.
 const BEAMS_PER_PHOTON: u64 = 8;
@@ -305,6 +308,9 @@ impl<const C: usize> Integrator for AtMoments<C> {
 
     fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
         let mut result = self.method.pass_after(pass, before, cancel)?;
+        if pass >= PASSES {
+            return Some(result);
+        }
         let (values, rays) = self.replicate(pass, cancel)?;
         result.totals.rays += rays;
         for (grid, plane) in result.grids.iter_mut().zip(&self.tracing.sensors) {
