@@ -149,7 +149,7 @@ impl WeatherYear {
             moments(&weather, convention).map_err(|error| fault(pointer, error.to_string()))?;
         warnings.extend(notes_on(&weather, dropped));
         let rotation = document.room.rotation_deg.to_radians();
-        let lit = lit(&weather.records, &moments, illuminances(annual), rotation);
+        let lit = lit(&weather.records, &moments, illuminances(source_of(annual, &weather)), rotation);
         let (diffuse, sines) = by_record(&lit, weather.records.len());
         let daylight = daylight_hours(&diffuse, &sines);
         let occupied = occupied.unwrap_or_else(|| daylight.clone());
@@ -226,11 +226,16 @@ fn check_moments(years: &[WeatherYear], scene: &Scene) -> Result<(), FieldError>
     Err(FieldError::new("/grids", detail).coded(FieldErrorCode::TooMany))
 }
 
-fn illuminances(document: &AnnualDocument) -> Illuminances {
-    match document.illuminance {
+fn illuminances(source: IlluminanceSource) -> Illuminances {
+    match source {
         IlluminanceSource::Perez => Illuminances::Perez,
         IlluminanceSource::File => Illuminances::File,
     }
+}
+
+/// Returns the source of the illuminances: the file where it has nothing else.
+pub(crate) fn source_of(document: &AnnualDocument, weather: &Weather) -> IlluminanceSource {
+    if weather.file.is_photometric { IlluminanceSource::File } else { document.illuminance }
 }
 
 /// Checks that years have no more values than memory and time allow.

@@ -51,6 +51,18 @@ const BREEAM: [(&str, usize, usize, f64); 5] = [
     ("shops: sales areas", 3, 3, 2650.0),
 ];
 
+/// Illuminances in lux between which points must be at 9:00 and 15:00 of a clear day at the equinox by option 2 of LEED v4.1.
+pub const LEED_LUX: [f64; 2] = [300.0, 3000.0];
+
+/// Hours of that day.
+pub const LEED_HOURS: [f64; 2] = [9.0, 15.0];
+
+/// First and last month and day among which the clearest day of each equinox is: 15 days before and after the 21st of March and September.
+pub const LEED_DAYS: [[(u8, u8); 2]; 2] = [[(3, 6), (4, 5)], [(9, 6), (10, 6)]];
+
+/// Shares of the area in percent for numbers of points.
+const LEED_SHARES: [(&str, f64); 3] = [("1 point", 55.0), ("2 points", 75.0), ("3 points", 90.0)];
+
 /// Illuminances in lux at the middle of a room by ABNT NBR 15575, at four moments.
 const NBR: [(&str, f64); 3] = [("minimum", 60.0), ("intermediate", 90.0), ("superior", 120.0)];
 
@@ -74,6 +86,8 @@ pub struct Space<'a> {
     pub mean_hours: [Value; YEAR_LUX.len()],
     /// Least illuminance in lux of [`NBR_MOMENTS`] at the point in the middle; `None` if there is no such point or moment.
     pub middle_lux: Option<Value>,
+    /// Lux by which each point is within [`LEED_LUX`] at the worse of [`LEED_HOURS`], negative outside; `None` without such days.
+    pub within_leed_lux: Option<&'a [Value]>,
     /// Number of occupied hours, of daylight hours and of all hours.
     pub number_of_hours: [f64; 3],
 }
@@ -105,6 +119,15 @@ impl Space<'_> {
                 let clause = format!("Hea 01, {of}: hours with {} lx at the darkest point", YEAR_LUX[darkest]);
                 verdicts.push(self.at_least("BREEAM", clause, (least.into(), hours), Basis::Secondary, all));
             }
+        }
+        for (points, limit) in LEED_SHARES {
+            let Some(within) = self.within_leed_lux else { break };
+            let [low, high] = LEED_LUX;
+            let clause = format!(
+                "daylight, option 2, {points}: {low} to {high} lx at 9:00 and 15:00 of a clear day at the equinox"
+            );
+            let share = (self.area.share_percent(within, 0.0), limit);
+            verdicts.push(self.at_least("LEED v4.1", clause, share, Basis::Secondary, LEED_HOURS.len() as f64));
         }
         for (level, limit) in NBR.into_iter().filter(|_| self.middle_lux.is_some()) {
             let clause = format!("{level}: lux in the middle on 23 April and 23 October at 9:30 and 15:30");
@@ -152,9 +175,12 @@ mod tests {
             hours: &[[3450.0, 2000.0, 0.0, 2650.0, 0.0].map(value), [4000.0, 1999.0, 0.0, 2650.0, 0.0].map(value)],
             mean_hours: [4000.0, 3000.0, 3450.0, 2650.0, 2000.0].map(value),
             middle_lux: Some(value(90.0)),
+            within_leed_lux: Some(&[value(0.0), value(-1.0)]),
             number_of_hours: [3650.0, 4380.0, 8760.0],
         };
         let verdicts = space.verdicts();
+        let option_2 = verdicts.iter().filter(|verdict| verdict.clause.contains("option 2"));
+        assert!(option_2.map(|verdict| verdict.value.value).eq([50.0; 3]));
         let passed: Vec<String> = verdicts
             .iter()
             .filter(|verdict| verdict.outcome == Outcome::Pass)

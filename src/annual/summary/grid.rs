@@ -130,6 +130,7 @@ fn schemes(
     let every = vec![true; hours.occupied.len()];
     let mean = Illuminances::new(mean, &light.records, &every);
     let of_year = hours.of(&every) / 100.0;
+    let within_leed: Vec<Value> = points.iter().map(|point| point.within_leed_lux.unwrap_or_default()).collect();
     let space = Space {
         area,
         sun_exposure_percent: sun_exposure(area, points),
@@ -138,6 +139,7 @@ fn schemes(
         hours: &points.iter().map(|point| point.year_hours).collect::<Vec<_>>(),
         mean_hours: YEAR_LUX.map(|lux| mean.autonomy_percent(lux).times(of_year)),
         middle_lux: middle.and_then(|middle| points.get(middle)).and_then(|point| point.least_of_moments_lux),
+        within_leed_lux: hours.leed.as_ref().map(|_| within_leed.as_slice()),
         number_of_hours: [hours.of(hours.occupied), hours.of(hours.daylight), hours.of(&every)],
     };
     space.verdicts()

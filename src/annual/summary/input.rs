@@ -1,9 +1,11 @@
 //! Input of a year that is summed up.
 
+use std::collections::BTreeMap;
+
 use crate::fluxes::TubeYear;
 use crate::light::LitMoment;
 use crate::metrics::dimming::Dimming;
-use crate::metrics::schemes::NBR_MOMENTS;
+use crate::metrics::schemes::{LEED_DAYS, LEED_HOURS, NBR_MOMENTS};
 use crate::sensors::GridLight;
 use crate::weather::Record;
 
@@ -74,6 +76,8 @@ pub(super) struct Hours<'a> {
     pub each: f64,
     /// Numbers of the records of ABNT NBR 15575; none unless all four are there.
     pub nbr: Vec<usize>,
+    /// Numbers of the records beside 9:00 and 15:00 of the clearest day of each equinox; none unless both days are there.
+    pub leed: Option<[Vec<usize>; 2]>,
     /// Light of each tube under the CIE standard overcast sky, over its horizontal illuminance, in m2.
     pub overcast_m2: Vec<f64>,
 }
@@ -88,6 +92,7 @@ impl<'a> Hours<'a> {
             daylight: input.daylight,
             each,
             nbr: nbr.unwrap_or_default(),
+            leed: leed_records(input.records, each),
             overcast_m2: input.tubes.iter().map(|year| year.overcast_m2).collect(),
         }
     }
@@ -96,6 +101,32 @@ impl<'a> Hours<'a> {
     pub fn of(&self, counts: &[bool]) -> f64 {
         self.each * counts.iter().filter(|counts| **counts).count() as f64
     }
+}
+
+/// Returns the records whose intervals have, or end at, each of the hours of LEED's option 2, on the clearest day of each equinox: that with most
+/// direct normal irradiance.
+fn leed_records(records: &[Record], each: f64) -> Option<[Vec<usize>; 2]> {
+    let clearest = |[first, last]: [(u8, u8); 2]| {
+        let within =
+            records.iter().enumerate().filter(|(_, record)| (first..=last).contains(&(record.month, record.day)));
+        let mut days = BTreeMap::<(u8, u8), (f64, Vec<usize>)>::new();
+        for (number, record) in within {
+            let (light, of_day) = days.entry((record.month, record.day)).or_default();
+            *light += record.direct_normal_w_m2;
+            of_day.push(number);
+        }
+        days.into_values()
+            .filter(|(light, _)| *light > 0.0)
+            .max_by(|(a, _), (b, _)| a.total_cmp(b))
+            .map(|(_, of_day)| of_day)
+    };
+    let days: Option<Vec<Vec<usize>>> = LEED_DAYS.into_iter().map(clearest).collect();
+    let days = days?.concat();
+    let beside = |hour: f64| {
+        let is_beside = |number: &usize| (records[*number].middle_hour - hour).abs() <= 0.5 * each + 1e-9;
+        days.iter().copied().filter(is_beside).collect::<Vec<_>>()
+    };
+    Some(LEED_HOURS.map(beside)).filter(|hours| hours.iter().all(|records| !records.is_empty()))
 }
 
 /// Returns the record whose interval is nearest to a month, day and hour; `None` if it is not within one.

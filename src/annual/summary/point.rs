@@ -3,7 +3,7 @@
 use crate::metrics::Value;
 use crate::metrics::en17037::THRESHOLDS_LUX;
 use crate::metrics::points::{Illuminances, Useful};
-use crate::metrics::schemes::{DAYLIGHT_LUX, OCCUPIED_LUX, YEAR_LUX};
+use crate::metrics::schemes::{DAYLIGHT_LUX, LEED_LUX, OCCUPIED_LUX, YEAR_LUX};
 use crate::response::RecordLight;
 use crate::sensors::GridLight;
 
@@ -37,6 +37,7 @@ pub struct PointYear {
     pub(super) of_daylight_percent: [Value; DAYLIGHT_LUX.len()],
     pub(super) year_hours: [Value; YEAR_LUX.len()],
     pub(super) least_of_moments_lux: Option<Value>,
+    pub(super) within_leed_lux: Option<Value>,
 }
 
 impl PointYear {
@@ -58,6 +59,13 @@ impl PointYear {
         let of_year = hours.each * all.records as f64 / 100.0;
         let at = |record: &usize| light.records.binary_search(record).map_or(0.0, |place| row.lux[place]);
         let least = hours.nbr.iter().map(at).min_by(f64::total_cmp);
+        let [low, high] = LEED_LUX;
+        let within = |records: &Vec<usize>| {
+            let lux = records.iter().map(at).sum::<f64>() / records.len() as f64;
+            Value { value: (lux - low).min(high - lux), ..with_error(lux) }
+        };
+        let by_value = |a: &Value, b: &Value| a.value.total_cmp(&b.value);
+        let within_leed_lux = hours.leed.as_ref().and_then(|hours| hours.iter().map(within).min_by(by_value));
         Self {
             autonomies_percent: options.thresholds_lux.iter().map(|lux| occupied.autonomy_percent(*lux)).collect(),
             continuous_percent: options
@@ -78,6 +86,7 @@ impl PointYear {
             of_daylight_percent: DAYLIGHT_LUX.map(|lux| daylight.autonomy_percent(lux)),
             year_hours: YEAR_LUX.map(|lux| all.autonomy_percent(lux).times(of_year)),
             least_of_moments_lux: least.map(with_error),
+            within_leed_lux,
         }
     }
 }

@@ -1,17 +1,24 @@
 //! Completion of records: what is missing is computed from what is there, or copied from another day.
 
+use glam::DVec3;
 use skyduct_physics::sky::sun::SunPositionError;
+use skyduct_physics::sky::{Irradiances, PerezSky};
 
 use super::closure::{self, SunOfFile};
 use super::file::{FileReport, Weather};
 use super::line::WeatherError;
 use super::record::{Record, usual_offset_minutes};
-use super::rows::{RepairKind, Repairs, Row, Rows};
+use super::rows::{RepairKind, Repairs, Row, Rows, USUAL_DEW_POINT_C};
 use crate::calendar::day_of_year;
 use crate::sun::{SINE_OF_LOW_SUN, SunOverSite};
 
 /// Highest share of the hours with the sun up that may be copied from other days.
 const MOST_COPIED: f64 = 0.01;
+
+/// Luminous efficacy in lm/W from which those of a state of the sky are found, in so many rounds, with the sun at least this high (sine).
+const TYPICAL_LM_PER_W: f64 = 110.0;
+const ROUNDS: usize = 12;
+const LEAST_SINE: f64 = 0.01;
 
 /// Returns the weather of rows, tested and completed.
 pub(super) fn weather(mut rows: Rows) -> Result<Weather, WeatherError> {
@@ -31,7 +38,10 @@ pub(super) fn weather(mut rows: Rows) -> Result<Weather, WeatherError> {
     };
     let mut irradiances = Vec::with_capacity(rows.rows.len());
     for (k, row) in rows.rows.iter().enumerate() {
-        let completed = completed(row, || sine(row), rows.direct_is_horizontal, (&mut repairs, first_line + k));
+        let completed = match row.illuminances_lux.filter(|_| rows.is_photometric) {
+            Some(lux) => sine(row).map(|sine| Some(irradiances_of(lux, sine, day_of_year(rows.year_of_sun, row.date)))),
+            None => completed(row, || sine(row), rows.direct_is_horizontal, (&mut repairs, first_line + k)),
+        };
         irradiances.push(completed.map_err(of_sun)?);
     }
     let per_day = 24 * rows.records_per_hour as usize;
@@ -59,12 +69,34 @@ pub(super) fn weather(mut rows: Rows) -> Result<Weather, WeatherError> {
         daylight_saving: rows.daylight_saving,
         file: FileReport {
             format: rows.format,
+            is_photometric: rows.is_photometric,
             comments: rows.comments,
             first_line,
             closure,
             repairs: repairs.listed(),
         },
     })
+}
+
+/// Computes direct normal and diffuse horizontal irradiance in W/m2 that have these illuminances in lux by the efficacies of Perez, under a sun
+/// of this sine of the altitude; they tell the state of the sky.
+fn irradiances_of([direct_lux, diffuse_lux]: [f64; 2], sine: f64, day_of_year: u16) -> [f64; 2] {
+    let z = sine.clamp(LEAST_SINE, 1.0);
+    let sun = DVec3::new(0.0, ((1.0 - z) * (1.0 + z)).sqrt(), z);
+    let [mut direct, mut diffuse] = [direct_lux, diffuse_lux].map(|lux| lux / TYPICAL_LM_PER_W);
+    for _ in 0..ROUNDS {
+        let irradiances = Irradiances {
+            direct_normal_w_m2: direct,
+            diffuse_horizontal_w_m2: diffuse,
+            dew_point_c: USUAL_DEW_POINT_C,
+        };
+        let sky = PerezSky::new(irradiances, sun, Some(day_of_year));
+        let found = [sky.direct_normal_illuminance_lux(), sky.diffuse_horizontal_illuminance_lux()];
+        // a low sun can have no efficacy
+        direct *= if found[0] > 0.0 { direct_lux / found[0] } else { 1.0 };
+        diffuse *= if found[1] > 0.0 { diffuse_lux / found[1] } else { 1.0 };
+    }
+    [direct, diffuse]
 }
 
 /// Returns direct normal and diffuse horizontal irradiance of a row in W/m2, with one of them computed if it is missing; none if both are.

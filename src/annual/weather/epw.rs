@@ -70,6 +70,7 @@ pub(super) fn read<'a>(mut lines: impl Iterator<Item = (usize, &'a str)>) -> Res
         first_line: header.first_line,
         rows,
         direct_is_horizontal: false,
+        is_photometric: false,
         repairs,
     })
 }

@@ -31,6 +31,8 @@ pub struct Weather {
 pub struct FileReport {
     /// Kind of the file.
     pub format: Format,
+    /// True if the file has illuminances, from which its irradiances follow.
+    pub is_photometric: bool,
     /// Comments in the file's header: where its numbers come from.
     pub comments: Vec<String>,
     /// Line of the first record, from 1; each record has one line.

@@ -94,5 +94,7 @@ pub(super) struct Rows {
     pub rows: Vec<Row>,
     /// True if the file has direct light on a level plane: to compute the beam from it is then no repair.
     pub direct_is_horizontal: bool,
+    /// True if the file has illuminances in place of irradiances.
+    pub is_photometric: bool,
     pub repairs: Repairs,
 }

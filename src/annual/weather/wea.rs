@@ -17,15 +17,29 @@ const HEADER: [(&str, [f64; 2]); 5] = [
     ("longitude", [-180.0, 180.0]),
     ("time_zone", [-210.0, 180.0]),
     ("site_elevation", [-500.0, 9000.0]),
-    ("weather_data_file_units", [1.0, 2.0]),
+    ("weather_data_file_units", [1.0, 3.0]),
 ];
 const VALUE: Field = Field { number: 2, name: "value" };
 
 const MONTH: Field = Field { number: 1, name: "month" };
 const DAY: Field = Field { number: 2, name: "day" };
 const HOUR: Field = Field { number: 3, name: "hour" };
-const DIRECT: Field = Field { number: 4, name: "direct irradiance" };
-const DIFFUSE: Field = Field { number: 5, name: "diffuse horizontal irradiance" };
+const DIRECT: Field = Field { number: 4, name: "direct light" };
+const DIFFUSE: Field = Field { number: 5, name: "diffuse horizontal light" };
+
+/// Largest illuminance in lux that a record may have.
+const HIGHEST_LUX: f64 = 200_000.0;
+
+/// Quantities of the records, by the units of the header.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Units {
+    /// Direct normal irradiance.
+    Normal,
+    /// Direct irradiance on a level plane.
+    Horizontal,
+    /// Direct normal illuminance, and diffuse illuminance.
+    Lux,
+}
 
 /// Reads the lines of a file, numbered from 1.
 pub(super) fn read<'a>(lines: impl Iterator<Item = (usize, &'a str)>) -> Result<Rows, WeatherError> {
@@ -63,8 +77,12 @@ pub(super) fn read<'a>(lines: impl Iterator<Item = (usize, &'a str)>) -> Result<
     };
     let records_per_hour = records_per_hour(&records)?;
     let (mut order, mut repairs) = (Order::new(records_per_hour), Repairs::default());
-    let direct_is_horizontal = units == 2.0;
-    let row = |line| row(line, direct_is_horizontal, &mut order, &mut repairs);
+    let units = match units {
+        2.0 => Units::Horizontal,
+        3.0 => Units::Lux,
+        _ => Units::Normal,
+    };
+    let row = |line| row(line, units, &mut order, &mut repairs);
     let rows = records.iter().map(row).collect::<Result<Vec<_>, _>>()?;
     order.ended(records.last().map_or(first_line, |line| line.number))?;
     let year_of_sun = typical_year(order.has_leap_day());
@@ -78,7 +96,8 @@ pub(super) fn read<'a>(lines: impl Iterator<Item = (usize, &'a str)>) -> Result<
         daylight_saving: None,
         first_line,
         rows,
-        direct_is_horizontal,
+        direct_is_horizontal: units == Units::Horizontal,
+        is_photometric: units == Units::Lux,
         repairs,
     })
 }
@@ -103,9 +122,23 @@ fn hour(line: &Line) -> Result<f64, WeatherError> {
     (hour < 24.0).then_some(hour).ok_or_else(|| line.error(HOUR, "must be below 24"))
 }
 
-fn row(line: &Line, horizontal: bool, order: &mut Order, repairs: &mut Repairs) -> Result<Row, WeatherError> {
+fn row(line: &Line, units: Units, order: &mut Order, repairs: &mut Repairs) -> Result<Row, WeatherError> {
     let (date, hour) = (date(line, [MONTH, DAY])?, hour(line)?);
     order.take(line.number, date, hour as usize)?;
+    if units == Units::Lux {
+        let lux = |field| line.within(field, 0.0..=HIGHEST_LUX);
+        let without_irradiances = Row {
+            date,
+            middle_hour: hour,
+            global_w_m2: None,
+            direct_normal_w_m2: None,
+            diffuse_w_m2: None,
+            dew_point_c: USUAL_DEW_POINT_C,
+            illuminances_lux: Some([lux(DIRECT)?, lux(DIFFUSE)?]),
+        };
+        return Ok(without_irradiances);
+    }
+    let horizontal = units == Units::Horizontal;
     let [highest_direct, highest_diffuse] = HIGHEST_W_M2;
     let direct = irradiance(line, DIRECT, highest_direct, repairs)?;
     let diffuse_w_m2 = irradiance(line, DIFFUSE, highest_diffuse, repairs)?;

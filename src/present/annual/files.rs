@@ -11,12 +11,13 @@ use crate::document::result::annual::{
     ColumnResult, Conventions, GridYearResult, PointsYearResult, SiteResult, TubeYearResult, YearResult,
 };
 use crate::document::result::weather_files::AnnualResult;
+use crate::engine::annual::source_of;
 use crate::output::npy;
 
 impl FileYear {
     /// Returns the summary of the year, with these names of its grids.
     pub(super) fn result(&self, grids: &[&str], document: &AnnualDocument) -> YearResult {
-        let AnnualDocument { illuminance, schedule, daylight_saving, maintenance, .. } = document;
+        let AnnualDocument { schedule, daylight_saving, maintenance, .. } = document;
         let hours = 1.0 / f64::from(self.weather.records_per_hour.max(1));
         let grids = grids.iter().zip(&self.year.grids);
         YearResult {
@@ -24,7 +25,7 @@ impl FileYear {
             site: SiteResult::from(&self.weather.site),
             conventions: Conventions {
                 sky: "perez".to_owned(),
-                illuminance: *illuminance,
+                illuminance: source_of(document, &self.weather),
                 sun_offset_minutes: self.convention.sun_offset_minutes,
                 suns_per_hour: self.convention.suns_per_record(&self.weather) * self.weather.records_per_hour,
                 year_of_sun: self.weather.year_of_sun,

@@ -1,5 +1,6 @@
 //! WEA files of Radiance.
 
+use skyduct_annual::light::{Illuminances, lit};
 use skyduct_annual::moment::{Convention, moments};
 use skyduct_annual::weather::{Format, Weather, WeatherError, read};
 
@@ -61,6 +62,43 @@ fn direct_light_on_a_level_plane_becomes_a_beam() {
     assert!(wea.file.repairs.iter().all(|repair| repair.kind == skyduct_annual::weather::RepairKind::LowDirect));
 }
 
+/// Illuminances by the efficacies of the irradiances lead back to the irradiances, and stay as they are.
+#[test]
+fn illuminances_lead_to_irradiances() {
+    let epw = Epw::week().read().unwrap();
+    let header = format!("{HEADER}weather_data_file_units 1\n");
+    let rows = |of: &dyn Fn(usize) -> [f64; 2]| -> String {
+        let row = |(k, record): (usize, &skyduct_annual::weather::Record)| {
+            let [direct, diffuse] = of(k);
+            format!("{} {} {:.3} {direct} {diffuse}\n", record.month, record.day, record.middle_hour)
+        };
+        epw.records.iter().enumerate().map(row).collect()
+    };
+    let of_record = |k: usize| [epw.records[k].direct_normal_w_m2, epw.records[k].diffuse_horizontal_w_m2];
+    let in_watts = read_text(&(header.clone() + &rows(&of_record))).unwrap();
+    let light = |weather: &Weather, source: Illuminances| {
+        lit(&weather.records, &moments(weather, Convention::of(weather)).unwrap().moments, source, 0.0)
+    };
+    let given = light(&in_watts, Illuminances::Perez);
+    let lux = |k: usize| {
+        let of_record = given.iter().find(|moment| moment.record == k);
+        of_record.map_or([0.0; 2], |moment| [moment.direct_normal_lux, moment.diffuse_horizontal_lux])
+    };
+    let in_lux = read_text(&(header.replace("units 1", "units 3") + &rows(&lux))).unwrap();
+    assert!(in_lux.file.is_photometric && !in_watts.file.is_photometric);
+    let found = light(&in_lux, Illuminances::File);
+    assert!(found.len() > 80 && found.len() == given.len());
+    let mut alike = 0;
+    for (found, given) in found.iter().zip(&given) {
+        assert_eq!(found.direct_normal_lux, given.direct_normal_lux);
+        assert_eq!(found.diffuse_horizontal_lux, given.diffuse_horizontal_lux);
+        let same = (found.clearness / given.clearness - 1.0).abs() < 0.01;
+        alike += usize::from(same && (found.brightness / given.brightness - 1.0).abs() < 0.01);
+    }
+    // efficacies jump where clearness changes its class, and a sun that is partly down is not in the middle of its record
+    assert!(alike * 100 > 85 * given.len(), "{alike} of {}", given.len());
+}
+
 #[test]
 fn faults_have_a_line_and_a_field() {
     let good = week("1", |_| 100.0);
@@ -70,7 +108,8 @@ fn faults_have_a_line_and_a_field() {
     refused(changed("longitude -12.50", "longitude -190"), 3, 2);
     refused(changed("time_zone -15\n", ""), 6, 0);
     refused(changed("site_elevation", "elevation"), 5, 0);
-    refused(read_text(&week("3", |_| 100.0)), 6, 2);
+    refused(read_text(&week("4", |_| 100.0)), 6, 2);
+    refused(read_text(&week("3", |_| 200_001.0)), HEADER_LINES + 1, 4);
     refused(changed("6 1 1.500", "6 1 2.500"), HEADER_LINES + 2, 3);
     refused(changed("6 1 3.500", "6 1 4.500"), HEADER_LINES + 4, 0);
     refused(changed("6 1 3.500", "6 1 24.0"), HEADER_LINES + 4, 3);
