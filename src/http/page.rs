@@ -3,6 +3,7 @@
 use axum::extract::Path;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
+use bytes::Bytes;
 use rust_embed::RustEmbed;
 
 use crate::http::content;
@@ -12,6 +13,9 @@ use crate::http::problem::Problem;
 #[derive(RustEmbed)]
 #[folder = "web/"]
 struct Files;
+
+/// Synthetic year among the examples, for visitors who want to try a year at once, and its name among the page's files.
+const SYNTHETIC_YEAR: (&str, &[u8]) = ("synthetic.epw", include_bytes!("../../examples/synthetic.epw"));
 
 /// Content security policy of the page: it runs its own files only, without inline scripts and styles, and calls this service. It
 /// may show pictures that it has made itself.
@@ -31,8 +35,11 @@ pub async fn file(headers: HeaderMap, Path(file): Path<String>) -> Result<Respon
 fn answer(headers: &HeaderMap, file: &str) -> Result<Response, Problem> {
     let nothing = || Problem::not_found("there is nothing at this path");
     let media_type = media_type(file).ok_or_else(nothing)?;
-    let found = Files::get(file).ok_or_else(nothing)?;
-    let mut response = content::made(headers, found.data.into_owned(), media_type)?;
+    let found = match file == SYNTHETIC_YEAR.0 {
+        true => Bytes::from_static(SYNTHETIC_YEAR.1),
+        false => Files::get(file).ok_or_else(nothing)?.data.into_owned().into(),
+    };
+    let mut response = content::made(headers, found, media_type)?;
     let policy = HeaderValue::from_static(CONTENT_SECURITY_POLICY);
     response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, policy);
     Ok(response)
@@ -47,7 +54,7 @@ fn media_type(file: &str) -> Option<&'static str> {
         "js" => "text/javascript; charset=utf-8",
         "json" => "application/json",
         "svg" => "image/svg+xml",
-        "LICENSE" => "text/plain; charset=utf-8",
+        "epw" | "LICENSE" => "text/plain; charset=utf-8",
         _ => return None,
     })
 }

@@ -19,6 +19,7 @@ async fn the_page_is_served_with_its_policy_and_tags() {
         ("/web/style.css".to_owned(), "text/css; charset=utf-8"),
         ("/web/icon.svg".to_owned(), "image/svg+xml"),
         ("/web/presets/bathroom.json".to_owned(), "application/json"),
+        ("/web/synthetic.epw".to_owned(), "text/plain; charset=utf-8"),
     ] {
         let answer = service.get(&path).send().await.unwrap();
         assert_eq!(answer.status(), 200, "{path}");
