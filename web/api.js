@@ -112,6 +112,15 @@ export const deleteJob = (id) =>
 export const postMesh = async (file) =>
   (await call("/v1/meshes", { method: "POST", headers: { "Content-Type": "model/obj" }, body: file })).json();
 
+/** @param {Blob} file an EPW or WEA file */
+export const postWeather = async (file) => {
+  const headers = { "Content-Type": "application/octet-stream" };
+  return /** @type {Promise<Weather>} */ ((await call("/v1/weather", { method: "POST", headers, body: file })).json());
+};
+
+/** @param {string} path @param {AbortSignal} [signal] */
+export const bytes = async (path, signal) => (await call(path, { signal: signal ?? null })).arrayBuffer();
+
 /** Pauses before a stream that is refused is asked for again: the first one and the longest. */
 const FIRST_PAUSE_MS = 1000;
 const LONGEST_PAUSE_MS = 30_000;

@@ -127,3 +127,21 @@ export function words({ pointer, label, value, set }) {
       html`<input id=${id} .value=${value} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}>`,
   );
 }
+
+/** A place to drop a file on, or to choose one. @param {{ accept: string, label: string, take: (file: File) => void }} of */
+export function file({ accept, label, take }) {
+  const dropped = (/** @type {DragEvent} */ event) => {
+    event.preventDefault();
+    event.stopPropagation();
+    const file = event.dataTransfer?.files[0];
+    if (file) take(file);
+  };
+  const chosen = (/** @type {Event} */ event) => {
+    const input = /** @type {HTMLInputElement} */ (event.target);
+    const file = input.files?.[0];
+    if (file) take(file);
+    input.value = "";
+  };
+  return html`<label class="drop" @dragover=${(/** @type {DragEvent} */ event) => event.preventDefault()} @drop=${dropped}>
+    <input type="file" accept=${accept} @change=${chosen}><span>${label}</span></label>`;
+}

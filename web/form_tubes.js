@@ -1,7 +1,7 @@
 // The tubes: kinds, sizes, closures; models in OBJ files.
 import * as api from "./api.js";
 import { diameter, isMesh, removeTube, roomiest, setDrop, usualTube } from "./draft.js";
-import { choice, number, slider } from "./field.js";
+import { choice, file, number, slider } from "./field.js";
 import { edit } from "./live.js";
 import { add } from "./plan_hand.js";
 import { extent } from "./room.js";
@@ -64,7 +64,7 @@ export function tubes() {
       @click=${() => edit((draft) => removeTube(draft, index))}>Remove</button></div>
     ${place(tube, index)}${isMesh(tube) ? mesh(tube, index) : pipe(tube, index)}</div>`;
   return html`<div class="group tabs" role="group" aria-label="Tubes">${tabs}<button type="button" @click=${add}>Add a tube</button></div>
-    ${tube ? form(tube) : nothing}${of.length > 1 ? together : nothing}${drop()}`;
+    ${tube ? form(tube) : nothing}${of.length > 1 ? together : nothing}${file({ accept: ".obj,model/obj", label: "Model of a tube: drop an OBJ file here, or choose one", take: (it) => void take(it) })}`;
 }
 
 /** @param {Tube} tube */
@@ -262,9 +262,8 @@ function usualPart(role) {
 const guessed = (name) =>
   usualPart(/dome|cover|collector|glass|lens/i.test(name) ? "collector" : /diffus|opal/i.test(name) ? "diffuser" : "pipe");
 
-/** Takes a model for a new tube in the middle of the room. @param {File | undefined} file */
+/** Takes a model for a new tube in the middle of the room. @param {File} file */
 async function take(file) {
-  if (!file) return;
   try {
     const { id, materials, triangles } = await api.postMesh(file);
     const last = state.draft.tubes?.at(-1);
@@ -282,19 +281,4 @@ async function take(file) {
   } catch (error) {
     set({ problem: api.problemOf(error) });
   }
-}
-
-function drop() {
-  const dropped = (/** @type {DragEvent} */ event) => {
-    event.preventDefault();
-    void take(event.dataTransfer?.files[0]);
-  };
-  const chosen = (/** @type {Event} */ event) => {
-    const input = /** @type {HTMLInputElement} */ (event.target);
-    void take(input.files?.[0]);
-    input.value = "";
-  };
-  return html`<label class="drop" @dragover=${(/** @type {DragEvent} */ event) => event.preventDefault()} @drop=${dropped}>
-    <input type="file" accept=".obj,model/obj"
-      @change=${chosen}><span>Model of a tube: drop an OBJ file here, or choose one</span></label>`;
 }

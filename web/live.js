@@ -3,9 +3,11 @@ import * as api from "./api.js";
 import { changed } from "./draft.js";
 import { LiveJob } from "./live_job.js";
 import { set, state } from "./state.js";
+import { YearJob } from "./year_job.js";
 
 export const live = new LiveJob(api, { state, set });
-addEventListener("pagehide", () => live.leave());
+export const year = new YearJob(api, { state, set });
+addEventListener("pagehide", () => [live, year].forEach((job) => job.leave()));
 
 /** How many steps back are kept. */
 const STEPS = 200;

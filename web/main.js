@@ -4,27 +4,30 @@ import * as api from "./api.js";
 import { listed } from "./cities.js";
 import { compare, keepAsA } from "./compare.js";
 import { otherFaults } from "./field.js";
+import { fit } from "./fit.js";
 import { place, suggestions } from "./form_place.js";
 import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
+import { weather } from "./form_year.js";
 import { jobPage } from "./job_page.js";
 import { jobs, toggle } from "./jobs.js";
-import { edit, live, undo, use } from "./live.js";
+import { edit, live, undo, use, year as yearJob } from "./live.js";
 import { picture } from "./picture.js";
-import { plan } from "./plan.js";
-import { drag } from "./plan_hand.js";
+import { plan, yearOnPlan, yearShown } from "./plan.js";
 import { preset, presets } from "./presets.js";
 import { prediction } from "./prediction.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers, readOut } from "./results.js";
-import { extent } from "./room.js";
-import { section, sectionExtent } from "./section.js";
+import { section } from "./section.js";
 import { known, remember, share, take, unpacked } from "./share.js";
 import { sky } from "./sky.js";
-import { stage } from "./stage.js";
-import { drawnBy, set, state } from "./state.js";
+import { drawnBy, set, setYear, state } from "./state.js";
 import { html, nothing, render } from "./vendor/lit-html.js";
 import { judged, sentence, target } from "./verdict.js";
+import { find, takeFile } from "./weather.js";
+import { charts, layers, yearByHour } from "./year_panels.js";
+import { yearReadOut } from "./year_plan.js";
+import { criteria, judgedYear, yearFiles, yearResult } from "./year_result.js";
 import { followClock } from "./zone.js";
 
 const app = /** @type {HTMLElement} */ (document.querySelector("#app"));
@@ -52,10 +55,13 @@ function header(edits) {
   const rooms = html`<label class="inline">Room
     <select id="preset" @change=${choose}><option value="" .selected=${!chosen}>your own</option>${options}</select></label>`;
   const sharing = html`<button type="button" @click=${() => void share()}>Share</button>`;
+  const tab = (/** @type {"moment" | "year"} */ of, /** @type {string} */ words) =>
+    html`<button type="button" aria-pressed=${state.tab === of} @click=${() => set({ tab: of })}>${words}</button>`;
+  const tabs = html`<div class="group" role="group" aria-label="Light of">${tab("moment", "A moment")}${tab("year", "A year")}</div>`;
   const toPlan = () => /** @type {SVGElement | null} */ (app.querySelector(".plan .tube, .plan .wall, .plan .corner"))?.focus();
   const skip = html`<button type="button" class="skip" @click=${toPlan}>To the plan</button>`;
   return html`<header>${edits ? skip : nothing}<h1><a href="/">skyduct</a></h1><p>How much daylight do these tubes bring into this room?</p>
-    <nav aria-label="Page">${edits ? rooms : nothing}
+    <nav aria-label="Page">${edits ? [tabs, rooms] : nothing}
       <button type="button" aria-expanded=${state.jobs ? "true" : "false"}
         @click=${() => void toggle()}>Jobs</button>${edits ? sharing : nothing}<a href="/docs/">Interface</a></nav></header>`;
 }
@@ -64,14 +70,26 @@ function header(edits) {
 const drawer = (title, content, opened) =>
   html`<details class="drawer" ?open=${opened}><summary><h2>${title}</h2></summary>${content}</details>`;
 
-/** A form of drawers. @param {string} label @param {[string, unknown][]} drawers */
+/** A form of drawers; on narrow pages they are closed but for those that are asked to be open. @param {string} label @param {[string, unknown, boolean?][]} drawers */
 const form = (label, drawers) => html`<form class="panel form" aria-label=${label}
-  @submit=${(/** @type {Event} */ event) => event.preventDefault()}>${drawers.map(([title, content]) => drawer(title, content, !stacked.matches))}</form>`;
+  @submit=${(/** @type {Event} */ event) => event.preventDefault()}>${drawers.map(([title, content, open = false]) => drawer(title, content, open || !stacked.matches))}</form>`;
 
-/** Plan, section and numbers. @param {unknown} forms whose fields show their faults themselves */
+/** Plan, section and numbers; of a year its months and a day. @param {unknown} forms whose fields show their faults themselves */
 function drawings(forms) {
   const { answer, current } = state;
-  const factor = Boolean(answer?.grid?.daylight_factor_percent);
+  const [year, onPlan] = [yearShown(), yearOnPlan()];
+  const beside = () => html`<section class="panel cut" aria-label="Section">${section()}</section>
+    <section class=${`panel all-numbers ${current ? "" : "old"}`} aria-label="Numbers" tabindex="0"><h2>Numbers</h2>${answer ? numbers(answer) : nothing}</section>`;
+  return html`<div class="stage">
+    <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2>${year ? layers(year) : momentLayers()}<button type="button"
+      ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button>${year ? nothing : html`<button type="button"
+      ?disabled=${!answer || !current} @click=${keepAsA}>Keep as A</button>`}</div>
+      ${otherFaults(forms)}${plan()}${onPlan ? yearReadOut(onPlan) : readOut()}</section>${year ? charts(year) : beside()}</div>`;
+}
+
+/** Buttons that choose what the plan shows of a moment. */
+function momentLayers() {
+  const factor = Boolean(state.answer?.grid?.daylight_factor_percent);
   const layer = (/** @type {"lux" | "daylight_factor"} */ of, /** @type {string} */ words) =>
     html`<button type="button" aria-pressed=${state.layer === of} ?disabled=${of !== "lux" && !factor}
       title=${of !== "lux" && !factor ? "Under an overcast sky only" : ""} @click=${() => set({ layer: of })}>${words}</button>`;
@@ -81,15 +99,8 @@ function drawings(forms) {
       const grid = draft.grids?.[0];
       if (grid) grid.components = !inParts;
     });
-  return html`<div class="stage">
-    <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div
-      class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button"
-      id="parts" aria-pressed=${inParts} title="Where the light comes from: each tube and each source by itself" @click=${toParts}>By tube</button><button type="button"
-      ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button><button type="button"
-      ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
-      ${otherFaults(forms)}${plan()}${readOut()}</section>
-    <section class="panel cut" aria-label="Section">${section()}</section>
-    <section class=${`panel all-numbers ${current ? "" : "old"}`} aria-label="Numbers" tabindex="0"><h2>Numbers</h2>${answer ? numbers(answer) : nothing}</section></div>`;
+  return html`<div class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button"
+    id="parts" aria-pressed=${inParts} title="Where the light comes from: each tube and each source by itself" @click=${toParts}>By tube</button>`;
 }
 
 /** The sentence, its target and the mean. */
@@ -112,40 +123,27 @@ function sure() {
 }
 
 function editor() {
+  const [inYear, year] = [state.tab === "year", yearShown()];
   const forms = [
     form("Tubes and room", [["Tubes", tubes()], ["Room", room()]]),
-    form("Place, time and sky", [["Place and time", place()], ["Sky", sky()]]),
+    inYear ? form("Weather and hours", [["Weather", weather(), !state.year.weather]]) : form("Place, time and sky", [["Place and time", place()], ["Sky", sky()]]),
   ];
+  const below = () => html`${compare()}<section class="panel view" aria-label="Picture">${picture()}</section>`;
   return html`${header(true)}<main class="editor">${jobs()}
     <div class="column left">${forms[0]}</div>
-    <div class="column middle">${drawings(forms)}${compare()}
-      <section class="panel view" aria-label="Picture">${picture()}</section></div>
-    <div class="column right"><section class="panel result" aria-label="Result">${result()}</section>${forms[1]}
-      ${sure()}<section class="panel take" aria-label="Files">${take()}</section></div></main><p class="unseen" role="status">${heard()}</p>
+    <div class="column middle">${drawings(forms)}${year ? yearByHour(year) : below()}</div>
+    <div class="column right"><section class="panel result" aria-label="Result">${inYear ? yearResult() : result()}</section>${forms[1]}
+      ${inYear ? criteria() : sure()}<section class="panel take" aria-label="Files">${inYear ? yearFiles() : take()}</section></div></main><p class="unseen" role="status">${heard()}</p>
     <p class="said" role="status">${state.said}</p>`;
-}
-
-const sizes = new ResizeObserver((entries) => {
-  const next = { ...state.sizes };
-  for (const { target, contentRect } of entries) {
-    const { width, height } = contentRect;
-    if (target.matches("svg") && width > 0 && height > 0) next[target.matches(".plan") ? "plan" : "section"] = [width, height];
-  }
-  set({ sizes: next });
-});
-
-/** Gives plan, section and numbers the space that there is; a hand that holds a wall moves nothing but the wall. */
-function fit() {
-  const held = /** @type {HTMLElement} */ (app.querySelector(".stage"));
-  if (drag.moved) return;
-  const { width, depth } = extent(state.draft.room);
-  const space = { width: held.clientWidth, height: stacked.matches ? 0.85 * innerHeight : (held.parentElement?.clientHeight ?? 0) };
-  held.style.gridTemplate = stage({ width, height: depth }, sectionExtent(), space, stacked.matches);
 }
 
 /** What people who do not see the page hear of a result, once it rests. */
 function heard() {
   const { answer, current, running, goal } = state;
+  if (state.tab === "year") {
+    const told = state.year.current && judgedYear();
+    return told ? `${told.asked}: ${told.is}, ${told.found}` : "";
+  }
   if (!answer?.grid || !current || running) return "";
   const { asked, is, found } = sentence(answer, goal);
   return `${asked}: ${is}. ${found}`;
@@ -157,13 +155,11 @@ let soon;
 async function start() {
   const id = /^\/jobs\/([0-9a-f-]{36})$/.exec(location.pathname)?.[1];
   if (id) return jobPage(id, app, () => header(false));
-  let measured = false;
   drawnBy(() => {
     void followClock();
+    yearJob.follow();
     render(editor(), app);
-    fit();
-    if (!measured) for (const part of app.querySelectorAll(".middle, .plan, .section")) sizes.observe(part);
-    measured = true;
+    fit(app, stacked.matches);
     clearTimeout(soon);
     soon = setTimeout(() => void remember(), 400);
   });
@@ -179,9 +175,23 @@ async function start() {
     const lux = linked.draft.grids?.[0]?.target_lux;
     const goal = linked.goal ?? (lux ? { lux, of: /** @type {const} */ ("mean") } : null);
     if (goal) set({ goal });
+    set({ tab: linked.year ? "year" : "moment" });
+    if (linked.year) {
+      const { weather, ...shown } = linked.year;
+      setYear(shown);
+      if (weather) void find(weather);
+    }
     known(linked.draft);
     use(linked.draft);
   };
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    const file = event.dataTransfer?.files[0];
+    event.preventDefault();
+    if (!file || !/\.(epw|wea)$/i.test(file.name)) return;
+    set({ tab: "year" });
+    void takeFile(file);
+  });
   addEventListener("hashchange", () => void unpacked(location.hash).then(follow));
   const linked = location.hash;
   const shared = await unpacked(linked);

@@ -1,7 +1,7 @@
 // The plan of the room from above: the map, the tubes and the room's walls, which are moved by hand.
 import { diameter, isMesh, square } from "./draft.js";
 import { bar, across, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
-import { drag, draw, keys, moveCursor, still } from "./plan_hand.js";
+import { cellAt, drag, draw, keys, moveCursor, still } from "./plan_hand.js";
 import { numbered } from "./plan_labels.js";
 import { partition } from "./plan_partitions.js";
 import { walls } from "./plan_walls.js";
@@ -9,8 +9,9 @@ import { joints } from "./ray.js";
 import { extent } from "./room.js";
 import { scale } from "./scale.js";
 import { AROUND } from "./stage.js";
-import { set, state } from "./state.js";
+import { set, setYear, state } from "./state.js";
 import { nothing, svg } from "./vendor/lit-html.js";
+import { mapOf, pin } from "./year_plan.js";
 
 /** Size of a drawing that stands by itself. @type {[number, number]} */
 export const SMALL = [364, 400];
@@ -34,27 +35,49 @@ export function sharedScale(grid, layer) {
   return scale(Math.max(...others.map((other) => largest(values(other, layer).rows))));
 }
 
+/** The year that is shown instead of a moment's light. */
+export const yearShown = () => (state.tab === "year" ? state.year.answer : null);
+
+/** The year whose map the plan shows: while a room that was changed has none, the plan has its light at a moment. */
+export function yearOnPlan() {
+  const year = yearShown();
+  const isRoom = year && (state.year.current || JSON.stringify(year.wanted.draft.room) === JSON.stringify(state.draft.room));
+  return isRoom ? year : null;
+}
+
+/** What the map shows; null before there is an answer. */
+function shown() {
+  const { answer, current, layer } = state;
+  const year = yearOnPlan();
+  if (year) return mapOf(year);
+  if (!answer?.grid) return null;
+  return { grid: answer.grid, room: answer.job.document.room, current, ...values(answer.grid, layer), ...sharedScale(answer.grid, layer) };
+}
+
 /** The plan as an editor. */
 export function plan() {
-  const { draft, answer } = state;
+  const { draft } = state;
   const { room } = draft;
   const at = drag.layout ?? layout(room, state.sizes.plan);
   const seen = room.plan ? at : { ...at, north: extent(room).depth };
-  const grid = answer?.grid ?? null;
+  const [of, year] = [shown(), yearOnPlan()];
+  const grid = of?.grid.x_m.length ? of.grid : null;
   const { box } = at;
   return svg`<svg class="plan" viewBox=${`0 0 ${box[0]} ${box[1]}`} role="application"
     aria-label=${`Plan of the room: tubes, ${room.plan ? "corners" : "walls"} and partitions are moved by the arrow keys, with Shift in small steps`}
       @pointermove=${drag.move} @pointerup=${drag.end} @pointercancel=${drag.end} @pointerleave=${() => set({ cursor: null })}>
-    <g class=${state.current ? "" : "old"}
-      @pointermove=${(/** @type {PointerEvent} */ event) => grid?.x_m.length && moveCursor(event, grid, seen)}>
+    <g class=${of?.current === false ? "old" : ""}
+      @pointermove=${(/** @type {PointerEvent} */ event) => grid && moveCursor(event, grid, seen)}
+      @click=${(/** @type {MouseEvent} */ event) => year && grid && setYear({ pin: cellAt(event, grid, seen) })}>
       ${outlined(room, seen, "floor")}
-      ${grid?.x_m.length ? map(grid, seen) : nothing}
+      ${of && grid ? map(of, seen) : nothing}
     </g>
     ${(room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, seen) : nothing))}
     ${walls(room, seen)}
     ${(room.partitions ?? []).map((sheet, index) => partition(sheet, index, seen))}
     ${(draft.tubes ?? []).map((tube, index) => opening(tube, index, seen))}
     ${numbered((draft.tubes ?? []).map((tube) => ring(tube, seen)))}
+    ${year && grid ? pin(year, seen) : nothing}
     ${measures(room, seen)}
     ${north(room.rotation_deg ?? 0)}
     ${
@@ -69,11 +92,8 @@ export function plan() {
 /** The ring of a tube. @param {Tube} tube @param {import("./map.js").Layout} at */
 const ring = (tube, at) => ({ x: across(at, tube.centre_m[0]), y: down(at, tube.centre_m[1]), radius: (at.k * diameter(tube)) / 2 });
 
-/** @param {Grid} grid @param {import("./map.js").Layout} at */
-function map(grid, at) {
-  const { rows, unit } = values(grid, state.layer);
-  const { end, ticks } = sharedScale(grid, state.layer);
-  const { room } = /** @type {JobDocument} */ (state.answer?.job.document);
+/** @param {NonNullable<ReturnType<typeof shown>>} of @param {import("./map.js").Layout} at */
+function map({ grid, rows, unit, end, ticks, room }, at) {
   const tubes = (state.draft.tubes ?? []).map((tube) => tube.centre_m);
   const { east, north, depth } = extent(state.draft.room);
   const [column, row] = state.cursor ?? [-1, -1];

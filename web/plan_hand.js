@@ -211,14 +211,19 @@ export function keys(event, what) {
   }
 }
 
-/** @param {PointerEvent} event @param {Grid} grid @param {Layout} at */
-export function moveCursor(event, grid, at) {
+/** Column and row of the cell under the pointer. @param {MouseEvent} event @param {Grid} grid @param {Layout} at @returns {[number, number] | null} */
+export function cellAt(event, grid, at) {
   const drawing = /** @type {SVGElement} */ (event.currentTarget).ownerSVGElement;
-  if (!drawing || drag.moved) return;
+  if (!drawing) return null;
   const { x, y } = place(drawing, event);
   const nearest = (/** @type {number[]} */ centres, /** @type {number} */ value) =>
     centres.reduce((best, centre, i) => (Math.abs(centre - value) < Math.abs((centres[best] ?? 0) - value) ? i : best), 0);
-  set({ cursor: [nearest(grid.x_m, (x - at.left) / at.k), nearest(grid.y_m, at.north - (y - at.top) / at.k)] });
+  return [nearest(grid.x_m, (x - at.left) / at.k), nearest(grid.y_m, at.north - (y - at.top) / at.k)];
+}
+
+/** @param {PointerEvent} event @param {Grid} grid @param {Layout} at */
+export function moveCursor(event, grid, at) {
+  if (!drag.moved) set({ cursor: cellAt(event, grid, at) });
 }
 
 /** Adds a tube, which the form shows. */

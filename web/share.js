@@ -1,9 +1,11 @@
-// Document and target in the page's address; the document as a program, and as files.
+// Document, target and year in the page's address; the document as a program, and as files.
 import { complete } from "./draft.js";
+import { isOf } from "./goal.js";
 import { live } from "./live.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
-import { isOf } from "./verdict.js";
+import { SYNTHETIC } from "./weather.js";
+import { SCHEDULES } from "./year_sentence.js";
 
 /** @param {ReadableStream<Uint8Array<ArrayBuffer>>} stream */
 const bytesOf = async (stream) => new Uint8Array(await new Response(stream).arrayBuffer());
@@ -17,10 +19,12 @@ export async function packed(draft) {
     .replaceAll("=", "");
 }
 
+/** The document of an address, its target, and its year with the name of the weather. @typedef {{ draft: JobDocument, goal: import("./goal.js").Goal | null, year: ReturnType<typeof yearOf> }} Linked */
+
 /**
- * The document of an address, and the target where it has one; null where it has no document, or one that cannot be read.
+ * The document of an address, with target and year where it has them; null where it has no document, or one that cannot be read.
  * @param {string} hash
- * @returns {Promise<{ draft: JobDocument, goal: import("./verdict.js").Goal | null } | null>}
+ * @returns {Promise<Linked | null>}
  */
 export async function unpacked(hash) {
   const fields = new URLSearchParams(hash.slice(1));
@@ -30,26 +34,47 @@ export async function unpacked(hash) {
   try {
     const bytes = Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
     const read = await bytesOf(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw")));
-    return { draft: complete(JSON.parse(new TextDecoder().decode(read))), goal: lux > 0 && isOf(of) ? { lux, of } : null };
+    return { draft: complete(JSON.parse(new TextDecoder().decode(read))), goal: lux > 0 && isOf(of) ? { lux, of } : null, year: yearOf(fields) };
   } catch {
     return null;
   }
 }
 
-/** What the address has. @type {{ draft: JobDocument | null, goal: import("./verdict.js").Goal }} */
-const written = { draft: null, goal: state.goal };
-
-/** Writes document and target into the address when the hand rests. */
-export async function remember() {
-  const { draft, goal } = state;
-  if (draft === written.draft && goal === written.goal) return;
-  Object.assign(written, { draft, goal });
-  const hash = `#d=${await packed(draft)}&lux=${goal.lux}&of=${goal.of}`;
-  if (draft === written.draft && goal === written.goal) history.replaceState(null, "", hash);
+/** What an address has of the year; null where it shows a moment. @param {URLSearchParams} fields */
+function yearOf(fields) {
+  const schedule = SCHEDULES.find(([name]) => name === fields.get("hours"))?.[0];
+  if (!schedule) return null;
+  const whole = (/** @type {string} */ name, /** @type {number} */ most) => Math.max(0, Math.min(most, Number(fields.get(name)) || 0));
+  const layer = fields.get("map") === "lux" ? /** @type {const} */ ("lux") : /** @type {const} */ ("autonomy");
+  const [column, row] = (fields.get("at") ?? "").split(".").map(Number);
+  const pin = /** @type {[number, number] | null} */ (Number.isInteger(column) && Number.isInteger(row) ? [column, row] : null);
+  return { weather: fields.get("weather"), schedule, day: Math.max(1, Math.trunc(whole("day", 366))), hour: whole("hour", 24), layer, pin };
 }
 
-/** The address is the document's and the target's already. @param {JobDocument} draft */
-export const known = (draft) => Object.assign(written, { draft, goal: state.goal });
+/** What the address has beside the document: the target, and in its tab the year. */
+function rest() {
+  const { goal, tab, year } = state;
+  const target = `&lux=${goal.lux}&of=${goal.of}`;
+  if (tab !== "year") return target;
+  const { weather, synthetic, schedule, day, hour, layer, pin } = year;
+  const of = weather ? `&weather=${synthetic ? SYNTHETIC : encodeURIComponent(weather.id)}` : "";
+  return `${target}&hours=${schedule}&day=${day}&hour=${hour}&map=${layer}${pin ? `&at=${pin.join(".")}` : ""}${of}`;
+}
+
+/** What the address has. @type {{ draft: JobDocument | null, rest: string }} */
+const written = { draft: null, rest: "" };
+
+/** Writes document, target and year into the address when the hand rests. */
+export async function remember() {
+  const now = { draft: state.draft, rest: rest() };
+  if (now.draft === written.draft && now.rest === written.rest) return;
+  Object.assign(written, now);
+  const hash = `#d=${await packed(now.draft)}${now.rest}`;
+  if (now.draft === written.draft && now.rest === written.rest) history.replaceState(null, "", hash);
+}
+
+/** The address is the document's and the target's already, but for a year. @param {JobDocument} draft */
+export const known = (draft) => Object.assign(written, { draft, rest: state.tab === "year" ? "" : rest() });
 
 /** Copies the address of the page. */
 export async function share() {

@@ -2,7 +2,7 @@
 
 /** What a panel needs beside its drawing, and a drawing beside the room, in CSS pixels: across and down. */
 const PANEL = { plan: [26, 126], section: [26, 62] };
-export const AROUND = { plan: { left: 40, right: 74, top: 34, bottom: 34 }, section: { left: 24, right: 62, top: 20, bottom: 30 } };
+export const AROUND = { plan: { left: 40, right: 82, top: 34, bottom: 34 }, section: { left: 24, right: 62, top: 20, bottom: 30 } };
 const GAP = 12;
 /** Least width of what stands beside the plan, least height of what stands below it, and of any panel with a drawing. */
 const BESIDE = 282;

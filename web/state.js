@@ -1,5 +1,6 @@
 // What the page shows, and who draws it anew when it changes.
 
+/** A drawing that is as large as its panel lets it be. @typedef {"plan" | "section" | "months" | "day" | "strip"} Drawing */
 /**
  * @typedef {object} State
  * @property {JobDocument} draft what is being edited
@@ -15,12 +16,14 @@
  * @property {Problem | null} problem what is wrong with the draft
  * @property {"lux" | "daylight_factor"} layer what the map shows
  * @property {[number, number] | null} cursor column and row of the cell under the pointer
- * @property {{ plan: [number, number], section: [number, number] }} sizes sizes of the drawings in CSS pixels
+ * @property {Record<Drawing, [number, number]>} sizes sizes of the drawings in CSS pixels
  * @property {number} tube the tube that the form shows
  * @property {number | null} corner the corner of the outline that is chosen
  * @property {number | null} partition the partition that is chosen
  * @property {boolean} draws whether the next drag on the plan draws a partition
- * @property {import("./verdict.js").Goal} goal what the room is to have
+ * @property {"moment" | "year"} tab what is computed: the light at a moment, or that of a year
+ * @property {import("./year_job.js").YearView} year what is shown of the year
+ * @property {import("./goal.js").Goal} goal what the room is to have
  * @property {{ draft: JobDocument, answer: Answer } | null} kept variant A
  * @property {JobSummary[] | null} jobs the list, while it is open
  * @property {import("./picture.js").Picture | null} picture the picture of the room
@@ -50,11 +53,28 @@ export const state = {
   problem: null,
   layer: "lux",
   cursor: null,
-  sizes: { plan: [460, 480], section: [340, 360] },
+  sizes: { plan: [460, 480], section: [340, 360], months: [340, 240], day: [340, 240], strip: [780, 200] },
   tube: 0,
   corner: null,
   partition: null,
   draws: false,
+  tab: "moment",
+  year: {
+    weather: null,
+    synthetic: false,
+    fault: "",
+    reading: false,
+    schedule: "daylight_hours",
+    day: 172,
+    hour: 12,
+    layer: "autonomy",
+    pin: null,
+    answer: null,
+    current: false,
+    running: null,
+    problem: null,
+    search: null,
+  },
   goal: { lux: 300, of: "mean" },
   kept: null,
   jobs: null,
@@ -97,3 +117,6 @@ export function set(values = {}) {
     draw();
   });
 }
+
+/** Takes new values of the year over. @param {Partial<State["year"]>} values */
+export const setYear = (values) => set({ year: { ...state.year, ...values } });

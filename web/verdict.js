@@ -2,27 +2,11 @@
 import { at } from "./cities.js";
 import { dayName, hourName, read } from "./clock.js";
 import { choice, number } from "./field.js";
+import { PARTS, WORDS, words } from "./goal.js";
 import { coverage, digits } from "./scale.js";
 import { skyNames } from "./sky.js";
 import { set, state } from "./state.js";
 import { html } from "./vendor/lit-html.js";
-
-/**
- * Target: an illuminance, and what is to have it: the mean over the work plane, half of its area, or 95 % of it.
- * @typedef {{ lux: number, of: "mean" | "half" | "most" }} Goal
- */
-
-/** Shares of the area in percent. */
-const SHARES = { half: 50, most: 95 };
-/** @type {[Goal["of"], string][]} */
-const WORDS = [
-  ["mean", "in the mean"],
-  ["half", "on half of the area"],
-  ["most", "on 95\u202f% of the area"],
-];
-
-/** True of words for a target. @param {string} of @returns {of is Goal["of"]} */
-export const isOf = (of) => WORDS.some(([name]) => name === of);
 
 /** The mean, and the ends of its interval; infinite where its error is not known. @param {Answer} answer */
 function mean({ job, grid }) {
@@ -54,12 +38,12 @@ function share({ job, grid }, lux) {
 /**
  * Whether a target is met.
  * @param {Answer} answer
- * @param {Goal} goal
+ * @param {import("./goal.js").Goal} goal
  * @returns {{ is: "yes" | "no" | "not sure", mean: ReturnType<typeof mean>, share: ReturnType<typeof share> }}
  */
 export function verdict(answer, { lux, of }) {
   const found = { mean: mean(answer), share: share(answer, lux) };
-  const [{ from, to }, least] = of === "mean" ? [found.mean, lux] : [found.share, SHARES[of]];
+  const [{ from, to }, least] = of === "mean" ? [found.mean, lux] : [found.share, PARTS[of]];
   return { is: from >= least ? "yes" : to < least ? "no" : "not sure", ...found };
 }
 
@@ -73,15 +57,15 @@ export function when({ time, sky, location }) {
   return `${moment}${sky?.cie_type ? `, ${skyNames[sky.cie_type]}` : ""}`;
 }
 
-/** The sentence in words: what is asked for, and what is found. @param {Answer} answer @param {Goal} goal */
+/** The sentence in words: what is asked for, and what is found. @param {Answer} answer @param {import("./goal.js").Goal} goal */
 export function sentence(answer, goal) {
   const { is, mean, share } = verdict(answer, goal);
-  const words = goal.of === "mean" ? "" : ` ${WORDS.find(([name]) => name === goal.of)?.[1]}`;
+  const part = goal.of === "mean" ? "" : ` ${words(goal.of)}`;
   // no more digits than tell it from the target
   const rough = Math.min(mean.value / 10, Math.abs(mean.value - goal.lux));
   const lux = digits(mean.value, Number.isFinite(mean.half) ? Math.max(mean.half, rough) : 0.5);
   const found = goal.of === "mean" ? `${lux}\u202flx` : `${share.value.toFixed(0)}\u202f% of the area has it`;
-  return { asked: `${goal.lux}\u202flx${words}`, is, found: `${found}${when(answer.job.document)}.` };
+  return { asked: `${goal.lux}\u202flx${part}`, is, found: `${found}${when(answer.job.document)}.` };
 }
 
 /** The sentence, with what the verdict is by. @param {Answer} answer */
@@ -101,6 +85,6 @@ export function judged(answer) {
 export function target() {
   const { goal } = state;
   return html`<div class="pair">
-    ${number({ pointer: "/target/lux", label: "Target", unit: "lx", value: goal.lux, step: 50, min: 1, set: (lux) => lux > 0 && set({ goal: { ...goal, lux } }) })}
-    ${choice({ pointer: "/target/of", label: "To be met", value: goal.of, options: WORDS, set: (of) => set({ goal: { ...goal, of } }) })}</div>`;
+    ${number({ pointer: "/target/lux", label: "Target", unit: "lx", value: goal.lux, step: 50, min: 1, set: (lux) => lux > 0 && set({ goal: { ...state.goal, lux } }) })}
+    ${choice({ pointer: "/target/of", label: "To be met", value: goal.of, options: WORDS, set: (of) => set({ goal: { ...state.goal, of } }) })}</div>`;
 }

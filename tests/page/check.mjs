@@ -9,6 +9,7 @@ import * as modules from "./modules.mjs";
 import * as outlines from "./outlines.mjs";
 import { drawsAHall, drawsPartitions, touches, types, typesAPlace } from "./plans.mjs";
 import { Visitor, browser, middle, until } from "./visit.mjs";
+import * as year from "./year.mjs";
 
 const [, , url, folder] = process.argv;
 const shot = (name) => join(folder, `${name}.png`);
@@ -390,6 +391,7 @@ try {
     ...Object.values(outlines),
     ...Object.values(liveJob),
     ...Object.values(answers),
+    ...Object.values(year),
     types,
     typesAPlace,
     drawsPartitions,

@@ -11,6 +11,7 @@ type FinishedJob = Schemas["FinishedJob"];
 type JobSummary = Schemas["JobSummary"];
 type Problem = Schemas["Problem"];
 type Mesh = Schemas["MeshResource"];
+type Weather = Schemas["WeatherResource"];
 type SkyType = Schemas["SkyType"];
 type View = Schemas["ViewDocument"];
 /** A point of the curve of error against time. */

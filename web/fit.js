@@ -1,0 +1,44 @@
+// The space of the drawings in the middle of the page: given to the panels, and measured when they have it.
+import { yearShown } from "./plan.js";
+import { drag } from "./plan_hand.js";
+import { extent } from "./room.js";
+import { sectionExtent } from "./section.js";
+import { stage } from "./stage.js";
+import { set, state } from "./state.js";
+
+const DRAWINGS = /** @type {const} */ (["plan", "section", "months", "day", "strip"]);
+/** Least height of the strip of a year below the stage, with the space between them. */
+const STRIP = 262;
+/** Drawings, and the column around them, whose sizes are followed. @type {WeakSet<Element>} */
+const followed = new WeakSet();
+
+const sizes = new ResizeObserver((entries) => {
+  const next = { ...state.sizes };
+  for (const { target, contentRect } of entries) {
+    const { width, height } = contentRect;
+    const drawing = DRAWINGS.find((name) => target.matches(`svg.${name}`));
+    if (drawing && width > 0 && height > 0) next[drawing] = [width, height];
+  }
+  set({ sizes: next });
+});
+
+/**
+ * Gives plan, section and numbers, or the charts of a year, the space that there is; a hand that holds a wall moves nothing but the wall.
+ * @param {HTMLElement} app
+ * @param {boolean} narrow whether each panel takes the whole width
+ */
+export function fit(app, narrow) {
+  const held = /** @type {HTMLElement} */ (app.querySelector(".stage"));
+  if (drag.moved) return;
+  const { width, depth } = extent(state.draft.room);
+  const year = yearShown();
+  const high = (held.parentElement?.clientHeight ?? 0) - (year ? STRIP : 0);
+  const space = { width: held.clientWidth, height: narrow ? 0.85 * innerHeight : high };
+  // charts have no proportions of their own: two of them share the height of the plan
+  const beside = year ? { width: 2, height: narrow ? 1 : 2 } : sectionExtent();
+  held.style.gridTemplate = stage({ width, height: depth }, beside, space, narrow);
+  for (const part of app.querySelectorAll(`.middle, ${DRAWINGS.map((name) => `.middle svg.${name}`)}`)) {
+    if (!followed.has(part)) sizes.observe(part);
+    followed.add(part);
+  }
+}

@@ -1,0 +1,103 @@
+// What a year says: the sentence, what would do, numbers with their intervals, criteria, and files.
+import { percent } from "./accuracy.js";
+import { addTube } from "./draft.js";
+import { edit, year as job } from "./live.js";
+import { state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+import { target } from "./verdict.js";
+import { inWords } from "./year_search.js";
+import { bracketed, criterion, yearSentence } from "./year_sentence.js";
+
+/** Classes of outcomes. */
+const CLASSES = { pass: "yes", fail: "no", undecided: "not-sure" };
+
+/** The sentence about the year that is shown. */
+export function judgedYear() {
+  const { answer } = state.year;
+  if (!answer) return null;
+  return yearSentence(answer.of, { ...state.goal, lux: answer.wanted.lux }, answer.wanted.schedule);
+}
+
+/** What is on its way, and what went wrong. */
+function progress() {
+  const { running, problem } = state.year;
+  const error = running?.error ? `, error ${percent(running.error)}` : "";
+  const passes = running && running.passes > 0 ? `: ${running.passes} ${running.passes === 1 ? "pass" : "passes"}${error}` : "";
+  const faults = problem?.errors?.length ? problem.errors.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${detail}</p>`) : problem ? html`<p>${problem.title}: ${problem.detail}</p>` : nothing;
+  return html`${running ? html`<p class="note busy">computing the year${passes}</p>` : nothing}${problem ? html`<div class="fault" role="alert">${faults}</div>` : nothing}`;
+}
+
+/** What would do, and a button that takes it over. */
+function wouldDo() {
+  const { search } = state.year;
+  if (!search) return nothing;
+  const { count, ended, diameter_m, times } = search;
+  const add = () => edit((draft) => Array.from({ length: count ?? 0 }, () => addTube(draft)));
+  return html`<p id="would-do">${inWords(search, diameter_m, times)}
+    ${ended && count !== null ? html`<button type="button" @click=${add}>Add ${count === 1 ? "it" : "them"}</button>` : nothing}</p>`;
+}
+
+/** The answer, its target, and how far it is. */
+export function yearResult() {
+  const { answer, current, weather } = state.year;
+  const sentence = judgedYear();
+  if (!answer || !sentence)
+    return html`<p class="verdict">Is it enough, over the year?</p>
+      <p class="note">${weather ? "" : "A weather file tells the sky and the sun of every hour: drop one below, or try the synthetic year."}</p>
+      ${progress()}${target()}`;
+  return html`<div class=${current ? "" : "old"}><p class=${`verdict ${CLASSES[sentence.outcome]}`}>${sentence.asked}: <strong
+      id="verdict">${sentence.is},</strong> ${sentence.found}</p>
+    <p class="note">In brackets: the interval of 95\u202f% of the numerical error. Real years differ from a typical one by several percent.</p></div>
+    ${wouldDo()}${progress()}${target()}`;
+}
+
+/** Numbers of the year with their intervals. @param {import("./year_job.js").YearAnswer} answer */
+function numbers({ of, summary, wanted }) {
+  const number = (/** @type {Schemas["WithInterval"]} */ value, /** @type {string} */ unit) => bracketed({ ...value, limit: NaN }, unit);
+  const autonomy = of.autonomies.find(({ lux }) => lux === wanted.lux);
+  const light = summary.tubes.reduce((sum, { klm_h }) => sum + klm_h.value, 0);
+  const rows = [
+    ["hours that count", summary.conventions.occupied_hours.toFixed(0)],
+    ["mean", number(of.mean_lux, "lx")],
+    ...(autonomy ? [[`at least ${wanted.lux} lx`, number(autonomy.da_percent, "%")]] : []),
+    ["300 to 3000 lx", number(of.udi.autonomous_percent, "%")],
+    ["exposure", number(of.exposure_klxh, "klx\u202fh")],
+    ["light of the tubes", `${light.toFixed(0)}\u202fklm\u202fh`],
+  ];
+  return html`<dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>`;
+}
+
+/** What a year tells, before there is one. */
+const promised = () => html`<section class="panel" aria-label="What a year tells"><h2>What a year tells</h2><ul class="changes">
+  <li>Whether the target is met in half of the hours, with the interval of 95\u202f%, and about how many more tubes would do.</li>
+  <li>The autonomy of every point: the share of the hours in which it has the target.</li>
+  <li>The light of every hour: on the plan, at a point, and in the mean.</li>
+  <li>Criteria of EN 17037, LEED, WELL, BREEAM and NBR 15575.</li>
+  <li>Tables for other programs (CSV, NumPy, Radiance), and a report.</li></ul></section>`;
+
+/** Numbers, and the criteria of standards and schemes. */
+export function criteria() {
+  const { answer, current } = state.year;
+  if (!answer) return promised();
+  const of = answer.of.verdicts;
+  const row = (/** @type {Schemas["VerdictResult"]} */ verdict) => {
+    const { name, is, found, limit } = criterion(verdict);
+    return html`<tr class=${CLASSES[verdict.verdict]}><td>${name}<br><small>${found}, asked ${limit}</small></td><td><span class="mark">${is}</span></td></tr>`;
+  };
+  return html`<section class=${`panel criteria ${current ? "" : "old"}`} aria-label="Numbers and criteria"><h2>Numbers</h2>${numbers(answer)}
+    <details><summary><h2>Criteria</h2> <small>${of.filter(({ verdict }) => verdict === "pass").length} of ${of.length} pass</small></summary>
+      <p class="note">As if the tubes were the room's only daylight. No scheme is met by single criteria.</p>
+      <table><tbody>${of.map(row)}</tbody></table></details></section>`;
+}
+
+/** Links of a year's files. */
+export function yearFiles() {
+  const { answer, current } = state.year;
+  const keeping = () => job.keep();
+  if (!answer || !current) return html`<h2>Take it away</h2><p class="note">Files are there once the year is.</p>`;
+  const { links, id } = answer.job;
+  const name = (/** @type {string} */ path) => path.split("/").at(-1) ?? "";
+  const files = (links.annual ?? []).map((path) => html`<a href=${path} download=${name(path).includes(".") ? name(path) : "annual.json"}>${name(path).includes(".") ? name(path) : "annual.json"}</a>`);
+  return html`<h2>Take it away</h2><p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files}
+    <a href=${links.report_pdf} download="report.pdf">report.pdf</a><a href=${`/jobs/${id}`}>page of this job</a><a href=${links.report}>report</a></p>`;
+}
