@@ -5,7 +5,7 @@ import { html, nothing } from "./vendor/lit-html.js";
 import { takeFile, trySynthetic } from "./weather.js";
 import { SCHEDULES } from "./year_sentence.js";
 
-/** What the test of a file's sun has found, in words. @param {Schemas["ClosureReport"]} closure @param {number} taken minutes */
+/** The test of a file's sun in words. @param {Schemas["ClosureReport"]} closure @param {number} taken minutes */
 function sunTest({ records, best_offset_minutes: best, rms_at_best_w_m2: rms }, taken) {
   const minutes = (/** @type {number} */ of) => `${of > 0 ? "+" : ""}${of}\u202fmin`.replace("-", "\u2212");
   const at = Math.abs(best - taken) < 1 ? `${minutes(taken)} from the stamps, as taken` : `fits best ${minutes(best)} from the stamps, taken ${minutes(taken)}`;

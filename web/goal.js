@@ -15,7 +15,7 @@ export const WORDS = [
   ["most", "on 95\u202f% of the area"],
 ];
 
-/** What of the room is to have a target, in words. @param {Goal["of"]} of */
+/** The part of a room that is to have a target, in words. @param {Goal["of"]} of */
 export const words = (of) => WORDS.find(([name]) => name === of)?.[1] ?? "";
 
 /** True of words for a target. @param {string} of @returns {of is Goal["of"]} */

@@ -11,7 +11,7 @@ import { scale } from "./scale.js";
 import { AROUND } from "./stage.js";
 import { set, setYear, state } from "./state.js";
 import { nothing, svg } from "./vendor/lit-html.js";
-import { mapOf, pin } from "./year_plan.js";
+import { mapOf, pin, pinnedAt } from "./year_plan.js";
 
 /** Size of a drawing that stands by itself. @type {[number, number]} */
 export const SMALL = [364, 400];
@@ -94,13 +94,14 @@ const ring = (tube, at) => ({ x: across(at, tube.centre_m[0]), y: down(at, tube.
 
 /** @param {NonNullable<ReturnType<typeof shown>>} of @param {import("./map.js").Layout} at */
 function map({ grid, rows, unit, end, ticks, room }, at) {
-  const tubes = (state.draft.tubes ?? []).map((tube) => tube.centre_m);
+  const year = yearOnPlan();
+  const taken = [...(state.draft.tubes ?? []).map((tube) => tube.centre_m), ...(year ? pinnedAt(year) : [])];
   const { east, north, depth } = extent(state.draft.room);
   const [column, row] = state.cursor ?? [-1, -1];
   const [x, y] = [grid.x_m[column], grid.y_m[row]];
   return [
     lux(grid, rows, at, end),
-    isolines(grid, rows, at, room, tubes),
+    isolines(grid, rows, at, room, taken),
     // the answer may be that of a draft before
     outside(room, grid, at),
     outside(state.draft.room, grid, at),

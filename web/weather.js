@@ -2,7 +2,7 @@
 import * as api from "./api.js";
 import { setYear, state } from "./state.js";
 
-/** What stands for the synthetic year in the page's address. */
+/** Name of the synthetic year in the page's address, and of its file. */
 export const SYNTHETIC = "synthetic";
 
 /** Number of days of a file. @param {Weather} weather */

@@ -103,7 +103,7 @@ function counted({ mean, perHour }, schedule) {
 }
 
 /**
- * About how many times the light a part of the area needs to have an illuminance in half of the hours that count.
+ * Estimates how many times the light a part of the area needs to have an illuminance in half of the hours that count.
  * @param {YearHours} hours
  * @param {Schedule} schedule
  * @param {number} lux

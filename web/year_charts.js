@@ -29,7 +29,7 @@ const monthShown = ({ hours }) => months(hours).find(({ from, to }) => from <= s
 /** The light of the month that is shown, in words. @param {import("./year_job.js").YearAnswer} answer */
 export function ofMonth(answer) {
   const month = monthShown(answer);
-  return `${MONTHS[month]} ${thousands(monthly(answer.summary)[month] ?? 0)}\u202fklm\u202fh`;
+  return `${MONTHS[month]}: ${thousands(monthly(answer.summary)[month] ?? 0)}`;
 }
 
 /** Bars of the months, that of the day that is shown in another colour. */

@@ -6,20 +6,20 @@ import { hoursOf, inRows, lightNeeded } from "./year.js";
 import { search } from "./year_search.js";
 import { LIMITS, asked, judge } from "./year_sentence.js";
 
-/** Error and time at which a year ends, and the rest of the hand before it begins. */
+/** Largest error and longest time at which a year ends, and the rest of the hand before it begins. */
 const STOP = { relative_error: 0.01, max_seconds: 60 };
 const REST_MS = 500;
 /** Largest number of further tubes that is tried, and of trials. */
 const MOST = { count: 24, trials: 6 };
 
-/** What a year and its search depend on. @typedef {{ draft: JobDocument, weather: string, schedule: import("./year.js").Schedule, lux: number, of: import("./goal.js").Goal["of"] }} Wanted */
+/** Things that a year and its search depend on. @typedef {{ draft: JobDocument, weather: string, schedule: import("./year.js").Schedule, error: number, lux: number, of: import("./goal.js").Goal["of"] }} Wanted */
 /**
  * A year that was computed: the job, its first grid with autonomies and their errors by rows, and the hours.
  * @typedef {{ job: Job, grid: Grid, summary: Schemas["AnnualResult"], of: Schemas["GridYearResult"], autonomy: number[][],
  *   errors: number[][], hours: import("./year.js").YearHours, wanted: Wanted }} YearAnswer
  */
 /**
- * What the page shows of years.
+ * Years as the page shows them.
  * @typedef {object} YearView
  * @property {Weather | null} weather
  * @property {boolean} synthetic whether the weather is the synthetic year
@@ -34,11 +34,11 @@ const MOST = { count: 24, trials: 6 };
  * @property {boolean} current whether the answer is what is wanted now
  * @property {{ passes: number, error: number | null } | null} running
  * @property {Problem | null} problem
- * @property {(import("./year_search.js").Search & { times: number, diameter_m: number }) | null} search
+ * @property {(import("./year_search.js").Search & { of: import("./goal.js").Goal["of"], times: number, diameter_m: number }) | null} search
  */
 
-/** The document of a draft's year: the weather takes the place of sky, time and place; of lamps there is no year. @param {JobDocument} draft @param {NonNullable<JobDocument["annual"]>} annual */
-export function yearDocument(draft, annual) {
+/** The document of a draft's year: the weather takes the place of sky, time and place; of lamps there is no year. @param {JobDocument} draft @param {NonNullable<JobDocument["annual"]>} annual @param {number} error relative error at which it ends */
+export function yearDocument(draft, annual, error) {
   const document = structuredClone(draft);
   for (const name of /** @type {const} */ (["sky", "time", "location", "views", "surfaces", "cross_check"])) delete document[name];
   delete document.room.luminaires;
@@ -46,17 +46,18 @@ export function yearDocument(draft, annual) {
     delete grid.components;
     delete grid.responses;
   }
-  return { ...document, annual, stop: { ...draft.stop, ...STOP } };
+  return { ...document, annual, stop: { ...draft.stop, ...STOP, relative_error: error } };
 }
 
 /** @param {Wanted | null} a @param {Wanted | null} b */
-const isYear = (a, b) => a?.draft === b?.draft && a?.weather === b?.weather && a?.schedule === b?.schedule && a?.lux === b?.lux;
+const isYear = (a, b) =>
+  a?.draft === b?.draft && /** @type {const} */ (["weather", "schedule", "error", "lux"]).every((name) => a?.[name] === b?.[name]);
 
 export class YearJob {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
   #work = new AbortController();
-  /** What was asked for last. @type {Wanted | null} */
+  /** Year that was asked for last. @type {Wanted | null} */
   #wanted = null;
   /** Jobs that the page made for itself: deleted once nothing shows them. @type {Set<string>} */
   #own = new Set();
@@ -79,17 +80,20 @@ export class YearJob {
 
   /** Begins anew, after a rest of the hand, if what the year depends on has changed since the last call; ends all work outside the tab. */
   follow() {
-    const { tab, draft, goal, year } = this.#page.state;
-    const { weather, schedule, answer } = year;
+    const { tab, draft, goal, target, year } = this.#page.state;
+    const { weather, schedule, answer, search } = year;
+    const error = Math.min(target, STOP.relative_error);
     /** @type {Wanted | null} */
-    const wanted = tab === "year" && weather ? { draft, weather: weather.id, schedule, ...goal } : null;
+    const wanted = tab === "year" && weather ? { draft, weather: weather.id, schedule, error, ...goal } : null;
     if (isYear(wanted, this.#wanted) && wanted?.of === this.#wanted?.of) return;
     this.#wanted = wanted;
     clearTimeout(this.#timer);
     this.#work.abort();
     const current = answer !== null && isYear(wanted, answer.wanted);
-    this.#tell({ current: wanted ? current : year.current, running: null, search: null, problem: null });
-    if (wanted) this.#timer = setTimeout(() => void (current ? this.#search(answer, wanted) : this.#compute(wanted)), REST_MS);
+    // what was found for the year that is shown stays, also while the page shows a moment
+    const isFound = search?.ended && (wanted ? current && search.of === wanted.of : year.current);
+    this.#tell({ current: wanted ? current : year.current, running: null, search: isFound ? search : null, problem: null });
+    if (wanted && !isFound) this.#timer = setTimeout(() => void (current ? this.#search(answer, wanted) : this.#compute(wanted)), REST_MS);
   }
 
   #begin() {
@@ -124,8 +128,8 @@ export class YearJob {
    * Runs the job of a draft's year until it ends.
    * @param {JobDocument} draft @param {Wanted} wanted @param {AbortSignal} signal @param {(name: string, data: any) => void} [heard]
    */
-  async #ended(draft, { weather, schedule, lux }, signal, heard = () => {}) {
-    const { id } = await this.#service.postJob(yearDocument(draft, asked(weather, schedule, lux)));
+  async #ended(draft, { weather, schedule, error, lux }, signal, heard = () => {}) {
+    const { id } = await this.#service.postJob(yearDocument(draft, asked(weather, schedule, lux), error));
     this.#own.add(id);
     try {
       signal.throwIfAborted();
@@ -133,9 +137,9 @@ export class YearJob {
       const job = await this.#service.job(id, signal);
       if (job.problem) throw new Error(job.problem.detail);
       return job;
-    } catch (error) {
+    } catch (failure) {
       this.#release(id);
-      throw error;
+      throw failure;
     }
   }
 
@@ -169,7 +173,7 @@ export class YearJob {
     const more = (/** @type {number} */ count) => changed(draft, (next) => Array.from({ length: count }, () => addTube(next)));
     const times = lightNeeded(answer.hours, schedule, lux, LIMITS[of]);
     const added = more(1).tubes?.at(-1);
-    const known = { times, diameter_m: added ? diameter(added) : 0 };
+    const known = { of, times, diameter_m: added ? diameter(added) : 0 };
     const trial = async (/** @type {number} */ count) => {
       try {
         const job = await this.#ended(more(count), wanted, signal);

@@ -17,10 +17,10 @@ export function layers(answer) {
 export function charts(answer) {
   const old = state.year.current ? "" : "old";
   return html`<section class=${`panel cut ${old}`} aria-label="Light by month"><div class="head"><h2>Light by month</h2><small>${ofMonth(answer)}</small></div>${monthBars()}</section>
-    <section class=${`panel all-numbers daily ${old}`} aria-label="Day"><div class="head"><h2>${dayOfYear(answer)}</h2><small class="key of-point">at the point</small><small
+    <section class=${`panel all-numbers daily ${old}`} aria-label="Day"><div class="head"><h2>${dayOfYear(answer)}</h2><small class="key of-point">point</small><small
       class="key of-mean">mean</small></div>${dayCurve()}</section>`;
 }
 
 /** The year by day and hour, and what chooses one of them. @param {import("./year_job.js").YearAnswer} answer */
 export const yearByHour = (answer) =>
-  html`<section class=${`panel hours ${state.year.current ? "" : "old"}`} aria-label="Year by day and hour"><div class="triple-head"><h2>Mean illuminance by day and hour</h2>${chooseHour(answer)}</div>${strip()}</section>`;
+  html`<section class=${`panel hours ${state.year.current ? "" : "old"}`} aria-label="Year by day and hour"><div class="choose-hour"><h2>Mean by day and hour</h2>${chooseHour(answer)}</div>${strip()}</section>`;

@@ -41,6 +41,13 @@ export function pinned({ grid }) {
   return [Math.max(0, Math.min(column, columns - 1)), Math.max(0, Math.min(row, rows - 1))];
 }
 
+/** Place of the point that is followed in metres; none on a grid of single sensors. @param {YearAnswer} answer @returns {[number, number][]} */
+export function pinnedAt(answer) {
+  const [column, row] = pinned(answer);
+  const [x, y] = [answer.grid.x_m[column], answer.grid.y_m[row]];
+  return x === undefined || y === undefined ? [] : [[x, y]];
+}
+
 /** Number of the sensor of a point. @param {YearAnswer} answer @param {[number, number]} point */
 export const sensorOf = ({ hours }, [column, row]) => row * hours.across + column;
 
@@ -64,8 +71,7 @@ function keys(event, answer) {
 /** The point that is followed, on the plan. @param {YearAnswer} answer @param {import("./map.js").Layout} at */
 export function pin(answer, at) {
   const point = pinned(answer);
-  const [x, y] = [answer.grid.x_m[point[0]], answer.grid.y_m[point[1]]];
-  if (x === undefined || y === undefined) return nothing;
+  const [[x, y] = [0, 0]] = pinnedAt(answer);
   const told = `Point ${place(answer, point)}: ${lux(answer, point)}; moved by the arrow keys`;
   return svg`<g class="pin" tabindex="0" role="button" aria-label=${told} transform=${`translate(${across(at, x)} ${down(at, y)})`}
     @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, answer)}><circle class="seen" r="6"></circle><path d="M-11 0H-3M3 0H11M0 -11V-3M0 3V11"></path></g>`;
@@ -83,7 +89,7 @@ function lux(answer, point) {
   return Number.isNaN(value) ? "no value" : `${digits(value, value < 10 ? 0.05 : 0.5)}\u202flx`;
 }
 
-/** What is read at the pointer, or else at the point that is followed. @param {YearAnswer} answer */
+/** Values at the pointer, or else at the point that is followed, in words. @param {YearAnswer} answer */
 export function yearReadOut(answer) {
   const point = state.cursor ?? pinned(answer);
   const [column, row] = point;

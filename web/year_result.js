@@ -1,8 +1,8 @@
 // What a year says: the sentence, what would do, numbers with their intervals, criteria, and files.
-import { percent } from "./accuracy.js";
+import { TARGETS, percent } from "./accuracy.js";
 import { addTube } from "./draft.js";
 import { edit, year as job } from "./live.js";
-import { state } from "./state.js";
+import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 import { target } from "./verdict.js";
 import { inWords } from "./year_search.js";
@@ -18,7 +18,7 @@ export function judgedYear() {
   return yearSentence(answer.of, { ...state.goal, lux: answer.wanted.lux }, answer.wanted.schedule);
 }
 
-/** What is on its way, and what went wrong. */
+/** The job that is on its way, and its faults. */
 function progress() {
   const { running, problem } = state.year;
   const error = running?.error ? `, error ${percent(running.error)}` : "";
@@ -27,7 +27,7 @@ function progress() {
   return html`${running ? html`<p class="note busy">computing the year${passes}</p>` : nothing}${problem ? html`<div class="fault" role="alert">${faults}</div>` : nothing}`;
 }
 
-/** What would do, and a button that takes it over. */
+/** Further tubes that would do, and a button that adds them. */
 function wouldDo() {
   const { search } = state.year;
   if (!search) return nothing;
@@ -35,6 +35,12 @@ function wouldDo() {
   const add = () => edit((draft) => Array.from({ length: count ?? 0 }, () => addTube(draft)));
   return html`<p id="would-do">${inWords(search, diameter_m, times)}
     ${ended && count !== null ? html`<button type="button" @click=${add}>Add ${count === 1 ? "it" : "them"}</button>` : nothing}</p>`;
+}
+
+/** A button that asks for a smaller error, where there is one. @param {number} error */
+function finer(error) {
+  const next = TARGETS.find((target) => target < error);
+  return next ? html`<button type="button" @click=${() => set({ target: next })}>Compute to ${percent(next)}</button>` : nothing;
 }
 
 /** The answer, its target, and how far it is. */
@@ -47,7 +53,9 @@ export function yearResult() {
       ${progress()}${target()}`;
   return html`<div class=${current ? "" : "old"}><p class=${`verdict ${CLASSES[sentence.outcome]}`}>${sentence.asked}: <strong
       id="verdict">${sentence.is},</strong> ${sentence.found}</p>
-    <p class="note">In brackets: the interval of 95\u202f% of the numerical error. Real years differ from a typical one by several percent.</p></div>
+    <p class="note">In brackets: the interval of 95\u202f% of the numerical error. Real years differ from a typical one by several percent.</p>${
+    sentence.outcome === "undecided" ? finer(answer.wanted.error) : nothing
+  }</div>
     ${wouldDo()}${progress()}${target()}`;
 }
 
@@ -67,7 +75,7 @@ function numbers({ of, summary, wanted }) {
   return html`<dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>`;
 }
 
-/** What a year tells, before there is one. */
+/** A list of what a year tells, before there is one. */
 const promised = () => html`<section class="panel" aria-label="What a year tells"><h2>What a year tells</h2><ul class="changes">
   <li>Whether the target is met in half of the hours, with the interval of 95\u202f%, and about how many more tubes would do.</li>
   <li>The autonomy of every point: the share of the hours in which it has the target.</li>

@@ -2,7 +2,7 @@
 
 /** A trial with further tubes: what it gives in percent, and whether it passes. @typedef {{ count: number, value: number, passes: boolean }} Trial */
 /**
- * What was tried; the least number that passes, null where none did; whether the number below fails.
+ * Trials of a search; the least number that passes, null where none did; whether the number below fails.
  * @typedef {{ tried: Trial[], count: number | null, isLeast: boolean, ended: boolean }} Search
  */
 
@@ -37,7 +37,7 @@ export async function search(trial, guess, most, told) {
 /** @param {number} count */
 const tubes = (count) => (count === 1 ? "1 more tube" : `${count} more tubes`);
 
-/** What the search has found, in words. @param {Search} search @param {number} diameter_m of the tubes @param {number | null} times the light that it takes, about */
+/** The search in words. @param {Search} search @param {number} diameter_m of the tubes @param {number | null} times the light that it takes, about */
 export function inWords({ tried, count, isLeast, ended }, diameter_m, times) {
   const light = times !== null && Number.isFinite(times) && times > 1 ? `It takes about ${times.toPrecision(2)} times the light. ` : "";
   const of = tried.toSorted((a, b) => a.count - b.count).map(({ count, value }) => `${count}: ${value.toFixed(0)}\u202f%`);

@@ -50,7 +50,7 @@ export function bracketed({ value, low, high, limit }, unit) {
     all.every((of) => of === limit || Number(of.toFixed(places)) !== limit) && (low === high || low.toFixed(places) !== high.toFixed(places));
   const places = [0, 1].find(tells) ?? 2;
   const [of, from, to] = all.map((number) => number.toFixed(places));
-  return `${of}\u202f${unit} [${from}, ${to}]`;
+  return `${of}\u202f${unit} [${from},\u202f${to}]`;
 }
 
 /** The sentence in words: what is asked for, the outcome, and what is found. @param {Schemas["GridYearResult"]} grid @param {Goal} goal @param {Schedule} schedule */

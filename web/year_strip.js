@@ -39,6 +39,7 @@ export function strip() {
   const [width, height] = state.sizes.strip;
   const { left, top } = AROUND;
   const [wide, high] = [width - left - AROUND.right, height - top - AROUND.bottom];
+  const letters = (wide * 365) / 12 / hours.days < NAMED ? 1 : 3;
   const x = (/** @type {number} */ of) => left + (wide * (of - 1)) / hours.days;
   const y = (/** @type {number} */ of) => top + high * (1 - of / 24);
   const pressed = (/** @type {PointerEvent} */ event) => event.buttons === 1 && choose(event, hours);
@@ -46,11 +47,10 @@ export function strip() {
   return svg`<svg class="strip" viewBox=${`0 0 ${width} ${height}`} role="img"
     aria-label=${`Mean illuminance by day and hour in colours up to ${end} lx; shown is ${dayOfYear(answer)}, ${span(answer, hour)}`}>
     <image class="cells" href=${href} x=${left} y=${top} width=${wide} height=${high} preserveAspectRatio="none"></image>
-    ${months(hours).map(({ month, from, to }) => {
-      const name = (wide * (to - from)) / hours.days < NAMED ? MONTHS[month]?.slice(0, 1) : MONTHS[month]?.slice(0, 3);
-      return svg`<line class="tick" x1=${x(from)} x2=${x(from)} y1=${top + high} y2=${top + high + 5}></line>
-        <text class="middle" x=${x((from + to) / 2)} y=${height - 7}>${name}</text>`;
-    })}
+    ${months(hours).map(
+      ({ month, from, to }) => svg`<line class="tick" x1=${x(from)} x2=${x(from)} y1=${top + high} y2=${top + high + 5}></line>
+        <text class="middle" x=${x((from + to) / 2)} y=${height - 7}>${MONTHS[month]?.slice(0, letters)}</text>`,
+    )}
     ${[0, 6, 12, 18, 24].map((of) => svg`<text class="end" x=${left - 6} y=${y(of) + 4}>${of}\u202fh</text>`)}
     <path class="cross" d=${`M${atX} ${top}V${top + high}M${left} ${atY}H${left + wide}`}></path>
     <circle class="spot" cx=${atX} cy=${atY} r="5"></circle>

@@ -127,7 +127,7 @@ export async function dropsOldYears({ page }) {
     const { YearJob } = await import("/web/year_job.js");
     const { state: shared } = await import("/web/state.js");
     const [posts, deleted] = [[], []];
-    const state = { tab: "moment", draft: { room: { size_m: [2, 2, 2] }, tubes: [] }, goal: { lux: 300, of: "half" }, year: { ...shared.year, weather: { id: "w", report: { from: "01-01" } }, answer: null } };
+    const state = { tab: "moment", target: 0.02, draft: { room: { size_m: [2, 2, 2] }, tubes: [] }, goal: { lux: 300, of: "half" }, year: { ...shared.year, weather: { id: "w", report: { from: "01-01" } }, answer: null } };
     const set = (values) => Object.assign(state, values);
     const service = {
       postJob: (document) => new Promise((resolve) => posts.push({ document, answers: () => resolve({ id: String(posts.length) }) })),
@@ -143,7 +143,7 @@ export async function dropsOldYears({ page }) {
     set({ tab: "year" });
     job.follow();
     await rest();
-    told.push(posts.length, posts[0].document.annual.sda.threshold_lux);
+    told.push(posts.length, posts[0].document.annual.sda.threshold_lux, posts[0].document.stop.relative_error);
     set({ draft: { ...state.draft } });
     job.follow();
     posts[0].answers();
@@ -151,12 +151,17 @@ export async function dropsOldYears({ page }) {
     told.push(posts.length, deleted.join());
     posts[1].answers();
     await rest();
+    set({ target: 0.001 });
+    job.follow();
+    await rest();
+    told.push(posts[2].document.stop.relative_error);
     set({ tab: "moment" });
     job.follow();
+    posts[2].answers();
     await rest();
     return [...told, deleted.join(), state.year.running];
   });
-  assert.deepEqual(told, [0, 1, 300, 2, "1", "1,2", null]);
+  assert.deepEqual(told, [0, 1, 300, 0.01, 2, "1", 0.001, "1,2,3", null]);
 }
 
 /** Enters the target. */
