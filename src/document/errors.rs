@@ -125,6 +125,8 @@ pub enum WarningCode {
     JenkinsFluxExcess,
     /// Triangles of a mesh that have no area or repeat another one were left out.
     DroppedTriangles,
+    /// An object stands right below the opening of a tube, or above one that hangs.
+    OpeningCovered,
     /// The room's faces were repaired, as where a corner of a plan repeats the one before it.
     RepairedRoom,
     /// More than a millionth of the rays left a tube through gaps in its mesh; their light is missing in the room.
@@ -161,6 +163,7 @@ impl WarningCode {
             Self::MirrorsByChance => "mirrors_by_chance",
             Self::JenkinsFluxExcess => "jenkins_flux_excess",
             Self::DroppedTriangles => "dropped_triangles",
+            Self::OpeningCovered => "opening_covered",
             Self::RepairedRoom => "repaired_room",
             Self::LostRays => "lost_rays",
             Self::KernelsNotCut => "kernels_not_cut",

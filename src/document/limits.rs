@@ -104,6 +104,10 @@ pub const OBSTRUCTION_SIZE_M: Range = within(1e-3, 1e4);
 pub const COORDINATE_M: Range = within(-1e6, 1e6);
 /// Range of a coordinate of a mesh's origin in metres; wide enough for meshes with eastings and northings of a survey.
 pub const MESH_POSITION_M: Range = within(-1e8, 1e8);
+/// Range of a coordinate of the point of a file that is a mesh's origin, in the file's units; wide enough for a survey in millimetres.
+pub const MESH_OFFSET: Range = within(-1e12, 1e12);
+/// Range of the factor for the coordinates of a mesh; the longest unit of which files are known is a kilometre.
+pub const MESH_SCALE: Range = within(1e-9, 1e6);
 /// Tolerance in metres for corners that are meant to touch a wall.
 pub const TOUCHING_M: f64 = 1e-9;
 
@@ -348,7 +352,7 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("RoomDocument", "luminaires", Limit::Items(LUMINAIRES)),
     ("SurfaceDocument", "roughness", Limit::Number(ROUGHNESS)),
     ("BoxObject", "rotation_deg", Limit::Number(TURN_DEG)),
-    ("MeshObject", "rotation_deg", Limit::Number(TURN_DEG)),
+    ("MeshObject", "scale", Limit::Number(MESH_SCALE)),
     ("ParametricTube", "diameter_m", Limit::Number(DIAMETER_M)),
     ("ClosureShapeDocument", "side_m", Limit::Number(DIAMETER_M)),
     ("ClosureShapeDocument", "rotation_deg", Limit::Number(TURN_DEG)),

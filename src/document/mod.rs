@@ -9,6 +9,7 @@
 
 pub mod annual;
 pub mod canonical;
+mod covered_openings;
 pub mod effects;
 pub mod errors;
 mod file_source;
@@ -37,6 +38,7 @@ pub mod tube_flux;
 mod unit;
 pub mod weather;
 
+pub use covered_openings::covered_openings;
 pub use effects::EffectSwitch;
 pub use errors::{DocumentErrors, FieldError, FieldErrorCode, Warning, WarningCode};
 pub use file_source::FileSource;

@@ -79,7 +79,7 @@ pub fn leave_out(document: &JobDocument, scene: &mut Scene, has_objects: bool) -
 const MOST_NAMED: usize = 8;
 
 /// Returns the pointers to some of a scene's objects in its document, for messages.
-fn pointers(document: &JobDocument, objects: &[RoomObject]) -> String {
+pub(super) fn pointers(document: &JobDocument, objects: &[RoomObject]) -> String {
     let is_box = |object: &ObjectDocument| matches!(object, ObjectDocument::Box(_));
     let place = |object: &RoomObject| {
         let (wanted, number) = match object {

@@ -72,6 +72,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
     still_wanted()?;
     warnings.extend(document::leave_out(document, &mut scene, effects.is_followed(EffectKind::Objects))?);
     still_wanted()?;
+    warnings.extend(document::covered_openings(document, &traceable));
     let annual = AnnualJob::read(document, meshes, (&scene, &traceable), &mut warnings)?;
     if let Some(annual) = &annual {
         annual.prepare(&mut scene);

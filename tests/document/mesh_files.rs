@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use crate::given::{mesh_tube, with};
 use crate::schema::parse;
+use glam::DVec3;
 use serde_json::{Value, json};
-use skyduct::document::{FieldError, FileSource, to_scene};
+use skyduct::document::{FieldError, FileSource, WarningCode, to_scene};
+use skyduct::engine::prepare::prepare;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::scene::Scene;
@@ -27,9 +29,13 @@ const TABLE: &str = "v 1.2 1.1 0.74\nv 2.8 1.1 0.74\nv 2.8 1.9 0.74\nv 1.2 1.9 0
 fn files() -> Files {
     let moved = "v 500001.200 5800001.100 0.740\nv 500002.800 5800001.100 0.740\nv 500002.800 5800001.900 0.740\n\
                  v 500001.200 5800001.900 0.740\nusemtl top\nf 1 2 3 4\n";
+    let feet = "v 1500000.125 19000000.25 0.375\nv 1500001.125 19000000.25 0.375\nv 1500001.125 19000001.25 0.375\n\
+                v 1500000.125 19000001.25 0.375\nusemtl top\nf 1 2 3 4\n";
     let turned = "v 1.2 0.74 -1.1\nv 2.8 0.74 -1.1\nv 2.8 0.74 -1.9\nv 1.2 0.74 -1.9\nusemtl top\nf 1 2 3 4\n";
     Files(HashMap::from([
         ("plain", TABLE.into()),
+        ("flag", "v 0 0 0\nv 1 0 0\nv 0 0.5 0\nusemtl top\nf 1 2 3\n".into()),
+        ("feet", feet.into()),
         ("survey", moved.into()),
         ("y_up", turned.into()),
         ("wrapped", TABLE.replace("2 3", "2 \\\n 3").into()),
@@ -125,4 +131,112 @@ fn tubes_in_other_axes() {
     assert!(lying.contains("`\"up\": \"y\"` it would fit"), "{lying}");
     let aside = refused("/tubes/0/mesh", json!("aside"));
     assert!(aside.contains("origin must be the centre of the opening") && aside.contains("move the mesh"), "{aside}");
+}
+
+/// Corners of the triangles of a room's first mesh.
+fn corners(document: &Value) -> Vec<DVec3> {
+    let scene = scene(document).unwrap_or_else(|errors| panic!("{document}: {errors:?}"));
+    let mesh = &scene.room.meshes[0].mesh;
+    mesh.triangles.concat().iter().map(|corner| mesh.positions[*corner as usize]).collect()
+}
+
+fn object(fields: Value) -> Value {
+    let mut document = room("flag");
+    let object = document["room"]["objects"][0].as_object_mut().unwrap();
+    object.remove("unit");
+    object.extend(fields.as_object().unwrap().clone());
+    document
+}
+
+/// Coordinates of a survey, in feet, lose no digit: the difference to the offset is taken before they are scaled.
+#[test]
+fn an_offset_is_subtracted_before_anything_rounds() {
+    let document = object(
+        json!({ "mesh": "feet", "unit": "ft", "scale": 2, "offset": [1.5e6, 19e6, 0], "position_m": [1, 1, 0.5] }),
+    );
+    let feet = |x: f64, y: f64| DVec3::new(1.0 + x * 0.6096, 1.0 + y * 0.6096, 0.5 + 0.375 * 0.6096);
+    let square = [feet(0.125, 0.25), feet(1.125, 0.25), feet(1.125, 1.25), feet(0.125, 1.25)];
+    for corner in corners(&document) {
+        assert!(square.iter().any(|drawn| drawn.distance(corner) < 1e-15), "{corner} {square:?}");
+    }
+}
+
+/// Each angle is clockwise seen from the positive end of its axis, and the turns follow each other about x, y and z of the room.
+#[test]
+fn meshes_turn_about_all_axes() {
+    let is_at = |fields: Value, expected: [[f64; 3]; 3]| {
+        let mut fields = fields;
+        fields["position_m"] = json!([2, 1.5, 1.25]);
+        let found = corners(&object(fields.clone()));
+        for (found, [x, y, z]) in found.iter().zip(expected) {
+            let expected = DVec3::new(2.0 + x, 1.5 + y, 1.25 + z);
+            assert!(found.distance(expected) < 1e-15, "{fields}: {found} {expected}");
+        }
+    };
+    // the corners of the file: the origin, 1 m along x, and 0.5 m along y
+    is_at(json!({ "unit": "m" }), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.5, 0.0]]);
+    is_at(json!({ "scale": 0.5 }), [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.25, 0.0]]);
+    is_at(json!({ "unit": "m", "up": "y" }), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.5]]);
+    for about_z in [json!(90), json!([0, 0, 90])] {
+        is_at(json!({ "unit": "m", "rotation_deg": about_z }), [[0.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.5, 0.0, 0.0]]);
+    }
+    is_at(json!({ "unit": "m", "rotation_deg": [90, 0, 0] }), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -0.5]]);
+    is_at(json!({ "unit": "m", "rotation_deg": [0, 90, 0] }), [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.5, 0.0]]);
+    // x goes up about y, and stays about z; y goes to -z about x, to x about y, to -y about z
+    is_at(json!({ "unit": "m", "rotation_deg": [90, 90, 90] }), [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -0.5, 0.0]]);
+}
+
+/// What is out of bounds is refused at its place with the bound; a survey's coordinates bring the offset that helps.
+#[test]
+fn bad_frames_are_refused_with_their_bounds() {
+    for (fields, pointer, words) in [
+        (json!({}), "unit", "required"),
+        (json!({ "scale": 0 }), "scale", "within 0.000000001..1000000"),
+        (json!({ "scale": -1 }), "scale", "within"),
+        (json!({ "unit": "m", "rotation_deg": [0, 0, 400] }), "rotation_deg/2", "within -360..360, but is 400"),
+        (json!({ "unit": "m", "rotation_deg": [0, 90] }), "rotation_deg", "a number or [x, y, z]"),
+        (json!({ "unit": "m", "rotation_deg": { "x": 1 } }), "rotation_deg", "a number or [x, y, z]"),
+        (json!({ "unit": "m", "offset": [0, 1e13, 0] }), "offset/1", "within"),
+        (
+            json!({ "unit": "m", "back_surfaces": { "lid": { "reflectance": 0.5 } } }),
+            "back_surfaces/lid",
+            "no material",
+        ),
+        (json!({ "unit": "m", "back_surfaces": { "top": { "open": true } } }), "back_surfaces/top/open", "only a face"),
+        (json!({ "unit": "m", "scale": 4.5 }), "position_m/0", "with the unit `m` and the scale 4.5, the mesh must be"),
+        (json!({ "mesh": "survey", "scale": 1 }), "position_m/0", "with `\"offset\": [500001.2, 5800001.1, 0.74]`"),
+    ] {
+        let errors = scene(&object(fields.clone())).expect_err("a bad document");
+        let pointer = format!("/room/objects/0/{pointer}");
+        let found = errors.iter().find(|error| error.pointer == pointer);
+        let found = found.unwrap_or_else(|| panic!("{fields}: nothing at {pointer}: {errors:?}"));
+        assert!(found.detail.contains(words), "{fields}: {found}");
+    }
+}
+
+/// An object that stands before an opening is named with what it covers; a table below it, and a cupboard beside it, are not.
+#[test]
+fn objects_before_an_opening_are_named() {
+    let warnings = |objects: Value, drop_m: f64| -> Vec<String> {
+        let mut document = with(room("plain"), "/room/objects", objects);
+        document["tubes"][0]["drop_m"] = json!(drop_m);
+        let job = prepare(document.to_string().as_bytes(), &files()).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let of_openings = job.warnings.iter().filter(|warning| warning.code == WarningCode::OpeningCovered);
+        of_openings.map(|warning| warning.detail.clone()).collect()
+    };
+    let table = |height: f64| json!({ "kind": "mesh", "mesh": "plain", "unit": "m", "position_m": [0, 0, height - 0.74], "surfaces": { "top": { "reflectance": 0.5 } } });
+    let cupboard = |x: f64| json!({ "kind": "box", "size_m": [0.6, 1, 2.2], "position_m": [x, 1.5, 0], "surface": { "reflectance": 0.5 } });
+    assert_eq!(warnings(json!([table(0.74), cupboard(2.7)]), 0.0), Vec::<String>::new());
+    let told = warnings(json!([cupboard(2.7), table(2.2)]), 0.0);
+    assert!(told.len() == 1 && told[0].starts_with("/room/objects/1 stands under the opening of /tubes/0"), "{told:?}");
+    assert!(told[0].contains("covers 100 % of it, 0.500 m from it"), "{told:?}");
+    // a disc less a segment that begins at 2/7 of the radius is 68 % of it; the lattice has 64 points
+    let told = warnings(json!([table(0.74), cupboard(2.25)]), 0.0);
+    assert!(
+        told.len() == 1 && told[0].starts_with("/room/objects/1 stands under") && told[0].contains("covers 69 %"),
+        "{told:?}"
+    );
+    // the pipe of an opening that hangs comes through what is above it
+    let told = warnings(json!([table(2.2)]), 1.0);
+    assert!(told.len() == 1 && told[0].starts_with("/room/objects/0 stands over the opening of /tubes/0"), "{told:?}");
 }

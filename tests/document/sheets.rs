@@ -138,6 +138,31 @@ fn two_materials_on_two_sides() {
     assert_sides(&[&plate(&halves[..2])], &[([80, 5], 5000), ([80, 80], 5000)]);
 }
 
+/// A material with a surface of its own for backs has each on its side, whichever way its polygons are wound; where the back of one lies
+/// on the front of another they must agree.
+#[test]
+fn one_material_with_two_surfaces() {
+    let two_sided = |text: &str, back: f64| {
+        let mut document = room(&[text]);
+        document["room"]["objects"][0]["back_surfaces"] = json!({ "white": { "reflectance": back } });
+        scene(&document, &[text]).map(|scene| sides(&scene.room.meshes))
+    };
+    let halves = plate(&[("white", "1 2 6 5"), ("white", "4 3 6 5")]);
+    assert_eq!(two_sided(&halves, 0.05).unwrap(), BTreeMap::from([([80, 5], 5000), ([5, 80], 5000)]));
+    assert_eq!(two_sided(&halves, 0.8).unwrap(), BTreeMap::from([([80, 80], 10000)]));
+    // the lower side is drawn again
+    let again = plate(&[("white", "1 2 3 4"), ("dark", "2 1 4 3")]);
+    assert_eq!(two_sided(&again, 0.05).unwrap(), BTreeMap::from([([80, 5], 10000)]));
+    let errors = two_sided(&again, 0.3).unwrap_err().0;
+    assert!(
+        errors[0].pointer == "/room/objects/0/mesh" && errors[0].detail.contains("face the same side"),
+        "{errors:?}"
+    );
+    // and a half of it
+    let half = plate(&[("white", "1 2 3 4"), ("dark", "2 1 5 6")]);
+    assert_eq!(two_sided(&half, 0.05).unwrap(), BTreeMap::from([([80, 5], 10000)]));
+}
+
 /// Two materials of one side are refused with their names and the place, in a mesh as between two.
 #[test]
 fn two_materials_on_one_side_are_refused() {

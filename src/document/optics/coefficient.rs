@@ -1,15 +1,13 @@
 //! Reflectances, transmittances and luminances: one photopic number or linear Rec.709.
 
-use std::fmt;
-
-use serde::Serialize;
-use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::Schema;
 use utoipa::{PartialSchema, ToSchema};
 
 use crate::document::errors::Checks;
 use crate::document::limits::RATIO;
+use crate::document::read::one_or_three::OneOrThree;
 use crate::document::schema::shapes::{number, one_or_rgb};
 
 /// One photopic number, or linear Rec.709 `[r, g, b]` with Y = 0.2126 R + 0.7152 G + 0.0722 B.
@@ -97,48 +95,9 @@ impl Default for Coefficient {
 
 impl<'de> Deserialize<'de> for Coefficient {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(CoefficientVisitor)
-    }
-}
-
-struct CoefficientVisitor;
-
-impl<'de> Visitor<'de> for CoefficientVisitor {
-    type Value = Coefficient;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str("a number or [r, g, b]")
-    }
-
-    fn visit_f64<E: Error>(self, value: f64) -> Result<Coefficient, E> {
-        Ok(Coefficient::Photopic(value))
-    }
-
-    fn visit_u64<E: Error>(self, value: u64) -> Result<Coefficient, E> {
-        Ok(Coefficient::Photopic(value as f64))
-    }
-
-    fn visit_i64<E: Error>(self, value: i64) -> Result<Coefficient, E> {
-        Ok(Coefficient::Photopic(value as f64))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Coefficient, A::Error> {
-        let mut rgb = [0.0; 3];
-        for (index, channel) in rgb.iter_mut().enumerate() {
-            *channel = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(index, &self))?;
-        }
-        let mut length = rgb.len();
-        while seq.next_element::<serde::de::IgnoredAny>()?.is_some() {
-            length += 1;
-        }
-        if length > rgb.len() {
-            return Err(A::Error::invalid_length(length, &self));
-        }
-        Ok(Coefficient::Rgb(rgb))
-    }
-
-    /// Refuses an object: only the reflectance of a mirror may be a table.
-    fn visit_map<A: MapAccess<'de>>(self, _: A) -> Result<Coefficient, A::Error> {
-        Err(A::Error::custom("must be a number or [r, g, b], not a table"))
+        OneOrThree::read(deserializer, "a number or [r, g, b]").map(|value| match value {
+            OneOrThree::One(value) => Self::Photopic(value),
+            OneOrThree::Three(rgb) => Self::Rgb(rgb),
+        })
     }
 }

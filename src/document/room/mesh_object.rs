@@ -5,14 +5,15 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::RoomDocument;
-use super::object::{MeshObjectDocument, ObjectDocument};
+use super::mesh_document::MeshObjectDocument;
+use super::object::ObjectDocument;
 use super::openings::cover_no_opening;
 use super::plan::PartitionDocument;
 use super::sheets::{one_sheet_each, undetermined_words};
 use super::surface::SurfaceDocument;
-use crate::document::errors::Checks;
+use crate::document::errors::{Checks, FieldError};
 use crate::document::file_source::FileSource;
-use crate::document::frame::{Up, hint_at_other_axis, upright};
+use crate::document::frame::{FileFrame, Up, hint_at_other_axis};
 use crate::document::hints;
 use crate::document::limits::{MOST_TRIANGLES, TOUCHING_M};
 use crate::document::read::pointer::escape;
@@ -20,10 +21,12 @@ use crate::document::tube::TubeDocument;
 use crate::document::tube::opening::PlacedOpening;
 use crate::geometry::TriangleMesh;
 use crate::geometry::repeats::without_repeats;
-use crate::geometry::turn::unit_vector;
 use crate::optics::Surface;
 use crate::scene::{Enclosure, MeshObject};
 use crate::traceable::enclosure::TraceableEnclosure;
+
+/// Multiple of a room's extent beyond which coordinates of a file are taken for those of a survey.
+const FAR: f64 = 100.0;
 
 /// Returns the mesh objects of a room, in its frame, and its partitions after them; after an error some may be missing.
 pub(crate) fn mesh_objects(
@@ -69,8 +72,7 @@ fn mesh_object(
     meshes: &dyn FileSource,
     checks: &mut Checks,
 ) -> Option<(MeshObject, bool)> {
-    let MeshObjectDocument { mesh: id, unit, up, position_m, rotation_deg, surfaces: by_name } = object;
-    let in_file_units = match meshes.load(id) {
+    let in_file_units = match meshes.load(&object.mesh) {
         Ok(mesh) => mesh,
         Err(detail) => {
             checks.refuse(format!("{pointer}/mesh"), detail);
@@ -78,23 +80,26 @@ fn mesh_object(
         }
     };
     let errors_before = checks.errors.len();
+    let position_m = DVec3::from(object.position_m);
     let place = |up: Up| {
-        let mut mesh = upright(&in_file_units, *unit, up);
-        let turn = unit_vector(-rotation_deg.to_radians());
+        let mut mesh = FileFrame { up, ..object.frame() }.upright(&in_file_units);
         for position in &mut mesh.positions {
-            *position = turn.rotate(position.truncate()).extend(position.z) + DVec3::from(*position_m);
+            *position = object.rotation_deg.turned(*position) + position_m;
         }
         mesh
     };
-    let mut mesh = place(*up);
-    let surfaces = surfaces(pointer, by_name, &mesh, checks);
+    let mut mesh = place(object.up);
+    let surfaces = surfaces(pointer, object, &mut mesh, checks);
     let errors_of_names = checks.errors.len();
     check_extent(pointer, object, &mesh, enclosure, checks);
-    hint_at_other_axis(&mut checks.errors[errors_of_names..], *up, |up| {
+    hint_at_other_axis(&mut checks.errors[errors_of_names..], object.up, |up| {
         let mut trial = Checks::default();
         check_extent(pointer, object, &place(up), enclosure, &mut trial);
         trial.errors.is_empty()
     });
+    if object.offset.is_none() {
+        hint_at_offset(&mut checks.errors[errors_of_names..], (&in_file_units, object.frame()), &mesh, enclosure);
+    }
     if checks.errors.len() > errors_before {
         return None;
     }
@@ -116,29 +121,61 @@ fn mesh_object(
     Some((MeshObject { mesh, surfaces }, lies_on_itself))
 }
 
-/// Returns the surface of each material of the mesh; adds a fault for each material or surface whose name has no counterpart.
-fn surfaces(
-    pointer: &str,
-    by_name: &BTreeMap<String, SurfaceDocument>,
-    mesh: &TriangleMesh,
-    checks: &mut Checks,
-) -> Vec<Surface> {
-    let names = || mesh.materials.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-    for name in by_name.keys().filter(|name| !mesh.materials.contains(name)) {
-        let detail = format!("the mesh has no material of this name; its materials are {}", names());
-        checks.refuse(format!("{pointer}/surfaces/{}", escape(name)), detail);
+/// Returns the surface of each material of the mesh, to which those of backs are added; adds a fault for each material or surface whose name
+/// has no counterpart.
+fn surfaces(pointer: &str, object: &MeshObjectDocument, mesh: &mut TriangleMesh, checks: &mut Checks) -> Vec<Surface> {
+    let names = mesh.materials.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    for (field, by_name) in [("surfaces", &object.surfaces), ("back_surfaces", &object.back_surfaces)] {
+        for name in by_name.keys().filter(|name| !mesh.materials.contains(name)) {
+            let detail = format!("the mesh has no material of this name; its materials are {names}");
+            checks.refuse(format!("{pointer}/{field}/{}", escape(name)), detail);
+        }
     }
+    let surface = |by_name: &BTreeMap<String, SurfaceDocument>, name: &String| by_name.get(name)?.surface();
     let mut surfaces = Vec::with_capacity(mesh.materials.len());
     for name in &mesh.materials {
-        match by_name.get(name).and_then(SurfaceDocument::surface) {
+        match surface(&object.surfaces, name) {
             Some(surface) => surfaces.push(surface),
             None => {
-                let detail = format!("needs a surface for the mesh's material {name:?}; its materials are {}", names());
+                let detail = format!("needs a surface for the mesh's material {name:?}; its materials are {names}");
                 checks.refuse(format!("{pointer}/surfaces"), detail);
             }
         }
     }
+    if surfaces.len() < mesh.materials.len() {
+        return surfaces;
+    }
+    let mut backs: Vec<u32> = (0..mesh.materials.len() as u32).collect();
+    for (back, name) in backs.iter_mut().zip(mesh.materials.clone()) {
+        if let Some(surface) = surface(&object.back_surfaces, &name).filter(|found| *found != surfaces[*back as usize])
+        {
+            *back = surfaces.len() as u32;
+            surfaces.push(surface);
+            mesh.materials.push(name);
+        }
+    }
+    let fronts = std::mem::take(&mut mesh.triangle_materials);
+    mesh.set_sides(fronts.into_iter().map(|front| [front, backs[front as usize]]));
     surfaces
+}
+
+/// Appends to `errors` about the place of a mesh whose file has coordinates far beyond the room that an `offset` would bring it there.
+fn hint_at_offset(
+    errors: &mut [FieldError],
+    (file, frame): (&TriangleMesh, FileFrame),
+    placed: &TriangleMesh,
+    enclosure: &Enclosure,
+) {
+    let (Some((least, most)), Some((low, high))) = (file.bounds(), placed.bounds()) else { return };
+    let extent = enclosure.extent();
+    let is_far = least.abs().min(most.abs()).max_element() * frame.metres > FAR * extent.max_element();
+    if is_far && (high - low).cmple(extent).all() {
+        let hint = format!(
+            "; with `\"offset\": [{}, {}, {}]`, the least corner of its file, its coordinates would begin at its `position_m`",
+            least.x, least.y, least.z
+        );
+        errors.iter_mut().for_each(|error| error.detail += &hint);
+    }
 }
 
 fn check_extent(
@@ -148,7 +185,7 @@ fn check_extent(
     enclosure: &Enclosure,
     checks: &mut Checks,
 ) {
-    let unit = format!("with the unit `{}`", object.unit);
+    let unit = object.with_unit();
     if mesh.positions.iter().any(|position| !position.is_finite()) {
         checks.refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be finite"));
         return;

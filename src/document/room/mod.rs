@@ -5,6 +5,7 @@ pub(super) mod closed;
 pub(super) mod convert;
 pub mod faces;
 pub mod luminaire;
+pub mod mesh_document;
 pub mod mesh_object;
 pub mod object;
 pub(super) mod openings;

@@ -1,20 +1,16 @@
 //! Objects in the room: boxes and meshes.
 
-use std::collections::BTreeMap;
-
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::mesh_document::MeshObjectDocument;
 use super::surface::{Owner, SurfaceDocument, check_surface};
 use crate::document::errors::Checks;
-use crate::document::frame::Up;
 use crate::document::hints;
-use crate::document::limits::{COORDINATE_M, MESH_POSITION_M, SIZE_M, TOUCHING_M, TURN_DEG};
-use crate::document::read::pointer::escape;
+use crate::document::limits::{COORDINATE_M, SIZE_M, TOUCHING_M, TURN_DEG};
 use crate::document::read::tagged::{self, Reader, Tagged};
-use crate::document::schema::shapes::{BoxSize, MeshPosition, Vector};
-use crate::document::unit::Unit;
+use crate::document::schema::shapes::{BoxSize, Vector};
 use crate::geometry::covered::{covered, enclosed_area, polygon};
 use crate::geometry::turn::rotation;
 use crate::scene::Enclosure;
@@ -63,29 +59,6 @@ pub struct BoxDocument {
     pub surface: SurfaceDocument,
 }
 
-/// Fields of a mesh in the room.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MeshObjectDocument {
-    /// Id of an uploaded mesh, or the path of a file beside the job file.
-    pub mesh: String,
-    /// Unit of the mesh's coordinates, which OBJ files do not state.
-    pub unit: Unit,
-    /// Axis of the file that points upward; with `y`, its z axis points to the south of the room's frame.
-    #[serde(default)]
-    #[schema(default = "z")]
-    pub up: Up,
-    /// Position of the mesh's origin in metres; may be far from the room if the mesh has coordinates of a survey.
-    #[schema(value_type = MeshPosition)]
-    pub position_m: [f64; 3],
-    /// Rotation in degrees, clockwise seen from above.
-    #[serde(default)]
-    #[schema(default = 0.0)]
-    pub rotation_deg: f64,
-    /// Surfaces by the names of the materials in the file.
-    pub surfaces: BTreeMap<String, SurfaceDocument>,
-}
-
 impl ObjectDocument {
     /// Adds the faults of an object; `room` is `None` if the room's faces were refused.
     pub(crate) fn check(&self, pointer: &str, room: Option<&Enclosure>, checks: &mut Checks) {
@@ -95,11 +68,11 @@ impl ObjectDocument {
         }
     }
 
-    /// Returns the surfaces of the object: one for a box, one for each material of a mesh.
+    /// Returns the surfaces of the object: one for a box, one or two for each material of a mesh.
     pub fn surfaces(&self) -> Vec<&SurfaceDocument> {
         match self {
             Self::Box(object) => vec![&object.surface],
-            Self::Mesh(object) => object.surfaces.values().collect(),
+            Self::Mesh(object) => object.surfaces.values().chain(object.back_surfaces.values()).collect(),
         }
     }
 }
@@ -108,16 +81,6 @@ impl ObjectDocument {
 pub fn footprint(size: DVec2, middle: DVec2, rotation_deg: f64) -> [DVec2; 4] {
     let (half, back) = (0.5 * size, rotation(rotation_deg.to_radians()).transpose());
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| middle + back * (half * DVec2::new(x, y)))
-}
-
-impl MeshObjectDocument {
-    fn check(&self, pointer: &str, checks: &mut Checks) {
-        checks.numbers(&format!("{pointer}/position_m"), &self.position_m, MESH_POSITION_M);
-        checks.number(&format!("{pointer}/rotation_deg"), self.rotation_deg, TURN_DEG);
-        for (name, surface) in &self.surfaces {
-            check_surface(&format!("{pointer}/surfaces/{}", escape(name)), surface, Owner::Object, checks);
-        }
-    }
 }
 
 impl BoxDocument {

@@ -99,6 +99,7 @@ pub fn rules() -> Vec<(&'static str, Value)> {
         ("FlatCollector", all([given("azimuth_deg"), absent("tilt_deg")])),
         ("SurfaceDocument", any(surface)),
         ("RoomDocument", any(room)),
+        ("MeshObject", all([absent("unit"), absent("scale")])),
         ("GridDocument", any(grid)),
     ]
 }

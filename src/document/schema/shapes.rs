@@ -7,8 +7,8 @@ use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, ObjectBuilder, OneOfBui
 use utoipa::{PartialSchema, ToSchema};
 
 use crate::document::limits::{
-    ALBEDO, CELLS, COORDINATE_M, EXITS, LIGHT, MESH_POSITION_M, OBSTRUCTION_SIZE_M, PIXELS_OF_AN_EDGE, RATIO,
-    ROOM_EDGE_M, Range, SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG, THRESHOLD_LUX, within,
+    ALBEDO, CELLS, COORDINATE_M, EXITS, LIGHT, MESH_OFFSET, MESH_POSITION_M, OBSTRUCTION_SIZE_M, PIXELS_OF_AN_EDGE,
+    RATIO, ROOM_EDGE_M, Range, SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG, THRESHOLD_LUX, within,
 };
 
 /// Defines unit-like types, each of which stands for a schema in `#[schema(value_type = ...)]`.
@@ -35,6 +35,7 @@ named! {
     RoomSize: array(3, number(ROOM_EDGE_M)).description(Some("Extent along x, y and z in metres."));
     HorizonPoint: array(2, number(within(-180.0, 360.0))).description(Some("Azimuth and altitude in degrees."));
     ObstructionSize: array(3, number(OBSTRUCTION_SIZE_M)).description(Some("Extent along x, y and z in metres."));
+    MeshOffset: array(3, number(MESH_OFFSET)).description(Some("x, y and z in the file's units."));
     MeshPosition: array(3, number(MESH_POSITION_M)).description(Some("x, y and z in metres."));
     BoxSize: array(3, number(SIZE_M)).description(Some("Extent along x, y and z in metres."));
     CellCounts: array(2, integer(CELLS)).description(Some("Number of cells along x and y."));
@@ -75,7 +76,8 @@ fn integer(bounds: RangeInclusive<u32>) -> ObjectBuilder {
     ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(*bounds.start())).maximum(Some(*bounds.end()))
 }
 
-fn array(length: usize, item: ObjectBuilder) -> ArrayBuilder {
+/// Returns the schema of a list of this length.
+pub fn array(length: usize, item: ObjectBuilder) -> ArrayBuilder {
     ArrayBuilder::new().items(item).min_items(Some(length)).max_items(Some(length))
 }
 

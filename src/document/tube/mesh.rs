@@ -8,7 +8,7 @@ use super::MeshTubeDocument;
 use super::part::{CollectorPart, PartDocument};
 use crate::document::errors::Checks;
 use crate::document::file_source::FileSource;
-use crate::document::frame::{hint_at_other_axis, upright};
+use crate::document::frame::{FileFrame, Up, hint_at_other_axis};
 use crate::document::limits::COORDINATE_M;
 use crate::document::read::pointer::escape;
 use crate::document::room::sheets::undetermined_words;
@@ -40,13 +40,15 @@ pub(crate) fn mesh_tube(
         }
     };
     let errors_before = checks.errors.len();
-    let mesh = upright(&in_file_units, document.unit, document.up);
+    let upright =
+        |up: Up| FileFrame { offset: DVec3::ZERO, metres: document.unit.metres(), up }.upright(&in_file_units);
+    let mesh = upright(document.up);
     let parts = parts(pointer, document, &mesh, checks);
     let errors_of_names = checks.errors.len();
     check_extent(pointer, document, &mesh, &parts, checks);
     hint_at_other_axis(&mut checks.errors[errors_of_names..], document.up, |up| {
         let mut trial = Checks::default();
-        check_extent(pointer, document, &upright(&in_file_units, document.unit, up), &parts, &mut trial);
+        check_extent(pointer, document, &upright(up), &parts, &mut trial);
         trial.errors.is_empty()
     });
     let closure = document.parts.values().find_map(|part| match part {

@@ -32,7 +32,7 @@ pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) 
     let positions = rounded(&mesh.positions, near);
     let layers = Layers::new(&positions, &mesh.triangles, &found, near);
     let mut kept = vec![true; mesh.triangles.len()];
-    let mut sides: Vec<[u32; 2]> = mesh.triangle_materials.iter().map(|material| [*material; 2]).collect();
+    let mut sides: Vec<[u32; 2]> = (0..mesh.triangles.len()).map(|number| mesh.sides(number)).collect();
     // triangles with several materials on one side, which have to be cut
     let mut mixed = vec![false; mesh.triangles.len()];
     for members in layers.components() {
@@ -153,7 +153,7 @@ impl<'a> Layers<'a> {
     }
 
     /// Returns the back materials of the kept triangles whose backs differ from their fronts; `None` if the back of a triangle has several
-    /// materials.
+    /// materials, or a triangle already has two.
     fn determined(
         &self,
         members: &[u32],
@@ -163,6 +163,9 @@ impl<'a> Layers<'a> {
         is_same: &impl Fn(u32, u32) -> bool,
     ) -> Result<Option<Vec<(u32, u32)>>, Undetermined> {
         let mut backs = Vec::new();
+        if members.iter().map(|member| sides[*member as usize]).any(|[front, back]| !is_same(front, back)) {
+            return Ok(None);
+        }
         for member in members.iter().filter(|member| kept[**member as usize]) {
             let (area, slack) = self.area(*member);
             // several bodies meet here

@@ -131,9 +131,11 @@ impl Surfaces {
             (2.0 * (x + y) * z + x * y + lower, Some(object.surface))
         });
         let meshes = room.meshes.iter().flat_map(|object| {
-            object.mesh.triangles.iter().zip(&object.mesh.triangle_materials).map(|(corners, material)| {
+            object.mesh.triangles.iter().enumerate().flat_map(|(number, corners)| {
                 let [a, b, c] = corners.map(|corner| object.mesh.positions[corner as usize]);
-                (0.5 * (b - a).cross(c - a).length(), object.surfaces.get(*material as usize).copied())
+                // half of the area for either side
+                let area = 0.25 * (b - a).cross(c - a).length();
+                object.mesh.sides(number).map(|side| (area, object.surfaces.get(side as usize).copied()))
             })
         });
         let mut all =

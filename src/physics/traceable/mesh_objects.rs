@@ -27,6 +27,8 @@ pub struct TraceableMeshes {
     pub triangles: Vec<[u32; 3]>,
     /// Number of the piece that each triangle belongs to; a piece consists of triangles joined by corners.
     pub pieces: Vec<u32>,
+    /// Number of the first triangle of each object.
+    first_triangles: Vec<u32>,
     /// Facets of all meshes, numbered consecutively.
     pub facets: Facets,
     /// Distance in m by which light ends before a triangle.
@@ -53,9 +55,10 @@ impl TraceableMeshes {
     /// without objects.
     pub fn new(objects: &[MeshObject], scale: f64) -> Option<(Self, Vec<[Surface; 2]>)> {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-        let (mut sides, mut surfaces) = (Vec::new(), Vec::new());
+        let (mut sides, mut surfaces, mut first_triangles) = (Vec::new(), Vec::new(), Vec::new());
         for object in objects {
             let (corner, kind) = (positions.len() as u32, surfaces.len() as u32);
+            first_triangles.push(triangles.len() as u32);
             positions.extend(&object.mesh.positions);
             triangles.extend(object.mesh.triangles.iter().map(|triangle| triangle.map(|k| k + corner)));
             let mesh = &object.mesh;
@@ -77,10 +80,17 @@ impl TraceableMeshes {
             pieces: pieces(positions.len(), &triangles),
             positions,
             triangles,
+            first_triangles,
             facets,
             clearance: CLEARANCE * scale,
         };
         Some((meshes, of_facets))
+    }
+
+    /// Returns the number of the object that has a facet.
+    pub fn object_of(&self, facet: usize) -> usize {
+        let triangle = self.facets.largest[facet];
+        self.first_triangles.partition_point(|first| *first <= triangle) - 1
     }
 
     /// Returns a point inside a facet.

@@ -13,6 +13,7 @@ use glam::{DVec2, DVec3};
 use super::box_object::TraceableBox;
 use super::enclosure::TraceableEnclosure;
 use super::solids::{Sheet, Solid, sections};
+use super::surface_id::RoomObject;
 use crate::geometry::covered::{
     Edge, area_in_rectangle, bounds, contains, covered, distance, enclosed_area, polygon, rectangle,
 };
@@ -26,15 +27,6 @@ const LEAST_SHARE: f64 = 1e-6;
 
 /// Number of points on an opening's rim at which it is tested whether the opening lies in a piece.
 const RIM: u32 = 16;
-
-/// An object that stands in a room.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum RoomObject {
-    /// Number of a box in the scene.
-    Box(usize),
-    /// Number of a mesh object in the scene.
-    Mesh(usize),
-}
 
 /// Parts of a grid that solids take.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -11,7 +11,7 @@ use super::mirrors::Mirrors;
 use super::obstacles::Obstacles;
 use super::openings::Openings;
 use super::source::Source;
-use super::surface_id::{Numbering, SurfaceId};
+use super::surface_id::{Numbering, RoomObject, SurfaceId};
 use super::tube::{TraceableTube, TubeError};
 use crate::optics::SurfaceOptics;
 use crate::optics::reflection::Lobes;
@@ -202,6 +202,12 @@ impl TraceableScene {
     /// Lists the optics of all surfaces that are not open.
     pub fn all_optics(&self) -> impl Iterator<Item = &SurfaceOptics> {
         self.surfaces.iter().flatten()
+    }
+
+    /// Returns the object that has this surface.
+    pub fn object_of(&self, surface: SurfaceId) -> Option<RoomObject> {
+        let of_box = self.numbering.box_of(surface).map(RoomObject::Box);
+        of_box.or_else(|| Some(RoomObject::Mesh(self.meshes.as_ref()?.object_of(self.numbering.facet_of(surface)?))))
     }
 
     /// Returns the luminaire with this surface number.

@@ -27,6 +27,15 @@ pub enum Side {
     Back,
 }
 
+/// An object that stands in a room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RoomObject {
+    /// Number of a box in the scene.
+    Box(usize),
+    /// Number of a mesh object in the scene.
+    Mesh(usize),
+}
+
 impl SurfaceId {
     #[inline]
     const fn new(index: usize) -> Self {

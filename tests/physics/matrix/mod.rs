@@ -223,6 +223,7 @@ rows! {
     images::mesh_block_at_its_top_cells [holigilm: Objects],
     images::mesh_block_cut_by_cells [holigilm: Objects],
     images::rug_points [holigilm: Objects],
+    sheets::sheet_of_two_sides_points [holigilm: Objects],
     images::lambertian_table_points [
         two_stage: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],

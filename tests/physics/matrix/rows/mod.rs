@@ -8,5 +8,6 @@ pub mod images;
 pub mod plain;
 pub mod radiosity;
 pub mod rooms;
+pub mod sheets;
 pub mod sun;
 pub mod views;
