@@ -23,7 +23,7 @@ pub(super) fn run(args: HbjsonArgs) -> anyhow::Result<()> {
         let detail = format!("{} cannot be read: {error}", args.model.display());
         DocumentErrors::from(FieldError::new("", detail))
     })?;
-    let HbjsonRoom { faces, notes } = read_room(&bytes, args.room.as_deref())?;
+    let HbjsonRoom { faces, notes, .. } = read_room(&bytes, args.room.as_deref())?;
     for note in notes {
         eprintln!("warning: {note}");
     }

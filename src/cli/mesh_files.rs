@@ -1,4 +1,4 @@
-//! Meshes and weather that a job names as files at or below its own folder.
+//! Meshes, models and weather that a job names as files at or below its own folder.
 
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -6,11 +6,11 @@ use std::sync::Arc;
 use crate::annual::weather::{self, Weather};
 
 use crate::document::FileSource;
-use crate::document::limits::WEATHER_BYTES;
+use crate::document::limits::{MODEL_BYTES, WEATHER_BYTES};
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
 
-/// Source of OBJ and weather files at or below a folder; no other file can be read through it.
+/// Source of OBJ, HBJSON and weather files at or below a folder; no other file can be read through it.
 pub struct MeshFiles {
     folder: PathBuf,
     limits: ObjLimits,
@@ -83,6 +83,10 @@ impl FileSource for MeshFiles {
             None => self.read(id, WEATHER_BYTES)?,
         };
         weather::read(&bytes).map(Arc::new).map_err(|error| format!("{id}: {error}"))
+    }
+
+    fn model(&self, name: &str) -> Result<Vec<u8>, String> {
+        self.read(name, MODEL_BYTES)
     }
 }
 

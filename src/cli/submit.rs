@@ -13,6 +13,7 @@ use crate::cli::mesh_files::MeshFiles;
 use crate::cli::progress::Progress;
 use crate::cli::render::read_job;
 use crate::cli::results_table::print_results;
+use crate::document::hbjson::load_model;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
 use crate::present::convergence_files::convergence_names;
@@ -103,7 +104,7 @@ pub async fn submit_and_download(
     Ok(job)
 }
 
-/// Returns the document with file names of meshes and weather replaced by the ids of the uploaded files.
+/// Returns the document with file names of meshes and weather replaced by the ids of the uploaded files, and that of a model by the model.
 async fn with_uploaded_files(client: &Client, document: Vec<u8>, folder: &Path) -> anyhow::Result<Vec<u8>> {
     // faults of the document are reported by the service
     let Ok(mut value) = serde_json::from_slice::<Value>(&document) else { return Ok(document) };
@@ -111,7 +112,8 @@ async fn with_uploaded_files(client: &Client, document: Vec<u8>, folder: &Path) 
     let objects =
         (0..value["room"]["objects"].as_array().map_or(0, Vec::len)).map(|index| format!("/room/objects/{index}/mesh"));
     let files = MeshFiles::below(folder);
-    let mut replaced = false;
+    let mut replaced = value.pointer("/room/hbjson").is_some_and(Value::is_string);
+    load_model(&mut value, &files).map_err(DocumentErrors::from)?;
     let weather =
         (0..value["annual"]["weather"].as_array().map_or(0, Vec::len)).map(|file| format!("/annual/weather/{file}"));
     let weather = weather.chain(["/annual/weather".to_owned()]);

@@ -127,6 +127,8 @@ pub enum WarningCode {
     DroppedTriangles,
     /// An object stands right below the opening of a tube, or above one that hangs.
     OpeningCovered,
+    /// A part of the Honeybee model that gives the room is changed or left out.
+    ModelChanged,
     /// The room's faces were repaired, as where a corner of a plan repeats the one before it.
     RepairedRoom,
     /// More than a millionth of the rays left a tube through gaps in its mesh; their light is missing in the room.
@@ -164,6 +166,7 @@ impl WarningCode {
             Self::JenkinsFluxExcess => "jenkins_flux_excess",
             Self::DroppedTriangles => "dropped_triangles",
             Self::OpeningCovered => "opening_covered",
+            Self::ModelChanged => "model_changed",
             Self::RepairedRoom => "repaired_room",
             Self::LostRays => "lost_rays",
             Self::KernelsNotCut => "kernels_not_cut",

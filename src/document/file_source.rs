@@ -17,6 +17,11 @@ pub trait FileSource {
         Err(format!("no weather file has the id {id:?}"))
     }
 
+    /// Returns the text of a Honeybee model. The error is one sentence that says why there is none.
+    fn model(&self, name: &str) -> Result<Vec<u8>, String> {
+        Err(format!("there is no file {name:?} here: give the model itself, as an object"))
+    }
+
     /// True if the document's preparation was cancelled, so that it should end soon.
     fn is_cancelled(&self) -> bool {
         false

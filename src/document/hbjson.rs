@@ -1,10 +1,12 @@
-//! Rooms of Honeybee models (HBJSON), read as plain JSON: the faces of one room, in metres.
+//! Rooms of Honeybee models (HBJSON), read as plain JSON: the faces of one room, in metres. A document may have a model in its room, or the
+//! name of its file.
 
 use glam::DVec3;
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
 use super::errors::{Checks, DocumentErrors, FieldError};
+use super::file_source::FileSource;
 use super::read::{fault, json};
 use super::room::RoomDocument;
 use super::room::closed::CorneredFaces;
@@ -22,6 +24,8 @@ const NANOMETRES: f64 = 1e9;
 /// A room of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HbjsonRoom {
+    /// Number of the room in its model.
+    number: usize,
     /// Faces, which close a room with its lowest corner at z = 0.
     pub faces: Vec<FaceDocument>,
     /// A sentence for everything that was changed or left out.
@@ -99,23 +103,38 @@ impl Units {
     }
 }
 
+impl HbjsonRoom {
+    /// Returns the pointer to what a document gives for one to a face of the room that was read; other pointers stay.
+    pub(super) fn pointer(&self, pointer: &str) -> String {
+        match in_model(self.number, pointer) {
+            in_model if in_model == pointer => in_model,
+            in_model => format!("{MODEL}{in_model}"),
+        }
+    }
+}
+
 impl ModelRoom {
     fn is_named(&self, name: &str) -> bool {
         self.identifier == name || self.display_name.as_deref() == Some(name)
     }
 }
 
-/// Reads a room of a model by its identifier or display name; without a name, the only room.
+/// Reads a room of the text of a model by its identifier or display name; without a name, the only room.
 ///
-/// Errors concern the text of the model, the choice of the room, and, with pointers below `/room/faces`, faces that do not close it.
+/// Errors concern the text of the model, the choice of the room (`/rooms`), and its faces; their pointers are those of the model.
 pub fn read_room(text: &[u8], name: Option<&str>) -> Result<HbjsonRoom, DocumentErrors> {
-    let value = json::value(text)?;
-    let model: Model = serde_path_to_error::deserialize(value).map_err(|error| {
+    room_of(&json::value(text)?, name)
+}
+
+/// Reads a room of a model as [`read_room`] does.
+fn room_of(model: &Value, name: Option<&str>) -> Result<HbjsonRoom, DocumentErrors> {
+    let model: Model = serde_path_to_error::deserialize(model).map_err(|error| {
         let fault = fault::of_error(&error);
         FieldError::new(fault.pointer, fault.message)
     })?;
     let rooms = model.rooms.unwrap_or_default();
-    let room = chosen(&rooms, name)?;
+    let number = chosen(&rooms, name)?;
+    let room = &rooms[number];
     let mut notes = Vec::new();
     let rings = rings_in_metres(room, (model.units, model.tolerance.unwrap_or_default()), &mut notes);
     let faces: Vec<FaceDocument> = room.faces.iter().zip(rings).map(|(face, rings)| document(face, rings)).collect();
@@ -123,23 +142,94 @@ pub fn read_room(text: &[u8], name: Option<&str>) -> Result<HbjsonRoom, Document
     let document = RoomDocument::of_faces(faces);
     let mut checks = Checks::default();
     if document.enclosure(&mut checks).is_none() {
+        checks.errors.iter_mut().for_each(|error| error.pointer = in_model(number, &error.pointer));
         return Err(DocumentErrors(checks.errors));
     }
     notes.extend(document.repairs());
-    Ok(HbjsonRoom { faces: document.faces.unwrap_or_default(), notes })
+    Ok(HbjsonRoom { number, faces: document.faces.unwrap_or_default(), notes })
+}
+
+/// Returns the pointer into a model for one to a face of its room `number` in a document; other pointers stay.
+fn in_model(number: usize, pointer: &str) -> String {
+    match pointer.strip_prefix("/room/faces") {
+        Some(of_faces) => {
+            let of_faces = of_faces.replace("/boundary_m", "/geometry/boundary").replace("/holes_m", "/geometry/holes");
+            format!("/rooms/{number}/faces{}", of_faces.replace("/name", "/identifier"))
+        }
+        None => pointer.to_owned(),
+    }
+}
+
+/// Field of a document with a model, or with the name of its file.
+const MODEL: &str = "/room/hbjson";
+
+/// Replaces the name of a model's file in the room of a document by the model.
+pub fn load_model(document: &mut Value, files: &dyn FileSource) -> Result<(), FieldError> {
+    let Some(model) = document.pointer_mut(MODEL) else { return Ok(()) };
+    if let Some(name) = model.as_str() {
+        let text = files.model(name).map_err(|detail| FieldError::new(MODEL, detail))?;
+        let in_file = |error: FieldError| FieldError { pointer: format!("{MODEL}{}", error.pointer), ..error };
+        *model = json::value(&text).map_err(in_file)?;
+    }
+    Ok(())
+}
+
+/// Replaces the model in the room of a document by the faces of the room that it names, and returns what was read; `None` without a model, or
+/// after a fault, when a large box replaces the room.
+pub(super) fn expand(document: &mut Value, checks: &mut Checks) -> Option<HbjsonRoom> {
+    let room = document.pointer_mut("/room")?.as_object_mut()?;
+    let model = room.remove("hbjson").filter(|model| !model.is_null())?;
+    match room_of_document(room, &model) {
+        Ok(read) => {
+            room.insert("faces".to_owned(), json!(read.faces));
+            Some(read)
+        }
+        Err(DocumentErrors(errors)) => {
+            checks.errors.extend(errors);
+            let others: Map<String, Value> = std::mem::take(room);
+            room.extend(others.into_iter().filter(|(name, _)| !SHAPES.contains(&name.as_str()) && name != "surfaces"));
+            room.insert("size_m".to_owned(), json!([1000, 1000, 1000]));
+            None
+        }
+    }
+}
+
+/// Fields of a room that give its shape in other ways than a model.
+const SHAPES: [&str; 4] = ["size_m", "plan", "ceiling", "faces"];
+
+/// Reads the room that a document names; its name is removed.
+fn room_of_document(room: &mut Map<String, Value>, model: &Value) -> Result<HbjsonRoom, DocumentErrors> {
+    let name = match room.remove("identifier") {
+        None | Some(Value::Null) => None,
+        Some(Value::String(name)) => Some(name),
+        Some(_) => return Err(FieldError::new("/room/identifier", "invalid type, expected a string").into()),
+    };
+    if let Some(other) = SHAPES.into_iter().find(|name| room.get(*name).is_some_and(|value| !value.is_null())) {
+        return Err(FieldError::new(MODEL, format!("must be left out if there is a `{other}`")).into());
+    }
+    if !model.is_object() {
+        return Err(FieldError::new(MODEL, "must be a model, which is an object, or the name of its file").into());
+    }
+    let in_document = |error: FieldError| match error.pointer.as_str() {
+        "/rooms" => FieldError { pointer: "/room/identifier".to_owned(), ..error },
+        pointer => FieldError { pointer: format!("{MODEL}{pointer}"), ..error },
+    };
+    let of_document = |DocumentErrors(errors)| DocumentErrors(errors.into_iter().map(in_document).collect());
+    room_of(model, name.as_deref()).map_err(of_document)
 }
 
 /// Chooses a room of a model.
-fn chosen<'a>(rooms: &'a [ModelRoom], name: Option<&str>) -> Result<&'a ModelRoom, FieldError> {
+fn chosen(rooms: &[ModelRoom], name: Option<&str>) -> Result<usize, FieldError> {
     let names = || {
         let names = rooms.iter().take(MOST_NAMED).map(|room| format!("`{}`", room.identifier));
         let others = rooms.len().saturating_sub(MOST_NAMED);
         let more = if others == 0 { String::new() } else { format!(" and {others} more") };
         names.collect::<Vec<_>>().join(", ") + &more
     };
-    let named: Vec<&ModelRoom> = rooms.iter().filter(|room| name.is_none_or(|name| room.is_named(name))).collect();
+    let is_meant = |number: &usize| name.is_none_or(|name| rooms[*number].is_named(name));
+    let named: Vec<usize> = (0..rooms.len()).filter(is_meant).collect();
     let detail = match (named.as_slice(), name) {
-        ([room], _) => return Ok(room),
+        ([number], _) => return Ok(*number),
         _ if rooms.is_empty() => "the model has no rooms".to_owned(),
         ([], Some(name)) => format!("the model has no room {name:?}; its rooms are {}", names()),
         (_, Some(name)) => format!("the model has several rooms {name:?}: name one by its identifier"),

@@ -9,6 +9,8 @@ use utoipa::ToSchema;
 use super::annual::AnnualDocument;
 use super::effects::{self, EffectSwitches, Effects, check_effects};
 use super::errors::{Checks, DocumentErrors};
+use super::file_source::FileSource;
+use super::hbjson;
 use super::limits::JOB_NAME;
 use super::method::MethodDocument;
 use super::outputs::{GridDocument, ViewDocument, check_outputs};
@@ -91,13 +93,25 @@ pub struct JobDocument {
 /// A job document that was read and checked; made only by [`JobDocument::parse`] and [`JobDocument::from_value`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
-pub struct ValidJob(JobDocument);
+pub struct ValidJob {
+    document: JobDocument,
+    /// A sentence for everything that was changed or left out of the model that gives the room.
+    #[serde(skip)]
+    notes_on_model: Vec<String>,
+}
+
+impl ValidJob {
+    /// Lists what was changed or left out of the model that gives the room, if one does.
+    pub fn notes_on_model(&self) -> &[String] {
+        &self.notes_on_model
+    }
+}
 
 impl Deref for ValidJob {
     type Target = JobDocument;
 
     fn deref(&self) -> &JobDocument {
-        &self.0
+        &self.document
     }
 }
 
@@ -112,21 +126,42 @@ impl JobDocument {
     /// Checks a document that was read by [`json::value`], and fills in the defaults.
     ///
     /// Errors report every fault of its structure and its values.
-    pub fn from_value(value: Value) -> Result<ValidJob, DocumentErrors> {
+    pub fn from_value(mut value: Value) -> Result<ValidJob, DocumentErrors> {
         let mut checks = Checks::default();
-        let Some((document, made_up)) = shape::read::<Self>(value, &mut checks) else {
-            return Err(DocumentErrors(checks.errors));
-        };
+        let model = hbjson::expand(&mut value, &mut checks);
+        let document = Self::read(value, &mut checks);
+        if let Some(model) = &model {
+            checks.errors.iter_mut().for_each(|error| error.pointer = model.pointer(&error.pointer));
+        }
+        match document.filter(|_| checks.errors.is_empty()) {
+            Some(document) => Ok(ValidJob { document, notes_on_model: model.map_or(Vec::new(), |model| model.notes) }),
+            None => Err(DocumentErrors(checks.errors)),
+        }
+    }
+
+    /// Checks a document as [`Self::from_value`] does, whose room may be a model that `files` have.
+    pub fn from_files(mut value: Value, files: &dyn FileSource) -> Result<ValidJob, DocumentErrors> {
+        hbjson::load_model(&mut value, files)?;
+        Self::from_value(value)
+    }
+
+    /// Reads a document without a model, and adds its faults; `None` if it cannot be read. Values are not checked if the room is at fault.
+    fn read(value: Value, checks: &mut Checks) -> Option<Self> {
+        let has_room = checks.errors.is_empty();
+        let (document, made_up) = shape::read::<Self>(value, checks)?;
+        if !has_room {
+            return None;
+        }
         let mut of_values = Checks::default();
         document.check(&mut of_values);
         checks.errors.extend(of_values.errors.into_iter().filter(|error| !made_up.concerns(error)));
         if checks.errors.is_empty()
-            && let Some(enclosure) = document.room.enclosure(&mut checks)
+            && let Some(enclosure) = document.room.enclosure(checks)
         {
             // tubes that are refused or made up cannot be compared
-            check_crossings(&document.tubes, &enclosure, &mut checks);
+            check_crossings(&document.tubes, &enclosure, checks);
         }
-        if checks.errors.is_empty() { Ok(ValidJob(document)) } else { Err(DocumentErrors(checks.errors)) }
+        Some(document)
     }
 
     /// Returns the rule that ends the job.

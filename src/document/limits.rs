@@ -175,6 +175,8 @@ pub const TRACED_TUBES_TIMES_MOMENTS: usize = 50_000;
 pub const OBSTRUCTIONS_TIMES_TUBES: usize = 4096;
 /// Largest size of a weather file in bytes.
 pub const WEATHER_BYTES: usize = 16 << 20;
+/// Largest size of a file of a Honeybee model in bytes.
+pub const MODEL_BYTES: usize = 32 << 20;
 /// Number of illuminances of daylight autonomies.
 pub const THRESHOLDS: RangeInclusive<usize> = 1..=16;
 /// Range of an illuminance in lux that a metric of a year compares with.

@@ -71,7 +71,9 @@ pub fn to_scene(
         channels: channels(document),
     };
     warnings.extend(dropped_triangles(document, &scene));
-    let repairs = document.room.repairs().into_iter();
+    let of_model = document.notes_on_model().iter().cloned();
+    warnings.extend(of_model.map(|detail| Warning { code: WarningCode::ModelChanged, detail }));
+    let repairs = document.room.repairs().into_iter().filter(|repair| !document.notes_on_model().contains(repair));
     warnings.extend(repairs.map(|detail| Warning { code: WarningCode::RepairedRoom, detail }));
     Ok((scene, warnings, provenance))
 }

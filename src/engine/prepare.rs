@@ -8,6 +8,7 @@ use super::integrators::Engine;
 use super::progress::{PassReport, StoppedBy};
 use super::spent::Spent;
 use crate::document::errors::WarningCode;
+use crate::document::read;
 use crate::document::{self, DocumentErrors, FieldError, FileSource, JobDocument, Provenance, ValidJob, Warning};
 use crate::estimate::film::block_count;
 use crate::estimate::stopping::{WaitingFor, grid_without_light, is_judged, least_passes};
@@ -54,7 +55,8 @@ const BYTES_PER_SENSOR: usize = 64;
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
 pub fn prepare(document: &[u8], meshes: &dyn FileSource) -> Result<RenderJob, DocumentErrors> {
-    prepare_document(&JobDocument::parse(document)?, meshes)
+    let document = read::json::value(document)?;
+    prepare_document(&JobDocument::from_files(document, meshes)?, meshes)
 }
 
 /// Prepares a parsed document: builds and plans its scene, and refuses requests that the plan cannot meet.

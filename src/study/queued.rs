@@ -87,7 +87,7 @@ impl Runner for Queued<'_> {
     type Error = DocumentErrors;
 
     fn prepare(&self, document: &Value) -> Result<Prepared, DocumentErrors> {
-        let prepared = prepare_document(&JobDocument::from_value(document.clone())?, self.meshes)?;
+        let prepared = prepare_document(&JobDocument::from_files(document.clone(), self.meshes)?, self.meshes)?;
         prepared.check_memory(self.memory_bytes)?;
         Ok(prepared)
     }

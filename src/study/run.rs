@@ -139,7 +139,7 @@ impl Runner for InProcess<'_> {
     type Error = StudyError;
 
     fn prepare(&self, document: &Value) -> Result<Prepared, DocumentErrors> {
-        prepare_document(&JobDocument::from_value(document.clone())?, self.meshes)
+        prepare_document(&JobDocument::from_files(document.clone(), self.meshes)?, self.meshes)
     }
 
     fn in_request(&self, errors: DocumentErrors, _: Option<&JobKey>) -> DocumentErrors {

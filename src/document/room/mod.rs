@@ -179,7 +179,7 @@ impl RoomDocument {
             },
             (None, None, Some(faces)) => closed_room(faces, checks).map(|room| room.enclosure),
             (None, None, None) => {
-                let detail = "required, but missing: a room has either `size_m`, a `plan` or `faces`";
+                let detail = "required, but missing: a room has either `size_m`, a `plan`, `faces` or `hbjson`";
                 checks.refuse_as(FieldErrorCode::Missing, "/room/size_m", detail);
                 None
             }

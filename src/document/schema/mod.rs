@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use utoipa::Number;
 use utoipa::openapi::RefOr;
 use utoipa::openapi::extensions::Extensions;
-use utoipa::openapi::schema::{AdditionalProperties, Array, Object, Ref, Schema};
+use utoipa::openapi::schema::{AdditionalProperties, Array, Object, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
 
 use crate::document::limits::{FIELDS, Limit, Range};
 use crate::document::method;
@@ -47,6 +47,7 @@ pub fn complete(schemas: &mut Schemas) {
     }
     variants::diffuser_parts(schemas);
     single_surfaces(schemas);
+    model_of_room(schemas);
     for (object, rule) in rules::rules() {
         if let Some(RefOr::T(Schema::Object(object))) = schemas.get_mut(object) {
             forbid(&mut object.extensions, rule);
@@ -65,6 +66,24 @@ fn single_surfaces(schemas: &mut Schemas) {
         surfaces.properties.insert(wall.to_owned(), surface());
     }
     surfaces.additional_properties = Some(Box::new(AdditionalProperties::RefOr(surface())));
+}
+
+/// Adds the fields of a Honeybee model, which faces replace before a document is read, to the schema of a room.
+fn model_of_room(schemas: &mut Schemas) {
+    let Some(RefOr::T(Schema::Object(room))) = schemas.get_mut("RoomDocument") else { return };
+    let model = ObjectBuilder::new()
+        .schema_type(Type::Object)
+        .description(Some("The model: plain JSON as Honeybee writes it."))
+        .additional_properties(Some(AdditionalProperties::FreeForm(true)));
+    let file = ObjectBuilder::new().schema_type(Type::String).description(Some("File beside the job file."));
+    let description = "Honeybee model (HBJSON) with the room, in place of `size_m`, `plan` and `faces`: its faces become `faces`. Warnings \
+                       `model_changed` tell what is left out.";
+    let model = OneOfBuilder::new().item(model).item(file).description(Some(description));
+    let identifier = ObjectBuilder::new().schema_type(Type::String).description(Some(
+        "Identifier or display name of the room in `hbjson`; may be left out if the model has one room.",
+    ));
+    room.properties.insert("hbjson".to_owned(), model.into());
+    room.properties.insert("identifier".to_owned(), identifier.into());
 }
 
 /// Sets the bound of a field in its schema.

@@ -77,7 +77,9 @@ pub fn rules() -> Vec<(&'static str, Value)> {
     let room = [
         all([given("size_m"), given("plan")]),
         all([given("faces"), any([given("size_m"), given("plan")])]),
-        all([absent("size_m"), absent("plan"), absent("faces")]),
+        all([given("hbjson"), any([given("size_m"), given("plan"), given("faces")])]),
+        all([given("identifier"), absent("hbjson")]),
+        all([absent("size_m"), absent("plan"), absent("faces"), absent("hbjson")]),
         all([given("plan"), absent("ceiling")]),
         all([given("ceiling"), absent("plan")]),
     ];

@@ -110,7 +110,7 @@ pub async fn prepare(app: &Service, turn: &Turn, document: Value) -> Result<Prep
     let memory_limit = app.limits.memory_limit_bytes();
     let prepared = off_thread(turn.clone(), move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
-        let prepared = prepare_document(&JobDocument::from_value(document)?, &meshes)?;
+        let prepared = prepare_document(&JobDocument::from_files(document, &meshes)?, &meshes)?;
         prepared.check_memory(memory_limit)?;
         let computation = computation(&prepared.document);
         Ok::<_, DocumentErrors>(PreparedPost { prepared: Arc::new(prepared), meshes: meshes.loaded(), computation })
