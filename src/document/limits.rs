@@ -108,6 +108,10 @@ pub const MESH_POSITION_M: Range = within(-1e8, 1e8);
 pub const MESH_OFFSET: Range = within(-1e12, 1e12);
 /// Range of the factor for the coordinates of a mesh; the longest unit of which files are known is a kilometre.
 pub const MESH_SCALE: Range = within(1e-9, 1e6);
+/// Number of copies of one mesh.
+pub const INSTANCES: RangeInclusive<usize> = 1..=1024;
+/// Largest number of copies of all meshes of a room: rays look at the bounds of all.
+pub const MOST_INSTANCES: usize = 2048;
 /// Tolerance in metres for corners that are meant to touch a wall.
 pub const TOUCHING_M: f64 = 1e-9;
 
@@ -355,6 +359,7 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("SurfaceDocument", "roughness", Limit::Number(ROUGHNESS)),
     ("BoxObject", "rotation_deg", Limit::Number(TURN_DEG)),
     ("MeshObject", "scale", Limit::Number(MESH_SCALE)),
+    ("MeshObject", "instances", Limit::Items(INSTANCES)),
     ("ParametricTube", "diameter_m", Limit::Number(DIAMETER_M)),
     ("ClosureShapeDocument", "side_m", Limit::Number(DIAMETER_M)),
     ("ClosureShapeDocument", "rotation_deg", Limit::Number(TURN_DEG)),

@@ -17,7 +17,7 @@ use crate::integrator::Method;
 use crate::integrator::components::Component;
 use crate::integrator::method::Task;
 use crate::plan::{self, EffectKind, Effects, Methods, Plan, YearMethod};
-use crate::scene::{Grid, Scene, TubeShape};
+use crate::scene::{Grid, MeshObject, Scene, TubeShape};
 use crate::traceable::TraceableScene;
 
 /// Job that is ready to render: immutable, shared by threads.
@@ -47,10 +47,11 @@ pub struct RenderJob {
 }
 
 /// Estimated memory of a prepared job in bytes: a base, and for each tube (tables of the sky), triangle (in the scene and in the bounding
-/// volumes) and sensor (its place).
+/// volumes), triangle of a copy of a mesh (its surfaces) and sensor (its place).
 const BYTES: usize = 64 << 10;
 const BYTES_PER_TUBE: usize = 1 << 19;
 const BYTES_PER_TRIANGLE: usize = 512;
+const BYTES_PER_COPIED_TRIANGLE: usize = 64;
 const BYTES_PER_SENSOR: usize = 64;
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
@@ -200,7 +201,8 @@ impl RenderJob {
     /// Estimates the memory that this job holds in bytes, rather too many than too few.
     pub fn bytes(&self) -> usize {
         let Scene { room, tubes, grids, .. } = &self.scene;
-        let triangles: usize = room.meshes.iter().map(|object| object.mesh.triangles.len()).sum();
+        let triangles: usize = room.meshes.iter().map(MeshObject::kept_triangles).sum();
+        let copied: usize = room.meshes.iter().map(MeshObject::copied_triangles).sum();
         let of_tubes: usize = tubes
             .iter()
             .map(|tube| match &tube.shape {
@@ -214,6 +216,7 @@ impl RenderJob {
             + of_year
             + tubes.len() * BYTES_PER_TUBE
             + (triangles + of_tubes) * BYTES_PER_TRIANGLE
+            + copied * BYTES_PER_COPIED_TRIANGLE
             + sensors * BYTES_PER_SENSOR
     }
 

@@ -432,5 +432,6 @@ fn faults_of_a_model_have_their_places_in_the_document() {
     let pointers: Vec<String> = errors(&document).0.into_iter().map(|error| error.pointer).collect();
     assert_eq!(pointers, ["/room/identifier", "/grids/0/cels", "/room/rotation"]);
     // a service has no file beside the document
-    assert!(errors(&job(json!({ "hbjson": "house.hbjson" }))).0[0].detail.contains("must be a model"));
+    let DocumentErrors(found) = JobDocument::from_value(job(json!({ "hbjson": "house.hbjson" }))).unwrap_err();
+    assert!(found[0].detail.contains("must be a model"), "{found:?}");
 }

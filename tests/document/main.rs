@@ -25,6 +25,7 @@ mod contract;
 mod effects;
 mod faces;
 mod hints;
+mod instances;
 mod mesh_files;
 mod methods;
 mod plans;

@@ -72,7 +72,7 @@ fn plate(polygons: &[(&str, &str)]) -> String {
 fn sides(objects: &[MeshObject]) -> BTreeMap<[u32; 2], u32> {
     let mut areas: BTreeMap<[u32; 2], f64> = BTreeMap::new();
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    for MeshObject { mesh, surfaces } in objects {
+    for MeshObject { mesh, surfaces, .. } in objects {
         for (number, triangle) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = triangle.map(|corner| mesh.positions[corner as usize]);
             let area = 0.5 * (b - a).cross(c - a).z;

@@ -128,7 +128,7 @@ fn sheets(meshes: Vec<(TriangleMesh, f64)>) -> Scene {
     let lamp = panel(DVec3::new(1.0, 1.2, 2.4), 0.4, 0.6, 1000.0);
     let mut scene = electric_room(size, 0.5, vec![lamp], [4, 4], EstimateKind::Point);
     scene.grids[0].height_m = 0.3;
-    let object = |(mesh, reflectance)| MeshObject { mesh, surfaces: vec![Surface::diffuse([reflectance; 3])] };
+    let object = |(mesh, reflectance)| MeshObject::new(mesh, vec![Surface::diffuse([reflectance; 3])]);
     scene.room.meshes = meshes.into_iter().map(object).collect();
     scene
 }
@@ -238,8 +238,7 @@ fn a_gap_of_a_millimetre_lets_its_share_out() {
         upright(DVec2::ZERO, DVec2::new(size.y, middle - 0.5 * gap)),
         upright(DVec2::new(0.0, middle + 0.5 * gap), DVec2::new(size.y, size.z)),
     ];
-    scene.room.meshes =
-        parts.map(|mesh| MeshObject { mesh, surfaces: vec![Surface::diffuse([0.0; 3])] }).into_iter().collect();
+    scene.room.meshes = parts.map(|mesh| MeshObject::new(mesh, vec![Surface::diffuse([0.0; 3])])).into_iter().collect();
     let method = light_tracing(&scene, 65_536, 1);
     let (mut out, mut emitted) = (Moments::default(), 0.0);
     for pass in 0..24 {
@@ -313,7 +312,7 @@ fn small_and_huge_rooms_keep_their_light() {
         let x = if scale < 0.01 { 0.1 * size.x } else { 1e-3 };
         let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
         let mesh = sheet(corners.map(|(y, z)| DVec3::new(x, y * size.y, z * size.z)));
-        scene.room.meshes = vec![MeshObject { mesh, surfaces: vec![Surface::diffuse([0.7; 3])] }];
+        scene.room.meshes = vec![MeshObject::new(mesh, vec![Surface::diffuse([0.7; 3])])];
         scene.room.enclosure.paint(Face::West as usize, None);
         let energy = run(&scene, &*light_tracing(&scene, 8192, 1), 4).energy;
         assert_eq!(energy.open_surfaces, 0.0, "{scale}");

@@ -40,7 +40,7 @@ fn mesh(base: [f64; 3], size: [f64; 3]) -> MeshObject {
         materials: vec![String::new(); 2],
         ..TriangleMesh::default()
     };
-    MeshObject { mesh, surfaces: vec![grey(), Surface::diffuse([0.6 + 1e-9; 3])] }
+    MeshObject::new(mesh, vec![grey(), Surface::diffuse([0.6 + 1e-9; 3])])
 }
 
 /// A cube of 2 m lit by a luminaire in the floor beside one wall, so that what looks up or to the other side has indirect light

@@ -40,6 +40,7 @@ mod energy_balance;
 mod few_photons;
 mod furnished;
 mod horizon;
+mod instances;
 mod intervals;
 mod invariance;
 mod left_out;

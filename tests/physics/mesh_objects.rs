@@ -154,7 +154,7 @@ fn a_rug_hides_the_floor() {
             materials: vec!["rug".into()],
             ..TriangleMesh::default()
         };
-        covered.room.meshes.push(MeshObject { mesh, surfaces: vec![Surface::diffuse([0.8; 3])] });
+        covered.room.meshes.push(MeshObject::new(mesh, vec![Surface::diffuse([0.8; 3])]));
         let room = traceable(&covered);
         let floor = room.intersect(DVec3::new(0.3, 0.3, 1.0), DVec3::NEG_Z, None);
         assert!(
@@ -181,7 +181,7 @@ fn a_sheet_has_a_surface_on_either_side() {
             };
             // the second triangle is wound the other way
             mesh.set_sides([*sides, [sides[1], sides[0]]].into_iter());
-            MeshObject { mesh, surfaces: [0.8, 0.05].map(|grey| Surface::diffuse([grey; 3])).to_vec() }
+            MeshObject::new(mesh, [0.8, 0.05].map(|grey| Surface::diffuse([grey; 3])).to_vec())
         };
         scene.room.boxes.clear();
         scene.room.meshes = sheets.iter().map(sheet).collect();
@@ -224,7 +224,7 @@ fn board(from: DVec3, size: DVec3, unlike: f64) -> MeshObject {
         materials: vec![String::new(); 2],
         ..TriangleMesh::default()
     };
-    MeshObject { mesh, surfaces: [0.5, 0.5 + unlike].map(|grey| Surface::diffuse([grey; 3])).to_vec() }
+    MeshObject::new(mesh, [0.5, 0.5 + unlike].map(|grey| Surface::diffuse([grey; 3])).to_vec())
 }
 
 /// A closed cube of 12 triangles in a room with a clear space of `gap` around.

@@ -5,24 +5,26 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::RoomDocument;
-use super::mesh_document::MeshObjectDocument;
+use super::instances::{Copies, PlacedObject};
+use super::mesh_document::{MeshObjectDocument, Place};
 use super::object::ObjectDocument;
 use super::openings::cover_no_opening;
 use super::plan::PartitionDocument;
 use super::sheets::{one_sheet_each, undetermined_words};
 use super::surface::SurfaceDocument;
-use crate::document::errors::{Checks, FieldError};
+use crate::document::errors::{Checks, FieldError, FieldErrorCode};
 use crate::document::file_source::FileSource;
 use crate::document::frame::{FileFrame, Up, hint_at_other_axis};
 use crate::document::hints;
-use crate::document::limits::{MOST_TRIANGLES, TOUCHING_M};
+use crate::document::limits::{MOST_INSTANCES, MOST_TRIANGLES, TOUCHING_M};
 use crate::document::read::pointer::escape;
 use crate::document::tube::TubeDocument;
 use crate::document::tube::opening::PlacedOpening;
 use crate::geometry::TriangleMesh;
+use crate::geometry::placement::Placement;
 use crate::geometry::repeats::without_repeats;
 use crate::optics::Surface;
-use crate::scene::{Enclosure, MeshObject};
+use crate::scene::{Enclosure, Instances, MeshObject};
 use crate::traceable::enclosure::TraceableEnclosure;
 
 /// Multiple of a room's extent beyond which coordinates of a file are taken for those of a survey.
@@ -36,89 +38,123 @@ pub(crate) fn mesh_objects(
     meshes: &dyn FileSource,
     checks: &mut Checks,
 ) -> Vec<MeshObject> {
-    let (mut objects, mut numbers, mut on_themselves) = (Vec::new(), Vec::new(), Vec::new());
-    let mut triangles = 0;
+    let mut copies = Copies::default();
+    let (mut triangles, mut places) = (0, 0);
+    let room_of_rays = enclosure.as_box().is_none().then(|| TraceableEnclosure::new(enclosure));
+    let room_of_objects = (enclosure, room_of_rays.as_ref());
     for (index, object) in room.objects.iter().enumerate() {
         let pointer = format!("/room/objects/{index}");
         let ObjectDocument::Mesh(object) = object else { continue };
-        let Some((object, lies_on_itself)) = mesh_object(&pointer, object, enclosure, meshes, checks) else {
-            continue;
+        let file = match meshes.load(&object.mesh) {
+            Ok(file) => file,
+            Err(detail) => {
+                checks.refuse(format!("{pointer}/mesh"), detail);
+                continue;
+            }
         };
-        triangles += object.mesh.triangles.len();
+        let own_places = object.places(&pointer);
+        triangles += own_places.len() * file.triangles.len();
+        places += object.instances.as_ref().map_or(0, Vec::len);
         if triangles > MOST_TRIANGLES {
             let detail = format!("the meshes of all objects have more than {MOST_TRIANGLES} triangles together");
             checks.refuse(format!("{pointer}/mesh"), detail);
             break;
         }
-        numbers.push(index);
-        objects.push(object);
-        on_themselves.push(lies_on_itself);
+        if places > MOST_INSTANCES {
+            let detail = format!("all objects may have at most {MOST_INSTANCES} instances together");
+            checks.refuse_as(FieldErrorCode::TooMany, format!("{pointer}/instances"), detail);
+            break;
+        }
+        if let Some(object) = placed_object(&pointer, object, (&file, &own_places), room_of_objects, checks) {
+            copies.add(index, object);
+        }
     }
+    let mut changed = vec![false; copies.objects.len()];
     if checks.errors.is_empty() {
         let placed = |(number, tube)| PlacedOpening::of(tube, enclosure).map(|opening| (number, opening));
         let openings: Vec<_> = tubes.iter().enumerate().filter_map(placed).collect();
-        cover_no_opening(&openings, &objects, &numbers, checks);
-        one_sheet_each(&mut objects, (&numbers, &on_themselves), enclosure, checks);
+        cover_no_opening(&openings, &copies.objects, &copies.numbers, checks);
+        let of_copies = (&copies.numbers[..], &copies.on_themselves[..]);
+        changed = one_sheet_each(&mut copies.objects, of_copies, enclosure, checks);
     }
+    let mut objects = copies.put_together(&changed);
     objects.extend(room.partitions.iter().filter_map(PartitionDocument::object));
     objects
 }
 
-/// Returns the object at `pointer` in the frame of a room, and whether parts of its mesh lie on others; `None` after an error.
-fn mesh_object(
+/// The room of objects: its faces, and as rays meet them, unless it is a box.
+type RoomOfObjects<'a> = (&'a Enclosure, Option<&'a TraceableEnclosure>);
+
+/// Returns the object at `pointer` at its places, given with the mesh of its file; `None` after an error.
+fn placed_object(
     pointer: &str,
     object: &MeshObjectDocument,
-    enclosure: &Enclosure,
-    meshes: &dyn FileSource,
+    (file, places): (&TriangleMesh, &[Place]),
+    room: RoomOfObjects<'_>,
     checks: &mut Checks,
-) -> Option<(MeshObject, bool)> {
-    let in_file_units = match meshes.load(&object.mesh) {
-        Ok(mesh) => mesh,
-        Err(detail) => {
-            checks.refuse(format!("{pointer}/mesh"), detail);
-            return None;
-        }
-    };
+) -> Option<PlacedObject> {
     let errors_before = checks.errors.len();
-    let position_m = DVec3::from(object.position_m);
-    let place = |up: Up| {
-        let mut mesh = FileFrame { up, ..object.frame() }.upright(&in_file_units);
-        for position in &mut mesh.positions {
-            *position = object.rotation_deg.turned(*position) + position_m;
-        }
-        mesh
-    };
-    let mut mesh = place(object.up);
+    let upright = |up: Up| FileFrame { up, ..object.frame() }.upright(file);
+    let mut mesh = upright(object.up);
     let surfaces = surfaces(pointer, object, &mut mesh, checks);
-    let errors_of_names = checks.errors.len();
-    check_extent(pointer, object, &mesh, enclosure, checks);
-    hint_at_other_axis(&mut checks.errors[errors_of_names..], object.up, |up| {
-        let mut trial = Checks::default();
-        check_extent(pointer, object, &place(up), enclosure, &mut trial);
-        trial.errors.is_empty()
-    });
-    if object.offset.is_none() {
-        hint_at_offset(&mut checks.errors[errors_of_names..], (&in_file_units, object.frame()), &mesh, enclosure);
-    }
-    if checks.errors.len() > errors_before {
+    if mesh.positions.iter().any(|position| !position.is_finite()) {
+        checks.refuse(format!("{pointer}/mesh"), format!("{}, coordinates must be finite", object.with_unit()));
         return None;
     }
-    let [low, high] = enclosure.bounds();
-    for position in &mut mesh.positions {
-        // parts that touch a wall up to rounding must not reach behind it
-        *position = position.clamp(low, high);
-    }
-    let lies_on_itself = match without_repeats(&mesh, |a, b| surfaces[a as usize] == surfaces[b as usize]) {
-        Ok(once) => {
-            mesh = once.mesh.unwrap_or(mesh);
-            once.lies_on_itself
-        }
+    let errors_of_names = checks.errors.len();
+    let once = |mesh: TriangleMesh, checks: &mut Checks| match without_repeats(&mesh, |a, b| {
+        surfaces[a as usize] == surfaces[b as usize]
+    }) {
+        Ok(once) => Some((once.mesh.unwrap_or(mesh), once.lies_on_itself)),
         Err(undetermined) => {
             checks.refuse(format!("{pointer}/mesh"), undetermined_words(undetermined, &mesh));
-            return None;
+            None
         }
     };
-    Some((MeshObject { mesh, surfaces }, lies_on_itself))
+    let at = |place: &Place, mesh: TriangleMesh, checks: &mut Checks| {
+        let mut mesh = place.put(mesh);
+        check_extent(place, object, &mesh, room, checks);
+        hint_at_other_axis(&mut checks.errors[errors_of_names..], object.up, |up| {
+            let mut trial = Checks::default();
+            check_extent(place, object, &place.put(upright(up)), room, &mut trial);
+            trial.errors.is_empty()
+        });
+        if object.offset.is_none() {
+            hint_at_offset(&mut checks.errors[errors_of_names..], (file, object.frame()), &mesh, room.0);
+        }
+        let [low, high] = room.0.bounds();
+        for position in &mut mesh.positions {
+            // parts that touch a wall up to rounding must not reach behind it
+            *position = position.clamp(low, high);
+        }
+        (checks.errors.len() == errors_before).then_some(mesh)
+    };
+    let (copies, lies_on_itself, instances) = match &object.instances {
+        None => {
+            let (mesh, lies_on_itself) = once(at(places.first()?, mesh, checks)?, checks)?;
+            (vec![MeshObject::new(mesh, surfaces.clone())], lies_on_itself, None)
+        }
+        Some(_) => {
+            let (mesh, lies_on_itself) = once(mesh, checks)?;
+            let (mut copies, mut placements) = (Vec::with_capacity(places.len()), Vec::with_capacity(places.len()));
+            for place in places {
+                copies.push(MeshObject::new(at(place, mesh.clone(), checks)?, surfaces.clone()));
+                placements.push(inside(place.placement(), &mesh, room.0));
+            }
+            (copies, lies_on_itself, Some(Instances { mesh, placements }))
+        }
+    };
+    Some(PlacedObject { copies, lies_on_itself, instances })
+}
+
+/// Returns the place moved by the rounding by which a copy of `mesh` there reaches behind a wall.
+fn inside(mut place: Placement, mesh: &TriangleMesh, enclosure: &Enclosure) -> Placement {
+    let [least, most] = enclosure.bounds();
+    let corners = || mesh.positions.iter().map(|position| place.point(*position));
+    let low = corners().fold(most, DVec3::min);
+    let high = corners().fold(least, DVec3::max);
+    place.origin += (least - low).max(DVec3::ZERO) - (high - most).max(DVec3::ZERO);
+    place
 }
 
 /// Returns the surface of each material of the mesh, to which those of backs are added; adds a fault for each material or surface whose name
@@ -178,18 +214,15 @@ fn hint_at_offset(
     }
 }
 
+/// Adds a fault for each axis along which a mesh at its place reaches out of the room, or for its first corner outside.
 fn check_extent(
-    pointer: &str,
+    place: &Place,
     object: &MeshObjectDocument,
     mesh: &TriangleMesh,
-    enclosure: &Enclosure,
+    (enclosure, room): RoomOfObjects<'_>,
     checks: &mut Checks,
 ) {
-    let unit = object.with_unit();
-    if mesh.positions.iter().any(|position| !position.is_finite()) {
-        checks.refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be finite"));
-        return;
-    }
+    let (unit, pointer) = (object.with_unit(), &place.pointer);
     let Some((low, high)) = mesh.bounds() else {
         checks.refuse(format!("{pointer}/mesh"), "the mesh is empty");
         return;
@@ -198,7 +231,7 @@ fn check_extent(
     let errors_before = checks.errors.len();
     for axis in 0..3 {
         let (least, most) = (least[axis], most[axis]);
-        let position = object.position_m[axis];
+        let position = place.position_m[axis];
         // coordinates far from the origin are rounded more coarsely
         let slack = TOUCHING_M.max(8.0 * f64::EPSILON * position.abs());
         if low[axis] < least - slack || high[axis] > most + slack {
@@ -212,11 +245,8 @@ fn check_extent(
             checks.refuse(pointer, detail);
         }
     }
-    if checks.errors.len() > errors_before || enclosure.as_box().is_some() {
-        return;
-    }
-    let traceable = TraceableEnclosure::new(enclosure);
-    let outside: Vec<&DVec3> = mesh.positions.iter().filter(|position| !traceable.contains(**position)).collect();
+    let Some(room) = room.filter(|_| checks.errors.len() == errors_before) else { return };
+    let outside: Vec<&DVec3> = mesh.positions.iter().filter(|position| !room.contains(**position)).collect();
     if let Some(first) = outside.first() {
         let detail = format!(
             "{unit}, the mesh must be inside the room, but {} of its {} corners are outside, the first at ({:.4}, {:.4}, \

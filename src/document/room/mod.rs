@@ -4,6 +4,7 @@ pub(super) mod check;
 pub(super) mod closed;
 pub(super) mod convert;
 pub mod faces;
+mod instances;
 pub mod luminaire;
 pub mod mesh_document;
 pub mod mesh_object;

@@ -287,7 +287,7 @@ impl PartitionDocument {
             materials: vec![String::new()],
             ..TriangleMesh::default()
         };
-        Some(MeshObject { mesh, surfaces: vec![self.surface.surface()?] })
+        Some(MeshObject::new(mesh, vec![self.surface.surface()?]))
     }
 
     /// Adds the faults of a partition in a room, which is `None` if it was refused.

@@ -15,7 +15,7 @@ use crate::scene::{Enclosure, EnclosureFace, MeshObject};
 
 /// Reduces coincident triangles of the objects in a room to single sheets. `numbers` are those of the objects in
 /// the document, and `on_themselves` is true for objects of which parts lie on others. Adds a fault where two materials face the
-/// same side.
+/// same side. Returns which objects have changed.
 ///
 /// Faces of two closed bodies that touch from outside are both kept. An open surface hides what it covers of a closed body, and
 /// of closed bodies with flush faces the first one's face is kept.
@@ -24,20 +24,17 @@ pub fn one_sheet_each(
     (numbers, on_themselves): (&[usize], &[bool]),
     enclosure: &Enclosure,
     checks: &mut Checks,
-) {
+) -> Vec<bool> {
     let mut all = Sheets::default();
     let (mut surfaces, mut owners): (Vec<Surface>, Vec<usize>) = (Vec::new(), Vec::new());
     for (owner, object) in objects.iter().enumerate() {
-        let (corner, kind) = (all.positions.len() as u32, surfaces.len() as u32);
-        let mesh = &object.mesh;
-        all.positions.extend(&mesh.positions);
-        all.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|k| k + corner)));
-        all.sides.extend((0..mesh.triangles.len()).map(|number| mesh.sides(number).map(|side| side + kind)));
+        all.add(&object.mesh, surfaces.len() as u32);
         owners.resize(all.triangles.len(), owner);
         surfaces.extend(&object.surfaces);
     }
     all.sources = (0..all.triangles.len() as u32).collect();
     let near = rounding(&all.positions, &all.triangles);
+    let mut changed = vec![false; objects.len()];
     let told =
         overlaps_of_objects(&all, (&owners, on_themselves), near).map_err(Undetermined::from).and_then(|found| {
             if found.is_empty() {
@@ -52,6 +49,12 @@ pub fn one_sheet_each(
             };
             if found.iter().all(|pair| meeting(pair.triangles[0], pair.triangles[1], pair.turned) == Contact::Apart) {
                 return Ok(None);
+            }
+            for pair in &found {
+                let [first, second] = pair.triangles;
+                if meeting(first, second, pair.turned) != Contact::Apart {
+                    pair.triangles.iter().for_each(|number| changed[owners[*number as usize]] = true);
+                }
             }
             let is_same = |a: u32, b: u32| surfaces[a as usize] == surfaces[b as usize];
             apart(all.clone(), &found, near, |number| u8::from(is_closed(number)), meeting, is_same).map(Some)
@@ -79,6 +82,7 @@ pub fn one_sheet_each(
         }
         Err(Undetermined::TooMany(reason)) => checks.refuse("/room/objects", reason.to_string()),
     }
+    changed
 }
 
 /// Returns the pairs of triangles that overlap. An object none of whose parts lie on others is tested only with its triangles

@@ -94,6 +94,11 @@ pub fn rules() -> Vec<(&'static str, Value)> {
             any([given("height_m"), other_than("margin_m", json!(0)), other_than("estimate", json!("point"))]),
         ]),
     ];
+    let mesh_object = [
+        all([absent("unit"), absent("scale")]),
+        all([absent("position_m"), absent("instances")]),
+        all([given("position_m"), given("instances")]),
+    ];
     vec![
         ("JobDocument", any(job)),
         ("SkyDocument", any(sky)),
@@ -101,7 +106,7 @@ pub fn rules() -> Vec<(&'static str, Value)> {
         ("FlatCollector", all([given("azimuth_deg"), absent("tilt_deg")])),
         ("SurfaceDocument", any(surface)),
         ("RoomDocument", any(room)),
-        ("MeshObject", all([absent("unit"), absent("scale")])),
+        ("MeshObject", any(mesh_object)),
         ("GridDocument", any(grid)),
     ]
 }

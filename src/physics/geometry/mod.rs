@@ -13,6 +13,7 @@ pub mod lambert;
 pub(crate) mod lanes;
 pub(crate) mod numbers;
 pub mod obj;
+pub mod placement;
 pub mod planar;
 pub mod polygon;
 pub mod rectangle;

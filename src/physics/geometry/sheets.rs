@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::TriangleMesh;
 use super::coincident::{Overlap, TooMany};
 use super::convex::{area_vector, cut, perimeter};
 
@@ -21,6 +22,16 @@ pub struct Sheets {
     pub sides: Vec<[u32; 2]>,
     /// Index of the original triangle that each is, or is a part of.
     pub sources: Vec<u32>,
+}
+
+impl Sheets {
+    /// Adds the triangles of a mesh, whose materials are numbered from `first` on; `sources` are left to the caller.
+    pub fn add(&mut self, mesh: &TriangleMesh, first: u32) {
+        let corner = self.positions.len() as u32;
+        self.positions.extend(&mesh.positions);
+        self.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|k| k + corner)));
+        self.sides.extend((0..mesh.triangles.len()).map(|number| mesh.sides(number).map(|side| side + first)));
+    }
 }
 
 /// Relation of two triangles where they overlap.

@@ -131,11 +131,10 @@ impl Surfaces {
             (2.0 * (x + y) * z + x * y + lower, Some(object.surface))
         });
         let meshes = room.meshes.iter().flat_map(|object| {
-            object.mesh.triangles.iter().enumerate().flat_map(|(number, corners)| {
-                let [a, b, c] = corners.map(|corner| object.mesh.positions[corner as usize]);
+            object.triangles().flat_map(|([a, b, c], sides)| {
                 // half of the area for either side
                 let area = 0.25 * (b - a).cross(c - a).length();
-                object.mesh.sides(number).map(|side| (area, object.surfaces.get(side as usize).copied()))
+                sides.map(|side| (area, object.surfaces.get(side as usize).copied()))
             })
         });
         let mut all =
@@ -259,7 +258,8 @@ fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
     };
     let of_faces = enclosure.faces().iter().map(of_face).fold(0.0, f64::max);
     let boxes = scene.room.boxes.iter().map(|object| object.base.z + object.size.z);
-    let meshes = scene.room.meshes.iter().flat_map(|object| object.mesh.positions.iter().map(|position| position.z));
+    let corners = scene.room.meshes.iter().flat_map(|object| object.triangles().flat_map(|(corners, _)| corners));
+    let meshes = corners.map(|corner| corner.z);
     let below = height - boxes.chain(meshes).fold(0.0, f64::max);
     let of_objects = if surfaces.of_objects > 0.0 { of_slope(below) } else { 0.0 };
     of_faces.max(of_objects)

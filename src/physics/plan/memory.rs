@@ -12,7 +12,7 @@ use crate::integrator::diffuser_source::closure_source::all_lambertian;
 use crate::integrator::light_tracing::moments;
 use crate::integrator::method::{Described, Load, Retained};
 use crate::integrator::room_matrix::{self, PATCHES};
-use crate::scene::{EnclosureFace, Grid, Scene, View};
+use crate::scene::{EnclosureFace, Grid, MeshObject, Scene, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Bytes that a job needs at its peak, in addition to the program itself.
@@ -60,13 +60,19 @@ const RESPONSE: f64 = 32.0;
 /// Bytes of one triangle: as read, in the frame of the room, in the tree over all triangles, with its facet.
 const TRIANGLE: f64 = 640.0;
 
+/// Bytes of one triangle of a copy of a mesh: as it is checked in the frame of the room, the optics and patches of both sides, and as a solid
+/// of photon maps.
+const COPIED_TRIANGLE: f64 = 192.0;
+
 /// Largest number of events of a photon that is assumed: the memory for it is so large that scenes which absorb nearly nothing are refused.
 const MOST_EVENTS: f64 = 1e6;
 
 /// Estimates the peak memory of a planned job.
 pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> MemoryEstimate {
     let Methods { grids, views, parts, check, year: _ } = &plan.methods;
-    let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, traceable), ..MemoryEstimate::default() };
+    let copied: usize = scene.room.meshes.iter().map(MeshObject::copied_triangles).sum();
+    let meshes = TRIANGLE * triangles(scene, traceable) + COPIED_TRIANGLE * copied as f64;
+    let mut bytes = MemoryEstimate { meshes, ..MemoryEstimate::default() };
     let load = |views: usize| Load {
         size: scene.room.enclosure.extent(),
         channels: scene.channels.count(),
@@ -161,7 +167,7 @@ fn lets_beams_in(tube: &TraceableTube) -> bool {
 }
 
 fn triangles(scene: &Scene, traceable: &TraceableScene) -> f64 {
-    let objects: usize = scene.room.meshes.iter().map(|object| object.mesh.triangles.len()).sum();
+    let objects: usize = scene.room.meshes.iter().map(MeshObject::kept_triangles).sum();
     let tubes: usize = traceable.tubes.iter().map(|tube| tube.guide.triangle_count()).sum();
     (objects + tubes) as f64
 }

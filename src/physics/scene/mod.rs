@@ -24,7 +24,7 @@ use crate::sky::{Sky, SkyMoment, Sun};
 pub use camera::View;
 pub use enclosure::{BoxShape, Enclosure, EnclosureError, EnclosureFace, Face, FaceKind};
 pub use luminaire::Luminaire;
-pub use mesh_object::MeshObject;
+pub use mesh_object::{Instances, MeshObject};
 pub use opening::OpeningShape;
 pub use room::{BoxObject, Room};
 pub use sensors::{EstimateKind, Grid, Responses, Sensor};

@@ -3,6 +3,8 @@
 //! A chain lists the mirrors that a path meets, from the lit place toward the source. From that place, the source is seen where its image
 //! lies, and the image of the place lies as far from the source: the path is unfolded into a straight line.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
@@ -87,9 +89,9 @@ impl Mirrors {
         enclosure: &TraceableEnclosure,
         boxes: &[TraceableBox],
         numbering: Numbering,
-        surfaces: &[Option<SurfaceOptics>],
+        surfaces: &[Option<Arc<SurfaceOptics>>],
     ) -> Self {
-        let mirror = |surface: SurfaceId| surfaces[surface.index()].as_ref().filter(|optics| optics.is_mirror());
+        let mirror = |surface: SurfaceId| surfaces[surface.index()].as_deref().filter(|optics| optics.is_mirror());
         let faces = enclosure.polygons.iter().enumerate().filter_map(|(face, polygon)| {
             let surface = SurfaceId::numbered(face);
             let corners: Vec<DVec3> = polygon.corners().collect();

@@ -11,7 +11,8 @@ use super::enclosure::TraceableEnclosure;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_bounds::blocks_around;
 use super::tube::TraceableTube;
-use crate::scene::MeshObject;
+use crate::geometry::placement::Placement;
+use crate::scene::{Instances, MeshObject};
 
 /// Upright blocks around boxes, meshes, hanging luminaires and openings, and faces that can occlude.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +39,14 @@ impl Obstacles {
             let along = (b - a).normalize_or(DVec2::X);
             blocks.push(Block { centre: 0.5 * (b + d), half: 0.5 * sides, along, low, high, of_box: Some(index) });
         }
-        let parts = meshes.iter().flat_map(|object| blocks_around(&object.mesh));
+        let copies = |of: &Instances| {
+            let parts = blocks_around(&of.mesh);
+            let at = |place: &Placement| parts.iter().map(|part| place.bounds(*part)).collect::<Vec<_>>();
+            of.placements.iter().flat_map(at).collect::<Vec<_>>()
+        };
+        let parts = meshes
+            .iter()
+            .flat_map(|object| blocks_around(&object.mesh).into_iter().chain(object.instances.iter().flat_map(copies)));
         blocks.extend(parts.filter_map(|corners| Block::around(&corners)));
         blocks.extend(luminaires.iter().filter_map(|luminaire| Block::around(&luminaire.corners())));
         blocks.extend(enclosure.hiding().filter_map(|face| Block::around(&face.corners().collect::<Vec<_>>())));

@@ -193,8 +193,8 @@ impl<'a> Solids<'a> {
         let boxes = scene.room.boxes.iter().map(TraceableBox::new).collect();
         let faces: Vec<_> = scene.room.enclosure.faces().iter().map(|face| face.polygon.clone()).collect();
         let of_mesh = |(number, object): (usize, &MeshObject)| {
-            let solids = Solid::of_mesh(&object.mesh, &faces, tolerance).into_iter().filter(Solid::is_closed);
-            let solids = solids.filter(|solid| !holds_a_source(scene, solid, tolerance));
+            let solids = object.in_room().flat_map(|mesh| Solid::of_mesh(&mesh, &faces, tolerance));
+            let solids = solids.filter(Solid::is_closed).filter(|solid| !holds_a_source(scene, solid, tolerance));
             solids.map(|solid| (number, solid)).collect::<Vec<_>>()
         };
         let pieces = scene.room.meshes.iter().enumerate().flat_map(of_mesh).collect();

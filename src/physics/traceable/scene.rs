@@ -29,8 +29,8 @@ pub struct TraceableScene {
     pub(super) sky_table: Arc<OnceLock<Arc<SkyTable>>>,
     /// The faces of the room.
     pub enclosure: TraceableEnclosure,
-    /// Optics of the surfaces by number; `None` where the room is open.
-    pub(super) surfaces: Vec<Option<SurfaceOptics>>,
+    /// Optics of the surfaces by number, each material once; `None` where the room is open.
+    pub(super) surfaces: Vec<Option<Arc<SurfaceOptics>>>,
     /// Layout of surface numbers: where those of boxes, facets and luminaires begin.
     pub numbering: Numbering,
     /// Boxes in their own frames, in the scene's order.
@@ -109,21 +109,22 @@ impl TraceableScene {
             false => (&[], &[]),
         };
         let mut lobes = Lobes::default();
-        let mut optics: Vec<_> =
-            enclosure.faces().iter().map(|face| face.surface.map(|surface| lobes.compile(&surface))).collect();
+        let mut optics: Vec<_> = enclosure
+            .faces()
+            .iter()
+            .map(|face| face.surface.map(|surface| Arc::new(lobes.compile(&surface))))
+            .collect();
         for object in boxes {
-            optics.extend(std::iter::repeat_n(Some(lobes.compile(&object.surface)), 6));
+            optics.extend(std::iter::repeat_n(Some(Arc::new(lobes.compile(&object.surface))), 6));
         }
         let mesh_objects = meshes;
         let meshes = TraceableMeshes::new(meshes, scale).map(|(meshes, of_facets)| {
-            for [front, back] in &of_facets {
-                let front_optics = lobes.compile(front);
-                let back = if back == front { front_optics.clone() } else { lobes.compile(back) };
-                optics.extend([Some(front_optics), Some(back)]);
-            }
+            let materials = mesh_objects.iter().flat_map(|object| &object.surfaces);
+            let materials: Vec<_> = materials.map(|surface| Arc::new(lobes.compile(surface))).collect();
+            optics.extend(of_facets.iter().flatten().map(|side| Some(materials[*side as usize].clone())));
             Arc::new(meshes)
         });
-        let facets = meshes.as_ref().map_or(0, |meshes| meshes.facets.len());
+        let facets = meshes.as_ref().map_or(0, |meshes| meshes.facet_count());
         let faces = enclosure.faces().len();
         let numbering = Numbering { faces, boxes: boxes.len(), facets, luminaires: luminaires.len() };
         let luminaires: Vec<_> = luminaires
@@ -131,7 +132,7 @@ impl TraceableScene {
             .enumerate()
             .map(|(index, luminaire)| TraceableLuminaire::new(luminaire, numbering.luminaire(index)))
             .collect();
-        let black = SurfaceOptics::BLACK;
+        let black = Arc::new(SurfaceOptics::BLACK);
         // luminaires, and openings that hang, from above
         optics.extend(std::iter::repeat_n(Some(black), luminaires.len() + 1));
         let tubes = scene
@@ -191,7 +192,7 @@ impl TraceableScene {
     /// Returns the optics of a surface; `None` where the room is open.
     #[inline]
     pub fn optics(&self, surface: SurfaceId) -> Option<&SurfaceOptics> {
-        self.surfaces[surface.index()].as_ref()
+        self.surfaces[surface.index()].as_deref()
     }
 
     /// Returns the number of all surfaces, open ones included.
@@ -201,7 +202,7 @@ impl TraceableScene {
 
     /// Lists the optics of all surfaces that are not open.
     pub fn all_optics(&self) -> impl Iterator<Item = &SurfaceOptics> {
-        self.surfaces.iter().flatten()
+        self.surfaces.iter().flatten().map(Arc::as_ref)
     }
 
     /// Returns the object that has this surface.
@@ -258,8 +259,8 @@ impl TraceableScene {
 
     /// Leaves specular reflection out: surfaces absorb the specular part.
     pub fn without_specular(mut self) -> Self {
-        for surface in &mut self.surfaces {
-            *surface = surface.take().map(SurfaceOptics::without_specular);
+        for surface in self.surfaces.iter_mut().flatten().filter(|surface| surface.is_specular()) {
+            *surface = Arc::new(SurfaceOptics::clone(surface).without_specular());
         }
         self.mirrors = Mirrors::default();
         self

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 
 use super::box_object::TraceableBox;
+use super::mesh_objects::BodyTriangles;
 use super::scene::TraceableScene;
 use crate::geometry::TriangleMesh;
 use crate::geometry::covered::{Edge, contains, cross};
@@ -77,13 +78,10 @@ impl Solid {
         let boxes = scene.boxes.iter().enumerate().map(|(number, object)| Self::of_box(number, object));
         let mut solids: Vec<Self> = boxes.collect();
         let Some(meshes) = &scene.meshes else { return solids };
-        solids.extend(Self::of_pieces(
-            &meshes.positions,
-            &meshes.triangles,
-            &meshes.pieces,
-            &scene.enclosure.polygons,
-            scene.coinciding(),
-        ));
+        for BodyTriangles { positions, triangles, pieces, first_piece } in meshes.bodies() {
+            let own = Self::of_pieces(&positions, triangles, pieces, &scene.enclosure.polygons, scene.coinciding());
+            solids.extend((first_piece..).zip(own).map(|(piece, solid)| Self { of: Owner::Piece(piece), ..solid }));
+        }
         solids
     }
 

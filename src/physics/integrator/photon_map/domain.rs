@@ -148,10 +148,10 @@ fn flat_covers(scene: &TraceableScene, sheet: &Sheet) -> Vec<Vec<Edge>> {
     let lying = corners.filter(|corners| corners.iter().all(in_plane));
     let mut covers: Vec<Vec<Edge>> = lying.map(|corners| polygon(&corners.map(|p| sheet.flat(p)))).collect();
     if let Some(meshes) = &scene.meshes {
-        for facet in 0..meshes.facets.len() {
-            let edges = meshes.facets.edges(facet);
-            if !edges.is_empty() && edges.iter().flatten().all(in_plane) {
-                covers.push(edges.iter().map(|edge| edge.map(|p| sheet.flat(p))).collect());
+        for facet in 0..meshes.facet_count() {
+            let edges = meshes.edges(facet);
+            if edges.clone().next().is_some() && edges.clone().flatten().all(|end| in_plane(&end)) {
+                covers.push(edges.map(|edge| edge.map(|p| sheet.flat(p))).collect());
             }
         }
     }

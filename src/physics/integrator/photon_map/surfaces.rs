@@ -74,7 +74,7 @@ impl Surfaces {
         let mut open = false;
         let mut faces: Vec<Domain> = (0..scene.numbering.faces).map(|face| Domain::room_face(scene, face)).collect();
         // facets are looked at for every face
-        let facets = scene.meshes.as_ref().map_or(0, |meshes| meshes.facets.len());
+        let facets = scene.meshes.as_ref().map_or(0, |meshes| meshes.facet_count());
         let many = 6 * scene.boxes.len() * facets > MOST_WORK;
         for domain in &mut faces {
             open |= domain.cut(scene, &solids, None, Flat::Covers);
@@ -107,23 +107,23 @@ impl Surfaces {
         if solids.len() < 2 {
             return true;
         }
-        let mut order: Vec<usize> = (0..meshes.facets.len()).collect();
-        order.sort_by(|a, b| meshes.facets.areas_m2[*b].total_cmp(&meshes.facets.areas_m2[*a]).then(a.cmp(b)));
+        let mut order: Vec<usize> = (0..meshes.facet_count()).collect();
+        order.sort_by(|a, b| meshes.area_m2(*b).total_cmp(&meshes.area_m2(*a)).then(a.cmp(b)));
         let mut work = 0;
         for facet in order {
-            let own = Owner::Piece(meshes.pieces[meshes.facets.largest[facet] as usize]);
+            let own = Owner::Piece(meshes.piece(facet));
             work += solids.len();
             if work > MOST_WORK {
                 return false;
             }
-            let corners = || meshes.facets.edges(facet).iter().flatten();
-            let normal = meshes.facets.normals[facet];
+            let corners = || meshes.edges(facet).flatten();
+            let normal = meshes.normal(facet);
             let origin = meshes.point_of(facet);
             // corners of a facet may lie off its plane, and so may what stands on it
-            let uneven = corners().map(|p| normal.dot(*p - origin).abs()).fold(0.0, f64::max);
+            let uneven = corners().map(|p| normal.dot(p - origin).abs()).fold(0.0, f64::max);
             let (u, v) = (warp::around(normal, DVec3::X), warp::around(normal, DVec3::Y));
-            let low = corners().fold(DVec3::INFINITY, |low, p| low.min(*p));
-            let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+            let low = corners().fold(DVec3::INFINITY, |low, p| low.min(p));
+            let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(p));
             let hair = scene.coinciding() + uneven;
             for (side, seen) in [(Side::Front, normal), (Side::Back, -normal)] {
                 let sheet = Sheet { origin, u, v, seen, low, high, hair };
@@ -136,8 +136,7 @@ impl Surfaces {
                 if work > MOST_WORK {
                     return false;
                 }
-                let outline: Vec<Edge> =
-                    meshes.facets.edges(facet).iter().map(|edge| edge.map(|p| sheet.flat(p))).collect();
+                let outline: Vec<Edge> = meshes.edges(facet).map(|edge| edge.map(|p| sheet.flat(p))).collect();
                 let regions = regions(&outline, sections(near.into_iter(), &sheet).covers, scene);
                 if !regions.is_empty() {
                     self.facets.insert(scene.numbering.facet_side(facet, side).index(), CoveredSide { sheet, regions });
@@ -152,7 +151,7 @@ impl Surfaces {
     pub fn area(&self, scene: &TraceableScene, surface: SurfaceId, centre: DVec3, radius: f64) -> f64 {
         match scene.meshes.as_ref().and_then(|meshes| Some((meshes, scene.numbering.facet_of(surface)?))) {
             Some((meshes, facet)) => {
-                let area = meshes.facets.area_within(facet, centre, radius);
+                let area = meshes.area_within(facet, centre, radius);
                 match self.facets.get(&surface.index()) {
                     Some(CoveredSide { sheet, regions }) => {
                         let p = sheet.flat(centre);
@@ -169,7 +168,7 @@ impl Surfaces {
     pub fn full(&self, scene: &TraceableScene, surface: SurfaceId, radius: f64) -> f64 {
         let disc = PI * radius * radius;
         let facet = scene.meshes.as_ref().and_then(|meshes| Some((meshes, scene.numbering.facet_of(surface)?)));
-        facet.map_or(disc, |(meshes, facet)| meshes.facets.areas_m2[facet].min(disc))
+        facet.map_or(disc, |(meshes, facet)| meshes.area_m2(facet).min(disc))
     }
 }
 
@@ -202,10 +201,8 @@ mod tests {
             materials: vec![String::new(); 2],
             ..TriangleMesh::default()
         };
-        MeshObject {
-            mesh,
-            surfaces: vec![GREY, Surface { reflectance: GREY.reflectance.map(|fraction| fraction + 1e-9), ..GREY }],
-        }
+        let brighter = Surface { reflectance: GREY.reflectance.map(|fraction| fraction + 1e-9), ..GREY };
+        MeshObject::new(mesh, vec![GREY, brighter])
     }
 
     /// Builds a cube of 4 m with some objects.

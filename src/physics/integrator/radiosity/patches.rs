@@ -182,10 +182,10 @@ impl Patches {
                 continue;
             }
             let middle = (corner + (u + v) * 0.5) / edge;
-            let normal = meshes.facets.normals[facet];
+            let normal = meshes.normal(facet);
             let axis =
                 (0..3).fold(0, |axis, other| if normal[other].abs() > normal[axis].abs() { other } else { axis });
-            let piece = meshes.pieces[meshes.facets.largest[facet] as usize];
+            let piece = meshes.piece(facet);
             for (side, surface) in surfaces.into_iter().enumerate().filter(|(_, surface)| reflects(scene, *surface)) {
                 let toward = 2 * axis + usize::from((normal[axis] < 0.0) != (side == 1));
                 let reflectance = scene.optics(surface).map_or([0; 3], |optics| optics.reflectance.map(f64::to_bits));
@@ -263,18 +263,17 @@ fn rectangles(scene: &TraceableScene) -> impl Iterator<Item = (SurfaceId, DVec3,
 /// Computes a rectangle around each facet, in its plane: a corner, and two edges.
 fn extents(meshes: &TraceableMeshes) -> Vec<[DVec3; 3]> {
     let frame = |normal: DVec3| [DVec3::X, DVec3::Y].map(|axis| warp::around(normal, axis));
-    let mut bounds = vec![[[f64::INFINITY, f64::NEG_INFINITY]; 2]; meshes.facets.normals.len()];
-    for (corners, facet) in meshes.triangles.iter().zip(&meshes.facets.of_triangle) {
-        let facet = *facet as usize;
-        for (axis, [low, high]) in frame(meshes.facets.normals[facet]).into_iter().zip(&mut bounds[facet]) {
+    let mut bounds = vec![[[f64::INFINITY, f64::NEG_INFINITY]; 2]; meshes.facet_count()];
+    for (facet, corners) in meshes.triangles() {
+        for (axis, [low, high]) in frame(meshes.normal(facet)).into_iter().zip(&mut bounds[facet]) {
             for corner in corners {
-                let along = axis.dot(meshes.positions[*corner as usize]);
+                let along = axis.dot(corner);
                 (*low, *high) = (low.min(along), high.max(along));
             }
         }
     }
     let rectangle = |(facet, [[left, right], [low, high]]): (usize, [[f64; 2]; 2])| {
-        let normal = meshes.facets.normals[facet];
+        let normal = meshes.normal(facet);
         let [u, v] = frame(normal);
         let height = normal.dot(meshes.point_of(facet));
         [u * left + v * low + normal * height, u * (right - left), v * (high - low)]

@@ -256,7 +256,7 @@ fn board(corners: [[f64; 3]; 4], reflectance: f64) -> MeshObject {
         materials: vec!["board".into()],
         ..TriangleMesh::default()
     };
-    MeshObject { mesh, surfaces: vec![Surface::diffuse([reflectance; 3])] }
+    MeshObject::new(mesh, vec![Surface::diffuse([reflectance; 3])])
 }
 
 /// A chair of boards whose low corner is there: a seat, and a back that leans.

@@ -113,7 +113,7 @@ pub fn rug_points() -> Row {
         materials: vec!["rug".into()],
         ..TriangleMesh::default()
     };
-    covered.room.meshes.push(MeshObject { mesh, surfaces: vec![Surface::diffuse([0.8; 3])] });
+    covered.room.meshes.push(MeshObject::new(mesh, vec![Surface::diffuse([0.8; 3])]));
     Row::new(covered).same(room(0.8), LIGHT)
 }
 
