@@ -178,7 +178,7 @@ async function start() {
     set({ tab: linked.year ? "year" : "moment" });
     if (linked.year) {
       const { weather, ...shown } = linked.year;
-      setYear(shown);
+      setYear({ ...shown, weather: null });
       if (weather) void find(weather);
     }
     known(linked.draft);

@@ -48,7 +48,7 @@ function yearOf(fields) {
   const layer = fields.get("map") === "lux" ? /** @type {const} */ ("lux") : /** @type {const} */ ("autonomy");
   const [column, row] = (fields.get("at") ?? "").split(".").map(Number);
   const pin = /** @type {[number, number] | null} */ (Number.isInteger(column) && Number.isInteger(row) ? [column, row] : null);
-  return { weather: fields.get("weather"), schedule, day: Math.max(1, Math.trunc(whole("day", 366))), hour: whole("hour", 24), layer, pin };
+  return { weather: fields.get("weather"), schedule, day: Math.max(1, Math.trunc(whole("day", 366))), hour: whole("hour", 23.99), layer, pin };
 }
 
 /** What the address has beside the document: the target, and in its tab the year. */

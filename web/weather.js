@@ -8,13 +8,19 @@ export const SYNTHETIC = "synthetic";
 /** Number of days of a file. @param {Weather} weather */
 const days = ({ report }) => Math.ceil(report.records / (24 * report.records_per_hour));
 
+/** Number of the weather that was asked for last: what comes later of others is dropped. */
+let asked = 0;
+
 /** Takes the weather over that is on its way. @param {() => Promise<Weather>} coming @param {boolean} synthetic */
 async function take(coming, synthetic) {
+  const mine = ++asked;
   setYear({ reading: true, fault: "" });
   try {
     const weather = await coming();
+    if (mine !== asked) return;
     setYear({ weather, synthetic, reading: false, day: Math.max(1, Math.min(state.year.day, days(weather))) });
   } catch (error) {
+    if (mine !== asked) return;
     setYear({ reading: false, fault: api.problemOf(error).detail });
   }
 }

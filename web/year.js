@@ -68,7 +68,7 @@ export function dayOf(hours, sensor, day) {
 
 /** Largest illuminance of a sensor over the year. @param {YearHours} hours @param {number} sensor */
 export const largestOf = ({ lux }, sensor) =>
-  lux.values.subarray(sensor * lux.columns, (sensor + 1) * lux.columns).reduce((most, value) => Math.max(most, value), 0);
+  lux.values.subarray(sensor * lux.columns, (sensor + 1) * lux.columns).reduce((most, value) => (value > most ? value : most), 0);
 
 /** Means by hour of the day, from midnight on, and by day; not-a-number where the year has no record. @param {YearHours} hours */
 export const byHour = ({ mean, perHour, days }) =>

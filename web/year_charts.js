@@ -67,7 +67,7 @@ export function dayCurve() {
   const now = Math.floor(hour * hours.perHour + 1e-6);
   const most = atPoint.reduce((best, value, i) => (value > (atPoint[best] ?? 0) ? i : best), 0);
   return svg`<svg class="day" viewBox=${`0 0 ${width} ${height}`} role="img"
-    aria-label=${`Illuminance at the point on ${dayOfYear(answer)}: at most ${(atPoint[most] ?? 0).toFixed(0)} lx, at ${middle(most)} h`}>
+    aria-label=${`Illuminance at the point on ${dayOfYear(answer)}: ${Number.isNaN(atPoint[most]) ? "no value" : `at most ${(atPoint[most] ?? 0).toFixed(0)} lx, at ${middle(most)} h`}`}>
     ${lines}
     ${[0, 3, 6, 9, 12, 15, 18, 21, 24].map((of) => svg`<line class="rule" x1=${x(of)} x2=${x(of)} y1=${y(0)} y2=${y(0) + 4}></line><text
       class=${of === 24 ? "end" : "middle"} x=${of === 24 ? width : x(of)} y=${height - 5}>${of}</text>`)}

@@ -109,14 +109,17 @@ export class YearJob {
       if (name === "pass") this.#tell({ running: { passes: data.passes, error: data.relative_error ?? null } });
     };
     this.#tell({ running: { passes: 0, error: null }, problem: null });
+    /** @type {Job | undefined} */
+    let job;
     try {
-      const job = await this.#ended(wanted.draft, wanted, signal, heard);
+      job = await this.#ended(wanted.draft, wanted, signal, heard);
       const answer = await this.#read(job, wanted, signal);
       signal.throwIfAborted();
       this.#release(this.#page.state.year.answer?.job.id);
       this.#tell({ answer, current: true, running: null });
       void this.#search(answer, wanted);
     } catch (error) {
+      this.#release(job?.id);
       if (signal.aborted) return;
       this.#tell({ problem: problemOf(error), running: null });
       const pause = pauseAfter(error);
@@ -146,7 +149,7 @@ export class YearJob {
   /** Reads the year of a job's first grid. @param {Job} job @param {Wanted} wanted @param {AbortSignal} signal @returns {Promise<YearAnswer>} */
   async #read(job, wanted, signal) {
     const paths = job.links.annual ?? [];
-    const path = (/** @type {string} */ ending) => paths.find((path) => path.endsWith(ending)) ?? "";
+    const path = (/** @type {string} */ ending) => paths.find((path) => path.includes("/annual/points.") && path.endsWith(ending)) ?? "";
     const [grid, summary, points, array] = await Promise.all([
       this.#service.firstGrid(job, signal),
       this.#service.get(paths[0] ?? "", signal).then((read) => /** @type {Schemas["AnnualResult"]} */ (read)),
@@ -177,14 +180,15 @@ export class YearJob {
     const trial = async (/** @type {number} */ count) => {
       try {
         const job = await this.#ended(more(count), wanted, signal);
+        const read = this.#service.get(job.links.annual?.[0] ?? "", signal);
         /** @type {Schemas["AnnualResult"]} */
-        const summary = await this.#service.get(job.links.annual?.[0] ?? "", signal);
-        this.#release(job.id);
+        const summary = await read.finally(() => this.#release(job.id));
         const grid = summary.grids[0];
         const found = grid && judge(grid, wanted);
         return found ? { count, value: found.value, passes: found.is === "pass" } : null;
       } catch (error) {
-        if (error instanceof Refused && error.problem.status === 422) return null;
+        // a tube that has no room; other faults are not of the number of tubes
+        if (error instanceof Refused && error.problem.errors?.some(({ pointer }) => pointer.startsWith("/tubes/"))) return null;
         throw error;
       }
     };
@@ -192,7 +196,9 @@ export class YearJob {
     const begun = { tried: [], count: null, isLeast: false, ended: false };
     told(begun);
     const guess = Number.isFinite(times) ? Math.ceil(tubes.length * (times - 1)) : MOST.count;
-    await search(trial, guess, MOST, told).catch(() => told({ ...(this.#page.state.year.search ?? begun), ended: true }));
+    await search(trial, guess, MOST, told).catch((error) => {
+      if (!signal.aborted) this.#tell({ search: null, problem: problemOf(error) });
+    });
   }
 
   /** Keeps the job that is shown, because somebody refers to it. */

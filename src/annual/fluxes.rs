@@ -65,24 +65,23 @@ pub fn traced_tubes(scene: &TraceableScene) -> usize {
     traced.len() + hidden.len().div_ceil(HIDDEN_PER_TRACED)
 }
 
-/// True if two tubes pass light alike to their closures, before the same surroundings.
+/// True if two tubes pass light alike, before the same surroundings.
 fn are_alike(one: &TraceableTube, other: &TraceableTube) -> bool {
-    one.guide.is_like(&other.guide) && one.surroundings == other.surroundings
+    one.guide.is_like(&other.guide) && one.surroundings == other.surroundings && closure(one) == closure(other)
 }
 
 /// Computes the light of every tube of a scene at every moment; equal seeds give equal bits.
 pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Vec<TubeYear> {
-    let closures: Vec<TubeClosure> = scene.tubes.iter().map(closure).collect();
     let rings: Vec<SkyRings> = lit.par_iter().map(|moment| SkyRings::new(&moment.distribution)).collect();
     let mut years: Vec<TubeYear> = Vec::with_capacity(scene.tubes.len());
-    for (number, (tube, closure)) in scene.tubes.iter().zip(&closures).enumerate() {
-        let alike = |other: usize| are_alike(&scene.tubes[other], tube) && closures[other] == *closure;
+    for (number, tube) in scene.tubes.iter().enumerate() {
+        let alike = |other: usize| are_alike(&scene.tubes[other], tube);
         let year = match (0..number).find(|other| alike(*other)) {
             Some(other) => years[other].clone(),
             None => {
                 let key = Key::new(seed).child(number as u64);
                 let surroundings = tube.surroundings.as_deref();
-                let delivery = Delivery::new(&tube.guide, surroundings, *closure, scene.guide_return, key);
+                let delivery = Delivery::new(&tube.guide, surroundings, closure(tube), scene.guide_return, key);
                 tube_year(&delivery, lit, &rings)
             }
         };

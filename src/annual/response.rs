@@ -4,7 +4,17 @@ use glam::DVec2;
 
 use crate::fluxes::{TubeLight, TubeYear};
 use crate::light::LitMoment;
-use crate::sensors::LitRow;
+
+/// Illuminances of one sensor, or of the mean of several, in the lit records of a year.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LitRow {
+    /// Illuminance in lux in each lit record.
+    pub lux: Vec<f64>,
+    /// Standard errors in lux that are independent from record to record; empty where there are none.
+    pub noise_lux: Vec<f64>,
+    /// Relative standard error that is the same in all records.
+    pub relative_error: f64,
+}
 
 /// Response of a sensor to a tube.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,18 +4,7 @@ use skyduct_physics::integrator::light_tracing::moments::SUMMARIES;
 
 use crate::light::LitMoment;
 use crate::metrics::Value;
-use crate::response::{RecordLight, Responses};
-
-/// Illuminances of one sensor, or of the mean of several, in the lit records of a year.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LitRow {
-    /// Illuminance in lux in each lit record.
-    pub lux: Vec<f64>,
-    /// Standard errors in lux that are independent from record to record; empty where there are none.
-    pub noise_lux: Vec<f64>,
-    /// Relative standard error that is the same in all records.
-    pub relative_error: f64,
-}
+use crate::response::{LitRow, RecordLight, Responses};
 
 /// Light of the sensors of a grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +19,7 @@ pub enum GridLight {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorsAtMoments {
     rows: Vec<LitRow>,
+    /// Occupied hours of direct sunlight; empty for means over cells, whose direct light no pass knows well enough for a threshold.
     direct_hours: Vec<Value>,
     /// Daylight factors in percent.
     factors_percent: Vec<Value>,
@@ -37,8 +27,8 @@ pub struct SensorsAtMoments {
 
 impl SensorsAtMoments {
     /// Makes the rows of sensors from their `values` with standard errors: for each sensor those of all moments in lux, its exposure in
-    /// lx h, and its occupied hours of direct sunlight; `factors_percent` are the daylight factors of the sensors.
-    pub fn new(lit: &[LitMoment], values: &[Value], factors_percent: Vec<Value>) -> Self {
+    /// lx h, and its occupied hours of direct sunlight, which are left out for cells; `factors_percent` are the daylight factors of the sensors.
+    pub fn new(lit: &[LitMoment], values: &[Value], are_cells: bool, factors_percent: Vec<Value>) -> Self {
         let columns = lit.len() + SUMMARIES;
         let of_sensor = |values: &[Value]| {
             let (moments, summaries) = values.split_at(lit.len());
@@ -56,7 +46,7 @@ impl SensorsAtMoments {
             (row, summaries[1])
         };
         let (rows, direct_hours) = values.chunks_exact(columns).map(of_sensor).unzip();
-        Self { rows, direct_hours, factors_percent }
+        Self { rows, direct_hours: if are_cells { Vec::new() } else { direct_hours }, factors_percent }
     }
 
     /// Returns the mean of sensors with the given weights; errors are taken as if those of all sensors were the same.
@@ -124,11 +114,12 @@ impl GridLight {
         }
     }
 
-    /// Returns the occupied hours in which a sensor has at least 1000 lx of unscattered sunlight: none below Lambertian closures.
-    pub fn direct_hours(&self, sensor: usize) -> Value {
+    /// Returns the occupied hours in which a sensor has at least 1000 lx of unscattered sunlight: 0 below Lambertian closures, `None` where
+    /// they are not known.
+    pub fn direct_hours(&self, sensor: usize) -> Option<Value> {
         match self {
-            Self::ByResponses(_) => Value::default(),
-            Self::AtMoments(sensors) => sensors.direct_hours[sensor],
+            Self::ByResponses(_) => Some(Value::default()),
+            Self::AtMoments(sensors) => sensors.direct_hours.get(sensor).copied(),
         }
     }
 
@@ -140,4 +131,58 @@ impl GridLight {
             Self::AtMoments(_) => Vec::new(),
         }
     }
+}
+
+/// Sensors of a grid: their light, and what other openings add.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensors<'a> {
+    /// Light of the tubes.
+    pub light: &'a GridLight,
+    /// Illuminances in lux by other daylight, of all records sensor by sensor; empty without any. Those of records without light do not count.
+    pub other_lux: &'a [f32],
+    /// Number of records of the year.
+    pub records: usize,
+}
+
+impl Sensors<'_> {
+    /// Returns the illuminances of a sensor; other daylight has no part in their errors.
+    pub fn row(&self, sensor: usize, light: &RecordLight) -> LitRow {
+        with_others(self.light.row(sensor, light), |record| self.other(sensor, record), light)
+    }
+
+    /// Returns the illuminances of the mean of all sensors with the given weights.
+    pub fn mean(&self, weights: &[f64], light: &RecordLight) -> LitRow {
+        let whole = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let other = |record: usize| match self.other_lux.is_empty() {
+            true => 0.0,
+            false => {
+                let weighted = weights.iter().enumerate().map(|(sensor, weight)| weight * self.other(sensor, record));
+                weighted.sum::<f64>() / whole
+            }
+        };
+        with_others(self.light.mean(weights, light), other, light)
+    }
+
+    /// Computes the illuminances in lux of a sensor in all records of the year, dark ones included.
+    pub fn row_lux(&self, sensor: usize, light: &RecordLight) -> Vec<f32> {
+        let mut row = vec![0.0; self.records];
+        for (record, lux) in light.records.iter().zip(self.row(sensor, light).lux) {
+            if let Some(of_record) = row.get_mut(*record) {
+                *of_record = lux as f32;
+            }
+        }
+        row
+    }
+
+    fn other(&self, sensor: usize, record: usize) -> f64 {
+        self.other_lux.get(sensor * self.records + record).copied().map_or(0.0, f64::from)
+    }
+}
+
+/// Adds other light to that of tubes in each lit record, and lowers the relative error by their share.
+fn with_others(of_tubes: LitRow, other: impl Fn(usize) -> f64, light: &RecordLight) -> LitRow {
+    let lux: Vec<f64> = of_tubes.lux.iter().zip(&light.records).map(|(lux, record)| lux + other(*record)).collect();
+    let [tubes, whole] = [&of_tubes.lux, &lux].map(|lux| lux.iter().sum::<f64>());
+    let relative_error = if whole > 0.0 { of_tubes.relative_error * (tubes / whole) } else { 0.0 };
+    LitRow { lux, relative_error, ..of_tubes }
 }

@@ -24,6 +24,8 @@ pub enum Uploaded {
     Mesh,
     /// Weather of a year.
     Weather,
+    /// Daylight of other openings over a year.
+    Array,
 }
 
 /// Connection to a service.
@@ -82,6 +84,7 @@ impl Client {
         let (path, content_type) = match kind {
             Uploaded::Mesh => ("/v1/meshes", "model/obj"),
             Uploaded::Weather => ("/v1/weather", "text/plain"),
+            Uploaded::Array => ("/v1/arrays", "application/octet-stream"),
         };
         let request = self.http.post(self.url(path)).header("content-type", content_type).body(bytes);
         let response = self.send(request).await?;

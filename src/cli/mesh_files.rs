@@ -6,9 +6,10 @@ use std::sync::Arc;
 use crate::annual::weather::{self, Weather};
 
 use crate::document::FileSource;
-use crate::document::limits::{MODEL_BYTES, WEATHER_BYTES};
+use crate::document::limits::{ARRAY_BYTES, MODEL_BYTES, WEATHER_BYTES};
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
+use crate::output::npy::{self, Array};
 
 /// Source of OBJ, HBJSON and weather files at or below a folder; no other file can be read through it.
 pub struct MeshFiles {
@@ -87,6 +88,10 @@ impl FileSource for MeshFiles {
 
     fn model(&self, name: &str) -> Result<Vec<u8>, String> {
         self.read(name, MODEL_BYTES)
+    }
+
+    fn array(&self, id: &str) -> Result<Arc<Array>, String> {
+        npy::decode(&self.read(id, ARRAY_BYTES)?).map(Arc::new).map_err(|error| format!("{id}: {error}"))
     }
 }
 

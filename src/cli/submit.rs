@@ -117,14 +117,20 @@ async fn with_uploaded_files(client: &Client, document: Vec<u8>, folder: &Path) 
     let weather =
         (0..value["annual"]["weather"].as_array().map_or(0, Vec::len)).map(|file| format!("/annual/weather/{file}"));
     let weather = weather.chain(["/annual/weather".to_owned()]);
-    for pointer in tubes.chain(objects).chain(weather).collect::<Vec<_>>() {
+    let others = value["annual"]["other_daylight"].as_array().map_or(0, Vec::len);
+    let others = (0..others).map(|other| format!("/annual/other_daylight/{other}/file"));
+    for pointer in tubes.chain(objects).chain(weather).chain(others).collect::<Vec<_>>() {
         let Some(field) = value.pointer_mut(&pointer) else { continue };
         let Some(name) = field.as_str() else { continue };
         // any other name is an id, or refused by the service
         let Ok(file) = files.path(name) else { continue };
         let bytes = std::fs::read(&file)
             .map_err(|error| bad_document(&pointer, format!("{} cannot be read: {error}", file.display())))?;
-        let kind = if pointer.starts_with("/annual") { Uploaded::Weather } else { Uploaded::Mesh };
+        let kind = match pointer.as_str() {
+            pointer if pointer.starts_with("/annual/weather") => Uploaded::Weather,
+            pointer if pointer.starts_with("/annual") => Uploaded::Array,
+            _ => Uploaded::Mesh,
+        };
         *field = client.upload(kind, bytes, &pointer).await?.into();
         replaced = true;
     }

@@ -1,10 +1,11 @@
-//! Source of the files that a document names: meshes and weather.
+//! Source of the files that a document names: meshes, weather and arrays.
 
 use std::sync::Arc;
 
 use crate::annual::weather::Weather;
 
 use crate::geometry::TriangleMesh;
+use crate::output::npy::Array;
 
 /// Source of the files that a document names: uploads by id, or files beside the job file.
 pub trait FileSource {
@@ -20,6 +21,11 @@ pub trait FileSource {
     /// Returns the text of a Honeybee model. The error is one sentence that says why there is none.
     fn model(&self, name: &str) -> Result<Vec<u8>, String> {
         Err(format!("there is no file {name:?} here: give the model itself, as an object"))
+    }
+
+    /// Returns an array of numbers. The error is one sentence that says why there is none.
+    fn array(&self, id: &str) -> Result<Arc<Array>, String> {
+        Err(format!("no array has the id {id:?}"))
     }
 
     /// True if the document's preparation was cancelled, so that it should end soon.

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::errors::{Checks, DocumentErrors, FieldError};
 use super::file_source::FileSource;
+use super::limits::FACES;
 use super::read::{fault, json};
 use super::room::RoomDocument;
 use super::room::closed::CorneredFaces;
@@ -20,6 +21,9 @@ const COARSEST: f64 = 1e-3;
 
 /// Number of nanometres in a metre: coordinates are rounded to whole ones, so that 2.7 is written as 2.7.
 const NANOMETRES: f64 = 1e9;
+
+/// Largest coordinate in metres at which corners are merged; larger ones are refused.
+const FARTHEST_M: f64 = 1e6;
 
 /// A room of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,6 +139,10 @@ fn room_of(model: &Value, name: Option<&str>) -> Result<HbjsonRoom, DocumentErro
     let rooms = model.rooms.unwrap_or_default();
     let number = chosen(&rooms, name)?;
     let room = &rooms[number];
+    if room.faces.len() > *FACES.end() {
+        let detail = format!("must have at most {} faces, but has {}", FACES.end(), room.faces.len());
+        return Err(FieldError::new(format!("/rooms/{number}/faces"), detail).into());
+    }
     let mut notes = Vec::new();
     let rings = rings_in_metres(room, (model.units, model.tolerance.unwrap_or_default()), &mut notes);
     let faces: Vec<FaceDocument> = room.faces.iter().zip(rings).map(|(face, rings)| document(face, rings)).collect();
@@ -254,7 +262,9 @@ fn rings_in_metres(
     let low = corners().fold(DVec3::INFINITY, DVec3::min);
     let extent = corners().fold(DVec3::NEG_INFINITY, DVec3::max) - low;
     let near = units.metres(tolerance).min(COARSEST * extent.length());
-    if near > 0.0 && near.is_finite() {
+    // what is nearer is rounded away, and cells of so many coordinates have numbers
+    let is_bounded = corners().all(|corner| corner.abs().max_element() <= FARTHEST_M);
+    if near >= 1.0 / NANOMETRES && is_bounded {
         let welded = CorneredFaces::weld(&faces, near);
         if welded.moved > 0 {
             let detail =

@@ -283,6 +283,14 @@ fn check_beside_year(job: &JobDocument, checks: &mut Checks) {
             }
         }
     }
+    for (index, other) in job.annual.iter().flat_map(|annual| &annual.other_daylight).enumerate() {
+        let others = job.annual.iter().flat_map(|annual| &annual.other_daylight).take(index);
+        if job.grids.iter().all(|grid| grid.name != other.grid) {
+            checks.refuse(format!("/annual/other_daylight/{index}/grid"), "must be the name of one of `grids`");
+        } else if others.into_iter().any(|before| before.grid == other.grid) {
+            checks.refuse(format!("/annual/other_daylight/{index}/grid"), "must not have other daylight twice");
+        }
+    }
     if job.surfaces {
         checks.not_supported("/surfaces", "surfaces of a job with `annual`");
     }

@@ -181,6 +181,8 @@ pub const OBSTRUCTIONS_TIMES_TUBES: usize = 4096;
 pub const WEATHER_BYTES: usize = 16 << 20;
 /// Largest size of a file of a Honeybee model in bytes.
 pub const MODEL_BYTES: usize = 32 << 20;
+/// Largest size of an array of other daylight in bytes: numbers of 8 bytes, and a header.
+pub const ARRAY_BYTES: usize = 8 * SENSORS_TIMES_RECORDS + (1 << 16);
 /// Number of illuminances of daylight autonomies.
 pub const THRESHOLDS: RangeInclusive<usize> = 1..=16;
 /// Range of an illuminance in lux that a metric of a year compares with.
@@ -308,6 +310,8 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("AnnualDocument", "sun_offset_minutes", Limit::Number(SUN_OFFSET_MINUTES)),
     ("AnnualDocument", "suns_per_hour", Limit::Number(SUNS_PER_HOUR)),
     ("AnnualDocument", "thresholds_lux", Limit::Items(THRESHOLDS)),
+    ("AnnualDocument", "other_daylight", Limit::Items(0..=*OUTPUTS.end())),
+    ("OtherDaylightDocument", "file", Limit::Length(FILE_ID)),
     ("WeeklySchedule", "days", Limit::Items(WEEKDAYS)),
     ("SdaDocument", "threshold_lux", Limit::Number(THRESHOLD_LUX)),
     ("SdaDocument", "time_percent", Limit::Number(PERCENT)),

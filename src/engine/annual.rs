@@ -18,6 +18,8 @@ use crate::document::weather::notes_on;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, ValidJob, Warning};
 use crate::guide::sky_rings::SkyRings;
 use crate::integrator::diffuser_source::closure_source::all_lambertian;
+use crate::integrator::light_tracing::moments::COEFFICIENTS;
+use crate::output::npy::Array;
 use crate::scene::{Grid, Responses, Scene};
 use crate::sky::SkyMoment;
 use crate::traceable::TraceableScene;
@@ -33,6 +35,8 @@ pub(crate) struct AnnualJob {
     pub files: Vec<WeatherYear>,
     /// True if grids are computed at every moment, because some closure lets light pass with its direction.
     pub at_moments: bool,
+    /// Other daylight of each grid in lux, sensors x records.
+    pub others: Vec<Option<Arc<Array>>>,
 }
 
 /// Year of a weather file.
@@ -70,7 +74,10 @@ impl AnnualJob {
         if at_moments {
             check_moments(&years, scene)?;
         }
-        Ok(Some(Self { document: annual.clone(), files: years, at_moments }))
+        let records = years.first().map_or(0, |year| year.weather.records.len());
+        let others = scene.grids.iter().map(|grid| other_daylight(annual, grid, records, files));
+        let others = others.collect::<Result<_, _>>()?;
+        Ok(Some(Self { document: annual.clone(), files: years, at_moments, others }))
     }
 
     /// Adds to a scene what the year needs of its grids, where they are computed at every moment.
@@ -108,7 +115,10 @@ impl AnnualJob {
             size_of_val(file.weather.records.as_slice())
                 + file.lit.len() * (size_of::<SkyMoment>() + size_of::<LitMoment>() + size_of::<SkyRings>() + of_tubes)
         };
-        self.files.iter().map(of_file).sum()
+        let of_others = self.others.iter().flatten().map(|array| size_of_val(array.values.as_slice()));
+        let of_patches = if self.at_moments { COEFFICIENTS * size_of::<f64>() } else { 0 };
+        let luminances = self.files.iter().map(|file| of_patches * file.lit.len());
+        self.files.iter().map(of_file).chain(of_others).chain(luminances).sum()
     }
 }
 
@@ -155,6 +165,27 @@ impl WeatherYear {
         let occupied = occupied.unwrap_or_else(|| daylight.clone());
         Ok(Self { name: name.to_owned(), weather, occupied, daylight, convention, lit })
     }
+}
+
+/// Reads the other daylight of a grid, if the document has any.
+fn other_daylight(
+    annual: &AnnualDocument,
+    grid: &Grid,
+    records: usize,
+    files: &dyn FileSource,
+) -> Result<Option<Arc<Array>>, FieldError> {
+    let named = annual.other_daylight.iter().enumerate().find(|(_, other)| other.grid == grid.name);
+    let Some((index, other)) = named else { return Ok(None) };
+    let fault = |detail: String| FieldError::new(format!("/annual/other_daylight/{index}/file"), detail);
+    let array = files.array(&other.file).map_err(fault)?;
+    let (needed, [rows, columns]) = (grid.len(), array.shape);
+    if [rows, columns] != [needed, records] {
+        let detail = format!(
+            "must have {needed} rows, the sensors of the grid, and {records} columns, the records of the year, but has {rows} and {columns}"
+        );
+        return Err(fault(detail));
+    }
+    Ok(Some(array))
 }
 
 /// Returns for each record of a file whether the room is occupied; `None` where the light says so.

@@ -2,6 +2,7 @@
 
 mod access;
 mod annual;
+mod arrays;
 mod client;
 mod content;
 mod convergence;

@@ -63,12 +63,15 @@ kinds! {
     InvalidWeather, "invalid-weather", UNPROCESSABLE_ENTITY, "The weather is not valid",
         "The uploaded file is not an EPW or WEA file that can be used. The detail names line and field.",
         "line 17, field 15 (direct normal irradiance): must be a number, but is empty";
+    InvalidArray, "invalid-array", UNPROCESSABLE_ENTITY, "The array is not valid",
+        "The uploaded file is not an array of NumPy that can be used: two dimensions, float32 or float64, C order, no negative numbers.",
+        "the array must have two dimensions";
     KeyReused, "key-reused", UNPROCESSABLE_ENTITY, "The Idempotency-Key was used before",
         "The Idempotency-Key belongs to a job with another document. Use a new key for each new job; repeat a key \
          only with the same document.",
         "the Idempotency-Key belongs to a job with another document; use a new key";
     NotFound, "not-found", NOT_FOUND, "Not found",
-        "There is nothing at this path: no such job, mesh, weather or output, or a job that has not computed anything yet.",
+        "There is nothing at this path: no such job, mesh, weather, array or output, or a job that has not computed anything yet.",
         "there is no such job";
     MethodNotAllowed, "method-not-allowed", METHOD_NOT_ALLOWED, "The method is not allowed",
         "The path exists, but not with this method. The header `Allow` and the detail name the methods that it has.",

@@ -30,8 +30,8 @@ use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
-    Shared, annual, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report,
-    results, skies, studies, surfaces, time_zone, tube_flux, tubes, views, weather,
+    Shared, annual, arrays, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page,
+    report, results, skies, studies, surfaces, time_zone, tube_flux, tubes, views, weather,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -53,6 +53,7 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(studies::change::cancel))
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(weather::get, weather::delete))
+        .routes(routes!(arrays::get, arrays::delete))
         .routes(routes!(skies::skies))
         .routes(routes!(time_zone::time_zone))
         .routes(routes!(tubes::transmission))
@@ -60,7 +61,10 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(docs::openapi_yaml))
         .layer(CompressionLayer::new());
     // they limit their bodies themselves
-    let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).routes(routes!(weather::create));
+    let uploads = OpenApiRouter::new()
+        .routes(routes!(meshes::create))
+        .routes(routes!(weather::create))
+        .routes(routes!(arrays::create));
     let others = OpenApiRouter::new()
         .merge(texts)
         .routes(routes!(events::events))

@@ -100,7 +100,7 @@ pub async fn delete(service: &Service, kind: UploadKind, id: String) -> Result<S
             let users = match kind {
                 UploadKind::Mesh => "a queued or running job",
                 // files of the results of a year are made of it
-                UploadKind::Weather => "a job",
+                UploadKind::Weather | UploadKind::Array => "a job",
             };
             Err(Problem::conflict(format!("{users} uses this {}", kind.noun())))
         }
@@ -118,6 +118,7 @@ impl From<UploadError> for Problem {
         match error {
             UploadError::Obj(error) => Self::new(ProblemKind::InvalidMesh, error.to_string()),
             UploadError::Weather(error) => Self::new(ProblemKind::InvalidWeather, error.to_string()),
+            UploadError::Array(error) => Self::new(ProblemKind::InvalidArray, error.to_string()),
             UploadError::Store(error) => error.into(),
             UploadError::Artifact(error) => error.into(),
             UploadError::Panicked => Self::internal(),

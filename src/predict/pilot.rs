@@ -24,6 +24,7 @@ use crate::estimate::Estimate;
 use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::Method;
 use crate::integrator::method::{self, Computation, Task, Trial};
+use crate::plan::YearMethod;
 use crate::plan::choose::{MethodChoice, refuses};
 use crate::statistics::interval::two_sided_normal_quantile;
 
@@ -62,6 +63,9 @@ const PILOT: u64 = 0x70_69_6c_6f_74;
 
 /// Reason that is given where a method was not tried, or not long enough.
 const NO_TIME: &str = "its set-up and first passes take longer than its trial may";
+
+/// Reason that is given for years whose moments are traced, which take most of the time.
+const UNTRIED: &str = "the moments of a year are not tried";
 
 /// Reason that is given where the processors did other work instead.
 const BUSY: &str = "the machine is busy: its processors had no time for the trial";
@@ -105,10 +109,15 @@ fn predict_within(prepared: &RenderJob, cancel: &AtomicBool, most: Duration) -> 
     let asked = [prepared.stop.relative_error, prepared.stop.view_relative_error];
     let pilot = Pilot { prepared, threads, end: start + most, cancel, asked, judged };
     for (output, row, outcome) in pilot.run(trials) {
+        let is_untried = output == 0 && prepared.plan.methods.year == Some(YearMethod::Moments);
+        let time_to = |accuracy: f64| match is_untried {
+            true => PredictedTime::unknown(accuracy, UNTRIED),
+            false => outcome.time_to(accuracy),
+        };
         let row = &mut rows[output][row];
-        row.seconds_to_first_number = outcome.first_number;
-        row.accuracies = PREDICTED_ACCURACIES.iter().map(|accuracy| outcome.time_to(*accuracy)).collect();
-        row.asked = Some(outcome.time_to(asked[output]));
+        row.seconds_to_first_number = outcome.first_number.filter(|_| !is_untried);
+        row.accuracies = PREDICTED_ACCURACIES.iter().map(|accuracy| time_to(*accuracy)).collect();
+        row.asked = Some(time_to(asked[output]));
     }
     let [grids, views] = [0, 1].map(|output| {
         let rows = std::mem::take(&mut rows[output]);

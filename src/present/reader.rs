@@ -290,6 +290,9 @@ impl ResultReader for Estimated<'_> {
     }
 
     fn year(&self) -> Found<Arc<JobYear>> {
+        if self.estimate.passes == 0 {
+            return Ok(None);
+        }
         self.prepared.year(self.estimate.passes, || {
             let of_grid = |name: &str| Ok(self.grid(name)?.map(|grid| (grid, self.moments(name))));
             let grids = self.prepared.scene.grids.iter().filter_map(|grid| of_grid(&grid.name).transpose());
@@ -301,7 +304,8 @@ impl ResultReader for Estimated<'_> {
         let found = self.prepared.scene.grids.iter().zip(&self.estimate.grids).find(|(grid, _)| grid.name == name);
         let value = |moments: &Moments| {
             let error = moments.standard_error();
-            Value { value: moments.mean, standard_error: if error.is_finite() { error } else { 0.0 } }
+            // nothing is known of the error of one pass
+            Value { value: moments.mean, standard_error: if error.is_finite() { error } else { moments.mean.abs() } }
         };
         let moments = found.map(|(_, estimate)| &estimate.moments).filter(|moments| !moments.is_empty());
         Ok(moments.map(|moments| moments.iter().map(value).collect()))
@@ -448,7 +452,7 @@ fn moments_npy(values: &[Value]) -> Vec<u8> {
 
 /// Reads what [`moments_npy`] wrote.
 fn moments_of_npy(bytes: &[u8]) -> Result<Vec<Value>, String> {
-    let numbers = npy::decode(bytes)?;
+    let numbers = npy::decode(bytes).map_err(|error| error.to_string())?.values;
     let (values, errors) = numbers.split_at(numbers.len() / 2);
     let value = |(value, error): (&f32, &f32)| Value { value: f64::from(*value), standard_error: f64::from(*error) };
     Ok(values.iter().zip(errors).map(value).collect())

@@ -21,7 +21,7 @@ pub struct Artifacts {
 }
 
 /// Folders of the files that rows point to; notes of the store lie beside them.
-const FOLDERS: [&str; 3] = ["jobs", "meshes", "weather"];
+const FOLDERS: [&str; 4] = ["jobs", "meshes", "weather", "arrays"];
 
 /// Size in bytes up to which a file is hashed each time it is served. A larger one is hashed once, and again when its size or time of
 /// change differs: a flipped bit that leaves both as they were is found in the smaller files only.

@@ -11,6 +11,7 @@ use crate::annual::weather::{self, Weather};
 use crate::document::FileSource;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj_until};
+use crate::output::npy::{self, Array};
 use crate::queue::artifacts::Artifacts;
 use crate::queue::owner::Owner;
 use crate::queue::store::{About, AboutMesh, Store, UploadKind, UploadedFile};
@@ -80,6 +81,16 @@ impl UploadedMeshes {
         lock(&self.loaded).iter().cloned().collect()
     }
 
+    /// Reads a file of a kind, which the document then uses.
+    fn content(&self, kind: UploadKind, id: &str) -> Result<Bytes, String> {
+        let uploads = &self.meshes.uploads;
+        let file = self.runtime.block_on(uploads.find(kind, id)).map_err(unreadable)?;
+        let file = file.ok_or_else(|| format!("there is no uploaded {} with this id", kind.noun()))?;
+        let bytes = self.runtime.block_on(uploads.content(&file)).map_err(unreadable)?;
+        lock(&self.loaded).insert(file.id);
+        Ok(bytes)
+    }
+
     fn parsed(&self, mesh: &UploadedFile) -> Result<Arc<TriangleMesh>, String> {
         if let Some(kept) = lock(&self.meshes.kept).get(&mesh.id) {
             return Ok(kept);
@@ -102,13 +113,11 @@ impl FileSource for UploadedMeshes {
     }
 
     fn weather(&self, id: &str) -> Result<Arc<Weather>, String> {
-        let uploads = &self.meshes.uploads;
-        let file = self.runtime.block_on(uploads.find(UploadKind::Weather, id)).map_err(unreadable)?;
-        let file = file.ok_or_else(|| "there is no uploaded weather file with this id".to_owned())?;
-        let bytes = self.runtime.block_on(uploads.content(&file)).map_err(unreadable)?;
-        let weather = weather::read(&bytes).map_err(|error| error.to_string())?;
-        lock(&self.loaded).insert(file.id);
-        Ok(Arc::new(weather))
+        weather::read(&self.content(UploadKind::Weather, id)?).map(Arc::new).map_err(|error| error.to_string())
+    }
+
+    fn array(&self, id: &str) -> Result<Arc<Array>, String> {
+        npy::decode(&self.content(UploadKind::Array, id)?).map(Arc::new).map_err(|error| error.to_string())
     }
 
     fn is_cancelled(&self) -> bool {

@@ -274,6 +274,8 @@ pub enum UploadKind {
     Mesh,
     /// EPW or WEA file.
     Weather,
+    /// Array of NumPy.
+    Array,
 }
 
 impl UploadKind {
@@ -282,6 +284,7 @@ impl UploadKind {
         match self {
             Self::Mesh => "mesh",
             Self::Weather => "weather",
+            Self::Array => "array",
         }
     }
 
@@ -290,6 +293,7 @@ impl UploadKind {
         match self {
             Self::Mesh => "mesh",
             Self::Weather => "weather file",
+            Self::Array => "array",
         }
     }
 }
@@ -319,6 +323,8 @@ pub enum About {
     Mesh(AboutMesh),
     /// Report on a weather file.
     Weather(Box<WeatherReport>),
+    /// Shape of an array.
+    Array(AboutArray),
 }
 
 impl About {
@@ -327,6 +333,7 @@ impl About {
         match self {
             Self::Mesh(_) => UploadKind::Mesh,
             Self::Weather(_) => UploadKind::Weather,
+            Self::Array(_) => UploadKind::Array,
         }
     }
 }
@@ -338,6 +345,15 @@ pub struct AboutMesh {
     pub triangles: u64,
     /// Names of its materials, in the order of first use.
     pub materials: Vec<String>,
+}
+
+/// Shape of an array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct AboutArray {
+    /// Number of rows.
+    pub rows: u64,
+    /// Number of columns.
+    pub columns: u64,
 }
 
 /// Outcome of a request to cancel a job.
@@ -356,7 +372,7 @@ pub enum CancelOutcome {
 pub enum UploadDeletion {
     /// There is no such file.
     NotFound,
-    /// A job needs it: of a mesh one that has not ended, of weather any.
+    /// A job needs it: of a mesh one that has not ended, of other files any.
     InUse,
     /// The file is gone from the store; its content is at this key.
     Deleted(String),

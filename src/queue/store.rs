@@ -345,7 +345,7 @@ pub trait Store: Send + Sync + 'static {
     async fn uploaded_again(&self, kind: UploadKind, id: &str) -> Result<Option<UploadedFile>, StoreError>;
     /// Deletes the uploaded files that no job uses and whose last upload was before a time in milliseconds since 1970; returns their keys.
     async fn delete_unused_uploads(&self, before: i64) -> Result<Vec<String>, StoreError>;
-    /// Deletes an uploaded file of a kind, unless a job needs it: a mesh until the job ends, weather as long as the job is there.
+    /// Deletes an uploaded file of a kind, unless a job needs it: a mesh until the job ends, others as long as the job is there.
     async fn delete_upload(&self, kind: UploadKind, id: &str) -> Result<UploadDeletion, StoreError>;
 
     /// Claims a chunk of any owner that is ready, whose lease is over, or that this owner had before and did not end.

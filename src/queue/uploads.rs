@@ -11,10 +11,11 @@ use crate::annual::weather::WeatherError;
 use crate::document::weather::read_weather;
 use crate::engine::cancel::CancelOnDrop;
 use crate::geometry::obj::ObjError;
+use crate::output::npy::{self, NotAnArray};
 use crate::queue::artifacts::Artifacts;
 use crate::queue::files::FileError;
 use crate::queue::owner::Owner;
-use crate::queue::store::{About, Store, StoreError, UploadKind, UploadedFile};
+use crate::queue::store::{About, AboutArray, Store, StoreError, UploadKind, UploadedFile};
 
 /// Hexadecimal digits of the content's hash in an id.
 const ID_DIGITS: usize = 32;
@@ -28,6 +29,8 @@ pub enum UploadError {
     Obj(#[from] ObjError),
     #[error(transparent)]
     Weather(#[from] WeatherError),
+    #[error(transparent)]
+    Array(#[from] NotAnArray),
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error(transparent)]
@@ -57,7 +60,7 @@ impl Uploads {
     /// `read` has made of it, too, unless the file was there.
     ///
     /// `permits` are held until reading ends, even when the caller is dropped before; the reading of a mesh is cancelled by its flag when the caller
-    /// is dropped, and after [`READ_TIME`]; weather is read to its end.
+    /// is dropped, and after [`READ_TIME`]; other files are read to their end.
     pub async fn add<T: Send + 'static>(
         &self,
         owner: Owner,
@@ -74,6 +77,7 @@ impl Uploads {
         let (folder, ending) = match kind {
             UploadKind::Mesh => ("meshes", "obj"),
             UploadKind::Weather => ("weather", "txt"),
+            UploadKind::Array => ("arrays", "npy"),
         };
         // a key of its own for each upload: deleting a file while it is uploaded anew cannot take the new one
         let key = format!("{folder}/{id}-{}.{ending}", Uuid::now_v7());
@@ -99,6 +103,20 @@ impl Uploads {
             Ok(((), About::Weather(Box::new(report))))
         };
         Ok(self.add(owner, UploadKind::Weather, bytes, permits, read).await?.0)
+    }
+
+    /// Checks and stores an array, as [`Self::add`] does.
+    pub async fn add_array(
+        &self,
+        owner: Owner,
+        bytes: Bytes,
+        permits: impl Send + 'static,
+    ) -> Result<UploadedFile, UploadError> {
+        let read = |bytes: &[u8], _: &AtomicBool| -> Result<_, UploadError> {
+            let [rows, columns] = npy::decode(bytes)?.shape.map(|number| number as u64);
+            Ok(((), About::Array(AboutArray { rows, columns })))
+        };
+        Ok(self.add(owner, UploadKind::Array, bytes, permits, read).await?.0)
     }
 
     /// Returns the record of a file; none if there is none of this kind.

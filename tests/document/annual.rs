@@ -50,12 +50,15 @@ fn the_kinds_of_fields_are_read() {
 
 #[test]
 fn every_bound_names_its_field() {
-    let cases: [(&str, Value, FieldErrorCode); 32] = [
+    let cases: [(&str, Value, FieldErrorCode); 35] = [
         ("/annual/weather", json!(""), Invalid),
         ("/annual/weather", json!([]), Invalid),
         ("/annual/weather", json!(vec!["a"; 33]), TooMany),
         ("/annual/weather", Value::Null, Missing),
         ("/annual/sun_offset_minutes", json!(61), OutOfRange),
+        ("/annual/other_daylight", json!([{ "grid": "none", "file": "a" }]), Invalid),
+        ("/annual/other_daylight", json!([{ "grid": "none", "file": "" }]), Invalid),
+        ("/annual/other_daylight", json!([{ "grid": "none" }]), Missing),
         ("/annual/suns_per_hour", json!(0), OutOfRange),
         ("/annual/suns_per_hour", json!(13), OutOfRange),
         ("/annual/thresholds_lux", json!([]), Invalid),

@@ -93,7 +93,8 @@ fn mesh_tubes() {
     let high = json!({ "role": "diffuser", "kind": "lambertian", "transmittance": 0.6 });
     refused(&bad("/tubes/0/parts/cover", high), "/tubes/0/parts/cover", FieldErrorCode::NotSupported);
     // millimetres given as metres: out of every bound of a building
-    let far = SquarePipe.load("pipe").unwrap().scaled(1e8);
+    let mut far = TriangleMesh::clone(&SquarePipe.load("pipe").unwrap());
+    far.positions.iter_mut().for_each(|position| *position *= 1e8);
     struct Far(Arc<TriangleMesh>);
     impl FileSource for Far {
         fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {

@@ -4,7 +4,8 @@ use serde_json::{Value, json};
 use skyduct::annual::weather::Record;
 use skyduct::document::result::annual::{WithInterval, YearResult};
 use skyduct::document::result::weather_files::AnnualResult;
-use skyduct::document::{FileSource as _, JobDocument};
+use skyduct::document::{FileSource, JobDocument};
+use skyduct::output::npy;
 use skyduct::present::outputs::{Annual, Format, Honeybee, Output};
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::{Kept, ResultReader as _};
@@ -228,7 +229,7 @@ fn a_year_moment_by_moment_is_the_same() {
     let [expected, found] =
         [(&by_responses, 8), (&at_moments, 4)].map(|(document, passes)| summary(&prepared(document), passes));
     assert_eq!(found.tubes[0].klm_h.value, expected.tubes[0].klm_h.value);
-    assert_eq!((found.tubes[1].klm_h.value, found.grids[0].ase_percent), (0.0, 0.0));
+    assert_eq!((found.tubes[1].klm_h.value, found.grids[0].ase_percent), (0.0, Some(0.0)));
     let values = |result: &YearResult| {
         let grid = &result.grids[0];
         let udi = [&grid.udi.below_percent, &grid.udi.supplementary_percent, &grid.udi.autonomous_percent];
@@ -351,4 +352,43 @@ fn several_weather_files_have_a_year_each() {
     let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     let refused = prepare_document(&parsed, &Folder).err().unwrap();
     assert_eq!(refused.0[0].pointer, "/annual/weather/2");
+}
+
+/// Other daylight of a year that is that of the tubes themselves doubles all illuminances; arrays of other shapes are refused.
+#[test]
+fn other_daylight_is_added_before_thresholds() {
+    let mut document = classroom();
+    let alone = prepared(&document);
+    let of_alone = summary(&alone, 2);
+    let array = file(&alone, 2, Annual::Points("desks".to_owned()), Format::Npy);
+    document["annual"]["other_daylight"] = json!([{ "grid": "desks", "file": "other.npy" }]);
+    let with_array = |document: &Value, array: &[u8]| {
+        let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+        prepare_document(&document, &WithArray(array.to_vec()))
+    };
+    let both = summary(&with_array(&document, &array).unwrap(), 2);
+    let [alone, both] = [&of_alone, &both].map(|year| &year.grids[0]);
+    assert!((both.exposure_klxh.value / alone.exposure_klxh.value - 2.0).abs() < 1e-5);
+    assert!(both.autonomies[1].da_percent.value > alone.autonomies[1].da_percent.value + 5.0);
+    assert_eq!(both.en17037[0].by_factors_percent, alone.en17037[0].by_factors_percent);
+    let short = npy::encode([100, 8759], std::iter::repeat_n(0.0, 875_900));
+    let refused = with_array(&document, &short).err().unwrap();
+    assert_eq!(refused.0[0].pointer, "/annual/other_daylight/0/file");
+}
+
+/// Weather of the examples, and one array.
+struct WithArray(Vec<u8>);
+
+impl FileSource for WithArray {
+    fn load(&self, id: &str) -> Result<std::sync::Arc<skyduct::geometry::TriangleMesh>, String> {
+        Folder.load(id)
+    }
+
+    fn weather(&self, id: &str) -> Result<std::sync::Arc<skyduct::annual::weather::Weather>, String> {
+        Folder.weather(id)
+    }
+
+    fn array(&self, _: &str) -> Result<std::sync::Arc<npy::Array>, String> {
+        npy::decode(&self.0).map(std::sync::Arc::new).map_err(|error| error.to_string())
+    }
 }

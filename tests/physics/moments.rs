@@ -135,6 +135,8 @@ fn points_behind_a_horizon() {
         EstimateKind::Point,
     );
     scene.tubes[0].centre = DVec2::new(0.6, 0.7);
+    let clear = Tube { centre: DVec2::new(1.5, 0.6), ..straight(0.8, 0.95, clear()) };
+    scene.tubes.push(clear);
     let horizon = Horizon::new(vec![(0.0, 0.15), (1.5, 0.3), (3.0, 0.2), (4.7, 0.6)], 0.2);
     let surroundings = |daylight: &Daylight| Arc::new(daylight.surroundings(horizon.clone(), [0.3, 0.4], 0.0));
     agrees_with(&scene, "behind a horizon", &|scene, daylight| {

@@ -3,7 +3,7 @@
 use std::f64::consts::SQRT_2;
 
 use super::Value;
-use crate::sensors::LitRow;
+use crate::response::LitRow;
 
 /// Records of a year that count for a point, and its illuminance in them.
 #[derive(Clone, Debug, PartialEq)]

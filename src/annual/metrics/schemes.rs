@@ -74,8 +74,8 @@ pub const NBR_MOMENTS: [(u8, u8, f64); 4] = [(4, 23, 9.5), (4, 23, 15.5), (10, 2
 pub struct Space<'a> {
     /// Points with their weights.
     pub area: Area<'a>,
-    /// Share of the area in percent with more than 250 occupied hours of direct sunlight.
-    pub sun_exposure_percent: Bounded,
+    /// Share of the area in percent with more than 250 occupied hours of direct sunlight; `None` where it is not known.
+    pub sun_exposure_percent: Option<Bounded>,
     /// Shares of the occupied hours in percent in which each point has each of [`OCCUPIED_LUX`].
     pub occupied_percent: &'a [[Value; OCCUPIED_LUX.len()]],
     /// Shares of the daylight hours in percent in which each point has each of [`DAYLIGHT_LUX`].
@@ -101,9 +101,11 @@ impl Space<'_> {
             let share = self.share(self.occupied_percent, number);
             verdicts.push(self.at_least(scheme, clause.to_owned(), (share, limit), basis, occupied));
         }
-        for (scheme, limit) in SUN_LIMITS {
-            let (clause, share) = ("ASE1000,250: at most".to_owned(), self.sun_exposure_percent);
-            let verdict = self.at_least(scheme, clause, (share, limit), Basis::Reading, occupied);
+        for (share, (scheme, limit)) in
+            self.sun_exposure_percent.iter().flat_map(|share| SUN_LIMITS.map(|limit| (share, limit)))
+        {
+            let clause = "ASE1000,250: at most".to_owned();
+            let verdict = self.at_least(scheme, clause, (*share, limit), Basis::Reading, occupied);
             verdicts.push(Verdict { outcome: share.at_most(limit), ..verdict });
         }
         for (scheme, clause, number, limit) in OF_DAYLIGHT {
@@ -169,7 +171,7 @@ mod tests {
     fn spaces_are_judged_by_their_limits() {
         let space = Space {
             area: Area { weights: &[1.0, 1.0] },
-            sun_exposure_percent: Bounded { value: 20.0, low: 0.0, high: 20.0 },
+            sun_exposure_percent: Some(Bounded { value: 20.0, low: 0.0, high: 20.0 }),
             occupied_percent: &[[50.0, 50.0].map(value), [50.0, 49.9].map(value)],
             daylight_percent: &[[100.0, 50.0, 0.0].map(value); 2],
             hours: &[[3450.0, 2000.0, 0.0, 2650.0, 0.0].map(value), [4000.0, 1999.0, 0.0, 2650.0, 0.0].map(value)],

@@ -8,8 +8,7 @@ use crate::metrics::en17037::{self, Provision};
 use crate::metrics::points::{Illuminances, Useful};
 use crate::metrics::schemes::{Space, YEAR_LUX};
 use crate::metrics::{Bounded, Value, Verdict};
-use crate::response::RecordLight;
-use crate::sensors::{GridLight, LitRow};
+use crate::response::{LitRow, RecordLight};
 
 use super::input::{GridInput, Hours, Options};
 use super::outside::Outside;
@@ -29,8 +28,8 @@ pub struct GridYear {
     /// Spatial daylight autonomy: share of the area in percent.
     pub spatial_percent: Bounded,
     /// Annual sunlight exposure: share of the area in percent with more than 250 occupied hours of direct sunlight; none below Lambertian
-    /// closures, by definition.
-    pub sun_exposure_percent: Bounded,
+    /// closures, by definition. `None` where it is not known.
+    pub sun_exposure_percent: Option<Bounded>,
     /// Mean over the area of the exposure in klx h.
     pub exposure_klxh: Value,
     /// Mean over the area of the mean illuminance in lux of the occupied records.
@@ -58,10 +57,10 @@ impl GridYear {
     ) -> Self {
         let area = Area { weights: grid.weights };
         let point = |sensor: usize| match grid.weights[sensor] > 0.0 {
-            true => PointYear::new(grid.light, sensor, light, hours, options),
+            true => PointYear::new(&grid.sensors, sensor, light, hours, options),
             false => PointYear::default(),
         };
-        let sensors = grid.light.sensors().min(grid.weights.len());
+        let sensors = grid.sensors.light.sensors().min(grid.weights.len());
         let points: Vec<PointYear> = (0..sensors).into_par_iter().map(point).collect();
         let each = |of: fn(&PointYear) -> Value| points.iter().map(of).collect::<Vec<Value>>();
         let mean = |of: fn(&PointYear) -> Value| area.mean(&each(of));
@@ -74,7 +73,7 @@ impl GridYear {
         };
         let medians = each(|point| point.median_lux);
         let [least, most] = area.extremes(&medians).unwrap_or_default();
-        let of_mean = grid.light.mean(grid.weights, light);
+        let of_mean = grid.sensors.mean(grid.weights, light);
         let points_of_standard = en17037::Points {
             area,
             autonomies_percent: &points.iter().map(|point| point.en17037_percent).collect::<Vec<_>>(),
@@ -114,9 +113,13 @@ impl GridYear {
 const DIRECT_HOURS: f64 = 250.0;
 
 /// Computes the share of the area in percent whose points have more than [`DIRECT_HOURS`].
-fn sun_exposure(area: Area, points: &[PointYear]) -> Bounded {
-    let hours: Vec<Value> = points.iter().map(|point| point.direct_hours).collect();
-    area.share_percent(&hours, DIRECT_HOURS.next_up())
+fn sun_exposure(area: Area, points: &[PointYear]) -> Option<Bounded> {
+    let hours = |(point, weight): (&PointYear, &f64)| match *weight > 0.0 {
+        true => point.direct_hours,
+        false => Some(Value::default()),
+    };
+    let hours: Option<Vec<Value>> = points.iter().zip(area.weights).map(hours).collect();
+    Some(area.share_percent(&hours?, DIRECT_HOURS.next_up()))
 }
 
 /// Judges a grid by the criteria of schemes; `middle` is the sensor in the middle, `mean` the mean of the area.
@@ -143,15 +146,4 @@ fn schemes(
         number_of_hours: [hours.of(hours.occupied), hours.of(hours.daylight), hours.of(&every)],
     };
     space.verdicts()
-}
-
-/// Computes the illuminances in lux of a sensor in all records of the year, dark ones included.
-pub fn row_lux(of_grid: &GridLight, sensor: usize, light: &RecordLight, records: usize) -> Vec<f32> {
-    let mut row = vec![0.0; records];
-    for (record, lux) in light.records.iter().zip(of_grid.row(sensor, light).lux) {
-        if let Some(of_record) = row.get_mut(*record) {
-            *of_record = lux as f32;
-        }
-    }
-    row
 }

@@ -6,7 +6,7 @@ use crate::fluxes::TubeYear;
 use crate::light::LitMoment;
 use crate::metrics::dimming::Dimming;
 use crate::metrics::schemes::{LEED_DAYS, LEED_HOURS, NBR_MOMENTS};
-use crate::sensors::GridLight;
+use crate::sensors::Sensors;
 use crate::weather::Record;
 
 /// Choices of what is computed.
@@ -58,8 +58,8 @@ pub struct YearInput<'a> {
 /// Grid whose year is summed up.
 #[derive(Clone, Copy, Debug)]
 pub struct GridInput<'a> {
-    /// Light of its sensors.
-    pub light: &'a GridLight,
+    /// Its sensors.
+    pub sensors: Sensors<'a>,
     /// Area in m2 that each sensor stands for; 0 for sensors inside solids or outside the room.
     pub weights: &'a [f64],
     /// Floor area in m2 that electric light and daylight share.

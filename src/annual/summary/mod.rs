@@ -13,7 +13,7 @@ use crate::light::LitMoment;
 use crate::response::RecordLight;
 use input::Hours;
 
-pub use grid::{GridYear, row_lux};
+pub use grid::GridYear;
 pub use input::{GridInput, Options, YearInput};
 pub use outside::Outside;
 pub use point::PointYear;

@@ -138,6 +138,7 @@ pub(super) fn upload(row: &SqliteRow, kind: UploadKind) -> Result<UploadedFile, 
         about: match kind {
             UploadKind::Mesh => About::Mesh(json(row, "about")?),
             UploadKind::Weather => About::Weather(json(row, "about")?),
+            UploadKind::Array => About::Array(json(row, "about")?),
         },
         created_at: get(row, "created_at")?,
     })

@@ -83,7 +83,7 @@ pub(super) async fn delete(
 ) -> Result<UploadDeletion, StoreError> {
     let query = sqlx::query(concat!(
         "SELECT j.id FROM jobs j JOIN job_uploads u ON u.job_id = j.id \
-         WHERE u.upload_id = $1 AND ($3 = 'weather' OR j.status IN ('queued', 'running')) AND EXISTS \
+         WHERE u.upload_id = $1 AND ($3 <> 'mesh' OR j.status IN ('queued', 'running')) AND EXISTS \
          (SELECT 1 FROM uploads f WHERE f.id = u.upload_id AND f.owner = j.owner AND f.kind = $3) AND ",
         in_scope!(),
         " LIMIT 1"

@@ -4,7 +4,8 @@ use super::schedule::hours_of_day;
 use super::{AnnualDocument, DimmingDocument, ScheduleDocument};
 use crate::document::errors::Checks;
 use crate::document::limits::{
-    MINIMUM_LIGHT, PERCENT, POWER_W_M2, RATIO, SUN_OFFSET_MINUTES, SUNS_PER_HOUR, THRESHOLD_LUX, THRESHOLDS, WEEKDAYS,
+    FILE_ID, MINIMUM_LIGHT, OUTPUTS, PERCENT, POWER_W_M2, RATIO, SUN_OFFSET_MINUTES, SUNS_PER_HOUR, THRESHOLD_LUX,
+    THRESHOLDS, WEEKDAYS,
 };
 
 impl AnnualDocument {
@@ -28,6 +29,19 @@ impl AnnualDocument {
         checks.number("/annual/sda/time_percent", self.sda.time_percent, PERCENT);
         if let Some(dimming) = &self.dimming {
             check_dimming(dimming, checks);
+        }
+        checks.at_most("/annual/other_daylight", self.other_daylight.len(), &OUTPUTS, "");
+        for (index, other) in self.other_daylight.iter().enumerate() {
+            if !FILE_ID.contains(&other.file.chars().count()) {
+                let detail = format!("must have {}..{} characters", FILE_ID.start(), FILE_ID.end());
+                checks.refuse(format!("/annual/other_daylight/{index}/file"), detail);
+            }
+        }
+        if !self.other_daylight.is_empty() && self.weather.with_pointers().count() > 1 {
+            checks.refuse(
+                "/annual/other_daylight",
+                "must be left out with several weather files: it belongs to one year",
+            );
         }
         if let Some(factors) = &self.maintenance {
             checks.numbers("/annual/maintenance", factors, RATIO);

@@ -56,10 +56,24 @@ pub struct AnnualDocument {
     /// Electric light that daylight saves; absent: not computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dimming: Option<DimmingDocument>,
+    /// Daylight of other openings, such as windows, as another program has computed it for the year; added to that of the tubes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_daylight: Vec<OtherDaylightDocument>,
     /// Factors of the light of all tubes in each month, January first, 0..1, such as for dirt and leaves; default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<MonthlyFactors>)]
     pub maintenance: Option<[f64; 12]>,
+}
+
+/// Other daylight of a grid.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OtherDaylightDocument {
+    /// Name of the grid.
+    pub grid: String,
+    /// Array of NumPy of the illuminances in lux, sensors x records, as `points.NAME.npy` of a year: id of an upload (`POST /v1/arrays`), or, on
+    /// the command line, path of the file.
+    pub file: String,
 }
 
 /// Source of the illuminances of sky and sun.

@@ -68,7 +68,7 @@ impl<'de> Visitor<'de> for Reader {
         Ok(OneOrThree::Three(numbers))
     }
 
-    /// Refuses an object: only the reflectance of a mirror may be a table.
+    /// Refuses an object, with words that say what the value may be.
     fn visit_map<A: MapAccess<'de>>(self, _: A) -> Result<OneOrThree, A::Error> {
         Err(A::Error::custom(format!("must be {}, not a table", self.what)))
     }

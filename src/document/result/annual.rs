@@ -181,8 +181,8 @@ pub struct GridYearResult {
     /// Spatial daylight autonomy: share of the area in percent.
     pub sda_percent: WithInterval,
     /// Annual sunlight exposure ASE1000,250: share of the area in percent with 1000 lx of sunlight that nothing in the room or the closure has
-    /// scattered in more than 250 occupied hours. It is 0 below Lambertian closures by definition.
-    pub ase_percent: f64,
+    /// scattered in more than 250 occupied hours. It is 0 below Lambertian closures by definition, and null for means over cells below others.
+    pub ase_percent: Option<f64>,
     /// Mean exposure in klx h.
     pub exposure_klxh: WithInterval,
     /// Mean illuminance of the occupied records in lux.
@@ -378,7 +378,7 @@ impl GridYearResult {
                 above_percent: year.useful.above_percent.into(),
             },
             sda_percent: year.spatial_percent.into(),
-            ase_percent: year.sun_exposure_percent.value,
+            ase_percent: year.sun_exposure_percent.map(|share| share.value),
             exposure_klxh: year.exposure_klxh.into(),
             mean_lux: year.mean_lux.into(),
             median_lux: median.into(),

@@ -32,12 +32,6 @@ pub struct Dropped {
 }
 
 impl TriangleMesh {
-    /// Returns the mesh with every coordinate multiplied by `factor`, e.g. metres per file unit.
-    pub fn scaled(&self, factor: f64) -> Self {
-        let positions = self.positions.iter().map(|position| *position * factor).collect();
-        Self { positions, ..self.clone() }
-    }
-
     /// Passes all numbers of the mesh to `show` as bytes, in blocks, to hash its content.
     // no generic function, which would be compiled where it is called, for size
     pub fn numbers_as_bytes(&self, show: &mut dyn FnMut(&[u8])) {

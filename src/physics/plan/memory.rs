@@ -106,9 +106,10 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         bytes.working = bytes.working.max(method.working_bytes(&load(scene.views.len())));
     }
     if let Some(moments) = &scene.moments {
-        let values = scene.grids.iter().map(Grid::len).sum::<usize>() as f64 * moments::columns(moments.len()) as f64;
-        bytes.grids += values * (COPIES * MOMENTS + VALUES_OF_PASS);
-        bytes.working += moments::COEFFICIENTS as f64 * 8.0 * moments.len() as f64;
+        let sensors = scene.grids.iter().map(Grid::len).sum::<usize>() as f64;
+        bytes.grids += sensors * moments::columns(moments.len()) as f64 * (COPIES * MOMENTS + VALUES_OF_PASS);
+        // luminances, and of each sensor the light of all patches, of those of one more part, and the coefficients
+        bytes.working += moments::COEFFICIENTS as f64 * (8.0 * moments.len() as f64 + 40.0 * sensors);
     }
     bytes.working += SURROUNDINGS * distinct_surroundings(scene) as f64;
     bytes

@@ -48,7 +48,7 @@ pub struct TraceableTube {
 
 impl TraceableTube {
     /// Returns the part of the outside that is seen toward a unit vector, and its relative luminance as in [`Surroundings::share`]; `None`
-    /// toward black ground.
+    /// below the horizontal without surroundings.
     pub fn outside(&self, toward: DVec3) -> Option<(OutsidePart, f64)> {
         let Some(surroundings) = &self.surroundings else {
             return (toward.z >= 0.0).then_some((OutsidePart::Sky, 1.0));

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::annual::metrics::Value;
-use crate::annual::summary::{Hour, PointYear, row_lux};
+use crate::annual::summary::{Hour, PointYear};
 
 use super::{FileYear, GridOfYear, JobYear};
 use crate::document::annual::AnnualDocument;
@@ -80,8 +80,8 @@ impl JobYear {
         columns.push(column("mean_lux".to_owned(), &|point| point.mean_lux));
         columns.push(column("median_lux".to_owned(), &|point| point.median_lux));
         columns.push(column("daylight_factor_percent".to_owned(), &|point| point.daylight_factor_percent));
-        if year.points.iter().any(|point| point.direct_hours.value > 0.0) {
-            columns.push(column("direct_sun_hours".to_owned(), &|point| point.direct_hours));
+        if year.points.iter().any(|point| point.direct_hours.is_some_and(|hours| hours.value > 0.0)) {
+            columns.push(column("direct_sun_hours".to_owned(), &|point| point.direct_hours.unwrap_or_default()));
         }
         let by_tube = year.points.iter().map(|point| point.by_tube_lux.len()).max().unwrap_or(0);
         for tube in 0..by_tube {
@@ -191,7 +191,7 @@ impl GridOfYear {
     /// Returns the illuminances of a sensor in all records; not-a-number for a sensor without a value.
     pub(super) fn row(&self, sensor: usize, year: &JobYear, records: usize) -> Vec<f32> {
         match self.weights[sensor] > 0.0 {
-            true => row_lux(&self.light, sensor, &year.first.light, records),
+            true => self.sensors(records).row_lux(sensor, &year.first.light),
             false => vec![f32::NAN; records],
         }
     }

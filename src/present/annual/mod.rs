@@ -15,7 +15,7 @@ use crate::annual::metrics::Value;
 use crate::annual::metrics::dimming::Dimming;
 use crate::annual::moment::Convention;
 use crate::annual::response::{RecordLight, Response, Responses, TubeRecord};
-use crate::annual::sensors::{GridLight, SensorsAtMoments};
+use crate::annual::sensors::{GridLight, Sensors, SensorsAtMoments};
 use crate::annual::summary::{GridInput, Hour, Options, PointYear, Year, YearInput, year};
 use crate::annual::weather::Weather;
 use crate::document::annual::{AnnualDocument, DimmingDocument};
@@ -23,7 +23,9 @@ use crate::document::result::annual::YearResult;
 use crate::document::result::{ExternalIlluminance, GridResult, TubeResponse};
 use crate::engine::annual::WeatherYear;
 use crate::engine::prepare::RenderJob;
-use crate::scene::{FaceKind, Grid};
+use crate::integrator::light_tracing::moments::columns;
+use crate::output::npy::Array;
+use crate::scene::{EstimateKind, FaceKind, Grid};
 use crate::traceable::TraceableTube;
 
 pub use honeybee::STATIC_APERTURES;
@@ -65,6 +67,8 @@ struct GridOfYear {
     /// Result under the overcast sky, without its responses.
     result: GridResult,
     light: GridLight,
+    /// Other daylight in lux, sensors x records.
+    other: Option<Arc<Array>>,
     /// Area in m2 that each sensor stands for; 0 for sensors without a value.
     weights: Vec<f64>,
 }
@@ -78,16 +82,24 @@ impl JobYear {
         let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
         let radii: Vec<f64> = job.traceable.tubes.iter().map(radius).collect();
         let lit = annual.files.first()?.lit.as_slice();
-        let grids = job.scene.grids.iter().zip(results);
+        let is_whole =
+            |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| values.len() == grid.len() * columns(lit.len());
+        // kept values belong to other moments if what is known of the weather has changed
+        if annual.at_moments && !job.scene.grids.iter().zip(&results).all(is_whole) {
+            return None;
+        }
+        let grids = job.scene.grids.iter().zip(&annual.others).zip(results);
         let grids: Vec<GridOfYear> = grids
-            .map(|(grid, (result, moments))| {
+            .map(|((grid, other), (result, moments))| {
                 let light = match annual.at_moments {
-                    true => GridLight::AtMoments(at_moments(&result, lit, &moments)),
+                    true => GridLight::AtMoments(at_moments(grid, &result, lit, &moments)),
                     false => GridLight::ByResponses(responses_of(result.tube_responses.as_deref(), &radii)),
                 };
-                GridOfYear::new(grid, result, light)
+                GridOfYear::new(grid, result, (light, other.clone()))
             })
             .collect();
+        // there is other daylight with one weather file alone
+        let records = annual.files.first()?.weather.records.len();
         let enclosure = &job.scene.room.enclosure;
         let floors = enclosure.faces().iter().filter(|face| face.kind == FaceKind::Floor);
         let zone_area_m2 = floors.map(|face| face.polygon.area_m2()).sum();
@@ -95,7 +107,7 @@ impl JobYear {
         let inputs: Vec<GridInput> = grids
             .iter()
             .map(|of| GridInput {
-                light: &of.light,
+                sensors: of.sensors(records),
                 weights: &of.weights,
                 zone_area_m2,
                 middle: of.nearest(low.midpoint(high).truncate()),
@@ -123,7 +135,10 @@ impl JobYear {
         let sensors: usize = self.grids.iter().map(|of| of.weights.len()).sum();
         let of_grids = self.grids.len() * (lit * size_of::<f64>() + GRID_BYTES) * (1 + self.others.len());
         let at_moments: usize = self.grids.iter().map(|of| of.light.bytes()).sum();
-        size_of_val(weather.records.as_slice()) + lit * of_record + sensors * of_sensor + of_grids + at_moments
+        let others = self.grids.iter().filter_map(|of| of.other.as_ref());
+        let of_others: usize = others.map(|other| size_of_val(other.values.as_slice())).sum();
+        let of_records = size_of_val(weather.records.as_slice()) + lit * of_record;
+        of_others + of_records + sensors * of_sensor + of_grids + at_moments
     }
 }
 
@@ -161,7 +176,7 @@ impl FileYear {
 }
 
 impl GridOfYear {
-    fn new(grid: &Grid, result: GridResult, light: GridLight) -> Self {
+    fn new(grid: &Grid, result: GridResult, (light, other): (GridLight, Option<Arc<Array>>)) -> Self {
         let result = GridResult { tube_responses: None, ..result };
         let has_value: Vec<bool> = result.illuminance_lux.iter().flatten().map(Option::is_some).collect();
         let area = |(sensor, has_value): (usize, &bool)| match (has_value, &grid.placed) {
@@ -170,7 +185,13 @@ impl GridOfYear {
             (true, None) => grid.cell_area_m2() * grid.area.as_ref().map_or(1.0, |area| area[sensor]),
         };
         let weights = has_value.iter().enumerate().map(area).collect();
-        Self { grid: grid.clone(), result, light, weights }
+        Self { grid: grid.clone(), result, light, other, weights }
+    }
+
+    /// Returns the sensors in a year of so many records.
+    fn sensors(&self, records: usize) -> Sensors<'_> {
+        let other_lux = self.other.as_ref().map_or(&[][..], |other| other.values.as_slice());
+        Sensors { light: &self.light, other_lux, records }
     }
 
     /// Returns the sensor with a value that is nearest to a point of the plan.
@@ -182,15 +203,16 @@ impl GridOfYear {
 }
 
 /// Converts the values of a grid at all moments; its daylight factors are those of its result.
-fn at_moments(result: &GridResult, lit: &[LitMoment], values: &[Value]) -> SensorsAtMoments {
+fn at_moments(grid: &Grid, result: &GridResult, lit: &[LitMoment], values: &[Value]) -> SensorsAtMoments {
     let ExternalIlluminance { sky, sun } = result.external_horizontal_illuminance_lux;
     let per_lux = if sky + sun > 0.0 { 100.0 / (sky + sun) } else { 0.0 };
     let of_grid = result.illuminance_lux.iter().flatten().zip(result.standard_error_lux.iter().flatten());
     let factor = |(lux, error): (&Option<f64>, &Option<f64>)| {
-        let [value, standard_error] = [lux, error].map(|lux| per_lux * lux.unwrap_or_default());
-        Value { value, standard_error }
+        let lux = lux.unwrap_or_default();
+        // nothing is known of the error of one pass
+        Value { value: per_lux * lux, standard_error: per_lux * error.unwrap_or(lux) }
     };
-    SensorsAtMoments::new(lit, values, of_grid.map(factor).collect())
+    SensorsAtMoments::new(lit, values, grid.estimate == EstimateKind::CellAverage, of_grid.map(factor).collect())
 }
 
 /// Converts the responses of a grid's result; the last of them is that to all tubes together.
@@ -199,13 +221,18 @@ fn responses_of(results: Option<&[TubeResponse]>, radii: &[f64]) -> Responses {
     let flat = |rows: &[Vec<Option<f64>>]| -> Vec<f64> {
         rows.iter().flatten().map(|value| value.unwrap_or_default()).collect()
     };
+    // nothing is known of the error of one pass
+    let errors = |result: &TubeResponse| -> Vec<f64> {
+        let values = flat(&result.lux_per_lumen);
+        result.standard_error.iter().flatten().zip(values).map(|(error, value)| error.unwrap_or(value)).collect()
+    };
     let of_tube = |(result, radius): (&TubeResponse, &f64)| -> Vec<Response> {
         let moments: Vec<Vec<f64>> = result.moments.iter().map(|rows| flat(rows)).collect();
         let gradient = |sensor: usize| match &moments[..] {
             [along_x, along_y] => DVec2::new(along_x[sensor], along_y[sensor]) * (4.0 / radius),
             _ => DVec2::ZERO,
         };
-        let values = flat(&result.lux_per_lumen).into_iter().zip(flat(&result.standard_error));
+        let values = flat(&result.lux_per_lumen).into_iter().zip(errors(result));
         let response = |(sensor, (lux_per_lumen, standard_error)): (usize, (f64, f64))| Response {
             lux_per_lumen,
             gradient: gradient(sensor),
@@ -214,7 +241,7 @@ fn responses_of(results: Option<&[TubeResponse]>, radii: &[f64]) -> Responses {
         values.enumerate().map(response).collect()
     };
     let tubes: Vec<Vec<Response>> = results.iter().zip(radii).map(of_tube).collect();
-    let errors_of_all = results.get(radii.len()).map(|all| flat(&all.standard_error)).unwrap_or_default();
+    let errors_of_all = results.get(radii.len()).map(errors).unwrap_or_default();
     Responses::new(tubes, &errors_of_all)
 }
 

@@ -62,3 +62,31 @@ async fn years_without_weather_and_jobs_without_years() {
     problem(service.get(&format!("{path}/annual")).send().await.unwrap(), 404).await;
     problem(service.get(&format!("{path}/annual/hours.csv")).send().await.unwrap(), 404).await;
 }
+
+#[tokio::test]
+async fn other_daylight_from_upload_to_deletion() {
+    let service = TestService::start().await;
+    let upload = service.request(Method::POST, "/v1/weather").header("content-type", "text/plain").body(SYNTHETIC);
+    let weather: Value = upload.send().await.unwrap().json().await.unwrap();
+    let mut job = year(weather["id"].as_str().unwrap());
+    let grid = &job["grids"][0];
+    let cells = grid["cells"].as_array().unwrap().iter().map(|cells| cells.as_u64().unwrap() as usize).product();
+    let post = |body: Vec<u8>| service.request(Method::POST, "/v1/arrays").body(body).send();
+    problem(post(b"x".to_vec()).await.unwrap(), 422).await;
+    let array = skyduct::output::npy::encode([cells, 8760], std::iter::repeat_n(400.0, cells * 8760));
+    let posted = post(array).await.unwrap();
+    assert_eq!(posted.status(), StatusCode::CREATED);
+    let path = posted.headers()["location"].to_str().unwrap().to_owned();
+    let array: Value = posted.json().await.unwrap();
+    assert_eq!((&array["rows"], &array["columns"]), (&json!(cells), &json!(8760)));
+    assert_eq!(service.json(&path).await, array);
+    job["annual"]["other_daylight"] = json!([{ "grid": grid["name"], "file": array["id"] }]);
+    let of_job = service.submit(&job).await;
+    assert_eq!(service.finished(&of_job).await["status"], "succeeded");
+    let summary = service.json(&format!("{of_job}/annual")).await;
+    assert!(summary["grids"][0]["mean_lux"]["value"].as_f64().unwrap() > 300.0);
+    problem(service.request(Method::DELETE, &path).send().await.unwrap(), 409).await;
+    service.request(Method::DELETE, &of_job).send().await.unwrap();
+    assert_eq!(service.request(Method::DELETE, &path).send().await.unwrap().status(), StatusCode::NO_CONTENT);
+    problem(service.get(&path).send().await.unwrap(), 404).await;
+}

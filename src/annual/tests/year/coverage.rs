@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 use skyduct_annual::metrics::points::Illuminances;
-use skyduct_annual::response::RecordLight;
-use skyduct_annual::sensors::LitRow;
+use skyduct_annual::response::{LitRow, RecordLight};
 use skyduct_physics::sampling::{Key, PathRandom};
 use skyduct_physics::statistics::interval::two_sided_normal_quantile;
 

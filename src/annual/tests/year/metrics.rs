@@ -5,12 +5,17 @@ use skyduct_annual::fluxes::TubeYear;
 use skyduct_annual::metrics::Outcome;
 use skyduct_annual::metrics::dimming::Dimming;
 use skyduct_annual::response::{RecordLight, Responses};
-use skyduct_annual::sensors::GridLight;
+use skyduct_annual::sensors::{GridLight, Sensors};
 use skyduct_annual::summary::{GridInput, GridYear, Options, Year, YearInput, year};
 
 use crate::given::{
     CLASSROOM_RESPONSE, THESIS_POINTS, THESIS_POINTS_CENTROID, TUBES, YEAR, daylight, occupied, responses, rows,
 };
+
+/// Returns the sensors with this light, without other daylight.
+fn sensors(light: &GridLight) -> Sensors<'_> {
+    Sensors { light, other_lux: &[], records: 8760 }
+}
 
 /// Sums up the year of equal tubes and one grid of equal cells.
 fn of(
@@ -32,7 +37,7 @@ fn of(
         daylight: &daylight,
     };
     let light = GridLight::ByResponses(responses.clone());
-    let grid = GridInput { light: &light, weights: &weights, zone_area_m2, middle: Some(weights.len() / 2) };
+    let grid = GridInput { sensors: sensors(&light), weights: &weights, zone_area_m2, middle: Some(weights.len() / 2) };
     let dimming = Some(Dimming { setpoint_lux, ..Dimming::default() });
     let options = Options { thresholds_lux: vec![100.0, 200.0, 300.0, 500.0], dimming, ..Options::default() };
     year(&input, &RecordLight::new(input.lit, input.tubes), &[grid], &options)
@@ -96,7 +101,7 @@ fn metrics_of_the_thesis_room() {
     let kwh = [energy.full_kwh, energy.saved_kwh.value, energy.saved_at_most_kwh.value];
     close("kWh", &kwh, &[90.425_63, 24.133_66, 24.202_60], 0.01);
     close("medians", &grid.median_lux.map(|lux| lux.value), &[45.452_83, 33.195_06, 56.350_08], 0.02);
-    close("spatial", &[grid.spatial_percent.value, grid.sun_exposure_percent.value], &[0.0, 0.0], 0.0);
+    close("spatial", &[grid.spatial_percent.value, grid.sun_exposure_percent.unwrap().value], &[0.0, 0.0], 0.0);
     close("factors", &[mean_factor(grid)], &[0.2522], 1e-4);
     assert!(grid.verdicts.iter().filter(|verdict| verdict.scheme == "EN 17037").all(|v| v.outcome == Outcome::Fail));
     assert_eq!(of_year.hours.len(), 4396);
@@ -168,6 +173,36 @@ fn centroids_move_the_light() {
     assert!(changed > 1e-3 && changed < 1.4e-3, "{changed}");
 }
 
+/// Adds daylight of other openings to one sensor, of which the mean has its part; its relative error falls by the share, its absolute error stays.
+#[test]
+fn other_daylight_is_added_record_by_record() {
+    let points = rows(THESIS_POINTS);
+    let of_room = responses(points.iter().map(|row| (row[2], 0.01 * row[2])), 1);
+    let light = RecordLight::new(&YEAR.lit, &TUBES[..1]);
+    let of_room = GridLight::ByResponses(of_room);
+    let alone = sensors(&of_room);
+    let mut other_lux = vec![0.0f32; 81 * 8760];
+    let of_sensor: Vec<f32> = (0..8760).map(|record| (record % 7) as f32 * 50.0).collect();
+    other_lux[3 * 8760..4 * 8760].copy_from_slice(&of_sensor);
+    let both = Sensors { other_lux: &other_lux, ..alone };
+    let [of_tubes, of_all] = [alone, both].map(|sensors| sensors.row(3, &light));
+    let [(tubes, error), (all, less)] = [of_tubes, of_all].map(|row| (row.lux, row.relative_error));
+    for (place, record) in light.records.iter().enumerate() {
+        assert!((all[place] - tubes[place] - f64::from(of_sensor[*record])).abs() < 1e-9);
+        assert_eq!(both.row_lux(3, &light)[*record], all[place] as f32);
+        if place > 40 {
+            break;
+        }
+    }
+    let [of_tubes, of_all] = [&tubes, &all].map(|lux| lux.iter().sum::<f64>());
+    assert!((error * of_tubes / (less * of_all) - 1.0).abs() < 1e-12 && less < error);
+    assert_eq!(alone.row(4, &light), both.row(4, &light));
+    let weights = [1.0; 81];
+    let [mean, with_other] = [alone, both].map(|sensors| sensors.mean(&weights, &light).lux);
+    let expected = f64::from(of_sensor[light.records[10]]) / 81.0;
+    assert!((with_other[10] - mean[10] - expected).abs() < 1e-9);
+}
+
 /// Checks that two grids and points without weight do not disturb each other, and that nothing comes of a year without light.
 #[test]
 fn points_without_weight_and_dark_years() {
@@ -187,7 +222,7 @@ fn points_without_weight_and_dark_years() {
         daylight: &daylight,
     };
     let of_room = GridLight::ByResponses(of_room);
-    let grid = GridInput { light: &of_room, weights: &weights, zone_area_m2: 1.0, middle: None };
+    let grid = GridInput { sensors: sensors(&of_room), weights: &weights, zone_area_m2: 1.0, middle: None };
     let of_one = year(&input, &RecordLight::new(input.lit, input.tubes), &[grid], &Options::default());
     let (grid_of_one, point) = (&of_one.grids[0], &of_one.grids[0].points[0]);
     assert_eq!(grid_of_one.autonomies_percent[0], point.autonomies_percent[0]);

@@ -79,7 +79,8 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
 }
 
 /// Returns the number of values of a sensor: its illuminances at the moments, the sum of these times their hours in lx h, and the occupied
-/// hours in which unscattered light of the sun alone gives at least [`DIRECT_LUX`].
+/// hours in which unscattered light of the sun alone gives at least [`DIRECT_LUX`], which are those of points: the few rays of a pass tell of
+/// no threshold in a cell.
 pub fn columns(moments: usize) -> usize {
     moments + SUMMARIES
 }
@@ -225,7 +226,8 @@ impl<const C: usize> AtMoments<C> {
         let of_photons = emission(photons);
         let sums = self.tracing.photons(&of_photons, key, 0..of_photons.photons());
         let mut light = Light { unscattered: vec![0.0; sums.lux.len()], scattered: sums.lux, rays: sums.totals.rays };
-        if let Some(plane) = sensors.iter().find(|plane| plane.average) {
+        let has_beams = self.tracing.beams.is_some();
+        if let Some(plane) = sensors.iter().find(|plane| has_beams && plane.average) {
             let beams = emission(BEAMS_PER_PHOTON * photons);
             let (stream, numbers) = (key.stream(Stream::Unscattered, plane.first as u64), 0..beams.photons());
             let sums = &mut light.unscattered;
