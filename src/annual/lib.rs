@@ -4,6 +4,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 mod calendar;
+pub mod eyes;
 pub mod fluxes;
 pub mod light;
 pub mod metrics;

@@ -2,6 +2,7 @@
 
 use skyduct_physics::integrator::light_tracing::moments::SUMMARIES;
 
+use crate::eyes::Eye;
 use crate::light::LitMoment;
 use crate::metrics::Value;
 use crate::response::{LitRow, RecordLight, Responses};
@@ -140,6 +141,8 @@ pub struct Sensors<'a> {
     pub light: &'a GridLight,
     /// Illuminances in lux by other daylight, of all records sensor by sensor; empty without any. Those of records without light do not count.
     pub other_lux: &'a [f32],
+    /// Eyes among the sensors; empty where there are none.
+    pub eyes: &'a [Option<Eye>],
     /// Number of records of the year.
     pub records: usize,
 }

@@ -392,3 +392,42 @@ impl FileSource for WithArray {
         npy::decode(&self.0).map(std::sync::Arc::new).map_err(|error| error.to_string())
     }
 }
+
+/// An eye before a wall has a small closure above it: its rating by the hour is that of the formula for a source of one place, with the background of
+/// its own illuminance less the direct part; the eye that looks at the floor is none.
+#[test]
+fn eyes_have_a_rating_in_every_hour() {
+    let mut document = classroom();
+    let tube = json!({ "centre_m": [4.5, 3.0], "diameter_m": 0.2, "reflectance": 0.98, "segments": [{ "length_m": 0.5 }],
+                       "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": 0.8, "reflectance": 0.0 } });
+    document["tubes"] = json!([tube]);
+    document["annual"]["schedule"] = json!({ "kind": "daylight_hours" });
+    document["grids"] = json!([{ "name": "eyes", "points_m": [[1.5, 3.0, 1.2, 1, 0, 0], [1.5, 3.0, 1.2, 0, 0, -1]] }]);
+    let prepared = prepared(&document);
+    let hours = String::from_utf8(file(&prepared, 4, Annual::Hours, Format::Csv)).unwrap();
+    let names: Vec<&str> = hours.lines().next().unwrap().split(',').collect();
+    assert!(names.contains(&"eyes_0_ugr") && !names.contains(&"eyes_1_ugr"), "{names:?}");
+    let array = file(&prepared, 4, Annual::Points("eyes".to_owned()), Format::Ill);
+    let lux: Vec<f64> =
+        String::from_utf8(array).unwrap().lines().next().unwrap().split('\t').map(|lux| lux.parse().unwrap()).collect();
+    // 3 m ahead and 1.8 m above: the cosine at closure and eye, and 31 degrees above the line of sight
+    let (distance, area) = (3.0f64.hypot(1.8), std::f64::consts::PI * 0.01);
+    let solid_angle = area * 1.8 / distance.powi(3);
+    let degrees = (1.8f64 / 3.0).atan().to_degrees();
+    let index = (1e-3 * (35.2 - 1.22) * degrees + 1e-5 * 21.0 * degrees * degrees).exp();
+    let mut compared = 0;
+    for (row, lux) in hours.lines().skip(1).zip(&lux).step_by(50) {
+        let fields: Vec<f64> = row.split(',').map(|field| field.parse().unwrap()).collect();
+        let luminance = (fields[9] + fields[10]) / (std::f64::consts::PI * area);
+        let background = (lux - luminance * solid_angle * 3.0 / distance) / std::f64::consts::PI;
+        let expected = 8.0 * (0.25 * luminance * luminance * solid_angle / (index * index * background)).log10();
+        // printed lux have two decimals
+        if *lux > 2.0 {
+            assert!((fields.last().unwrap() - expected.max(0.0)).abs() < 0.05, "{row}: {expected}");
+            compared += usize::from(expected > 5.0);
+        }
+    }
+    assert!(compared > 20, "{compared}");
+    let points = String::from_utf8(file(&prepared, 4, Annual::Points("eyes".to_owned()), Format::Csv)).unwrap();
+    assert!(points.lines().next().unwrap().contains("ugr_above_19_percent,ugr_above_19_percent_standard_error"));
+}

@@ -1,5 +1,6 @@
 //! All metrics of one point of a grid.
 
+use crate::eyes::GlareYear;
 use crate::metrics::Value;
 use crate::metrics::en17037::THRESHOLDS_LUX;
 use crate::metrics::points::{Illuminances, Useful};
@@ -30,6 +31,8 @@ pub struct PointYear {
     pub daylight_factor_percent: Value,
     /// Occupied hours in which unscattered sunlight alone gives 1000 lx; `None` where they are not known.
     pub direct_hours: Option<Value>,
+    /// Glare of the closures; `None` for sensors that are no eyes.
+    pub glare: Option<GlareYear>,
     /// Mean illuminance in lux over all records by each tube alone; empty where it is not known.
     pub by_tube_lux: Vec<f64>,
     pub(super) en17037_percent: [Value; THRESHOLDS_LUX.len()],
@@ -50,6 +53,7 @@ impl PointYear {
         let all = of(&vec![true; hours.occupied.len()]);
         let with_error = |value: f64| Value { value, standard_error: value * error };
         let of_tubes = sensors.light.row(sensor, light).relative_error;
+        let eye = sensors.eyes.get(sensor).and_then(Option::as_ref);
         let mean = occupied.lit_lux.iter().sum::<f64>() / occupied.records.max(1) as f64;
         let of_year = hours.each * all.records as f64 / 100.0;
         let of_record = |values: &[f64], record: &usize| {
@@ -84,6 +88,7 @@ impl PointYear {
             median_lux: daylight.median_lux(),
             daylight_factor_percent: sensors.light.daylight_factor_percent(sensor, &hours.overcast_m2, of_tubes),
             direct_hours: sensors.light.direct_hours(sensor),
+            glare: eye.map(|eye| eye.year((&row.lux, error), light, hours.occupied)),
             by_tube_lux: sensors.light.mean_by_tube_lux(sensor, light, all.records),
             en17037_percent: THRESHOLDS_LUX.map(|lux| daylight.autonomy_percent(lux)),
             of_occupied_percent: OCCUPIED_LUX.map(|lux| occupied.autonomy_percent(lux)),

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::annual::eyes::{Eye, RATINGS};
 use crate::annual::metrics::Value;
 use crate::annual::summary::{Hour, PointYear};
 
@@ -56,16 +57,17 @@ impl JobYear {
         let (number, of) = self.grid(name)?;
         let year = &self.first.year.grids[number];
         let points_m = (0..of.weights.len()).map(|sensor| of.grid.sensor(sensor).position.to_array()).collect();
-        let column = |name: String, value: &dyn Fn(&PointYear) -> Value| {
+        let optional = |name: String, value: &dyn Fn(&PointYear) -> Option<Value>| {
             let values = year.points.iter().zip(&of.weights);
             let values: Vec<Option<Value>> =
-                values.map(|(point, weight)| (*weight > 0.0).then(|| value(point))).collect();
+                values.map(|(point, weight)| value(point).filter(|_| *weight > 0.0)).collect();
             ColumnResult {
                 name,
                 values: values.iter().map(|value| value.map(|value| value.value)).collect(),
                 standard_errors: values.iter().map(|value| value.map(|value| value.standard_error)).collect(),
             }
         };
+        let column = |name: String, value: &dyn Fn(&PointYear) -> Value| optional(name, &|point| Some(value(point)));
         let mut columns = Vec::new();
         for (number, lux) in self.document.thresholds_lux.iter().enumerate() {
             columns.push(column(format!("da_{lux}_percent"), &|point| point.autonomies_percent[number]));
@@ -82,6 +84,13 @@ impl JobYear {
         columns.push(column("daylight_factor_percent".to_owned(), &|point| point.daylight_factor_percent));
         if year.points.iter().any(|point| point.direct_hours.is_some_and(|hours| hours.value > 0.0)) {
             columns.push(column("direct_sun_hours".to_owned(), &|point| point.direct_hours.unwrap_or_default()));
+        }
+        if year.points.iter().any(|point| point.glare.is_some()) {
+            for (number, limit) in RATINGS.into_iter().enumerate() {
+                let above = |point: &PointYear| point.glare.map(|glare| glare.above_percent[number]);
+                columns.push(optional(format!("ugr_above_{limit}_percent"), &above));
+            }
+            columns.push(optional("largest_ugr".to_owned(), &|point| point.glare.map(|glare| glare.largest)));
         }
         let by_tube = year.points.iter().map(|point| point.by_tube_lux.len()).max().unwrap_or(0);
         for tube in 0..by_tube {
@@ -108,9 +117,17 @@ impl JobYear {
         for of in &self.grids {
             let _ = write!(table, ",{}_mean_lux", of.grid.name);
         }
+        let eyes: Vec<(String, Vec<f64>)> = self.grids.iter().flat_map(|of| of.ratings(self)).collect();
+        for (name, _) in &eyes {
+            let _ = write!(table, ",{name}");
+        }
         table.push('\n');
-        for hour in &self.first.year.hours {
+        for (place, hour) in self.first.year.hours.iter().enumerate() {
             self.hour(&mut table, hour);
+            for (_, ratings) in &eyes {
+                let _ = write!(table, ",{:.2}", ratings[place]);
+            }
+            table.push('\n');
         }
         table
     }
@@ -136,7 +153,6 @@ impl JobYear {
         for lux in &hour.grids_lux {
             let _ = write!(table, ",{lux:.2}");
         }
-        table.push('\n');
     }
 
     /// Returns the illuminances of the sensors of a grid in lux in all records, as an array of NumPy (version 1.0): float32, one row for
@@ -187,7 +203,21 @@ impl JobYear {
     }
 }
 
+/// Largest number of eyes of a grid whose ratings are in the table of hours.
+const MOST_EYES: usize = 16;
+
 impl GridOfYear {
+    /// Returns the unified glare ratings of the first eyes in the records with light, each with the name of its column.
+    fn ratings(&self, year: &JobYear) -> Vec<(String, Vec<f64>)> {
+        let sensors = self.sensors(year.first.weather.records.len());
+        let eyes = self.eyes.iter().enumerate().filter_map(|(sensor, eye)| Some((sensor, eye.as_ref()?)));
+        let ratings = |(sensor, eye): (usize, &Eye)| {
+            let (lux, _) = sensors.illuminances(sensor, &year.first.light);
+            (format!("{}_{sensor}_ugr", self.grid.name), eye.ratings(&lux, &year.first.light))
+        };
+        eyes.take(MOST_EYES).map(ratings).collect()
+    }
+
     /// Returns the illuminances of a sensor in all records; not-a-number for a sensor without a value.
     pub(super) fn row(&self, sensor: usize, year: &JobYear, records: usize) -> Vec<f32> {
         match self.weights[sensor] > 0.0 {

@@ -9,7 +9,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec2;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use crate::annual::eyes::Eye;
 use crate::annual::light::LitMoment;
 use crate::annual::metrics::Value;
 use crate::annual::metrics::dimming::Dimming;
@@ -26,7 +28,7 @@ use crate::engine::prepare::RenderJob;
 use crate::integrator::light_tracing::moments::columns;
 use crate::output::npy::Array;
 use crate::scene::{EstimateKind, FaceKind, Grid};
-use crate::traceable::TraceableTube;
+use crate::traceable::{TraceableScene, TraceableTube};
 
 pub use honeybee::STATIC_APERTURES;
 pub use lumens::FileLumens;
@@ -67,6 +69,8 @@ struct GridOfYear {
     /// Result under the overcast sky, without its responses.
     result: GridResult,
     light: GridLight,
+    /// Eyes among the sensors; empty where there are none.
+    eyes: Vec<Option<Eye>>,
     /// Other daylight in lux, sensors x records.
     other: Option<Arc<Array>>,
     /// Area in m2 that each sensor stands for; 0 for sensors without a value.
@@ -95,7 +99,7 @@ impl JobYear {
                     true => GridLight::AtMoments(at_moments(grid, &result, lit, &moments)),
                     false => GridLight::ByResponses(responses_of(result.tube_responses.as_deref(), &radii)),
                 };
-                GridOfYear::new(grid, result, (light, other.clone()))
+                GridOfYear::new(grid, result, (light, other.clone()), &job.traceable)
             })
             .collect();
         // there is other daylight with one weather file alone
@@ -176,7 +180,12 @@ impl FileYear {
 }
 
 impl GridOfYear {
-    fn new(grid: &Grid, result: GridResult, (light, other): (GridLight, Option<Arc<Array>>)) -> Self {
+    fn new(
+        grid: &Grid,
+        result: GridResult,
+        (light, other): (GridLight, Option<Arc<Array>>),
+        scene: &TraceableScene,
+    ) -> Self {
         let result = GridResult { tube_responses: None, ..result };
         let has_value: Vec<bool> = result.illuminance_lux.iter().flatten().map(Option::is_some).collect();
         let area = |(sensor, has_value): (usize, &bool)| match (has_value, &grid.placed) {
@@ -184,14 +193,18 @@ impl GridOfYear {
             (true, Some(_)) => 1.0,
             (true, None) => grid.cell_area_m2() * grid.area.as_ref().map_or(1.0, |area| area[sensor]),
         };
-        let weights = has_value.iter().enumerate().map(area).collect();
-        Self { grid: grid.clone(), result, light, other, weights }
+        let weights: Vec<f64> = has_value.iter().enumerate().map(area).collect();
+        // level grids face up
+        let sensors = 0..if grid.placed.is_some() { weights.len() } else { 0 };
+        let eye = |sensor: usize| Eye::new(scene, &grid.sensor(sensor)).filter(|_| has_value[sensor]);
+        let eyes = sensors.into_par_iter().map(eye).collect();
+        Self { grid: grid.clone(), result, light, eyes, other, weights }
     }
 
     /// Returns the sensors in a year of so many records.
     fn sensors(&self, records: usize) -> Sensors<'_> {
         let other_lux = self.other.as_ref().map_or(&[][..], |other| other.values.as_slice());
-        Sensors { light: &self.light, other_lux, records }
+        Sensors { light: &self.light, other_lux, eyes: &self.eyes, records }
     }
 
     /// Returns the sensor with a value that is nearest to a point of the plan.

@@ -14,7 +14,7 @@ use crate::given::{
 
 /// Returns the sensors with this light, without other daylight.
 fn sensors(light: &GridLight) -> Sensors<'_> {
-    Sensors { light, other_lux: &[], records: 8760 }
+    Sensors { light, other_lux: &[], eyes: &[], records: 8760 }
 }
 
 /// Sums up the year of equal tubes and one grid of equal cells.
