@@ -212,7 +212,7 @@ impl GridOfYear {
         let sensors = self.sensors(year.first.weather.records.len());
         let eyes = self.eyes.iter().enumerate().filter_map(|(sensor, eye)| Some((sensor, eye.as_ref()?)));
         let ratings = |(sensor, eye): (usize, &Eye)| {
-            let (lux, _) = sensors.illuminances(sensor, &year.first.light);
+            let lux = sensors.row(sensor, &year.first.light).lux;
             (format!("{}_{sensor}_ugr", self.grid.name), eye.ratings(&lux, &year.first.light))
         };
         eyes.take(MOST_EYES).map(ratings).collect()
