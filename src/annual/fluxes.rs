@@ -42,6 +42,8 @@ pub struct TubeYear {
     pub relative_error: f64,
     /// Light under the CIE standard overcast sky over its horizontal illuminance, in m2.
     pub overcast_m2: f64,
+    /// True if the closure is Lambertian, so that its light gives it one luminance.
+    pub is_lambertian: bool,
 }
 
 /// Largest number of tubes with closed forms before a horizon whose moments take the time of one tube through which rays are traced.
@@ -82,7 +84,7 @@ pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Vec<T
                 let key = Key::new(seed).child(number as u64);
                 let surroundings = tube.surroundings.as_deref();
                 let delivery = Delivery::new(&tube.guide, surroundings, closure(tube), scene.guide_return, key);
-                tube_year(&delivery, lit, &rings)
+                TubeYear { is_lambertian: is_lambertian(tube), ..tube_year(&delivery, lit, &rings) }
             }
         };
         years.push(year);
@@ -113,7 +115,13 @@ fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> Tube
     let relative_error = if whole > 0.0 { error / whole } else { 0.0 };
     let overcast = SkyDistribution::new(CieType::STANDARD_OVERCAST, DVec3::Z);
     let of_overcast = delivery.of_sky(&overcast, &SkyRings::new(&overcast));
-    TubeYear { moments, relative_error, overcast_m2: of_overcast.area_m2 + ground.area_m2 }
+    let overcast_m2 = of_overcast.area_m2 + ground.area_m2;
+    TubeYear { moments, relative_error, overcast_m2, is_lambertian: false }
+}
+
+/// True if the closure of a tube is Lambertian all over.
+fn is_lambertian(tube: &TraceableTube) -> bool {
+    tube.specular_zone().is_none() && tube.diffuser.measured().is_none()
 }
 
 /// Returns the closure of a tube.
@@ -128,7 +136,7 @@ fn closure(tube: &TraceableTube) -> TubeClosure<'_> {
         }
     };
     // the same everywhere and from everywhere
-    let is_even = tube.diffuser.measured().is_none() && tube.specular_zone().is_none_or(|_| !tube.scatters());
+    let is_even = is_lambertian(tube) || !tube.scatters();
     if !is_even {
         return TubeClosure::Other(&tube.diffuser, tube.pipe_radius);
     }

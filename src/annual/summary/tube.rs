@@ -27,8 +27,8 @@ pub struct TubeSummary {
     pub largest_lm: f64,
     /// Light into the room over the light that falls on a horizontal surface as large as the opening.
     pub transmission: f64,
-    /// Luminance of the closure.
-    pub luminance: ClosureLuminance,
+    /// Luminance of the closure; `None` unless it is Lambertian.
+    pub luminance: Option<ClosureLuminance>,
 }
 
 impl TubeSummary {
@@ -44,7 +44,9 @@ impl TubeSummary {
         let none: &[TubeRecord] = &[];
         let lights = light.tubes.get(number).map_or(none, Vec::as_slice);
         let mut summary = Self {
-            luminance: ClosureLuminance::new(lights, &light.records, hours.occupied, radius, hours.each),
+            luminance: year
+                .is_lambertian
+                .then(|| ClosureLuminance::new(lights, &light.records, hours.occupied, radius, hours.each)),
             ..Self::default()
         };
         for (of_record, record) in lights.iter().zip(&light.records) {

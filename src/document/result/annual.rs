@@ -138,9 +138,9 @@ pub struct TubeYearResult {
     pub largest_lm: f64,
     /// Light into the room over the light that falls on a horizontal surface as large as the opening.
     pub transmission: f64,
-    /// Largest luminance of the closure in an occupied record in cd/m2.
-    pub largest_luminance_cd_m2: f64,
-    /// Occupied hours in which the luminance of the closure is above limits.
+    /// Largest luminance of the closure in an occupied record in cd/m2; null unless it is Lambertian.
+    pub largest_luminance_cd_m2: Option<f64>,
+    /// Occupied hours in which the luminance of the closure is above limits; empty unless it is Lambertian.
     pub luminance_hours: Vec<LuminanceHours>,
 }
 
@@ -156,6 +156,7 @@ pub struct LuminanceHours {
 impl From<&TubeSummary> for TubeYearResult {
     fn from(tube: &TubeSummary) -> Self {
         let hours = |(above_cd_m2, hours): (f64, f64)| LuminanceHours { above_cd_m2, hours };
+        let above = tube.luminance.iter().flat_map(|luminance| LIMITS_CD_M2.into_iter().zip(luminance.hours_above));
         Self {
             klm_h: tube.klm_h.into(),
             occupied_klm_h: tube.occupied_klm_h,
@@ -163,8 +164,8 @@ impl From<&TubeSummary> for TubeYearResult {
             monthly_klm_h: tube.monthly_klm_h,
             largest_lm: tube.largest_lm,
             transmission: tube.transmission,
-            largest_luminance_cd_m2: tube.luminance.largest_cd_m2,
-            luminance_hours: LIMITS_CD_M2.into_iter().zip(tube.luminance.hours_above).map(hours).collect(),
+            largest_luminance_cd_m2: tube.luminance.as_ref().map(|luminance| luminance.largest_cd_m2),
+            luminance_hours: above.map(hours).collect(),
         }
     }
 }
