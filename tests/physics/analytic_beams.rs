@@ -139,7 +139,7 @@ fn agrees_with_light_tracing() {
     let sensors: usize = kinds.iter().map(|(_, scene)| scene.grids[0].len()).sum();
     let most = two_sided_normal_quantile(1.0 - FALSE_ALARM / (sensors * seeds.len()) as f64);
     for (name, scene) in &kinds {
-        let traced = scenes::run(scene, &*scenes::light_tracing(scene, 1 << 13, 7), 24);
+        let traced = scenes::run(scene, &*scenes::light_tracing(scene, 1 << 13, 7), 12);
         for seed in seeds {
             let solution = solve(scene, seed);
             let (mut worst, mut squares) = (0f64, 0.0);

@@ -143,7 +143,7 @@ enum OfSkies {
     /// Quadrature.
     Nodes {
         /// Area in m2 at the zenith angles of [`SkyRings`], per horizontal illuminance.
-        rings: [f64; RINGS],
+        rings: Box<[f64; RINGS]>,
         /// Directions that the horizon hides, with the flux per luminance in m2 sr.
         hidden: Vec<(DVec3, f64)>,
         /// Fraction of the light that leaves the closure.
@@ -193,7 +193,10 @@ impl<'a> Delivery<'a> {
                     horizon.into_iter().flat_map(|horizon| horizon.hidden(azimuths, heights)).map(of).collect();
                 let area_m2 = below * hidden.iter().map(|(_, flux)| flux).sum::<f64>();
                 let rings = zenith_angles().map(|toward| closed_area(guide, passed, toward) / toward.z);
-                (OfSkies::Nodes { rings, hidden, passed }, Delivered { area_m2, ..Delivered::default() })
+                (
+                    OfSkies::Nodes { rings: Box::new(rings), hidden, passed },
+                    Delivered { area_m2, ..Delivered::default() },
+                )
             }
             None => {
                 let mut rays = rays(OF_SKIES, 1.0);

@@ -35,8 +35,8 @@ use crate::judge::{self, Deviation, Measured, Verdict, compare, deviation, sigma
 /// Probability that a change of the random numbers alone lets any comparison of the matrix fail.
 const FALSE_ALARM: f64 = 0.01;
 
-/// The standard error's own error is 13 %, which Student's t takes into account.
-const EFFORT: Effort = Effort { passes: 32, factor: 1.0, long: false };
+/// The standard error's own error is 15 %, which Student's t takes into account.
+const EFFORT: Effort = Effort { passes: 24, factor: 1.0, long: false };
 
 /// Effort of the long trial: half of the errors.
 const LONG_EFFORT: Effort = Effort { factor: 4.0, ..EFFORT };
