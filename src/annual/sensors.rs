@@ -166,6 +166,11 @@ impl Sensors<'_> {
         with_others(self.light.mean(weights, light), other, light)
     }
 
+    /// Returns the occupied hours of direct sunlight as [`GridLight::direct_hours`]; `None` with other daylight, which may have some.
+    pub fn direct_hours(&self, sensor: usize) -> Option<Value> {
+        self.light.direct_hours(sensor).filter(|_| self.other_lux.is_empty())
+    }
+
     /// Computes the illuminances in lux of a sensor in all records of the year, dark ones included.
     pub fn row_lux(&self, sensor: usize, light: &RecordLight) -> Vec<f32> {
         let mut row = vec![0.0; self.records];

@@ -11,8 +11,7 @@ use crate::http::formats::{self, Format};
 use crate::http::problem::{Path, Problem};
 use crate::http::results::{grid_names, no_such_output, result_file};
 use crate::http::{App, Service};
-use crate::present::annual::STATIC_APERTURES;
-use crate::present::outputs::{Annual, Output, annual_outputs, moments_outputs};
+use crate::present::outputs::{Annual, Output, STATIC_APERTURES, annual_outputs, moments_outputs};
 
 /// Returns the year of a job: light of the tubes, metrics of the grids, and verdicts.
 ///

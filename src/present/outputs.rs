@@ -2,7 +2,6 @@
 
 use serde::Deserialize;
 
-use super::annual::STATIC_APERTURES;
 use crate::figure::FigureFormat;
 use crate::figure::paint::Scale;
 
@@ -139,6 +138,9 @@ pub enum Annual {
     /// Part of the folder for Honeybee.
     Honeybee(Honeybee),
 }
+
+/// Group of apertures without schedules, in folders for Honeybee.
+pub const STATIC_APERTURES: &str = "__static_apertures__";
 
 /// File for the post-processing of Honeybee; grids have names.
 #[derive(Clone, Debug, PartialEq, Eq)]

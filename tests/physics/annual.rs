@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use skyduct::annual::weather::Record;
-use skyduct::document::result::annual::{WithInterval, YearResult};
+use skyduct::document::result::annual::{GridYearResult, WithInterval, YearResult};
 use skyduct::document::result::weather_files::AnnualResult;
 use skyduct::document::{FileSource, JobDocument};
 use skyduct::output::npy;
@@ -371,6 +371,12 @@ fn other_daylight_is_added_before_thresholds() {
     assert!((both.exposure_klxh.value / alone.exposure_klxh.value - 2.0).abs() < 1e-5);
     assert!(both.autonomies[1].da_percent.value > alone.autonomies[1].da_percent.value + 5.0);
     assert_eq!(both.en17037[0].by_factors_percent, alone.en17037[0].by_factors_percent);
+    // no verdict of the tubes alone
+    let judged = |year: &GridYearResult, of: &str| year.verdicts.iter().any(|verdict| verdict.clause.contains(of));
+    for of in ["daylight factors", "ASE"] {
+        assert!(judged(alone, of) && !judged(both, of));
+    }
+    assert_eq!([alone.ase_percent, both.ase_percent], [Some(0.0), None]);
     let short = npy::encode([100, 8759], std::iter::repeat_n(0.0, 875_900));
     let refused = with_array(&document, &short).err().unwrap();
     assert_eq!(refused.0[0].pointer, "/annual/other_daylight/0/file");

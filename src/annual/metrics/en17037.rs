@@ -16,6 +16,9 @@ const LEVELS: [(&str, usize, usize); 3] = [("minimum", 1, 0), ("medium", 2, 1), 
 const NEARLY_ALL: f64 = 95.0;
 const HALF_OF_AREA: f64 = 50.0;
 
+/// Route by daylight factors, which are those of the tubes.
+const BY_FACTORS: &str = "daylight factors";
+
 /// Shares of an area in percent with each of [`THRESHOLDS_LUX`] in half of the daylight hours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Provision {
@@ -57,7 +60,7 @@ impl Provision {
     /// ask for the target nearly everywhere and for no minimum.
     pub fn verdicts(&self, points: usize, hours: f64) -> Vec<Verdict> {
         let mut verdicts = Vec::new();
-        for (route, shares) in [("hours", &self.by_hours_percent), ("daylight factors", &self.by_factors_percent)] {
+        for (route, shares) in [("hours", &self.by_hours_percent), (BY_FACTORS, &self.by_factors_percent)] {
             for (level, target, minimum) in LEVELS {
                 let mut verdict = |openings: &str, threshold: usize, limit: f64| {
                     let (lux, value) = (THRESHOLDS_LUX[threshold], shares[threshold]);
@@ -70,6 +73,7 @@ impl Provision {
                         basis: Basis::Secondary,
                         points,
                         hours,
+                        is_of_tubes_alone: route == BY_FACTORS,
                     });
                 };
                 verdict("horizontal", target, NEARLY_ALL);

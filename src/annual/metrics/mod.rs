@@ -154,6 +154,8 @@ pub struct Verdict {
     pub points: usize,
     /// Hours that count.
     pub hours: f64,
+    /// True if the value is of the light of the tubes alone, which says too little where other daylight is added.
+    pub is_of_tubes_alone: bool,
 }
 
 #[cfg(test)]

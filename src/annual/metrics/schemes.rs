@@ -54,7 +54,7 @@ const BREEAM: [(&str, usize, usize, f64); 5] = [
 /// Illuminances in lux between which points must be at 9:00 and 15:00 of a clear day at the equinox by option 2 of LEED v4.1.
 pub const LEED_LUX: [f64; 2] = [300.0, 3000.0];
 
-/// Hours of that day.
+/// Hours of the clear days of option 2 of LEED v4.1.
 pub const LEED_HOURS: [f64; 2] = [9.0, 15.0];
 
 /// First and last month and day among which the clearest day of each equinox is: 15 days before and after the 21st of March and September.
@@ -153,7 +153,8 @@ impl Space<'_> {
         hours: f64,
     ) -> Verdict {
         let outcome = value.at_least(limit);
-        Verdict { scheme, clause, value, limit, outcome, basis, points: self.area.points(), hours }
+        let points = self.area.points();
+        Verdict { scheme, clause, value, limit, outcome, basis, points, hours, is_of_tubes_alone: false }
     }
 }
 

@@ -28,7 +28,7 @@ pub struct GridYear {
     /// Spatial daylight autonomy: share of the area in percent.
     pub spatial_percent: Bounded,
     /// Annual sunlight exposure: share of the area in percent with more than 250 occupied hours of direct sunlight; none below Lambertian
-    /// closures, by definition. `None` where it is not known.
+    /// closures, by definition. `None` where it is not known: with other daylight, which may have some, and for means over cells.
     pub sun_exposure_percent: Option<Bounded>,
     /// Mean over the area of the exposure in klx h.
     pub exposure_klxh: Value,
@@ -91,6 +91,8 @@ impl GridYear {
         };
         let mut verdicts = provision.verdicts(area.points(), hours.of(hours.daylight));
         verdicts.extend(schemes(area, &points, (grid.middle, &of_mean), light, hours));
+        let tubes_alone = grid.sensors.other_lux.is_empty();
+        verdicts.retain(|verdict| tubes_alone || !verdict.is_of_tubes_alone);
         Self {
             autonomies_percent: by_threshold(|point| &point.autonomies_percent),
             continuous_percent: by_threshold(|point| &point.continuous_percent),

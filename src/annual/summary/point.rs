@@ -87,7 +87,7 @@ impl PointYear {
             mean_lux: with_error(mean),
             median_lux: daylight.median_lux(),
             daylight_factor_percent: sensors.light.daylight_factor_percent(sensor, &hours.overcast_m2, of_tubes),
-            direct_hours: sensors.light.direct_hours(sensor),
+            direct_hours: sensors.direct_hours(sensor),
             glare: eye.map(|eye| eye.year((&row.lux, error), light, hours.occupied)),
             by_tube_lux: sensors.light.mean_by_tube_lux(sensor, light, all.records),
             en17037_percent: THRESHOLDS_LUX.map(|lux| daylight.autonomy_percent(lux)),

@@ -182,7 +182,8 @@ pub struct GridYearResult {
     /// Spatial daylight autonomy: share of the area in percent.
     pub sda_percent: WithInterval,
     /// Annual sunlight exposure ASE1000,250: share of the area in percent with 1000 lx of sunlight that nothing in the room or the closure has
-    /// scattered in more than 250 occupied hours. It is 0 below Lambertian closures by definition, and null for means over cells below others.
+    /// scattered in more than 250 occupied hours. It is 0 below Lambertian closures by definition. Null for means over cells below others, and
+    /// with `other_daylight`, which may have some.
     pub ase_percent: Option<f64>,
     /// Mean exposure in klx h.
     pub exposure_klxh: WithInterval,

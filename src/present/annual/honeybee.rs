@@ -7,9 +7,7 @@ use serde_json::json;
 use super::JobYear;
 use crate::annual::weather::Record;
 use crate::output::npy;
-
-/// Group of apertures without schedules.
-pub const STATIC_APERTURES: &str = "__static_apertures__";
+use crate::present::outputs::STATIC_APERTURES;
 
 impl JobYear {
     /// Describes the grids: names, numbers of sensors, and the groups that light them.

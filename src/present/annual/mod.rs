@@ -30,7 +30,6 @@ use crate::output::npy::Array;
 use crate::scene::{EstimateKind, FaceKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 
-pub use honeybee::STATIC_APERTURES;
 pub use lumens::FileLumens;
 
 /// Years of a job.
