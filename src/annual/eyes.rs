@@ -151,7 +151,7 @@ mod tests {
     /// Checks an eye with one distant closure by hand, and that light of the room lowers the rating by 8 for ten times as much.
     #[test]
     fn ratings_follow_luminance_and_background() {
-        let seen = SeenTube { luminance: 2.0, direct_sr: 0.01, glare_sr: 0.002 };
+        let seen = SeenTube { luminance: 2.0, direct_sr: 0.01, glare_sr: 0.02 };
         let eye = Eye { tubes: vec![seen] };
         let lumens = |lumens: f64| TubeRecord { lumens, ..TubeRecord::default() };
         let light = RecordLight {
@@ -162,13 +162,13 @@ mod tests {
         // luminance 2000, direct 20 lx; indirect 100 lx and ten times as much
         let lux = [120.0, 1020.0, 50.0, 1200.0];
         let found = eye.ratings(&lux, &light);
-        let expected = 8.0 * (0.25 * PI / 100.0 * 2000.0f64.powi(2) * 0.002).log10();
+        let expected = 8.0 * (0.25 * PI / 100.0 * 2000.0f64.powi(2) * 0.02).log10();
         assert!((found[0] - expected).abs() < 1e-12 && (found[0] - found[1] - 8.0).abs() < 1e-12, "{found:?}");
         // ten times the light everywhere raises it by 8
         assert!(found[2] == 0.0 && (found[3] - found[0] - 8.0).abs() < 1e-12, "{found:?}");
         let occupied = [true, true, true, true, true, false];
         let year = eye.year((&lux, 0.0), &light, &occupied);
-        assert_eq!(year.above_percent.map(|share| share.value), [20.0, 0.0, 0.0, 0.0]);
+        assert_eq!(year.above_percent.map(|share| share.value), [20.0, 20.0, 20.0, 0.0]);
         assert_eq!(year.largest.value, found[0]);
     }
 

@@ -1,6 +1,6 @@
 //! Illuminances of a grid's sensors in the records of a year: by responses to tubes, or computed moment by moment.
 
-use skyduct_physics::integrator::light_tracing::moments::SUMMARIES;
+use skyduct_physics::integrator::moments::SUMMARIES;
 
 use crate::eyes::Eye;
 use crate::light::LitMoment;

@@ -18,7 +18,7 @@ use crate::document::weather::notes_on;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, ValidJob, Warning};
 use crate::guide::sky_rings::SkyRings;
 use crate::integrator::diffuser_source::closure_source::all_lambertian;
-use crate::integrator::light_tracing::moments::COEFFICIENTS;
+use crate::integrator::moments::COEFFICIENTS;
 use crate::output::npy::Array;
 use crate::scene::{Grid, Responses, Scene};
 use crate::sky::SkyMoment;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use skyduct::integrator::light_tracing::moments::{AtMoments, DIRECT_LUX, columns, refuses};
 use skyduct::integrator::method::{RefusalCode, Task};
+use skyduct::integrator::moments::{AtMoments, DIRECT_LUX, columns, refuses};
 use skyduct::optics::{DiffuserZone, Surface};
 use skyduct::scene::{Daylight, EstimateKind, Face, Grid, Scene, Sensor, StraightOrBent, Tube, TubeShape};
 use skyduct::sky::zenith::ZenithFormula;

@@ -76,6 +76,7 @@ fn has_null(value: &Value) -> bool {
 
 /// Faults that the service refuses and the schema does not: part of the detail, and why a schema cannot say it.
 pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
+    ("must be the name of one of `grids`", "compares with the names of grids"),
     ("must ascend", "limits of useful daylight illuminances"),
     ("must be later than `from`", "ends of occupied hours"),
     ("must be a time of day", "times of a schedule"),

@@ -8,7 +8,8 @@
 //!
 //! `method` is the interface between a method and the rest of the program, `pass` defines a pass, `pass_size` how large one is, `trial`
 //! extrapolates from a few small ones, `registry` lists the methods, `deterministic` has the parts shared by those without passes,
-//! `components` computes passes in parts of the light, `cross_check` pairs a method with another that checks it. Every other module is a
+//! `components` computes passes in parts of the light, `cross_check` pairs a method with another that checks it, `moments` adds many moments to
+//! the passes of a method. Every other module is a
 //! method: its settings, which declare what it computes, refuses and costs, its state and its pass.
 //!
 //! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has the same bits on
@@ -25,6 +26,7 @@ pub mod holigilm;
 pub mod jenkins;
 pub mod light_tracing;
 pub mod method;
+pub mod moments;
 mod pass;
 pub mod pass_size;
 pub mod path_tracing;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use crate::integrator::components::Component;
 use crate::integrator::diffuser_source::closure_source::all_lambertian;
-use crate::integrator::light_tracing::moments;
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
+use crate::integrator::moments;
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::{
     Method, bidirectional, light_tracing, path_tracing, photon_mapping, room_matrix, sppm, two_stage,

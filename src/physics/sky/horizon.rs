@@ -14,9 +14,6 @@ use crate::sampling::warp;
 const AZIMUTHS: usize = 360;
 const HEIGHTS: usize = 8;
 
-/// Number of altitudes of the profile within a sector of such an azimuth.
-const SUBSECTORS: usize = 16;
-
 /// Number of directions along each side of the square that is mapped to the sun's disc.
 const DISC: usize = 64;
 
@@ -106,22 +103,17 @@ impl Horizon {
     }
 
     /// Lists directions below the profile and above the horizontal with their solid angles in sr: in the middle of even sectors the nodes of
-    /// a Gauss-Legendre rule over the height, each with the part of its sector that is below the profile.
+    /// a Gauss-Legendre rule over the height.
     pub fn hidden(&self, azimuths: usize, heights: usize) -> impl Iterator<Item = (DVec3, f64)> {
         let rule = GaussLegendre::new(NonZeroUsize::new(heights).unwrap_or(NonZeroUsize::MIN));
         let step = TAU / azimuths as f64;
         (0..azimuths).flat_map(move |number| {
             let (sin, cos) = libm::sincos(step * (number as f64 + 0.5));
-            let tops: [f64; SUBSECTORS] = std::array::from_fn(|part| {
-                let within = (part as f64 + 0.5) / SUBSECTORS as f64;
-                libm::sin(self.altitude(step * (number as f64 + within)))
-            });
-            let half = 0.5 * tops.iter().copied().fold(0.0, f64::max);
+            let half = 0.5 * libm::sin(self.altitude(step * (number as f64 + 0.5)));
             let at = |(node, weight): &(f64, f64)| {
                 let z = half * (1.0 + node);
                 let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-                let hidden = tops.iter().filter(|top| **top > z).count() as f64 / SUBSECTORS as f64;
-                (DVec3::new(radius * sin, radius * cos, z), step * half * weight * hidden)
+                (DVec3::new(radius * sin, radius * cos, z), step * half * weight)
             };
             rule.as_node_weight_pairs().iter().map(at).collect::<Vec<_>>()
         })

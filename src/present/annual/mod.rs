@@ -25,7 +25,7 @@ use crate::document::result::annual::YearResult;
 use crate::document::result::{ExternalIlluminance, GridResult, TubeResponse};
 use crate::engine::annual::WeatherYear;
 use crate::engine::prepare::RenderJob;
-use crate::integrator::light_tracing::moments::columns;
+use crate::integrator::moments::columns;
 use crate::output::npy::Array;
 use crate::scene::{EstimateKind, FaceKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};

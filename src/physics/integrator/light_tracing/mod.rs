@@ -29,7 +29,6 @@
 mod beams;
 mod counting;
 mod luminaires;
-pub mod moments;
 mod refusals;
 mod settings;
 mod tally;
@@ -56,6 +55,7 @@ use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, Grid, Sensor};
 use crate::traceable::TraceableScene;
 
+pub(crate) use beams::add_some_beams;
 use beams::{BEAMS_PER_PHOTON, add_beams};
 use counting::Counting;
 use luminaires::{add_to_cells, at_points, has_closed_form};
@@ -111,14 +111,14 @@ impl Described for Settings {
 pub struct LightTracing<const C: usize> {
     pub(crate) scene: Arc<TraceableScene>,
     pub(crate) emission: Emission,
-    sensors: Vec<SensorPlane>,
-    looks_up: LooksUp,
+    pub(crate) sensors: Vec<SensorPlane>,
+    pub(crate) looks_up: LooksUp,
     seed: Key,
     /// Direct light of luminaires at the sensors of point grids, in lx; empty unless it has a closed form.
     direct: Vec<f64>,
     counting: Counting,
     /// Rays straight through clear closures to cells; `None` without any.
-    beams: Option<Emission>,
+    pub(crate) beams: Option<Emission>,
     /// Widest vectors of this machine; results have the same bits as without them, because no multiplication and addition are fused.
     vectors: pulp::Arch,
 }
@@ -154,7 +154,13 @@ impl<const C: usize> LightTracing<C> {
     }
 
     /// Builds the method with the photons of these emitters, and nothing in closed form.
-    fn emitting(scene: Arc<TraceableScene>, emission: Emission, grids: &[Grid], target: f64, seed: u64) -> Self {
+    pub(crate) fn emitting(
+        scene: Arc<TraceableScene>,
+        emission: Emission,
+        grids: &[Grid],
+        target: f64,
+        seed: u64,
+    ) -> Self {
         let mut first = 0;
         let sensors: Vec<SensorPlane> = grids
             .iter()
@@ -196,7 +202,7 @@ impl<const C: usize> LightTracing<C> {
     }
 
     /// Traces the photons of an emission with these numbers.
-    fn photons(&self, emission: &Emission, pass: Key, numbers: Range<u64>) -> SensorSums {
+    pub(crate) fn photons(&self, emission: &Emission, pass: Key, numbers: Range<u64>) -> SensorSums {
         let mut tally = self.tally();
         let mut totals = PhotonTotals::new(self.scene.tubes.len());
         for number in numbers {
@@ -234,12 +240,12 @@ impl<const C: usize> LightTracing<C> {
 }
 
 /// Sums over some photons of a pass.
-struct SensorSums {
+pub(crate) struct SensorSums {
     /// Illuminance per sensor in lx.
-    lux: Vec<f64>,
+    pub lux: Vec<f64>,
     /// Number of photons that were connected to all sensors of a plane, for each plane.
     connected: Vec<u64>,
-    totals: PhotonTotals,
+    pub totals: PhotonTotals,
 }
 
 impl chunks::Tally for SensorSums {

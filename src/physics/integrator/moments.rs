@@ -3,7 +3,7 @@
 //! **Idea.** Photons from each patch of the sky find the sensors' daylight coefficients (Tregenza and Waters 1983); their products with the
 //! luminances of the patches (means over the 577 of Reinhart 2001) are the light of all skies. The sun has photons of its own at every
 //! moment, from its exact place: snapped to patches it would err by several times the light of a cell (docs/physics/years.md). Light that
-//! no surface has scattered is estimated as by [light tracing](super) itself. Moments have equally many photons, because shares of time
+//! no surface has scattered is estimated as by [light tracing](super::light_tracing) itself. Moments have equally many photons, because shares of time
 //! weigh them equally.
 //!
 //! A pass is a replicate of all moments: the sky's part has the same noise in all of them, the sun's is independent.
@@ -15,10 +15,9 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::LightTracing;
-use super::beams::add_some_beams;
 use crate::guide::{Guide, RayCount};
 use crate::integrator::backward::unscattered::{toward_outside, unscattered_sun};
+use crate::integrator::light_tracing::{LightTracing, add_some_beams, refuses_points};
 use crate::integrator::method::{Refusal, RefusalCode, Task};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::close_points::dishonest_points;
@@ -74,7 +73,7 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
                       ask for `estimate` cell_average";
         return Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail));
     }
-    let of_points = task.has_points().then(|| super::refuses_points(scene)).flatten();
+    let of_points = task.has_points().then(|| refuses_points(scene)).flatten();
     of_points.or_else(|| dishonest_points(scene, task.grids)).map(|refusal| refusal.or("`estimate` cell_average"))
 }
 
