@@ -20,7 +20,7 @@ struct File {
 
 const GRID: (&str, &str) = ("name", "The grid's name");
 
-const FILES: [File; 7] = [
+const FILES: [File; 8] = [
     File {
         of: "/v1/jobs/{id}/grids/{name}",
         path: "/v1/jobs/{id}/grids/{name}.json",
@@ -60,6 +60,14 @@ const FILES: [File; 7] = [
         media_type: "text/csv",
         summary: "Light of the tubes and the grids by the hour, as a table.",
         named_by: None,
+    },
+    File {
+        of: "/v1/jobs/{id}/annual/honeybee/{file}",
+        path: "/v1/jobs/{id}/annual/honeybee/{name}.json",
+        id: "get_annual_honeybee_json",
+        media_type: "application/json",
+        summary: "A description of a year for the post-processing of Honeybee.",
+        named_by: Some(("name", "`grids_info` or `study_info`")),
     },
     File {
         of: "/v1/studies/{id}/files/{file}",
