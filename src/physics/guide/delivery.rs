@@ -29,7 +29,7 @@ const BEAM_RAYS: u64 = 128;
 const UP_RAYS: u64 = 4096;
 
 /// Numbers of azimuths, and of heights at each, at which the light is computed that a horizon takes from a guide with closed forms.
-const HIDDEN: [usize; 2] = [360, 4];
+const HIDDEN: [usize; 2] = [180, 10];
 
 /// Numbers of the keys of the rays of skies, of beams, of the light that goes up again, and of the ground.
 const OF_SKIES: u64 = 0;
