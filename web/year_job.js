@@ -188,7 +188,7 @@ export class YearJob {
         return found ? { count, value: found.value, passes: found.is === "pass" } : null;
       } catch (error) {
         // a tube that has no room; other faults are not of the number of tubes
-        if (error instanceof Refused && error.problem.errors?.some(({ pointer }) => pointer.startsWith("/tubes/"))) return null;
+        if (error instanceof Refused && error.problem.errors?.some(({ pointer }) => pointer === "/tubes" || pointer.startsWith("/tubes/"))) return null;
         throw error;
       }
     };

@@ -42,6 +42,14 @@ struct SeenTube {
     glare_sr: f64,
 }
 
+/// Direct light of all closures at an eye in a record.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Seen {
+    direct_lux: f64,
+    /// Sum of luminance squared and solid angle over the square of the position index, in cd2 sr/m4.
+    glare: f64,
+}
+
 /// Glare of an eye over a year.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GlareYear {
@@ -51,44 +59,68 @@ pub struct GlareYear {
     pub largest: Value,
 }
 
+/// True if a sensor faces about level, along a line of sight.
+pub fn is_eye(sensor: &Sensor) -> bool {
+    sensor.normal.z.abs() <= STEEPEST
+}
+
 impl Eye {
     /// Returns the eye at a sensor that faces along the line of sight; `None` for sensors that face up or down.
     pub fn new(scene: &TraceableScene, sensor: &Sensor) -> Option<Self> {
-        let is_eye = sensor.normal.z.abs() <= STEEPEST;
-        is_eye.then(|| Self { tubes: scene.tubes.iter().map(|tube| SeenTube::new(scene, tube, sensor)).collect() })
+        is_eye(sensor)
+            .then(|| Self { tubes: scene.tubes.iter().map(|tube| SeenTube::new(scene, tube, sensor)).collect() })
+    }
+
+    /// Returns the memory of an eye in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.tubes.as_slice())
     }
 
     /// Computes the rating in each lit record from the illuminances of the eye in lux; 0 where no closure is seen.
     pub fn ratings(&self, lux: &[f64], light: &RecordLight) -> Vec<f64> {
-        let rating = |(place, lux): (usize, &f64)| {
-            let (mut direct, mut glare) = (0.0, 0.0);
-            for (seen, lights) in self.tubes.iter().zip(&light.tubes) {
-                let luminance = seen.luminance * lights[place].lumens;
-                direct += luminance * seen.direct_sr;
-                glare += luminance * luminance * seen.glare_sr;
+        lux.iter().zip(self.seen(light)).map(|(lux, seen)| seen.rating(*lux)).collect()
+    }
+
+    /// Sums the direct light of all closures in each lit record.
+    fn seen(&self, light: &RecordLight) -> Vec<Seen> {
+        let of_record = |place: usize| {
+            let mut seen = Seen::default();
+            for (tube, lights) in self.tubes.iter().zip(&light.tubes) {
+                let luminance = tube.luminance * lights[place].lumens;
+                seen.direct_lux += luminance * tube.direct_sr;
+                seen.glare += luminance * luminance * tube.glare_sr;
             }
-            let background = (lux - direct).max(LEAST_INDIRECT * lux) / PI;
-            if glare > 0.0 && background > 0.0 { (8.0 * libm::log10(0.25 * glare / background)).max(0.0) } else { 0.0 }
+            seen
         };
-        lux.iter().enumerate().map(rating).collect()
+        (0..light.records.len()).map(of_record).collect()
     }
 
     /// Computes the glare over the records of which `occupied` counts some, from the illuminances of the eye in lux in the lit ones and their
     /// relative error.
     pub fn year(&self, (lux, error): (&[f64], f64), light: &RecordLight, occupied: &[bool]) -> GlareYear {
         let count = occupied.iter().filter(|occupied| **occupied).count().max(1) as f64;
-        let of_factor = |factor: f64| -> Vec<f64> {
-            let lux: Vec<f64> = lux.iter().map(|lux| factor * lux).collect();
-            let ratings = self.ratings(&lux, light).into_iter().zip(&light.records);
-            ratings.filter(|(_, record)| occupied.get(**record) == Some(&true)).map(|(rating, _)| rating).collect()
-        };
+        let lit = lux.iter().zip(self.seen(light)).zip(&light.records);
+        let lit = lit.filter(|(_, record)| occupied.get(**record) == Some(&true));
+        let lit: Vec<(f64, Seen)> = lit.map(|((lux, seen), _)| (*lux, seen)).collect();
+        let of_factor = |factor: f64| lit.iter().map(move |(lux, seen)| seen.rating(factor * lux));
         let above = |limit: f64| {
             Value::by_delta(error, |factor| {
-                100.0 * of_factor(factor).iter().filter(|rating| **rating > limit).count() as f64 / count
+                100.0 * of_factor(factor).filter(|rating| *rating > limit).count() as f64 / count
             })
         };
-        let largest = Value::by_delta(error, |factor| of_factor(factor).into_iter().fold(0.0, f64::max));
+        let largest = Value::by_delta(error, |factor| of_factor(factor).fold(0.0, f64::max));
         GlareYear { above_percent: RATINGS.map(above), largest }
+    }
+}
+
+impl Seen {
+    /// Computes the rating from the illuminance of the eye in lux.
+    fn rating(&self, lux: f64) -> f64 {
+        let background = (lux - self.direct_lux).max(LEAST_INDIRECT * lux) / PI;
+        match self.glare > 0.0 && background > 0.0 {
+            true => (8.0 * libm::log10(0.25 * self.glare / background)).max(0.0),
+            false => 0.0,
+        }
     }
 }
 

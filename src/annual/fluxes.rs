@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use skyduct_physics::guide::delivery::{Delivered, Delivery, EvenClosure, TubeClosure};
 use skyduct_physics::guide::performance::has_closed_form;
 use skyduct_physics::guide::sky_rings::SkyRings;
+use skyduct_physics::integrator::diffuser_source::closure_source::is_lambertian;
 use skyduct_physics::optics::Spectrum;
 use skyduct_physics::optics::scatter::{Scatter as _, SheetSide};
 use skyduct_physics::sampling::Key;
@@ -117,11 +118,6 @@ fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> Tube
     let of_overcast = delivery.of_sky(&overcast, &SkyRings::new(&overcast));
     let overcast_m2 = of_overcast.area_m2 + ground.area_m2;
     TubeYear { moments, relative_error, overcast_m2, is_lambertian: false }
-}
-
-/// True if the closure of a tube is Lambertian all over.
-fn is_lambertian(tube: &TraceableTube) -> bool {
-    tube.specular_zone().is_none() && tube.diffuser.measured().is_none()
 }
 
 /// Returns the closure of a tube.

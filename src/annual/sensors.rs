@@ -183,14 +183,16 @@ impl Sensors<'_> {
     }
 
     fn other(&self, sensor: usize, record: usize) -> f64 {
-        self.other_lux.get(sensor * self.records + record).copied().map_or(0.0, f64::from)
+        let lux = self.other_lux.get(sensor * self.records + record).copied().filter(|lux| !lux.is_nan());
+        lux.map_or(0.0, f64::from)
     }
 }
 
-/// Adds other light to that of tubes in each lit record, and lowers the relative error by their share.
+/// Adds other light to that of tubes in each lit record, and lowers the relative error to that of the record of which tubes are the largest
+/// part: metrics look at single records.
 fn with_others(of_tubes: LitRow, other: impl Fn(usize) -> f64, light: &RecordLight) -> LitRow {
     let lux: Vec<f64> = of_tubes.lux.iter().zip(&light.records).map(|(lux, record)| lux + other(*record)).collect();
-    let [tubes, whole] = [&of_tubes.lux, &lux].map(|lux| lux.iter().sum::<f64>());
-    let relative_error = if whole > 0.0 { of_tubes.relative_error * (tubes / whole) } else { 0.0 };
+    let share = |(tubes, all): (&f64, &f64)| if *all > 0.0 { tubes / all } else { 0.0 };
+    let relative_error = of_tubes.relative_error * of_tubes.lux.iter().zip(&lux).map(share).fold(0.0, f64::max);
     LitRow { lux, relative_error, ..of_tubes }
 }

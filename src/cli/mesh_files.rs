@@ -1,4 +1,4 @@
-//! Meshes, models and weather that a job names as files at or below its own folder.
+//! Meshes, models, weather and arrays that a job names as files at or below its own folder.
 
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
 use crate::output::npy::{self, Array};
 
-/// Source of OBJ, HBJSON and weather files at or below a folder; no other file can be read through it.
+/// Source of OBJ, HBJSON, weather and array files at or below a folder; no other file can be read through it.
 pub struct MeshFiles {
     folder: PathBuf,
     limits: ObjLimits,

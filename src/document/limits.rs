@@ -171,6 +171,9 @@ pub const SENSORS_TIMES_RECORDS: usize = 20_000_000;
 pub const SENSORS_TIMES_ALL_RECORDS: usize = 5 * SENSORS_TIMES_RECORDS;
 /// Largest number of sensors times moments with light of a year below closures that let light pass with its direction.
 pub const SENSORS_TIMES_MOMENTS: usize = 2_500_000;
+
+/// Largest number of sensors that face about level times tubes, for glare ratings of a year.
+pub const EYES_TIMES_TUBES: usize = 200_000;
 /// Largest number of tubes times positions of the sun in the years of a job.
 pub const TUBES_TIMES_MOMENTS: usize = 10_000_000;
 /// Largest number of traced tubes that differ times moments with light in the years of a job.

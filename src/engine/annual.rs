@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::annual::eyes::is_eye;
 use crate::annual::fluxes::{TubeLight, traced_tubes};
 use crate::annual::light::{Illuminances, LitMoment, by_record, lit};
 use crate::annual::moment::{Convention, Moments, moments};
@@ -10,8 +11,8 @@ use crate::annual::schedule::{Schedule, daylight_hours, occupied};
 use crate::annual::weather::{Record, Site, Weather};
 use crate::document::annual::{AnnualDocument, DaylightSavingDocument, IlluminanceSource, ScheduleDocument, Weekday};
 use crate::document::limits::{
-    SENSORS_TIMES_ALL_RECORDS, SENSORS_TIMES_MOMENTS, SENSORS_TIMES_RECORDS, TRACED_TUBES_TIMES_MOMENTS,
-    TUBES_TIMES_MOMENTS,
+    EYES_TIMES_TUBES, SENSORS_TIMES_ALL_RECORDS, SENSORS_TIMES_MOMENTS, SENSORS_TIMES_RECORDS,
+    TRACED_TUBES_TIMES_MOMENTS, TUBES_TIMES_MOMENTS,
 };
 use crate::document::sky::LocationDocument;
 use crate::document::weather::notes_on;
@@ -277,11 +278,14 @@ fn check_size(annual: &AnnualDocument, years: &[WeatherYear], scene: &Scene) -> 
         per_record * year.weather.records.len()
     };
     let sensors: usize = scene.grids.iter().map(Grid::len).sum();
+    let eyes =
+        scene.grids.iter().flat_map(|grid| (0..grid.len()).filter(|sensor| is_eye(&grid.sensor(*sensor)))).count();
     let (longest, all, suns) = (records().max().unwrap_or(0), records().sum(), years.iter().map(suns).sum());
     for (pointer, things, count, others, most) in [
         ("/grids", "sensors", sensors, (longest, "records of a year"), SENSORS_TIMES_RECORDS),
         ("/grids", "sensors", sensors, (all, "records of all years"), SENSORS_TIMES_ALL_RECORDS),
         ("/tubes", "tubes", scene.tubes.len(), (suns, "positions of the sun"), TUBES_TIMES_MOMENTS),
+        ("/grids", "sensors that face about level", eyes, (scene.tubes.len(), "tubes"), EYES_TIMES_TUBES),
     ] {
         let (number, others) = others;
         let product = count.saturating_mul(number);

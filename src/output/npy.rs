@@ -40,8 +40,23 @@ pub fn encode([rows, columns]: [usize; 2], values: impl Iterator<Item = f32>) ->
     bytes
 }
 
-/// Decodes an array of two dimensions in C order whose values are float32 or float64, little endian, and within 0..1e9.
+/// Decodes an array of illuminances, as [`read`] does, whose values are within 0..1e9 or not a number, where there is none.
 pub fn decode(bytes: &[u8]) -> Result<Array, NotAnArray> {
+    let array = read(bytes)?;
+    let is_refused = |value: &f32| !value.is_nan() && !(0.0..=LARGEST).contains(value);
+    match array.values.iter().position(is_refused) {
+        Some(place) => Err(NotAnArray(format!(
+            "all numbers must be within 0..{LARGEST:e}, but that of row {} and column {}, counted from 0, is {}",
+            place / array.shape[1],
+            place % array.shape[1],
+            array.values[place]
+        ))),
+        None => Ok(array),
+    }
+}
+
+/// Reads an array of two dimensions in C order whose values are float32 or float64, little endian.
+pub fn read(bytes: &[u8]) -> Result<Array, NotAnArray> {
     let fault = |detail: &str| NotAnArray(detail.to_owned());
     let cut = || fault("the file ends within its header");
     let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| fault("the file must be an array of NumPy (.npy)"))?;
@@ -75,16 +90,7 @@ pub fn decode(bytes: &[u8]) -> Result<Array, NotAnArray> {
         (_, Ok(double)) => f64::from_le_bytes(double) as f32,
         _ => f32::NAN,
     };
-    let values: Vec<f32> = data.chunks_exact(size).map(value).collect();
-    match values.iter().position(|value| !(0.0..=LARGEST).contains(value)) {
-        Some(place) => Err(NotAnArray(format!(
-            "all numbers must be within 0..{LARGEST:e}, but that of row {} and column {}, counted from 0, is {}",
-            place / columns,
-            place % columns,
-            values[place]
-        ))),
-        None => Ok(Array { shape: [rows, columns], values }),
-    }
+    Ok(Array { shape: [rows, columns], values: data.chunks_exact(size).map(value).collect() })
 }
 
 /// Returns what follows the name of a field in a header.
@@ -127,12 +133,14 @@ mod tests {
         assert!(told(header("<f4", "False", "(1, 1, 1)"), &one).contains("two dimensions"));
         assert!(told(header("<f4", "False", "(2, 1)"), &one).contains("as many"));
         assert!(told(header("<f4", "False", "(99999999999999999999, 2)"), &one).contains("as many"));
-        assert!(told(header("<f4", "False", "(1, 1)"), &f32::NAN.to_le_bytes()).contains("row 0 and column 0"));
+        assert!(told(header("<f4", "False", "(1, 1)"), &f32::INFINITY.to_le_bytes()).contains("row 0 and column 0"));
         assert!(told(header("<f4", "False", "(1, 1)"), &(-1f32).to_le_bytes()).contains("-1"));
         let whole = encode([1, 1], std::iter::once(1.0));
         for length in 0..whole.len() {
             assert!(decode(&whole[..length]).is_err(), "{length}");
         }
         assert!(decode(&whole).is_ok());
+        // of places without a value
+        assert!(decode(&encode([1, 1], std::iter::once(f32::NAN))).is_ok());
     }
 }

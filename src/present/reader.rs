@@ -452,7 +452,7 @@ fn moments_npy(values: &[Value]) -> Vec<u8> {
 
 /// Reads what [`moments_npy`] wrote.
 fn moments_of_npy(bytes: &[u8]) -> Result<Vec<Value>, String> {
-    let numbers = npy::decode(bytes).map_err(|error| error.to_string())?.values;
+    let numbers = npy::read(bytes).map_err(|error| error.to_string())?.values;
     let (values, errors) = numbers.split_at(numbers.len() / 2);
     let value = |(value, error): (&f32, &f32)| Value { value: f64::from(*value), standard_error: f64::from(*error) };
     Ok(values.iter().zip(errors).map(value).collect())

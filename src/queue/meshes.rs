@@ -81,12 +81,16 @@ impl UploadedMeshes {
         lock(&self.loaded).iter().cloned().collect()
     }
 
+    /// Finds a file of a kind.
+    fn file(&self, kind: UploadKind, id: &str) -> Result<UploadedFile, String> {
+        let file = self.runtime.block_on(self.meshes.uploads.find(kind, id)).map_err(unreadable)?;
+        file.ok_or_else(|| format!("there is no uploaded {} with this id", kind.noun()))
+    }
+
     /// Reads a file of a kind, which the document then uses.
     fn content(&self, kind: UploadKind, id: &str) -> Result<Bytes, String> {
-        let uploads = &self.meshes.uploads;
-        let file = self.runtime.block_on(uploads.find(kind, id)).map_err(unreadable)?;
-        let file = file.ok_or_else(|| format!("there is no uploaded {} with this id", kind.noun()))?;
-        let bytes = self.runtime.block_on(uploads.content(&file)).map_err(unreadable)?;
+        let file = self.file(kind, id)?;
+        let bytes = self.runtime.block_on(self.meshes.uploads.content(&file)).map_err(unreadable)?;
         lock(&self.loaded).insert(file.id);
         Ok(bytes)
     }
@@ -105,8 +109,7 @@ impl UploadedMeshes {
 
 impl FileSource for UploadedMeshes {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
-        let mesh = self.runtime.block_on(self.meshes.uploads.find(UploadKind::Mesh, id)).map_err(unreadable)?;
-        let mesh = mesh.ok_or_else(|| "there is no uploaded mesh with this id".to_owned())?;
+        let mesh = self.file(UploadKind::Mesh, id)?;
         let parsed = self.parsed(&mesh)?;
         lock(&self.loaded).insert(mesh.id);
         Ok(parsed)

@@ -53,7 +53,8 @@ impl PointYear {
         let all = of(&vec![true; hours.occupied.len()]);
         let with_error = |value: f64| Value { value, standard_error: value * error };
         let of_tubes = sensors.light.row(sensor, light).relative_error;
-        let eye = sensors.eyes.get(sensor).and_then(Option::as_ref);
+        // other openings are no sources of glare here, but would be in the background
+        let eye = sensors.eyes.get(sensor).and_then(Option::as_ref).filter(|_| sensors.other_lux.is_empty());
         let mean = occupied.lit_lux.iter().sum::<f64>() / occupied.records.max(1) as f64;
         let of_year = hours.each * all.records as f64 / 100.0;
         let of_record = |values: &[f64], record: &usize| {

@@ -93,9 +93,9 @@ impl Place {
         mesh
     }
 
-    /// Returns the place as that of a copy.
-    pub fn placement(&self) -> Placement {
-        Placement::new(DVec3::AXES.map(|axis| self.turned(axis)), self.position_m)
+    /// Returns the place as that of a copy whose own origin is at `middle` of the mesh.
+    pub fn placement(&self, middle: DVec3) -> Placement {
+        Placement::new(DVec3::AXES.map(|axis| self.turned(axis)), self.turned(middle) + self.position_m)
     }
 
     fn turned(&self, point: DVec3) -> DVec3 {

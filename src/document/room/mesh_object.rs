@@ -27,6 +27,9 @@ use crate::optics::Surface;
 use crate::scene::{Enclosure, Instances, MeshObject};
 use crate::traceable::enclosure::TraceableEnclosure;
 
+/// Number of triangles whose memory a material takes in a copy of a mesh.
+const MATERIAL_TRIANGLES: usize = 10;
+
 /// Multiple of a room's extent beyond which coordinates of a file are taken for those of a survey.
 const FAR: f64 = 100.0;
 
@@ -53,7 +56,8 @@ pub(crate) fn mesh_objects(
             }
         };
         let own_places = object.places(&pointer);
-        triangles += own_places.len() * file.triangles.len();
+        // names of materials take memory in every copy, too
+        triangles += own_places.len() * file.triangles.len().max(MATERIAL_TRIANGLES * file.materials.len());
         places += object.instances.as_ref().map_or(0, Vec::len);
         if triangles > MOST_TRIANGLES {
             let detail = format!("the meshes of all objects have more than {MOST_TRIANGLES} triangles together");
@@ -136,12 +140,16 @@ fn placed_object(
         }
         Some(_) => {
             let (mesh, lies_on_itself) = once(mesh, checks)?;
+            // rays toward a copy are rounded as coarsely as it is far from its own origin
+            let middle = mesh.bounds().map_or(DVec3::ZERO, |(low, high)| low.midpoint(high));
+            let mut own = mesh.clone();
+            own.positions.iter_mut().for_each(|position| *position -= middle);
             let (mut copies, mut placements) = (Vec::with_capacity(places.len()), Vec::with_capacity(places.len()));
             for place in places {
                 copies.push(MeshObject::new(at(place, mesh.clone(), checks)?, surfaces.clone()));
-                placements.push(inside(place.placement(), &mesh, room.0));
+                placements.push(inside(place.placement(middle), &own, room.0));
             }
-            (copies, lies_on_itself, Some(Instances { mesh, placements }))
+            (copies, lies_on_itself, Some(Instances { mesh: own, placements }))
         }
     };
     Some(PlacedObject { copies, lies_on_itself, instances })

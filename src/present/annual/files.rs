@@ -210,6 +210,9 @@ impl GridOfYear {
     /// Returns the unified glare ratings of the first eyes in the records with light, each with the name of its column.
     fn ratings(&self, year: &JobYear) -> Vec<(String, Vec<f64>)> {
         let sensors = self.sensors(year.first.weather.records.len());
+        if self.other.is_some() {
+            return Vec::new();
+        }
         let eyes = self.eyes.iter().enumerate().filter_map(|(sensor, eye)| Some((sensor, eye.as_ref()?)));
         let ratings = |(sensor, eye): (usize, &Eye)| {
             let lux = sensors.row(sensor, &year.first.light).lux;

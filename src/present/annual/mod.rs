@@ -141,7 +141,9 @@ impl JobYear {
         let others = self.grids.iter().filter_map(|of| of.other.as_ref());
         let of_others: usize = others.map(|other| size_of_val(other.values.as_slice())).sum();
         let of_records = size_of_val(weather.records.as_slice()) + lit * of_record;
-        of_others + of_records + sensors * of_sensor + of_grids + at_moments
+        let eyes =
+            self.grids.iter().flat_map(|of| &of.eyes).map(|eye| eye.as_ref().map_or(size_of::<Eye>(), Eye::bytes));
+        of_others + of_records + sensors * of_sensor + of_grids + at_moments + eyes.sum::<usize>()
     }
 }
 

@@ -173,7 +173,7 @@ fn centroids_move_the_light() {
     assert!(changed > 1e-3 && changed < 1.4e-3, "{changed}");
 }
 
-/// Adds daylight of other openings to one sensor, of which the mean has its part; its relative error falls by the share, its absolute error stays.
+/// Adds daylight of other openings to one sensor, of which the mean has its part; its relative error stays that of records without any.
 #[test]
 fn other_daylight_is_added_record_by_record() {
     let points = rows(THESIS_POINTS);
@@ -194,8 +194,8 @@ fn other_daylight_is_added_record_by_record() {
             break;
         }
     }
-    let [of_tubes, of_all] = [&tubes, &all].map(|lux| lux.iter().sum::<f64>());
-    assert!((error * of_tubes / (less * of_all) - 1.0).abs() < 1e-12 && less < error);
+    // some records have no other light
+    assert_eq!(less, error);
     assert_eq!(alone.row(4, &light), both.row(4, &light));
     let weights = [1.0; 81];
     let [mean, with_other] = [alone, both].map(|sensors| sensors.mean(&weights, &light).lux);
