@@ -131,7 +131,8 @@ fn kinds() -> Vec<(&'static str, Scene)> {
 }
 
 /// Every kind, with two seeds, sensor by sensor within four combined standard errors, corrected for the number of
-/// sensors; the root mean square of a grid within 1.5 of them. The light is accounted for to 0.2 %.
+/// sensors; the root mean square of a grid within 1.5 of them, where errors of few passes spread as Student's distribution
+/// does. The light is accounted for to 0.2 %.
 #[test]
 fn agrees_with_light_tracing() {
     let kinds = kinds();
@@ -139,7 +140,11 @@ fn agrees_with_light_tracing() {
     let sensors: usize = kinds.iter().map(|(_, scene)| scene.grids[0].len()).sum();
     let most = two_sided_normal_quantile(1.0 - FALSE_ALARM / (sensors * seeds.len()) as f64);
     for (name, scene) in &kinds {
-        let traced = scenes::run(scene, &*scenes::light_tracing(scene, 1 << 13, 7), 12);
+        let passes = 12;
+        let traced = scenes::run(scene, &*scenes::light_tracing(scene, 1 << 13, 7), passes);
+        // the variance of Student's distribution
+        let freedom = passes as f64 - 1.0;
+        let most_rms = 1.5 * (freedom / (freedom - 2.0)).sqrt();
         for seed in seeds {
             let solution = solve(scene, seed);
             let (mut worst, mut squares) = (0f64, 0.0);
@@ -155,7 +160,7 @@ fn agrees_with_light_tracing() {
             }
             let rms = (squares / scene.grids[0].len() as f64).sqrt();
             println!("{name}, seed {seed}: worst z {worst:.2} of {most:.2}, rms {rms:.2}");
-            assert!(rms < 1.5, "{name}, seed {seed}: rms z {rms}");
+            assert!(rms < most_rms, "{name}, seed {seed}: rms z {rms}");
             let balance = solution.balance;
             let gone = balance.collector
                 + balance.guide
