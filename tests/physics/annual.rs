@@ -14,7 +14,7 @@ use crate::documents::{Folder, first_passes};
 use crate::{documents, reference};
 
 /// A classroom of 6 m x 6 m x 3 m with four tubes, over the synthetic year.
-fn classroom() -> Value {
+pub fn classroom() -> Value {
     let tube = |x: f64, y: f64| {
         json!({ "centre_m": [x, y], "diameter_m": 0.53, "reflectance": 0.98, "segments": [{ "length_m": 1.5 }],
                 "collector": { "kind": "dome", "transmittance": 0.92 },
@@ -30,11 +30,11 @@ fn classroom() -> Value {
     })
 }
 
-fn prepared(document: &Value) -> Prepared {
+pub fn prepared(document: &Value) -> Prepared {
     prepare_document(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &Folder).unwrap()
 }
 
-fn file(prepared: &Prepared, passes: u64, part: Annual, format: Format) -> Vec<u8> {
+pub fn file(prepared: &Prepared, passes: u64, part: Annual, format: Format) -> Vec<u8> {
     let estimate = first_passes(prepared, passes);
     prepared.results(&estimate).file(&Output::Annual(part, format)).unwrap().unwrap().bytes.to_vec()
 }

@@ -26,6 +26,7 @@ mod analytic_holigilm;
 mod analytic_jobs;
 mod analytic_radiosity;
 mod annual;
+mod annual_coverage;
 mod at_openings;
 mod bidirectional;
 mod buried_sensors;
