@@ -24,6 +24,7 @@ import { sky } from "./sky.js";
 import { drawnBy, set, setYear, state } from "./state.js";
 import { html, nothing, render } from "./vendor/lit-html.js";
 import { judged, sentence, target } from "./verdict.js";
+import { follow as followView, view3d } from "./view3d.js";
 import { find, takeFile } from "./weather.js";
 import { charts, layers, yearByHour } from "./year_panels.js";
 import { yearReadOut } from "./year_plan.js";
@@ -128,7 +129,7 @@ function editor() {
     form("Tubes and room", [["Tubes", tubes()], ["Room", room()]]),
     inYear ? form("Weather and hours", [["Weather", weather(), !state.year.weather]]) : form("Place, time and sky", [["Place and time", place()], ["Sky", sky()]]),
   ];
-  const below = () => html`${compare()}<section class="panel view" aria-label="Picture">${picture()}</section>`;
+  const below = () => html`${compare()}${view3d()}<section class="panel view" aria-label="Picture">${picture()}</section>`;
   return html`${header(true)}<main class="editor">${jobs()}
     <div class="column left">${forms[0]}</div>
     <div class="column middle">${drawings(forms)}${year ? yearByHour(year) : below()}</div>
@@ -160,6 +161,7 @@ async function start() {
     yearJob.follow();
     render(editor(), app);
     fit(app, stacked.matches);
+    followView(app);
     clearTimeout(soon);
     soon = setTimeout(() => void remember(), 400);
   });

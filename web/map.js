@@ -36,8 +36,8 @@ function numbers(rows) {
 /** Largest of the values. @param {number[][]} rows */
 export const largest = (rows) => Math.max(0, ...rows.flat().filter((value) => !Number.isNaN(value)));
 
-/** Edges of the map in metres: west, south, east, north. @param {Grid} grid */
-function edges(grid) {
+/** Edges of the map in metres: west, south, east, north. @param {Grid} grid @returns {[number, number, number, number]} */
+export function edges(grid) {
   const half = (/** @type {number[]} */ centres) =>
     centres.length > 1 ? ((centres[1] ?? 0) - (centres[0] ?? 0)) / 2 : (centres[0] ?? 0);
   const [dx, dy] = [half(grid.x_m), half(grid.y_m)];
@@ -46,6 +46,17 @@ function edges(grid) {
 
 /** Colours of cells inside solids, and outside the room. @type {{ solid: [number, number, number], outside: [number, number, number, number] }} */
 const NO_VALUE = { solid: [232, 232, 232], outside: [0, 0, 0, 0] };
+
+/**
+ * Red, green, blue and opacity of each cell, which is 255 where it is left out.
+ * @param {Grid} grid
+ * @param {number[][]} rows
+ * @param {(value: number) => [number, number, number]} colour
+ */
+export function coloured(grid, rows, colour) {
+  const none = (/** @type {number} */ i, /** @type {number} */ j) => (grid.area_m2?.[j]?.[i] === 0 ? NO_VALUE.outside : NO_VALUE.solid);
+  return rows.map((row, j) => row.map((value, i) => (Number.isNaN(value) ? none(i, j) : colour(value))));
+}
 
 /** @type {WeakMap<number[][], Map<string, string>>} */
 const pictures = new WeakMap();
@@ -61,11 +72,9 @@ const pictures = new WeakMap();
 export function cells(grid, rows, at, key, colour) {
   const known = pictures.get(rows) ?? new Map();
   pictures.set(rows, known);
-  const none = (/** @type {number} */ i, /** @type {number} */ j) => (grid.area_m2?.[j]?.[i] === 0 ? NO_VALUE.outside : NO_VALUE.solid);
-  const address =
-    known.get(key) ?? picture(rows.map((row, j) => row.map((value, i) => (Number.isNaN(value) ? none(i, j) : colour(value)))));
+  const address = known.get(key) ?? picture(coloured(grid, rows, colour));
   known.set(key, address);
-  const [west = 0, south = 0, east = 0, north = 0] = edges(grid);
+  const [west, south, east, north] = edges(grid);
   return svg`<image class="cells" href=${address} x=${across(at, west)} y=${down(at, north)} width=${at.k * (east - west)}
     height=${at.k * (north - south)} preserveAspectRatio="none"></image>`;
 }
@@ -106,7 +115,7 @@ export function measures(room, at) {
 /** What hides the parts of cells and lines outside a plan. @param {JobDocument["room"]} room @param {Grid} grid @param {Layout} at */
 export function outside(room, grid, at) {
   if (!room.plan) return nothing;
-  const [west = 0, south = 0, east = 0, north = 0] = edges(grid);
+  const [west, south, east, north] = edges(grid);
   const around = `M${across(at, west) - 1} ${down(at, north) - 1}H${across(at, east) + 1}V${down(at, south) + 1}H${across(at, west) - 1}Z`;
   return svg`<path class="outside" fill-rule="evenodd" d=${around + drawn(room, at)}></path>`;
 }

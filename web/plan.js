@@ -46,7 +46,7 @@ export function yearOnPlan() {
 }
 
 /** What the map shows; null before there is an answer. */
-function shown() {
+export function shown() {
   const { answer, current, layer } = state;
   const year = yearOnPlan();
   if (year) return mapOf(year);

@@ -10,13 +10,13 @@ const RADIANS = Math.PI / 180;
 const NEAR_M = 1e-9;
 
 /** @param {Vector} a @param {Vector} b */
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 /** @param {Vector} a @param {Vector} direction @param {number} times @returns {Vector} */
-const moved = (a, direction, times) => [a[0] + times * direction[0], a[1] + times * direction[1], a[2] + times * direction[2]];
+export const moved = (a, direction, times) => [a[0] + times * direction[0], a[1] + times * direction[1], a[2] + times * direction[2]];
 /** @param {Vector} a @param {Vector} b @returns {Vector} */
-const minus = (a, b) => moved(a, b, -1);
+export const minus = (a, b) => moved(a, b, -1);
 /** @param {Vector} a @returns {Vector} */
-const unit = (a) => moved([0, 0, 0], a, 1 / Math.hypot(...a));
+export const unit = (a) => moved([0, 0, 0], a, 1 / Math.hypot(...a));
 
 /** Unit vector toward an azimuth of the room's frame and an altitude. @param {number} azimuth_deg @param {number} altitude_deg @returns {Vector} */
 export function skyward(azimuth_deg, altitude_deg) {
@@ -34,6 +34,16 @@ export function joints(segments) {
 }
 
 /**
+ * Directions of a pipe's pieces, and normals of the planes at its joints: level at the opening, mitres between pieces, square at the top.
+ * @param {Vector[]} axis joints of the pipe in metres
+ */
+export function mitres(axis) {
+  const along = axis.slice(1).map((joint, i) => unit(minus(joint, /** @type {Vector} */ (axis[i]))));
+  const planes = axis.map((_, i) => (i === 0 ? /** @type {Vector} */ ([0, 0, 1]) : unit(moved(/** @type {Vector} */ (along[i - 1]), along[i] ?? [0, 0, 0], 1))));
+  return { along, planes };
+}
+
+/**
  * Follows a ray down a pipe, from the middle of its upper end; null where it does not enter. Pieces meet at mitres.
  * @param {Vector[]} axis joints of the pipe in metres
  * @param {number} radius in metres
@@ -41,10 +51,8 @@ export function joints(segments) {
  * @returns {Course | null}
  */
 export function throughPipe(axis, radius, toSun) {
-  const along = axis.slice(1).map((joint, i) => unit(minus(joint, /** @type {Vector} */ (axis[i]))));
+  const { along, planes } = mitres(axis);
   const pieces = along.length;
-  // planes of the ends of pieces: level at the opening, mitres between pieces, square at the top
-  const planes = axis.map((_, i) => (i === 0 ? /** @type {Vector} */ ([0, 0, 1]) : unit(moved(/** @type {Vector} */ (along[i - 1]), along[i] ?? [0, 0, 0], 1))));
   let [place, direction] = [/** @type {Vector} */ (axis[pieces]), moved([0, 0, 0], toSun, -1)];
   if (!pieces || dot(direction, /** @type {Vector} */ (planes[pieces])) > -1e-6) return null;
   const points = [place];

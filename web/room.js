@@ -91,19 +91,27 @@ function partBelow(ring, plane, other) {
 /** @param {Point} a @param {Point} b @param {number} share @returns {Point} */
 const between = (a, b, share) => [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
 
-/** Walls and ceilings of a room, each a polygon. @param {Room} room @returns {Place[][]} */
-export function faces(room) {
+/** A point at the ceiling. @param {Room} room @param {Point} point @returns {Place} */
+const raised = (room, point) => [...point, ceilingAt(room, point)];
+
+/** Walls of a room, each a polygon from its end over its start to its top. @param {Room} room @returns {Place[][]} */
+export function walls(room) {
   const [plane, other] = planes(room);
-  if (!plane) return [];
-  const raised = (/** @type {Point} */ point) => /** @type {Place} */ ([...point, ceilingAt(room, point)]);
-  const walls = rings(room)
+  return rings(room)
     .flatMap(edges)
     .map(([a, b]) => {
-      const ridge = other ? over(other, a) - over(plane, a) : 0;
-      const end = other ? over(other, b) - over(plane, b) : 0;
+      const [ridge, end] = plane && other ? [over(other, a) - over(plane, a), over(other, b) - over(plane, b)] : [0, 0];
       const top = ridge * end < 0 ? [a, between(a, b, ridge / (ridge - end)), b] : [a, b];
-      return [/** @type {Place} */ ([...b, 0]), /** @type {Place} */ ([...a, 0]), ...top.map(raised)];
+      return [[...b, 0], [...a, 0], ...top.map((point) => raised(room, point))];
     });
-  const ceilings = other ? [partBelow(outline(room), plane, other), partBelow(outline(room), other, plane)] : [outline(room)];
-  return [...walls, ...ceilings.map((ring) => ring.map(raised))];
 }
+
+/** Ceilings of a room: of each its outline, then the holes in it. @param {Room} room @returns {Place[][][]} */
+export function ceilings(room) {
+  const [plane, other] = planes(room);
+  const parts = plane && other ? [[plane, other], [other, plane]].map(([one, two]) => rings(room).map((ring) => partBelow(ring, /** @type {Plane} */ (one), /** @type {Plane} */ (two)))) : [rings(room)];
+  return parts.map((of) => of.filter((ring) => ring.length > 2).map((ring) => ring.map((point) => raised(room, point))));
+}
+
+/** Walls and ceilings of a room, each a polygon. @param {Room} room @returns {Place[][]} */
+export const faces = (room) => [...walls(room), ...ceilings(room).flatMap(([ring]) => (ring ? [ring] : []))];

@@ -131,6 +131,8 @@ export function files(job) {
     ["convergence.csv", links.convergence_csv],
     ["convergence.png", links.convergence_png],
     ["report.pdf", links.report_pdf],
+    ...(links.scene ? [["scene.glb", links.scene]] : []),
+    ...(links.surfaces ? [["surfaces.json", links.surfaces]] : []),
     ["job.json", links.self],
     ...tubes,
   ].map(([name = "", path = ""]) => html`<a href=${path} download=${name.startsWith("tube") ? nothing : name}>${name}</a>`);

@@ -8,6 +8,7 @@ import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
 import * as outlines from "./outlines.mjs";
 import { drawsAHall, drawsPartitions, touches, types, typesAPlace } from "./plans.mjs";
+import * as view3d from "./view3d.mjs";
 import { Visitor, browser, middle, until } from "./visit.mjs";
 import * as year from "./year.mjs";
 
@@ -391,6 +392,7 @@ try {
     ...Object.values(outlines),
     ...Object.values(liveJob),
     ...Object.values(answers),
+    ...Object.values(view3d),
     ...Object.values(year),
     types,
     typesAPlace,

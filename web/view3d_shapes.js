@@ -1,0 +1,210 @@
+// The room of a document in space, as polygons: faces, tubes, furniture, and arrows to the north and from the sun.
+import { diameter, isMesh, square } from "./draft.js";
+import { dot, joints, minus, mitres, moved, skyward, unit } from "./ray.js";
+import { ceilingAt, ceilings, extent, rings, toward, walls } from "./room.js";
+import { isInside } from "./outline.js";
+
+/** @typedef {import("./ray.js").Vector} Vector */
+/** @typedef {"floor" | "wall" | "ceiling" | "object" | "partition" | "closure" | "pipe" | "cover" | "luminaire" | "north" | "sun"} Part */
+/** Convex polygon, whose corners run counter-clockwise seen from its front. @typedef {{ part: Part, ring: Vector[] }} Polygon */
+/** Polygons of what is drawn, and lines along its edges. @typedef {{ polygons: Polygon[], lines: Vector[][] }} Shapes */
+
+/** Sides of a round pipe, and of each of many. */
+const SIDES = { few: 24, many: 12 };
+const MANY = 60;
+/** Steps of a dome from its rim to its top. */
+const DOME_STEPS = 4;
+const RADIANS = Math.PI / 180;
+
+/** @param {Vector} a @param {Vector} b @returns {Vector} */
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+
+/** Vector along the normal of a polygon, twice its area long (Newell's sum). @param {Vector[]} ring @returns {Vector} */
+export const normal = (ring) =>
+  ring.reduce((sum, corner, k) => moved(sum, cross(corner, /** @type {Vector} */ (ring[(k + 1) % ring.length])), 1), /** @type {Vector} */ ([0, 0, 0]));
+
+/** A polygon whose front faces a direction. @param {Vector[]} ring @param {Vector} direction */
+const facing = (ring, direction) => (dot(normal(ring), direction) < 0 ? ring.toReversed() : ring);
+
+/** A closed line around a polygon. @param {Vector[]} ring */
+const closed = (ring) => [...ring, /** @type {Vector} */ (ring[0])];
+
+/**
+ * Rings in a plane that is not upright, the holes among them, as trapezoids between levels of y.
+ * @param {Vector[][]} all
+ * @returns {Vector[][]}
+ */
+export function trapezoids(all) {
+  const sides = all.flatMap((ring) => ring.map((corner, k) => [corner, /** @type {Vector} */ (ring[(k + 1) % ring.length])]));
+  const levels = [...new Set(all.flat().map(([, y]) => y))].sort((a, b) => a - b);
+  /** @param {Vector[]} side @param {number} y @returns {Vector} */
+  const on = ([a = [0, 0, 0], b = [0, 0, 0]], y) => moved(a, minus(b, a), (y - a[1]) / (b[1] - a[1]));
+  return levels.slice(1).flatMap((top, k) => {
+    const bottom = /** @type {number} */ (levels[k]);
+    const middle = (bottom + top) / 2;
+    const crossed = sides
+      .filter(([a, b]) => Number(a?.[1]) > middle !== Number(b?.[1]) > middle)
+      .sort((one, two) => on(one, middle)[0] - on(two, middle)[0]);
+    return crossed.flatMap((left, i) => {
+      const right = crossed[i + 1];
+      return i % 2 === 0 && right ? [[on(left, bottom), on(right, bottom), on(right, top), on(left, top)]] : [];
+    });
+  });
+}
+
+/** Faces of the room, seen from inside. @param {JobDocument["room"]} room @returns {Shapes} */
+function shell(room) {
+  const inner = rings(room);
+  const floor = inner.map((ring) => ring.map((corner) => /** @type {Vector} */ ([...corner, 0])));
+  const above = ceilings(room);
+  const upright = walls(room).map((ring) => {
+    const [b = [0, 0, 0], a = [0, 0, 0]] = ring;
+    const across = unit([a[1] - b[1], b[0] - a[0], 0]);
+    const [x, y] = moved(moved(a, minus(b, a), 0.5), across, 1e-3);
+    return facing(ring, isInside(inner, [x, y]) ? across : moved([0, 0, 0], across, -1));
+  });
+  const level = (/** @type {Part} */ part, /** @type {Vector[][]} */ of, /** @type {Vector} */ front) => trapezoids(of).map((ring) => ({ part, ring: facing(ring, front) }));
+  return {
+    polygons: [
+      ...level("floor", floor, [0, 0, 1]),
+      ...upright.map((ring) => ({ part: /** @type {const} */ ("wall"), ring })),
+      ...above.flatMap((of) => level("ceiling", of, [0, 0, -1])),
+    ],
+    lines: [...upright, ...above.flat()].map(closed),
+  };
+}
+
+/** Sides between two rings of as many corners. @param {Part} part @param {Vector[]} low @param {Vector[]} high @returns {Polygon[]} */
+const between = (part, low, high) =>
+  low.map((corner, k) => {
+    const next = (k + 1) % low.length;
+    return { part, ring: [corner, /** @type {Vector} */ (low[next]), /** @type {Vector} */ (high[next]), /** @type {Vector} */ (high[k])] };
+  });
+
+/** A ring of corners around a point, across a direction. @param {Vector} middle @param {Vector} direction @param {number} radius @param {number} sides */
+function circle(middle, direction, radius, sides) {
+  const one = unit(cross(direction, Math.abs(direction[2]) > 0.9 ? [1, 0, 0] : [0, 0, 1]));
+  const two = cross(direction, one);
+  return Array.from({ length: sides }, (_, k) => {
+    const angle = (2 * Math.PI * k) / sides;
+    return moved(moved(middle, one, radius * Math.cos(angle)), two, radius * Math.sin(angle));
+  });
+}
+
+/** Four corners around a point in a level plane, turned clockwise seen from above. @param {Vector} middle @param {number} width @param {number} depth @param {number} rotation_deg @returns {Vector[]} */
+function rectangle([x, y, z], width, depth, rotation_deg) {
+  const [cos, sin] = [Math.cos(rotation_deg * RADIANS), Math.sin(rotation_deg * RADIANS)];
+  return [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([i = 0, j = 0]) => {
+    const [u, v] = [(i * width) / 2, (j * depth) / 2];
+    return [x + u * cos + v * sin, y - u * sin + v * cos, z];
+  });
+}
+
+/** A pipe from its opening to its collector. @param {JobDocument["room"]} room @param {Tube} tube @param {number} sides @returns {Shapes} */
+function guide(room, tube, sides) {
+  const radius = diameter(tube) / 2;
+  const [x, y] = tube.centre_m;
+  const opening = /** @type {Vector} */ ([x, y, ceilingAt(room, [x, y]) - (tube.drop_m ?? 0)]);
+  const axis = joints(isMesh(tube) ? [{ length_m: 1 }] : tube.segments).map((joint) => moved(joint, opening, 1));
+  const { along, planes } = mitres(axis);
+  const collector = isMesh(tube) ? null : tube.collector;
+  if (collector?.kind === "flat" && typeof collector.tilt_deg === "number")
+    planes[planes.length - 1] = skyward(collector.azimuth_deg ?? 0, 90 - collector.tilt_deg);
+  const rims = [circle(opening, [0, 0, 1], radius, sides)];
+  along.forEach((direction, i) => {
+    const [end, across] = [/** @type {Vector} */ (axis[i + 1]), /** @type {Vector} */ (planes[i + 1])];
+    rims.push((rims[i] ?? []).map((corner) => moved(corner, direction, dot(minus(end, corner), across) / dot(direction, across))));
+  });
+  const [top, up, end] = [rims.at(-1) ?? [], along.at(-1) ?? /** @type {Vector} */ ([0, 0, 1]), axis.at(-1) ?? opening];
+  const dome = Array.from({ length: DOME_STEPS + 1 }, (_, k) => {
+    const angle = (k / DOME_STEPS) * (Math.PI / 2);
+    return top.map((corner) => moved(moved(end, minus(corner, end), Math.cos(angle)), up, radius * Math.sin(angle)));
+  });
+  const isDome = collector?.kind === "dome" || collector?.kind === "dielectric_dome";
+  const pane = collector?.kind === "flat" ? [{ part: /** @type {const} */ ("cover"), ring: top }] : [];
+  const cover = isDome ? dome.slice(1).flatMap((ring, k) => between("cover", dome[k] ?? [], ring)) : pane;
+  const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
+  const closure = side_m > 0 ? rectangle(opening, side_m, side_m, rotation_deg) : (rims[0] ?? []);
+  return {
+    polygons: [
+      { part: "closure", ring: closure },
+      ...rims.slice(1).flatMap((rim, i) => between("pipe", rims[i] ?? [], rim)),
+      ...cover,
+    ],
+    lines: [closure, ...rims].map(closed),
+  };
+}
+
+/** @param {Extract<Schemas["ObjectDocument"], { kind: "box" }>} object @returns {Shapes} */
+function box({ position_m: [x, y, z], size_m: [width, depth, height], rotation_deg = 0 }) {
+  const low = rectangle([x, y, z], width, depth, rotation_deg);
+  const high = low.map((corner) => moved(corner, [0, 0, height], 1));
+  const sides = between("object", low, high);
+  const ends = [low.toReversed(), high].map((ring) => ({ part: /** @type {const} */ ("object"), ring }));
+  return { polygons: [...sides, ...ends], lines: [...sides.map(({ ring }) => ring), high].map(closed) };
+}
+
+/** One polygon with its edges. @param {Part} part @param {Vector[]} ring @returns {Shapes} */
+const sheet = (part, ring) => ({ polygons: [{ part, ring }], lines: [closed(ring)] });
+
+/** @param {Schemas["PartitionDocument"]} of */
+const partition = ({ from_m: [x1, y1], to_m: [x2, y2], height_m }) =>
+  sheet("partition", [[x1, y1, 0], [x2, y2, 0], [x2, y2, height_m], [x1, y1, height_m]]);
+
+/** @param {Schemas["LuminaireDocument"]} of */
+const luminaire = ({ corner_m, edge_u_m, edge_v_m }) =>
+  sheet("luminaire", [corner_m, moved(corner_m, edge_u_m, 1), moved(moved(corner_m, edge_u_m, 1), edge_v_m, 1), moved(corner_m, edge_v_m, 1)]);
+
+/** An arrow west of the floor that points north, and its letter. @param {JobDocument["room"]} room @returns {Shapes} */
+function north(room) {
+  const { west, south, north, width, depth } = extent(room);
+  const size = 0.05 * Math.hypot(width, depth);
+  const [x, y] = toward(-(room.rotation_deg ?? 0));
+  const at = (/** @type {number} */ right, /** @type {number} */ up) =>
+    /** @type {Vector} */ ([west - 2.5 * size + size * (x * up + y * right), (south + north) / 2 + size * (y * up - x * right), 0]);
+  const letter = [at(-0.35, 0.6), at(-0.35, 1.6), at(0.35, 0.6), at(0.35, 1.6)];
+  return { polygons: [{ part: "north", ring: [at(-0.5, -1.5), at(0.5, -1.5), at(0, 0.2)] }], lines: [letter] };
+}
+
+/** An arrow in the direction of the sun's rays, over the middle of what is drawn. @param {Ball} ball @param {Vector} toSun @returns {Shapes} */
+function sunArrow({ middle, radius }, toSun) {
+  const at = (/** @type {number} */ times, /** @type {number} */ width) => circle(moved(middle, toSun, times * radius), toSun, width * radius, SIDES.many);
+  const [tip, neck, tail] = [at(0.72, 0), at(0.84, 0.045), at(1.1, 0.012)];
+  return { polygons: [...between("sun", tip, neck), ...between("sun", at(0.84, 0.012), tail), { part: "sun", ring: neck }], lines: [] };
+}
+
+/** A ball around what is drawn, in metres. @typedef {{ middle: Vector, radius: number }} Ball */
+
+/** The ball around the box that holds polygons. @param {Polygon[]} polygons @returns {Ball} */
+function around(polygons) {
+  const [low, high] = [/** @type {Vector} */ ([Infinity, Infinity, Infinity]), /** @type {Vector} */ ([-Infinity, -Infinity, -Infinity])];
+  for (const { ring } of polygons)
+    for (const corner of ring) {
+      for (const k of /** @type {const} */ ([0, 1, 2])) {
+        low[k] = Math.min(low[k], corner[k]);
+        high[k] = Math.max(high[k], corner[k]);
+      }
+    }
+  return { middle: moved(low, minus(high, low), 0.5), radius: Math.hypot(...minus(high, low)) / 2 };
+}
+
+/**
+ * All that is drawn of a document but its map, and the ball around it.
+ * @param {JobDocument} draft
+ * @param {{ azimuth_deg: number, altitude_deg: number } | null} sun azimuth from north, null where it is not out
+ * @returns {Shapes & { ball: Ball }}
+ */
+export function shapes({ room, tubes = [] }, sun) {
+  const sides = tubes.length > MANY ? SIDES.many : SIDES.few;
+  const parts = [
+    shell(room),
+    ...tubes.map((tube) => guide(room, tube, sides)),
+    ...(room.objects ?? []).flatMap((object) => (object.kind === "box" ? [box(object)] : [])),
+    ...(room.partitions ?? []).map(partition),
+    ...(room.luminaires ?? []).map(luminaire),
+  ];
+  const ball = around(parts.flatMap(({ polygons }) => polygons));
+  parts.push(north(room));
+  if (sun) parts.push(sunArrow(ball, skyward(sun.azimuth_deg - (room.rotation_deg ?? 0), sun.altitude_deg)));
+  return { polygons: parts.flatMap(({ polygons }) => polygons), lines: parts.flatMap(({ lines }) => lines), ball };
+}
