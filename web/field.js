@@ -128,6 +128,20 @@ export function words({ pointer, label, value, set }) {
   );
 }
 
+/**
+ * Lines of text, taken over when they are entered.
+ * @param {{ pointer: string, label: string, value: string, set: (value: string) => void }} of
+ */
+export function lines({ pointer, label, value, set }) {
+  const take = (/** @type {Event} */ event) => set(/** @type {HTMLTextAreaElement} */ (event.target).value);
+  return around(
+    pointer,
+    label,
+    ({ id, invalid, described }) =>
+      html`<textarea id=${id} rows="4" spellcheck="false" .value=${value} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}></textarea>`,
+  );
+}
+
 /** A place to drop a file on, or to choose one. @param {{ accept: string, label: string, take: (file: File) => void }} of */
 export function file({ accept, label, take }) {
   const dropped = (/** @type {DragEvent} */ event) => {

@@ -10,7 +10,7 @@ import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
 import { scale } from "./scale.js";
 import { files, packed } from "./share.js";
-import { skyNames } from "./sky.js";
+import { skyName } from "./sky.js";
 import { drawnBy, set, state } from "./state.js";
 import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
@@ -90,11 +90,11 @@ function page({ job, grid, passes, left: seconds, history, fault, edit }) {
 
 /** What was asked for, in words. @param {JobDocument} document @returns {[string, string][]} */
 function asked({ room, sky, time, location, tubes }) {
-  const type = sky?.cie_type;
+  const named = skyName(sky);
   return [
     ["room", size(room)],
     ["tubes", String(tubes?.length ?? 0)],
-    ...(type ? [/** @type {[string, string]} */ (["sky", `${skyNames[type]} (${type})`])] : []),
+    ...(named ? [/** @type {[string, string]} */ (["sky", `${named}${sky?.cie_type ? ` (${sky.cie_type})` : ""}`])] : []),
     ...(time ? [/** @type {[string, string]} */ (["time", time.replace("T", " ")])] : []),
     ...(location ? [/** @type {[string, string]} */ (["place", coordinates(location)])] : []),
   ];

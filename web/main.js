@@ -5,6 +5,7 @@ import { listed } from "./cities.js";
 import { compare, keepAsA } from "./compare.js";
 import { otherFaults } from "./field.js";
 import { fit } from "./fit.js";
+import { isUsed, outside } from "./form_outside.js";
 import { place, suggestions } from "./form_place.js";
 import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
@@ -71,9 +72,9 @@ function header(edits) {
 const drawer = (title, content, opened) =>
   html`<details class="drawer" ?open=${opened}><summary><h2>${title}</h2></summary>${content}</details>`;
 
-/** A form of drawers; on narrow pages they are closed but for those that are asked to be open. @param {string} label @param {[string, unknown, boolean?][]} drawers */
+/** A form of drawers; on narrow pages they are closed, unless they say so themselves. @param {string} label @param {[string, unknown, boolean?][]} drawers */
 const form = (label, drawers) => html`<form class="panel form" aria-label=${label}
-  @submit=${(/** @type {Event} */ event) => event.preventDefault()}>${drawers.map(([title, content, open = false]) => drawer(title, content, open || !stacked.matches))}</form>`;
+  @submit=${(/** @type {Event} */ event) => event.preventDefault()}>${drawers.map(([title, content, open = !stacked.matches]) => drawer(title, content, open))}</form>`;
 
 /** Plan, section and numbers; of a year its months and a day. @param {unknown} forms whose fields show their faults themselves */
 function drawings(forms) {
@@ -125,9 +126,11 @@ function sure() {
 
 function editor() {
   const [inYear, year] = [state.tab === "year", yearShown()];
+  /** @type {[string, unknown, boolean]} */
+  const around = ["Outside", outside(), isUsed()];
   const forms = [
     form("Tubes and room", [["Tubes", tubes()], ["Room", room()]]),
-    inYear ? form("Weather and hours", [["Weather", weather(), !state.year.weather]]) : form("Place, time and sky", [["Place and time", place()], ["Sky", sky()]]),
+    inYear ? form("Weather and hours", [["Weather", weather(), !state.year.weather || undefined], around]) : form("Place, time and sky", [["Place and time", place()], ["Sky", sky()], around]),
   ];
   const below = () => html`${compare()}${view3d()}<section class="panel view" aria-label="Picture">${picture()}</section>`;
   return html`${header(true)}<main class="editor">${jobs()}

@@ -5,7 +5,7 @@ import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
 /** @type {Record<number, string>} */
-export const skyNames = {
+const skyNames = {
   1: "overcast",
   2: "overcast, bright to the sun",
   3: "light overcast",
@@ -23,6 +23,9 @@ export const skyNames = {
   15: "turbid, wide corona",
   16: "overcast, traditional",
 };
+
+/** A sky in words; empty for one that has no name. @param {Pick<Schemas["SkyDocument"], "cie_type" | "perez"> | null | undefined} sky */
+export const skyName = (sky) => (sky?.cie_type ? (skyNames[sky.cie_type] ?? "") : sky?.perez ? "sky of given irradiances" : "");
 
 /** Skies that are shown first: from overcast to clear. */
 const COMMON = [1, 9, 11, 12];
@@ -93,15 +96,35 @@ function level() {
   });
 }
 
+/** Irradiances of a clear hour, to begin with. */
+const CLEAR_HOUR = { direct_normal_irradiance_w_m2: 700, diffuse_horizontal_irradiance_w_m2: 100 };
+
+/** The irradiances of a sky that follows from them. @param {Schemas["PerezDocument"]} perez */
+function irradiances(perez) {
+  const of = (/** @type {keyof typeof CLEAR_HOUR} */ name, /** @type {string} */ label, /** @type {number} */ max) =>
+    number({
+      pointer: `/sky/perez/${name}`,
+      label,
+      unit: "W/m²",
+      value: perez[name],
+      step: 10,
+      min: 0,
+      max,
+      set: (to) => edit(({ sky }) => sky?.perez && (sky.perez[name] = to)),
+    });
+  return html`<div class="pair">${of("direct_normal_irradiance_w_m2", "Direct normal", 1450)}${of("diffuse_horizontal_irradiance_w_m2", "Diffuse", 1100)}</div>`;
+}
+
 /** The part of the form about the sky. */
 export function sky() {
   const chosen = state.draft.sky?.cie_type ?? null;
+  const perez = state.draft.sky?.perez;
   const shown = state.skies.filter(({ cie_type }) => cie_type <= 15 || cie_type === chosen);
-  /** @param {number} type */
-  const take = (type) =>
+  /** @param {Pick<Schemas["SkyDocument"], "cie_type" | "perez">} kind */
+  const take = (kind) =>
     edit((draft) => {
       // a level that was given belongs to the sky that was given
-      draft.sky = { cie_type: type, ...(draft.sky?.sun_position ? { sun_position: draft.sky.sun_position } : {}) };
+      draft.sky = { ...kind, ...(draft.sky?.sun_position ? { sun_position: draft.sky.sun_position } : {}) };
       draft.location ??= { latitude_deg: 55.68, longitude_deg: 12.57 };
       draft.time ??= "2026-03-21T12:00:00+01:00";
     });
@@ -109,12 +132,15 @@ export function sky() {
     const picture = pictures.get(it.cie_type) ?? thumbnail(it);
     pictures.set(it.cie_type, picture);
     return html`<label title=${it.description}><input type="radio" name="sky" value=${it.cie_type}
-      .checked=${it.cie_type === chosen} @change=${() => take(it.cie_type)}>
+      .checked=${it.cie_type === chosen} @change=${() => take({ cie_type: it.cie_type })}>
       <img src=${picture} alt="" width="40"
         height="40"><span>${skyNames[it.cie_type]} <small>(${it.cie_type})</small></span></label>`;
   };
   const isCommon = (/** @type {SkyType} */ { cie_type }) => COMMON.includes(cie_type) || cie_type === chosen;
+  const measured = html`<label class="check"><input type="radio" name="sky" value="perez" .checked=${Boolean(perez)}
+    @change=${() => take({ perez: CLEAR_HOUR })}>by irradiances, as weather files have them (Perez)</label>`;
   return html`<fieldset><legend class="unseen">Sky</legend><div class="skies">${shown.filter(isCommon).map(choice)}</div>
+    ${measured}${perez ? irradiances(perez) : nothing}
     <details><summary>More skies</summary><div class="skies">${shown.filter((it) => !isCommon(it)).map(choice)}</div></details></fieldset>
   ${level()}${
     chosen === null && state.draft.sky?.preset

@@ -4,7 +4,7 @@ import { dayName, hourName, read } from "./clock.js";
 import { choice, number } from "./field.js";
 import { PARTS, WORDS, words } from "./goal.js";
 import { coverage, digits } from "./scale.js";
-import { skyNames } from "./sky.js";
+import { skyName } from "./sky.js";
 import { set, state } from "./state.js";
 import { html } from "./vendor/lit-html.js";
 
@@ -54,7 +54,7 @@ export function when({ time, sky, location }) {
   const city = at(state.cities, location)?.name;
   const sun = sky?.sun_position;
   const moment = sun ? ` with the sun ${sun.altitude_deg}° high` : time ? ` at ${clock} on ${dayName(year, day)}${city ? ` in ${city}` : ""}` : "";
-  return `${moment}${sky?.cie_type ? `, ${skyNames[sky.cie_type]}` : ""}`;
+  return [moment, ...(skyName(sky) ? [skyName(sky)] : [])].join(", ");
 }
 
 /** The sentence in words: what is asked for, and what is found. @param {Answer} answer @param {import("./goal.js").Goal} goal */

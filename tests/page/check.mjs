@@ -7,6 +7,7 @@ import * as answers from "./answers.mjs";
 import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
 import * as outlines from "./outlines.mjs";
+import * as outside from "./outside.mjs";
 import { drawsAHall, drawsPartitions, touches, types, typesAPlace } from "./plans.mjs";
 import * as view3d from "./view3d.mjs";
 import { Visitor, browser, middle, until } from "./visit.mjs";
@@ -392,6 +393,7 @@ try {
     ...Object.values(outlines),
     ...Object.values(liveJob),
     ...Object.values(answers),
+    ...Object.values(outside),
     ...Object.values(view3d),
     ...Object.values(year),
     types,

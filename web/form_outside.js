@@ -1,0 +1,110 @@
+// What stands around the building: the horizon and the ground.
+import { choice, lines, number, slider } from "./field.js";
+import { altitudeAt, evenAltitude, parsed, pointsOf, written } from "./horizon.js";
+import { edit } from "./live.js";
+import { set, state } from "./state.js";
+import { html, nothing, svg } from "./vendor/lit-html.js";
+
+/** @typedef {"open" | "even" | "points"} Kind */
+/** @typedef {NonNullable<JobDocument["surroundings"]>} Surroundings */
+
+/** Altitude of a horizon to begin with, and reflectance of the ground where a document with surroundings does not say. */
+const USUAL = { altitude_deg: 15, ground: 0.2 };
+
+/** Changes the surroundings; none are left where nothing is around. @param {(surroundings: Surroundings) => void} change */
+const around = (change) =>
+  edit((draft) => {
+    const next = (draft.surroundings ??= {});
+    change(next);
+    if (!Object.keys(next).length) delete draft.surroundings;
+  });
+
+/** @param {import("./horizon.js").Horizon | null} horizon */
+const setHorizon = (horizon) =>
+  around((next) => {
+    delete next.horizon;
+    delete next.horizon_pvgis;
+    Object.assign(next, horizon);
+  });
+
+/** True of a horizon that is even, but is to be given by points. */
+let byPoints = false;
+/** True once the part of the form has something to show. */
+let used = false;
+
+/** True of a document with surroundings, and from then on. */
+export const isUsed = () => (used ||= Boolean(state.draft.surroundings));
+
+/** The part of the form about what is around. */
+export function outside() {
+  const { surroundings } = state.draft;
+  const points = pointsOf(surroundings);
+  const even = evenAltitude(points);
+  const kind = /** @type {Kind} */ (!points.length ? "open" : even === null || byPoints ? "points" : "even");
+  const take = (/** @type {Kind} */ to) => {
+    byPoints = to === "points";
+    if (to === "open") return setHorizon(null);
+    const highest = Math.max(0, ...points.map(([, altitude]) => altitude)) || USUAL.altitude_deg;
+    setHorizon({ horizon: to === "even" ? [[0, highest]] : [0, 90, 180, 270].map((azimuth) => [azimuth, Math.round(10 * (points.length ? altitudeAt(points, azimuth) : highest)) / 10]) });
+  };
+  const paste = (/** @type {string} */ text) => {
+    const horizon = parsed(text);
+    if (horizon) setHorizon(horizon);
+    else set({ said: "This has no azimuths and altitudes: write them as 90: 12, a line for each." });
+  };
+  const pointer = surroundings?.horizon_pvgis ? "/surroundings/horizon_pvgis" : "/surroundings/horizon";
+  const typed = /** @type {import("./horizon.js").Point[]} */ (surroundings?.horizon_pvgis ?? surroundings?.horizon ?? []);
+  const boxes = surroundings?.obstructions?.length ?? 0;
+  const ground = surroundings ? (surroundings.ground_reflectance ?? USUAL.ground) : 0;
+  return html`
+    ${choice({
+      pointer: kind === "open" ? "/surroundings/horizon" : "/surroundings",
+      label: "Horizon",
+      value: kind,
+      options: [["open", "open sky"], ["even", "one height all around"], ["points", "heights by azimuth"]],
+      set: take,
+    })}
+    ${
+      kind === "even"
+        ? slider({ pointer, label: "Height of the horizon", unit: "°", value: even ?? 0, step: 1, min: 0, max: 90, set: (to) => setHorizon({ horizon: [[0, to]] }) })
+        : nothing
+    }
+    ${kind === "points" ? lines({ pointer, label: "Azimuth: height, °; or a horizon of PVGIS", value: written(typed), set: paste }) : nothing}
+    ${points.length ? diagram(points) : nothing}
+    ${number({
+      pointer: "/surroundings/ground_reflectance",
+      label: "Ground reflects",
+      value: ground,
+      step: 0.05,
+      min: 0,
+      max: 1,
+      set: (to) => around((next) => (next.ground_reflectance = to)),
+    })}
+    <p class="note">Tilted panes, leaning tubes and dielectric domes see the ground.${boxes ? ` ${boxes} boxes hide more of the sky, which the document describes.` : ""}</p>`;
+}
+
+/** Size of the diagram, and the space for its letters. */
+const SIZE = { width: 300, height: 84, below: 15 };
+/** Least altitude of its upper end. */
+const LEAST_TOP_DEG = 45;
+
+/** The horizon from north over east, south and west to north, and where the sun stands. @param {import("./horizon.js").Point[]} points */
+function diagram(points) {
+  const sun = state.current ? state.answer?.job.provenance?.sun : null;
+  const [azimuth, altitude] = [Number(sun?.azimuth_deg), Number(sun?.altitude_deg)];
+  const out = altitude > 0;
+  const top = Math.min(90, Math.max(LEAST_TOP_DEG, ...points.map(([, high]) => high + 10), out ? altitude + 8 : 0));
+  const bottom = SIZE.height - SIZE.below;
+  const x = (/** @type {number} */ degrees) => 1 + ((SIZE.width - 2) * degrees) / 360;
+  const y = (/** @type {number} */ degrees) => bottom - (bottom * degrees) / top;
+  const ends = [0, 360].map((azimuth) => /** @type {const} */ ([azimuth, altitudeAt(points, azimuth)]));
+  const line = [ends[0], ...points.filter(([azimuth]) => azimuth > 0 && azimuth < 360), ends[1]].map(([azimuth = 0, high = 0] = [0, 0]) => `L${x(azimuth).toFixed(1)} ${y(high).toFixed(1)}`);
+  const hidden = out && altitudeAt(points, azimuth) > altitude;
+  const words = out ? `; the sun is ${hidden ? "behind it" : "above it"}` : "";
+  return svg`<svg class="horizon" viewBox=${`0 0 ${SIZE.width} ${SIZE.height}`} role="img" aria-label=${`Horizon from north over south to north${words}`}>
+    <rect class="air" width=${SIZE.width} height=${bottom}></rect>
+    ${out ? svg`<circle class=${hidden ? "hidden" : ""} cx=${x(azimuth)} cy=${y(altitude)} r="5"></circle>` : nothing}
+    <text class="end" x=${SIZE.width - 4} y="13">${Math.round(top)}°</text>
+    <path class="hill" d=${`M${x(0)} ${bottom}${line.join("")}L${x(360)} ${bottom}Z`}></path>
+    ${[..."NESWN"].map((letter, k) => svg`<text class=${k === 4 ? "end" : k ? "middle" : ""} x=${x(90 * k)} y=${SIZE.height - 2}>${letter}</text>`)}</svg>`;
+}
