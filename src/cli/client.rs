@@ -26,6 +26,8 @@ pub enum Uploaded {
     Weather,
     /// Daylight of other openings over a year.
     Array,
+    /// Honeybee model.
+    Model,
 }
 
 /// Connection to a service.
@@ -85,6 +87,7 @@ impl Client {
             Uploaded::Mesh => ("/v1/meshes", "model/obj"),
             Uploaded::Weather => ("/v1/weather", "text/plain"),
             Uploaded::Array => ("/v1/arrays", "application/octet-stream"),
+            Uploaded::Model => ("/v1/models", "application/json"),
         };
         let request = self.http.post(self.url(path)).header("content-type", content_type).body(bytes);
         let response = self.send(request).await?;

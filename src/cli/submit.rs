@@ -13,7 +13,6 @@ use crate::cli::mesh_files::MeshFiles;
 use crate::cli::progress::Progress;
 use crate::cli::render::read_job;
 use crate::cli::results_table::print_results;
-use crate::document::hbjson::load_model;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
 use crate::present::convergence_files::convergence_names;
@@ -104,7 +103,7 @@ pub async fn submit_and_download(
     Ok(job)
 }
 
-/// Returns the document with file names of meshes and weather replaced by the ids of the uploaded files, and that of a model by the model.
+/// Returns the document with file names of meshes, models and weather replaced by the ids of the uploaded files.
 async fn with_uploaded_files(client: &Client, document: Vec<u8>, folder: &Path) -> anyhow::Result<Vec<u8>> {
     // faults of the document are reported by the service
     let Ok(mut value) = serde_json::from_slice::<Value>(&document) else { return Ok(document) };
@@ -112,14 +111,14 @@ async fn with_uploaded_files(client: &Client, document: Vec<u8>, folder: &Path) 
     let objects =
         (0..value["room"]["objects"].as_array().map_or(0, Vec::len)).map(|index| format!("/room/objects/{index}/mesh"));
     let files = MeshFiles::below(folder);
-    let mut replaced = value.pointer("/room/hbjson").is_some_and(Value::is_string);
-    load_model(&mut value, &files).map_err(DocumentErrors::from)?;
+    let mut replaced = false;
     let weather =
         (0..value["annual"]["weather"].as_array().map_or(0, Vec::len)).map(|file| format!("/annual/weather/{file}"));
     let weather = weather.chain(["/annual/weather".to_owned()]);
     let others = value["annual"]["other_daylight"].as_array().map_or(0, Vec::len);
     let others = (0..others).map(|other| format!("/annual/other_daylight/{other}/file"));
-    for pointer in tubes.chain(objects).chain(weather).chain(others).collect::<Vec<_>>() {
+    let model = ["/room/hbjson".to_owned()];
+    for pointer in tubes.chain(objects).chain(weather).chain(others).chain(model).collect::<Vec<_>>() {
         let Some(field) = value.pointer_mut(&pointer) else { continue };
         let Some(name) = field.as_str() else { continue };
         // any other name is an id, or refused by the service
@@ -127,6 +126,7 @@ async fn with_uploaded_files(client: &Client, document: Vec<u8>, folder: &Path) 
         let bytes = std::fs::read(&file)
             .map_err(|error| bad_document(&pointer, format!("{} cannot be read: {error}", file.display())))?;
         let kind = match pointer.as_str() {
+            "/room/hbjson" => Uploaded::Model,
             pointer if pointer.starts_with("/annual/weather") => Uploaded::Weather,
             pointer if pointer.starts_with("/annual") => Uploaded::Array,
             _ => Uploaded::Mesh,

@@ -1,4 +1,4 @@
-//! Source of the files that a document names: meshes, weather and arrays.
+//! Source of the files that a document names: meshes, models, weather and arrays.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub trait FileSource {
 
     /// Returns the text of a Honeybee model. The error is one sentence that says why there is none.
     fn model(&self, name: &str) -> Result<Vec<u8>, String> {
-        Err(format!("there is no file {name:?} here: give the model itself, as an object"))
+        Err(format!("no model has the name {name:?}"))
     }
 
     /// Returns an array of numbers. The error is one sentence that says why there is none.

@@ -2,8 +2,10 @@
 //! name of its file.
 
 use glam::DVec3;
-use serde::Deserialize;
+use serde::de::{Deserializer, IgnoredAny};
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
+use utoipa::ToSchema;
 
 use super::errors::{Checks, DocumentErrors, FieldError};
 use super::file_source::FileSource;
@@ -15,6 +17,12 @@ use super::room::faces::{FaceDocument, FaceKindDocument};
 
 /// Largest number of names that a message lists.
 const MOST_NAMED: usize = 20;
+
+/// Largest number of rooms that a report lists.
+const MOST_ROOMS: usize = 1000;
+
+/// Longest name of a room in a report, in bytes.
+const LONGEST_NAME: usize = 256;
 
 /// Largest part of a room's extent within which corners are merged, whatever the model's tolerance.
 const COARSEST: f64 = 1e-3;
@@ -34,6 +42,26 @@ pub struct HbjsonRoom {
     pub faces: Vec<FaceDocument>,
     /// A sentence for everything that was changed or left out.
     pub notes: Vec<String>,
+}
+
+/// Rooms of a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ModelReport {
+    /// Number of rooms.
+    pub room_count: u64,
+    /// The first rooms, at most 1000.
+    pub rooms: Vec<RoomReport>,
+}
+
+/// A room of a model in short.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RoomReport {
+    /// Identifier, which a job document may name.
+    pub identifier: String,
+    /// Name for people; a job document may name it, too.
+    pub display_name: Option<String>,
+    /// Number of faces.
+    pub faces: u64,
 }
 
 /// Fields of a model that are read; all others are passed over.
@@ -65,7 +93,7 @@ struct ModelRoom {
     display_name: Option<String>,
     faces: Vec<ModelFace>,
     #[serde(default)]
-    indoor_shades: Option<Vec<Value>>,
+    indoor_shades: Option<Vec<IgnoredAny>>,
 }
 
 #[derive(Deserialize)]
@@ -74,9 +102,9 @@ struct ModelFace {
     face_type: FaceType,
     geometry: Face3d,
     #[serde(default)]
-    apertures: Option<Vec<Value>>,
+    apertures: Option<Vec<IgnoredAny>>,
     #[serde(default)]
-    doors: Option<Vec<Value>>,
+    doors: Option<Vec<IgnoredAny>>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -127,15 +155,43 @@ impl ModelRoom {
 ///
 /// Errors concern the text of the model, the choice of the room (`/rooms`), and its faces; their pointers are those of the model.
 pub fn read_room(text: &[u8], name: Option<&str>) -> Result<HbjsonRoom, DocumentErrors> {
-    room_of(&json::value(text)?, name)
+    room_of(of_text(text)?, name)
+}
+
+/// Reads a model, and lists its rooms.
+pub fn read_report(text: &[u8]) -> Result<ModelReport, FieldError> {
+    let rooms = of_text(text)?.rooms.unwrap_or_default();
+    if let Some(number) = rooms.iter().position(|room| room.identifier.len() > LONGEST_NAME) {
+        let detail = format!("must have at most {LONGEST_NAME} bytes");
+        return Err(FieldError::new(format!("/rooms/{number}/identifier"), detail));
+    }
+    let report = |room: &ModelRoom| RoomReport {
+        identifier: room.identifier.clone(),
+        display_name: room.display_name.clone().filter(|name| name.len() <= LONGEST_NAME),
+        faces: room.faces.len() as u64,
+    };
+    Ok(ModelReport { room_count: rooms.len() as u64, rooms: rooms.iter().take(MOST_ROOMS).map(report).collect() })
+}
+
+/// Reads the text of a model; what is not used of it takes no memory.
+fn of_text(text: &[u8]) -> Result<Model, FieldError> {
+    let text = json::text(text)?;
+    let mut source = serde_json::Deserializer::from_str(&text);
+    let model = of_source(&mut source)?;
+    source.end().map_err(|error| FieldError::new("", error.to_string()))?;
+    Ok(model)
+}
+
+fn of_source<'de>(source: impl Deserializer<'de, Error = serde_json::Error>) -> Result<Model, FieldError> {
+    serde_path_to_error::deserialize(source).map_err(|error| {
+        let is_of_text = error.inner().is_syntax() || error.inner().is_eof();
+        let fault = fault::of_error(&error);
+        FieldError::new(if is_of_text { String::new() } else { fault.pointer }, fault.message)
+    })
 }
 
 /// Reads a room of a model as [`read_room`] does.
-fn room_of(model: &Value, name: Option<&str>) -> Result<HbjsonRoom, DocumentErrors> {
-    let model: Model = serde_path_to_error::deserialize(model).map_err(|error| {
-        let fault = fault::of_error(&error);
-        FieldError::new(fault.pointer, fault.message)
-    })?;
+fn room_of(model: Model, name: Option<&str>) -> Result<HbjsonRoom, DocumentErrors> {
     let rooms = model.rooms.unwrap_or_default();
     let number = chosen(&rooms, name)?;
     let room = &rooms[number];
@@ -171,23 +227,12 @@ fn in_model(number: usize, pointer: &str) -> String {
 /// Field of a document with a model, or with the name of its file.
 const MODEL: &str = "/room/hbjson";
 
-/// Replaces the name of a model's file in the room of a document by the model.
-pub fn load_model(document: &mut Value, files: &dyn FileSource) -> Result<(), FieldError> {
-    let Some(model) = document.pointer_mut(MODEL) else { return Ok(()) };
-    if let Some(name) = model.as_str() {
-        let text = files.model(name).map_err(|detail| FieldError::new(MODEL, detail))?;
-        let in_file = |error: FieldError| FieldError { pointer: format!("{MODEL}{}", error.pointer), ..error };
-        *model = json::value(&text).map_err(in_file)?;
-    }
-    Ok(())
-}
-
 /// Replaces the model in the room of a document by the faces of the room that it names, and returns what was read; `None` without a model, or
-/// after a fault, when a large box replaces the room.
-pub(super) fn expand(document: &mut Value, checks: &mut Checks) -> Option<HbjsonRoom> {
+/// after a fault, when a large box replaces the room. A model that is named is one of `files`.
+pub(super) fn expand(document: &mut Value, files: Option<&dyn FileSource>, checks: &mut Checks) -> Option<HbjsonRoom> {
     let room = document.pointer_mut("/room")?.as_object_mut()?;
     let model = room.remove("hbjson").filter(|model| !model.is_null())?;
-    match room_of_document(room, &model) {
+    match room_of_document(room, &model, files) {
         Ok(read) => {
             room.insert("faces".to_owned(), json!(read.faces));
             Some(read)
@@ -206,7 +251,11 @@ pub(super) fn expand(document: &mut Value, checks: &mut Checks) -> Option<Hbjson
 const SHAPES: [&str; 4] = ["size_m", "plan", "ceiling", "faces"];
 
 /// Reads the room that a document names; its name is removed.
-fn room_of_document(room: &mut Map<String, Value>, model: &Value) -> Result<HbjsonRoom, DocumentErrors> {
+fn room_of_document(
+    room: &mut Map<String, Value>,
+    model: &Value,
+    files: Option<&dyn FileSource>,
+) -> Result<HbjsonRoom, DocumentErrors> {
     let name = match room.remove("identifier") {
         None | Some(Value::Null) => None,
         Some(Value::String(name)) => Some(name),
@@ -215,14 +264,19 @@ fn room_of_document(room: &mut Map<String, Value>, model: &Value) -> Result<Hbjs
     if let Some(other) = SHAPES.into_iter().find(|name| room.get(*name).is_some_and(|value| !value.is_null())) {
         return Err(FieldError::new(MODEL, format!("must be left out if there is a `{other}`")).into());
     }
-    if !model.is_object() {
-        return Err(FieldError::new(MODEL, "must be a model, which is an object, or the name of its file").into());
-    }
     let in_document = |error: FieldError| match error.pointer.as_str() {
         "/rooms" => FieldError { pointer: "/room/identifier".to_owned(), ..error },
         pointer => FieldError { pointer: format!("{MODEL}{pointer}"), ..error },
     };
     let of_document = |DocumentErrors(errors)| DocumentErrors(errors.into_iter().map(in_document).collect());
+    let model = match (model, files) {
+        (Value::Object(_), _) => of_source(model),
+        (Value::String(name), Some(files)) => {
+            of_text(&files.model(name).map_err(|detail| FieldError::new(MODEL, detail))?)
+        }
+        _ => return Err(FieldError::new(MODEL, "must be a model, which is an object, or the name of its file").into()),
+    };
+    let model = model.map_err(|error| FieldError { pointer: format!("{MODEL}{}", error.pointer), ..error })?;
     room_of(model, name.as_deref()).map_err(of_document)
 }
 
@@ -312,7 +366,7 @@ fn left_out(room: &ModelRoom) -> Vec<String> {
         "reflectances of the model are not read: `surfaces` of the job has those of floor, walls and ceiling"
             .to_owned(),
     ];
-    let count = |of_face: fn(&ModelFace) -> &Option<Vec<Value>>| -> usize {
+    let count = |of_face: fn(&ModelFace) -> &Option<Vec<IgnoredAny>>| -> usize {
         room.faces.iter().filter_map(|face| of_face(face).as_ref()).map(Vec::len).sum()
     };
     let (apertures, doors) = (count(|face| &face.apertures), count(|face| &face.doors));

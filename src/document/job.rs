@@ -126,9 +126,18 @@ impl JobDocument {
     /// Checks a document that was read by [`json::value`], and fills in the defaults.
     ///
     /// Errors report every fault of its structure and its values.
-    pub fn from_value(mut value: Value) -> Result<ValidJob, DocumentErrors> {
+    pub fn from_value(value: Value) -> Result<ValidJob, DocumentErrors> {
+        Self::with_model(value, None)
+    }
+
+    /// Checks a document as [`Self::from_value`] does, whose room may be a model that `files` have.
+    pub fn from_files(value: Value, files: &dyn FileSource) -> Result<ValidJob, DocumentErrors> {
+        Self::with_model(value, Some(files))
+    }
+
+    fn with_model(mut value: Value, files: Option<&dyn FileSource>) -> Result<ValidJob, DocumentErrors> {
         let mut checks = Checks::default();
-        let model = hbjson::expand(&mut value, &mut checks);
+        let model = hbjson::expand(&mut value, files, &mut checks);
         let document = Self::read(value, &mut checks);
         if let Some(model) = &model {
             checks.errors.iter_mut().for_each(|error| error.pointer = model.pointer(&error.pointer));
@@ -137,12 +146,6 @@ impl JobDocument {
             Some(document) => Ok(ValidJob { document, notes_on_model: model.map_or(Vec::new(), |model| model.notes) }),
             None => Err(DocumentErrors(checks.errors)),
         }
-    }
-
-    /// Checks a document as [`Self::from_value`] does, whose room may be a model that `files` have.
-    pub fn from_files(mut value: Value, files: &dyn FileSource) -> Result<ValidJob, DocumentErrors> {
-        hbjson::load_model(&mut value, files)?;
-        Self::from_value(value)
     }
 
     /// Reads a document without a model, and adds its faults; `None` if it cannot be read. Values are not checked if the room is at fault.

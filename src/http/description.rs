@@ -40,6 +40,7 @@ use crate::queue::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, 
         (name = "studies", description = "Compare methods on one job: the time that each takes to each accuracy, \
                                           against a reference"),
         (name = "meshes", description = "Uploaded OBJ files"),
+        (name = "models", description = "Uploaded Honeybee models: rooms by their faces"),
         (name = "weather", description = "Uploaded weather files: years of EnergyPlus and of Radiance"),
         (name = "arrays", description = "Uploaded arrays of NumPy: daylight of a year that another program has computed"),
         (name = "skies", description = "Sky types of CIE S 011, and time zones of places"),
@@ -121,10 +122,11 @@ fn complete(operation: &mut Operation) {
 }
 
 /// Operations whose answer has an id: the operation, the status of the answer, and the operations that take the id.
-const LINKS: [(&str, &str, &[&str]); 4] = [
+const LINKS: [(&str, &str, &[&str]); 5] = [
     ("create_job", "202", &["get_job", "cancel_job", "delete_job", "get_convergence", "get_convergence_csv"]),
     ("create_study", "202", &["get_study", "cancel_study", "delete_study"]),
     ("create_mesh", "201", &["get_mesh", "delete_mesh"]),
+    ("create_model", "201", &["get_model", "delete_model"]),
     ("create_weather", "201", &["get_weather", "delete_weather"]),
 ];
 

@@ -22,6 +22,7 @@ mod jobs;
 pub mod last_event_id;
 mod limits;
 mod meshes;
+mod models;
 pub mod openapi;
 mod outlive;
 mod page;

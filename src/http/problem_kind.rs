@@ -60,6 +60,9 @@ kinds! {
     InvalidMesh, "invalid-mesh", UNPROCESSABLE_ENTITY, "The mesh is not valid",
         "The uploaded file is not an OBJ file that can be used. The detail names the line.",
         "line 17: a face needs at least three corners";
+    InvalidModel, "invalid-model", UNPROCESSABLE_ENTITY, "The model is not valid",
+        "The uploaded file is not a Honeybee model (HBJSON) that can be used. The detail names the place.",
+        "/rooms/0/faces/3/face_type: unknown variant `Roof`, expected one of `Wall`, `Floor`, `RoofCeiling`, `AirBoundary`";
     InvalidWeather, "invalid-weather", UNPROCESSABLE_ENTITY, "The weather is not valid",
         "The uploaded file is not an EPW or WEA file that can be used. The detail names line and field.",
         "line 17, field 15 (direct normal irradiance): must be a number, but is empty";
@@ -71,13 +74,13 @@ kinds! {
          only with the same document.",
         "the Idempotency-Key belongs to a job with another document; use a new key";
     NotFound, "not-found", NOT_FOUND, "Not found",
-        "There is nothing at this path: no such job, mesh, weather, array or output, or a job that has not computed anything yet.",
+        "There is nothing at this path: no such job, mesh, model, weather, array or output, or a job that has not computed anything yet.",
         "there is no such job";
     MethodNotAllowed, "method-not-allowed", METHOD_NOT_ALLOWED, "The method is not allowed",
         "The path exists, but not with this method. The header `Allow` and the detail name the methods that it has.",
         "this path allows GET,HEAD,DELETE";
     Conflict, "conflict", CONFLICT, "Not possible now",
-        "What is asked for contradicts the state of the job or file: a finished job cannot be cancelled, a mesh that a waiting or \
+        "What is asked for contradicts the state of the job or file: a finished job cannot be cancelled, a mesh or model that a waiting or \
          running job uses, or weather that any job uses, cannot be deleted.",
         "the job has ended already (succeeded)";
     TooLarge, "too-large", PAYLOAD_TOO_LARGE, "The body is too large",
@@ -86,7 +89,7 @@ kinds! {
         "the body is longer than this path allows";
     UnsupportedMediaType, "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The content type is not supported",
         "The header `Content-Type` is not one that this path takes: application/json for documents, model/obj, text/plain or \
-         application/octet-stream for meshes, the last two for weather; or `Content-Encoding` names a coding such as gzip, which no path takes.",
+         application/octet-stream for meshes, the last two for weather, and with application/json for models; or `Content-Encoding` names a coding such as gzip, which no path takes.",
         "a document must be sent as application/json";
     Range, "range", RANGE_NOT_SATISFIABLE, "The range is not in the file",
         "The header `Range` asks for bytes beyond the end of the file.",

@@ -30,8 +30,8 @@ use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
-    Shared, annual, arrays, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page,
-    report, results, skies, studies, surfaces, time_zone, tube_flux, tubes, views, weather,
+    Shared, annual, arrays, convergence, docs, events, figures, grids, health, jobs, meshes, models, page,
+    problem_page, report, results, skies, studies, surfaces, time_zone, tube_flux, tubes, views, weather,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -54,6 +54,7 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(weather::get, weather::delete))
         .routes(routes!(arrays::get, arrays::delete))
+        .routes(routes!(models::get, models::delete))
         .routes(routes!(skies::skies))
         .routes(routes!(time_zone::time_zone))
         .routes(routes!(tubes::transmission))
@@ -64,6 +65,7 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
     let uploads = OpenApiRouter::new()
         .routes(routes!(meshes::create))
         .routes(routes!(weather::create))
+        .routes(routes!(models::create))
         .routes(routes!(arrays::create));
     let others = OpenApiRouter::new()
         .merge(texts)

@@ -98,7 +98,7 @@ pub async fn delete(service: &Service, kind: UploadKind, id: String) -> Result<S
         UploadDeletion::NotFound => Err(no_such(kind)),
         UploadDeletion::InUse => {
             let users = match kind {
-                UploadKind::Mesh => "a queued or running job",
+                UploadKind::Mesh | UploadKind::Model => "a queued or running job",
                 // files of the results of a year are made of it
                 UploadKind::Weather | UploadKind::Array => "a job",
             };
@@ -117,6 +117,7 @@ impl From<UploadError> for Problem {
     fn from(error: UploadError) -> Self {
         match error {
             UploadError::Obj(error) => Self::new(ProblemKind::InvalidMesh, error.to_string()),
+            UploadError::Model(error) => Self::new(ProblemKind::InvalidModel, error.to_string()),
             UploadError::Weather(error) => Self::new(ProblemKind::InvalidWeather, error.to_string()),
             UploadError::Array(error) => Self::new(ProblemKind::InvalidArray, error.to_string()),
             UploadError::Store(error) => error.into(),

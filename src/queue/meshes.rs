@@ -123,6 +123,15 @@ impl FileSource for UploadedMeshes {
         npy::decode(&self.content(UploadKind::Array, id)?).map(Arc::new).map_err(|error| error.to_string())
     }
 
+    fn model(&self, id: &str) -> Result<Vec<u8>, String> {
+        let uploads = &self.meshes.uploads;
+        let file = self.runtime.block_on(uploads.find(UploadKind::Model, id)).map_err(unreadable)?;
+        let file = file.ok_or_else(|| "there is no uploaded model with this id".to_owned())?;
+        let text = self.runtime.block_on(uploads.content(&file)).map_err(unreadable)?.to_vec();
+        lock(&self.loaded).insert(file.id);
+        Ok(text)
+    }
+
     fn is_cancelled(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
     }

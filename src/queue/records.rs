@@ -7,6 +7,7 @@ use serde_json::Value;
 use uuid::Uuid;
 
 use crate::document::Warning;
+use crate::document::hbjson::ModelReport;
 use crate::document::result::{Known, PlanResult};
 use crate::document::weather::WeatherReport;
 use crate::engine::progress::{Progress, StoppedBy};
@@ -276,6 +277,8 @@ pub enum UploadKind {
     Weather,
     /// Array of NumPy.
     Array,
+    /// Honeybee model.
+    Model,
 }
 
 impl UploadKind {
@@ -285,6 +288,7 @@ impl UploadKind {
             Self::Mesh => "mesh",
             Self::Weather => "weather",
             Self::Array => "array",
+            Self::Model => "model",
         }
     }
 
@@ -294,6 +298,7 @@ impl UploadKind {
             Self::Mesh => "mesh",
             Self::Weather => "weather file",
             Self::Array => "array",
+            Self::Model => "model",
         }
     }
 }
@@ -325,6 +330,8 @@ pub enum About {
     Weather(Box<WeatherReport>),
     /// Shape of an array.
     Array(AboutArray),
+    /// Rooms of a model.
+    Model(ModelReport),
 }
 
 impl About {
@@ -334,6 +341,7 @@ impl About {
             Self::Mesh(_) => UploadKind::Mesh,
             Self::Weather(_) => UploadKind::Weather,
             Self::Array(_) => UploadKind::Array,
+            Self::Model(_) => UploadKind::Model,
         }
     }
 }

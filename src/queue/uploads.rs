@@ -8,6 +8,8 @@ use bytes::Bytes;
 use uuid::Uuid;
 
 use crate::annual::weather::WeatherError;
+use crate::document::FieldError;
+use crate::document::hbjson::read_report;
 use crate::document::weather::read_weather;
 use crate::engine::cancel::CancelOnDrop;
 use crate::geometry::obj::ObjError;
@@ -31,6 +33,8 @@ pub enum UploadError {
     Weather(#[from] WeatherError),
     #[error(transparent)]
     Array(#[from] NotAnArray),
+    #[error(transparent)]
+    Model(#[from] FieldError),
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error(transparent)]
@@ -78,6 +82,7 @@ impl Uploads {
             UploadKind::Mesh => ("meshes", "obj"),
             UploadKind::Weather => ("weather", "txt"),
             UploadKind::Array => ("arrays", "npy"),
+            UploadKind::Model => ("models", "json"),
         };
         // a key of its own for each upload: deleting a file while it is uploaded anew cannot take the new one
         let key = format!("{folder}/{id}-{}.{ending}", Uuid::now_v7());
@@ -117,6 +122,17 @@ impl Uploads {
             Ok(((), About::Array(AboutArray { rows, columns })))
         };
         Ok(self.add(owner, UploadKind::Array, bytes, permits, read).await?.0)
+    }
+
+    /// Checks and stores a Honeybee model, as [`Self::add`] does.
+    pub async fn add_model(
+        &self,
+        owner: Owner,
+        bytes: Bytes,
+        permits: impl Send + 'static,
+    ) -> Result<UploadedFile, UploadError> {
+        let read = |bytes: &[u8], _: &AtomicBool| Ok(((), About::Model(read_report(bytes)?)));
+        Ok(self.add(owner, UploadKind::Model, bytes, permits, read).await?.0)
     }
 
     /// Returns the record of a file; none if there is none of this kind.

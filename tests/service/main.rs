@@ -17,6 +17,7 @@ mod durability;
 mod jobs;
 mod limits;
 mod meshes;
+mod models;
 mod operation;
 mod owners;
 mod studies;

@@ -139,6 +139,7 @@ pub(super) fn upload(row: &SqliteRow, kind: UploadKind) -> Result<UploadedFile, 
             UploadKind::Mesh => About::Mesh(json(row, "about")?),
             UploadKind::Weather => About::Weather(json(row, "about")?),
             UploadKind::Array => About::Array(json(row, "about")?),
+            UploadKind::Model => About::Model(json(row, "about")?),
         },
         created_at: get(row, "created_at")?,
     })

@@ -75,7 +75,9 @@ fn model_of_room(schemas: &mut Schemas) {
         .schema_type(Type::Object)
         .description(Some("The model: plain JSON as Honeybee writes it."))
         .additional_properties(Some(AdditionalProperties::FreeForm(true)));
-    let file = ObjectBuilder::new().schema_type(Type::String).description(Some("File beside the job file."));
+    let file = ObjectBuilder::new()
+        .schema_type(Type::String)
+        .description(Some("Id of an uploaded model, or the path of a file beside the job file."));
     let description = "Honeybee model (HBJSON) with the room, in place of `size_m`, `plan` and `faces`: its faces become `faces`. Warnings \
                        `model_changed` tell what is left out.";
     let model = OneOfBuilder::new().item(model).item(file).description(Some(description));
