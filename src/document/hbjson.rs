@@ -1,15 +1,18 @@
 //! Rooms of Honeybee models (HBJSON), read as plain JSON: the faces of one room, in metres. A document may have a model in its room, or the
-//! name of its file.
+//! id or the file of one.
+
+use std::fmt;
+use std::marker::PhantomData;
 
 use glam::DVec3;
-use serde::de::{Deserializer, IgnoredAny};
+use serde::de::{Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use utoipa::ToSchema;
 
 use super::errors::{Checks, DocumentErrors, FieldError};
 use super::file_source::FileSource;
-use super::limits::FACES;
+use super::limits::{CORNERS, FACES, HOLES};
 use super::read::{fault, json};
 use super::room::RoomDocument;
 use super::room::closed::CorneredFaces;
@@ -23,6 +26,9 @@ const MOST_ROOMS: usize = 1000;
 
 /// Longest name of a room in a report, in bytes.
 const LONGEST_NAME: usize = 256;
+
+/// Longest message about the text of a model, in characters.
+const LONGEST_MESSAGE: usize = 300;
 
 /// Largest part of a room's extent within which corners are merged, whatever the model's tolerance.
 const COARSEST: f64 = 1e-3;
@@ -91,6 +97,7 @@ struct ModelRoom {
     identifier: String,
     #[serde(default)]
     display_name: Option<String>,
+    #[serde(deserialize_with = "at_most::<_, _, MOST_FACES>")]
     faces: Vec<ModelFace>,
     #[serde(default)]
     indoor_shades: Option<Vec<IgnoredAny>>,
@@ -117,9 +124,44 @@ enum FaceType {
 
 #[derive(Deserialize)]
 struct Face3d {
-    boundary: Vec<[f64; 3]>,
+    boundary: Ring,
     #[serde(default)]
-    holes: Option<Vec<Vec<[f64; 3]>>>,
+    holes: Option<Holes>,
+}
+
+/// Corners of a boundary or a hole.
+#[derive(Deserialize)]
+struct Ring(#[serde(deserialize_with = "at_most::<_, _, MOST_CORNERS>")] Vec<[f64; 3]>);
+
+#[derive(Deserialize)]
+struct Holes(#[serde(deserialize_with = "at_most::<_, _, MOST_HOLES>")] Vec<Ring>);
+
+const MOST_FACES: usize = *FACES.end();
+const MOST_HOLES: usize = *HOLES.end();
+const MOST_CORNERS: usize = *CORNERS.end();
+
+/// Reads a list of at most `MOST` values: what is longer is refused before it takes memory.
+fn at_most<'de, D: Deserializer<'de>, T: Deserialize<'de>, const MOST: usize>(source: D) -> Result<Vec<T>, D::Error> {
+    struct Few<T, const MOST: usize>(PhantomData<T>);
+    impl<'de, T: Deserialize<'de>, const MOST: usize> Visitor<'de> for Few<T, MOST> {
+        type Value = Vec<T>;
+
+        fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+            write!(formatter, "an array")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Vec<T>, A::Error> {
+            let mut read = Vec::new();
+            while let Some(item) = items.next_element()? {
+                if read.len() == MOST {
+                    return Err(A::Error::custom(format!("must have at most {MOST} items")));
+                }
+                read.push(item);
+            }
+            Ok(read)
+        }
+    }
+    source.deserialize_seq(Few::<T, MOST>(PhantomData))
 }
 
 impl Units {
@@ -173,7 +215,7 @@ pub fn read_report(text: &[u8]) -> Result<ModelReport, FieldError> {
     Ok(ModelReport { room_count: rooms.len() as u64, rooms: rooms.iter().take(MOST_ROOMS).map(report).collect() })
 }
 
-/// Reads the text of a model; what is not used of it takes no memory.
+/// Reads the text of a model; fields that are not used take no memory.
 fn of_text(text: &[u8]) -> Result<Model, FieldError> {
     let text = json::text(text)?;
     let mut source = serde_json::Deserializer::from_str(&text);
@@ -185,7 +227,9 @@ fn of_text(text: &[u8]) -> Result<Model, FieldError> {
 fn of_source<'de>(source: impl Deserializer<'de, Error = serde_json::Error>) -> Result<Model, FieldError> {
     serde_path_to_error::deserialize(source).map_err(|error| {
         let is_of_text = error.inner().is_syntax() || error.inner().is_eof();
-        let fault = fault::of_error(&error);
+        let mut fault = fault::of_error(&error);
+        // messages may hold a value of the model
+        fault.message = fault.message.chars().take(LONGEST_MESSAGE).collect();
         FieldError::new(if is_of_text { String::new() } else { fault.pointer }, fault.message)
     })
 }
@@ -195,10 +239,6 @@ fn room_of(model: Model, name: Option<&str>) -> Result<HbjsonRoom, DocumentError
     let rooms = model.rooms.unwrap_or_default();
     let number = chosen(&rooms, name)?;
     let room = &rooms[number];
-    if room.faces.len() > *FACES.end() {
-        let detail = format!("must have at most {} faces, but has {}", FACES.end(), room.faces.len());
-        return Err(FieldError::new(format!("/rooms/{number}/faces"), detail).into());
-    }
     let mut notes = Vec::new();
     let rings = rings_in_metres(room, (model.units, model.tolerance.unwrap_or_default()), &mut notes);
     let faces: Vec<FaceDocument> = room.faces.iter().zip(rings).map(|(face, rings)| document(face, rings)).collect();
@@ -274,7 +314,11 @@ fn room_of_document(
         (Value::String(name), Some(files)) => {
             of_text(&files.model(name).map_err(|detail| FieldError::new(MODEL, detail))?)
         }
-        _ => return Err(FieldError::new(MODEL, "must be a model, which is an object, or the name of its file").into()),
+        _ => {
+            return Err(
+                FieldError::new(MODEL, "must be a model, which is an object, or the id or the file of one").into()
+            );
+        }
     };
     let model = model.map_err(|error| FieldError { pointer: format!("{MODEL}{}", error.pointer), ..error })?;
     room_of(model, name.as_deref()).map_err(of_document)
@@ -308,8 +352,9 @@ fn rings_in_metres(
 ) -> Vec<Vec<Vec<DVec3>>> {
     let corner = |place: &[f64; 3]| DVec3::from(place.map(|length| units.metres(length)));
     let of_face = |face: &ModelFace| -> Vec<Vec<DVec3>> {
-        let rings = std::iter::once(&face.geometry.boundary).chain(face.geometry.holes.iter().flatten());
-        rings.map(|ring| ring.iter().map(corner).collect()).collect()
+        let holes = face.geometry.holes.iter().flat_map(|Holes(holes)| holes);
+        let rings = std::iter::once(&face.geometry.boundary).chain(holes);
+        rings.map(|Ring(corners)| corners.iter().map(corner).collect()).collect()
     };
     let mut faces: Vec<Vec<Vec<DVec3>>> = room.faces.iter().map(of_face).collect();
     let corners = || faces.iter().flatten().flatten().copied();

@@ -78,12 +78,12 @@ pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<ModelResource>
     Ok(Json(ModelResource::of(model)?))
 }
 
-/// Deletes a model that no queued or running job uses.
+/// Deletes a model that no job uses.
 #[utoipa::path(delete, path = "/v1/models/{id}", operation_id = "delete_model", tag = "models", params(("id" = String, Path)),
     responses(
         (status = 204, description = "The model is deleted"),
         (status = 404, description = "No such model"),
-        (status = 409, description = "A queued or running job uses the model")))]
+        (status = 409, description = "A job uses the model")))]
 pub async fn delete(app: App, Path(id): Path<String>) -> Result<StatusCode, Problem> {
     uploads::delete(&app, UploadKind::Model, id).await
 }

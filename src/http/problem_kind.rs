@@ -80,8 +80,8 @@ kinds! {
         "The path exists, but not with this method. The header `Allow` and the detail name the methods that it has.",
         "this path allows GET,HEAD,DELETE";
     Conflict, "conflict", CONFLICT, "Not possible now",
-        "What is asked for contradicts the state of the job or file: a finished job cannot be cancelled, a mesh or model that a waiting or \
-         running job uses, or weather that any job uses, cannot be deleted.",
+        "What is asked for contradicts the state of the job or file: a finished job cannot be cancelled, a mesh that a waiting or \
+         running job uses, or another file that any job uses, cannot be deleted.",
         "the job has ended already (succeeded)";
     TooLarge, "too-large", PAYLOAD_TOO_LARGE, "The body is too large",
         "The body is longer than this path allows. The limits are `document_bytes` and `mesh_bytes` of the \

@@ -98,9 +98,9 @@ pub async fn delete(service: &Service, kind: UploadKind, id: String) -> Result<S
         UploadDeletion::NotFound => Err(no_such(kind)),
         UploadDeletion::InUse => {
             let users = match kind {
-                UploadKind::Mesh | UploadKind::Model => "a queued or running job",
-                // files of the results of a year are made of it
-                UploadKind::Weather | UploadKind::Array => "a job",
+                UploadKind::Mesh => "a queued or running job",
+                // results of jobs that have ended are made of it
+                UploadKind::Weather | UploadKind::Array | UploadKind::Model => "a job",
             };
             Err(Problem::conflict(format!("{users} uses this {}", kind.noun())))
         }

@@ -124,12 +124,7 @@ impl FileSource for UploadedMeshes {
     }
 
     fn model(&self, id: &str) -> Result<Vec<u8>, String> {
-        let uploads = &self.meshes.uploads;
-        let file = self.runtime.block_on(uploads.find(UploadKind::Model, id)).map_err(unreadable)?;
-        let file = file.ok_or_else(|| "there is no uploaded model with this id".to_owned())?;
-        let text = self.runtime.block_on(uploads.content(&file)).map_err(unreadable)?.to_vec();
-        lock(&self.loaded).insert(file.id);
-        Ok(text)
+        Ok(self.content(UploadKind::Model, id)?.to_vec())
     }
 
     fn is_cancelled(&self) -> bool {

@@ -11,7 +11,7 @@ use super::picture_request::{PictureRequest, PicturesWanted};
 use super::reference::ReferenceRequest;
 use crate::document::errors::Checks;
 use crate::document::read::shape;
-use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, MethodKind, method};
+use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, JobDocument, MethodKind, method};
 
 /// Study of the grids of a job: runs of each method at each relative error with each seed, compared with a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -102,14 +102,15 @@ impl StudyRequest {
         Self { relative_errors, ..self }
     }
 
-    /// Checks a request that was read as JSON, its job included. Errors report every fault, with pointers into the request.
-    pub fn from_value(value: Value) -> Result<Self, DocumentErrors> {
+    /// Checks a request that was read as JSON, its job included, whose room may be a model of `files`. Errors report every fault, with
+    /// pointers into the request.
+    pub fn from_value(value: Value, files: &dyn FileSource) -> Result<Self, DocumentErrors> {
         let mut checks = Checks::default();
         let Some((request, _)) = shape::read::<Self>(value, &mut checks) else {
             return Err(DocumentErrors(checks.errors));
         };
         let mut errors = checks.errors;
-        if let Err(DocumentErrors(of_job)) = JobDocument::from_value(request.job.clone()) {
+        if let Err(DocumentErrors(of_job)) = JobDocument::from_files(request.job.clone(), files) {
             let in_request = |error: FieldError| FieldError { pointer: format!("/job{}", error.pointer), ..error };
             errors.extend(of_job.into_iter().map(in_request));
         }
@@ -246,6 +247,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::present::subject::tests::NoMeshes;
 
     fn request() -> StudyRequest {
         let job = json!({ "grids": [{}], "views": [{}], "seed": 5, "method": { "kind": "sppm", "photons_per_pass": 9 },
@@ -307,9 +309,10 @@ mod tests {
     #[test]
     fn what_is_absent_has_a_default() {
         let job: Value = serde_json::from_str(include_str!("../../examples/two_tubes.json")).unwrap();
-        let request = StudyRequest::from_value(json!({ "job": job })).unwrap();
+        let request = StudyRequest::from_value(json!({ "job": job }), &NoMeshes).unwrap();
         assert_eq!(request, StudyRequest::new(job, method::names().map(str::to_owned).collect()));
-        let errors = StudyRequest::from_value(json!({ "job": { "grids": [] }, "seed": 1, "seeds": 0 })).unwrap_err();
+        let asked = json!({ "job": { "grids": [] }, "seed": 1, "seeds": 0 });
+        let errors = StudyRequest::from_value(asked, &NoMeshes).unwrap_err();
         let pointers: Vec<&str> = errors.0.iter().map(|error| error.pointer.as_str()).collect();
         for pointer in ["/seed", "/job/room", "/seeds", "/job/grids"] {
             assert!(pointers.contains(&pointer), "{pointer}: {pointers:?}");

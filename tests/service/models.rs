@@ -48,8 +48,9 @@ async fn a_model_from_upload_to_result() {
     assert_eq!(service.json(&path).await, uploaded);
     let by_id = service.submit(&job(uploaded["id"].clone())).await;
     let whole = service.submit(&job(model())).await;
-    for job in [by_id, whole] {
-        let ended = service.finished(&job).await;
+    let jobs = [by_id, whole];
+    for job in &jobs {
+        let ended = service.finished(job).await;
         assert_eq!(ended["status"], "succeeded", "{ended}");
         assert_eq!(ended["document"]["room"]["faces"][5]["name"], "roof");
         let told = ended["warnings"].as_array().unwrap().iter().filter(|warning| warning["code"] == "model_changed");
@@ -62,6 +63,11 @@ async fn a_model_from_upload_to_result() {
             assert_eq!(service.get(path).send().await.unwrap().status(), StatusCode::OK, "{path}");
         }
     }
+    problem(service.request(Method::DELETE, &path).send().await.unwrap(), 409).await;
+    for job in &jobs {
+        let deleted = service.request(Method::DELETE, &format!("/v1/jobs/{job}")).send().await.unwrap();
+        assert_eq!(deleted.status(), StatusCode::NO_CONTENT);
+    }
     assert_eq!(service.request(Method::DELETE, &path).send().await.unwrap().status(), StatusCode::NO_CONTENT);
     problem(service.get(&path).send().await.unwrap(), 404).await;
     let gone = problem(service.post_job(&job(uploaded["id"].clone())).send().await.unwrap(), 422).await;
@@ -70,10 +76,28 @@ async fn a_model_from_upload_to_result() {
     open["rooms"][0]["faces"].as_array_mut().unwrap().pop();
     let open = problem(service.post_job(&job(open)).send().await.unwrap(), 422).await;
     assert_eq!(open["errors"][0]["pointer"], "/room/hbjson/rooms/0/faces");
-    for (body, words) in [("{", "EOF"), ("{\"rooms\": 3}", "/rooms"), ("{\"units\": \"Miles\"}", "/units")] {
+    for (body, words) in [
+        ("{", "EOF"),
+        ("{\"rooms\": 3}", "/rooms"),
+        ("{\"units\": \"Miles\"}", "/units"),
+        (&format!("{{\"units\": \"{}\"}}", "M".repeat(5000)), "/units"),
+    ] {
         let broken = problem(upload(body.to_owned(), "text/plain").await.unwrap(), 422).await;
         assert_eq!(broken["type"], "/problems/invalid-model");
-        assert!(broken["detail"].as_str().unwrap().contains(words), "{broken}");
+        let detail = broken["detail"].as_str().unwrap();
+        assert!(detail.contains(words) && detail.len() < 400, "{broken}");
     }
     problem(upload(String::new(), "model/obj").await.unwrap(), 415).await;
+}
+
+#[tokio::test]
+async fn a_study_takes_a_model_by_its_id() {
+    let service = TestService::start().await;
+    let upload = service.request(Method::POST, "/v1/models").header("content-type", "application/json");
+    let uploaded: Value = upload.body(model().to_string()).send().await.unwrap().json().await.unwrap();
+    let asked = json!({ "job": job(uploaded["id"].clone()), "methods": ["light_tracing"], "relative_errors": [0.5], "seconds": 1 });
+    let post = service.request(Method::POST, "/v1/studies").header("content-type", "application/json");
+    let answer = post.body(asked.to_string()).send().await.unwrap();
+    let status = answer.status();
+    assert_eq!(status, StatusCode::ACCEPTED, "{}", answer.text().await.unwrap());
 }

@@ -98,7 +98,7 @@ fn not_json(detail: String) -> Problem {
 /// Job that can be queued, or planned.
 pub struct PreparedPost {
     pub prepared: Arc<Prepared>,
-    /// Ids of the uploaded meshes that the job uses.
+    /// Ids of the uploaded files that the job uses.
     pub meshes: Vec<String>,
     /// Name of the computation that the job needs; see [`computation`].
     pub computation: Option<String>,

@@ -101,8 +101,9 @@ async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewStudy,
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
     let (memory_bytes, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
     let prepared = off_thread(turn, move |cancel| {
-        let request = StudyRequest::from_value(request)?.within(most_seconds)?;
-        new_study(&request, &meshes.for_document(runtime, cancel), memory_bytes, most_seconds)
+        let files = meshes.for_document(runtime, cancel);
+        let request = StudyRequest::from_value(request, &files)?.within(most_seconds)?;
+        new_study(&request, &files, memory_bytes, most_seconds)
     });
     prepared.await?.map_err(Problem::from)
 }

@@ -60,7 +60,7 @@ impl JobYear {
         let optional = |name: String, value: &dyn Fn(&PointYear) -> Option<Value>| {
             let values = year.points.iter().zip(&of.weights);
             let values: Vec<Option<Value>> =
-                values.map(|(point, weight)| value(point).filter(|_| *weight > 0.0)).collect();
+                values.map(|(point, weight)| if *weight > 0.0 { value(point) } else { None }).collect();
             ColumnResult {
                 name,
                 values: values.iter().map(|value| value.map(|value| value.value)).collect(),

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use reqwest::StatusCode;
 use serde_json::{Value, json};
+use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::db::SqliteStore;
 use skyduct::queue::store::Store;
 use skyduct::study::StudyRequest;
@@ -87,7 +88,7 @@ async fn a_long_document_is_stored_once() {
     assert!(grown < 20_000_000 && held < 200_000_000, "{grown} {held}");
     let jobs = study["jobs"].as_array().unwrap();
     assert_eq!(jobs.len(), 192);
-    let request = StudyRequest::from_value(asked).unwrap();
+    let request = StudyRequest::from_value(asked, &MeshFiles::below(data.path())).unwrap();
     for job in [&jobs[0], &jobs[3], &jobs[191]] {
         let key = RunKey {
             method: job["method"].as_str().unwrap().to_owned(),
