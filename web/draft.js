@@ -204,11 +204,17 @@ export function moveEdge(draft, edge, metres) {
 /** @param {JobDocument} draft */
 const leastEdge = (draft) => Math.max(0.8, ...(draft.tubes ?? []).map((tube) => diameter(tube) + 0.1));
 
+/** Where an object stands, or each copy of it. @param {NonNullable<JobDocument["room"]["objects"]>[number]} object @returns {[number, number, number][]} */
+function positions(object) {
+  const copies = ("instances" in object && object.instances) || [];
+  return [object, ...copies].flatMap(({ position_m }) => (position_m ? [position_m] : []));
+}
+
 /** Moves all that stands in the room. @param {JobDocument} draft @param {0 | 1} axis @param {number} metres */
 export function shift(draft, axis, metres) {
   const places = [
     ...(draft.tubes ?? []).map((tube) => tube.centre_m),
-    ...(draft.room.objects ?? []).map((object) => object.position_m),
+    ...(draft.room.objects ?? []).flatMap(positions),
     ...(draft.room.luminaires ?? []).map((luminaire) => luminaire.corner_m),
     ...(draft.room.partitions ?? []).flatMap((partition) => [partition.from_m, partition.to_m]),
     ...(draft.grids ?? []).flatMap((grid) => grid.points_m ?? []),
