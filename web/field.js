@@ -31,20 +31,21 @@ export function otherFaults(forms) {
 const idOf = (pointer) => `field${pointer.replaceAll("/", "-")}`;
 
 /**
- * A field, which carries its pointer.
+ * A field, which carries its pointer. It may have an id of its own, and a fault that the page found.
  * @param {string} pointer
  * @param {string} label
  * @param {(attributes: { id: string, invalid: "true" | "false", described: string }) => Drawn} control
+ * @param {{ id?: string, fault?: string }} [own]
  */
-function around(pointer, label, control) {
-  const id = idOf(pointer);
-  const wrong = (state.problem?.errors ?? []).filter((error) => isOf(error, pointer));
+function around(pointer, label, control, { id = idOf(pointer), fault = "" } = {}) {
+  const told = (state.problem?.errors ?? []).filter((error) => isOf(error, pointer)).map(({ detail }) => detail);
+  const wrong = fault ? [fault, ...told] : told;
   const drawn = html`<div class="field ${wrong.length ? "wrong" : ""}"><label for=${id}>${label}</label>
     ${control({ id, invalid: wrong.length ? "true" : "false", described: wrong.length ? `${id}-fault` : "" })}
     ${
       wrong.length
         ? html`<p class="fault"
-      id=${`${id}-fault`}>${wrong.map(({ detail }) => detail).join("; ")}</p>`
+      id=${`${id}-fault`}>${wrong.join("; ")}</p>`
         : nothing
     }</div>`;
   return { ...drawn, pointer };
@@ -94,10 +95,11 @@ export function slider({ pointer, label, value, step, min, max, unit = "", shown
 }
 
 /**
+ * A choice; `id` where another field has the same pointer.
  * @template {string} T
- * @param {{ pointer: string, label: string, value: T | "", options: [T, string][], set: (value: T) => void }} of
+ * @param {{ pointer: string, id?: string, label: string, value: T | "", options: [T, string][], set: (value: T) => void }} of
  */
-export function choice({ pointer, label, value, options, set }) {
+export function choice({ pointer, id, label, value, options, set }) {
   const take = (/** @type {Event} */ event) => set(/** @type {T} */ (/** @type {HTMLSelectElement} */ (event.target).value));
   return around(
     pointer,
@@ -111,6 +113,7 @@ export function choice({ pointer, label, value, options, set }) {
       ([key, words]) => html`<option value=${key} ?selected=${key === value}
       .selected=${key === value}>${words}</option>`,
     )}</select>`,
+    { id },
   );
 }
 
@@ -129,16 +132,17 @@ export function words({ pointer, label, value, set }) {
 }
 
 /**
- * Lines of text, taken over when they are entered.
- * @param {{ pointer: string, label: string, value: string, set: (value: string) => void }} of
+ * Lines of text, taken over when they are entered; `fault` says why they were not.
+ * @param {{ pointer: string, label: string, value: string, fault?: string, set: (value: string) => void }} of
  */
-export function lines({ pointer, label, value, set }) {
+export function lines({ pointer, label, value, fault, set }) {
   const take = (/** @type {Event} */ event) => set(/** @type {HTMLTextAreaElement} */ (event.target).value);
   return around(
     pointer,
     label,
     ({ id, invalid, described }) =>
       html`<textarea id=${id} rows="4" spellcheck="false" .value=${value} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}></textarea>`,
+    { fault },
   );
 }
 

@@ -8,7 +8,7 @@ import { html, nothing, svg } from "./vendor/lit-html.js";
 /** @typedef {"open" | "even" | "points"} Kind */
 /** @typedef {NonNullable<JobDocument["surroundings"]>} Surroundings */
 
-/** Altitude of a horizon to begin with, and reflectance of the ground where a document with surroundings does not say. */
+/** Altitude of a horizon to begin with, and reflectance of the ground where a document with surroundings, or with a tube's own horizon, does not say. */
 const USUAL = { altitude_deg: 15, ground: 0.2 };
 
 /** Changes the surroundings; none are left where nothing is around. @param {(surroundings: Surroundings) => void} change */
@@ -27,13 +27,20 @@ const setHorizon = (horizon) =>
     Object.assign(next, horizon);
   });
 
+/** Points of a horizon that were typed and cannot be read, and the text of the horizon in whose place they were typed. @type {{ text: string, before: string } | null} */
+let refused = null;
+const UNREAD = "This was not read, and the horizon is as it was. Write azimuths and heights as 90: 12, a line for each, with decimal points; or paste what PVGIS prints.";
+
 /** True of a horizon that is even, but is to be given by points. */
 let byPoints = false;
 /** True once the part of the form has something to show. */
 let used = false;
 
-/** True of a document with surroundings, and from then on. */
-export const isUsed = () => (used ||= Boolean(state.draft.surroundings));
+/** Tubes with a horizon of their own. */
+const ownHorizons = () => (state.draft.tubes ?? []).filter(({ horizon }) => horizon).length;
+
+/** True of a document with surroundings or a horizon, and from then on. */
+export const isUsed = () => (used ||= Boolean(state.draft.surroundings) || ownHorizons() > 0);
 
 /** The part of the form about what is around. */
 export function outside() {
@@ -43,22 +50,33 @@ export function outside() {
   const kind = /** @type {Kind} */ (!points.length ? "open" : even === null || byPoints ? "points" : "even");
   const take = (/** @type {Kind} */ to) => {
     byPoints = to === "points";
+    refused = null;
     if (to === "open") return setHorizon(null);
     const highest = Math.max(0, ...points.map(([, altitude]) => altitude)) || USUAL.altitude_deg;
     setHorizon({ horizon: to === "even" ? [[0, highest]] : [0, 90, 180, 270].map((azimuth) => [azimuth, Math.round(10 * (points.length ? altitudeAt(points, azimuth) : highest)) / 10]) });
   };
+  const fromSouth = Boolean(surroundings?.horizon_pvgis);
   const paste = (/** @type {string} */ text) => {
-    const horizon = parsed(text);
+    const horizon = parsed(text, fromSouth);
+    refused = horizon ? null : { text, before };
     if (horizon) setHorizon(horizon);
-    else set({ said: "This has no azimuths and altitudes: write them as 90: 12, a line for each." });
+    else set({ said: "The horizon was not read." });
   };
-  const pointer = surroundings?.horizon_pvgis ? "/surroundings/horizon_pvgis" : "/surroundings/horizon";
+  const pointer = fromSouth ? "/surroundings/horizon_pvgis" : "/surroundings/horizon";
   const typed = /** @type {import("./horizon.js").Point[]} */ (surroundings?.horizon_pvgis ?? surroundings?.horizon ?? []);
+  const before = `${pointer}\n${written(typed)}`;
+  const unread = refused?.before === before ? refused.text : null;
   const boxes = surroundings?.obstructions?.length ?? 0;
-  const ground = surroundings ? (surroundings.ground_reflectance ?? USUAL.ground) : 0;
+  const own = ownHorizons();
+  const ground = surroundings?.ground_reflectance ?? (surroundings || own ? USUAL.ground : 0);
+  const more = [
+    boxes ? `${boxes} boxes hide more of the sky, which the document describes.` : "",
+    own ? `${own === 1 ? "One tube has" : `${own} tubes have`} a horizon of ${own === 1 ? "its" : "their"} own in the document, in place of this one.` : "",
+  ];
   return html`
     ${choice({
-      pointer: kind === "open" ? "/surroundings/horizon" : "/surroundings",
+      pointer,
+      id: "horizon-kind",
       label: "Horizon",
       value: kind,
       options: [["open", "open sky"], ["even", "one height all around"], ["points", "heights by azimuth"]],
@@ -69,7 +87,17 @@ export function outside() {
         ? slider({ pointer, label: "Height of the horizon", unit: "°", value: even ?? 0, step: 1, min: 0, max: 90, set: (to) => setHorizon({ horizon: [[0, to]] }) })
         : nothing
     }
-    ${kind === "points" ? lines({ pointer, label: "Azimuth: height, °; or a horizon of PVGIS", value: written(typed), set: paste }) : nothing}
+    ${
+      kind === "points"
+        ? lines({
+            pointer,
+            label: `Azimuth from ${fromSouth ? "south" : "north"}: height, °; or a horizon of PVGIS`,
+            value: unread ?? written(typed),
+            fault: unread === null ? "" : UNREAD,
+            set: paste,
+          })
+        : nothing
+    }
     ${points.length ? diagram(points) : nothing}
     ${number({
       pointer: "/surroundings/ground_reflectance",
@@ -80,7 +108,8 @@ export function outside() {
       max: 1,
       set: (to) => around((next) => (next.ground_reflectance = to)),
     })}
-    <p class="note">Tilted panes, leaning tubes and dielectric domes see the ground.${boxes ? ` ${boxes} boxes hide more of the sky, which the document describes.` : ""}</p>`;
+    <p class="note">Tilted panes, leaning tubes and dielectric domes see the ground. With a horizon it reflects ${USUAL.ground} unless it is given; without, nothing.
+      ${more.filter(Boolean).join(" ")}</p>`;
 }
 
 /** Size of the diagram, and the space for its letters. */

@@ -1,4 +1,4 @@
-// The view in three dimensions on a canvas: its colours, and the hand that turns it. It is loaded when the view is opened.
+// The view in three dimensions on a canvas: its colours, and the pointers, wheel and keys that turn it. It is loaded when the view is opened.
 import { byKey, projection, STARTS, turned, zoomed } from "./view3d_camera.js";
 import { painter } from "./view3d_paint.js";
 import { normal, shapes, trapezoids } from "./view3d_shapes.js";
@@ -30,7 +30,7 @@ const CLEAR = new Set(["pipe", "cover"]);
 const LINE_OPACITY = 0.75;
 /** Direction from which sides are darkest, so that corners are seen. */
 const SHADE = unit([0.8, 0.5, -0.35]);
-/** Degrees by which a pixel of the hand turns the camera, and powers of e by which one of the wheel zooms. */
+/** Degrees by which a drag of one pixel turns the camera, and powers of e by which one of the wheel zooms. */
 const PIXEL_DEG = 0.4;
 const WHEEL = 0.0015;
 const MOST_PIXELS = 2;
@@ -77,11 +77,11 @@ function workplane(map) {
 }
 
 /**
- * Hands, wheel and keys on a canvas: they turn the camera.
+ * Lets pointers, wheel and keys on a canvas turn the camera.
  * @param {HTMLCanvasElement} canvas
  * @param {(change: (orbit: import("./view3d_camera.js").Orbit) => import("./view3d_camera.js").Orbit) => void} move
  */
-function hands(canvas, move) {
+function steer(canvas, move) {
   /** @type {Map<number, [number, number]>} */
   const down = new Map();
   const apart = () => {
@@ -89,18 +89,21 @@ function hands(canvas, move) {
     return Math.hypot(x2 - x1, y2 - y1);
   };
   canvas.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
     canvas.setPointerCapture(event.pointerId);
     down.set(event.pointerId, [event.clientX, event.clientY]);
   });
   canvas.addEventListener("pointermove", (event) => {
     const before = down.get(event.pointerId);
     if (!before) return;
+    // a button that was let go elsewhere, as over a context menu, is not told of
+    if (event.pointerType === "mouse" && !(event.buttons & 1)) return void down.delete(event.pointerId);
     const width = apart();
     down.set(event.pointerId, [event.clientX, event.clientY]);
     if (down.size > 1) return move((orbit) => zoomed(orbit, apart() / Math.max(1, width)));
     move((orbit) => turned(orbit, PIXEL_DEG * (event.clientX - before[0]), PIXEL_DEG * (event.clientY - before[1])));
   });
-  for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) canvas.addEventListener(end, ({ pointerId }) => down.delete(pointerId));
+  for (const end of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) canvas.addEventListener(end, ({ pointerId }) => down.delete(pointerId));
   // the wheel scrolls the page until the view is chosen
   canvas.addEventListener("wheel", (event) => {
     if (document.activeElement !== canvas) return;
@@ -156,7 +159,7 @@ export function view(canvas) {
   dark.addEventListener("change", again);
   const sizes = new ResizeObserver(soon);
   sizes.observe(canvas);
-  hands(canvas, move);
+  steer(canvas, move);
   return {
     show,
     move,

@@ -10,8 +10,8 @@ export async function readsHorizons({ page }) {
     const texts = ["90: 12\n0: 5\n270°: 8.5", "0 5, 90 12\n", "0:5, 90:12, 180:3", "10,20,30,40", "0, 5\n90, 12", "90: 1\n90: 2", table, json];
     const square = [[0, 0], [90, 10], [180, 20], [270, 10]];
     return {
-      read: texts.map(parsed),
-      none: ["", "no hills", "12"].map(parsed),
+      read: texts.map((text) => parsed(text)),
+      none: ["", "no hills", "12"].map((text) => parsed(text)),
       between: [0, 45, 180, 315, 360].map((azimuth) => altitudeAt(square, azimuth)).concat(altitudeAt([[100, 7]], 20), altitudeAt([], 3)),
       even: [evenAltitude([[0, 5]]), evenAltitude([[0, 5], [90, 5]]), evenAltitude(square), evenAltitude([])],
       points: [pointsOf({ horizon_pvgis: [[-180, 1], [-90, 2], [0, 3], [90, 4]] }), written(square), parsed(written(square))],
@@ -33,6 +33,54 @@ export async function readsHorizons({ page }) {
   assert.deepEqual(points, [[[0, 1], [90, 2], [180, 3], [270, 4]], "0: 0\n90: 10\n180: 20\n270: 10", { horizon: [[0, 0], [90, 10], [180, 20], [270, 10]] }]);
 }
 
+/** What a text leaves open is not guessed: azimuths stay in the document's frame, and what has anything left over is refused. */
+export async function refusesUnclearHorizons({ page }) {
+  const { kept, read, none } = await page.evaluate(async () => {
+    const { parsed } = await import("/web/horizon.js");
+    const table = "A\tH_hor\tA_sun(w)\tH_sun(w)\n0.0\t3.1\t-1.0\t-67\n90.0\t12\t90\t4\n";
+    const json = '{"A": 0.0, "H_hor": 3.1}, {"A": 90.0, "H_hor": 12}';
+    return {
+      kept: ["0: 20\n90: 10", "0: 20\n270: 10", "-90: 1", "10\n20", "[[0, 20], [90, 10]]", '{"horizon": [[0, 20]]}'].map((text) => parsed(text, true)),
+      read: [
+        table, json, "0: 1e1", "[[0,5],[90,12]]", "[0, 5], [90, 12],", '"horizon": [[0, 5]],', '"horizon_pvgis": [[0, 5]]', "[10, 20]", "10\n20\n30\n40\n",
+        "10 20 30", "10; 20; 30", "0:5 90:12", "0;5\n90;12", "azimuth, altitude\n0, 5\n90, .5", "90\u00a012",
+      ].map((text) => parsed(text)),
+      none: [
+        "0,5 30,5", "0,5 1,5\n90,5 12,5", "90: 12,5", "0;5,5", "1:2:3", "0: 5 m", "0 5\n90 12 7", "10 20 30\n40 50 60", "0: 5\nninety: 12", "10\n20: 5", "27°5'", "0: 1e", "[]",
+        "[[0, 5], [90]]", "[[0, null]]", '[["0", 5]]', "{}", "[0, 5", table.replace("\t4\n", "\n"), table.replace("12", "12,5"), json.replace("12", "12x"), "A\tH_hor\n",
+      ].filter((text) => parsed(text)),
+    };
+  });
+  const [pvgis, pair] = [[[0, 3.1], [90, 12]], { horizon: [[0, 5], [90, 12]] }];
+  const steps = (...altitudes) => ({ horizon: altitudes.map((altitude, k) => [(k * 360) / altitudes.length, altitude]) });
+  assert.deepEqual(kept, [
+    { horizon_pvgis: [[0, 20], [90, 10]] },
+    { horizon: [[0, 20], [270, 10]] },
+    { horizon_pvgis: [[-90, 1]] },
+    steps(10, 20),
+    { horizon_pvgis: [[0, 20], [90, 10]] },
+    { horizon: [[0, 20]] },
+  ]);
+  assert.deepEqual(read, [
+    { horizon_pvgis: pvgis },
+    { horizon_pvgis: pvgis },
+    { horizon: [[0, 10]] },
+    pair,
+    pair,
+    { horizon: [[0, 5]] },
+    { horizon_pvgis: [[0, 5]] },
+    steps(10, 20),
+    steps(10, 20, 30, 40),
+    steps(10, 20, 30),
+    steps(10, 20, 30),
+    pair,
+    pair,
+    { horizon: [[0, 5], [90, 0.5]] },
+    { horizon: [[90, 12]] },
+  ]);
+  assert.deepEqual(none, []);
+}
+
 /** A horizon and irradiances come into the document, into what is sent, and into the link; a fault stands at the field. */
 export async function setsSurroundings(visitor, shot) {
   const { page } = visitor;
@@ -51,15 +99,41 @@ export async function setsSurroundings(visitor, shot) {
   assert(after < before / 2, `${before} lx below an open sky, ${after} below a horizon of 60 degrees`);
   await page.locator(".horizon circle.hidden").waitFor();
   await kind.selectOption("points");
-  const typed = page.getByLabel("Azimuth: height");
+  const typed = page.getByLabel(/^Azimuth from (north|south): height/);
+  const field = page.locator(".field", { has: typed });
+  assert.match(await field.innerText(), /from north/);
   assert.equal(await typed.inputValue(), "0: 60\n90: 60\n180: 60\n270: 60");
   await typed.fill("0: 30\n120: 120");
   await typed.blur();
-  await page.locator(".field.wrong", { hasText: "Azimuth: height" }).locator(".fault").waitFor();
+  await field.locator(".fault").waitFor();
   visitor.faults = visitor.faults.filter((text) => !text.includes("422"));
   await typed.fill("-180.0 5\n-90.0 10\n0.0 20\n90.0 10");
   await typed.blur();
-  await page.getByLabel("Ground reflects").fill("0.5");
+  // a text that cannot be read stays where it is, with why; the document is as it was
+  await visitor.rests();
+  const { draft: asked } = await visitor.state();
+  await typed.fill("90,5 12,5");
+  await typed.blur();
+  await field.locator(".fault", { hasText: "not read" }).waitFor();
+  assert.deepEqual([await typed.inputValue(), await typed.getAttribute("aria-invalid")], ["90,5 12,5", "true"]);
+  assert.deepEqual((await visitor.state()).draft, asked);
+  await visitor.isAccessible("a horizon that is not read");
+  // without the line below zero azimuths still count from south
+  await typed.fill("0.0 20\n90.0 10");
+  await typed.blur();
+  await field.locator(".fault").waitFor({ state: "detached" });
+  assert.deepEqual((await visitor.state()).draft.surroundings, { horizon_pvgis: [[0, 20], [90, 10]] });
+  assert.match(await field.innerText(), /from south/);
+  await typed.fill("-180 5\n-90 10\n0 20\n90 10");
+  await typed.blur();
+  // a fault of the ground is none of the horizon
+  const reflects = page.getByLabel("Ground reflects");
+  await reflects.fill("1.5");
+  await reflects.press("Enter");
+  await page.locator(".field.wrong", { has: reflects }).waitFor();
+  assert.equal(await page.locator(".field.wrong").count(), 1);
+  visitor.faults = visitor.faults.filter((text) => !text.includes("422"));
+  await reflects.fill("0.5");
   await page.getByLabel("Ground reflects").press("Enter");
   await visitor.rests();
   const surroundings = { horizon_pvgis: [[-180, 5], [-90, 10], [0, 20], [90, 10]], ground_reflectance: 0.5 };

@@ -142,7 +142,7 @@ const pixels = (page, key) =>
     key,
   );
 
-/** Nothing of the view is loaded before it is opened; then it has the plan's colours, follows room and hand, and ends when it is closed. */
+/** Nothing of the view is loaded before it is opened; then it has the plan's colours, follows room and pointer, and ends when it is closed. */
 export async function opensTheView(visitor, shot) {
   const { page } = visitor;
   const asked = [];
