@@ -27,6 +27,7 @@ mod analytic_jobs;
 mod analytic_radiosity;
 mod annual;
 mod annual_coverage;
+mod annual_gaps;
 mod at_openings;
 mod bidirectional;
 mod buried_sensors;
