@@ -1,6 +1,6 @@
 //! Metrics of a point: daylight autonomy and its kin.
 
-use std::f64::consts::SQRT_2;
+use std::f64::consts::{PI, SQRT_2};
 
 use super::Value;
 use crate::response::LitRow;
@@ -49,7 +49,7 @@ impl Illuminances {
 
     /// Computes the daylight autonomy: the share in percent of the records with at least `threshold_lux` (> 0).
     pub fn autonomy_percent(&self, threshold_lux: f64) -> Value {
-        self.share_percent(|lux| lux >= threshold_lux)
+        self.share_percent(|lux| lux >= threshold_lux, 0.0)
     }
 
     /// Computes the continuous daylight autonomy: the mean over the records of the illuminance over `threshold_lux`, at most 1, in percent.
@@ -61,10 +61,10 @@ impl Illuminances {
     pub fn useful(&self, [low, middle, high]: [f64; 3]) -> Useful {
         Useful {
             // records without light are below
-            below_percent: self.mean_percent(|lux| f64::from(u8::from(lux < low)), 1.0),
-            supplementary_percent: self.share_percent(|lux| lux >= low && lux < middle),
-            autonomous_percent: self.share_percent(|lux| lux >= middle && lux <= high),
-            above_percent: self.share_percent(|lux| lux > high),
+            below_percent: self.share_percent(|lux| lux < low, 1.0),
+            supplementary_percent: self.share_percent(|lux| lux >= low && lux < middle, 0.0),
+            autonomous_percent: self.share_percent(|lux| lux >= middle && lux <= high, 0.0),
+            above_percent: self.share_percent(|lux| lux > high, 0.0),
         }
     }
 
@@ -85,8 +85,15 @@ impl Illuminances {
         Value { value, standard_error: value * self.relative_error }
     }
 
-    fn share_percent(&self, is_in: impl Fn(f64) -> bool) -> Value {
-        self.mean_percent(|lux| f64::from(u8::from(is_in(lux))), 0.0)
+    /// Computes the share of the records within bounds of the illuminance in percent; `dark` of those without light are.
+    ///
+    /// Records are counted: between the true illuminance at a bound and that which was found, in lux apart by an error of the standard deviation
+    /// s in records, there are as many as of a Poisson distribution, whose mean is sqrt(2 / pi) s on average. Its variance is added to that of s.
+    fn share_percent(&self, is_in: impl Fn(f64) -> bool, dark: f64) -> Value {
+        let share = self.mean_percent(|lux| f64::from(u8::from(is_in(lux))), dark);
+        let record = 100.0 / self.records.max(1) as f64;
+        let variance = share.standard_error * (share.standard_error + (2.0 / PI).sqrt() * record);
+        Value { standard_error: variance.sqrt(), ..share }
     }
 
     /// Computes the mean over the records of a function of the illuminance in percent; it is `dark` in those without light.

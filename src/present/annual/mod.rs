@@ -13,8 +13,8 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::annual::eyes::Eye;
 use crate::annual::light::LitMoment;
-use crate::annual::metrics::Value;
 use crate::annual::metrics::dimming::Dimming;
+use crate::annual::metrics::{CONFIDENT, Value};
 use crate::annual::moment::Convention;
 use crate::annual::response::{RecordLight, Response, Responses, TubeRecord};
 use crate::annual::sensors::{GridLight, Sensors, SensorsAtMoments};
@@ -96,7 +96,7 @@ impl JobYear {
             .map(|((grid, other), (result, moments))| {
                 let light = match annual.at_moments {
                     true => GridLight::AtMoments(at_moments(grid, &result, lit, &moments)),
-                    false => GridLight::ByResponses(responses_of(result.tube_responses.as_deref(), &radii)),
+                    false => GridLight::ByResponses(responses_of(&result, &radii)),
                 };
                 GridOfYear::new(grid, result, (light, other.clone()), &job.traceable)
             })
@@ -216,29 +216,43 @@ impl GridOfYear {
     }
 }
 
-/// Converts the values of a grid at all moments; its daylight factors are those of its result.
+/// Converts the values of a grid at all moments, with raised errors; its daylight factors are those of its result.
 fn at_moments(grid: &Grid, result: &GridResult, lit: &[LitMoment], values: &[Value]) -> SensorsAtMoments {
     let ExternalIlluminance { sky, sun } = result.external_horizontal_illuminance_lux;
+    let raise = raise(result);
+    let values: Vec<Value> =
+        values.iter().map(|value| Value { standard_error: raise * value.standard_error, ..*value }).collect();
     let per_lux = if sky + sun > 0.0 { 100.0 / (sky + sun) } else { 0.0 };
     let of_grid = result.illuminance_lux.iter().flatten().zip(result.standard_error_lux.iter().flatten());
     let factor = |(lux, error): (&Option<f64>, &Option<f64>)| {
         let lux = lux.unwrap_or_default();
         // nothing is known of the error of one pass
-        Value { value: per_lux * lux, standard_error: per_lux * error.unwrap_or(lux) }
+        Value { value: per_lux * lux, standard_error: per_lux * error.map_or(lux, |error| raise * error) }
     };
-    SensorsAtMoments::new(lit, values, grid.estimate == EstimateKind::CellAverage, of_grid.map(factor).collect())
+    SensorsAtMoments::new(lit, &values, grid.estimate == EstimateKind::CellAverage, of_grid.map(factor).collect())
 }
 
-/// Converts the responses of a grid's result; the last of them is that to all tubes together.
-fn responses_of(results: Option<&[TubeResponse]>, radii: &[f64]) -> Responses {
-    let results = results.unwrap_or_default();
+/// Returns the factor of standard errors, which few passes know badly, that makes 1.96 of them half an interval of 95 %.
+fn raise(result: &GridResult) -> f64 {
+    result.coverage_factor.map_or(1.0, |factor| factor / CONFIDENT)
+}
+
+/// Converts the responses of a grid's result, with raised errors; the last of them is that to all tubes together.
+fn responses_of(result: &GridResult, radii: &[f64]) -> Responses {
+    let (results, raise) = (result.tube_responses.as_deref().unwrap_or_default(), raise(result));
     let flat = |rows: &[Vec<Option<f64>>]| -> Vec<f64> {
         rows.iter().flatten().map(|value| value.unwrap_or_default()).collect()
     };
     // nothing is known of the error of one pass
     let errors = |result: &TubeResponse| -> Vec<f64> {
         let values = flat(&result.lux_per_lumen);
-        result.standard_error.iter().flatten().zip(values).map(|(error, value)| error.unwrap_or(value)).collect()
+        result
+            .standard_error
+            .iter()
+            .flatten()
+            .zip(values)
+            .map(|(error, value)| error.map_or(value, |error| raise * error))
+            .collect()
     };
     let of_tube = |(result, radius): (&TubeResponse, &f64)| -> Vec<Response> {
         let moments: Vec<Vec<f64>> = result.moments.iter().map(|rows| flat(rows)).collect();
