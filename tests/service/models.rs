@@ -65,7 +65,7 @@ async fn a_model_from_upload_to_result() {
     }
     problem(service.request(Method::DELETE, &path).send().await.unwrap(), 409).await;
     for job in &jobs {
-        let deleted = service.request(Method::DELETE, &format!("/v1/jobs/{job}")).send().await.unwrap();
+        let deleted = service.request(Method::DELETE, job).send().await.unwrap();
         assert_eq!(deleted.status(), StatusCode::NO_CONTENT);
     }
     assert_eq!(service.request(Method::DELETE, &path).send().await.unwrap().status(), StatusCode::NO_CONTENT);
