@@ -110,7 +110,7 @@ fn points_of_the_thesis_room_agree_with_another_program() {
         let [found, error] = [&exposure, &errors].map(|values| values[sensor].as_f64().unwrap());
         // the other program leaves out what the centroid does to interreflected light: 5e-4
         assert!((found - row[2]).abs() <= 4.0 * error.hypot(5e-4 * row[2]), "{sensor}: {found} +- {error}: {}", row[2]);
-        assert!(error < 5e-3 * found, "{sensor}: {error} of {found}");
+        assert!(error < 7e-3 * found, "{sensor}: {error} of {found}");
         compared += 1;
     }
     assert_eq!(compared, 81);

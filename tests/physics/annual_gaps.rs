@@ -10,7 +10,9 @@ use crate::annual::{classroom, file, prepared};
 #[test]
 fn cells_in_solids_have_no_year() {
     let mut document = classroom();
-    document["room"]["objects"] = json!([{ "kind": "box", "size_m": [3, 2, 2], "position_m": [1.5, 1, 0] }]);
+    let cupboard =
+        json!({ "kind": "box", "size_m": [3, 2, 2], "position_m": [1.5, 1, 0], "surface": { "reflectance": 0.5 } });
+    document["room"]["objects"] = json!([cupboard]);
     document["grids"][0]["cells"] = json!([4, 3]);
     document["annual"]["period"] = json!({ "from": "06-10", "to": "06-20" });
     document["stop"] = json!({ "relative_error": 0.05 });
