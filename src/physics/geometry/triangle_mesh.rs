@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-/// Triangles with material names; coordinates in metres after [`TriangleMesh::scaled`], in file units before.
+/// Triangles with material names; coordinates in the unit of their file until a document places them, in metres after that.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     /// Corner positions; [`super::obj::parse_obj`] merges equal ones.
