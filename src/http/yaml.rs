@@ -32,7 +32,11 @@ fn quoted(line: &str) -> String {
         rest = item;
     }
     let start = &line[..line.len() - rest.len()];
-    let word = |word: &str| if is_misread(word) { format!("'{word}'") } else { word.to_owned() };
+    let word = |word: &str| match with_point(word) {
+        Some(number) => number,
+        None if is_misread(word) => format!("'{word}'"),
+        None => word.to_owned(),
+    };
     // plain words hold no `: `
     match rest.rsplit_once(": ") {
         Some((name, value)) => format!("{start}{}: {}", word(name), word(value)),
@@ -41,6 +45,17 @@ fn quoted(line: &str) -> String {
             None => format!("{start}{}", word(rest)),
         },
     }
+}
+
+/// Returns a number with an exponent and no point, which version 1.1 reads as text, with a point; `None` for other words.
+fn with_point(word: &str) -> Option<String> {
+    let (digits, exponent) = word.split_once('e')?;
+    let is_whole = |digits: &str| !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit());
+    let (sign, power) = match exponent.strip_prefix('-') {
+        Some(power) => ('-', power),
+        None => ('+', exponent),
+    };
+    (is_whole(digits.trim_start_matches('-')) && is_whole(power)).then(|| format!("{digits}.0e{sign}{power}"))
 }
 
 /// True for a plain word that is text in version 1.2 and something else in 1.1.
@@ -90,8 +105,13 @@ mod tests {
     }
 
     #[test]
+    fn exponents_need_a_point() {
+        assert_eq!(for_all_versions("a: 1e-9\nb:\n- -2e12\nc: 1e\n"), "a: 1.0e-9\nb:\n- -2.0e+12\nc: 1e\n");
+    }
+
+    #[test]
     fn the_rest_stays_as_it_is() {
-        let yaml = "a: true\nb: 1.5\nc: -0.25\nd: 1e-9\ne: null\n'on': 'off'\ng: 2 m above\nh: |-\n  on\n  at: 12:00\n\n  no\n\
+        let yaml = "a: true\nb: 1.5\nc: -0.25\nd: 1.0e-9\ne: null\n'on': 'off'\ng: 2 m above\nh: |-\n  on\n  at: 12:00\n\n  no\n\
                     i: '12:00'\nj: []\nk: 0\nl:\n- 0.5\n- '/v1/jobs'\n- >\n  on\nm: \"a: on\"\nv: 3.1.0\no: 1-5 m\n";
         assert_eq!(for_all_versions(yaml), yaml);
     }
