@@ -56,7 +56,10 @@ async function check(name: string, document: Schemas["JobDocument"]) {
   document.stop = { ...document.stop, max_passes: 2, max_seconds: 20 };
   for (const view of document.views ?? []) view.size_px = [32, 24];
   for (const tube of document.tubes ?? []) if ("mesh" in tube) tube.mesh = await upload("/v1/meshes", join(folder, tube.mesh));
-  if (document.annual) document.annual.weather = await upload("/v1/weather", join(folder, document.annual.weather));
+  if (document.annual) {
+    const files = [document.annual.weather].flat();
+    document.annual.weather = await Promise.all(files.map((file) => upload("/v1/weather", join(folder, file))));
+  }
   const planned = await client.POST("/v1/plan", { body: document });
   assert(planned.data, JSON.stringify(planned.error));
   const posted = await client.POST("/v1/jobs", { body: document });
