@@ -9,6 +9,14 @@ use skyduct::document::FieldErrorCode::{
 use skyduct::document::to_scene;
 use skyduct::scene::Channels;
 
+/// Fields without a value count as absent, but names of faces are no fields.
+#[test]
+fn faces_without_a_surface_are_told() {
+    let mut document = base();
+    document["room"]["surfaces"] = json!({ "wall_north": null });
+    refused(&document, "/room/surfaces/wall_north", Invalid);
+}
+
 #[test]
 fn the_base_document_is_good() {
     let document = parse(&base()).unwrap();

@@ -21,11 +21,13 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use utoipa::ToSchema;
 
 use crate::document::errors::{Checks, FieldError, FieldErrorCode};
 use crate::document::limits::ROOM_EDGE_M;
 use crate::document::optics::Coefficient;
+use crate::document::read::fault::Fault;
 use crate::document::read::pointer::escape;
 use crate::document::read::tagged::Fields;
 use crate::document::schema::shapes::RoomSize;
@@ -110,7 +112,13 @@ struct KindSurfaces {
 /// Deserialises the fields of kinds of faces, and all others as those of single faces, whose names are known when the room is.
 impl<'de> Deserialize<'de> for SurfacesDocument {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let mut fields = Fields::deserialize(deserializer)?;
+        let value = Value::deserialize(deserializer)?;
+        let of_face = |(name, value): &(&String, &Value)| value.is_null() && !KINDS.contains(&name.as_str());
+        if let Some((name, _)) = value.as_object().and_then(|fields| fields.iter().find(of_face)) {
+            let message = "invalid type: null, expected a surface".to_owned();
+            return Err(D::Error::custom(Fault { pointer: format!("/{}", escape(name)), message }));
+        }
+        let mut fields = Fields::deserialize(value).map_err(D::Error::custom)?;
         let single = fields.take(|name| !KINDS.contains(&name)).map_err(D::Error::custom)?;
         let KindSurfaces { floor, walls, ceiling } = fields.read("surfaces").map_err(D::Error::custom)?;
         Ok(Self { floor, walls, ceiling, single })
