@@ -14,7 +14,7 @@ use crate::geometry::encoding::utf8;
 
 /// Absolute value below which numbers are read as zero: a denormal is never intended, and slows down every product that it
 /// enters.
-const SMALLEST: f64 = 1e-300;
+pub const SMALLEST: f64 = 1e-300;
 
 /// Largest number up to which every whole number is represented exactly, 2^53.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;

@@ -18,6 +18,7 @@ use utoipa::openapi::schema::{AdditionalProperties, Array, Object, ObjectBuilder
 
 use crate::document::limits::{FIELDS, Limit, Range};
 use crate::document::method;
+use crate::document::read::json::SMALLEST;
 use crate::optics::glossy::LEAST_ROUGHNESS;
 use variants::Schemas;
 
@@ -54,7 +55,8 @@ pub fn complete(schemas: &mut Schemas) {
         }
     }
     if let Some(Schema::Object(roughness)) = property(schemas, "SurfaceDocument", "roughness") {
-        forbid(&mut roughness.extensions, json!({ "exclusiveMinimum": 0, "exclusiveMaximum": LEAST_ROUGHNESS }));
+        // smaller numbers are read as zero
+        forbid(&mut roughness.extensions, json!({ "minimum": SMALLEST, "exclusiveMaximum": LEAST_ROUGHNESS }));
     }
 }
 
