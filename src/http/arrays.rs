@@ -15,6 +15,7 @@ use crate::http::content::Binary;
 use crate::http::problem::{Path, Problem};
 use crate::http::uploads::{self, Accepted, Upload, no_such};
 use crate::queue::store::{About, AboutArray, UploadKind, UploadedFile};
+use crate::queue::uploads::about_array;
 
 /// Bodies that are arrays of NumPy.
 const ARRAY: Accepted = Accepted {
@@ -64,7 +65,8 @@ impl ArrayResource {
         (status = 503, description = "The service is busy reading other files, or its disk is full")))]
 pub async fn create(app: App, client: Client, request: Request) -> Result<Response, Problem> {
     let Upload { bytes, places, turn } = Upload::receive(&app, client, request, ARRAY).await?;
-    let array = app.meshes.uploads().add_array(app.owner.clone(), bytes, (turn, places.clone())).await?;
+    let (uploads, permits) = (app.meshes.uploads(), (turn, places.clone()));
+    let array = uploads.add_described(app.owner.clone(), UploadKind::Array, bytes, permits, about_array).await?;
     let location = [(header::LOCATION, format!("/v1/arrays/{}", array.id))];
     Ok((StatusCode::CREATED, location, Json(ArrayResource::of(array)?)).into_response())
 }

@@ -16,6 +16,7 @@ use crate::http::content::Binary;
 use crate::http::problem::{Path, Problem};
 use crate::http::uploads::{self, Accepted, Upload, no_such};
 use crate::queue::store::{About, UploadKind, UploadedFile};
+use crate::queue::uploads::about_model;
 
 /// Bodies that are models.
 const HBJSON: Accepted = Accepted {
@@ -63,7 +64,8 @@ impl ModelResource {
         (status = 503, description = "The service is busy reading other files, or its disk is full")))]
 pub async fn create(app: App, client: Client, request: Request) -> Result<Response, Problem> {
     let Upload { bytes, places, turn } = Upload::receive(&app, client, request, HBJSON).await?;
-    let model = app.meshes.uploads().add_model(app.owner.clone(), bytes, (turn, places.clone())).await?;
+    let (uploads, permits) = (app.meshes.uploads(), (turn, places.clone()));
+    let model = uploads.add_described(app.owner.clone(), UploadKind::Model, bytes, permits, about_model).await?;
     let location = [(header::LOCATION, format!("/v1/models/{}", model.id))];
     Ok((StatusCode::CREATED, location, Json(ModelResource::of(model)?)).into_response())
 }

@@ -16,6 +16,7 @@ use crate::http::content::Binary;
 use crate::http::problem::{Path, Problem};
 use crate::http::uploads::{self, Accepted, Upload, no_such};
 use crate::queue::store::{About, UploadKind, UploadedFile};
+use crate::queue::uploads::about_weather;
 
 /// Bodies that are weather files: a year of minutes has 16 MiB in the shortest form.
 const WEATHER: Accepted = Accepted {
@@ -64,7 +65,8 @@ impl WeatherResource {
         (status = 503, description = "The service is busy reading other files, or its disk is full")))]
 pub async fn create(app: App, client: Client, request: Request) -> Result<Response, Problem> {
     let Upload { bytes, places, turn } = Upload::receive(&app, client, request, WEATHER).await?;
-    let weather = app.meshes.uploads().add_weather(app.owner.clone(), bytes, (turn, places.clone())).await?;
+    let (uploads, permits) = (app.meshes.uploads(), (turn, places.clone()));
+    let weather = uploads.add_described(app.owner.clone(), UploadKind::Weather, bytes, permits, about_weather).await?;
     let location = [(header::LOCATION, format!("/v1/weather/{}", weather.id))];
     Ok((StatusCode::CREATED, location, Json(WeatherResource::of(weather)?)).into_response())
 }

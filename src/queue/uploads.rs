@@ -96,43 +96,16 @@ impl Uploads {
         Ok((file, Some(parsed)))
     }
 
-    /// Checks and stores a weather file, as [`Self::add`] does.
-    pub async fn add_weather(
+    /// Checks and stores a file of which only what `read` tells of it is kept, as [`Self::add`] does.
+    pub async fn add_described(
         &self,
         owner: Owner,
+        kind: UploadKind,
         bytes: Bytes,
         permits: impl Send + 'static,
+        read: fn(&[u8]) -> Result<About, UploadError>,
     ) -> Result<UploadedFile, UploadError> {
-        let read = |bytes: &[u8], _: &AtomicBool| -> Result<_, UploadError> {
-            let (_, report) = read_weather(bytes)?;
-            Ok(((), About::Weather(Box::new(report))))
-        };
-        Ok(self.add(owner, UploadKind::Weather, bytes, permits, read).await?.0)
-    }
-
-    /// Checks and stores an array, as [`Self::add`] does.
-    pub async fn add_array(
-        &self,
-        owner: Owner,
-        bytes: Bytes,
-        permits: impl Send + 'static,
-    ) -> Result<UploadedFile, UploadError> {
-        let read = |bytes: &[u8], _: &AtomicBool| -> Result<_, UploadError> {
-            let [rows, columns] = npy::decode(bytes)?.shape.map(|number| number as u64);
-            Ok(((), About::Array(AboutArray { rows, columns })))
-        };
-        Ok(self.add(owner, UploadKind::Array, bytes, permits, read).await?.0)
-    }
-
-    /// Checks and stores a Honeybee model, as [`Self::add`] does.
-    pub async fn add_model(
-        &self,
-        owner: Owner,
-        bytes: Bytes,
-        permits: impl Send + 'static,
-    ) -> Result<UploadedFile, UploadError> {
-        let read = |bytes: &[u8], _: &AtomicBool| Ok(((), About::Model(read_report(bytes)?)));
-        Ok(self.add(owner, UploadKind::Model, bytes, permits, read).await?.0)
+        Ok(self.add(owner, kind, bytes, permits, move |bytes, _| Ok(((), read(bytes)?))).await?.0)
     }
 
     /// Returns the record of a file; none if there is none of this kind.
@@ -144,6 +117,23 @@ impl Uploads {
     pub async fn content(&self, file: &UploadedFile) -> Result<Bytes, FileError> {
         self.artifacts.read(&file.key).await
     }
+}
+
+/// Reads weather.
+pub fn about_weather(bytes: &[u8]) -> Result<About, UploadError> {
+    let (_, report) = read_weather(bytes)?;
+    Ok(About::Weather(Box::new(report)))
+}
+
+/// Reads an array.
+pub fn about_array(bytes: &[u8]) -> Result<About, UploadError> {
+    let [rows, columns] = npy::decode(bytes)?.shape.map(|number| number as u64);
+    Ok(About::Array(AboutArray { rows, columns }))
+}
+
+/// Reads a Honeybee model.
+pub fn about_model(bytes: &[u8]) -> Result<About, UploadError> {
+    Ok(About::Model(read_report(bytes)?))
 }
 
 /// Reads a file off the async threads, for [`READ_TIME`] at most.
