@@ -55,8 +55,9 @@ pub fn complete(schemas: &mut Schemas) {
         }
     }
     if let Some(Schema::Object(roughness)) = property(schemas, "SurfaceDocument", "roughness") {
-        // smaller numbers are read as zero
-        forbid(&mut roughness.extensions, json!({ "minimum": SMALLEST, "exclusiveMaximum": LEAST_ROUGHNESS }));
+        // null is no number, and smaller numbers are read as zero
+        let range = json!({ "type": "number", "minimum": SMALLEST, "exclusiveMaximum": LEAST_ROUGHNESS });
+        forbid(&mut roughness.extensions, range);
     }
 }
 
