@@ -9,12 +9,14 @@ use skyduct::document::FieldErrorCode::{
 use skyduct::document::to_scene;
 use skyduct::scene::Channels;
 
-/// Fields without a value count as absent, but names of faces are no fields.
+/// Surfaces may be left out, but none is null, as the schema says.
 #[test]
 fn faces_without_a_surface_are_told() {
-    let mut document = base();
-    document["room"]["surfaces"] = json!({ "wall_north": null });
-    refused(&document, "/room/surfaces/wall_north", Invalid);
+    for face in ["wall_north", "walls"] {
+        let mut document = base();
+        document["room"]["surfaces"] = json!({ face: null });
+        refused(&document, &format!("/room/surfaces/{face}"), Invalid);
+    }
 }
 
 #[test]

@@ -113,8 +113,7 @@ struct KindSurfaces {
 impl<'de> Deserialize<'de> for SurfacesDocument {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = Value::deserialize(deserializer)?;
-        let of_face = |(name, value): &(&String, &Value)| value.is_null() && !KINDS.contains(&name.as_str());
-        if let Some((name, _)) = value.as_object().and_then(|fields| fields.iter().find(of_face)) {
+        if let Some((name, _)) = value.as_object().and_then(|fields| fields.iter().find(|(_, value)| value.is_null())) {
             let message = "invalid type: null, expected a surface".to_owned();
             return Err(D::Error::custom(Fault { pointer: format!("/{}", escape(name)), message }));
         }
