@@ -3,6 +3,7 @@ import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
 import { centimetres } from "./draft.js";
 import { across, bar, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
+import { fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
 import { SMALL, layout, north, rim } from "./plan.js";
 import { reasons } from "./reasons.js";
@@ -14,14 +15,20 @@ import { skyName } from "./sky.js";
 import { drawnBy, set, state } from "./state.js";
 import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
+/**
+ * What the page knows of its job.
+ * @typedef {{ job: Job | null, grid: Grid | null, year: Schemas["AnnualResult"] | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} Seen
+ */
+
 /** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header */
 export async function jobPage(id, app, header) {
-  /** @type {{ job: Job | null, grid: Grid | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} */
-  const seen = { job: null, grid: null, passes: [], left: null, history: null, fault: "", edit: "/" };
+  /** @type {Seen} */
+  const seen = { job: null, grid: null, year: null, passes: [], left: null, history: null, fault: "", edit: "/" };
   const look = async () => {
     seen.job = await api.job(id);
     document.title = `${seen.job.name ?? "Job"}, skyduct`;
     seen.grid = await api.firstGrid(seen.job);
+    seen.year = await yearOfJob(seen.job);
     const { passes, grids, views } = await api.convergence(id);
     Object.assign(seen, { passes, history: grids ?? views ?? null });
     seen.edit = `/#d=${await packed(seen.job.document)}`;
@@ -55,8 +62,14 @@ export async function jobPage(id, app, header) {
   }
 }
 
-/** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} seen */
-function page({ job, grid, passes, left: seconds, history, fault, edit }) {
+/** The year of a job, as far as it is computed; null where there is none yet. @param {Job} job @returns {Promise<Schemas["AnnualResult"] | null>} */
+async function yearOfJob({ links }) {
+  const path = links.annual?.[0];
+  return path ? api.get(path).catch(() => null) : null;
+}
+
+/** @param {Seen} seen */
+function page({ job, grid, year, passes, left: seconds, history, fault, edit }) {
   if (!job)
     return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a
       href="/">To the editor</a></p></section>`;
@@ -68,9 +81,10 @@ function page({ job, grid, passes, left: seconds, history, fault, edit }) {
       <dl class="numbers">${asked(job.document).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
       <p class="links"><a href=${edit}>Edit a copy</a><a href=${job.links.report}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
       ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
+    ${year ? [yearOf(job, year, runs), fluxesOf(job, runs)] : nothing}
     ${
       grid
-        ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${map(job, grid)}</section><section
+        ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${job.document.annual ? html`<p class="note">Below an overcast sky of 10\u202f000\u202flx, which daylight factors are for.</p>` : nothing}${map(job, grid)}</section><section
       class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>`
         : nothing
     }
@@ -89,12 +103,13 @@ function page({ job, grid, passes, left: seconds, history, fault, edit }) {
 }
 
 /** What was asked for, in words. @param {JobDocument} document @returns {[string, string][]} */
-function asked({ room, sky, time, location, tubes }) {
+function asked({ room, sky, time, location, tubes, annual }) {
   const named = skyName(sky);
   return [
     ["room", size(room)],
     ["tubes", String(tubes?.length ?? 0)],
     ...(named ? [/** @type {[string, string]} */ (["sky", `${named}${sky?.cie_type ? ` (${sky.cie_type})` : ""}`])] : []),
+    ...(annual ? [/** @type {[string, string]} */ (["weather", [annual.weather].flat().join(", ")])] : []),
     ...(time ? [/** @type {[string, string]} */ (["time", time.replace("T", " ")])] : []),
     ...(location ? [/** @type {[string, string]} */ (["place", coordinates(location)])] : []),
   ];

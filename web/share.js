@@ -110,6 +110,12 @@ for name, grid in job["grid_results"].items():
 `;
 }
 
+/** Name of a file of a year. @param {string} path */
+export function yearFile(path) {
+  const name = path.split("/").at(-1) ?? "";
+  return name.includes(".") ? name : "annual.json";
+}
+
 /** Links of a job's files. @param {Job} job */
 export function files(job) {
   const { links } = job;
@@ -134,6 +140,7 @@ export function files(job) {
     ...(links.scene ? [["scene.glb", links.scene]] : []),
     ...(links.surfaces ? [["surfaces.json", links.surfaces]] : []),
     ["job.json", links.self],
+    ...(links.annual ?? []).map((path) => [yearFile(path), path]),
     ...tubes,
   ].map(([name = "", path = ""]) => html`<a href=${path} download=${name.startsWith("tube") ? nothing : name}>${name}</a>`);
 }

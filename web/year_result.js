@@ -2,14 +2,13 @@
 import { TARGETS, percent } from "./accuracy.js";
 import { addTube } from "./draft.js";
 import { edit, year as job } from "./live.js";
+import { yearFile } from "./share.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 import { target } from "./verdict.js";
 import { inWords } from "./year_search.js";
-import { bracketed, criterion, yearSentence } from "./year_sentence.js";
-
-/** Classes of outcomes. */
-const CLASSES = { pass: "yes", fail: "no", undecided: "not-sure" };
+import { yearSentence } from "./year_sentence.js";
+import { CLASSES, passed, verdicts, yearNumbers } from "./year_tables.js";
 
 /** The sentence about the year that is shown. */
 export function judgedYear() {
@@ -59,22 +58,6 @@ export function yearResult() {
     ${wouldDo()}${progress()}${target()}`;
 }
 
-/** Numbers of the year with their intervals. @param {import("./year_job.js").YearAnswer} answer */
-function numbers({ of, summary, wanted }) {
-  const number = (/** @type {Schemas["WithInterval"]} */ value, /** @type {string} */ unit) => bracketed({ ...value, limit: NaN }, unit);
-  const autonomy = of.autonomies.find(({ lux }) => lux === wanted.lux);
-  const light = summary.tubes.reduce((sum, { klm_h }) => sum + klm_h.value, 0);
-  const rows = [
-    ["hours that count", summary.conventions.occupied_hours.toFixed(0)],
-    ["mean", number(of.mean_lux, "lx")],
-    ...(autonomy ? [[`at least ${wanted.lux} lx`, number(autonomy.da_percent, "%")]] : []),
-    ["300 to 3000 lx", number(of.udi.autonomous_percent, "%")],
-    ["exposure", number(of.exposure_klxh, "klx\u202fh")],
-    ["light of the tubes", `${light.toFixed(0)}\u202fklm\u202fh`],
-  ];
-  return html`<dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>`;
-}
-
 /** A list of what a year tells, before there is one. */
 const promised = () => html`<section class="panel" aria-label="What a year tells"><h2>What a year tells</h2><ul class="changes">
   <li>Whether the target is met in half of the hours, with the interval of 95\u202f%, and about how many more tubes would do.</li>
@@ -87,15 +70,9 @@ const promised = () => html`<section class="panel" aria-label="What a year tells
 export function criteria() {
   const { answer, current } = state.year;
   if (!answer) return promised();
-  const of = answer.of.verdicts;
-  const row = (/** @type {Schemas["VerdictResult"]} */ verdict) => {
-    const { name, is, found, limit } = criterion(verdict);
-    return html`<tr class=${CLASSES[verdict.verdict]}><td>${name}<br><small>${found}, asked ${limit}</small></td><td><span class="mark">${is}</span></td></tr>`;
-  };
-  return html`<section class=${`panel criteria ${current ? "" : "old"}`} aria-label="Numbers and criteria"><h2>Numbers</h2>${numbers(answer)}
-    <details><summary><h2>Criteria</h2> <small>${of.filter(({ verdict }) => verdict === "pass").length} of ${of.length} pass</small></summary>
-      <p class="note">As if the tubes were the room's only daylight. No scheme is met by single criteria.</p>
-      <table><tbody>${of.map(row)}</tbody></table></details></section>`;
+  const { of, summary, wanted } = answer;
+  return html`<section class=${`panel criteria ${current ? "" : "old"}`} aria-label="Numbers and criteria"><h2>Numbers</h2>${yearNumbers(summary, of, [wanted.lux])}
+    <details><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details></section>`;
 }
 
 /** Links of a year's files. */
@@ -104,8 +81,7 @@ export function yearFiles() {
   const keeping = () => job.keep();
   if (!answer || !current) return html`<h2>Take it away</h2><p class="note">Files are there once the year is.</p>`;
   const { links, id } = answer.job;
-  const name = (/** @type {string} */ path) => path.split("/").at(-1) ?? "";
-  const files = (links.annual ?? []).map((path) => html`<a href=${path} download=${name(path).includes(".") ? name(path) : "annual.json"}>${name(path).includes(".") ? name(path) : "annual.json"}</a>`);
+  const files = (links.annual ?? []).map((path) => html`<a href=${path} download=${yearFile(path)}>${yearFile(path)}</a>`);
   return html`<h2>Take it away</h2><p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files}
     <a href=${links.report_pdf} download="report.pdf">report.pdf</a><a href=${`/jobs/${id}`}>page of this job</a><a href=${links.report}>report</a></p>`;
 }

@@ -212,6 +212,10 @@ export async function readsAYear(visitor, shot) {
   assert.equal(await page.locator("#would-do").count(), 0);
   await until(async () => (await visitor.get(`/v1/jobs/${answer.id}`)).status === 404, "the year before is left in the service");
   await followsALink(visitor);
+  await readsItsJob(visitor, shot);
+  await visitor.open("/");
+  await page.locator("#mean").waitFor();
+  await visitor.rests();
 }
 
 /** Day, hour and point are moved: what is shown is what the service's array has, and nothing is asked of it. */
@@ -266,9 +270,28 @@ async function followsALink(visitor) {
   await page.locator("#synthetic").click();
   await page.waitForURL(/&weather=synthetic$/);
   assert.equal(await page.evaluate(() => seen.year.current && seen.year.answer.job.id), id);
-  await visitor.open("/");
-  await page.locator("#mean").waitFor();
-  await visitor.rests();
+}
+
+/** The job of a year has a page with its numbers, criteria and figures. */
+async function readsItsJob(visitor, shot) {
+  const { page } = visitor;
+  const link = page.locator(".take").getByRole("link", { name: "page of this job" });
+  const path = await link.getAttribute("href");
+  await link.click();
+  await page.locator(".year .verdict").waitFor();
+  const { body } = await visitor.get(`/v1${path}/annual`);
+  const share = await page.locator(".year .verdict strong").innerText();
+  const { value, low, high } = body.grids[0].sda_percent;
+  const numbers = share.match(/[\d.]+/g).map(Number);
+  [value, low, high].forEach((of, i) => assert(Math.abs(of - numbers[i]) <= 0.5, `${share} is not ${of}`));
+  assert.equal(await page.locator(".year tbody tr").count(), body.grids[0].verdicts.length);
+  for (const words of ["Daylight autonomy", "Mean by day and hour", "Light of the tubes by month"])
+    assert(await page.getByAltText(words).evaluate(async (image) => (await image.decode(), image.naturalWidth > 100)), words);
+  for (const colorScheme of ["light", "dark"]) {
+    await page.emulateMedia({ colorScheme });
+    await visitor.isAccessible(`job with a year, ${colorScheme}`);
+    await visitor.looksAsIn(shot(`job-year-${colorScheme}`));
+  }
 }
 
 /** Screens of both sizes, light and dark, are full and accessible. */

@@ -1,0 +1,49 @@
+// The year of a job at an address of its own: numbers, criteria and figures of each grid.
+import { bracketed } from "./year_sentence.js";
+import { CLASSES, passed, verdicts, yearNumbers } from "./year_tables.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** The path of a figure of a grid's year. @param {Job} job @param {string} name */
+const path = (job, name) => (job.links.annual ?? []).find((path) => path.endsWith(`/annual/${name}.svg`));
+
+/** A figure that the service draws; `seen` changes with its content. @param {Job} job @param {string} name @param {string} words @param {string} seen */
+function figure(job, name, words, seen) {
+  const of = path(job, name);
+  return of ? html`<section class="panel view" aria-label=${words}><h2>${words}</h2><a href=${of}><img class="rendered" src=${`${of}${seen}`} alt=${words}></a></section>` : nothing;
+}
+
+/** Sentence about a grid's spatial autonomy. @param {Schemas["GridYearResult"]} of @param {JobDocument} document */
+function sentence(of, document) {
+  const sda = document.annual?.sda;
+  const lux = sda?.threshold_lux ?? 300;
+  const share = sda?.time_percent ?? 50;
+  return html`<p class="verdict"><strong>${bracketed({ ...of.sda_percent, limit: NaN }, "%")}</strong> of the area has ${lux}\u202flx in ${share}\u202f% of the hours that count.</p>
+    <p class="note">In brackets: the interval of 95\u202f% of the numerical error.</p>`;
+}
+
+/** How far the files of several years differ. @param {Schemas["AnnualResult"]} summary @param {string} name of the grid */
+function spread({ others, over_files }, name) {
+  const metrics = over_files?.find((grid) => grid.name === name)?.metrics ?? [];
+  if (!others?.length || !metrics.length) return nothing;
+  const row = (/** @type {Schemas["MetricOverFiles"]} */ { name, least, median, largest }) =>
+    html`<tr><th scope="row">${name.replaceAll("_", " ")}</th>${[least, median, largest].map((of) => html`<td>${of.toFixed(1)}</td>`)}</tr>`;
+  return html`<details><summary><h2>Over ${others.length + 1} weather files</h2></summary><table><thead><tr><th scope="col">metric</th><th
+    scope="col">least</th><th scope="col">median</th><th scope="col">largest</th></tr></thead><tbody>${metrics.map(row)}</tbody></table></details>`;
+}
+
+/** Panels of a job's year. @param {Job} job @param {Schemas["AnnualResult"]} summary @param {boolean} runs whether the job runs on */
+export function yearOf(job, summary, runs) {
+  const seen = runs ? `?${job.progress.passes}` : "";
+  const file = summary.site;
+  return summary.grids.map(
+    (of) => html`<section class="panel criteria year" aria-label=${`Year of ${of.name}`}><h2>${of.name}, a year</h2>
+      <p>${file.name}</p>${sentence(of, job.document)}
+      ${yearNumbers(summary, of, of.autonomies.map(({ lux }) => lux))}
+      <details ?open=${of.verdicts.some(({ verdict }) => CLASSES[verdict] === "no")}><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details>${spread(summary, of.name)}</section>
+      ${figure(job, `autonomy.${of.name}`, "Daylight autonomy", seen)}
+      ${figure(job, `by_hour.${of.name}`, "Mean by day and hour", seen)}`,
+  );
+}
+
+/** The light of the tubes by month. @param {Job} job @param {boolean} runs */
+export const fluxesOf = (job, runs) => figure(job, "fluxes", "Light of the tubes by month", runs ? `?${job.progress.passes}` : "");
