@@ -83,11 +83,12 @@ impl AnnualJob {
 
     /// Adds to a scene what the year needs of its grids, where they are computed at every moment.
     pub fn prepare(&self, scene: &mut Scene) {
-        let Some(year) = self.files.first().filter(|_| self.at_moments) else { return };
+        if !self.at_moments {
+            return;
+        }
         scene.grids.iter_mut().for_each(|grid| grid.responses = Responses::None);
-        let each = 1.0 / f64::from(year.weather.records_per_hour.max(1));
-        let moment = |lit: &LitMoment| {
-            let hours = each * lit.share;
+        let moment = |year: &WeatherYear, lit: &LitMoment| {
+            let hours = lit.share / f64::from(year.weather.records_per_hour.max(1));
             // dirt on the tubes counts as if the sky were darker
             let factor = self.factor(year, lit);
             SkyMoment {
@@ -99,7 +100,8 @@ impl AnnualJob {
                 occupied_hours: if year.occupied[lit.record] { hours } else { 0.0 },
             }
         };
-        scene.moments = Some(year.lit.iter().map(moment).collect());
+        let of_year = |year: &WeatherYear| year.lit.iter().map(|lit| moment(year, lit)).collect();
+        scene.moments = Some(self.files.iter().map(of_year).collect());
     }
 
     /// Returns the factor of the light of all tubes at a moment of a year.
@@ -240,12 +242,8 @@ fn check_tracing(traceable: &TraceableScene, moments: usize) -> Result<(), Field
     Err(FieldError::new("/tubes", detail).coded(FieldErrorCode::TooMany))
 }
 
-/// Checks that grids are not computed at more moments than memory and time allow, and that there is one year of them.
+/// Checks that grids are not computed at more moments than memory and time allow.
 fn check_moments(years: &[WeatherYear], scene: &Scene) -> Result<(), FieldError> {
-    let why = "below closures that let light pass with its direction every moment is traced";
-    if years.len() > 1 {
-        return Err(FieldError::new("/annual/weather", format!("{why}: must be one weather file")));
-    }
     let sensors: usize = scene.grids.iter().map(Grid::len).sum();
     let moments: usize = years.iter().map(|year| year.lit.len()).sum();
     let product = sensors.saturating_mul(moments);
@@ -253,7 +251,7 @@ fn check_moments(years: &[WeatherYear], scene: &Scene) -> Result<(), FieldError>
         return Ok(());
     }
     let detail = format!(
-        "{why}: the number of sensors times the {moments} moments with light must be <= {SENSORS_TIMES_MOMENTS}, but is {product}"
+        "below closures that let light pass with its direction every moment is traced: the number of sensors times the {moments} moments with light must be <= {SENSORS_TIMES_MOMENTS}, but is {product}"
     );
     Err(FieldError::new("/grids", detail).coded(FieldErrorCode::TooMany))
 }

@@ -207,9 +207,6 @@ fn periods_factors_and_places() {
     clear["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
     clear["grids"] = json!([{ "name": "wall", "points_m": [[1, 1, 1, 1, 0, 0]] }]);
     assert_eq!(refused(&clear), "/annual");
-    clear["grids"] = classroom()["grids"].clone();
-    clear["annual"]["weather"] = json!(["synthetic.epw", "synthetic.epw"]);
-    assert_eq!(refused(&clear), "/annual/weather");
 }
 
 /// Compares a year by responses with the same year traced moment by moment, for which a second tube calls whose clear closure passes nothing:
@@ -352,6 +349,23 @@ fn several_weather_files_have_a_year_each() {
     let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     let refused = prepare_document(&parsed, &Folder).err().unwrap();
     assert_eq!(refused.0[0].pointer, "/annual/weather/2");
+}
+
+/// Moments of two files are traced together: the year of the first has the bits that it has alone, that of half the light about half of it.
+#[test]
+fn several_weather_files_are_traced_together() {
+    let mut document = classroom();
+    document["tubes"] = json!([document["tubes"][0]]);
+    document["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
+    document["grids"][0]["cells"] = json!([2, 2]);
+    document["annual"]["period"] = json!({ "from": "06-01", "to": "06-07" });
+    document["stop"] = json!({ "relative_error": 0.05 });
+    let alone = years(&prepared(&document), 2);
+    document["annual"]["weather"] = json!(["synthetic.epw", "half:synthetic.epw"]);
+    let found = years(&prepared(&document), 2);
+    assert_eq!((&found.first, found.others.len()), (&alone.first, 1));
+    let [half, whole] = [&found.others[0], &found.first].map(|year| year.grids[0].exposure_klxh.value);
+    assert!(half > 0.3 * whole && half < 0.7 * whole, "{half} {whole}");
 }
 
 /// Other daylight of a year that is that of the tubes themselves doubles all illuminances; arrays of other shapes are refused.

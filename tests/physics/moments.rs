@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use skyduct::integrator::method::{RefusalCode, Task};
-use skyduct::integrator::moments::{AtMoments, DIRECT_LUX, columns, refuses};
+use skyduct::integrator::moments::{AtMoments, DIRECT_LUX, columns, columns_of_all, refuses};
 use skyduct::optics::{DiffuserZone, Surface};
 use skyduct::scene::{Daylight, EstimateKind, Face, Grid, Scene, Sensor, StraightOrBent, Tube, TubeShape};
 use skyduct::sky::zenith::ZenithFormula;
@@ -17,7 +17,7 @@ use crate::scenes::{
 };
 
 /// A clear sky with a high sun, an overcast sky, a low sun, and a moment of a sun alone.
-fn moments() -> Arc<[SkyMoment]> {
+fn moments() -> Vec<SkyMoment> {
     let moment = |cie_type: u8, diffuse: f64, direct: f64, altitude_deg: f64, azimuth_deg: f64| {
         let sun = direction(altitude_deg.to_radians(), azimuth_deg.to_radians());
         SkyMoment {
@@ -29,13 +29,12 @@ fn moments() -> Arc<[SkyMoment]> {
             occupied_hours: 0.5,
         }
     };
-    [
+    vec![
         moment(12, 12_000.0, 80_000.0, 62.0, 150.0),
         moment(1, 18_000.0, 0.0, 40.0, 10.0),
         moment(11, 9_000.0, 40_000.0, 24.0, 275.0),
         moment(5, 0.0, 50_000.0, 45.0, 90.0),
     ]
-    .into()
 }
 
 /// Computes the values of the first grid of a scene at all moments, in eight passes.
@@ -45,7 +44,7 @@ fn at_moments(scene: &Scene, under: &dyn Fn(&mut Scene, &Daylight)) -> Vec<Momen
     under(&mut scene, &overcast);
     let overcast = scene;
     let method = light_tracing(&overcast, 256, 3);
-    let method = AtMoments::<1>::new(method, (&traceable(&overcast), &overcast.grids), moments(), (5, 0.002));
+    let method = AtMoments::<1>::new(method, (&traceable(&overcast), &overcast.grids), [moments()].into(), (5, 0.002));
     run(&overcast, &method, 8).grids[0].moments.clone()
 }
 
@@ -144,8 +143,8 @@ fn points_behind_a_horizon() {
     });
 }
 
-/// Checks what is summed over the moments: the exposure, and the hours in which direct sunlight alone gives 1000 lx. The beam of a sun in
-/// the zenith above a short clear pipe lights the point below it, and no other.
+/// Checks what is summed over the moments of each year: the exposure, and the hours in which direct sunlight alone gives 1000 lx. The beam of
+/// a sun in the zenith above a short clear pipe lights the point below it, and no other.
 #[test]
 fn sums_over_moments() {
     let mut scene = room(vec![straight(0.1, 0.95, clear())], EstimateKind::Point);
@@ -161,16 +160,20 @@ fn sums_over_moments() {
     };
     // 0.8 pass the closure
     let lit = DIRECT_LUX / 0.8;
-    let moments: Arc<[SkyMoment]> = [moment(1.05 * lit, 2.0), moment(0.95 * lit, 1.0), moment(2.0 * lit, 0.5)].into();
+    let years: Arc<[Vec<SkyMoment>]> =
+        [vec![moment(1.05 * lit, 2.0), moment(0.95 * lit, 1.0), moment(2.0 * lit, 0.5)], vec![moment(3.0 * lit, 0.25)]]
+            .into();
+    let all = columns_of_all(&years);
     let method =
-        AtMoments::<1>::new(light_tracing(&scene, 256, 3), (&traceable(&scene), &scene.grids), moments, (5, 0.05));
+        AtMoments::<1>::new(light_tracing(&scene, 256, 3), (&traceable(&scene), &scene.grids), years, (5, 0.05));
     let values = run(&scene, &method, 2).grids[0].moments.clone();
-    let hours = [0, 1, 2].map(|sensor| values[sensor * columns(3) + 4]);
-    assert_eq!(hours.map(|hours| hours.mean), [0.0, 2.5, 0.0]);
-    for sensor in 0..3 {
-        let of_sensor = &values[sensor * columns(3)..][..columns(3)];
+    assert_eq!((all, values.len()), (8, 24));
+    let hours = |place: usize| [0, 1, 2].map(|sensor| values[sensor * all + place].mean);
+    assert_eq!([hours(4), hours(7)], [[0.0, 2.5, 0.0], [0.0, 0.25, 0.0]]);
+    for of_sensor in values.chunks_exact(all) {
         let sum: f64 = of_sensor[..3].iter().map(|value| 2.0 * value.mean).sum();
         assert!((of_sensor[3].mean / sum - 1.0).abs() < 1e-12);
+        assert!((of_sensor[6].mean / (2.0 * of_sensor[5].mean) - 1.0).abs() < 1e-12);
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::residual::Residuals;
 use crate::analytic::GridSolution;
-use crate::integrator::{GridPass, PhotonCount};
+use crate::integrator::{GridPass, PhotonCount, room_matrix};
 use crate::scene::Grid;
 use crate::statistics::Moments;
 
@@ -29,6 +29,9 @@ pub struct GridEstimate {
     pub moments: Vec<Moments>,
     /// Estimates of the same grid by parts of the light and by another method, in the order of [`GridPass::companions`].
     pub companions: Vec<GridEstimate>,
+    /// Number of the companion whose relative error counts as that of the grid where it is larger: the response to all tubes, of which a
+    /// year is made.
+    pub judged_companion: Option<usize>,
     /// Fraction of each sensor that no solid covers, as in [`Grid::free`]: the value of a sensor is that of its free part, and a sensor
     /// without such a part has no value.
     pub free: Option<Arc<[f64]>>,
@@ -53,14 +56,17 @@ impl GridEstimate {
             numerical: false,
             moments: Vec::new(),
             companions: Vec::new(),
+            judged_companion: None,
             free: None,
             area: None,
         }
     }
 
-    /// Creates the estimate of no passes of a grid.
-    pub fn of(grid: &Grid) -> Self {
-        Self { free: grid.free.clone(), area: grid.area.clone(), ..Self::empty(grid.len()) }
+    /// Creates the estimate of no passes of a grid in a room with `tubes` tubes.
+    pub fn of(grid: &Grid, tubes: usize) -> Self {
+        let (free, area) = (grid.free.clone(), grid.area.clone());
+        let judged_companion = room_matrix::response_to_all(grid.responses, tubes);
+        Self { free, area, judged_companion, ..Self::empty(grid.len()) }
     }
 
     /// True if a sensor has a value: some part of it lies in no solid.
@@ -197,6 +203,7 @@ impl GridEstimate {
             numerical: _,
             moments,
             companions,
+            judged_companion: _,
             free: _,
             area: _,
         } = self;

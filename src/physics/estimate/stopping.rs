@@ -202,11 +202,12 @@ fn found_nothing(grid: &GridEstimate, passes: u64) -> bool {
     passes >= PASSES_WITHOUT_LIGHT && !grid.numerical && grid.is_dark()
 }
 
-/// Returns the relative standard error of a grid as in [`Accuracy`]: root mean square over the sensors.
+/// Returns the relative standard error of a grid as in [`Accuracy`]: root mean square over the sensors; that of its judged companion, if
+/// it has one, where this is larger.
 pub fn grid_error(grid: &GridEstimate) -> f64 {
-    relative_error(
-        grid.valued().map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).collect(),
-    )
+    let sensors = grid.valued().map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor)));
+    let of_companion = grid.judged_companion.and_then(|number| grid.companions.get(number)).map_or(0.0, grid_error);
+    relative_error(sensors.collect()).max(of_companion)
 }
 
 fn film_error(film: &FilmEstimate) -> f64 {

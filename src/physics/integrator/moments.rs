@@ -80,15 +80,22 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
 /// Returns the number of values of a sensor: its illuminances at the moments, the sum of these times their hours in lx h, and the occupied
 /// hours in which unscattered light of the sun alone gives at least [`DIRECT_LUX`], which are those of points: the few rays of a pass tell of
 /// no threshold in a cell.
+///
+/// With several years, each has its values after those of the one before.
 pub fn columns(moments: usize) -> usize {
     moments + SUMMARIES
+}
+
+/// Returns the number of values of a sensor with several years.
+pub fn columns_of_all(years: &[Vec<SkyMoment>]) -> usize {
+    years.iter().map(|year| columns(year.len())).sum()
 }
 
 /// Method of grids whose passes have the illuminances at many moments, too.
 pub struct AtMoments<const C: usize> {
     method: Box<dyn Integrator>,
     tracing: LightTracing<C>,
-    moments: Arc<[SkyMoment]>,
+    years: Arc<[Vec<SkyMoment>]>,
     patches: SkyPatches,
     /// Luminances in cd/m2 that the coefficients belong to, moment by moment; computed in the first pass.
     luminances: OnceLock<Vec<Vec<f64>>>,
@@ -98,17 +105,17 @@ pub struct AtMoments<const C: usize> {
 }
 
 impl<const C: usize> AtMoments<C> {
-    /// Adds the moments to a `method` of the same grids, in passes for a relative standard error `target`; equal seeds give equal bits.
+    /// Adds the moments of some years to a `method` of the same grids, in passes for a relative standard error `target`; equal seeds give equal bits.
     pub fn new(
         method: Box<dyn Integrator>,
         (scene, grids): (&Arc<TraceableScene>, &[Grid]),
-        moments: Arc<[SkyMoment]>,
+        years: Arc<[Vec<SkyMoment>]>,
         (seed, target): (u64, f64),
     ) -> Self {
         Self {
             method,
             tracing: LightTracing::emitting(scene.clone(), Emission::default(), grids, target, seed),
-            moments,
+            years,
             patches: SkyPatches::new(DIVISION),
             luminances: OnceLock::new(),
             photons: [PHOTONS, PATCH_PHOTONS].map(|size| size.power_of_two(target)),
@@ -124,22 +131,26 @@ impl<const C: usize> AtMoments<C> {
             (!cancel.load(Ordering::Relaxed))
                 .then(|| self.sunlight(key.stream(Stream::OfMoment, number as u64), moment))
         };
-        let suns: Option<Vec<Light>> = self.moments.par_iter().enumerate().map(of_moment).collect();
+        let moments: Vec<&SkyMoment> = self.years.iter().flatten().collect();
+        let suns: Option<Vec<Light>> = moments.par_iter().copied().enumerate().map(of_moment).collect();
         let suns = suns?;
         rays += suns.iter().map(|sun| sun.rays).sum::<RayCount>();
-        let luminances = self.luminances.get_or_init(|| luminances(&self.moments, &self.patches));
+        let luminances = self.luminances.get_or_init(|| luminances(&moments, &self.patches));
         let of_sensor = |(sensor, coefficients): (usize, &Vec<f64>)| {
-            let [mut exposure, mut direct_hours] = [0.0; 2];
-            let mut values = Vec::with_capacity(columns(self.moments.len()));
-            for ((moment, sun), luminances) in self.moments.iter().zip(&suns).zip(luminances) {
-                let of_sun = |lux: &[f64]| lux.get(sensor).copied().unwrap_or(0.0);
-                let direct = of_sun(&sun.unscattered);
-                let lux = dot(coefficients, luminances) + of_sun(&sun.scattered) + direct;
-                exposure += moment.hours * lux;
-                direct_hours += if direct >= DIRECT_LUX { moment.occupied_hours } else { 0.0 };
-                values.push(lux);
+            let mut values = Vec::with_capacity(columns_of_all(&self.years));
+            let mut lit = suns.iter().zip(luminances);
+            for year in self.years.iter() {
+                let [mut exposure, mut direct_hours] = [0.0; 2];
+                for (moment, (sun, luminances)) in year.iter().zip(&mut lit) {
+                    let of_sun = |lux: &[f64]| lux.get(sensor).copied().unwrap_or(0.0);
+                    let direct = of_sun(&sun.unscattered);
+                    let lux = dot(coefficients, luminances) + of_sun(&sun.scattered) + direct;
+                    exposure += moment.hours * lux;
+                    direct_hours += if direct >= DIRECT_LUX { moment.occupied_hours } else { 0.0 };
+                    values.push(lux);
+                }
+                values.extend([exposure, direct_hours]);
             }
-            values.extend([exposure, direct_hours]);
             values
         };
         Some((of_sky.par_iter().enumerate().map(of_sensor).collect(), rays))
@@ -262,8 +273,8 @@ fn sensor_of(plane: &SensorPlane, index: usize) -> Sensor {
 
 /// Computes the mean luminances of all patches in cd/m2 at each moment, which give the moment's horizontal illuminance exactly, and the
 /// luminances to which those below the horizon and of the ground are relative.
-fn luminances(moments: &[SkyMoment], patches: &SkyPatches) -> Vec<Vec<f64>> {
-    let of_moment = |moment: &SkyMoment| {
+fn luminances(moments: &[&SkyMoment], patches: &SkyPatches) -> Vec<Vec<f64>> {
+    let of_moment = |moment: &&SkyMoment| {
         let mut means: Vec<f64> = patches
             .all()
             .iter()
@@ -302,7 +313,7 @@ impl<const C: usize> Integrator for AtMoments<C> {
         let mut start = self.method.start();
         start.grids.resize(self.tracing.planes(), GridPass::default());
         for (grid, plane) in start.grids.iter_mut().zip(&self.tracing.sensors) {
-            grid.moments = vec![0.0; plane.len() * columns(self.moments.len())];
+            grid.moments = vec![0.0; plane.len() * columns_of_all(&self.years)];
         }
         start
     }

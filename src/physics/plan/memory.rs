@@ -105,11 +105,12 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         // grids and views are computed in turn
         bytes.working = bytes.working.max(method.working_bytes(&load(scene.views.len())));
     }
-    if let Some(moments) = &scene.moments {
+    if let Some(years) = &scene.moments {
         let sensors = scene.grids.iter().map(Grid::len).sum::<usize>() as f64;
-        bytes.grids += sensors * moments::columns(moments.len()) as f64 * (COPIES * MOMENTS + VALUES_OF_PASS);
+        let moments: usize = years.iter().map(Vec::len).sum();
+        bytes.grids += sensors * moments::columns_of_all(years) as f64 * (COPIES * MOMENTS + VALUES_OF_PASS);
         // luminances, and of each sensor the light of all patches, of those of one more part, and the coefficients
-        bytes.working += moments::COEFFICIENTS as f64 * (8.0 * moments.len() as f64 + 40.0 * sensors);
+        bytes.working += moments::COEFFICIENTS as f64 * (8.0 * moments as f64 + 40.0 * sensors);
     }
     bytes.working += SURROUNDINGS * distinct_surroundings(scene) as f64;
     bytes

@@ -36,7 +36,7 @@ pub struct Scene {
     /// Sky and sun; `None` with electric light alone.
     pub daylight: Option<Daylight>,
     /// Moments at which the grids are computed, too, each with its own sky and sun; `None` where none are requested.
-    pub moments: Option<Arc<[SkyMoment]>>,
+    pub moments: Option<Arc<[Vec<SkyMoment>]>>,
     /// The room, with everything that stands or hangs in it.
     pub room: Room,
     /// Tubes above the room, in the document's order; results name them by their index.

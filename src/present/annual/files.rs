@@ -209,7 +209,7 @@ const MOST_EYES: usize = 16;
 impl GridOfYear {
     /// Returns the unified glare ratings of the first eyes in the records with light, each with the name of its column.
     fn ratings(&self, year: &JobYear) -> Vec<(String, Vec<f64>)> {
-        let sensors = self.sensors(year.first.weather.records.len());
+        let sensors = self.sensors(0, year.first.weather.records.len());
         if self.other.is_some() {
             return Vec::new();
         }
@@ -224,7 +224,7 @@ impl GridOfYear {
     /// Returns the illuminances of a sensor in all records; not-a-number for a sensor without a value.
     pub(super) fn row(&self, sensor: usize, year: &JobYear, records: usize) -> Vec<f32> {
         match self.weights[sensor] > 0.0 {
-            true => self.sensors(records).row_lux(sensor, &year.first.light),
+            true => self.sensors(0, records).row_lux(sensor, &year.first.light),
             false => vec![f32::NAN; records],
         }
     }

@@ -12,7 +12,6 @@ use glam::DVec2;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::annual::eyes::Eye;
-use crate::annual::light::LitMoment;
 use crate::annual::metrics::dimming::Dimming;
 use crate::annual::metrics::{CONFIDENT, Value};
 use crate::annual::moment::Convention;
@@ -67,7 +66,8 @@ struct GridOfYear {
     grid: Grid,
     /// Result under the overcast sky, without its responses.
     result: GridResult,
-    light: GridLight,
+    /// Light of the sensors: of each weather file where their moments were computed, else one for all.
+    lights: Vec<GridLight>,
     /// Eyes among the sensors; empty where there are none.
     eyes: Vec<Option<Eye>>,
     /// Other daylight in lux, sensors x records.
@@ -84,9 +84,10 @@ impl JobYear {
         // of discs of the area of the openings
         let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
         let radii: Vec<f64> = job.traceable.tubes.iter().map(radius).collect();
-        let lit = annual.files.first()?.lit.as_slice();
-        let is_whole =
-            |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| values.len() == grid.len() * columns(lit.len());
+        let columns_of_all: usize = annual.files.iter().map(|file| columns(file.lit.len())).sum();
+        let is_whole = |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| {
+            values.len() == grid.len() * columns_of_all
+        };
         // kept values belong to other moments if what is known of the weather has changed
         if annual.at_moments && !job.scene.grids.iter().zip(&results).all(is_whole) {
             return None;
@@ -94,38 +95,32 @@ impl JobYear {
         let grids = job.scene.grids.iter().zip(&annual.others).zip(results);
         let grids: Vec<GridOfYear> = grids
             .map(|((grid, other), (result, moments))| {
-                let light = match annual.at_moments {
-                    true => GridLight::AtMoments(at_moments(grid, &result, lit, &moments)),
-                    false => GridLight::ByResponses(responses_of(&result, &radii)),
+                let lights = match annual.at_moments {
+                    true => at_moments(grid, &result, &annual.files, &moments),
+                    false => vec![GridLight::ByResponses(responses_of(&result, &radii))],
                 };
-                GridOfYear::new(grid, result, (light, other.clone()), &job.traceable)
+                GridOfYear::new(grid, result, (lights, other.clone()), &job.traceable)
             })
             .collect();
-        // there is other daylight with one weather file alone
-        let records = annual.files.first()?.weather.records.len();
         let enclosure = &job.scene.room.enclosure;
         let floors = enclosure.faces().iter().filter(|face| face.kind == FaceKind::Floor);
         let zone_area_m2 = floors.map(|face| face.polygon.area_m2()).sum();
         let [low, high] = enclosure.bounds();
-        let inputs: Vec<GridInput> = grids
-            .iter()
-            .map(|of| GridInput {
-                sensors: of.sensors(records),
+        let options = options(&annual.document);
+        let of_file = |(number, (file, lumens)): (usize, (&WeatherYear, &Arc<FileLumens>))| {
+            let input = |of| GridInput {
+                sensors: GridOfYear::sensors(of, number, file.weather.records.len()),
                 weights: &of.weights,
                 zone_area_m2,
                 middle: of.nearest(low.midpoint(high).truncate()),
-            })
-            .collect();
-        let options = options(&annual.document);
-        let mut years = annual
-            .files
-            .iter()
-            .zip(lumens)
-            .map(|(file, lumens)| FileYear::new(file, lumens, (&inputs, &radii), &options));
+            };
+            let inputs: Vec<GridInput> = grids.iter().map(input).collect();
+            FileYear::new(file, lumens, (&inputs, &radii), &options)
+        };
+        let mut years = annual.files.iter().zip(lumens).enumerate().map(of_file);
         let first = years.next()?;
         let names: Vec<&str> = grids.iter().map(|of| of.grid.name.as_str()).collect();
         let others = years.map(|year| year.result(&names, &annual.document)).collect();
-        drop(inputs);
         Some(Self { document: annual.document.clone(), dimming: options.dimming, grids, first, others })
     }
 
@@ -137,7 +132,7 @@ impl JobYear {
         let of_sensor = size_of::<PointYear>() + SENSOR_BYTES + tubes * (size_of::<Response>() + size_of::<f64>());
         let sensors: usize = self.grids.iter().map(|of| of.weights.len()).sum();
         let of_grids = self.grids.len() * (lit * size_of::<f64>() + GRID_BYTES) * (1 + self.others.len());
-        let at_moments: usize = self.grids.iter().map(|of| of.light.bytes()).sum();
+        let at_moments: usize = self.grids.iter().flat_map(|of| &of.lights).map(GridLight::bytes).sum();
         let others = self.grids.iter().filter_map(|of| of.other.as_ref());
         let of_others: usize = others.map(|other| size_of_val(other.values.as_slice())).sum();
         let of_records = size_of_val(weather.records.as_slice()) + lit * of_record;
@@ -184,7 +179,7 @@ impl GridOfYear {
     fn new(
         grid: &Grid,
         result: GridResult,
-        (light, other): (GridLight, Option<Arc<Array>>),
+        (lights, other): (Vec<GridLight>, Option<Arc<Array>>),
         scene: &TraceableScene,
     ) -> Self {
         let result = GridResult { tube_responses: None, ..result };
@@ -199,13 +194,15 @@ impl GridOfYear {
         let sensors = 0..if grid.placed.is_some() { weights.len() } else { 0 };
         let eye = |sensor: usize| Eye::new(scene, &grid.sensor(sensor)).filter(|_| has_value[sensor]);
         let eyes = sensors.into_par_iter().map(eye).collect();
-        Self { grid: grid.clone(), result, light, eyes, other, weights }
+        Self { grid: grid.clone(), result, lights, eyes, other, weights }
     }
 
-    /// Returns the sensors in a year of so many records.
-    fn sensors(&self, records: usize) -> Sensors<'_> {
+    /// Returns the sensors in the year of a weather file, given by its number, which has so many records.
+    fn sensors(&self, file: usize, records: usize) -> Sensors<'_> {
+        // there is other daylight with one weather file alone
         let other_lux = self.other.as_ref().map_or(&[][..], |other| other.values.as_slice());
-        Sensors { light: &self.light, other_lux, eyes: &self.eyes, records }
+        let light = self.lights.get(file).unwrap_or(&self.lights[0]);
+        Sensors { light, other_lux, eyes: &self.eyes, records }
     }
 
     /// Returns the sensor with a value that is nearest to a point of the plan.
@@ -216,12 +213,11 @@ impl GridOfYear {
     }
 }
 
-/// Converts the values of a grid at all moments, with raised errors; its daylight factors are those of its result.
-fn at_moments(grid: &Grid, result: &GridResult, lit: &[LitMoment], values: &[Value]) -> SensorsAtMoments {
+/// Converts the values of a grid at all moments of each weather file, with raised errors; its daylight factors are those of its result.
+fn at_moments(grid: &Grid, result: &GridResult, files: &[WeatherYear], values: &[Value]) -> Vec<GridLight> {
     let ExternalIlluminance { sky, sun } = result.external_horizontal_illuminance_lux;
     let raise = raise(result);
-    let values: Vec<Value> =
-        values.iter().map(|value| Value { standard_error: raise * value.standard_error, ..*value }).collect();
+    let raised = |value: &Value| Value { standard_error: raise * value.standard_error, ..*value };
     let per_lux = if sky + sun > 0.0 { 100.0 / (sky + sun) } else { 0.0 };
     let of_grid = result.illuminance_lux.iter().flatten().zip(result.standard_error_lux.iter().flatten());
     let factor = |(lux, error): (&Option<f64>, &Option<f64>)| {
@@ -229,7 +225,17 @@ fn at_moments(grid: &Grid, result: &GridResult, lit: &[LitMoment], values: &[Val
         // nothing is known of the error of one pass
         Value { value: per_lux * lux, standard_error: per_lux * error.map_or(lux, |error| raise * error) }
     };
-    SensorsAtMoments::new(lit, &values, grid.estimate == EstimateKind::CellAverage, of_grid.map(factor).collect())
+    let factors: Vec<Value> = of_grid.map(factor).collect();
+    let all: usize = files.iter().map(|file| columns(file.lit.len())).sum();
+    let mut first = 0;
+    let of_file = |file: &WeatherYear| {
+        let own = first..first + columns(file.lit.len());
+        first = own.end;
+        let values: Vec<Value> = values.chunks_exact(all).flat_map(|row| &row[own.clone()]).map(raised).collect();
+        let are_cells = grid.estimate == EstimateKind::CellAverage;
+        GridLight::AtMoments(SensorsAtMoments::new(&file.lit, &values, are_cells, factors.clone()))
+    };
+    files.iter().map(of_file).collect()
 }
 
 /// Returns the factor of standard errors, which few passes know badly, that makes 1.96 of them half an interval of 95 %.

@@ -26,6 +26,7 @@ use crate::integrator::diffuser_source::cells::{DiscReceiver, is_far};
 use crate::integrator::diffuser_source::patches::CELLS;
 use crate::integrator::diffuser_source::zone::Zone;
 use crate::integrator::method::{Refusal, RefusalCode, Task};
+use crate::integrator::pass_size::PassSize;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{EstimateKind, Grid, Responses, Sensor};
@@ -38,8 +39,10 @@ pub const PATCHES: usize = CELLS;
 /// Number of responses to a whole opening: to evenly spread light, and its moments along x and y.
 pub const MOMENTS: usize = 3;
 
-/// Number of paths of a sensor in a replicate.
-pub const PATHS: u32 = 128;
+/// Number of paths of a sensor in a replicate: for the light of whole openings, whose errors decide when a job ends, and for that of their
+/// patches.
+const PATHS: PassSize = PassSize { for_one_percent: 8.0, growth: 2.0, fewest: 8.0, most: 1024.0 };
+const PATHS_TO_PATCHES: u32 = 128;
 
 /// Returns the reason why a room has no matrix for some grids, if there is one.
 pub fn refuses(task: &Task) -> Option<Refusal> {
@@ -84,7 +87,6 @@ pub struct MatrixEstimator<const C: usize> {
     /// Emitting zone of each opening.
     zones: Vec<Zone>,
     grids: Vec<ResponseSensors>,
-    paths: u32,
     seed: Key,
 }
 
@@ -94,6 +96,8 @@ struct ResponseSensors {
     grid: Grid,
     /// Number of the grid.
     number: usize,
+    /// Number of paths of a sensor in a replicate.
+    paths: u32,
     /// Direct light of each sensor from each patch in lx/lm where it sees all openings whole; else empty.
     straight: Vec<Vec<f64>>,
 }
@@ -108,16 +112,20 @@ pub struct MatrixReplicate {
 }
 
 impl<const C: usize> MatrixEstimator<C> {
-    /// Builds the room of a scene, with `paths` paths of each sensor; equal seeds give equal bits. `None` where no grid requests daylight
-    /// coefficients.
-    pub fn new(scene: &TraceableScene, grids: &[Grid], paths: u32, seed: u64) -> Option<Self> {
+    /// Builds the room of a scene, with `paths` paths of each sensor, or, where they are not set, as many as whole openings need for a relative
+    /// standard error `target`; equal seeds give equal bits. `None` where no grid requests daylight coefficients.
+    pub fn new(scene: &TraceableScene, grids: &[Grid], paths: Option<u32>, (seed, target): (u64, f64)) -> Option<Self> {
         if grids.iter().all(|grid| !grid.responses.are_reported()) {
             return None;
         }
         let (room, zones) = (below_openings(scene), scene.tubes.iter().map(Zone::of).collect::<Vec<_>>());
         let wanted = grids.iter().enumerate().filter(|(_, grid)| grid.responses.are_reported());
-        let grids = wanted.map(|(number, grid)| ResponseSensors::new(&room, &zones, number, grid)).collect();
-        Some(Self { scene: room, zones, grids, paths, seed: Key::new(seed) })
+        let grids = wanted.map(|(number, grid)| {
+            let of_whole = grid.responses == Responses::ToTubes;
+            let by_target = || if of_whole { PATHS.power_of_two(target) as u32 } else { PATHS_TO_PATCHES };
+            ResponseSensors::new(&room, &zones, (number, grid), paths.unwrap_or_else(by_target))
+        });
+        Some(Self { grids: grids.collect(), scene: room, zones, seed: Key::new(seed) })
     }
 
     /// Computes a replicate of the first `grids` grids; `None` when cancelled.
@@ -163,7 +171,7 @@ impl<const C: usize> MatrixEstimator<C> {
         if sensors.grid.is_inside(index) {
             return (vec![0.0; self.zones.len() * PATCHES], rays);
         }
-        for number in 0..u64::from(self.paths) {
+        for number in 0..u64::from(sensors.paths) {
             let samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
             let mut walk = Walk::<C>::new(scene, samples, CERTAIN_REFLECTIONS);
             let position = place.point(|| walk.samples.pair());
@@ -176,7 +184,7 @@ impl<const C: usize> MatrixEstimator<C> {
             || straight((scene, &self.zones), &place, stream.stream(Stream::StraightFromPatches, 0), POINTS_IN_PART);
         let known = &sensors.straight[index];
         let straight = if known.is_empty() { in_part() } else { known.clone() };
-        let fraction = 1.0 / f64::from(self.paths);
+        let fraction = 1.0 / f64::from(sensors.paths);
         let reflected = light.into_found().into_iter().map(|found: Spectrum<C>| (found * fraction).luminance());
         (straight.into_iter().zip(reflected).map(|(straight, reflected)| straight + reflected).collect(), rays)
     }
@@ -189,6 +197,11 @@ pub fn columns(responses: Responses, tubes: usize) -> usize {
         Responses::ToPatches => tubes * PATCHES,
         Responses::ToTubes => tubes * MOMENTS + 1,
     }
+}
+
+/// Returns the number of the response to all tubes together, where a grid has responses to whole openings.
+pub fn response_to_all(responses: Responses, tubes: usize) -> Option<usize> {
+    (responses == Responses::ToTubes).then_some(tubes * MOMENTS)
 }
 
 /// Computes the responses of a sensor to whole openings from those to their patches: for each tube that to light which leaves its Lambertian
@@ -279,7 +292,7 @@ impl SensorPoints {
 }
 
 impl ResponseSensors {
-    fn new(scene: &TraceableScene, zones: &[Zone], number: usize, grid: &Grid) -> Self {
+    fn new(scene: &TraceableScene, zones: &[Zone], (number, grid): (usize, &Grid), paths: u32) -> Self {
         let straight = |index: usize| {
             let place = SensorPoints::of(scene, grid, index);
             // the same points for all sensors and replicates: the direct light adds no noise here
@@ -288,7 +301,7 @@ impl ResponseSensors {
                 false => Vec::new(),
             }
         };
-        Self { grid: grid.clone(), number, straight: (0..grid.len()).map(straight).collect() }
+        Self { grid: grid.clone(), number, paths, straight: (0..grid.len()).map(straight).collect() }
     }
 }
 

@@ -62,7 +62,7 @@ use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, R
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::radiosity::{Exchange, Solution};
-use crate::integrator::room_matrix::{self, MatrixEstimator};
+use crate::integrator::room_matrix::MatrixEstimator;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::optics::{Closure, Spectrum};
@@ -218,8 +218,7 @@ impl<const C: usize> TwoStage<C> {
                 counts = Self::counts(task, settings, solution.as_ref(), (seed, target));
             }
         }
-        let room =
-            MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor.unwrap_or(room_matrix::PATHS), seed);
+        let room = MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor, (seed, target));
         let close = CloseSensors::new(scene, task.grids, seed, target);
         Self { room, close, ..Self::with_counts(scene, (task.grids, task.views), (counts, target), solution, seed) }
     }
