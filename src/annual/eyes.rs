@@ -186,11 +186,8 @@ mod tests {
         let seen = SeenTube { luminance: 2.0, direct_sr: 0.01, glare_sr: 0.02 };
         let eye = Eye { tubes: vec![seen] };
         let lumens = |lumens: f64| TubeRecord { lumens, ..TubeRecord::default() };
-        let light = RecordLight {
-            records: vec![0, 2, 3, 5],
-            tubes: vec![vec![lumens(1000.0), lumens(1000.0), lumens(0.0), lumens(10_000.0)]],
-            relative_errors: vec![0.0],
-        };
+        let tubes = vec![vec![lumens(1000.0), lumens(1000.0), lumens(0.0), lumens(10_000.0)]];
+        let light = RecordLight::of_records(vec![0, 2, 3, 5], tubes, vec![0.0]);
         // luminance 2000, direct 20 lx; indirect 100 lx and ten times as much
         let lux = [120.0, 1020.0, 50.0, 1200.0];
         let found = eye.ratings(&lux, &light);

@@ -81,10 +81,15 @@ impl Responses {
     /// Computes the illuminance in lux of a sensor in each lit record.
     pub fn illuminances_lux(&self, sensor: usize, light: &RecordLight) -> Vec<f64> {
         let mut lit = vec![0.0; light.records.len()];
-        for (responses, lights) in self.tubes.iter().zip(&light.tubes) {
-            let response = responses[sensor];
-            for (lux, light) in lit.iter_mut().zip(lights) {
-                *lux += response.lux_per_lumen * light.lumens + response.gradient.dot(light.moment);
+        for alike in &light.alike {
+            let (mut lux_per_lumen, mut gradient) = (0.0, DVec2::ZERO);
+            for responses in alike.iter().filter_map(|tube| self.tubes.get(*tube)) {
+                lux_per_lumen += responses[sensor].lux_per_lumen;
+                gradient += responses[sensor].gradient;
+            }
+            let of_each = alike.first().map_or(&[][..], |tube| light.tubes[*tube].as_slice());
+            for (lux, light) in lit.iter_mut().zip(of_each) {
+                *lux += lux_per_lumen * light.lumens + gradient.dot(light.moment);
             }
         }
         lit.iter_mut().for_each(|lux| *lux = lux.max(0.0));
@@ -94,15 +99,11 @@ impl Responses {
     /// Returns the illuminance in lux of a sensor by each tube alone, as the mean over all `records` of the year, dark ones included: which
     /// tube serves which desk.
     pub fn mean_by_tube_lux(&self, sensor: usize, light: &RecordLight, records: usize) -> Vec<f64> {
-        let of_tube = |(responses, lights): (&Vec<Response>, &Vec<TubeRecord>)| {
+        let of_tube = |(responses, whole): (&Vec<Response>, &TubeRecord)| {
             let response = responses[sensor];
-            let sum: f64 = lights
-                .iter()
-                .map(|light| response.lux_per_lumen * light.lumens + response.gradient.dot(light.moment))
-                .sum();
-            sum / records.max(1) as f64
+            (response.lux_per_lumen * whole.lumens + response.gradient.dot(whole.moment)) / records.max(1) as f64
         };
-        self.tubes.iter().zip(&light.tubes).map(of_tube).collect()
+        self.tubes.iter().zip(&light.sums).map(of_tube).collect()
     }
 
     /// Computes the illuminance in lux of a sensor per lux outside from areas in m2 of all tubes, which are lumens per lux.
@@ -114,12 +115,11 @@ impl Responses {
     /// quadrature that of traced tubes, as if it were the same in all of them.
     pub fn relative_error(&self, sensor: usize, light: &RecordLight) -> f64 {
         let [mut whole, mut of_responses, mut of_tubes] = [0.0; 3];
-        for ((responses, lights), error) in self.tubes.iter().zip(&light.tubes).zip(&light.relative_errors) {
-            let lumens: f64 = lights.iter().map(|light| light.lumens).sum();
+        for ((responses, sum), error) in self.tubes.iter().zip(&light.sums).zip(&light.relative_errors) {
             let response = responses[sensor];
-            whole += response.lux_per_lumen * lumens;
-            of_responses += response.standard_error * lumens;
-            of_tubes += response.lux_per_lumen * lumens * error;
+            whole += response.lux_per_lumen * sum.lumens;
+            of_responses += response.standard_error * sum.lumens;
+            of_tubes += response.lux_per_lumen * sum.lumens * error;
         }
         let correlation = self.correlations.get(sensor).copied().unwrap_or(1.0);
         if whole > 0.0 { libm::hypot(correlation * of_responses, of_tubes) / whole } else { 0.0 }
@@ -144,9 +144,32 @@ pub struct RecordLight {
     pub tubes: Vec<Vec<TubeRecord>>,
     /// Relative standard errors of the light of tubes.
     pub relative_errors: Vec<f64>,
+    /// Light of each tube, summed over the records.
+    sums: Vec<TubeRecord>,
+    /// Numbers of tubes that have the same light in all records, in groups.
+    alike: Vec<Vec<usize>>,
 }
 
 impl RecordLight {
+    /// Gathers the light of tubes with its relative errors in the records with light, given by their numbers.
+    pub fn of_records(records: Vec<usize>, tubes: Vec<Vec<TubeRecord>>, relative_errors: Vec<f64>) -> Self {
+        let sum = |lights: &Vec<TubeRecord>| {
+            let add = |sum: TubeRecord, of: &TubeRecord| TubeRecord {
+                lumens: sum.lumens + of.lumens,
+                moment: sum.moment + of.moment,
+            };
+            lights.iter().fold(TubeRecord::default(), add)
+        };
+        let mut alike: Vec<Vec<usize>> = Vec::new();
+        for (number, lights) in tubes.iter().enumerate() {
+            match alike.iter_mut().find(|group| tubes[group[0]] == *lights) {
+                Some(group) => group.push(number),
+                None => alike.push(vec![number]),
+            }
+        }
+        Self { sums: tubes.iter().map(sum).collect(), alike, records, tubes, relative_errors }
+    }
+
     /// Adds up the moments of each record.
     pub fn new(lit: &[LitMoment], tubes: &[TubeYear]) -> Self {
         let mut records: Vec<usize> = lit.iter().map(|moment| moment.record).collect();
@@ -166,7 +189,8 @@ impl RecordLight {
             of_records
         };
         let relative_errors = tubes.iter().map(|year| year.relative_error).collect();
-        Self { tubes: tubes.iter().map(of_tube).collect(), records, relative_errors }
+        let tubes = tubes.iter().map(of_tube).collect();
+        Self::of_records(records, tubes, relative_errors)
     }
 }
 
@@ -190,15 +214,17 @@ mod tests {
         let tubes = vec![response(0.1, DVec2::new(0.2, -0.1), 0.003), response(0.2, DVec2::ZERO, 0.004)];
         let responses = Responses::new(tubes, &[0.005]);
         let lights = |lumens: f64, moment: DVec2| vec![TubeRecord { lumens, moment }];
-        let light = RecordLight {
-            records: vec![12],
-            tubes: vec![lights(1000.0, DVec2::new(50.0, 0.0)), lights(1000.0, DVec2::ZERO)],
-            relative_errors: vec![0.0, 0.0],
-        };
+        let tubes = vec![lights(1000.0, DVec2::new(50.0, 0.0)), lights(1000.0, DVec2::ZERO)];
+        let light = RecordLight::of_records(vec![12], tubes, vec![0.0, 0.0]);
         assert!((responses.illuminances_lux(0, &light)[0] - 310.0).abs() < 1e-9);
         assert!((responses.relative_error(0, &light) - 0.005 / 0.3).abs() < 1e-12);
         let by_tube = responses.mean_by_tube_lux(0, &light, 10);
         assert!((by_tube[0] - 11.0).abs() < 1e-12 && (by_tube[1] - 20.0).abs() < 1e-12);
         assert_eq!(responses.mean(&[2.0]), responses);
+        // tubes that are alike count together
+        let alike = vec![lights(1000.0, DVec2::new(50.0, 0.0)), lights(1000.0, DVec2::new(50.0, 0.0))];
+        let light = RecordLight::of_records(vec![12], alike, vec![0.0, 0.0]);
+        assert_eq!(light.alike, [vec![0, 1]]);
+        assert!((responses.illuminances_lux(0, &light)[0] - 310.0).abs() < 1e-9);
     }
 }

@@ -63,7 +63,7 @@ impl Prepared {
         passes: u64,
         results: impl FnOnce() -> Result<Vec<(GridResult, Vec<Value>)>, RenderError>,
     ) -> Result<Option<Arc<JobYear>>, RenderError> {
-        // several readers of one estimate wait for the one that computes it
+        // several readers of one estimate wait for the one that computes it; where they are threads of one pool, it must be computed before
         let mut kept = self.years.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((of_passes, year)) = &kept.after
             && *of_passes == passes

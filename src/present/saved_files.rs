@@ -115,6 +115,8 @@ impl Saved<'_> {
         let site = SiteFigure::of_job(&self.results["document"], self.results).into_iter().map(Part::Site);
         // what takes longest first
         let parts: Vec<Part> = site.chain([Part::Report, Part::Convergence]).chain(results).collect();
+        // on all threads, and not under a lock for which one of them would wait that takes part in it
+        self.reader.year()?;
         parts.into_par_iter().with_max_len(1).try_for_each(|part| {
             let files = self.make(part, figures)?;
             files.iter().try_for_each(|(name, bytes)| save(name, bytes))

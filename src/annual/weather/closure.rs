@@ -12,8 +12,9 @@ use crate::sun::{SINE_OF_LOW_SUN, SunOverSite};
 /// Least records with sun for a test.
 const LEAST_RECORDS: usize = 200;
 
-/// Most records that are tested; files with more have some left out evenly.
+/// Most records that are tested, and by which the best offset is sought: files with more have some left out evenly.
 const MOST_RECORDS: usize = 10_000;
+const SEARCHED_RECORDS: usize = 1000;
 
 /// Direct normal irradiance in W/m2 above which a record says where the sun was.
 const LEAST_DIRECT_W_M2: f64 = 50.0;
@@ -61,28 +62,28 @@ pub enum SunOfFile {
 /// Tests the rows of a file; none of those with few records with sun.
 pub(super) fn test(rows: &Rows, sun: &SunOverSite) -> Result<Option<Closure>, SunPositionError> {
     let usable: Vec<Measured> = rows.rows.iter().filter_map(|row| Measured::of(row, rows)).collect();
-    let step = usable.len().div_ceil(MOST_RECORDS).max(1);
-    let usable: Vec<Measured> = usable.into_iter().step_by(step).collect();
+    let (usable, searched) = (thinned(&usable, MOST_RECORDS), thinned(&usable, SEARCHED_RECORDS));
     let usual = usual_offset_minutes(rows.format, rows.records_per_hour);
     let Some((records, rms_at_usual_w_m2)) = error(&usable, usual, sun)?.filter(|(count, _)| *count >= LEAST_RECORDS)
     else {
         return Ok(None);
     };
-    let mut best = (usual, rms_at_usual_w_m2);
+    let mut best = (usual, error(&searched, usual, sun)?.map_or(f64::INFINITY, |(_, rms)| rms));
     let coarse = |_| (FIRST_MINUTES, LAST_MINUTES, COARSE_MINUTES);
     let fine = |best: f64| (best + FINE_MINUTES - COARSE_MINUTES, best - FINE_MINUTES + COARSE_MINUTES, FINE_MINUTES);
     for range in [coarse, fine] {
         let (first, last, step) = range(best.0);
         for k in 0..=((last - first) / step) as u32 {
             let minutes = first + f64::from(k) * step;
-            if let Some((_, rms)) = error(&usable, minutes, sun)?
+            if let Some((_, rms)) = error(&searched, minutes, sun)?
                 && rms < best.1
             {
                 best = (minutes, rms);
             }
         }
     }
-    let (best_offset_minutes, rms_at_best_w_m2) = best;
+    let (best_offset_minutes, rms_of_searched) = best;
+    let rms_at_best_w_m2 = error(&usable, best_offset_minutes, sun)?.map_or(rms_of_searched, |(_, rms)| rms);
     let agrees = |minutes: f64| (best_offset_minutes - minutes).abs() <= AGREEING_MINUTES;
     let of_comment = offset_in_comments(&rows.comments).map(|hours| 60.0 * (hours + rows.site.utc_offset_hours));
     let sun = match of_comment {
@@ -100,7 +101,13 @@ pub(super) fn test(rows: &Rows, sun: &SunOverSite) -> Result<Option<Closure>, Su
     }))
 }
 
+/// Returns at most about `most` records, evenly chosen.
+fn thinned(records: &[Measured], most: usize) -> Vec<Measured> {
+    records.iter().step_by(records.len().div_ceil(most).max(1)).copied().collect()
+}
+
 /// Record with sun.
+#[derive(Clone, Copy)]
 struct Measured {
     day: u16,
     stamp_hour: f64,

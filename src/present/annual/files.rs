@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
 use crate::annual::eyes::{Eye, RATINGS};
 use crate::annual::metrics::Value;
 use crate::annual::summary::{Hour, PointYear};
@@ -167,14 +169,16 @@ impl JobYear {
     /// sensor, without a header.
     pub fn ill(&self, name: &str) -> Option<String> {
         let (_, of) = self.grid(name)?;
-        let mut text = String::new();
-        for sensor in 0..of.weights.len() {
+        let line = |sensor: usize| {
             let row = of.row(sensor, self, self.first.weather.records.len());
-            let lit = self.first.year.hours.iter().map(|hour| format!("{:.2}", row[hour.record]));
-            text.push_str(&lit.collect::<Vec<_>>().join("\t"));
-            text.push('\n');
-        }
-        Some(text)
+            let mut line = String::new();
+            for (place, hour) in self.first.year.hours.iter().enumerate() {
+                let _ = write!(line, "{}{:.2}", if place > 0 { "\t" } else { "" }, row[hour.record]);
+            }
+            line.push('\n');
+            line
+        };
+        Some((0..of.weights.len()).into_par_iter().map(line).collect())
     }
 
     /// Returns the fractions of the electric power of each grid in all records, 0 where it is not occupied; `None` without electric light.

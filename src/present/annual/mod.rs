@@ -85,9 +85,8 @@ impl JobYear {
         let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
         let radii: Vec<f64> = job.traceable.tubes.iter().map(radius).collect();
         let columns_of_all: usize = annual.files.iter().map(|file| columns(file.lit.len())).sum();
-        let is_whole = |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| {
-            values.len() == grid.len() * columns_of_all
-        };
+        let is_whole =
+            |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| values.len() == grid.len() * columns_of_all;
         // kept values belong to other moments if what is known of the weather has changed
         if annual.at_moments && !job.scene.grids.iter().zip(&results).all(is_whole) {
             return None;

@@ -9,4 +9,5 @@ pub mod opening_visibility;
 pub mod patches;
 pub mod photon_counts;
 mod room_balance;
+pub mod visible_parts;
 pub mod zone;

@@ -26,7 +26,7 @@ const TURNS: [DVec2; SECTORS] = {
 };
 
 /// Parts of the cells of an opening that lie in a zone between two circles around its centre; all of a square.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zone {
     shape: OpeningShape,
     /// Squared radii of the part of each ring, in those of the disc; equal where there is none.

@@ -16,6 +16,7 @@ mod patch_light;
 use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::GridPass;
 use super::diffuser_source::closure_source::refuses_all_but_lambertian;
@@ -24,6 +25,7 @@ use crate::integrator::backward::pass::{each, lifted};
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::diffuser_source::cells::{DiscReceiver, is_far};
 use crate::integrator::diffuser_source::patches::CELLS;
+use crate::integrator::diffuser_source::visible_parts::{VisiblePart, visible_parts};
 use crate::integrator::diffuser_source::zone::Zone;
 use crate::integrator::method::{Refusal, RefusalCode, Task};
 use crate::integrator::pass_size::PassSize;
@@ -76,9 +78,14 @@ const CERTAIN_REFLECTIONS: u32 = 3;
 /// Number of pairs of Sobol coordinates of a path.
 const SOBOL_PAIRS: u32 = 8;
 
-/// Number of points of every patch by which its direct light is computed: where nothing can stand between, and where something may.
-const POINTS: u64 = 256;
-const POINTS_IN_PART: u64 = 16;
+/// Numbers of points along an edge of a patch by which its direct light is computed where nothing can stand between, for points that are at
+/// least so many radii from the opening.
+const EDGES: [(f64, u64); 2] = [(8.0, 4), (3.0, 8)];
+/// The same for points that are nearer, and for cells.
+const FINE_EDGE: u64 = 16;
+
+/// Number of paths of a sensor for each point of a patch, where something may stand between.
+const PATHS_OF_ONE_POINT: u32 = 8;
 
 /// Room with openings that emit light, independent of the sky and of most guides; `C` channels of light.
 #[derive(Debug)]
@@ -98,7 +105,9 @@ struct ResponseSensors {
     number: usize,
     /// Number of paths of a sensor in a replicate.
     paths: u32,
-    /// Direct light of each sensor from each patch in lx/lm where it sees all openings whole; else empty.
+    /// Part of each opening that each sensor sees, sensor by sensor.
+    seen: Vec<VisiblePart>,
+    /// Responses of each sensor to the direct light of the openings that it sees whole.
     straight: Vec<Vec<f64>>,
 }
 
@@ -152,18 +161,17 @@ impl<const C: usize> MatrixEstimator<C> {
         columns(grid.responses, self.scene.tubes.len())
     }
 
-    /// Returns the responses of a sensor that its grid reports, and the number of rays.
+    /// Computes the responses of a sensor that its grid reports, and the number of rays.
     fn reported(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
-        let (to_patches, rays) = self.response(sensors, index, stream);
-        match sensors.grid.responses {
-            Responses::None => (Vec::new(), rays),
-            Responses::ToPatches => (to_patches, rays),
-            Responses::ToTubes => (to_tubes(&self.zones, &to_patches), rays),
-        }
+        let (to_patches, rays) = self.by_chance(sensors, index, stream);
+        let responses = of_patches(sensors.grid.responses, &self.zones, to_patches);
+        let straight = &sensors.straight[index];
+        (responses.into_iter().zip(straight).map(|(by_chance, straight)| by_chance + straight).collect(), rays)
     }
 
-    /// Computes the illuminance in lx of a sensor per lumen of each patch, and the number of rays.
-    fn response(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
+    /// Computes the illuminance in lx of a sensor per lumen of each patch without the direct light of openings that it sees whole, and the
+    /// number of rays.
+    fn by_chance(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
         let scene = &self.scene;
         let place = SensorPoints::of(scene, &sensors.grid, index);
         let light = PatchLight::<C>::new(&self.zones);
@@ -180,13 +188,44 @@ impl<const C: usize> MatrixEstimator<C> {
             }
             rays += walk.rays;
         }
-        let in_part =
-            || straight((scene, &self.zones), &place, stream.stream(Stream::StraightFromPatches, 0), POINTS_IN_PART);
-        let known = &sensors.straight[index];
-        let straight = if known.is_empty() { in_part() } else { known.clone() };
         let fraction = 1.0 / f64::from(sensors.paths);
         let reflected = light.into_found().into_iter().map(|found: Spectrum<C>| (found * fraction).luminance());
-        (straight.into_iter().zip(reflected).map(|(straight, reflected)| straight + reflected).collect(), rays)
+        let mut lit: Vec<f64> = reflected.collect();
+        rays += self.add_straight_in_part(sensors, index, stream.stream(Stream::StraightFromPatches, 0), &mut lit);
+        (lit, rays)
+    }
+
+    /// Adds the direct light in lx/lm of the patches of openings that a sensor sees in part, and returns the number of shadow rays.
+    fn add_straight_in_part(&self, sensors: &ResponseSensors, index: usize, stream: Key, lit: &mut [f64]) -> RayCount {
+        let scene = &self.scene;
+        let place = SensorPoints::of(scene, &sensors.grid, index);
+        let mut rays = RayCount::default();
+        let in_part = |number: &usize| {
+            matches!(sensors.seen[index * scene.tubes.len() + number], VisiblePart::InPart | VisiblePart::PastBoxes)
+        };
+        let tubes: Vec<usize> = (0..scene.tubes.len()).filter(in_part).collect();
+        let points = u64::from(sensors.paths.div_ceil(PATHS_OF_ONE_POINT));
+        for number in (0..points).filter(|_| !tubes.is_empty()) {
+            let mut samples = PathSamples::new(stream, number);
+            let position = place.point(|| samples.pair());
+            if scene.is_in_solid(position) {
+                continue;
+            }
+            let numbers = samples.pair();
+            for tube in &tubes {
+                let receiver = DiscReceiver::new(position, place.normal, scene.tubes[*tube].origin);
+                let patches = self.zones[*tube].within_each(numbers).into_iter().zip(self.zones[*tube].held());
+                for (lit, (point, held)) in lit[tube * CELLS..].iter_mut().zip(patches) {
+                    let source = scene.tubes[*tube].at(point);
+                    let lux = receiver.point(source.truncate());
+                    if held > 0.0 && lux > 0.0 {
+                        rays += 1;
+                        *lit += if scene.visible(source, None, position, None) { lux / points as f64 } else { 0.0 };
+                    }
+                }
+            }
+        }
+        rays
     }
 }
 
@@ -202,6 +241,15 @@ pub fn columns(responses: Responses, tubes: usize) -> usize {
 /// Returns the number of the response to all tubes together, where a grid has responses to whole openings.
 pub fn response_to_all(responses: Responses, tubes: usize) -> Option<usize> {
     (responses == Responses::ToTubes).then_some(tubes * MOMENTS)
+}
+
+/// Computes the responses that a grid reports from those to patches.
+fn of_patches(responses: Responses, zones: &[Zone], to_patches: Vec<f64>) -> Vec<f64> {
+    match responses {
+        Responses::None => Vec::new(),
+        Responses::ToPatches => to_patches,
+        Responses::ToTubes => to_tubes(zones, &to_patches),
+    }
 }
 
 /// Computes the responses of a sensor to whole openings from those to their patches: for each tube that to light which leaves its Lambertian
@@ -284,47 +332,44 @@ impl SensorPoints {
     fn is_far(&self, tube: &TraceableTube) -> bool {
         is_far(tube.origin, tube.opening.outer_radius(), self.centre, self.reach())
     }
-
-    /// True if nothing can stand between any point of the sensor and any point of the opening of a tube.
-    fn sees(&self, scene: &TraceableScene, tube: &TraceableTube) -> bool {
-        scene.leaves_clear(self.centre, self.reach(), None, tube.origin, tube.opening.outer_radius())
-    }
 }
 
 impl ResponseSensors {
     fn new(scene: &TraceableScene, zones: &[Zone], (number, grid): (usize, &Grid), paths: u32) -> Self {
-        let straight = |index: usize| {
-            let place = SensorPoints::of(scene, grid, index);
-            // the same points for all sensors and replicates: the direct light adds no noise here
-            match scene.tubes.iter().all(|tube| place.sees(scene, tube)) {
-                true => straight((scene, zones), &place, Key::new(0).stream(Stream::StraightFromPatches, 0), POINTS),
-                false => Vec::new(),
+        let seen = visible_parts(scene, grid);
+        let of_sensor = |index: usize| {
+            let mut lit = vec![0.0; zones.len() * CELLS];
+            if !grid.is_inside(index) {
+                let place = SensorPoints::of(scene, grid, index);
+                let seen = &seen[index * zones.len()..];
+                for (number, (tube, zone)) in scene.tubes.iter().zip(zones).enumerate() {
+                    if seen[number] == VisiblePart::Whole {
+                        add_straight((tube, zone), &place, &mut lit[number * CELLS..(number + 1) * CELLS]);
+                    }
+                }
             }
+            of_patches(grid.responses, zones, lit)
         };
-        Self { grid: grid.clone(), number, paths, straight: (0..grid.len()).map(straight).collect() }
+        let straight = (0..grid.len()).into_par_iter().map(of_sensor).collect();
+        Self { grid: grid.clone(), number, paths, seen, straight }
     }
 }
 
-/// Computes the direct light from each patch to a sensor in lx/lm, by `points` points of each, in a room with these zones of its openings.
-fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &SensorPoints, stream: Key, points: u64) -> Vec<f64> {
-    let mut lit = vec![0.0; scene.tubes.len() * CELLS];
+/// Adds the direct light in lx/lm of each patch of an opening to a sensor that sees all of it, by the midpoint rule. Sensors and replicates
+/// share the points, so that this light has no noise.
+fn add_straight((tube, zone): (&TraceableTube, &Zone), place: &SensorPoints, lit: &mut [f64]) {
+    let radii = place.centre.distance(tube.origin) / tube.opening.outer_radius();
+    let coarse = EDGES.iter().find(|(least, _)| place.cell.is_none() && radii >= *least);
+    let edge = coarse.map_or(FINE_EDGE, |(_, edge)| *edge);
+    let (held, points) = (zone.held(), edge * edge);
     for number in 0..points {
-        let mut samples = PathSamples::new(stream, number);
+        let mut samples = PathSamples::new(Key::new(0).stream(Stream::StraightFromPatches, 0), number);
         let position = place.point(|| samples.pair());
-        if scene.is_in_solid(position) {
-            continue;
-        }
-        let numbers = samples.pair();
-        for ((tube, zone), lit) in scene.tubes.iter().zip(zones).zip(lit.chunks_exact_mut(CELLS)) {
-            let (of_patches, held) = (zone.within_each(numbers), zone.held());
-            let receiver = DiscReceiver::new(position, place.normal, tube.origin);
-            for ((lit, point), held) in lit.iter_mut().zip(&of_patches).zip(held) {
-                let source = tube.at(*point);
-                if held > 0.0 && scene.visible(source, None, position, None) {
-                    *lit += receiver.point(source.truncate()) / points as f64;
-                }
-            }
+        let middle = |place: u64| (place as f64 + 0.5) / edge as f64;
+        let patches = zone.within_each([middle(number % edge), middle(number / edge)]).into_iter().zip(held);
+        let receiver = DiscReceiver::new(position, place.normal, tube.origin);
+        for (lit, (point, held)) in lit.iter_mut().zip(patches) {
+            *lit += held * receiver.point(tube.at(point).truncate()).max(0.0) / points as f64;
         }
     }
-    lit
 }

@@ -63,7 +63,14 @@ impl<'a, const C: usize> PatchLight<'a, C> {
         self.per_part(tube, number, at, patch) / (PI * tube.opening.area_m2())
     }
 
-    fn connect_to(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, number: usize, tube: &TraceableTube) {
+    /// Connects a vertex to the opening of a tube; `points` are those that it was connected to last, of the opening of another tube.
+    fn connect_to(
+        &self,
+        walk: &mut Walk<'_, C>,
+        vertex: &Vertex<'_, C>,
+        (number, tube): (usize, &TraceableTube),
+        points: &mut Option<PatchPoints>,
+    ) {
         let radius = tube.opening.outer_radius();
         match opening_visibility(walk.scene, vertex, tube.origin, radius) {
             OpeningVisibility::Never => {}
@@ -79,11 +86,14 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                 }
             }
             OpeningVisibility::Whole(albedo) => {
-                let points = self.zones[number].within_each(walk.samples.pair());
-                let held = self.zones[number].held();
+                let zone = &self.zones[number];
+                let points = match points {
+                    Some(points) => points.of(zone),
+                    None => points.insert(PatchPoints::new(zone, walk.samples.pair())),
+                };
                 let receiver = DiscReceiver::new(vertex.position, vertex.normal, tube.origin);
                 let centre = tube.origin.truncate();
-                let lit = PointIlluminances { receiver: &receiver, points: &points, held: &held, centre };
+                let lit = PointIlluminances { receiver: &receiver, points, centre };
                 let lit = self.vectors.dispatch(lit);
                 let mut found = self.found.borrow_mut();
                 for (found, lit) in found.iter_mut().skip(number * CELLS).zip(lit) {
@@ -109,13 +119,34 @@ impl<'a, const C: usize> PatchLight<'a, C> {
     }
 }
 
+/// A point of each patch of an opening, relative to its centre. A vertex is connected to the same points of all openings that are alike.
+struct PatchPoints {
+    zone: Zone,
+    numbers: [f64; 2],
+    points: [DVec2; CELLS],
+    /// 1 for each point that emits, else 0.
+    held: [f64; CELLS],
+}
+
+impl PatchPoints {
+    fn new(zone: &Zone, numbers: [f64; 2]) -> Self {
+        Self { zone: *zone, numbers, points: zone.within_each(numbers), held: zone.held() }
+    }
+
+    /// Returns the points of a zone, by the same numbers.
+    fn of(&mut self, zone: &Zone) -> &Self {
+        if self.zone != *zone {
+            *self = Self::new(zone, self.numbers);
+        }
+        self
+    }
+}
+
 /// Vectorized computation of the illuminance in lx of a receiver by one lumen that leaves each of some points of an opening, where it
 /// emits.
 struct PointIlluminances<'a> {
     receiver: &'a DiscReceiver,
-    points: &'a [DVec2; CELLS],
-    /// 1 for each point that emits, else 0.
-    held: &'a [f64; CELLS],
+    points: &'a PatchPoints,
     centre: DVec2,
 }
 
@@ -124,9 +155,9 @@ impl pulp::NullaryFnOnce for PointIlluminances<'_> {
 
     #[inline(always)]
     fn call(self) -> [f64; CELLS] {
-        let Self { receiver, points, held, centre } = self;
+        let Self { receiver, points, centre } = self;
         let mut lit = [0.0; CELLS];
-        for ((lit, point), held) in lit.iter_mut().zip(points).zip(held) {
+        for ((lit, point), held) in lit.iter_mut().zip(&points.points).zip(&points.held) {
             *lit = receiver.point(centre + *point) * held;
         }
         lit
@@ -163,9 +194,10 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
             return;
         }
         let scene = walk.scene;
+        let mut points = None;
         for (number, tube) in scene.tubes.iter().enumerate() {
             if tube.origin.z > vertex.position.z {
-                self.connect_to(walk, vertex, number, tube);
+                self.connect_to(walk, vertex, (number, tube), &mut points);
             }
         }
     }

@@ -39,7 +39,7 @@
 mod close;
 mod coarse;
 mod sample_counts;
-mod sensors;
+mod starts;
 mod straight;
 
 use std::sync::Arc;
@@ -58,6 +58,7 @@ use crate::integrator::diffuser_source::closure_source::{
     refuses_all_but_lambertian, refuses_directional,
 };
 use crate::integrator::diffuser_source::light::{DiffuserLight, SensorLit};
+use crate::integrator::diffuser_source::visible_parts::reach;
 use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Task, Trial};
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
@@ -72,7 +73,7 @@ use crate::traceable::TraceableScene;
 use close::{CloseSensors, refuses_close};
 use coarse::{PHOTONS_DOWN_EACH, TRIED_PASSES, pixels, reflected, valued};
 use sample_counts::{PATHS, RelativeVariances, SampleCounts, TrialValues};
-use sensors::{reach, starts};
+use starts::starts;
 use straight::{GridSensors, OpeningConnections, Straight, by_mirrors, of_luminaires};
 
 /// Settings of the two-stage method.

@@ -15,12 +15,12 @@ use std::ops::AddAssign;
 use glam::{DVec2, DVec3};
 
 use super::sample_counts::PASSES;
-use super::sensors::{VisiblePart, point_of_cell, reach, visible_parts};
 use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{luminaire_density, power_heuristic};
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::integrator::diffuser_source::light::DiffuserLight;
+use crate::integrator::diffuser_source::visible_parts::{VisiblePart, point_of_cell, reach, visible_parts};
 use crate::sampling::{Key, PathRandom, Stream, lattice};
 use crate::scene::{EstimateKind, Grid, Sensor};
 use crate::traceable::TraceableScene;
