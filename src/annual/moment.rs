@@ -14,6 +14,11 @@ const LOOK_MINUTES: f64 = 5.0;
 const FASTEST_DEG_PER_HOUR: f64 = 15.05;
 const REFRACTION_DEG: f64 = 1.0;
 
+/// Degrees of altitude by which the sun can be lower or higher between three moments of an hour, its beginning, middle and end, than at all of
+/// them: its altitude changes by at most (15 degrees)^2 per hour^2, which is 0.12 degrees half an hour apart, and refraction near the
+/// horizon by a fifth of that.
+const SAG_DEG: f64 = 0.2;
+
 /// Moment for which a record of a weather file stands, while the sun is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
@@ -132,6 +137,14 @@ fn sunlit_part(
         return Ok(Some((at_middle, 1.0)));
     }
     if at_middle.z < -sure {
+        return Ok(None);
+    }
+    let ends = [sun.at(day, middle - 0.5 * hours)?, sun.at(day, middle + 0.5 * hours)?];
+    let sag = libm::sin(SAG_DEG.to_radians());
+    if ends.iter().all(|end| end.z > sag) && at_middle.z > sag {
+        return Ok(Some((at_middle, 1.0)));
+    }
+    if ends.iter().all(|end| end.z < -sag) && at_middle.z < -sag {
         return Ok(None);
     }
     let (mut highest, mut lit, mut sum_of_hours) = (at_middle, 0.0, 0.0);

@@ -14,7 +14,7 @@ const LEAST_RECORDS: usize = 200;
 
 /// Most records that are tested, and by which the best offset is sought: files with more have some left out evenly.
 const MOST_RECORDS: usize = 10_000;
-const SEARCHED_RECORDS: usize = 1000;
+const SEARCHED_RECORDS: usize = 500;
 
 /// Direct normal irradiance in W/m2 above which a record says where the sun was.
 const LEAST_DIRECT_W_M2: f64 = 50.0;
@@ -83,7 +83,10 @@ pub(super) fn test(rows: &Rows, sun: &SunOverSite) -> Result<Option<Closure>, Su
         }
     }
     let (best_offset_minutes, rms_of_searched) = best;
-    let rms_at_best_w_m2 = error(&usable, best_offset_minutes, sun)?.map_or(rms_of_searched, |(_, rms)| rms);
+    let rms_at_best_w_m2 = match best_offset_minutes == usual {
+        true => rms_at_usual_w_m2,
+        false => error(&usable, best_offset_minutes, sun)?.map_or(rms_of_searched, |(_, rms)| rms),
+    };
     let agrees = |minutes: f64| (best_offset_minutes - minutes).abs() <= AGREEING_MINUTES;
     let of_comment = offset_in_comments(&rows.comments).map(|hours| 60.0 * (hours + rows.site.utc_offset_hours));
     let sun = match of_comment {
