@@ -141,7 +141,7 @@ export function follow(id, heard, signal) {
     const listen = () => {
       if (signal.aborted) return;
       const events = (source = new EventSource(`/v1/jobs/${id}/events?after=${after}`));
-      for (const name of ["planned", "pass", "image", ...last]) {
+      for (const name of ["planned", "pass", "image", "phase", ...last]) {
         events.addEventListener(name, (event) => {
           after = event.lastEventId;
           pause = FIRST_PAUSE_MS;

@@ -41,6 +41,7 @@ export function yearOf(job, summary, runs) {
       ${yearNumbers(summary, of, of.autonomies.map(({ lux }) => lux))}
       <details ?open=${of.verdicts.some(({ verdict }) => CLASSES[verdict] === "no")}><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details>${spread(summary, of.name)}</section>
       ${figure(job, `autonomy.${of.name}`, "Daylight autonomy", seen)}
+      ${figure(job, `useful.${of.name}`, "Useful daylight", seen)}
       ${figure(job, `by_hour.${of.name}`, "Mean by day and hour", seen)}`,
   );
 }

@@ -32,7 +32,7 @@ const MOST = { count: 24, trials: 6 };
  * @property {[number, number] | null} pin column and row of the point that is followed; null: the middle
  * @property {YearAnswer | null} answer the newest year; an older one while a new one is on its way
  * @property {boolean} current whether the answer is what is wanted now
- * @property {{ passes: number, error: number | null } | null} running
+ * @property {{ passes: number, error: number | null, ended: boolean } | null} running whether its passes have ended, too
  * @property {Problem | null} problem
  * @property {(import("./year_search.js").Search & { of: import("./goal.js").Goal["of"], times: number, diameter_m: number }) | null} search
  */
@@ -106,9 +106,10 @@ export class YearJob {
   async #compute(wanted) {
     const signal = this.#begin();
     const heard = (/** @type {string} */ name, /** @type {any} */ data) => {
-      if (name === "pass") this.#tell({ running: { passes: data.passes, error: data.relative_error ?? null } });
+      if (name === "pass") this.#tell({ running: { passes: data.passes, error: data.relative_error ?? null, ended: false } });
+      if (name === "phase") this.#tell({ running: { passes: data.passes, error: this.#page.state.year.running?.error ?? null, ended: true } });
     };
-    this.#tell({ running: { passes: 0, error: null }, problem: null });
+    this.#tell({ running: { passes: 0, error: null, ended: false }, problem: null });
     /** @type {Job | undefined} */
     let job;
     try {

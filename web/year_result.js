@@ -23,7 +23,8 @@ function progress() {
   const error = running?.error ? `, error ${percent(running.error)}` : "";
   const passes = running && running.passes > 0 ? `: ${running.passes} ${running.passes === 1 ? "pass" : "passes"}${error}` : "";
   const faults = problem?.errors?.length ? problem.errors.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${detail}</p>`) : problem ? html`<p>${problem.title}: ${problem.detail}</p>` : nothing;
-  return html`${running ? html`<p class="note busy">computing the year${passes}</p>` : nothing}${problem ? html`<div class="fault" role="alert">${faults}</div>` : nothing}`;
+  const phase = running?.ended ? "adding up the hours of the year" : "computing the year";
+  return html`${running ? html`<p class="note busy">${phase}${passes}</p>` : nothing}${problem ? html`<div class="fault" role="alert">${faults}</div>` : nothing}`;
 }
 
 /** Further tubes that would do, and a button that adds them. */

@@ -46,6 +46,14 @@ impl Progress {
         }
     }
 
+    /// Says that the passes are done, and what is computed now.
+    pub fn phase(&self, words: &str) {
+        if let Some(bar) = &self.bar {
+            bar.set_position(STEPS);
+            bar.set_message(words.to_owned());
+        }
+    }
+
     /// Prints a line above the bar.
     pub fn note(&self, text: &str) {
         match &self.bar {

@@ -19,7 +19,7 @@ use crate::present::convergence_files::convergence_names;
 use crate::present::outputs::{Annual, Output, annual_outputs, result_outputs};
 use crate::present::report::REPORT;
 use crate::present::saved_files::SavedFigures;
-use crate::queue::events::Pass;
+use crate::queue::events::{EventData, Pass, Phase};
 
 #[derive(Debug, clap::Args)]
 pub struct SubmitArgs {
@@ -80,6 +80,9 @@ pub async fn submit_and_download(
                 && let Ok(pass) = Pass::deserialize(&event.data)
             {
                 progress.pass_done(&pass.report, &pass.forecast);
+            }
+            if event.name == Phase::NAME {
+                progress.phase("adding up the hours of the year");
             }
         }
         News::Lost => progress.note("connection lost, reconnecting"),

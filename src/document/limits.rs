@@ -285,6 +285,9 @@ pub const MOST_PIXELS: u64 = 16_777_216;
 /// Range of the angle in degrees between two edges of a picture; at 180 degrees its plane would be infinite.
 pub const FIELD_OF_VIEW_DEG: Range = between(0.0, 179.0);
 
+/// Number of hours of a request for the illuminances of a kept room: those of a leap year.
+pub const HOURS: RangeInclusive<usize> = 1..=8784;
+
 /// Number of skies of a request for the fluxes of a tube.
 pub const SKIES: RangeInclusive<usize> = 1..=100;
 /// Number of times of a request for the fluxes of a tube.
@@ -302,6 +305,10 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("JobDocument", "tubes", Limit::Items(TUBES)),
     ("JobDocument", "grids", Limit::Items(OUTPUTS)),
     ("JobDocument", "views", Limit::Items(OUTPUTS)),
+    ("HoursDocument", "hours", Limit::Items(HOURS)),
+    ("HourDocument", "direct_normal_irradiance_w_m2", Limit::Number(DIRECT_IRRADIANCE_W_M2)),
+    ("HourDocument", "diffuse_horizontal_irradiance_w_m2", Limit::Number(DIFFUSE_IRRADIANCE_W_M2)),
+    ("HourDocument", "dew_point_c", Limit::Number(DEW_POINT_C)),
     ("TubeFluxDocument", "skies", Limit::Items(SKIES)),
     ("TubeFluxDocument", "times", Limit::Items(TIMES)),
     ("TubeFluxDocument", "relative_error", Limit::Number(RELATIVE_FLUX_ERROR)),

@@ -32,6 +32,8 @@ const NEAR_DEG: f64 = 0.5;
 pub(crate) struct AnnualJob {
     /// Part of the document that asks for them.
     pub document: AnnualDocument,
+    /// Azimuth of the room's +y axis in radians, clockwise from north.
+    pub rotation: f64,
     /// Weather files, at least one, in the order of the document.
     pub files: Vec<WeatherYear>,
     /// True if grids are computed at every moment, because some closure lets light pass with its direction.
@@ -78,7 +80,8 @@ impl AnnualJob {
         let records = years.first().map_or(0, |year| year.weather.records.len());
         let others = scene.grids.iter().map(|grid| other_daylight(annual, grid, records, files));
         let others = others.collect::<Result<_, _>>()?;
-        Ok(Some(Self { document: annual.clone(), files: years, at_moments, others }))
+        let rotation = document.room.rotation_deg.to_radians();
+        Ok(Some(Self { document: annual.clone(), rotation, files: years, at_moments, others }))
     }
 
     /// Adds to a scene what the year needs of its grids, where they are computed at every moment.
@@ -229,7 +232,7 @@ fn within_period(
 }
 
 /// Checks that rays are not traced through more different tubes at more moments than time allows.
-fn check_tracing(traceable: &TraceableScene, moments: usize) -> Result<(), FieldError> {
+pub(crate) fn check_tracing(traceable: &TraceableScene, moments: usize) -> Result<(), FieldError> {
     let traced = traced_tubes(traceable);
     let product = traced.saturating_mul(moments);
     if product <= TRACED_TUBES_TIMES_MOMENTS {

@@ -1,16 +1,20 @@
 //! Year of a job: its summary, its tables, and its figures.
 
-use axum::http::HeaderMap;
-use axum::response::Response;
+use axum::http::{HeaderMap, header};
+use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
+use crate::document::annual::hours::HoursDocument;
 use crate::document::result::annual::PointsYearResult;
 use crate::document::result::weather_files::AnnualResult;
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
+use crate::http::jobs::posted::Body;
+use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem};
-use crate::http::results::{grid_names, no_such_output, result_file};
+use crate::http::results::{grid_names, kept_of_year, no_such_output, read, result_file};
 use crate::http::{App, Service};
+use crate::present::annual::HoursError;
 use crate::present::outputs::{Annual, Output, STATIC_APERTURES, annual_outputs, moments_outputs};
 
 /// Returns the year of a job: light of the tubes, metrics of the grids, and verdicts.
@@ -31,7 +35,7 @@ pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Resul
 #[utoipa::path(get, path = "/v1/jobs/{id}/annual/{file}", operation_id = "get_annual_file", tag = "results",
     params(("id" = Uuid, Path), ("file" = String, Path,
         description = "One of the names in the job's `links.annual`: `hours.csv`, `fluxes.svg`, and for each grid \
-                       `points.NAME.json`, `.csv`, `.npy` and `.ill`, `autonomy.NAME.svg` and `by_hour.NAME.svg`; \
+                       `points.NAME.json`, `.csv`, `.npy` and `.ill`, `autonomy.NAME.svg`, `useful.NAME.svg` and `by_hour.NAME.svg`; \
                        figures also as `.png` and `.pdf`; `lighting.csv` with `dimming`")),
     responses(
         (status = 200, description = "The file",
@@ -81,6 +85,49 @@ pub async fn honeybee_grid(
 ) -> Result<Response, Problem> {
     let folder = format!("annual/honeybee/{STATIC_APERTURES}/default/total");
     in_folder(&app, id, &folder, &file, &headers).await
+}
+
+/// Computes the illuminances of the sensors of a grid at any hours, by the responses of the room that its year is made of.
+///
+/// Nothing is traced in the room again: a list of thousands of hours takes a fraction of a second. The sky of each hour is that of Perez; the
+/// sun is over the place of the weather file. Closures must be Lambertian. `other_daylight` does not count.
+#[utoipa::path(post, path = "/v1/jobs/{id}/annual/hours/{grid}", operation_id = "compute_annual_hours", tag = "results",
+    params(("id" = Uuid, Path), ("grid" = String, Path, description = "Name of the grid")),
+    request_body(content = HoursDocument, description = "The hours", content_type = "application/json", example = json!({
+        "hours": [
+            { "time": "2026-06-21T12:00:00+02:00", "direct_normal_irradiance_w_m2": 700, "diffuse_horizontal_irradiance_w_m2": 130 },
+            { "time": "2026-12-21T12:00:00+01:00", "direct_normal_irradiance_w_m2": 0, "diffuse_horizontal_irradiance_w_m2": 60 }
+        ]
+    })),
+    responses(
+        (status = 200, description = "Array of NumPy: float32, sensors x hours, in lux; 0 while the sun is down",
+            content((inline(Binary) = "application/octet-stream"))),
+        (status = 400, description = "The body is not JSON"),
+        (status = 404, description = "No such job or grid, the job has no `annual`, or the first pass has not finished yet"),
+        (status = 409, description = "The closures of the job let light pass with its direction"),
+        (status = 413, description = "The body is too long"),
+        (status = 415, description = "The content type is not application/json"),
+        (status = 422, description = "The hours are not valid; see `errors`")))]
+pub async fn hours(app: App, Path((id, grid)): Path<(Uuid, String)>, body: Body) -> Result<Response, Problem> {
+    let turn = permit(&app.permits.fluxes).await?;
+    let posted = body.read(&turn).await?;
+    let hours = off_thread(turn.clone(), move |_| HoursDocument::from_value(posted.value)).await??;
+    let kept = kept_of_year(&grid_names(&app, id).await?);
+    let made = read(&app, id, kept, move |results, _| {
+        let year = results.year()?.ok_or_else(no_such_output)?;
+        let mut made = Err(HoursError::NoSuchGrid);
+        results.with_prepared(&mut |prepared| made = year.at_hours(prepared, &grid, &hours))?;
+        made.map_err(|error| match error {
+            HoursError::NoSuchGrid => no_such_output(),
+            HoursError::NoResponses => Problem::conflict(
+                "the closures of the job let light pass with its direction, so that its room has no responses: only the hours of its weather \
+                 files are known",
+            ),
+            HoursError::Hours(errors) => errors.into(),
+        })
+    });
+    let array = made.await?;
+    Ok(([(header::CONTENT_TYPE, Format::Npy.media_type())], array).into_response())
 }
 
 async fn in_folder(

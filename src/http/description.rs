@@ -17,7 +17,7 @@ use crate::http::parameters::CHECKED;
 use crate::http::problem::Problem;
 use crate::http::studies::watched::StudyEvent;
 use crate::http::yaml;
-use crate::queue::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, Started, Succeeded};
+use crate::queue::events::{Cancelled, Failed, Pass, Phase, Planned, Queued, Restarted, Started, Succeeded};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -30,7 +30,7 @@ use crate::queue::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, 
     servers((url = "/", description = "This service")),
     // named by hand-written schemas only, where the derived ones do not see them
     components(schemas(
-        Problem, MethodKind, RadiusKind, EffectSwitch, Queued, Planned, Started, Pass, ImageEvent, Restarted, Succeeded, Failed, Cancelled,
+        Problem, MethodKind, RadiusKind, EffectSwitch, Queued, Planned, Started, Pass, ImageEvent, Phase, Restarted, Succeeded, Failed, Cancelled,
         StudyEvent
     )),
     tags(

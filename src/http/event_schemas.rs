@@ -6,7 +6,9 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::http::watched::SentEvent;
-use crate::queue::events::{Cancelled, EventData, Failed, Image, Pass, Planned, Queued, Restarted, Started, Succeeded};
+use crate::queue::events::{
+    Cancelled, EventData, Failed, Image, Pass, Phase, Planned, Queued, Restarted, Started, Succeeded,
+};
 use crate::queue::store::{Event, JobHead, is_final_event};
 
 /// Events of a job, which a store keeps.
@@ -49,6 +51,7 @@ pub enum EventName {
     Started,
     Pass,
     Image,
+    Phase,
     Restarted,
     Succeeded,
     Failed,
@@ -80,6 +83,7 @@ pub fn events() -> Value {
         Started::NAME,
         Pass::NAME,
         Image::NAME,
+        Phase::NAME,
         Restarted::NAME,
         Succeeded::NAME,
         Failed::NAME,

@@ -12,7 +12,7 @@ use crate::figure::svg::escaped;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format};
 use crate::http::problem::{Path, Problem};
-use crate::http::results::read;
+use crate::http::results::{grid_names, kept_of_year, read};
 use crate::http::{App, Service};
 use crate::output::OutputError;
 use crate::present::outputs::Output;
@@ -54,7 +54,11 @@ pub(super) async fn sheet<T: Send + 'static>(
     let first = |outputs: &str| job.document[outputs][0]["name"].as_str().map(str::to_owned);
     let grid = first("grids").map(|name| Output::Grid(name, Format::Json));
     let view = first("views").map(|name| Output::View(name, Format::Png));
-    let made = read(app, id, grid.into_iter().chain(view).collect(), move |results, job| {
+    let kept = match job.document["annual"].is_object() {
+        true => kept_of_year(&grid_names(app, id).await?),
+        false => grid.into_iter().chain(view).collect(),
+    };
+    let made = read(app, id, kept, move |results, job| {
         let job = answered(job);
         let footer = format!("{} · job {id}", report::made_by(&job));
         Ok(write(report::report(results, &job, footer)?)?)

@@ -71,19 +71,20 @@ pub(super) async fn result_file(
     if let Some(artifact) = app.store.artifact(id, &output.file()).await? {
         return content::stored(headers, &app.artifacts, &artifact).await;
     }
-    let of_grid = |name: &str| Output::Grid(name.to_owned(), Format::Json);
     let kept = match &output {
-        Output::Grid(name, _) => vec![of_grid(name)],
-        Output::Annual(..) => {
-            let names = grid_names(app, id).await?;
-            let grids = names.iter().map(|name| of_grid(name));
-            grids.chain(moments_outputs(names.iter().map(String::as_str))).collect()
-        }
+        Output::Grid(name, _) => vec![Output::Grid(name.clone(), Format::Json)],
+        Output::Annual(..) => kept_of_year(&grid_names(app, id).await?),
         Output::Surfaces(_) => vec![Output::Surfaces(Format::Json)],
         other => vec![other.clone()],
     };
     let made = read(app, id, kept, move |results, _| results.file(&output)?.ok_or_else(no_such_output)).await?;
     content::made(headers, made.bytes, made.media_type)
+}
+
+/// Lists the kept files of which a year with these grids is made.
+pub(super) fn kept_of_year(grids: &[String]) -> Vec<Output> {
+    let of_grids = grids.iter().map(|name| Output::Grid(name.clone(), Format::Json));
+    of_grids.chain(moments_outputs(grids.iter().map(String::as_str))).collect()
 }
 
 /// Returns the names of the grids of a job.

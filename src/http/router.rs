@@ -78,6 +78,7 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(results::tube))
         .routes(routes!(annual::annual))
         .routes(routes!(annual::file))
+        .routes(routes!(annual::hours))
         .routes(routes!(annual::honeybee))
         .routes(routes!(annual::honeybee_grid))
         .routes(routes!(convergence::convergence))

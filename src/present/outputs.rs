@@ -131,6 +131,8 @@ pub enum Annual {
     Moments(String),
     /// Daylight autonomy of a grid over the plan.
     Autonomy(String),
+    /// Share of the hours with useful daylight of a grid over the plan.
+    Useful(String),
     /// Mean illuminance of a grid by day and hour.
     ByHour(String),
     /// Fractions of the electric power in all records.
@@ -183,6 +185,7 @@ impl Output {
                 Annual::Points(name) => format!("annual/points.{name}.{suffix}"),
                 Annual::Moments(name) => format!("annual/moments.{name}.{suffix}"),
                 Annual::Autonomy(name) => format!("annual/autonomy.{name}.{suffix}"),
+                Annual::Useful(name) => format!("annual/useful.{name}.{suffix}"),
                 Annual::ByHour(name) => format!("annual/by_hour.{name}.{suffix}"),
                 Annual::Lighting => format!("annual/lighting.{suffix}"),
                 Annual::Honeybee(part) => format!("annual/honeybee/{}.{suffix}", part.file()),
@@ -240,7 +243,8 @@ pub fn annual_outputs<'a>(grids: impl IntoIterator<Item = &'a str>, dimming: boo
     let figure = [Svg, Png, Pdf];
     let of_grid = |name: &str| {
         let points = part(Annual::Points(name.to_owned()), &[Json, Csv, Npy, Ill]);
-        let maps = [Annual::Autonomy(name.to_owned()), Annual::ByHour(name.to_owned())];
+        let maps =
+            [Annual::Autonomy(name.to_owned()), Annual::Useful(name.to_owned()), Annual::ByHour(name.to_owned())];
         let of_honeybee = part(Annual::Honeybee(Honeybee::Points(name.to_owned())), &[Npy]);
         points
             .into_iter()

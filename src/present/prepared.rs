@@ -78,6 +78,11 @@ impl Prepared {
         Ok(year)
     }
 
+    /// True if the job has a year, which is computed from its passes.
+    pub fn has_year(&self) -> bool {
+        self.annual.is_some()
+    }
+
     /// Keeps the predictions of a pilot, for the job's results and for the figure of its convergence.
     pub fn foretell(&mut self, predictions: Predictions) {
         self.subject = OnceLock::new();

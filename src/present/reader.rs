@@ -69,6 +69,9 @@ pub trait ResultReader {
     /// Returns the year of a job that has one.
     fn year(&self) -> Found<Arc<JobYear>>;
 
+    /// Calls `with` with the prepared job.
+    fn with_prepared(&self, with: &mut dyn FnMut(&Prepared)) -> Result<(), RenderError>;
+
     /// Returns the values of a grid at all moments of a year that is computed moment by moment.
     fn moments(&self, name: &str) -> Found<Vec<Value>>;
 
@@ -139,6 +142,7 @@ fn of_year(
     let drawing = match part {
         Annual::Fluxes => Some(year.fluxes_figure(subject)),
         Annual::Autonomy(grid) => year.autonomy_figure(subject, grid),
+        Annual::Useful(grid) => year.useful_figure(subject, grid),
         Annual::ByHour(grid) => year.hours_figure(subject, grid),
         Annual::Summary
         | Annual::Hours
@@ -300,6 +304,11 @@ impl ResultReader for Estimated<'_> {
         })
     }
 
+    fn with_prepared(&self, with: &mut dyn FnMut(&Prepared)) -> Result<(), RenderError> {
+        with(self.prepared);
+        Ok(())
+    }
+
     fn moments(&self, name: &str) -> Found<Vec<Value>> {
         let found = self.prepared.scene.grids.iter().zip(&self.estimate.grids).find(|(grid, _)| grid.name == name);
         let value = |moments: &Moments| {
@@ -401,6 +410,11 @@ impl ResultReader for Kept {
             years.forget(key);
         }
         year
+    }
+
+    fn with_prepared(&self, with: &mut dyn FnMut(&Prepared)) -> Result<(), RenderError> {
+        with(&(self.prepare)().map_err(|errors| failed("annual", errors))?);
+        Ok(())
     }
 
     fn moments(&self, name: &str) -> Found<Vec<Value>> {

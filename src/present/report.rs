@@ -36,8 +36,12 @@ const MOST_ROWS: usize = 8;
 pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result<Sheet, RenderError> {
     let (subject, document) = (results.subject(), &job["document"]);
     let mut figures = Vec::new();
+    let year = results.year()?;
     let [grid, view] = ["grids", "views"].map(|outputs| document[outputs][0]["name"].as_str());
-    if let Some(grid) = grid.map_or(Ok(None), |name| results.grid(name))? {
+    let mut of_year = year.iter().flat_map(|year| year.report_figures(subject));
+    if let Some(figure) = of_year.next() {
+        figures.push(figure);
+    } else if let Some(grid) = grid.map_or(Ok(None), |name| results.grid(name))? {
         let heading = Heading::of(grid.place_in_words());
         let map = plan_map(subject, &grid, GridWishes::default());
         let drawing = PlanMap { heading, ..map }.draw().map_err(|error| failed(REPORT, error))?;
@@ -46,6 +50,7 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
     if let Some((section, drawing)) = longer_section(subject, job) {
         figures.push(SheetFigure { name: format!("figures/{}", section.name()), drawing });
     }
+    figures.extend(of_year);
     if let Some(name) = view
         && let Some(picture) = results.picture(name)?
     {
@@ -55,10 +60,14 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
     Ok(Sheet {
         title: subject.name().to_owned(),
         lines: vec![subject.circumstances()],
-        sentences: sentences(job),
+        sentences: year.as_ref().map_or_else(|| sentences(job), |year| year.sentences()),
         figures,
-        parts: vec![grids(job), inputs(subject, job)],
-        details: vec![tubes(job), method(job), effects(job), notes(job)],
+        parts: year.iter().map(|year| year.metrics_table()).chain([grids(job), inputs(subject, job)]).collect(),
+        details: year
+            .iter()
+            .map(|year| year.criteria_table())
+            .chain([tubes(job), method(job), effects(job), notes(job)])
+            .collect(),
         footer,
     })
 }
@@ -119,7 +128,8 @@ fn grids(job: &Value) -> SheetPart {
     });
     let head =
         ["grid", "mean, lx", "median, lx", "minimum, lx", "maximum, lx", "uniformity", "daylight factor, %", "target"];
-    table("Illuminance; ± is the half-width of the 95 % confidence interval".to_owned(), &head, rows)
+    let sky = if job["document"]["annual"].is_object() { " below an overcast sky of 10 000 lx" } else { "" };
+    table(format!("Illuminance{sky}; ± is the half-width of the 95 % confidence interval"), &head, rows)
 }
 
 fn tubes(job: &Value) -> SheetPart {

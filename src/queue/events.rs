@@ -75,6 +75,24 @@ pub struct Image {
     pub passes: u64,
 }
 
+/// Event `phase`: the passes are done, and something else is computed before the job ends.
+#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
+#[schema(as = PhaseEvent)]
+pub struct Phase {
+    /// Name of the phase.
+    pub phase: PhaseName,
+    /// Number of passes of the job.
+    pub passes: u64,
+}
+
+/// Phase of a job after its passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PhaseName {
+    /// Light of the tubes by the records of the weather files, and the metrics of the grids.
+    Year,
+}
+
 /// Event `restarted`: passes are rendered again, because their stored state is damaged or missing; they are not reported twice.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = RestartedEvent)]
@@ -142,6 +160,10 @@ impl EventData for Pass {
 
 impl EventData for Image {
     const NAME: &'static str = "image";
+}
+
+impl EventData for Phase {
+    const NAME: &'static str = "phase";
 }
 
 impl EventData for Restarted {

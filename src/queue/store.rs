@@ -12,7 +12,7 @@ use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use crate::engine::progress::{PassReport, Progress, StoppedBy};
-use crate::queue::events::Pass;
+use crate::queue::events::{Pass, Phase};
 use crate::queue::owner::Owner;
 pub use crate::queue::records::*;
 pub use crate::queue::studies::*;
@@ -111,6 +111,8 @@ pub enum Report {
         /// File of the image.
         artifact: Artifact,
     },
+    /// Phase that begins after the passes.
+    Phase(Phase),
 }
 
 /// Ways in which a chunk ends.

@@ -285,7 +285,7 @@ async function readsItsJob(visitor, shot) {
   const numbers = share.match(/[\d.]+/g).map(Number);
   [value, low, high].forEach((of, i) => assert(Math.abs(of - numbers[i]) <= 0.5, `${share} is not ${of}`));
   assert.equal(await page.locator(".year tbody tr").count(), body.grids[0].verdicts.length);
-  for (const words of ["Daylight autonomy", "Mean by day and hour", "Light of the tubes by month"])
+  for (const words of ["Daylight autonomy", "Useful daylight", "Mean by day and hour", "Light of the tubes by month"])
     assert(await page.getByAltText(words).evaluate(async (image) => (await image.decode(), image.naturalWidth > 100)), words);
   for (const colorScheme of ["light", "dark"]) {
     await page.emulateMedia({ colorScheme });

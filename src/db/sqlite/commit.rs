@@ -7,7 +7,7 @@ use sqlx::{Row, SqliteConnection};
 use crate::engine::convergence::is_kept;
 use crate::engine::progress::{PassReport, StoppedBy};
 use crate::engine::spent::Spent;
-use crate::queue::events::{Cancelled, Failed, Image, Pass, Restarted, Succeeded};
+use crate::queue::events::{Cancelled, EventData, Failed, Image, Pass, Phase, Restarted, Succeeded};
 use crate::queue::store::*;
 
 use super::change::{JobChange, Line};
@@ -43,7 +43,7 @@ pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[
 fn last_pass(reports: &[Report]) -> Option<&PassReport> {
     reports.iter().rev().find_map(|report| match report {
         Report::Pass(pass) => Some(&pass.report),
-        Report::Image { .. } => None,
+        Report::Image { .. } | Report::Phase(_) => None,
     })
 }
 
@@ -75,6 +75,14 @@ async fn take_reports<'a>(
                 change.artifact(artifact);
                 if known.is_none() {
                     change.event(&Image { view: view.clone(), passes: *passes })?;
+                }
+            }
+            Report::Phase(phase) => {
+                let query =
+                    sqlx::query("SELECT 1 FROM events WHERE job_id = $1 AND name = $2").bind(job).bind(Phase::NAME);
+                let known: Option<i64> = one(query, &mut *tx, first).await?;
+                if known.is_none() {
+                    change.event(phase)?;
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! A year of daylight in a job document: its weather file, its occupied hours, and the metrics that are computed from it.
 
 pub(super) mod check;
+pub mod hours;
 mod schedule;
 mod weather_names;
 

@@ -1,6 +1,7 @@
-//! Figures of a year: maps of daylight autonomy over the plan, and temporal maps of light by day and hour.
+//! Figures of a year: maps of daylight autonomy and of useful daylight over the plan, and temporal maps of light by day and hour.
 
 use super::JobYear;
+use crate::annual::summary::PointYear;
 use crate::document::result::annual::WithInterval;
 use crate::figure::isolines::levels;
 use crate::figure::scale::{ColourScale, Palette};
@@ -15,28 +16,44 @@ impl JobYear {
     /// Draws the daylight autonomy of a grid over the plan, for the illuminance of the document's spatial daylight autonomy; `None` if
     /// there is no grid of this name.
     pub fn autonomy_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
-        let (number, of) = self.grids.iter().enumerate().find(|(_, of)| of.grid.name == name)?;
-        let year = &self.first.year.grids[number];
-        let values = year.points.iter().zip(&of.weights).map(|(point, weight)| match *weight > 0.0 {
-            true => point.spatial_percent.value,
-            false => f64::NAN,
-        });
-        let values: Vec<f64> = values.collect();
+        let (number, _) = self.grid(name)?;
         let sda = &self.document.sda;
-        let share: WithInterval = year.spatial_percent.into();
-        let heading = Heading {
-            title: format!("Daylight autonomy {} lx, {}", sda.threshold_lux, subject.name()),
-            lines: vec![
-                self.circumstances(),
-                of.result.place_in_words(),
-                format!(
-                    "{} of the area has {} lx in {} % of the occupied hours",
-                    percent(share),
-                    sda.threshold_lux,
-                    sda.time_percent
-                ),
-            ],
-        };
+        let share: WithInterval = self.first.year.grids[number].spatial_percent.into();
+        let title = format!("Daylight autonomy {} lx, {}", sda.threshold_lux, subject.name());
+        let found = format!(
+            "{} of the area has {} lx in {} % of the occupied hours",
+            percent(share),
+            sda.threshold_lux,
+            sda.time_percent
+        );
+        self.map_of_hours(subject, name, (title, found), |point| point.spatial_percent.value)
+    }
+
+    /// Draws the share of the occupied hours in which the light of a grid is useful without electric light, over the plan; `None` if there is
+    /// no grid of this name.
+    pub fn useful_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
+        let (number, _) = self.grid(name)?;
+        let [_, least, most] = self.document.udi_lux;
+        let mean: WithInterval = self.first.year.grids[number].useful.autonomous_percent.into();
+        let title = format!("Useful daylight, {least} to {most} lx, {}", subject.name());
+        let found =
+            format!("{least} to {most} lx in {} % of the occupied hours, mean of the area", with_half_width(mean));
+        self.map_of_hours(subject, name, (title, found), |point| point.useful.autonomous_percent.value)
+    }
+
+    /// Draws a share of hours in percent of the sensors of a grid over the plan, under a title and what is found of the whole grid.
+    fn map_of_hours(
+        &self,
+        subject: &Subject,
+        name: &str,
+        (title, found): (String, String),
+        value: impl Fn(&PointYear) -> f64,
+    ) -> Option<Result<Drawing, OutputError>> {
+        let (number, of) = self.grid(name)?;
+        let points = self.first.year.grids[number].points.iter().zip(&of.weights);
+        let values = points.map(|(point, weight)| if *weight > 0.0 { value(point) } else { f64::NAN });
+        let values: Vec<f64> = values.collect();
+        let heading = Heading { title, lines: vec![self.circumstances(), of.result.place_in_words(), found] };
         let known = values.iter().copied().filter(|value| value.is_finite());
         let [least, most] = known.fold([100.0, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)]);
         let scale = ColourScale::from_zero(100.0, Palette::Viridis);
@@ -45,7 +62,7 @@ impl JobYear {
 
     /// Draws the mean illuminance of a grid by day and hour; `None` if there is no grid of this name.
     pub fn hours_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
-        let (number, of) = self.grids.iter().enumerate().find(|(_, of)| of.grid.name == name)?;
+        let (number, of) = self.grid(name)?;
         let mean: WithInterval = self.first.year.grids[number].mean_lux.into();
         let heading = Heading {
             title: format!("Mean illuminance by the hour, {}", subject.name()),
@@ -98,13 +115,13 @@ impl JobYear {
 }
 
 /// Formats a value with half of its interval.
-fn with_half_width(value: WithInterval) -> String {
+pub(super) fn with_half_width(value: WithInterval) -> String {
     let half = 0.5 * (value.high - value.low);
     if half > 0.0 { format!("{} (95 %)", with_error(value.value, half)) } else { significant(value.value, 4) }
 }
 
 /// Formats a share of the area in percent with its interval where it has a width.
-fn percent(share: WithInterval) -> String {
+pub(super) fn percent(share: WithInterval) -> String {
     let WithInterval { value, low, high } = share;
     match high - low > 0.05 {
         true => format!("{value:.0} % ({low:.0} to {high:.0})"),

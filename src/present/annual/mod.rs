@@ -3,7 +3,9 @@
 mod figures;
 mod files;
 mod honeybee;
+mod hours;
 mod lumens;
+mod report;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -29,6 +31,7 @@ use crate::output::npy::Array;
 use crate::scene::{EstimateKind, FaceKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 
+pub use hours::HoursError;
 pub use lumens::FileLumens;
 
 /// Years of a job.
@@ -37,6 +40,8 @@ pub struct JobYear {
     document: AnnualDocument,
     /// Electric light that dims.
     dimming: Option<Dimming>,
+    /// Azimuth of the room's +y axis in radians, clockwise from north.
+    rotation: f64,
     /// Grids, in the order of the document.
     grids: Vec<GridOfYear>,
     /// Year of the first weather file, of which there are tables and figures.
@@ -120,7 +125,14 @@ impl JobYear {
         let first = years.next()?;
         let names: Vec<&str> = grids.iter().map(|of| of.grid.name.as_str()).collect();
         let others = years.map(|year| year.result(&names, &annual.document)).collect();
-        Some(Self { document: annual.document.clone(), dimming: options.dimming, grids, first, others })
+        Some(Self {
+            document: annual.document.clone(),
+            rotation: annual.rotation,
+            dimming: options.dimming,
+            grids,
+            first,
+            others,
+        })
     }
 
     /// Estimates the memory of the years in bytes.

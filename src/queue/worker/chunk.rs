@@ -13,7 +13,7 @@ use crate::engine::passes::{RenderError, SoFar};
 use crate::engine::progress::{PassReport, Progress, StoppedBy};
 use crate::predict::forecast::Forecast;
 use crate::present::reader::ResultFile;
-use crate::queue::events::Pass;
+use crate::queue::events::{Pass, Phase, PhaseName};
 
 /// Render time after which the first passes of a job are committed, and after which later ones are, and other jobs have their turn: about
 /// this much work is lost when a process ends. A commit takes some milliseconds.
@@ -31,6 +31,7 @@ pub(super) struct ChunkRun {
 pub(super) enum News {
     Pass(Pass),
     Images { passes: u64, images: Vec<(String, Vec<u8>)> },
+    Phase(Phase),
 }
 
 /// Outcomes of a chunk.
@@ -63,7 +64,7 @@ fn render_chunk(
     tell: &mpsc::UnboundedSender<News>,
 ) -> Result<Option<Ended>, RenderError> {
     if stop.reason() == Some(StopReason::Cancelled) {
-        return finish(current, StoppedBy::Cancelled).map(Some);
+        return finish(current, StoppedBy::Cancelled, tell).map(Some);
     }
     let (begun, most) = (Instant::now(), if current.is_loaded { FIRST_CHUNK } else { CHUNK });
     loop {
@@ -72,7 +73,7 @@ fn render_chunk(
             return Ok(None);
         }
         if let Some(stopped) = stopped {
-            return finish(current, stopped).map(Some);
+            return finish(current, stopped, tell).map(Some);
         }
         if begun.elapsed() >= most || stop.reason().is_some() {
             let state = Bytes::from(checkpoint::encode(&current.merged));
@@ -107,9 +108,16 @@ fn one_pass(
     prepared.render_pass(merged, spent, stop, &mut heard)
 }
 
-fn finish(current: &mut Current, stopped_by: StoppedBy) -> Result<Ended, RenderError> {
+fn finish(
+    current: &mut Current,
+    stopped_by: StoppedBy,
+    tell: &mpsc::UnboundedSender<News>,
+) -> Result<Ended, RenderError> {
     if current.merged.passes == 0 {
         return Ok(Ended::Finish { stopped_by, summary: None, files: Vec::new(), last_pass: None });
+    }
+    if current.prepared.has_year() {
+        let _ = tell.send(News::Phase(Phase { phase: PhaseName::Year, passes: current.merged.passes }));
     }
     let files = current.prepared.results(&current.merged).kept_files()?;
     let summary = current.prepared.summary_json(&current.merged, current.spent, stopped_by);

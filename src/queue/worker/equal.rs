@@ -6,7 +6,7 @@ use uuid::Uuid;
 use super::commit::{Commits, retry};
 use super::interrupted::Interrupted;
 use crate::present::outputs::progress_image;
-use crate::queue::events::{EventData, Image, Pass};
+use crate::queue::events::{EventData, Image, Pass, Phase};
 use crate::queue::files::FileError;
 use crate::queue::store::*;
 
@@ -66,6 +66,10 @@ impl Commits {
                 && let Some(at) = artifacts.iter().position(|artifact| artifact.name == progress_image(&view, passes))
             {
                 reports.push(Report::Image { view, passes, artifact: artifacts.swap_remove(at) });
+            } else if name == Phase::NAME
+                && let Ok(phase) = Phase::deserialize(&data)
+            {
+                reports.push(Report::Phase(phase));
             }
         }
         let end = JobEnd::Succeeded { stopped_by, progress: head.progress };

@@ -130,6 +130,7 @@ impl RunningChunk<'_> {
                 metrics::counter!("skyduct_passes_total").increment(1);
                 self.reports.push(Report::Pass(pass));
             }
+            News::Phase(phase) => self.reports.push(Report::Phase(phase)),
             News::Images { passes, images } => {
                 for (view, png) in images {
                     let name = progress_image(&view, passes);

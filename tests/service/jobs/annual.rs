@@ -42,12 +42,87 @@ async fn a_year_from_weather_to_files() {
         assert!(!answer.bytes().await.unwrap().is_empty(), "{link}");
     }
     problem(service.get(&format!("{path}/annual/points.none.csv")).send().await.unwrap(), 404).await;
+    let events = service.events_after(&path, 0).await;
+    let names: Vec<&str> = events.iter().map(|event| event.name.as_str()).collect();
+    let phase = names.iter().position(|name| *name == "phase").expect("no phase");
+    assert!(names[..phase].contains(&"pass") && names[phase..].ends_with(&["succeeded"]), "{names:?}");
+    assert_eq!(events[phase].data["phase"], "year");
+    let report = service.get(&format!("{}/report", job["links"]["page"].as_str().unwrap()));
+    let report = report.send().await.unwrap().text().await.unwrap();
+    for words in ["Over the year at Synthetic, ", "The year at Synthetic, 3650 occupied hours", "LEED v4.1", "/annual/autonomy."] {
+        assert!(report.contains(words), "{words}: {report}");
+    }
+    other_hours(&service, &path, links[1]).await;
 
     // files are made of the weather as long as the job is there
     let weather = format!("/v1/weather/{id}");
     problem(service.request(Method::DELETE, &weather).send().await.unwrap(), 409).await;
     assert_eq!(service.request(Method::DELETE, &path).send().await.unwrap().status(), StatusCode::NO_CONTENT);
     assert_eq!(service.request(Method::DELETE, &weather).send().await.unwrap().status(), StatusCode::NO_CONTENT);
+}
+
+/// Numbers of an array of float32.
+fn numbers(bytes: &[u8]) -> (String, Vec<f32>) {
+    let length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let values = bytes[10 + length..].chunks_exact(4).map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()));
+    (String::from_utf8(bytes[10..10 + length].to_vec()).unwrap(), values.collect())
+}
+
+/// Hours of the weather file itself, at their moments, have the illuminances of the year; what is not valid is refused.
+async fn other_hours(service: &TestService, path: &str, hours_csv: &str) {
+    assert!(hours_csv.ends_with("/annual/hours.csv"));
+    let hours = service.get(hours_csv).send().await.unwrap().text().await.unwrap();
+    let grid = service.json(path).await["document"]["grids"][0]["name"].as_str().unwrap().to_owned();
+    let array = service.get(&format!("{path}/annual/points.{grid}.npy")).send().await.unwrap().bytes().await.unwrap();
+    let (_, year) = numbers(&array);
+    // noons, whose sun is up for the whole hour; the file's own hours are of the year that SPA takes for typical years
+    let noons: Vec<Vec<f64>> = hours
+        .lines()
+        .skip(1)
+        .filter(|row| row.split(',').nth(2) == Some("12.5"))
+        .step_by(40)
+        .map(|row| row.split(',').map(|field| field.parse().unwrap()).collect())
+        .collect();
+    let records: Vec<&str> = SYNTHETIC.lines().filter(|line| line.split(',').count() > 30).collect();
+    let of_hour = |noon: &Vec<f64>| {
+        let [month, day] = [noon[0] as u32, noon[1] as u32];
+        let record = records.iter().position(|line| {
+            let fields: Vec<&str> = line.split(',').collect();
+            [fields[1], fields[2], fields[3]] == [month.to_string(), day.to_string(), "13".to_owned()]
+        });
+        let record = record.unwrap();
+        let field = |number: usize| records[record].split(',').nth(number).unwrap().parse::<f64>().unwrap();
+        let hour = json!({
+            "time": format!("2017-{month:02}-{day:02}T12:30:00+01:00"), "dew_point_c": field(7),
+            "direct_normal_irradiance_w_m2": field(14), "diffuse_horizontal_irradiance_w_m2": field(15)
+        });
+        (record, hour)
+    };
+    let (places, hours): (Vec<usize>, Vec<Value>) = noons.iter().map(of_hour).unzip();
+    let post = |grid: &str, body: Value| {
+        service.request(Method::POST, &format!("{path}/annual/hours/{grid}")).json(&body).send()
+    };
+    let answer = post(&grid, json!({ "hours": hours })).await.unwrap();
+    assert_eq!((answer.status(), answer.headers()["content-type"].to_str().unwrap()), (StatusCode::OK, "application/octet-stream"));
+    let (header, found) = numbers(&answer.bytes().await.unwrap());
+    let sensors = year.len() / 8760;
+    assert!(places.len() > 8 && header.contains(&format!("'shape': ({sensors}, {})", places.len())), "{header}");
+    for sensor in 0..sensors {
+        for (number, place) in places.iter().enumerate() {
+            let [found, expected] = [found[sensor * places.len() + number], year[sensor * 8760 + place]];
+            assert!((found / expected - 1.0).abs() < 1e-4, "{sensor} {place}: {found} {expected}");
+        }
+    }
+    let mut night = hours[0].clone();
+    night["time"] = json!("2017-01-15T00:30:00+01:00");
+    let (_, dark) = numbers(&post(&grid, json!({ "hours": [night] })).await.unwrap().bytes().await.unwrap());
+    assert!(dark.len() == sensors && dark.iter().all(|lux| *lux == 0.0));
+    let mut wrong = hours[0].clone();
+    wrong["dew_point_c"] = json!(1e4);
+    let refused = problem(post(&grid, json!({ "hours": [hours[0], wrong] })).await.unwrap(), 422).await;
+    assert_eq!(refused["errors"][0]["pointer"], "/hours/1/dew_point_c");
+    problem(post(&grid, json!({ "hours": [] })).await.unwrap(), 422).await;
+    problem(post("none", json!({ "hours": [hours[0]] })).await.unwrap(), 404).await;
 }
 
 #[tokio::test]
