@@ -305,7 +305,7 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("JobDocument", "tubes", Limit::Items(TUBES)),
     ("JobDocument", "grids", Limit::Items(OUTPUTS)),
     ("JobDocument", "views", Limit::Items(OUTPUTS)),
-    ("HoursDocument", "hours", Limit::Items(HOURS)),
+    ("HourListDocument", "hours", Limit::Items(HOURS)),
     ("HourDocument", "direct_normal_irradiance_w_m2", Limit::Number(DIRECT_IRRADIANCE_W_M2)),
     ("HourDocument", "diffuse_horizontal_irradiance_w_m2", Limit::Number(DIFFUSE_IRRADIANCE_W_M2)),
     ("HourDocument", "dew_point_c", Limit::Number(DEW_POINT_C)),

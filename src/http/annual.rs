@@ -4,7 +4,7 @@ use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
-use crate::document::annual::hours::HoursDocument;
+use crate::document::annual::hours::HourListDocument;
 use crate::document::result::annual::PointsYearResult;
 use crate::document::result::weather_files::AnnualResult;
 use crate::http::content::Binary;
@@ -93,7 +93,7 @@ pub async fn honeybee_grid(
 /// sun is over the place of the weather file. Closures must be Lambertian. `other_daylight` does not count.
 #[utoipa::path(post, path = "/v1/jobs/{id}/annual/hours/{grid}", operation_id = "compute_annual_hours", tag = "results",
     params(("id" = Uuid, Path), ("grid" = String, Path, description = "Name of the grid")),
-    request_body(content = HoursDocument, description = "The hours", content_type = "application/json", example = json!({
+    request_body(content = HourListDocument, description = "The hours", content_type = "application/json", example = json!({
         "hours": [
             { "time": "2026-06-21T12:00:00+02:00", "direct_normal_irradiance_w_m2": 700, "diffuse_horizontal_irradiance_w_m2": 130 },
             { "time": "2026-12-21T12:00:00+01:00", "direct_normal_irradiance_w_m2": 0, "diffuse_horizontal_irradiance_w_m2": 60 }
@@ -111,7 +111,7 @@ pub async fn honeybee_grid(
 pub async fn hours(app: App, Path((id, grid)): Path<(Uuid, String)>, body: Body) -> Result<Response, Problem> {
     let turn = permit(&app.permits.fluxes).await?;
     let posted = body.read(&turn).await?;
-    let hours = off_thread(turn.clone(), move |_| HoursDocument::from_value(posted.value)).await??;
+    let hours = off_thread(turn.clone(), move |_| HourListDocument::from_value(posted.value)).await??;
     let kept = kept_of_year(&grid_names(&app, id).await?);
     let made = read(&app, id, kept, move |results, _| {
         let year = results.year()?.ok_or_else(no_such_output)?;

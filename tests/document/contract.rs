@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
+use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::JobDocument;
 use skyduct::document::limits::{self, Limit};
 
@@ -25,7 +26,7 @@ fn examples_and_scenes_are_valid_as_written_and_as_understood() {
     assert!(documents.len() >= 14, "{}", documents.len());
     for (file, document) in documents {
         assert_eq!(schema::faults(&document), [""; 0], "{file}");
-        let understood = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+        let understood = JobDocument::from_files(document, &MeshFiles::beside(Path::new(&file))).unwrap();
         let understood = serde_json::to_value(understood).unwrap();
         assert_eq!(schema::faults(&understood), [""; 0], "{file}, all defaults filled in");
     }

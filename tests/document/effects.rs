@@ -1,14 +1,19 @@
 //! What the plan says of effects: reasons that do not contradict each other, bounds, warnings.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::errors::WarningCode;
-use skyduct::document::{JobDocument, to_scene};
+use skyduct::document::{JobDocument, ValidJob, to_scene};
 use skyduct::plan::{EffectKind, EffectPlan, EffectRequest, Effects};
 use skyduct::present::prepared::{Prepared, prepare};
 use skyduct::scene::Scene;
+
+fn example(file: &Path) -> ValidJob {
+    let value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    JobDocument::from_files(value, &MeshFiles::beside(file)).unwrap()
+}
 
 fn examples() -> Vec<PathBuf> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
@@ -50,7 +55,7 @@ fn check(scene: &Scene, effects: &Effects, what: &str) {
 #[test]
 fn reasons_do_not_contradict_each_other() {
     for file in examples() {
-        let document = JobDocument::parse(&std::fs::read(&file).unwrap()).unwrap();
+        let document = example(&file);
         let (scene, ..) = to_scene(&document, &MeshFiles::beside(&file)).unwrap();
         let electric = Scene { daylight: None, ..scene.clone() };
         let night = Scene { tubes: Vec::new(), ..scene.clone() };

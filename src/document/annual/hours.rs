@@ -14,7 +14,7 @@ use crate::sky::sun::UtcInstant;
 /// Hours of which the illuminances of a grid are asked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct HoursDocument {
+pub struct HourListDocument {
     /// Hours, 1 to 8784, in any order.
     pub hours: Vec<HourDocument>,
 }
@@ -50,7 +50,7 @@ pub struct ValidHour {
     pub irradiances: Irradiances,
 }
 
-impl HoursDocument {
+impl HourListDocument {
     /// Checks a request that was read as JSON. Errors report every fault, with pointers into the request.
     pub fn from_value(value: Value) -> Result<Vec<ValidHour>, DocumentErrors> {
         let mut checks = Checks::default();

@@ -12,7 +12,8 @@ from ruamel.yaml import YAML
 from skyduct_client import Client, models
 from skyduct_client.api.jobs import create_job, get_job, list_jobs, plan_job
 from skyduct_client.api.meshes import create_mesh
-from skyduct_client.api.results import get_annual, get_convergence, get_grid_csv, get_grid_json, get_tube_json
+from skyduct_client.api.models import create_model
+from skyduct_client.api.results import compute_annual_hours, get_annual, get_convergence, get_grid_csv, get_grid_json, get_tube_json
 from skyduct_client.api.weather import create_weather
 from skyduct_client.types import File
 
@@ -22,6 +23,7 @@ EVENTS = {
     "started": models.StartedEvent,
     "pass": models.PassReport,  # PassEvent is no more than this, and the generator leaves it out
     "image": models.ImageEvent,
+    "phase": models.PhaseEvent,
     "succeeded": models.SucceededEvent,
     "failed": models.FailedEvent,
     "cancelled": models.CancelledEvent,
@@ -75,6 +77,10 @@ def check(client, path):
             assert all(not isinstance(part, dict) for part in tube.parts.additional_properties.values())
         else:
             assert type(tube.diffuser).__name__.endswith("Diffuser"), tube.diffuser
+    if isinstance(document.room.hbjson, str):
+        model = upload(client, path.parent / document.room.hbjson, create_model)
+        assert model.report.rooms[0].faces > 4
+        document.room.hbjson = model.id
     if document.annual:
         weather = upload(client, path.parent / document.annual.weather, create_weather)
         assert weather.report.records > 0
@@ -102,6 +108,9 @@ def check(client, path):
     if document.annual:
         year = get_annual.sync(client=client, id=job.id)
         assert isinstance(year, models.AnnualResult) and year.grids[0].verdicts, year
+        hour = models.HourDocument("2026-06-21T12:00:00+02:00", 700.0, 130.0)
+        array = compute_annual_hours.sync(client=client, id=job.id, grid=document.grids[0].name, body=models.HourListDocument([hour]))
+        assert array.payload.read().startswith(b"\x93NUMPY"), array
     assert isinstance(get_convergence.sync(client=client, id=job.id), models.Convergence)
     print(f"  {path.name}: {', '.join(dict.fromkeys(names))}")
 

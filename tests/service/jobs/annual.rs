@@ -49,7 +49,9 @@ async fn a_year_from_weather_to_files() {
     assert_eq!(events[phase].data["phase"], "year");
     let report = service.get(&format!("{}/report", job["links"]["page"].as_str().unwrap()));
     let report = report.send().await.unwrap().text().await.unwrap();
-    for words in ["Over the year at Synthetic, ", "The year at Synthetic, 3650 occupied hours", "LEED v4.1", "/annual/autonomy."] {
+    for words in
+        ["Over the year at Synthetic, ", "The year at Synthetic, 3650 occupied hours", "LEED v4.1", "/annual/autonomy."]
+    {
         assert!(report.contains(words), "{words}: {report}");
     }
     other_hours(&service, &path, links[1]).await;
@@ -103,7 +105,10 @@ async fn other_hours(service: &TestService, path: &str, hours_csv: &str) {
         service.request(Method::POST, &format!("{path}/annual/hours/{grid}")).json(&body).send()
     };
     let answer = post(&grid, json!({ "hours": hours })).await.unwrap();
-    assert_eq!((answer.status(), answer.headers()["content-type"].to_str().unwrap()), (StatusCode::OK, "application/octet-stream"));
+    assert_eq!(
+        (answer.status(), answer.headers()["content-type"].to_str().unwrap()),
+        (StatusCode::OK, "application/octet-stream")
+    );
     let (header, found) = numbers(&answer.bytes().await.unwrap());
     let sensors = year.len() / 8760;
     assert!(places.len() > 8 && header.contains(&format!("'shape': ({sensors}, {})", places.len())), "{header}");

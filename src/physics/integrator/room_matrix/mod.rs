@@ -81,7 +81,7 @@ const SOBOL_PAIRS: u32 = 8;
 /// Numbers of points along an edge of a patch by which its direct light is computed where nothing can stand between, for points that are at
 /// least so many radii from the opening.
 const EDGES: [(f64, u64); 2] = [(8.0, 4), (3.0, 8)];
-/// The same for points that are nearer, and for cells.
+/// Number of points for sensors that are nearer, and for cells.
 const FINE_EDGE: u64 = 16;
 
 /// Number of paths of a sensor for each point of a patch, where something may stand between.
