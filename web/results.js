@@ -2,6 +2,7 @@
 import { values } from "./map.js";
 import { coverage, digits, halfWidth, thousands } from "./scale.js";
 import { state } from "./state.js";
+import { passed, verdicts } from "./year_tables.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
 /** @typedef {{ of: number, error: number | null | undefined }} Estimate */
@@ -66,7 +67,13 @@ export function numbers({ job, grid }) {
   );
   return html`<div class="blocks"><dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
     <table class="above"><caption>Area that has at least</caption><tbody>${above}</tbody></table>
-    ${tubes(job)}${origins({ job, grid })}</div>`;
+    ${tubes(job)}${origins({ job, grid })}</div>${criteria({ job, grid })}`;
+}
+
+/** Criteria that name the moment of the job. @param {Answer} answer */
+function criteria({ job, grid }) {
+  const of = job.grids?.find(({ name }) => name === grid?.name)?.verdicts ?? [];
+  return of.length ? html`<details class="criteria"><summary><h2>Criteria of this moment</h2> <small>${passed(of)}</small></summary>${verdicts(of)}</details>` : nothing;
 }
 
 /** Fluxes of the tubes. @param {Job} job */

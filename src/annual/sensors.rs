@@ -14,6 +14,8 @@ pub enum GridLight {
     ByResponses(Responses),
     /// Illuminances that were computed at every moment.
     AtMoments(SensorsAtMoments),
+    /// Responses to the tubes with Lambertian closures, and illuminances by the others that were computed at every moment.
+    Added(Responses, SensorsAtMoments),
 }
 
 /// Illuminances of the sensors of a grid that were computed at every moment of a year.
@@ -73,7 +75,7 @@ impl GridLight {
     pub fn bytes(&self) -> usize {
         match self {
             Self::ByResponses(_) => 0,
-            Self::AtMoments(sensors) => {
+            Self::AtMoments(sensors) | Self::Added(_, sensors) => {
                 sensors.rows.iter().map(|row| size_of_val(&*row.lux) + size_of_val(&*row.noise_lux)).sum()
             }
         }
@@ -83,7 +85,7 @@ impl GridLight {
     pub fn sensors(&self) -> usize {
         match self {
             Self::ByResponses(responses) => responses.sensors(),
-            Self::AtMoments(sensors) => sensors.rows.len(),
+            Self::AtMoments(sensors) | Self::Added(_, sensors) => sensors.rows.len(),
         }
     }
 
@@ -92,6 +94,7 @@ impl GridLight {
         match self {
             Self::ByResponses(responses) => responses.row(sensor, light),
             Self::AtMoments(sensors) => sensors.rows[sensor].clone(),
+            Self::Added(responses, sensors) => added(responses.row(sensor, light), &sensors.rows[sensor]),
         }
     }
 
@@ -100,6 +103,7 @@ impl GridLight {
         match self {
             Self::ByResponses(responses) => responses.mean(weights).row(0, light),
             Self::AtMoments(sensors) => sensors.mean(weights),
+            Self::Added(responses, sensors) => added(responses.mean(weights).row(0, light), &sensors.mean(weights)),
         }
     }
 
@@ -111,7 +115,9 @@ impl GridLight {
                 let value = 100.0 * responses.of_areas(sensor, overcast_m2);
                 Value { value, standard_error: value * relative_error }
             }
-            Self::AtMoments(sensors) => sensors.factors_percent.get(sensor).copied().unwrap_or_default(),
+            Self::AtMoments(sensors) | Self::Added(_, sensors) => {
+                sensors.factors_percent.get(sensor).copied().unwrap_or_default()
+            }
         }
     }
 
@@ -120,7 +126,7 @@ impl GridLight {
     pub fn direct_hours(&self, sensor: usize) -> Option<Value> {
         match self {
             Self::ByResponses(_) => Some(Value::default()),
-            Self::AtMoments(sensors) => sensors.direct_hours.get(sensor).copied(),
+            Self::AtMoments(sensors) | Self::Added(_, sensors) => sensors.direct_hours.get(sensor).copied(),
         }
     }
 
@@ -129,8 +135,20 @@ impl GridLight {
     pub fn mean_by_tube_lux(&self, sensor: usize, light: &RecordLight, records: usize) -> Vec<f64> {
         match self {
             Self::ByResponses(responses) => responses.mean_by_tube_lux(sensor, light, records),
-            Self::AtMoments(_) => Vec::new(),
+            Self::AtMoments(_) | Self::Added(..) => Vec::new(),
         }
+    }
+}
+
+/// Adds the light of other tubes to that of some; the errors that are the same in all records are independent of each other.
+fn added(one: LitRow, other: &LitRow) -> LitRow {
+    let sums = [&one, other].map(|row| row.lux.iter().sum::<f64>());
+    let error = libm::hypot(one.relative_error * sums[0], other.relative_error * sums[1]);
+    let whole = sums[0] + sums[1];
+    LitRow {
+        lux: one.lux.iter().zip(&other.lux).map(|(one, other)| one + other).collect(),
+        noise_lux: other.noise_lux.clone(),
+        relative_error: if whole > 0.0 { error / whole } else { 0.0 },
     }
 }
 

@@ -18,11 +18,12 @@ use crate::document::sky::LocationDocument;
 use crate::document::weather::notes_on;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, ValidJob, Warning};
 use crate::guide::sky_rings::SkyRings;
-use crate::integrator::diffuser_source::closure_source::all_lambertian;
+use crate::integrator::diffuser_source::closure_source::{all_lambertian, is_lambertian};
 use crate::integrator::moments::COEFFICIENTS;
 use crate::output::npy::Array;
+use crate::plan::YearMethod;
 use crate::scene::{Grid, Responses, Scene};
-use crate::sky::SkyMoment;
+use crate::sky::{self, SkyMoment};
 use crate::traceable::TraceableScene;
 
 /// Largest difference in degrees of the latitude and the longitude of a document and of its weather file.
@@ -38,6 +39,8 @@ pub(crate) struct AnnualJob {
     pub files: Vec<WeatherYear>,
     /// True if grids are computed at every moment, because some closure lets light pass with its direction.
     pub at_moments: bool,
+    /// True if grids have responses to the closures that are Lambertian, whose light is not computed at every moment.
+    pub by_responses: bool,
     /// Other daylight of each grid in lux, sensors x records.
     pub others: Vec<Option<Arc<Array>>>,
 }
@@ -74,6 +77,7 @@ impl AnnualJob {
         check_size(annual, &years, scene)?;
         check_tracing(traceable, years.iter().map(|year| year.lit.len()).sum())?;
         let at_moments = !all_lambertian(&traceable.tubes);
+        let by_responses = !at_moments || traceable.tubes.iter().any(is_lambertian);
         if at_moments {
             check_moments(&years, scene)?;
         }
@@ -81,15 +85,29 @@ impl AnnualJob {
         let others = scene.grids.iter().map(|grid| other_daylight(annual, grid, records, files));
         let others = others.collect::<Result<_, _>>()?;
         let rotation = document.room.rotation_deg.to_radians();
-        Ok(Some(Self { document: annual.clone(), rotation, files: years, at_moments, others }))
+        Ok(Some(Self { document: annual.clone(), rotation, files: years, at_moments, by_responses, others }))
     }
 
-    /// Adds to a scene what the year needs of its grids, where they are computed at every moment.
-    pub fn prepare(&self, scene: &mut Scene) {
+    /// Computes all light at every moment, if there are moments, because the room has no responses.
+    pub fn without_responses(&mut self, scene: &mut Scene) {
+        self.by_responses = false;
+        scene.grids.iter_mut().for_each(|grid| grid.responses = Responses::None);
+    }
+
+    /// Returns the way in which the illuminances are computed.
+    pub fn method(&self) -> YearMethod {
+        match (self.by_responses, self.at_moments) {
+            (true, true) => YearMethod::Both,
+            (false, true) => YearMethod::Moments,
+            (_, false) => YearMethod::Responses,
+        }
+    }
+
+    /// Adds the moments to a scene whose grids are computed at them.
+    pub fn add_moments(&self, scene: &mut Scene) {
         if !self.at_moments {
             return;
         }
-        scene.grids.iter_mut().for_each(|grid| grid.responses = Responses::None);
         let moment = |year: &WeatherYear, lit: &LitMoment| {
             let hours = lit.share / f64::from(year.weather.records_per_hour.max(1));
             // dirt on the tubes counts as if the sky were darker
@@ -104,7 +122,8 @@ impl AnnualJob {
             }
         };
         let of_year = |year: &WeatherYear| year.lit.iter().map(|lit| moment(year, lit)).collect();
-        scene.moments = Some(self.files.iter().map(of_year).collect());
+        let years = self.files.iter().map(of_year).collect();
+        scene.moments = Some(Arc::new(sky::Moments { years, of_directional_alone: self.by_responses }));
     }
 
     /// Returns the factor of the light of all tubes at a moment of a year.

@@ -16,7 +16,7 @@ use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::Method;
 use crate::integrator::components::Component;
 use crate::integrator::method::Task;
-use crate::plan::{self, EffectKind, Effects, Methods, Plan, YearMethod};
+use crate::plan::{self, EffectKind, Effects, Methods, Plan};
 use crate::scene::{Grid, MeshObject, Scene, TubeShape};
 use crate::traceable::TraceableScene;
 
@@ -76,10 +76,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
     warnings.extend(document::leave_out(document, &mut scene, effects.is_followed(EffectKind::Objects))?);
     still_wanted()?;
     warnings.extend(document::covered_openings(document, &traceable));
-    let annual = AnnualJob::read(document, meshes, (&scene, &traceable), &mut warnings)?;
-    if let Some(annual) = &annual {
-        annual.prepare(&mut scene);
-    }
+    let mut annual = AnnualJob::read(document, meshes, (&scene, &traceable), &mut warnings)?;
     still_wanted()?;
     let stop = document.stop_rule();
     let missing = effects.weigh(&scene, &traceable).into_iter();
@@ -92,6 +89,14 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
     let request = document.method.request();
     let methods =
         Methods::choose(&scene, &traceable, &request).map_err(|refusal| FieldError::refused("/method", refusal))?;
+    if let Some(annual) = &mut annual {
+        let has_responses =
+            annual.by_responses && methods.clone().with_responses(&Task::whole(&scene, &traceable), &request).is_ok();
+        if annual.at_moments && !has_responses {
+            annual.without_responses(&mut scene);
+        }
+        annual.add_moments(&mut scene);
+    }
     let task = Task::whole(&scene, &traceable);
     let methods = match scene.grids.iter().position(|grid| grid.components) {
         Some(grid) => {
@@ -118,8 +123,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
         true => methods.checked(&task).map_err(|refusal| FieldError::refused("/cross_check", refusal))?,
         false => methods,
     };
-    let of_year = |annual: &AnnualJob| if annual.at_moments { YearMethod::Moments } else { YearMethod::Responses };
-    let methods = Methods { year: annual.as_ref().map(of_year), ..methods };
+    let methods = Methods { year: annual.as_ref().map(AnnualJob::method), ..methods };
     let plan = Plan { guides: plan::guides::guides(&scene, &traceable), effects, methods };
     provenance.interreflection = traceable.interreflection;
     if let Some(sun) = &mut provenance.sun {

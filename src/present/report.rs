@@ -66,7 +66,7 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
         details: year
             .iter()
             .map(|year| year.criteria_table())
-            .chain([tubes(job), method(job), effects(job), notes(job)])
+            .chain([criteria(job), tubes(job), method(job), effects(job), notes(job)])
             .collect(),
         footer,
     })
@@ -130,6 +130,23 @@ fn grids(job: &Value) -> SheetPart {
         ["grid", "mean, lx", "median, lx", "minimum, lx", "maximum, lx", "uniformity", "daylight factor, %", "target"];
     let sky = if job["document"]["annual"].is_object() { " below an overcast sky of 10 000 lx" } else { "" };
     table(format!("Illuminance{sky}; ± is the half-width of the 95 % confidence interval"), &head, rows)
+}
+
+/// Makes the table of the criteria that name the moment of the job.
+fn criteria(job: &Value) -> SheetPart {
+    let of_grid = |grid: &Value| -> Vec<Vec<String>> {
+        let number = |of: &Value| of.as_f64().map_or_else(String::new, |number| significant(number, 4));
+        let row = |verdict: &Value| {
+            let found =
+                format!("{} ({} to {})", number(&verdict["value"]), number(&verdict["low"]), number(&verdict["high"]));
+            let criterion = format!("{}, {}", text(&verdict["scheme"]), text(&verdict["clause"]));
+            vec![criterion, found, number(&verdict["limit"]), text(&verdict["verdict"]).to_owned()]
+        };
+        list(&grid["verdicts"]).iter().map(row).collect()
+    };
+    let rows: Vec<Vec<String>> = list(&job["grids"]).iter().take(1).flat_map(of_grid).collect();
+    let head = ["criterion of this moment", "found", "asked", "outcome"];
+    table("Criteria that name this moment".to_owned(), &head, rows.into_iter())
 }
 
 fn tubes(job: &Value) -> SheetPart {

@@ -5,7 +5,10 @@ use skyduct::annual::weather::Record;
 use skyduct::document::result::annual::{GridYearResult, WithInterval, YearResult};
 use skyduct::document::result::weather_files::AnnualResult;
 use skyduct::document::{FileSource, JobDocument};
+use skyduct::engine::progress::StoppedBy;
+use skyduct::engine::spent::Spent;
 use skyduct::output::npy;
+use skyduct::plan::YearMethod;
 use skyduct::present::outputs::{Annual, Format, Honeybee, Output};
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::{Kept, ResultReader as _};
@@ -92,6 +95,7 @@ fn points_of_the_thesis_room_agree_with_another_program() {
         ["sky", "time", "location", "views"].iter().for_each(|field| drop(fields.remove(*field)));
         document["method"] = json!("auto");
         document["annual"] = json!({ "weather": "synthetic.epw", "thresholds_lux": [100, 200] });
+        document["stop"] = json!({ "relative_error": 0.005 });
     });
     let points: Value =
         serde_json::from_slice(&file(&prepared, 32, Annual::Points(prepared.grids()[0].name.clone()), Format::Json))
@@ -209,8 +213,8 @@ fn periods_factors_and_places() {
     assert_eq!(refused(&clear), "/annual");
 }
 
-/// Compares a year by responses with the same year traced moment by moment, for which a second tube calls whose clear closure passes nothing:
-/// metrics agree within four combined standard errors, lumens to the bit; there is no direct sun.
+/// Compares a year by responses with the same year traced moment by moment, for which a second tube calls whose clear closure passes nothing,
+/// by a method that tells no responses: metrics agree within four combined standard errors, lumens to the bit; there is no direct sun.
 #[test]
 fn a_year_moment_by_moment_is_the_same() {
     let mut by_responses = classroom();
@@ -223,10 +227,18 @@ fn a_year_moment_by_moment_is_the_same() {
     opaque["diffuser"] = json!({ "kind": "clear", "transmittance": 0.0 });
     at_moments["tubes"].as_array_mut().unwrap().push(opaque);
     at_moments["stop"] = json!({ "relative_error": 0.02 });
+    at_moments["method"] = json!("light_tracing");
+    assert_eq!(prepared(&at_moments).plan.methods.year, Some(YearMethod::Moments));
     let [expected, found] =
         [(&by_responses, 8), (&at_moments, 4)].map(|(document, passes)| summary(&prepared(document), passes));
     assert_eq!(found.tubes[0].klm_h.value, expected.tubes[0].klm_h.value);
     assert_eq!((found.tubes[1].klm_h.value, found.grids[0].ase_percent), (0.0, Some(0.0)));
+    assert_same(&found, &expected);
+}
+
+/// Fails unless the metrics of the first grid agree within four combined standard errors.
+#[track_caller]
+fn assert_same(found: &YearResult, expected: &YearResult) {
     let values = |result: &YearResult| {
         let grid = &result.grids[0];
         let udi = [&grid.udi.below_percent, &grid.udi.supplementary_percent, &grid.udi.autonomous_percent];
@@ -235,11 +247,30 @@ fn a_year_moment_by_moment_is_the_same() {
         all.cloned().collect::<Vec<WithInterval>>()
     };
     let error = |value: &WithInterval| (value.high - value.low) / (2.0 * 1.959_964);
-    for (found, expected) in values(&found).iter().zip(&values(&expected)) {
+    for (found, expected) in values(found).iter().zip(&values(expected)) {
         let tolerance = 4.0 * error(found).hypot(error(expected));
         assert!((found.value - expected.value).abs() <= tolerance, "{found:?} {expected:?}");
         assert!(error(found) < 0.05 * expected.value.max(2.0), "{found:?}");
     }
+}
+
+/// A Lambertian and a clear closure in one room: the light of one by responses and of the other moment by moment, added, is that of all
+/// moments traced through both.
+#[test]
+fn tubes_of_both_kinds_are_added() {
+    let mut added = classroom();
+    added["tubes"] = json!([added["tubes"][0], added["tubes"][3]]);
+    added["tubes"][1]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.5 });
+    added["grids"][0]["cells"] = json!([3, 2]);
+    added["annual"]["period"] = json!({ "from": "03-10", "to": "04-10" });
+    added["stop"] = json!({ "relative_error": 0.02 });
+    let mut traced = added.clone();
+    traced["method"] = json!("light_tracing");
+    let found = [&added, &traced].map(prepared);
+    assert_eq!([&found[0], &found[1]].map(|of| of.plan.methods.year), [Some(YearMethod::Both), Some(YearMethod::Moments)]);
+    let [found, expected] = [&found[0], &found[1]].map(|prepared| summary(prepared, 6));
+    assert_same(&found, &expected);
+    assert_eq!(found.grids[0].ase_percent.is_some(), expected.grids[0].ase_percent.is_some());
 }
 
 /// Checks that a year of traced moments is made again from the files that are kept of it, to what single precision leaves.
@@ -349,6 +380,43 @@ fn several_weather_files_have_a_year_each() {
     let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     let refused = prepare_document(&parsed, &Folder).err().unwrap();
     assert_eq!(refused.0[0].pointer, "/annual/weather/2");
+}
+
+/// Criteria that name a single moment are judged without a year, at these moments and under clear skies alone.
+#[test]
+fn moments_of_criteria_are_judged_without_a_year() {
+    let mut document = classroom();
+    document.as_object_mut().unwrap().remove("annual");
+    document["location"] = json!({ "latitude_deg": 55.77, "longitude_deg": 12.5 });
+    let judged = |time: &str, cie_type: u8| -> Vec<(String, f64, f64, f64)> {
+        let mut document = document.clone();
+        document["time"] = json!(time);
+        document["sky"] = json!({ "cie_type": cie_type });
+        let prepared = prepared(&document);
+        let estimate = first_passes(&prepared, 8);
+        let summary = prepared.summary(&estimate, Spent::NOTHING.clone(), StoppedBy::RelativeError);
+        let verdicts = &summary.grids.unwrap()[0].verdicts;
+        verdicts.iter().map(|of| (of.scheme.clone(), of.limit, of.low, of.high)).collect()
+    };
+    let leed = judged("2026-09-20T15:00:00+02:00", 12);
+    assert!(
+        leed.iter()
+            .map(|(scheme, limit, ..)| (scheme.as_str(), *limit))
+            .eq([55.0, 75.0, 90.0].map(|limit| ("LEED v4.1", limit)))
+    );
+    assert!(leed.iter().all(|(_, _, low, high)| 0.0 <= *low && low <= high && *high <= 100.0));
+    let nbr = judged("2026-04-23T09:30:00-03:00", 1);
+    assert!(
+        nbr.iter()
+            .map(|(scheme, limit, ..)| (scheme.as_str(), *limit))
+            .eq([60.0, 90.0, 120.0].map(|limit| ("ABNT NBR 15575", limit)))
+    );
+    assert!(nbr.iter().all(|(_, _, low, high)| 0.0 < *low && *low < *high && *high < 1.1 * low));
+    for (time, cie_type) in
+        [("2026-09-20T15:00:00+02:00", 1), ("2026-09-20T14:00:00+02:00", 12), ("2026-04-23T09:30:30-03:00", 1)]
+    {
+        assert_eq!(judged(time, cie_type), [], "{time}");
+    }
 }
 
 /// Moments of two files are traced together: the year of the first has the bits that it has alone, that of half the light about half of it.

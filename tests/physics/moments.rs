@@ -8,7 +8,7 @@ use skyduct::integrator::moments::{AtMoments, DIRECT_LUX, columns, columns_of_al
 use skyduct::optics::{DiffuserZone, Surface};
 use skyduct::scene::{Daylight, EstimateKind, Face, Grid, Scene, Sensor, StraightOrBent, Tube, TubeShape};
 use skyduct::sky::zenith::ZenithFormula;
-use skyduct::sky::{CieType, Horizon, Sky, SkyDistribution, SkyMoment, Sun, direction};
+use skyduct::sky::{CieType, Horizon, Moments as YearsOf, Sky, SkyDistribution, SkyMoment, Sun, direction};
 use skyduct::statistics::Moments;
 
 use crate::scenes::{
@@ -44,7 +44,12 @@ fn at_moments(scene: &Scene, under: &dyn Fn(&mut Scene, &Daylight)) -> Vec<Momen
     under(&mut scene, &overcast);
     let overcast = scene;
     let method = light_tracing(&overcast, 256, 3);
-    let method = AtMoments::<1>::new(method, (&traceable(&overcast), &overcast.grids), [moments()].into(), (5, 0.002));
+    let method = AtMoments::<1>::new(
+        method,
+        (&traceable(&overcast), &overcast.grids),
+        Arc::new(YearsOf { years: vec![moments()], of_directional_alone: false }),
+        (5, 0.002),
+    );
     run(&overcast, &method, 8).grids[0].moments.clone()
 }
 
@@ -160,10 +165,12 @@ fn sums_over_moments() {
     };
     // 0.8 pass the closure
     let lit = DIRECT_LUX / 0.8;
-    let years: Arc<[Vec<SkyMoment>]> =
-        [vec![moment(1.05 * lit, 2.0), moment(0.95 * lit, 1.0), moment(2.0 * lit, 0.5)], vec![moment(3.0 * lit, 0.25)]]
-            .into();
+    let years = vec![
+        vec![moment(1.05 * lit, 2.0), moment(0.95 * lit, 1.0), moment(2.0 * lit, 0.5)],
+        vec![moment(3.0 * lit, 0.25)],
+    ];
     let all = columns_of_all(&years);
+    let years = Arc::new(YearsOf { years, of_directional_alone: false });
     let method =
         AtMoments::<1>::new(light_tracing(&scene, 256, 3), (&traceable(&scene), &scene.grids), years, (5, 0.05));
     let values = run(&scene, &method, 2).grids[0].moments.clone();

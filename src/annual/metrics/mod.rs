@@ -7,6 +7,7 @@ pub mod area;
 pub mod dimming;
 pub mod en17037;
 pub mod glare;
+pub mod moment;
 pub mod points;
 pub mod schemes;
 

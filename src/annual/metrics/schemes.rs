@@ -61,10 +61,10 @@ pub const LEED_HOURS: [f64; 2] = [9.0, 15.0];
 pub const LEED_DAYS: [[(u8, u8); 2]; 2] = [[(3, 6), (4, 5)], [(9, 6), (10, 6)]];
 
 /// Shares of the area in percent for numbers of points.
-const LEED_SHARES: [(&str, f64); 3] = [("1 point", 55.0), ("2 points", 75.0), ("3 points", 90.0)];
+pub(super) const LEED_SHARES: [(&str, f64); 3] = [("1 point", 55.0), ("2 points", 75.0), ("3 points", 90.0)];
 
 /// Illuminances in lux at the middle of a room by ABNT NBR 15575, at four moments.
-const NBR: [(&str, f64); 3] = [("minimum", 60.0), ("intermediate", 90.0), ("superior", 120.0)];
+pub(super) const NBR: [(&str, f64); 3] = [("minimum", 60.0), ("intermediate", 90.0), ("superior", 120.0)];
 
 /// Month, day and hour of these moments.
 pub const NBR_MOMENTS: [(u8, u8, f64); 4] = [(4, 23, 9.5), (4, 23, 15.5), (10, 23, 9.5), (10, 23, 15.5)];

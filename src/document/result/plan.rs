@@ -60,7 +60,7 @@ pub struct MethodsResult {
 /// Computation of the illuminances of a year.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct YearMethodResult {
-    /// Name of the computation: `responses` or `moments`.
+    /// Name of the computation: `responses`, `moments`, or `responses_and_moments` where both are added.
     pub name: String,
     /// Reason for this computation, as a sentence.
     pub reason: String,

@@ -4,6 +4,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use super::annual::VerdictResult;
 use super::cross_check::CrossCheckResult;
 use super::energy::EnergyResult;
 use super::grid::{ExternalIlluminance, GridStatistics};
@@ -91,4 +92,8 @@ pub struct GridInShort {
     /// Standard error of the mean over the grid in lux, as in `statistics`: it includes bias and the choice of fixed points. Null
     /// before the second pass.
     pub mean_standard_error_lux: Option<f64>,
+    /// Criteria of schemes that name the moment of the job, such as 9:00 of a clear day at the equinox; absent where none does.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub verdicts: Vec<VerdictResult>,
 }

@@ -38,6 +38,15 @@ pub fn day_of_year(time: &str) -> Option<u16> {
     u16::try_from(jiff::tz::Offset::UTC.to_datetime(timestamp).date().day_of_year()).ok()
 }
 
+/// Returns month, day and hour that a clock shows at a time in RFC 3339 with an offset; `None` for other texts.
+pub fn clock(time: &str) -> Option<(u8, u8, f64)> {
+    let begin = time.find(['T', 't'])? + 1;
+    let offset = time.get(begin..)?.find(['Z', 'z', '+', '-'])?;
+    let civil = DateTime::from_str(time.get(..begin + offset)?).ok()?;
+    let hour = f64::from(civil.hour()) + f64::from(civil.minute()) / 60.0 + f64::from(civil.second()) / 3600.0;
+    Some((u8::try_from(civil.month()).ok()?, u8::try_from(civil.day()).ok()?, hour))
+}
+
 /// Parses a local date and time in RFC 3339 without an offset, with or without seconds. The error is a sentence for the user.
 pub fn local(time: &str) -> Result<DateTime, String> {
     let shape = "must be a local date and time, such as 2011-09-15T15:00";

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use crate::guide::{Guide, RayCount};
 use crate::integrator::backward::unscattered::{toward_outside, unscattered_sun};
+use crate::integrator::diffuser_source::closure_source::is_lambertian;
 use crate::integrator::light_tracing::{LightTracing, add_some_beams, refuses_points};
 use crate::integrator::method::{Refusal, RefusalCode, Task};
 use crate::integrator::pass_size::PassSize;
@@ -28,8 +29,8 @@ use crate::integrator::{GridPass, Integrator, Pass};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Grid, Sensor};
 use crate::sky::patches::SkyPatches;
-use crate::sky::{OutsidePart, SkyMoment, Sun};
-use crate::traceable::TraceableScene;
+use crate::sky::{Moments, OutsidePart, SkyMoment, Sun};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Number of values of each sensor after those of the moments.
 pub const SUMMARIES: usize = 2;
@@ -95,7 +96,7 @@ pub fn columns_of_all(years: &[Vec<SkyMoment>]) -> usize {
 pub struct AtMoments<const C: usize> {
     method: Box<dyn Integrator>,
     tracing: LightTracing<C>,
-    years: Arc<[Vec<SkyMoment>]>,
+    moments: Arc<Moments>,
     patches: SkyPatches,
     /// Luminances in cd/m2 that the coefficients belong to, moment by moment; computed in the first pass.
     luminances: OnceLock<Vec<Vec<f64>>>,
@@ -109,13 +110,13 @@ impl<const C: usize> AtMoments<C> {
     pub fn new(
         method: Box<dyn Integrator>,
         (scene, grids): (&Arc<TraceableScene>, &[Grid]),
-        years: Arc<[Vec<SkyMoment>]>,
+        moments: Arc<Moments>,
         (seed, target): (u64, f64),
     ) -> Self {
         Self {
             method,
             tracing: LightTracing::emitting(scene.clone(), Emission::default(), grids, target, seed),
-            years,
+            moments,
             patches: SkyPatches::new(DIVISION),
             luminances: OnceLock::new(),
             photons: [PHOTONS, PATCH_PHOTONS].map(|size| size.power_of_two(target)),
@@ -131,15 +132,15 @@ impl<const C: usize> AtMoments<C> {
             (!cancel.load(Ordering::Relaxed))
                 .then(|| self.sunlight(key.stream(Stream::OfMoment, number as u64), moment))
         };
-        let moments: Vec<&SkyMoment> = self.years.iter().flatten().collect();
+        let moments: Vec<&SkyMoment> = self.moments.years.iter().flatten().collect();
         let suns: Option<Vec<Light>> = moments.par_iter().copied().enumerate().map(of_moment).collect();
         let suns = suns?;
         rays += suns.iter().map(|sun| sun.rays).sum::<RayCount>();
         let luminances = self.luminances.get_or_init(|| luminances(&moments, &self.patches));
         let of_sensor = |(sensor, coefficients): (usize, &Vec<f64>)| {
-            let mut values = Vec::with_capacity(columns_of_all(&self.years));
+            let mut values = Vec::with_capacity(columns_of_all(&self.moments.years));
             let mut lit = suns.iter().zip(luminances);
-            for year in self.years.iter() {
+            for year in self.moments.years.iter() {
                 let [mut exposure, mut direct_hours] = [0.0; 2];
                 for (moment, (sun, luminances)) in year.iter().zip(&mut lit) {
                     let of_sun = |lux: &[f64]| lux.get(sensor).copied().unwrap_or(0.0);
@@ -168,7 +169,11 @@ impl<const C: usize> AtMoments<C> {
                     return None;
                 }
                 let key = key.stream(Stream::OfPatch, (part as usize * PATCHES + number) as u64);
-                Some(self.by_photons(key, |photons| Emission::of_patch(scene, patch, part, photons), photons))
+                Some(self.by_photons(
+                    key,
+                    |photons| Emission::of_patch(scene, (patch, part), |tube| self.counts(tube), photons),
+                    photons,
+                ))
             };
             self.patches.all().par_iter().enumerate().map(of_patch).collect()
         };
@@ -210,6 +215,11 @@ impl<const C: usize> AtMoments<C> {
         Some((coefficients, rays))
     }
 
+    /// True if the light of a tube counts.
+    fn counts(&self, tube: &TraceableTube) -> bool {
+        !(self.moments.of_directional_alone && is_lambertian(tube))
+    }
+
     /// Computes the light of the sun of a moment.
     fn sunlight(&self, key: Key, moment: &SkyMoment) -> Light {
         let LightTracing { scene, sensors, looks_up, .. } = &self.tracing;
@@ -217,7 +227,8 @@ impl<const C: usize> AtMoments<C> {
             return Light::default();
         }
         let sun = Sun { direction: moment.sun, normal_illuminance_lux: moment.direct_normal_lux };
-        let mut light = self.by_photons(key, |photons| Emission::of_sun(scene, sun, photons), self.photons[0]);
+        let emission = |photons| Emission::of_sun(scene, sun, |tube| self.counts(tube), photons);
+        let mut light = self.by_photons(key, emission, self.photons[0]);
         for plane in sensors.iter().filter(|plane| !plane.average) {
             for index in 0..plane.len() {
                 let sensor = plane.first + index;
@@ -313,7 +324,7 @@ impl<const C: usize> Integrator for AtMoments<C> {
         let mut start = self.method.start();
         start.grids.resize(self.tracing.planes(), GridPass::default());
         for (grid, plane) in start.grids.iter_mut().zip(&self.tracing.sensors) {
-            grid.moments = vec![0.0; plane.len() * columns_of_all(&self.years)];
+            grid.moments = vec![0.0; plane.len() * columns_of_all(&self.moments.years)];
         }
         start
     }

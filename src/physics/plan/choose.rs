@@ -37,6 +37,8 @@ pub enum YearMethod {
     Responses,
     /// Light tracing at every moment.
     Moments,
+    /// Responses to Lambertian closures, and light tracing at every moment of the light of the others, added.
+    Both,
 }
 
 impl YearMethod {
@@ -45,6 +47,7 @@ impl YearMethod {
         match self {
             Self::Responses => "responses",
             Self::Moments => "moments",
+            Self::Both => "responses_and_moments",
         }
     }
 
@@ -58,6 +61,11 @@ impl YearMethod {
             Self::Moments => {
                 "a closure lets light pass with its direction, so that the sun of every moment is traced from its place; \
                  the sky by 577 patches"
+            }
+            Self::Both => {
+                "some closures are Lambertian: their light is the responses of the room times the lumens of the tubes; \
+                 others let light pass with its direction: the sun of every moment is traced from its place through these \
+                 alone, and their sky by 577 patches; both are added"
             }
         }
     }

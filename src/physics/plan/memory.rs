@@ -105,7 +105,7 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         // grids and views are computed in turn
         bytes.working = bytes.working.max(method.working_bytes(&load(scene.views.len())));
     }
-    if let Some(years) = &scene.moments {
+    if let Some(years) = scene.moments.as_ref().map(|moments| &moments.years) {
         let sensors = scene.grids.iter().map(Grid::len).sum::<usize>() as f64;
         let moments: usize = years.iter().map(Vec::len).sum();
         bytes.grids += sensors * moments::columns_of_all(years) as f64 * (COPIES * MOMENTS + VALUES_OF_PASS);

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use crate::sky::zenith::ZenithFormula;
 use crate::sky::{Horizon, Surroundings};
-use crate::sky::{Sky, SkyMoment, Sun};
+use crate::sky::{Moments, Sky, Sun};
 
 pub use camera::View;
 pub use enclosure::{BoxShape, Enclosure, EnclosureError, EnclosureFace, Face, FaceKind};
@@ -36,7 +36,7 @@ pub struct Scene {
     /// Sky and sun; `None` with electric light alone.
     pub daylight: Option<Daylight>,
     /// Moments at which the grids are computed, too, each with its own sky and sun; `None` where none are requested.
-    pub moments: Option<Arc<[Vec<SkyMoment>]>>,
+    pub moments: Option<Arc<Moments>>,
     /// The room, with everything that stands or hangs in it.
     pub room: Room,
     /// Tubes above the room, in the document's order; results name them by their index.

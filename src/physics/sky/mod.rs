@@ -22,7 +22,7 @@ use glam::DVec3;
 pub use cie::{CieType, SkyDistribution};
 pub use horizon::Horizon;
 pub use ies::IesSky;
-pub use moment::SkyMoment;
+pub use moment::{Moments, SkyMoment};
 pub use obstruction::Obstruction;
 pub use perez::{Irradiances, PerezSky};
 pub use sun::Sun;

@@ -20,3 +20,12 @@ pub struct SkyMoment {
     /// Hours of these in which the room is occupied.
     pub occupied_hours: f64,
 }
+
+/// Moments of several years at which grids are computed.
+#[derive(Clone, Debug, Default)]
+pub struct Moments {
+    /// Moments of each year.
+    pub years: Vec<Vec<SkyMoment>>,
+    /// True for the light of the closures alone that let some pass with its direction: that of Lambertian ones is known by responses.
+    pub of_directional_alone: bool,
+}

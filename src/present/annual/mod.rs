@@ -26,8 +26,10 @@ use crate::document::result::annual::YearResult;
 use crate::document::result::{ExternalIlluminance, GridResult, TubeResponse};
 use crate::engine::annual::WeatherYear;
 use crate::engine::prepare::RenderJob;
+use crate::integrator::diffuser_source::closure_source::is_lambertian;
 use crate::integrator::moments::columns;
 use crate::output::npy::Array;
+use crate::plan::YearMethod;
 use crate::scene::{EstimateKind, FaceKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -99,9 +101,12 @@ impl JobYear {
         let grids = job.scene.grids.iter().zip(&annual.others).zip(results);
         let grids: Vec<GridOfYear> = grids
             .map(|((grid, other), (result, moments))| {
-                let lights = match annual.at_moments {
-                    true => at_moments(grid, &result, &annual.files, &moments),
-                    false => vec![GridLight::ByResponses(responses_of(&result, &radii))],
+                let responses = || responses_of(&result, &job.traceable.tubes, &radii);
+                let at_moments = || at_moments(grid, &result, &annual.files, &moments).into_iter();
+                let lights = match annual.method() {
+                    YearMethod::Responses => vec![GridLight::ByResponses(responses())],
+                    YearMethod::Moments => at_moments().map(GridLight::AtMoments).collect(),
+                    YearMethod::Both => at_moments().map(|of| GridLight::Added(responses(), of)).collect(),
                 };
                 GridOfYear::new(grid, result, (lights, other.clone()), &job.traceable)
             })
@@ -225,7 +230,7 @@ impl GridOfYear {
 }
 
 /// Converts the values of a grid at all moments of each weather file, with raised errors; its daylight factors are those of its result.
-fn at_moments(grid: &Grid, result: &GridResult, files: &[WeatherYear], values: &[Value]) -> Vec<GridLight> {
+fn at_moments(grid: &Grid, result: &GridResult, files: &[WeatherYear], values: &[Value]) -> Vec<SensorsAtMoments> {
     let ExternalIlluminance { sky, sun } = result.external_horizontal_illuminance_lux;
     let raise = raise(result);
     let raised = |value: &Value| Value { standard_error: raise * value.standard_error, ..*value };
@@ -244,7 +249,7 @@ fn at_moments(grid: &Grid, result: &GridResult, files: &[WeatherYear], values: &
         first = own.end;
         let values: Vec<Value> = values.chunks_exact(all).flat_map(|row| &row[own.clone()]).map(raised).collect();
         let are_cells = grid.estimate == EstimateKind::CellAverage;
-        GridLight::AtMoments(SensorsAtMoments::new(&file.lit, &values, are_cells, factors.clone()))
+        SensorsAtMoments::new(&file.lit, &values, are_cells, factors.clone())
     };
     files.iter().map(of_file).collect()
 }
@@ -254,8 +259,9 @@ fn raise(result: &GridResult) -> f64 {
     result.coverage_factor.map_or(1.0, |factor| factor / CONFIDENT)
 }
 
-/// Converts the responses of a grid's result, with raised errors; the last of them is that to all tubes together.
-fn responses_of(result: &GridResult, radii: &[f64]) -> Responses {
+/// Converts the responses of a grid's result, with raised errors; the last of them is that to all tubes together. Tubes whose closures are not
+/// Lambertian have none.
+fn responses_of(result: &GridResult, tubes: &[TraceableTube], radii: &[f64]) -> Responses {
     let (results, raise) = (result.tube_responses.as_deref().unwrap_or_default(), raise(result));
     let flat = |rows: &[Vec<Option<f64>>]| -> Vec<f64> {
         rows.iter().flatten().map(|value| value.unwrap_or_default()).collect()
@@ -271,7 +277,10 @@ fn responses_of(result: &GridResult, radii: &[f64]) -> Responses {
             .map(|(error, value)| error.map_or(value, |error| raise * error))
             .collect()
     };
-    let of_tube = |(result, radius): (&TubeResponse, &f64)| -> Vec<Response> {
+    let of_tube = |((result, radius), tube): ((&TubeResponse, &f64), &TraceableTube)| -> Vec<Response> {
+        if !is_lambertian(tube) {
+            return vec![Response::default(); result.lux_per_lumen.iter().map(Vec::len).sum()];
+        }
         let moments: Vec<Vec<f64>> = result.moments.iter().map(|rows| flat(rows)).collect();
         let gradient = |sensor: usize| match &moments[..] {
             [along_x, along_y] => DVec2::new(along_x[sensor], along_y[sensor]) * (4.0 / radius),
@@ -285,7 +294,7 @@ fn responses_of(result: &GridResult, radii: &[f64]) -> Responses {
         };
         values.enumerate().map(response).collect()
     };
-    let tubes: Vec<Vec<Response>> = results.iter().zip(radii).map(of_tube).collect();
+    let tubes: Vec<Vec<Response>> = results.iter().zip(radii).zip(tubes).map(of_tube).collect();
     let errors_of_all = results.get(radii.len()).map(errors).unwrap_or_default();
     Responses::new(tubes, &errors_of_all)
 }

@@ -127,17 +127,22 @@ impl Emission {
         Self::shared(sources, photons)
     }
 
-    /// Divides `photons` from the sun in place of the scene's own sky and sun among all tubes.
-    pub fn of_sun(scene: &TraceableScene, sun: Sun, photons: u64) -> Self {
+    /// Divides `photons` from the sun in place of the scene's own sky and sun among the tubes that `counts` selects.
+    pub fn of_sun(scene: &TraceableScene, sun: Sun, counts: impl Fn(&TraceableTube) -> bool, photons: u64) -> Self {
         let before = |tube: &TraceableTube| tube.before(sun);
-        let tubes = scene.tubes.iter().enumerate();
+        let tubes = scene.tubes.iter().enumerate().filter(|(_, tube)| counts(tube));
         let sources = tubes.filter_map(|(index, tube)| of_sun(index, tube, before(tube)?));
         Self::shared(sources.collect(), photons)
     }
 
-    /// Divides `photons` from a patch of the sky, or from its mirror image on the ground, among all tubes, in place of the scene's own sky and
-    /// sun. They come from one part of the outside, which has 1 cd/m2 times its share.
-    pub fn of_patch(scene: &TraceableScene, patch: &SkyPatch, part: OutsidePart, photons: u64) -> Self {
+    /// Divides `photons` from a patch of the sky, or from its mirror image on the ground, among the tubes that `counts` selects, in place of
+    /// the scene's own sky and sun. They come from one part of the outside, which has 1 cd/m2 times its share.
+    pub fn of_patch(
+        scene: &TraceableScene,
+        (patch, part): (&SkyPatch, OutsidePart),
+        counts: impl Fn(&TraceableTube) -> bool,
+        photons: u64,
+    ) -> Self {
         let source = |(tube, of_tube): (usize, &TraceableTube)| {
             let is_there = match (part, &of_tube.surroundings) {
                 (OutsidePart::Sky, _) => true,
@@ -151,7 +156,8 @@ impl Emission {
             let area = expected_area_m2(of_tube, patch.toward).max(LEAST_AREA * of_tube.pipe_area_m2());
             is_there.then(|| (EmissionSource::Patch { tube, patch: *patch, part }, patch.solid_angle_sr * area))
         };
-        Self::shared(scene.tubes.iter().enumerate().filter_map(source).collect(), photons)
+        let tubes = scene.tubes.iter().enumerate().filter(|(_, tube)| counts(tube));
+        Self::shared(tubes.filter_map(source).collect(), photons)
     }
 
     /// Divides `photons` among sources, mostly in proportion to the flux in lm that is expected of each.

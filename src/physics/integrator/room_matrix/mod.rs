@@ -5,7 +5,7 @@
 //! patch is a mean over points of it. One replicate is one estimate of the whole matrix; a job averages the replicates. The product with the
 //! lumens of the patches is the light of any sky.
 //!
-//! **Refuses** closures without a Lambertian part, for responses to whole openings also those that are Lambertian only in part, and sensors within a radius of an opening. Patches of an opening consist of the parts
+//! **Refuses** rooms without closures that have a Lambertian part, or, for responses to whole openings, that are Lambertian, and sensors within a radius of an opening. Patches of an opening consist of the parts
 //! that lie in the Lambertian zone (docs/physics/measurement_equation.md#responses).
 //!
 //! **Sources.** The matrix of a room that is used again for other skies is that of daylight coefficients (Tregenza and Waters 1983), and
@@ -19,7 +19,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::GridPass;
-use super::diffuser_source::closure_source::refuses_all_but_lambertian;
+use super::diffuser_source::closure_source::{is_lambertian, refuses_all_but_lambertian};
 use crate::guide::{Guide, RayCount, StraightGuide};
 use crate::integrator::backward::pass::{each, lifted};
 use crate::integrator::backward::walk::Walk;
@@ -49,10 +49,10 @@ const PATHS_TO_PATCHES: u32 = 128;
 /// Returns the reason why a room has no matrix for some grids, if there is one.
 pub fn refuses(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
-    let is_lambertian = |tube: &TraceableTube| tube.even_zone().is_some();
-    // a whole opening has one response only where all of its light leaves alike
     let of_whole = task.grids.iter().any(|grid| grid.responses == Responses::ToTubes);
-    if of_whole || (!scene.tubes.is_empty() && !scene.tubes.iter().any(is_lambertian)) {
+    // a whole opening has one response only where all of its light leaves alike
+    let has_response = |tube: &TraceableTube| if of_whole { is_lambertian(tube) } else { tube.even_zone().is_some() };
+    if !scene.tubes.is_empty() && !scene.tubes.iter().any(has_response) {
         let refusal = refuses_all_but_lambertian(&scene.tubes);
         if refusal.is_some() {
             return refusal;
