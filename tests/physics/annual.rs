@@ -233,12 +233,12 @@ fn a_year_moment_by_moment_is_the_same() {
         [(&by_responses, 8), (&at_moments, 4)].map(|(document, passes)| summary(&prepared(document), passes));
     assert_eq!(found.tubes[0].klm_h.value, expected.tubes[0].klm_h.value);
     assert_eq!((found.tubes[1].klm_h.value, found.grids[0].ase_percent), (0.0, Some(0.0)));
-    assert_same(&found, &expected);
+    assert_same(&found, &expected, 0.05);
 }
 
-/// Fails unless the metrics of the first grid agree within four combined standard errors.
+/// Fails unless the metrics of the first grid agree within four combined standard errors, which must be below a fraction of the values.
 #[track_caller]
-fn assert_same(found: &YearResult, expected: &YearResult) {
+fn assert_same(found: &YearResult, expected: &YearResult, most: f64) {
     let values = |result: &YearResult| {
         let grid = &result.grids[0];
         let udi = [&grid.udi.below_percent, &grid.udi.supplementary_percent, &grid.udi.autonomous_percent];
@@ -250,7 +250,7 @@ fn assert_same(found: &YearResult, expected: &YearResult) {
     for (found, expected) in values(found).iter().zip(&values(expected)) {
         let tolerance = 4.0 * error(found).hypot(error(expected));
         assert!((found.value - expected.value).abs() <= tolerance, "{found:?} {expected:?}");
-        assert!(error(found) < 0.05 * expected.value.max(2.0), "{found:?}");
+        assert!(error(found) < most * expected.value.max(2.0), "{found:?}");
     }
 }
 
@@ -268,8 +268,8 @@ fn tubes_of_both_kinds_are_added() {
     traced["method"] = json!("light_tracing");
     let found = [&added, &traced].map(prepared);
     assert_eq!([&found[0], &found[1]].map(|of| of.plan.methods.year), [Some(YearMethod::Both), Some(YearMethod::Moments)]);
-    let [found, expected] = [&found[0], &found[1]].map(|prepared| summary(prepared, 6));
-    assert_same(&found, &expected);
+    let [found, expected] = [&found[0], &found[1]].map(|prepared| summary(prepared, 10));
+    assert_same(&found, &expected, 0.12);
     assert_eq!(found.grids[0].ase_percent.is_some(), expected.grids[0].ase_percent.is_some());
 }
 

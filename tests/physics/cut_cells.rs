@@ -18,7 +18,7 @@ fn prepared(room: &Value, method: &str) -> (Prepared, Vec<Grid>) {
         "grids": [{ "name": "cut", "height_m": 0.8, "spacing_m": 0.5, "estimate": "cell_average" },
                   { "name": "fine", "height_m": 0.8, "cells": [43, 33], "estimate": "cell_average" }],
         "method": method,
-        "stop": { "relative_error": 0.02, "max_seconds": 300 }
+        "stop": { "relative_error": 0.04, "max_seconds": 300 }
     });
     let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     let (mut scene, ..) = to_scene(&document, &Folder).unwrap();

@@ -106,7 +106,7 @@ fn a_run_that_takes_too_long_ends_alone() {
 /// what was asked for or less, and few are far off. The sensors of a run may fail together, so that runs alone count: 4 sigma.
 #[test]
 fn jobs_that_end_early_are_honest() {
-    const SEEDS: u64 = 100;
+    const SEEDS: u64 = 50;
     // errors that the first passes do not have
     let asked = [("two_stage", 0.005), ("path_tracing", 0.04)];
     let studies = asked.map(|(method, error)| {

@@ -80,7 +80,7 @@ const SOBOL_PAIRS: u32 = 8;
 
 /// Numbers of points along an edge of a patch by which its direct light is computed where nothing can stand between, for points that are at
 /// least so many radii from the opening.
-const EDGES: [(f64, u64); 2] = [(8.0, 4), (3.0, 8)];
+const EDGES: [(f64, u64); 2] = [(8.0, 6), (3.0, 10)];
 /// Number of points for sensors that are nearer, and for cells.
 const FINE_EDGE: u64 = 16;
 
