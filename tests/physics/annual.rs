@@ -394,7 +394,7 @@ fn moments_of_criteria_are_judged_without_a_year() {
         document["sky"] = json!({ "cie_type": cie_type });
         let prepared = prepared(&document);
         let estimate = first_passes(&prepared, 8);
-        let summary = prepared.summary(&estimate, Spent::NOTHING.clone(), StoppedBy::RelativeError);
+        let summary = prepared.summary(&estimate, Spent::NOTHING, StoppedBy::RelativeError);
         let verdicts = &summary.grids.unwrap()[0].verdicts;
         verdicts.iter().map(|of| (of.scheme.clone(), of.limit, of.low, of.high)).collect()
     };
