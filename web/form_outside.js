@@ -1,6 +1,7 @@
 // What stands around the building: the horizon and the ground.
 import { choice, lines, number, slider } from "./field.js";
 import { altitudeAt, evenAltitude, parsed, pointsOf, written } from "./horizon.js";
+import { obstructions } from "./form_obstructions.js";
 import { edit } from "./live.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
@@ -66,11 +67,9 @@ export function outside() {
   const typed = /** @type {import("./horizon.js").Point[]} */ (surroundings?.horizon_pvgis ?? surroundings?.horizon ?? []);
   const before = `${pointer}\n${written(typed)}`;
   const unread = refused?.before === before ? refused.text : null;
-  const boxes = surroundings?.obstructions?.length ?? 0;
   const own = ownHorizons();
   const ground = surroundings?.ground_reflectance ?? (surroundings || own ? USUAL.ground : 0);
   const more = [
-    boxes ? `${boxes} boxes hide more of the sky, which the document describes.` : "",
     own ? `${own === 1 ? "One tube has" : `${own} tubes have`} a horizon of ${own === 1 ? "its" : "their"} own in the document, in place of this one.` : "",
   ];
   return html`
@@ -109,7 +108,8 @@ export function outside() {
       set: (to) => around((next) => (next.ground_reflectance = to)),
     })}
     <p class="note">Tilted panes, leaning tubes and dielectric domes see the ground. With a horizon it reflects ${USUAL.ground} unless it is given; without, nothing.
-      ${more.filter(Boolean).join(" ")}</p>`;
+      ${more.filter(Boolean).join(" ")}</p>
+    ${obstructions()}`;
 }
 
 /** Size of the diagram, and the space for its letters. */

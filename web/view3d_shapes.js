@@ -135,7 +135,7 @@ function guide(room, tube, sides) {
   };
 }
 
-/** @param {Extract<Schemas["ObjectDocument"], { kind: "box" }>} object @returns {Shapes} */
+/** A box in the room or outdoors. @param {Pick<Extract<Schemas["ObjectDocument"], { kind: "box" }>, "position_m" | "size_m" | "rotation_deg">} object @returns {Shapes} */
 function box({ position_m: [x, y, z], size_m: [width, depth, height], rotation_deg = 0 }) {
   const low = rectangle([x, y, z], width, depth, rotation_deg);
   const high = low.map((corner) => moved(corner, [0, 0, height], 1));
@@ -194,12 +194,13 @@ function around(polygons) {
  * @param {{ azimuth_deg: number, altitude_deg: number } | null} sun azimuth from north, null where it is not out
  * @returns {Shapes & { ball: Ball }}
  */
-export function shapes({ room, tubes = [] }, sun) {
+export function shapes({ room, tubes = [], surroundings }, sun) {
   const sides = tubes.length > MANY ? SIDES.many : SIDES.few;
   const parts = [
     shell(room),
     ...tubes.map((tube) => guide(room, tube, sides)),
     ...(room.objects ?? []).flatMap((object) => (object.kind === "box" ? [box(object)] : [])),
+    ...(surroundings?.obstructions ?? []).map(box),
     ...(room.partitions ?? []).map(partition),
     ...(room.luminaires ?? []).map(luminaire),
   ];

@@ -138,6 +138,26 @@ export async function setsSurroundings(visitor, shot) {
   await visitor.rests();
   const surroundings = { horizon_pvgis: [[-180, 5], [-90, 10], [0, 20], [90, 10]], ground_reflectance: 0.5 };
   assert.deepEqual(sent.at(-1).surroundings, surroundings);
+  // a box is added, made high and near, and removed again
+  const unhidden = await visitor.mean();
+  await page.getByRole("button", { name: "Add a box" }).click();
+  await page.getByLabel("Height of the box, m").fill("30");
+  await page.getByLabel("Height of the box, m").press("Enter");
+  await page.getByLabel("Width of the box, m").fill("40");
+  await page.getByLabel("Width of the box, m").press("Enter");
+  await page.getByLabel("What hides the sky, in its luminance").fill("0");
+  await page.getByLabel("What hides the sky, in its luminance").press("Enter");
+  await visitor.rests();
+  const { obstructions, luminance_ratio } = sent.at(-1).surroundings;
+  assert.deepEqual([luminance_ratio, obstructions.length, obstructions[0].kind, obstructions[0].size_m], [0, 1, "box", [40, 0.8, 30]]);
+  assert((await visitor.mean()) < unhidden, "a wall of 30 m takes no light");
+  await visitor.isAccessible("an obstruction");
+  await visitor.looksAsIn(shot("obstruction"));
+  await page.getByLabel("What hides the sky, in its luminance").fill("0.1");
+  await page.getByLabel("What hides the sky, in its luminance").press("Enter");
+  await page.getByRole("button", { name: "Remove obstruction 1" }).click();
+  await page.waitForFunction(() => !seen.draft.surroundings.obstructions);
+  await visitor.rests();
   await page.getByRole("radio", { name: "by irradiances" }).check();
   await page.getByLabel("Direct normal, W/m²").fill("0");
   await page.getByLabel("Direct normal, W/m²").press("Enter");
