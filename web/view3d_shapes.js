@@ -135,9 +135,9 @@ function guide(room, tube, sides) {
   };
 }
 
-/** A box in the room or outdoors. @param {Pick<Extract<Schemas["ObjectDocument"], { kind: "box" }>, "position_m" | "size_m" | "rotation_deg">} object @returns {Shapes} */
-function box({ position_m: [x, y, z], size_m: [width, depth, height], rotation_deg = 0 }) {
-  const low = rectangle([x, y, z], width, depth, rotation_deg);
+/** A box in the room or outdoors. @param {Extract<Schemas["ObjectDocument" | "ObstructionDocument"], { kind: "box" }>} object @returns {Shapes} */
+function box({ position_m: [x, y, z], size_m: [width, depth, height], rotation_deg }) {
+  const low = rectangle([x, y, z], width, depth, rotation_deg ?? 0);
   const high = low.map((corner) => moved(corner, [0, 0, height], 1));
   const sides = between("object", low, high);
   const ends = [low.toReversed(), high].map((ring) => ({ part: /** @type {const} */ ("object"), ring }));

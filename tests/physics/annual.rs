@@ -267,7 +267,10 @@ fn tubes_of_both_kinds_are_added() {
     let mut traced = added.clone();
     traced["method"] = json!("light_tracing");
     let found = [&added, &traced].map(prepared);
-    assert_eq!([&found[0], &found[1]].map(|of| of.plan.methods.year), [Some(YearMethod::Both), Some(YearMethod::Moments)]);
+    assert_eq!(
+        [&found[0], &found[1]].map(|of| of.plan.methods.year),
+        [Some(YearMethod::Both), Some(YearMethod::Moments)]
+    );
     let [found, expected] = [&found[0], &found[1]].map(|prepared| summary(prepared, 10));
     assert_same(&found, &expected, 0.12);
     assert_eq!(found.grids[0].ase_percent.is_some(), expected.grids[0].ase_percent.is_some());

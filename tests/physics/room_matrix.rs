@@ -17,7 +17,7 @@ use skyduct::optics::Surface;
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
 use skyduct::sampling::Key;
-use skyduct::scene::{BoxObject, EstimateKind, Face, Responses, Scene, Transition};
+use skyduct::scene::{BoxObject, EstimateKind, Face, Grid, Responses, Scene, Sensor, Transition};
 use skyduct::statistics::Moments;
 
 use crate::documents::Folder;
@@ -180,6 +180,18 @@ fn responses_to_whole_openings() {
     // interreflected light evens out, but keeps the sides
     assert!(across.illuminance_lux(0) < 0.0 && across.illuminance_lux(8) > 0.0);
     assert!(along.illuminance_lux(0) < 0.0 && along.illuminance_lux(72) > 0.0);
+}
+
+/// In a black room a sensor that faces away from an opening gets none of its light, and never less than none; one that faces it gets some.
+#[test]
+fn sensors_that_face_away_get_nothing() {
+    let mut scene = told(disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point));
+    let at = DVec3::new(0.3, 1.0, 1.0);
+    let sensors = [DVec3::X, DVec3::NEG_X, DVec3::NEG_Z].map(|normal| Sensor { position: at, normal });
+    scene.grids = vec![Grid { responses: Responses::ToPatches, ..Grid::points("walls".into(), sensors.to_vec()) }];
+    let found = run(&scene, &built(&scene, 5), 2);
+    let lux = [0, 1, 2].map(|sensor| evenly_lit(&found, sensor).0);
+    assert!(lux[0] > 0.0 && lux[1..] == [0.0, 0.0], "{lux:?}");
 }
 
 /// The lumens of the patches times the responses are the light, in a furnished room with a box that hides parts of the

@@ -13,8 +13,10 @@
 
 mod patch_light;
 
+use std::num::NonZero;
 use std::sync::atomic::AtomicBool;
 
+use gauss_quad::GaussLegendre;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -80,9 +82,9 @@ const SOBOL_PAIRS: u32 = 8;
 
 /// Numbers of points along an edge of a patch by which its direct light is computed where nothing can stand between, for points that are at
 /// least so many radii from the opening.
-const EDGES: [(f64, u64); 2] = [(8.0, 6), (3.0, 10)];
+const EDGES: [(f64, usize); 2] = [(6.0, 3), (2.0, 6)];
 /// Number of points for sensors that are nearer, and for cells.
-const FINE_EDGE: u64 = 16;
+const FINE_EDGE: usize = 16;
 
 /// Number of paths of a sensor for each point of a patch, where something may stand between.
 const PATHS_OF_ONE_POINT: u32 = 8;
@@ -336,6 +338,7 @@ impl SensorPoints {
 
 impl ResponseSensors {
     fn new(scene: &TraceableScene, zones: &[Zone], (number, grid): (usize, &Grid), paths: u32) -> Self {
+        let rules = PatchRules::new();
         let seen = visible_parts(scene, grid);
         let of_sensor = |index: usize| {
             let mut lit = vec![0.0; zones.len() * CELLS];
@@ -344,7 +347,7 @@ impl ResponseSensors {
                 let seen = &seen[index * zones.len()..];
                 for (number, (tube, zone)) in scene.tubes.iter().zip(zones).enumerate() {
                     if seen[number] == VisiblePart::Whole {
-                        add_straight((tube, zone), &place, &mut lit[number * CELLS..(number + 1) * CELLS]);
+                        add_straight((tube, zone), (&place, &rules), &mut lit[number * CELLS..(number + 1) * CELLS]);
                     }
                 }
             }
@@ -355,21 +358,40 @@ impl ResponseSensors {
     }
 }
 
-/// Adds the direct light in lx/lm of each patch of an opening to a sensor that sees all of it, by the midpoint rule. Sensors and replicates
-/// share the points, so that this light has no noise.
-fn add_straight((tube, zone): (&TraceableTube, &Zone), place: &SensorPoints, lit: &mut [f64]) {
+/// Points of the unit square with weights that add up to 1: Gauss-Legendre nodes for each of [`EDGES`], and for [`FINE_EDGE`].
+struct PatchRules([Vec<([f64; 2], f64)>; EDGES.len() + 1]);
+
+impl PatchRules {
+    fn new() -> Self {
+        let edges = EDGES.iter().map(|(_, edge)| *edge).chain([FINE_EDGE]);
+        let mut rules: [Vec<([f64; 2], f64)>; EDGES.len() + 1] = Default::default();
+        for (rule, edge) in rules.iter_mut().zip(edges) {
+            let Some(edge) = NonZero::new(edge) else { continue };
+            let nodes: Vec<(f64, f64)> =
+                GaussLegendre::new(edge).iter().map(|(node, weight)| (0.5 * (1.0 + node), 0.5 * weight)).collect();
+            rule.extend(nodes.iter().flat_map(|(u, of_u)| nodes.iter().map(move |(v, of_v)| ([*u, *v], of_u * of_v))));
+        }
+        Self(rules)
+    }
+
+    /// Returns the points for a sensor at a distance from an opening, in its radii.
+    fn of(&self, place: &SensorPoints, radii: f64) -> &[([f64; 2], f64)] {
+        let coarse = EDGES.iter().position(|(least, _)| place.cell.is_none() && radii >= *least);
+        &self.0[coarse.unwrap_or(EDGES.len())]
+    }
+}
+
+/// Adds the direct light in lx/lm of each patch of an opening to a sensor that sees all of it. Sensors and replicates share the points, so that
+/// this light has no noise.
+fn add_straight((tube, zone): (&TraceableTube, &Zone), (place, rules): (&SensorPoints, &PatchRules), lit: &mut [f64]) {
     let radii = place.centre.distance(tube.origin) / tube.opening.outer_radius();
-    let coarse = EDGES.iter().find(|(least, _)| place.cell.is_none() && radii >= *least);
-    let edge = coarse.map_or(FINE_EDGE, |(_, edge)| *edge);
-    let (held, points) = (zone.held(), edge * edge);
-    for number in 0..points {
-        let mut samples = PathSamples::new(Key::new(0).stream(Stream::StraightFromPatches, 0), number);
+    let held = zone.held();
+    for (number, (numbers, weight)) in rules.of(place, radii).iter().enumerate() {
+        let mut samples = PathSamples::new(Key::new(0).stream(Stream::StraightFromPatches, 0), number as u64);
         let position = place.point(|| samples.pair());
-        let middle = |place: u64| (place as f64 + 0.5) / edge as f64;
-        let patches = zone.within_each([middle(number % edge), middle(number / edge)]).into_iter().zip(held);
         let receiver = DiscReceiver::new(position, place.normal, tube.origin);
-        for (lit, (point, held)) in lit.iter_mut().zip(patches) {
-            *lit += held * receiver.point(tube.at(point).truncate()).max(0.0) / points as f64;
+        for (lit, (point, held)) in lit.iter_mut().zip(zone.within_each(*numbers).into_iter().zip(held)) {
+            *lit += held * weight * receiver.point(tube.at(point).truncate()).max(0.0);
         }
     }
 }
