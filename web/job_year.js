@@ -1,6 +1,6 @@
 // The year of a job at an address of its own: numbers, criteria and figures of each grid.
 import { bracketed } from "./year_sentence.js";
-import { CLASSES, passed, verdicts, yearNumbers } from "./year_tables.js";
+import { passed, verdicts, yearNumbers } from "./year_tables.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
 /** The path of a figure of a grid's year. @param {Job} job @param {string} name */
@@ -39,7 +39,7 @@ export function yearOf(job, summary, runs) {
     (of) => html`<section class="panel criteria year" aria-label=${`Year of ${of.name}`}><h2>${of.name}, a year</h2>
       <p>${file.name}</p>${sentence(of, job.document)}
       ${yearNumbers(summary, of, of.autonomies.map(({ lux }) => lux))}
-      <details ?open=${of.verdicts.some(({ verdict }) => CLASSES[verdict] === "no")}><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details>${spread(summary, of.name)}</section>
+      <details><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details>${spread(summary, of.name)}</section>
       ${figure(job, `autonomy.${of.name}`, "Daylight autonomy", seen)}
       ${figure(job, `useful.${of.name}`, "Useful daylight", seen)}
       ${figure(job, `by_hour.${of.name}`, "Mean by day and hour", seen)}`,
@@ -47,4 +47,4 @@ export function yearOf(job, summary, runs) {
 }
 
 /** The light of the tubes by month. @param {Job} job @param {boolean} runs */
-export const fluxesOf = (job, runs) => figure(job, "fluxes", "Light of the tubes by month", runs ? `?${job.progress.passes}` : "");
+export const fluxesOf = (job, runs) => figure(job, "fluxes", "Light of the tubes by day and hour", runs ? `?${job.progress.passes}` : "");
