@@ -115,9 +115,7 @@ pub async fn hours(app: App, Path((id, grid)): Path<(Uuid, String)>, body: Body)
     let kept = kept_of_year(&grid_names(&app, id).await?);
     let made = read(&app, id, kept, move |results, _| {
         let year = results.year()?.ok_or_else(no_such_output)?;
-        let mut made = Err(HoursError::NoSuchGrid);
-        results.with_prepared(&mut |prepared| made = year.at_hours(prepared, &grid, &hours))?;
-        made.map_err(|error| match error {
+        year.at_hours(&grid, &hours).map_err(|error| match error {
             HoursError::NoSuchGrid => no_such_output(),
             HoursError::NoResponses => Problem::conflict(
                 "the closures of the job let light pass with its direction, so that its room has no responses: only the hours of its weather \

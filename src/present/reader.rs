@@ -69,9 +69,6 @@ pub trait ResultReader {
     /// Returns the year of a job that has one.
     fn year(&self) -> Found<Arc<JobYear>>;
 
-    /// Calls `with` with the prepared job.
-    fn with_prepared(&self, with: &mut dyn FnMut(&Prepared)) -> Result<(), RenderError>;
-
     /// Returns the values of a grid at all moments of a year that is computed moment by moment.
     fn moments(&self, name: &str) -> Found<Vec<Value>>;
 
@@ -304,11 +301,6 @@ impl ResultReader for Estimated<'_> {
         })
     }
 
-    fn with_prepared(&self, with: &mut dyn FnMut(&Prepared)) -> Result<(), RenderError> {
-        with(self.prepared);
-        Ok(())
-    }
-
     fn moments(&self, name: &str) -> Found<Vec<Value>> {
         let found = self.prepared.scene.grids.iter().zip(&self.estimate.grids).find(|(grid, _)| grid.name == name);
         let value = |moments: &Moments| {
@@ -410,11 +402,6 @@ impl ResultReader for Kept {
             years.forget(key);
         }
         year
-    }
-
-    fn with_prepared(&self, with: &mut dyn FnMut(&Prepared)) -> Result<(), RenderError> {
-        with(&(self.prepare)().map_err(|errors| failed("annual", errors))?);
-        Ok(())
     }
 
     fn moments(&self, name: &str) -> Found<Vec<Value>> {

@@ -59,7 +59,7 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
     }
     Ok(Sheet {
         title: subject.name().to_owned(),
-        lines: vec![subject.circumstances()],
+        lines: vec![year.as_ref().map_or_else(|| subject.circumstances(), |year| year.circumstances())],
         sentences: year.as_ref().map_or_else(|| sentences(job), |year| year.sentences()),
         figures,
         parts: year.iter().map(|year| year.metrics_table()).chain([grids(job), inputs(subject, job)]).collect(),

@@ -67,11 +67,16 @@ const COPIED_TRIANGLE: f64 = 192.0;
 /// Largest number of events of a photon that is assumed: the memory for it is so large that scenes which absorb nearly nothing are refused.
 const MOST_EVENTS: f64 = 1e6;
 
+/// Estimates the memory of the meshes of a scene, prepared for rays, in bytes.
+pub fn mesh_bytes(scene: &Scene, traceable: &TraceableScene) -> f64 {
+    let copied: usize = scene.room.meshes.iter().map(MeshObject::copied_triangles).sum();
+    TRIANGLE * triangles(scene, traceable) + COPIED_TRIANGLE * copied as f64
+}
+
 /// Estimates the peak memory of a planned job.
 pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> MemoryEstimate {
     let Methods { grids, views, parts, check, year: _ } = &plan.methods;
-    let copied: usize = scene.room.meshes.iter().map(MeshObject::copied_triangles).sum();
-    let meshes = TRIANGLE * triangles(scene, traceable) + COPIED_TRIANGLE * copied as f64;
+    let meshes = mesh_bytes(scene, traceable);
     let mut bytes = MemoryEstimate { meshes, ..MemoryEstimate::default() };
     let load = |views: usize| Load {
         size: scene.room.enclosure.extent(),

@@ -107,7 +107,7 @@ impl JobYear {
     }
 
     /// Describes the weather in one line.
-    fn circumstances(&self) -> String {
+    pub fn circumstances(&self) -> String {
         let site = &self.first.weather.site;
         let hours = self.first.year.hours.len() as f64 / f64::from(self.first.weather.records_per_hour.max(1));
         format!("{}, {:.2}°, {:.2}° · {hours} hours with light", site.name, site.latitude_deg, site.longitude_deg)

@@ -12,7 +12,6 @@ use crate::document::annual::hours::ValidHour;
 use crate::document::limits::SENSORS_TIMES_RECORDS;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode};
 use crate::engine::annual::check_tracing;
-use crate::engine::prepare::RenderJob;
 use crate::output::npy;
 use crate::sky::direction;
 use crate::sky::sun;
@@ -36,8 +35,8 @@ impl From<FieldError> for HoursError {
 
 impl JobYear {
     /// Computes the illuminances in lux of the sensors of a grid by the tubes at some hours as an array of NumPy, float32, sensors x hours;
-    /// 0 where the sun is down, not-a-number for sensors without a value. `job` is that of the year.
-    pub fn at_hours(&self, job: &RenderJob, grid: &str, hours: &[ValidHour]) -> Result<Vec<u8>, HoursError> {
+    /// 0 where the sun is down, not-a-number for sensors without a value.
+    pub fn at_hours(&self, grid: &str, hours: &[ValidHour]) -> Result<Vec<u8>, HoursError> {
         let (_, of) = self.grid(grid).ok_or(HoursError::NoSuchGrid)?;
         let Some(light @ GridLight::ByResponses(_)) = of.lights.first() else { return Err(HoursError::NoResponses) };
         let sensors = of.weights.len();
@@ -48,14 +47,14 @@ impl JobYear {
             );
             return Err(FieldError::new("/hours", detail).coded(FieldErrorCode::TooMany).into());
         }
-        check_tracing(&job.traceable, hours.len())
+        check_tracing(&self.scene, hours.len())
             .map_err(|error| FieldError { pointer: "/hours".to_owned(), ..error })?;
         let site = &self.first.weather.site;
         let moments = hours.iter().enumerate().map(|(number, hour)| moment(number, hour, site));
         let moments = moments.collect::<Result<Vec<Moment>, FieldError>>()?;
         let records: Vec<Record> = hours.iter().map(record).collect();
         let lit = lit(&records, &moments, Illuminances::Perez, self.rotation);
-        let mut tubes = tube_years(&job.traceable, &lit, job.seed);
+        let mut tubes = tube_years(&self.scene, &lit, self.seed);
         if let Some(factors) = self.document.maintenance {
             for (light, moment) in tubes.iter_mut().flat_map(|tube| tube.moments.iter_mut().zip(&lit)) {
                 let factor = factors[usize::from(records[moment.record].month) - 1];

@@ -30,6 +30,7 @@ use crate::integrator::diffuser_source::closure_source::is_lambertian;
 use crate::integrator::moments::columns;
 use crate::output::npy::Array;
 use crate::plan::YearMethod;
+use crate::plan::memory::mesh_bytes;
 use crate::scene::{EstimateKind, FaceKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -42,6 +43,11 @@ pub struct JobYear {
     document: AnnualDocument,
     /// Electric light that dims.
     dimming: Option<Dimming>,
+    /// Room and tubes, of which other hours are computed, and the seed of the rays through these.
+    scene: Arc<TraceableScene>,
+    seed: u64,
+    /// Memory of the meshes of the scene in bytes.
+    scene_bytes: usize,
     /// Azimuth of the room's +y axis in radians, clockwise from north.
     rotation: f64,
     /// Grids, in the order of the document.
@@ -131,6 +137,9 @@ impl JobYear {
         let names: Vec<&str> = grids.iter().map(|of| of.grid.name.as_str()).collect();
         let others = years.map(|year| year.result(&names, &annual.document)).collect();
         Some(Self {
+            scene: job.traceable.clone(),
+            seed: job.seed,
+            scene_bytes: mesh_bytes(&job.scene, &job.traceable) as usize,
             document: annual.document.clone(),
             rotation: annual.rotation,
             dimming: options.dimming,
@@ -154,7 +163,7 @@ impl JobYear {
         let of_records = size_of_val(weather.records.as_slice()) + lit * of_record;
         let eyes =
             self.grids.iter().flat_map(|of| &of.eyes).map(|eye| eye.as_ref().map_or(size_of::<Eye>(), Eye::bytes));
-        of_others + of_records + sensors * of_sensor + of_grids + at_moments + eyes.sum::<usize>()
+        self.scene_bytes + of_others + of_records + sensors * of_sensor + of_grids + at_moments + eyes.sum::<usize>()
     }
 }
 

@@ -4,12 +4,11 @@ use super::JobYear;
 use super::figures::{percent, with_half_width};
 use crate::document::result::annual::{GridYearResult, VerdictKind, VerdictResult, WithInterval};
 use crate::figure::sheet::{SheetFigure, SheetPart, Tone};
-use crate::figure::ticks::{short, significant};
+use crate::figure::ticks::{short, significant, with_error};
 use crate::present::subject::Subject;
 
-/// Largest numbers of grids that a report describes, and of criteria that it lists.
+/// Largest number of grids that a report describes.
 const MOST_GRIDS: usize = 3;
-const MOST_CRITERIA: usize = 32;
 
 impl JobYear {
     /// Returns a sentence for each of the first grids: on how much of the area the illuminance of the spatial daylight autonomy is there for
@@ -51,16 +50,16 @@ impl JobYear {
     /// Makes the table of the first grids' metrics.
     pub fn metrics_table(&self) -> SheetPart {
         let summary = self.summary().first;
-        let in_percent = |value: WithInterval| with_half_width(value);
+        let in_percent = |value: WithInterval| value_in_words(value);
         let row = |grid: &GridYearResult| {
             let autonomies = grid.autonomies.iter().map(|autonomy| in_percent(autonomy.da_percent));
             std::iter::once(grid.name.clone())
-                .chain([with_half_width(grid.mean_lux)])
+                .chain([value_in_words(grid.mean_lux)])
                 .chain(autonomies)
                 .chain([
                     in_percent(grid.udi.autonomous_percent),
                     percent(grid.sda_percent),
-                    with_half_width(grid.exposure_klxh),
+                    value_in_words(grid.exposure_klxh),
                 ])
                 .collect()
         };
@@ -71,8 +70,11 @@ impl JobYear {
             "sDA, % of area".to_owned(),
             "exposure, klx h".to_owned(),
         ]);
-        let title =
-            format!("The year at {}, {} occupied hours", summary.site.name, short(summary.conventions.occupied_hours));
+        let title = format!(
+            "The year at {}, {} occupied hours; ± is half an interval of 95 %",
+            summary.site.name,
+            short(summary.conventions.occupied_hours)
+        );
         SheetPart::Table { title, head: head.collect(), rows: summary.grids.iter().take(MOST_GRIDS).map(row).collect() }
     }
 
@@ -103,7 +105,13 @@ impl JobYear {
             title: "Criteria, as if the tubes were the room's only daylight; no scheme is met by single criteria"
                 .to_owned(),
             head: ["criterion", "found", "asked", "outcome"].map(str::to_owned).to_vec(),
-            rows: verdicts.iter().take(MOST_CRITERIA).map(row).collect(),
+            rows: verdicts.iter().map(row).collect(),
         }
     }
+}
+
+/// Formats a value with half of its interval, which a heading explains.
+fn value_in_words(value: WithInterval) -> String {
+    let half = 0.5 * (value.high - value.low);
+    if half > 0.0 { with_error(value.value, half) } else { significant(value.value, 4) }
 }

@@ -49,9 +49,12 @@ async fn a_year_from_weather_to_files() {
     assert_eq!(events[phase].data["phase"], "year");
     let report = service.get(&format!("{}/report", job["links"]["page"].as_str().unwrap()));
     let report = report.send().await.unwrap().text().await.unwrap();
-    for words in
-        ["Over the year at Synthetic, ", "The year at Synthetic, 3650 occupied hours", "LEED v4.1", "/annual/autonomy."]
-    {
+    for words in [
+        "Over the year at Synthetic, ",
+        "The year at Synthetic, 3650 occupied hours; ",
+        "LEED v4.1",
+        "/annual/autonomy.",
+    ] {
         assert!(report.contains(words), "{words}: {report}");
     }
     other_hours(&service, &path, links[1]).await;
