@@ -1,5 +1,5 @@
 //! What changes nothing: turning room and sun, moving a mesh in its file, its unit, the order of tubes and objects, grey as a
-//! colour.
+//! colour, other ways to write a mesh object, a room as a Honeybee model.
 
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -30,6 +30,23 @@ enum Change {
     Unit(&'static str),
     /// Tubes, objects and luminaires stand in reverse order.
     Reverse,
+    /// Mesh objects are written in another way.
+    Written(Form),
+    /// The box is a room of a Honeybee model.
+    Model,
+}
+
+/// Another way to write a mesh object.
+#[derive(Clone, Copy, Debug)]
+enum Form {
+    /// A scale in place of the unit.
+    Scale,
+    /// An offset of the file's points in place of a far position.
+    Offset,
+    /// One copy of the mesh.
+    Instance,
+    /// Backs with the surfaces of the fronts.
+    Backs,
 }
 
 /// How nearly equal results are.
@@ -61,6 +78,18 @@ fn changed(document: &Value, change: Change) -> Option<(Value, Equal)> {
             each_mesh(&mut changed, |name| unit.clone_into(&mut name.unit))?;
             Equal::ToRounding
         }
+        Change::Written(form) => {
+            let objects = changed["room"]["objects"].as_array_mut()?.iter_mut();
+            objects.filter(|object| object["kind"] == "mesh").for_each(|object| written(object, form));
+            Equal::WithinErrors
+        }
+        Change::Model => {
+            let size = three(&document["room"]["size_m"]);
+            let room = changed["room"].as_object_mut()?;
+            room.remove("size_m");
+            room.insert("hbjson".to_owned(), model(size));
+            Equal::WithinErrors
+        }
         Change::Reverse => {
             changed["tubes"].as_array_mut()?.reverse();
             changed["room"]["objects"].as_array_mut()?.reverse();
@@ -69,6 +98,54 @@ fn changed(document: &Value, change: Change) -> Option<(Value, Equal)> {
         }
     };
     (changed != *document).then_some((changed, equal))
+}
+
+/// Writes a mesh object of this generator in another way.
+fn written(object: &mut Value, form: Form) {
+    let Some(name) = object["mesh"].as_str().and_then(MeshName::read) else { return };
+    let metres = UNITS.iter().find(|(unit, _)| *unit == name.unit).unwrap().1;
+    let fields = object.as_object_mut().unwrap();
+    match form {
+        Form::Scale => {
+            fields.remove("unit");
+            fields.insert("scale".to_owned(), json!(metres));
+        }
+        Form::Offset => {
+            let turned = generator::turned(name.offset, fields["rotation_deg"].as_f64().unwrap());
+            let position = three(&fields["position_m"]);
+            let base: Vec<f64> = (0..3).map(|axis| position[axis] + turned[axis]).collect();
+            fields.insert("position_m".to_owned(), json!(base));
+            fields.insert("offset".to_owned(), json!(name.offset.map(|part| part / metres)));
+        }
+        Form::Instance => {
+            let place = ["position_m", "rotation_deg"].map(|field| (field, fields.remove(field).unwrap()));
+            fields.insert(
+                "instances".to_owned(),
+                json!([place.into_iter().collect::<std::collections::BTreeMap<_, _>>()]),
+            );
+        }
+        Form::Backs => {
+            let surfaces = fields["surfaces"].clone();
+            fields.insert("back_surfaces".to_owned(), surfaces);
+        }
+    }
+}
+
+/// A Honeybee model with one room, a box whose faces have the names that boxes have here.
+fn model([x, y, z]: [f64; 3]) -> Value {
+    let face = |identifier: &str, face_type: &str, boundary: [[f64; 3]; 4]| json!({ "type": "Face", "identifier": identifier, "face_type": face_type, "geometry": { "type": "Face3D", "boundary": boundary } });
+    let wall = |name: &str, [a, b]: [[f64; 2]; 2]| {
+        face(name, "Wall", [[a[0], a[1], 0.0], [b[0], b[1], 0.0], [b[0], b[1], z], [a[0], a[1], z]])
+    };
+    let faces = [
+        face("floor", "Floor", [[0.0, 0.0, 0.0], [0.0, y, 0.0], [x, y, 0.0], [x, 0.0, 0.0]]),
+        wall("wall_south", [[0.0, 0.0], [x, 0.0]]),
+        wall("wall_east", [[x, 0.0], [x, y]]),
+        wall("wall_north", [[x, y], [0.0, y]]),
+        wall("wall_west", [[0.0, y], [0.0, 0.0]]),
+        face("ceiling", "RoofCeiling", [[0.0, 0.0, z], [x, 0.0, z], [x, y, z], [0.0, y, z]]),
+    ];
+    json!({ "type": "Model", "identifier": "box", "units": "Meters", "rooms": [{ "type": "Room", "identifier": "box", "faces": faces }] })
 }
 
 /// Edits the names of all meshes, and keeps the objects where they are; `None` without meshes.
@@ -121,6 +198,9 @@ fn changes() -> impl Strategy<Value = Change> {
         proptest::array::uniform3(far).prop_map(Change::Move),
         proptest::sample::select(UNITS.map(|(name, _)| name).to_vec()).prop_map(Change::Unit),
         Just(Change::Reverse),
+        proptest::sample::select(vec![Form::Scale, Form::Offset, Form::Instance, Form::Backs])
+            .prop_map(Change::Written),
+        Just(Change::Model),
     ]
 }
 
