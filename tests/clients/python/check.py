@@ -108,8 +108,9 @@ def check(client, path):
     if document.annual:
         year = get_annual.sync(client=client, id=job.id)
         assert isinstance(year, models.AnnualResult) and year.grids[0].verdicts, year
-        hour = models.HourDocument("2026-06-21T12:00:00+02:00", 700.0, 130.0)
+        hour = models.HourDocument(time="2026-06-21T12:00:00+02:00", direct_normal_irradiance_w_m2=700.0, diffuse_horizontal_irradiance_w_m2=130.0)
         array = compute_annual_hours.sync(client=client, id=job.id, grid=document.grids[0].name, body=models.HourListDocument([hour]))
+        assert isinstance(array, File), array
         assert array.payload.read().startswith(b"\x93NUMPY"), array
     assert isinstance(get_convergence.sync(client=client, id=job.id), models.Convergence)
     print(f"  {path.name}: {', '.join(dict.fromkeys(names))}")

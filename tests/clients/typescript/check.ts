@@ -16,6 +16,7 @@ interface Events {
   started: Schemas["StartedEvent"];
   pass: Schemas["PassEvent"];
   image: Schemas["ImageEvent"];
+  phase: Schemas["PhaseEvent"];
   succeeded: Schemas["SucceededEvent"];
   failed: Schemas["FailedEvent"];
   cancelled: Schemas["CancelledEvent"];
@@ -41,7 +42,7 @@ async function* events(path: string): AsyncGenerator<Event> {
   }
 }
 
-async function upload(kind: "/v1/meshes" | "/v1/weather", file: string): Promise<string> {
+async function upload(kind: "/v1/meshes" | "/v1/models" | "/v1/weather", file: string): Promise<string> {
   const bytes = await readFile(file);
   const { data, error } = await client.POST(kind, {
     body: bytes.toString(),
@@ -56,6 +57,7 @@ async function check(name: string, document: Schemas["JobDocument"]) {
   document.stop = { ...document.stop, max_passes: 2, max_seconds: 20 };
   for (const view of document.views ?? []) view.size_px = [32, 24];
   for (const tube of document.tubes ?? []) if ("mesh" in tube) tube.mesh = await upload("/v1/meshes", join(folder, tube.mesh));
+  if (typeof document.room.hbjson === "string") document.room.hbjson = await upload("/v1/models", join(folder, document.room.hbjson));
   if (document.annual) {
     const files = [document.annual.weather].flat();
     document.annual.weather = await Promise.all(files.map((file) => upload("/v1/weather", join(folder, file))));
