@@ -83,7 +83,7 @@ fn patches_together_are_a_uniform_disc() {
 }
 
 /// In a black room all patches of a square together light sensors like an even square, by its closed form. Each sensor's value is a mean over
-/// 256 points of each of 24 patches, whose distances from sensors vary by some percent: its error is below 1e-3.
+/// few nodes of each of 24 patches, whose distances from sensors vary by some percent: its error is below 1e-3.
 #[test]
 fn patches_of_a_square_are_the_square() {
     let mut scene = told(disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point));

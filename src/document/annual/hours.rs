@@ -24,6 +24,7 @@ pub struct HourListDocument {
 #[serde(deny_unknown_fields)]
 pub struct HourDocument {
     /// Moment of the sun's position, as `time` of a job (RFC 3339 with an offset).
+    #[schema(example = "2026-06-21T12:00:00+02:00", format = DateTime)]
     pub time: String,
     /// Direct normal irradiance in W/m2.
     pub direct_normal_irradiance_w_m2: f64,

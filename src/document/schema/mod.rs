@@ -14,7 +14,9 @@ use serde_json::{Value, json};
 use utoipa::Number;
 use utoipa::openapi::RefOr;
 use utoipa::openapi::extensions::Extensions;
-use utoipa::openapi::schema::{AdditionalProperties, Array, Object, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
+use utoipa::openapi::schema::{
+    AdditionalProperties, Array, Object, ObjectBuilder, OneOfBuilder, Ref, Schema, SchemaType, Type,
+};
 
 use crate::document::limits::{FIELDS, Limit, Range};
 use crate::document::method;
@@ -83,8 +85,10 @@ fn model_of_room(schemas: &mut Schemas) {
         .description(Some("Id of an uploaded model, or the path of a file beside the job file."));
     let description = "Honeybee model (HBJSON) with the room, in place of `size_m`, `plan` and `faces`: its faces become `faces`. Warnings \
                        `model_changed` tell what is left out.";
-    let model = OneOfBuilder::new().item(model).item(file).description(Some(description));
-    let identifier = ObjectBuilder::new().schema_type(Type::String).description(Some(
+    let none = ObjectBuilder::new().schema_type(Type::Null);
+    let model = OneOfBuilder::new().item(model).item(file).item(none).description(Some(description));
+    let text_or_none = SchemaType::from_iter([Type::String, Type::Null]);
+    let identifier = ObjectBuilder::new().schema_type(text_or_none).description(Some(
         "Identifier or display name of the room in `hbjson`; may be left out if the model has one room.",
     ));
     room.properties.insert("hbjson".to_owned(), model.into());
