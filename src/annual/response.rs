@@ -12,8 +12,10 @@ pub struct LitRow {
     pub lux: Vec<f64>,
     /// Standard errors in lux that are independent from record to record; empty where there are none.
     pub noise_lux: Vec<f64>,
-    /// Relative standard error that is the same in all records.
+    /// Relative standard error of the sum over the records.
     pub relative_error: f64,
+    /// Relative standard error that is the same in all records: that of the sum where there is no independent one.
+    pub common_error: f64,
 }
 
 /// Response of a sensor to a tube.
@@ -75,7 +77,8 @@ impl Responses {
     /// Computes the illuminances of a sensor.
     pub fn row(&self, sensor: usize, light: &RecordLight) -> LitRow {
         let relative_error = self.relative_error(sensor, light);
-        LitRow { lux: self.illuminances_lux(sensor, light), noise_lux: Vec::new(), relative_error }
+        let lux = self.illuminances_lux(sensor, light);
+        LitRow { lux, noise_lux: Vec::new(), relative_error, common_error: relative_error }
     }
 
     /// Computes the illuminance in lux of a sensor in each lit record.

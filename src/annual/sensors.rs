@@ -46,6 +46,7 @@ impl SensorsAtMoments {
             }
             let exposure = summaries[0];
             row.relative_error = if exposure.value > 0.0 { exposure.standard_error / exposure.value } else { 0.0 };
+            row.part_errors();
             (row, summaries[1])
         };
         let (rows, direct_hours) = values.chunks_exact(columns).map(of_sensor).unzip();
@@ -56,17 +57,38 @@ impl SensorsAtMoments {
     fn mean(&self, weights: &[f64]) -> LitRow {
         let whole = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let records = self.rows.first().map_or(0, |row| row.lux.len());
-        let mut mean = LitRow { lux: vec![0.0; records], noise_lux: vec![0.0; records], relative_error: 0.0 };
-        let mut error = 0.0;
+        let mut mean = LitRow { lux: vec![0.0; records], noise_lux: vec![0.0; records], ..LitRow::default() };
+        let [mut error, mut common] = [0.0; 2];
         for (row, weight) in self.rows.iter().zip(weights) {
             let part = weight / whole;
             mean.lux.iter_mut().zip(&row.lux).for_each(|(mean, lux)| *mean += part * lux);
             mean.noise_lux.iter_mut().zip(&row.noise_lux).for_each(|(mean, noise)| *mean += part * noise);
-            error += part * row.relative_error * row.lux.iter().sum::<f64>();
+            let whole = row.lux.iter().sum::<f64>();
+            error += part * row.relative_error * whole;
+            common += part * row.common_error * whole;
         }
         let sum: f64 = mean.lux.iter().sum();
-        mean.relative_error = if sum > 0.0 { error / sum } else { 0.0 };
+        [mean.relative_error, mean.common_error] = [error, common].map(|of| if sum > 0.0 { of / sum } else { 0.0 });
         mean
+    }
+}
+
+impl LitRow {
+    /// Parts the errors into one that is the same in all records and independent ones: `noise_lux` are at first the whole errors of the records,
+    /// and `relative_error` is that of their sum.
+    ///
+    /// With a common error e and independent errors s the sum has the variance (e sum E)^2 + sum s^2, and a record e^2 E^2 + s^2.
+    fn part_errors(&mut self) {
+        let sum: f64 = self.lux.iter().sum();
+        let [squares, noises] =
+            [&self.lux, &self.noise_lux].map(|of| of.iter().map(|value| value * value).sum::<f64>());
+        let rest = sum * sum - squares;
+        let common = (self.relative_error * sum).powi(2) - noises;
+        let common = if rest > 0.0 { (common / rest).max(0.0) } else { self.relative_error * self.relative_error };
+        for (noise, lux) in self.noise_lux.iter_mut().zip(&self.lux) {
+            *noise = (*noise * *noise - common * lux * lux).max(0.0).sqrt();
+        }
+        self.common_error = common.sqrt();
     }
 }
 
@@ -143,12 +165,16 @@ impl GridLight {
 /// Adds the light of other tubes to that of some; the errors that are the same in all records are independent of each other.
 fn added(one: LitRow, other: &LitRow) -> LitRow {
     let sums = [&one, other].map(|row| row.lux.iter().sum::<f64>());
-    let error = libm::hypot(one.relative_error * sums[0], other.relative_error * sums[1]);
     let whole = sums[0] + sums[1];
+    let error = |of_one: f64, of_other: f64| match whole > 0.0 {
+        true => libm::hypot(of_one * sums[0], of_other * sums[1]) / whole,
+        false => 0.0,
+    };
     LitRow {
         lux: one.lux.iter().zip(&other.lux).map(|(one, other)| one + other).collect(),
         noise_lux: other.noise_lux.clone(),
-        relative_error: if whole > 0.0 { error / whole } else { 0.0 },
+        relative_error: error(one.relative_error, other.relative_error),
+        common_error: error(one.common_error, other.common_error),
     }
 }
 
@@ -211,6 +237,34 @@ impl Sensors<'_> {
 fn with_others(of_tubes: LitRow, other: impl Fn(usize) -> f64, light: &RecordLight) -> LitRow {
     let lux: Vec<f64> = of_tubes.lux.iter().zip(&light.records).map(|(lux, record)| lux + other(*record)).collect();
     let share = |(tubes, all): (&f64, &f64)| if *all > 0.0 { tubes / all } else { 0.0 };
-    let relative_error = of_tubes.relative_error * of_tubes.lux.iter().zip(&lux).map(share).fold(0.0, f64::max);
-    LitRow { lux, relative_error, ..of_tubes }
+    let largest = of_tubes.lux.iter().zip(&lux).map(share).fold(0.0, f64::max);
+    let [relative_error, common_error] = [of_tubes.relative_error, of_tubes.common_error].map(|error| error * largest);
+    LitRow { lux, relative_error, common_error, ..of_tubes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Parts errors that were put together from a common one of 1 % and independent ones of 3 lx, and finds no common one where there is none.
+    #[test]
+    fn errors_are_parted_into_common_and_independent_ones() {
+        let lux: Vec<f64> = (0..1000).map(|record| 100.0 + f64::from(record % 7)).collect();
+        let sum: f64 = lux.iter().sum();
+        let row = |common: f64| LitRow {
+            noise_lux: lux.iter().map(|lux| libm::hypot(common * lux, 3.0)).collect(),
+            relative_error: libm::hypot(common * sum, 3.0 * 1000f64.sqrt()) / sum,
+            lux: lux.clone(),
+            common_error: 0.0,
+        };
+        for common in [0.01, 0.0] {
+            let mut parted = row(common);
+            parted.part_errors();
+            assert!((parted.common_error - common).abs() < 1e-6, "{}", parted.common_error);
+            assert!(parted.noise_lux.iter().all(|noise| (noise - 3.0).abs() < 1e-4));
+        }
+        let mut one = LitRow { lux: vec![100.0], noise_lux: vec![2.0], relative_error: 0.02, common_error: 0.0 };
+        one.part_errors();
+        assert!((one.common_error - 0.02).abs() < 1e-12 && one.noise_lux[0] < 1e-6);
+    }
 }

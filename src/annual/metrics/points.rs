@@ -14,8 +14,10 @@ pub struct Illuminances {
     pub noise_lux: Vec<f64>,
     /// Number of all records that count, those without light included.
     pub records: usize,
-    /// Relative standard error of the illuminances, the same in all records.
+    /// Relative standard error of the sum of the illuminances.
     pub relative_error: f64,
+    /// Relative standard error of the illuminances that is the same in all records.
+    pub common_error: f64,
 }
 
 /// Shares of the records by the illuminance: the useful daylight illuminance of Mardaljevic, with bounds `low`, `middle`, `high`.
@@ -44,6 +46,7 @@ impl Illuminances {
             noise_lux: counting(&row.noise_lux),
             records: counts.iter().filter(|counts| **counts).count(),
             relative_error: row.relative_error,
+            common_error: row.common_error,
         }
     }
 
@@ -118,7 +121,7 @@ impl Illuminances {
             let [low, high] = [-noise, noise].map(|away| of((lux + away).max(0.0)));
             2.0 * of(lux.max(0.0)) - 0.5 * (low + high)
         };
-        let sum = Value::by_delta(self.relative_error, |factor| match self.noise_lux.is_empty() {
+        let sum = Value::by_delta(self.common_error, |factor| match self.noise_lux.is_empty() {
             true => self.lit_lux.iter().map(|lux| of(factor * lux)).sum(),
             false => {
                 let noisy = self.lit_lux.iter().zip(&self.noise_lux);
@@ -138,7 +141,13 @@ mod tests {
 
     /// Returns a year of `records` records, of which the first have these illuminances.
     fn year(lit_lux: &[f64], records: usize) -> Illuminances {
-        Illuminances { lit_lux: lit_lux.to_vec(), noise_lux: Vec::new(), records, relative_error: 0.0 }
+        Illuminances {
+            lit_lux: lit_lux.to_vec(),
+            noise_lux: Vec::new(),
+            records,
+            relative_error: 0.0,
+            common_error: 0.0,
+        }
     }
 
     #[test]
@@ -180,7 +189,7 @@ mod tests {
 
     #[test]
     fn only_records_that_count_are_selected() {
-        let row = LitRow { lux: vec![10.0, 20.0, 30.0], noise_lux: Vec::new(), relative_error: 0.1 };
+        let row = LitRow { lux: vec![10.0, 20.0, 30.0], noise_lux: Vec::new(), relative_error: 0.1, common_error: 0.1 };
         let selected = Illuminances::new(&row, &[1, 2, 5], &[true, true, false, false, false, true]);
         assert_eq!((selected.lit_lux, selected.records), (vec![10.0, 30.0], 3));
     }

@@ -65,7 +65,7 @@ impl PointYear {
             let lux = records.iter().map(|record| of_record(&row.lux, record)).sum::<f64>() / count;
             let noise =
                 records.iter().map(|record| of_record(&row.noise_lux, record).powi(2)).sum::<f64>().sqrt() / count;
-            Value { value: lux, standard_error: libm::hypot(lux * error, noise) }
+            Value { value: lux, standard_error: libm::hypot(lux * row.common_error, noise) }
         };
         let by_value = |a: &Value, b: &Value| a.value.total_cmp(&b.value);
         let least = hours.nbr.iter().map(|record| mean_of(&[*record])).min_by(by_value);

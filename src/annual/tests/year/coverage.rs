@@ -16,7 +16,7 @@ const REPEATS: u64 = 100;
 
 /// Returns a row whose error is the same in all records.
 fn row(lux: Vec<f64>, relative_error: f64) -> LitRow {
-    LitRow { lux, noise_lux: Vec::new(), relative_error }
+    LitRow { lux, noise_lux: Vec::new(), relative_error, common_error: relative_error }
 }
 
 /// Gives the responses of the classroom noise of 1 %, the same in all records, and counts how often the interval of 95 % of a point's DA300
@@ -66,7 +66,7 @@ fn noise_of_records_does_not_shift_autonomy() {
     let of_sensor = |sensor: usize| {
         let lux = of_room.illuminances_lux(sensor, &light);
         let autonomy = |lux: Vec<f64>, noise_lux: Vec<f64>| {
-            let row = LitRow { lux, noise_lux, relative_error: 0.0 };
+            let row = LitRow { lux, noise_lux, ..LitRow::default() };
             Illuminances::new(&row, &light.records, &occupied).autonomy_percent(300.0)
         };
         let exact = autonomy(lux.clone(), Vec::new()).value;
