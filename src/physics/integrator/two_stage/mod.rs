@@ -27,7 +27,7 @@
 //! `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second is each sensor's
 //! own. The first two are by default chosen for the requested accuracy, photons without views, and paths by a small trial in the room, so
 //! that about 8 passes reach it. Each pass estimates the daylight coefficients of a room from one replicate of its matrix
-//! ([`room_matrix`]).
+//! ([`room_matrix`](super::room_matrix)).
 //!
 //! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, measured diffusers, and the sun reflected by
 //! lobes below a roughness of 0.2, by mirrors of meshes and by long chains of mirrors. Bad at diffusers that mirrors of meshes show (it
