@@ -3,6 +3,7 @@
 Usage: check.py URL EXAMPLES; the package `skyduct_client` is beside the working folder.
 """
 
+import datetime
 import json
 import pathlib
 import sys
@@ -108,7 +109,7 @@ def check(client, path):
     if document.annual:
         year = get_annual.sync(client=client, id=job.id)
         assert isinstance(year, models.AnnualResult) and year.grids[0].verdicts, year
-        hour = models.HourDocument(time="2026-06-21T12:00:00+02:00", direct_normal_irradiance_w_m2=700.0, diffuse_horizontal_irradiance_w_m2=130.0)
+        hour = models.HourDocument(time=datetime.datetime.fromisoformat("2026-06-21T12:00:00+02:00"), direct_normal_irradiance_w_m2=700.0, diffuse_horizontal_irradiance_w_m2=130.0)
         array = compute_annual_hours.sync(client=client, id=job.id, grid=document.grids[0].name, body=models.HourListDocument([hour]))
         assert isinstance(array, File), array
         assert array.payload.read().startswith(b"\x93NUMPY"), array
