@@ -18,6 +18,25 @@ pub struct LitRow {
     pub common_error: f64,
 }
 
+impl LitRow {
+    /// Parts the errors into one that is the same in all records and independent ones: `noise_lux` are at first the whole errors of the records,
+    /// and `relative_error` is that of their sum.
+    ///
+    /// With a common error e and independent errors s the sum has the variance (e sum E)^2 + sum s^2, and a record e^2 E^2 + s^2.
+    pub(crate) fn part_errors(&mut self) {
+        let sum: f64 = self.lux.iter().sum();
+        let [squares, noises] =
+            [&self.lux, &self.noise_lux].map(|of| of.iter().map(|value| value * value).sum::<f64>());
+        let rest = sum * sum - squares;
+        let common = (self.relative_error * sum).powi(2) - noises;
+        let common = if rest > 0.0 { (common / rest).max(0.0) } else { self.relative_error * self.relative_error };
+        for (noise, lux) in self.noise_lux.iter_mut().zip(&self.lux) {
+            *noise = (*noise * *noise - common * lux * lux).max(0.0).sqrt();
+        }
+        self.common_error = common.sqrt();
+    }
+}
+
 /// Response of a sensor to a tube.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Response {

@@ -3,9 +3,10 @@
 use std::io::Write as _;
 
 use super::results_table::table;
-use crate::document::result::annual::{VerdictKind, VerdictResult, WithInterval};
+use crate::document::result::annual::VerdictResult;
 use crate::document::result::weather_files::{AnnualResult, MetricOverFiles};
 use crate::figure::ticks::significant;
+use crate::present::verdict_words::{interval_in_words, verdict_in_words};
 
 /// Prints metrics and verdicts of a year to standard output.
 pub fn print_year(year: &AnnualResult) {
@@ -18,34 +19,24 @@ fn year_table(result: &AnnualResult) -> String {
     let mut text = format!("\n{}: {} occupied hours\n", year.site.name, year.conventions.occupied_hours);
     let tubes = year.tubes.iter().enumerate().map(|(number, tube)| {
         let hours = tube.luminance_hours.first().map_or_else(String::new, |above| above.hours.to_string());
-        vec![number.to_string(), in_words(tube.klm_h), significant(100.0 * tube.sky_share, 3), hours]
+        vec![number.to_string(), interval_in_words(tube.klm_h), significant(100.0 * tube.sky_share, 3), hours]
     });
     table(&mut text, vec!["tube", "klm h", "of the sky, %", "hours above 6000 cd/m2"], tubes.collect());
     for grid in &year.grids {
         let mut rows: Vec<Vec<String>> = Vec::new();
         for autonomy in &grid.autonomies {
-            rows.push(vec![format!("daylight autonomy {} lx, %", autonomy.lux), in_words(autonomy.da_percent)]);
+            rows.push(vec![format!("daylight autonomy {} lx, %", autonomy.lux), interval_in_words(autonomy.da_percent)]);
         }
-        rows.push(vec!["spatial daylight autonomy, % of the area".to_owned(), in_words(grid.sda_percent)]);
-        rows.push(vec!["median lux of the daylight hours".to_owned(), in_words(grid.median_lux)]);
-        rows.push(vec!["exposure, klx h".to_owned(), in_words(grid.exposure_klxh)]);
+        rows.push(vec!["spatial daylight autonomy, % of the area".to_owned(), interval_in_words(grid.sda_percent)]);
+        rows.push(vec!["median lux of the daylight hours".to_owned(), interval_in_words(grid.median_lux)]);
+        rows.push(vec!["exposure, klx h".to_owned(), interval_in_words(grid.exposure_klxh)]);
         if let Some(dimming) = grid.dimming {
-            rows.push(vec!["electric energy saved, kWh (upper estimate)".to_owned(), in_words(dimming.saved_kwh)]);
+            rows.push(vec!["electric energy saved, kWh (upper estimate)".to_owned(), interval_in_words(dimming.saved_kwh)]);
         }
         table(&mut text, vec![&grid.name, "value"], rows);
         let verdict = |verdict: &VerdictResult| {
-            let outcome = match verdict.verdict {
-                VerdictKind::Pass => "pass",
-                VerdictKind::Fail => "fail",
-                VerdictKind::Undecided => "undecided",
-            };
-            let VerdictResult { value, low, high, .. } = *verdict;
-            vec![
-                outcome.to_owned(),
-                format!("{}, {}", verdict.scheme, verdict.clause),
-                in_words(WithInterval { value, low, high }),
-                significant(verdict.limit, 4),
-            ]
+            let [criterion, value, limit, outcome] = verdict_in_words(verdict);
+            vec![outcome, criterion, value, limit]
         };
         table(&mut text, vec!["verdict", "criterion", "value", "limit"], grid.verdicts.iter().map(verdict).collect());
     }
@@ -60,12 +51,4 @@ fn year_table(result: &AnnualResult) -> String {
         table(&mut text, vec![&over, "least", "median", "largest"], grid.metrics.iter().map(row).collect());
     }
     text
-}
-
-/// Formats a value with its interval of 95 % confidence where it has a width.
-fn in_words(WithInterval { value, low, high }: WithInterval) -> String {
-    match high - low > 1e-9 * value.abs() {
-        true => format!("{} ({} to {})", significant(value, 4), significant(low, 4), significant(high, 4)),
-        false => significant(value, 4),
-    }
 }

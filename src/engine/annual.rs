@@ -111,7 +111,7 @@ impl AnnualJob {
         let moment = |year: &WeatherYear, lit: &LitMoment| {
             let hours = lit.share / f64::from(year.weather.records_per_hour.max(1));
             // dirt on the tubes counts as if the sky were darker
-            let factor = self.factor(year, lit);
+            let factor = self.document.maintenance_factor(year.weather.records[lit.record].month);
             SkyMoment {
                 distribution: lit.distribution.clone(),
                 diffuse_horizontal_lux: factor * lit.diffuse_horizontal_lux,
@@ -124,12 +124,6 @@ impl AnnualJob {
         let of_year = |year: &WeatherYear| year.lit.iter().map(|lit| moment(year, lit)).collect();
         let years = self.files.iter().map(of_year).collect();
         scene.moments = Some(Arc::new(sky::Moments { years, of_directional_alone: self.by_responses }));
-    }
-
-    /// Returns the factor of the light of all tubes at a moment of a year.
-    pub fn factor(&self, year: &WeatherYear, lit: &LitMoment) -> f64 {
-        let month = usize::from(year.weather.records[lit.record].month);
-        self.document.maintenance.map_or(1.0, |factors| factors[month - 1])
     }
 
     /// Estimates the memory that the years of so many tubes hold in bytes: weather, moments with their skies, and the light of every tube at

@@ -14,6 +14,7 @@ pub mod prepared;
 pub mod reader;
 pub(crate) mod report;
 pub mod saved_files;
+pub(crate) mod verdict_words;
 pub(crate) mod scene_model;
 pub(crate) mod section_figure;
 pub(crate) mod sentences;

@@ -35,10 +35,7 @@ impl Prepared {
             .collect();
         let lux: Vec<Value> = (0..grid.len()).map(value).collect();
         let [low, high] = self.scene.room.enclosure.bounds();
-        let middle = low.midpoint(high).truncate();
-        let away = |sensor: &usize| grid.centre(*sensor).truncate().distance_squared(middle);
-        let valued = (0..grid.len()).filter(|sensor| weights[*sensor] > 0.0);
-        let middle = valued.min_by(|one, other| away(one).total_cmp(&away(other)));
+        let middle = grid.nearest(low.midpoint(high).truncate(), |sensor| weights[sensor] > 0.0);
         let area = Area { weights: &weights };
         let moment = GridAtMoment { clock, is_clear: self.is_clear(sky), area, lux: &lux, middle };
         moment.verdicts().iter().map(VerdictResult::from).collect()

@@ -9,8 +9,10 @@ use super::phrases::{in_words, list, quantity, text, with_interval};
 use super::reader::{ResultReader, failed};
 use super::sentences::sentences;
 use super::site_figure::longer_section;
+use super::verdict_words::verdict_in_words;
 use crate::VERSION;
 use crate::document::result::Verdict;
+use crate::document::result::annual::VerdictResult;
 use crate::engine::passes::RenderError;
 use crate::figure::plan_map::PlanMap;
 use crate::figure::sheet::{Sheet, SheetFigure, SheetPart};
@@ -134,16 +136,8 @@ fn grids(job: &Value) -> SheetPart {
 
 /// Makes the table of the criteria that name the moment of the job.
 fn criteria(job: &Value) -> SheetPart {
-    let of_grid = |grid: &Value| -> Vec<Vec<String>> {
-        let number = |of: &Value| of.as_f64().map_or_else(String::new, |number| significant(number, 4));
-        let row = |verdict: &Value| {
-            let found =
-                format!("{} ({} to {})", number(&verdict["value"]), number(&verdict["low"]), number(&verdict["high"]));
-            let criterion = format!("{}, {}", text(&verdict["scheme"]), text(&verdict["clause"]));
-            vec![criterion, found, number(&verdict["limit"]), text(&verdict["verdict"]).to_owned()]
-        };
-        list(&grid["verdicts"]).iter().map(row).collect()
-    };
+    let row = |verdict: &Value| VerdictResult::deserialize(verdict).ok().map(|of| verdict_in_words(&of).to_vec());
+    let of_grid = |grid: &Value| list(&grid["verdicts"]).iter().filter_map(row).collect::<Vec<_>>();
     let rows: Vec<Vec<String>> = list(&job["grids"]).iter().take(1).flat_map(of_grid).collect();
     let head = ["criterion of this moment", "found", "asked", "outcome"];
     table("Criteria that name this moment".to_owned(), &head, rows.into_iter())

@@ -169,7 +169,7 @@ fn sums_over_moments() {
         vec![moment(1.05 * lit, 2.0), moment(0.95 * lit, 1.0), moment(2.0 * lit, 0.5)],
         vec![moment(3.0 * lit, 0.25)],
     ];
-    let all = columns_of_all(&years);
+    let all = columns_of_all(years.iter().map(Vec::len));
     let years = Arc::new(YearsOf { years, of_directional_alone: false });
     let method =
         AtMoments::<1>::new(light_tracing(&scene, 256, 3), (&traceable(&scene), &scene.grids), years, (5, 0.05));

@@ -75,13 +75,7 @@ mod tests {
     #[test]
     fn lamps_follow_the_daylight() {
         let dimming = Dimming::default();
-        let year = Illuminances {
-            lit_lux: vec![250.0, 500.0],
-            noise_lux: Vec::new(),
-            records: 3,
-            relative_error: 0.0,
-            common_error: 0.0,
-        };
+        let year = Illuminances { lit_lux: vec![250.0, 500.0], records: 3, ..Illuminances::default() };
         let energy = dimming.energy(&year, 10.0, 0.5);
         assert!((energy.full_kwh - 0.09).abs() < 1e-15);
         // power 1, 0.1 + 0.9 x 0.4 / 0.9 = 0.5, and 0.1

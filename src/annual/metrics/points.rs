@@ -6,7 +6,7 @@ use super::Value;
 use crate::response::LitRow;
 
 /// Records of a year that count for a point, and its illuminance in them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Illuminances {
     /// Illuminances in lux of the records with light that count.
     pub lit_lux: Vec<f64>,
@@ -141,13 +141,7 @@ mod tests {
 
     /// Returns a year of `records` records, of which the first have these illuminances.
     fn year(lit_lux: &[f64], records: usize) -> Illuminances {
-        Illuminances {
-            lit_lux: lit_lux.to_vec(),
-            noise_lux: Vec::new(),
-            records,
-            relative_error: 0.0,
-            common_error: 0.0,
-        }
+        Illuminances { lit_lux: lit_lux.to_vec(), records, ..Illuminances::default() }
     }
 
     #[test]

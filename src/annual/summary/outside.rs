@@ -23,13 +23,7 @@ impl Outside {
         let (diffuse, _) = by_record(lit, hours.daylight.len());
         let counting = diffuse.iter().zip(hours.daylight).filter(|(_, counts)| **counts);
         let counting: Vec<f64> = counting.map(|(lux, _)| *lux).collect();
-        let counting = Illuminances {
-            records: counting.len(),
-            lit_lux: counting,
-            noise_lux: Vec::new(),
-            relative_error: 0.0,
-            common_error: 0.0,
-        };
+        let counting = Illuminances { records: counting.len(), lit_lux: counting, ..Illuminances::default() };
         Self {
             diffuse_klxh: sum(|moment| moment.diffuse_horizontal_lux),
             direct_klxh: sum(LitMoment::direct_horizontal_lux),

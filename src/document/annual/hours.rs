@@ -5,8 +5,9 @@ use serde_json::Value;
 use utoipa::ToSchema;
 
 use crate::document::errors::{Checks, DocumentErrors, FieldError, FieldErrorCode};
-use crate::document::limits::{DEW_POINT_C, DIFFUSE_IRRADIANCE_W_M2, DIRECT_IRRADIANCE_W_M2, HOURS};
+use crate::document::limits::HOURS;
 use crate::document::read::shape;
+use crate::document::sky::perez::{PerezDocument, typical_dew_point};
 use crate::document::sky::time::{day_of_year, instant};
 use crate::sky::Irradiances;
 use crate::sky::sun::UtcInstant;
@@ -34,10 +35,6 @@ pub struct HourDocument {
     #[serde(default = "typical_dew_point")]
     #[schema(default = 11.0)]
     pub dew_point_c: f64,
-}
-
-fn typical_dew_point() -> f64 {
-    11.0
 }
 
 /// Hour that was read and checked.
@@ -73,23 +70,19 @@ impl HourListDocument {
 
 impl HourDocument {
     fn checked(&self, number: usize, checks: &mut Checks) -> Option<ValidHour> {
-        let pointer = |field: &str| format!("/hours/{number}/{field}");
-        for (field, value, range) in [
-            ("direct_normal_irradiance_w_m2", self.direct_normal_irradiance_w_m2, DIRECT_IRRADIANCE_W_M2),
-            ("diffuse_horizontal_irradiance_w_m2", self.diffuse_horizontal_irradiance_w_m2, DIFFUSE_IRRADIANCE_W_M2),
-            ("dew_point_c", self.dew_point_c, DEW_POINT_C),
-        ] {
-            checks.number(&pointer(field), value, range);
-        }
-        let irradiances = Irradiances {
-            direct_normal_w_m2: self.direct_normal_irradiance_w_m2,
-            diffuse_horizontal_w_m2: self.diffuse_horizontal_irradiance_w_m2,
+        let at = format!("/hours/{number}");
+        let sky = PerezDocument {
+            direct_normal_irradiance_w_m2: self.direct_normal_irradiance_w_m2,
+            diffuse_horizontal_irradiance_w_m2: self.diffuse_horizontal_irradiance_w_m2,
             dew_point_c: self.dew_point_c,
         };
+        sky.check(&at, checks);
         match (instant(&self.time), day_of_year(&self.time)) {
-            (Ok(instant), Some(day_of_year)) => Some(ValidHour { instant, day_of_year, irradiances }),
+            (Ok(instant), Some(day_of_year)) => {
+                Some(ValidHour { instant, day_of_year, irradiances: sky.irradiances() })
+            }
             (Err(detail), _) => {
-                checks.errors.push(FieldError::new(pointer("time"), detail));
+                checks.errors.push(FieldError::new(format!("{at}/time"), detail));
                 None
             }
             (Ok(_), None) => None,

@@ -66,6 +66,13 @@ pub struct AnnualDocument {
     pub maintenance: Option<[f64; 12]>,
 }
 
+impl AnnualDocument {
+    /// Returns the factor of the light of all tubes in a month, 1 to 12.
+    pub fn maintenance_factor(&self, month: u8) -> f64 {
+        self.maintenance.map_or(1.0, |factors| factors[usize::from(month) - 1])
+    }
+}
+
 /// Other daylight of a grid.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]

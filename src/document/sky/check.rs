@@ -33,7 +33,7 @@ pub(crate) fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
             checks.number("/sky/cie_type", cie_type, CIE_TYPE);
         }
         (None, Some(_), None) => {}
-        (None, None, Some(perez)) => perez.check(checks),
+        (None, None, Some(perez)) => perez.check("/sky/perez", checks),
         (None, None, None) => checks.refuse("/sky/cie_type", "required, unless `preset` or `perez` is given"),
         (Some(_), Some(_), _) => {
             checks.refuse("/sky/preset", "must be left out if `cie_type` is given: only one of them may name the sky")

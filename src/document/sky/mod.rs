@@ -2,7 +2,7 @@
 
 pub(super) mod check;
 pub mod daylight;
-mod perez;
+pub mod perez;
 pub mod time;
 pub mod time_zone;
 

@@ -24,26 +24,34 @@ pub struct PerezDocument {
     pub dew_point_c: f64,
 }
 
-fn typical_dew_point() -> f64 {
+/// Returns the dew point in degrees Celsius where none is given.
+pub fn typical_dew_point() -> f64 {
     11.0
 }
 
 impl PerezDocument {
     /// Returns the state of the sky under a sun at the unit vector `sun`, on the day of `time` in RFC 3339.
     pub(super) fn state(&self, sun: DVec3, time: Option<&str>) -> PerezSky {
-        let irradiances = Irradiances {
+        PerezSky::new(self.irradiances(), sun, time.and_then(day_of_year))
+    }
+
+    /// Returns the irradiances with the dew point.
+    pub fn irradiances(&self) -> Irradiances {
+        Irradiances {
             direct_normal_w_m2: self.direct_normal_irradiance_w_m2,
             diffuse_horizontal_w_m2: self.diffuse_horizontal_irradiance_w_m2,
             dew_point_c: self.dew_point_c,
-        };
-        PerezSky::new(irradiances, sun, time.and_then(day_of_year))
+        }
     }
 
-    pub(super) fn check(&self, checks: &mut Checks) {
-        let direct = self.direct_normal_irradiance_w_m2;
-        checks.number("/sky/perez/direct_normal_irradiance_w_m2", direct, DIRECT_IRRADIANCE_W_M2);
-        let diffuse = self.diffuse_horizontal_irradiance_w_m2;
-        checks.number("/sky/perez/diffuse_horizontal_irradiance_w_m2", diffuse, DIFFUSE_IRRADIANCE_W_M2);
-        checks.number("/sky/perez/dew_point_c", self.dew_point_c, DEW_POINT_C);
+    /// Checks the numbers, which stand at the JSON pointer `at`.
+    pub(in crate::document) fn check(&self, at: &str, checks: &mut Checks) {
+        for (field, value, range) in [
+            ("direct_normal_irradiance_w_m2", self.direct_normal_irradiance_w_m2, DIRECT_IRRADIANCE_W_M2),
+            ("diffuse_horizontal_irradiance_w_m2", self.diffuse_horizontal_irradiance_w_m2, DIFFUSE_IRRADIANCE_W_M2),
+            ("dew_point_c", self.dew_point_c, DEW_POINT_C),
+        ] {
+            checks.number(&format!("{at}/{field}"), value, range);
+        }
     }
 }

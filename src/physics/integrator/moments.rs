@@ -87,9 +87,9 @@ pub fn columns(moments: usize) -> usize {
     moments + SUMMARIES
 }
 
-/// Returns the number of values of a sensor with several years.
-pub fn columns_of_all(years: &[Vec<SkyMoment>]) -> usize {
-    years.iter().map(|year| columns(year.len())).sum()
+/// Returns the number of values of a sensor with several years, each with so many moments.
+pub fn columns_of_all(years: impl IntoIterator<Item = usize>) -> usize {
+    years.into_iter().map(columns).sum()
 }
 
 /// Method of grids whose passes have the illuminances at many moments, too.
@@ -138,7 +138,7 @@ impl<const C: usize> AtMoments<C> {
         rays += suns.iter().map(|sun| sun.rays).sum::<RayCount>();
         let luminances = self.luminances.get_or_init(|| luminances(&moments, &self.patches));
         let of_sensor = |(sensor, coefficients): (usize, &Vec<f64>)| {
-            let mut values = Vec::with_capacity(columns_of_all(&self.moments.years));
+            let mut values = Vec::with_capacity(columns_of_all(self.moments.years.iter().map(Vec::len)));
             let mut lit = suns.iter().zip(luminances);
             for year in self.moments.years.iter() {
                 let [mut exposure, mut direct_hours] = [0.0; 2];
@@ -324,7 +324,7 @@ impl<const C: usize> Integrator for AtMoments<C> {
         let mut start = self.method.start();
         start.grids.resize(self.tracing.planes(), GridPass::default());
         for (grid, plane) in start.grids.iter_mut().zip(&self.tracing.sensors) {
-            grid.moments = vec![0.0; plane.len() * columns_of_all(&self.moments.years)];
+            grid.moments = vec![0.0; plane.len() * columns_of_all(self.moments.years.iter().map(Vec::len))];
         }
         start
     }

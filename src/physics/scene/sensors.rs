@@ -206,6 +206,12 @@ impl Grid {
         DVec3::new(self.x_m[index % self.cells[0]], self.y_m[index / self.cells[0]], self.height_m)
     }
 
+    /// Returns the sensor nearest to a point of the plan among those that `counts` holds for.
+    pub fn nearest(&self, point: DVec2, counts: impl Fn(usize) -> bool) -> Option<usize> {
+        let away = |sensor: &usize| self.centre(*sensor).truncate().distance_squared(point);
+        (0..self.len()).filter(|sensor| counts(*sensor)).min_by(|one, other| away(one).total_cmp(&away(other)))
+    }
+
     /// True if a sensor lies inside a solid and has no value; a cell, if all of it does.
     #[inline]
     pub fn is_inside(&self, index: usize) -> bool {

@@ -1,6 +1,7 @@
 //! Illuminances of a grid at any hours, by the responses that a year keeps of its room: nothing is traced but beams through tubes without a
 //! closed form.
 
+use super::lumens::maintain;
 use super::JobYear;
 use crate::annual::fluxes::tube_years;
 use crate::annual::light::{Illuminances, lit};
@@ -55,13 +56,7 @@ impl JobYear {
         let records: Vec<Record> = hours.iter().map(record).collect();
         let lit = lit(&records, &moments, Illuminances::Perez, self.rotation);
         let mut tubes = tube_years(&self.scene, &lit, self.seed);
-        if let Some(factors) = self.document.maintenance {
-            for (light, moment) in tubes.iter_mut().flat_map(|tube| tube.moments.iter_mut().zip(&lit)) {
-                let factor = factors[usize::from(records[moment.record].month) - 1];
-                light.sky_lm *= factor;
-                light.sun_lm *= factor;
-            }
-        }
+        maintain(&mut tubes, &self.document, &lit, &records);
         let of_records = RecordLight::new(&lit, &tubes);
         let all = Sensors { light, other_lux: &[], eyes: &[], records: hours.len() };
         let row = |sensor: usize| match of.weights[sensor] > 0.0 {

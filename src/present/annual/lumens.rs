@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use crate::annual::fluxes::{TubeYear, tube_years};
+use crate::annual::light::LitMoment;
 use crate::annual::response::RecordLight;
+use crate::annual::weather::Record;
+use crate::document::annual::AnnualDocument;
 use crate::engine::annual::{AnnualJob, WeatherYear};
 use crate::engine::prepare::RenderJob;
 
@@ -24,13 +27,16 @@ impl FileLumens {
 
     fn new(job: &RenderJob, annual: &AnnualJob, file: &WeatherYear) -> Self {
         let mut tubes = tube_years(&job.traceable, &file.lit, job.seed);
-        for tube in &mut tubes {
-            for (light, moment) in tube.moments.iter_mut().zip(&file.lit) {
-                let factor = annual.factor(file, moment);
-                light.sky_lm *= factor;
-                light.sun_lm *= factor;
-            }
-        }
+        maintain(&mut tubes, &annual.document, &file.lit, &file.weather.records);
         Self { light: Arc::new(RecordLight::new(&file.lit, &tubes)), tubes }
+    }
+}
+
+/// Multiplies the light of tubes at the moments of records by the maintenance factors of their months.
+pub(super) fn maintain(tubes: &mut [TubeYear], document: &AnnualDocument, lit: &[LitMoment], records: &[Record]) {
+    for (light, moment) in tubes.iter_mut().flat_map(|tube| tube.moments.iter_mut().zip(lit)) {
+        let factor = document.maintenance_factor(records[moment.record].month);
+        light.sky_lm *= factor;
+        light.sun_lm *= factor;
     }
 }

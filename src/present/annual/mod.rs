@@ -27,7 +27,7 @@ use crate::document::result::{ExternalIlluminance, GridResult, TubeResponse};
 use crate::engine::annual::WeatherYear;
 use crate::engine::prepare::RenderJob;
 use crate::integrator::diffuser_source::closure_source::is_lambertian;
-use crate::integrator::moments::columns;
+use crate::integrator::moments::{columns, columns_of_all};
 use crate::output::npy::Array;
 use crate::plan::YearMethod;
 use crate::plan::memory::mesh_bytes;
@@ -97,9 +97,9 @@ impl JobYear {
         // of discs of the area of the openings
         let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
         let radii: Vec<f64> = job.traceable.tubes.iter().map(radius).collect();
-        let columns_of_all: usize = annual.files.iter().map(|file| columns(file.lit.len())).sum();
+        let columns = columns_of_all(annual.files.iter().map(|file| file.lit.len()));
         let is_whole =
-            |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| values.len() == grid.len() * columns_of_all;
+            |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| values.len() == grid.len() * columns;
         // kept values belong to other moments if what is known of the weather has changed
         if annual.at_moments && !job.scene.grids.iter().zip(&results).all(is_whole) {
             return None;
@@ -127,7 +127,7 @@ impl JobYear {
                 sensors: GridOfYear::sensors(of, number, file.weather.records.len()),
                 weights: &of.weights,
                 zone_area_m2,
-                middle: of.nearest(low.midpoint(high).truncate()),
+                middle: of.grid.nearest(low.midpoint(high).truncate(), |sensor| of.weights[sensor] > 0.0),
             };
             let inputs: Vec<GridInput> = grids.iter().map(input).collect();
             FileYear::new(file, lumens, (&inputs, &radii), &options)
@@ -229,13 +229,6 @@ impl GridOfYear {
         let light = self.lights.get(file).unwrap_or(&self.lights[0]);
         Sensors { light, other_lux, eyes: &self.eyes, records }
     }
-
-    /// Returns the sensor with a value that is nearest to a point of the plan.
-    fn nearest(&self, point: DVec2) -> Option<usize> {
-        let away = |sensor: &usize| self.grid.centre(*sensor).truncate().distance_squared(point);
-        let valued = (0..self.weights.len()).filter(|sensor| self.weights[*sensor] > 0.0);
-        valued.min_by(|one, other| away(one).total_cmp(&away(other)))
-    }
 }
 
 /// Converts the values of a grid at all moments of each weather file, with raised errors; its daylight factors are those of its result.
@@ -251,7 +244,7 @@ fn at_moments(grid: &Grid, result: &GridResult, files: &[WeatherYear], values: &
         Value { value: per_lux * lux, standard_error: per_lux * error.map_or(lux, |error| raise * error) }
     };
     let factors: Vec<Value> = of_grid.map(factor).collect();
-    let all: usize = files.iter().map(|file| columns(file.lit.len())).sum();
+    let all = columns_of_all(files.iter().map(|file| file.lit.len()));
     let mut first = 0;
     let of_file = |file: &WeatherYear| {
         let own = first..first + columns(file.lit.len());

@@ -2,10 +2,11 @@
 
 use super::JobYear;
 use super::figures::{percent, with_half_width};
-use crate::document::result::annual::{GridYearResult, VerdictKind, VerdictResult, WithInterval};
+use crate::document::result::annual::{GridYearResult, WithInterval};
 use crate::figure::sheet::{SheetFigure, SheetPart, Tone};
 use crate::figure::ticks::{short, significant, with_error};
 use crate::present::subject::Subject;
+use crate::present::verdict_words::verdict_in_words;
 
 /// Largest number of grids that a report describes.
 const MOST_GRIDS: usize = 3;
@@ -24,15 +25,11 @@ impl JobYear {
                 summary.site.name,
                 percent(grid.sda_percent),
                 of.result.place_in_words(),
-                Self::mean_in_words(grid),
+                format_args!("the mean of these hours is {} lx", with_half_width(grid.mean_lux)),
             );
             (Tone::Plain, text)
         };
         summary.grids.iter().zip(&self.grids).take(MOST_GRIDS).map(sentence).collect()
-    }
-
-    fn mean_in_words(grid: &GridYearResult) -> String {
-        format!("the mean of these hours is {} lx", with_half_width(grid.mean_lux))
     }
 
     /// Draws the daylight autonomy of the first grid, and its mean by day and hour.
@@ -50,14 +47,13 @@ impl JobYear {
     /// Makes the table of the first grids' metrics.
     pub fn metrics_table(&self) -> SheetPart {
         let summary = self.summary().first;
-        let in_percent = |value: WithInterval| value_in_words(value);
         let row = |grid: &GridYearResult| {
-            let autonomies = grid.autonomies.iter().map(|autonomy| in_percent(autonomy.da_percent));
+            let autonomies = grid.autonomies.iter().map(|autonomy| value_in_words(autonomy.da_percent));
             std::iter::once(grid.name.clone())
                 .chain([value_in_words(grid.mean_lux)])
                 .chain(autonomies)
                 .chain([
-                    in_percent(grid.udi.autonomous_percent),
+                    value_in_words(grid.udi.autonomous_percent),
                     percent(grid.sda_percent),
                     value_in_words(grid.exposure_klxh),
                 ])
@@ -81,31 +77,12 @@ impl JobYear {
     /// Makes the table of the criteria of standards and schemes for the first grid.
     pub fn criteria_table(&self) -> SheetPart {
         let summary = self.summary().first;
-        let row = |verdict: &VerdictResult| {
-            let outcome = match verdict.verdict {
-                VerdictKind::Pass => "passes",
-                VerdictKind::Fail => "fails",
-                VerdictKind::Undecided => "undecided",
-            };
-            let VerdictResult { value, low, high, .. } = *verdict;
-            let found = if high > low {
-                format!("{} ({} to {})", significant(value, 4), significant(low, 4), significant(high, 4))
-            } else {
-                significant(value, 4)
-            };
-            vec![
-                format!("{}, {}", verdict.scheme, verdict.clause),
-                found,
-                significant(verdict.limit, 4),
-                outcome.to_owned(),
-            ]
-        };
         let verdicts = summary.grids.first().map_or(&[][..], |grid| grid.verdicts.as_slice());
         SheetPart::Table {
             title: "Criteria, as if the tubes were the room's only daylight; no scheme is met by single criteria"
                 .to_owned(),
             head: ["criterion", "found", "asked", "outcome"].map(str::to_owned).to_vec(),
-            rows: verdicts.iter().map(row).collect(),
+            rows: verdicts.iter().map(|verdict| verdict_in_words(verdict).to_vec()).collect(),
         }
     }
 }
