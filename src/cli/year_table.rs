@@ -25,13 +25,19 @@ fn year_table(result: &AnnualResult) -> String {
     for grid in &year.grids {
         let mut rows: Vec<Vec<String>> = Vec::new();
         for autonomy in &grid.autonomies {
-            rows.push(vec![format!("daylight autonomy {} lx, %", autonomy.lux), interval_in_words(autonomy.da_percent)]);
+            rows.push(vec![
+                format!("daylight autonomy {} lx, %", autonomy.lux),
+                interval_in_words(autonomy.da_percent),
+            ]);
         }
         rows.push(vec!["spatial daylight autonomy, % of the area".to_owned(), interval_in_words(grid.sda_percent)]);
         rows.push(vec!["median lux of the daylight hours".to_owned(), interval_in_words(grid.median_lux)]);
         rows.push(vec!["exposure, klx h".to_owned(), interval_in_words(grid.exposure_klxh)]);
         if let Some(dimming) = grid.dimming {
-            rows.push(vec!["electric energy saved, kWh (upper estimate)".to_owned(), interval_in_words(dimming.saved_kwh)]);
+            rows.push(vec![
+                "electric energy saved, kWh (upper estimate)".to_owned(),
+                interval_in_words(dimming.saved_kwh),
+            ]);
         }
         table(&mut text, vec![&grid.name, "value"], rows);
         let verdict = |verdict: &VerdictResult| {

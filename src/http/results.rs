@@ -22,7 +22,7 @@ use crate::http::problem::{Path, Problem};
 use crate::http::turns::{Line, Turn};
 use crate::http::{App, Service, content};
 use crate::output::OutputError;
-use crate::present::outputs::{Output, moments_outputs};
+use crate::present::outputs::{Annual, Output, moments_outputs};
 use crate::present::prepared::prepare;
 use crate::present::reader::{Kept, ResultReader};
 use crate::present::subject::Subject;
@@ -127,9 +127,12 @@ pub(super) async fn read<T: Send + 'static>(
         return made.await?;
     }
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let key = id.to_string();
+    let year = years.kept(&key).and_then(Result::ok).flatten();
+    let is_needed = |output: &&Output| year.is_none() || !matches!(output, Output::Annual(Annual::Moments(_), _));
     let mut files = HashMap::new();
     // its files come with its end
-    for name in kept.iter().filter(|_| job.head.status.is_final()).map(Output::file) {
+    for name in kept.iter().filter(|_| job.head.status.is_final()).filter(is_needed).map(Output::file) {
         if let Some(artifact) = app.store.artifact(id, &name).await? {
             files.insert(name, app.artifacts.read_artifact(&artifact).await?);
         }
@@ -142,7 +145,8 @@ pub(super) async fn read<T: Send + 'static>(
             files,
             tubes: tubes.and_then(Result::ok).unwrap_or_default(),
             prepare: Box::new(prepare),
-            years: Some((years, id.to_string())),
+            year,
+            years: Some((years, key)),
         };
         work(&results, job)
     });

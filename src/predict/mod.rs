@@ -2,6 +2,7 @@
 
 pub mod forecast;
 pub mod pilot;
+mod pilot_outcome;
 pub(crate) mod pilot_passes;
 pub(crate) mod pilot_sample;
 pub mod predictions;

@@ -11,6 +11,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::scope;
 use std::time::{Duration, Instant};
 
+use super::pilot_outcome::{Outcome, cheapen_the_looser};
 use super::pilot_passes::{Clock, LEAST_PASSES, Passes};
 use super::pilot_sample::Sample;
 use super::predictions::{
@@ -61,14 +62,8 @@ const OF_COST: f64 = 0.15;
 /// Bits that turn the seed of a job into that of its pilot, by exclusive or.
 const PILOT: u64 = 0x70_69_6c_6f_74;
 
-/// Reason that is given where a method was not tried, or not long enough.
-const NO_TIME: &str = "its set-up and first passes take longer than its trial may";
-
 /// Reason that is given for years whose moments are traced, which take most of the time.
 const UNTRIED: &str = "the moments of a year are not tried";
-
-/// Reason that is given where the processors did other work instead.
-const BUSY: &str = "the machine is busy: its processors had no time for the trial";
 
 /// Predicts the time that each method would take to each accuracy; `cancel` ends the pilot early, with fewer predictions.
 pub fn predict(prepared: &RenderJob, cancel: &AtomicBool) -> Predictions {
@@ -177,37 +172,6 @@ struct Run {
     of_place: f64,
     /// Processor seconds of everything that was tried for this size.
     spent: f64,
-}
-
-/// Lowers the time to an accuracy to that of the next tighter one where it is above that, which can only be chance of the pilot. `times`
-/// begin with the loosest accuracy.
-fn cheapen_the_looser(times: &mut [PredictedTime]) {
-    for index in (1..times.len()).rev() {
-        let (looser, tighter) = (&times[index - 1], &times[index]);
-        if let (Some(of_looser), Some(of_tighter)) = (looser.seconds, tighter.seconds)
-            && of_looser > of_tighter
-        {
-            times[index - 1] = PredictedTime { relative_error: looser.relative_error, ..tighter.clone() };
-        }
-    }
-}
-
-/// Predictions of a method.
-#[derive(Default)]
-struct Outcome {
-    first_number: Option<f64>,
-    times: Vec<PredictedTime>,
-    /// True if other work of the machine left no time for more.
-    is_busy: bool,
-}
-
-impl Outcome {
-    fn time_to(&self, relative_error: f64) -> PredictedTime {
-        let found = self.times.iter().find(|time| time.relative_error == relative_error);
-        found
-            .cloned()
-            .unwrap_or_else(|| PredictedTime::unknown(relative_error, if self.is_busy { BUSY } else { NO_TIME }))
-    }
 }
 
 /// Derives the laws of the errors of a method's own passes, on the grids alone where there are any, or else on the views, from a number of
@@ -448,6 +412,7 @@ impl Pilot<'_> {
 mod tests {
     use std::sync::Arc;
 
+    use super::super::pilot_outcome::BUSY;
     use super::*;
     use crate::document::FileSource;
     use crate::engine::prepare::prepare;

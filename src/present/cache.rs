@@ -37,6 +37,11 @@ impl<K: PartialEq, T: Clone> Cache<K, T> {
         value
     }
 
+    /// Returns the value of a key if it is kept.
+    pub fn kept(&self, key: &K) -> Option<T> {
+        self.values().iter().find(|(other, _)| other == key).and_then(|(_, slot)| slot.get().cloned())
+    }
+
     /// Forgets the value of a key, so that the next request computes it.
     pub fn forget(&self, key: &K) {
         self.values().retain(|(other, _)| other != key);

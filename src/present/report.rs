@@ -277,6 +277,7 @@ mod tests {
             files: HashMap::new(),
             tubes: Vec::new(),
             prepare: Box::new(prepare),
+            year: None,
             years: None,
         };
         let sheet = report(&nothing, &job, "skyduct".to_owned()).unwrap();

@@ -30,6 +30,8 @@ mod jobs;
 mod dielectrics_and_diffusers;
 mod geometry;
 mod page;
+mod placed_tubes;
 mod room_and_estimators;
 mod sky_and_sun;
+
 mod tube;

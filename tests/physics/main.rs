@@ -28,6 +28,7 @@ mod analytic_radiosity;
 mod annual;
 mod annual_coverage;
 mod annual_gaps;
+mod annual_moments;
 mod at_openings;
 mod bidirectional;
 mod buried_sensors;

@@ -113,7 +113,8 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
     if let Some(years) = scene.moments.as_ref().map(|moments| &moments.years) {
         let sensors = scene.grids.iter().map(Grid::len).sum::<usize>() as f64;
         let moments: usize = years.iter().map(Vec::len).sum();
-        bytes.grids += sensors * moments::columns_of_all(years.iter().map(Vec::len)) as f64 * (COPIES * MOMENTS + VALUES_OF_PASS);
+        bytes.grids +=
+            sensors * moments::columns_of_all(years.iter().map(Vec::len)) as f64 * (COPIES * MOMENTS + VALUES_OF_PASS);
         // luminances, and of each sensor the light of all patches, of those of one more part, and the coefficients
         bytes.working += moments::COEFFICIENTS as f64 * (8.0 * moments as f64 + 40.0 * sensors);
     }

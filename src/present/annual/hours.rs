@@ -1,8 +1,8 @@
 //! Illuminances of a grid at any hours, by the responses that a year keeps of its room: nothing is traced but beams through tubes without a
 //! closed form.
 
-use super::lumens::maintain;
 use super::JobYear;
+use super::lumens::maintain;
 use crate::annual::fluxes::tube_years;
 use crate::annual::light::{Illuminances, lit};
 use crate::annual::moment::Moment;

@@ -98,8 +98,7 @@ impl JobYear {
         let radius = |tube: &TraceableTube| (tube.opening.area_m2() / PI).sqrt();
         let radii: Vec<f64> = job.traceable.tubes.iter().map(radius).collect();
         let columns = columns_of_all(annual.files.iter().map(|file| file.lit.len()));
-        let is_whole =
-            |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| values.len() == grid.len() * columns;
+        let is_whole = |(grid, (_, values)): (&Grid, &(GridResult, Vec<Value>))| values.len() == grid.len() * columns;
         // kept values belong to other moments if what is known of the weather has changed
         if annual.at_moments && !job.scene.grids.iter().zip(&results).all(is_whole) {
             return None;

@@ -29,8 +29,9 @@ use skyduct::integrator::method::RefusalCode;
 
 use self::columns::{COLUMNS, Column, Family};
 use self::render::{Effort, Left, render, seed};
-use self::row::{Row, Values};
-use crate::judge::{self, Deviation, Measured, Verdict, compare, deviation, sigmas};
+use self::row::Row;
+pub use self::row::compare_all;
+use crate::judge::{self, Deviation, Verdict, deviation, sigmas};
 
 /// Probability that a change of the random numbers alone lets any comparison of the matrix fail.
 const FALSE_ALARM: f64 = 0.01;
@@ -336,27 +337,6 @@ fn judge_cell(name: &str, row: &Row, column: &Column, effort: Effort, judged: &m
         judged.deviations.insert(column.name, deviation);
     }
     Ok(())
-}
-
-/// Compares all values, each with a sentence for the case that they differ.
-pub fn compare_all(found: &Values, oracle: &Values, bound: f64) -> Vec<(String, Verdict)> {
-    let mut verdicts = Vec::new();
-    let mut judge = |what: &str, found: &[Measured], oracle: &[Measured], bound: f64| {
-        assert_eq!(found.len(), oracle.len());
-        for (place, (found, oracle)) in found.iter().zip(oracle).enumerate() {
-            let sentence = format!("{what}, place {place}: {found:?} is not {oracle:?}");
-            verdicts.push((sentence, compare(*found, *oracle, bound)));
-        }
-    };
-    assert_eq!(found.outputs.len(), oracle.outputs.len());
-    for (output, (found, oracle)) in found.outputs.iter().zip(&oracle.outputs).enumerate() {
-        judge(&format!("output {output}"), &found.0, &oracle.0, bound);
-        judge(&format!("mean of output {output}"), &[found.1.measured()], &[oracle.1.measured()], bound);
-    }
-    if !found.tubes.is_empty() && !oracle.tubes.is_empty() {
-        judge("flux through tubes", &found.tubes, &oracle.tubes, 0.0);
-    }
-    verdicts
 }
 
 /// Fails unless the methods that the row lists refuse it, and all others agree with its oracle.

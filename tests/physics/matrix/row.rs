@@ -7,7 +7,7 @@ use skyduct::plan::{self, EffectKind, EffectRequest, EffectRequests, Effects};
 use skyduct::scene::Scene;
 use skyduct::traceable::TraceableScene;
 
-use crate::judge::{KNOWN, Measured, Whole};
+use crate::judge::{KNOWN, Measured, Verdict, Whole, compare};
 use crate::reference;
 
 /// A scene, all of whose outputs are compared.
@@ -153,4 +153,25 @@ pub fn cornell(blocks: usize) -> Values {
     let whole = Whole { value: whole.value, noise: whole.error, bias: 0.0, degrees: KNOWN };
     let blocks = (0..blocks * blocks).map(|block| mean(&of_block(block))).collect();
     Values { outputs: vec![(blocks, whole)], tubes: Vec::new() }
+}
+
+/// Compares all values, each with a sentence for the case that they differ.
+pub fn compare_all(found: &Values, oracle: &Values, bound: f64) -> Vec<(String, Verdict)> {
+    let mut verdicts = Vec::new();
+    let mut judge = |what: &str, found: &[Measured], oracle: &[Measured], bound: f64| {
+        assert_eq!(found.len(), oracle.len());
+        for (place, (found, oracle)) in found.iter().zip(oracle).enumerate() {
+            let sentence = format!("{what}, place {place}: {found:?} is not {oracle:?}");
+            verdicts.push((sentence, compare(*found, *oracle, bound)));
+        }
+    };
+    assert_eq!(found.outputs.len(), oracle.outputs.len());
+    for (output, (found, oracle)) in found.outputs.iter().zip(&oracle.outputs).enumerate() {
+        judge(&format!("output {output}"), &found.0, &oracle.0, bound);
+        judge(&format!("mean of output {output}"), &[found.1.measured()], &[oracle.1.measured()], bound);
+    }
+    if !found.tubes.is_empty() && !oracle.tubes.is_empty() {
+        judge("flux through tubes", &found.tubes, &oracle.tubes, 0.0);
+    }
+    verdicts
 }
