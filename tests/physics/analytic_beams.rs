@@ -130,13 +130,22 @@ fn kinds() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// Every kind, with two seeds, sensor by sensor within four combined standard errors, corrected for the number of
-/// sensors; the root mean square of a grid within 1.5 of them, where errors of few passes spread as Student's distribution
-/// does. The light is accounted for to 0.2 %.
 #[test]
 fn agrees_with_light_tracing() {
+    agree(&[0]);
+}
+
+#[test]
+#[ignore = "half a minute: the same with other random numbers"]
+fn agrees_with_light_tracing_with_other_seeds() {
+    agree(&[1, 2]);
+}
+
+/// Every kind, with each of the seeds, sensor by sensor within four combined standard errors, corrected for the number of
+/// sensors; the root mean square of a grid within 1.5 of them, where errors of few passes spread as Student's distribution
+/// does. The light is accounted for to 0.2 %.
+fn agree(seeds: &[u64]) {
     let kinds = kinds();
-    let seeds = [0, 1];
     let sensors: usize = kinds.iter().map(|(_, scene)| scene.grids[0].len()).sum();
     let most = two_sided_normal_quantile(1.0 - FALSE_ALARM / (sensors * seeds.len()) as f64);
     for (name, scene) in &kinds {
@@ -145,7 +154,7 @@ fn agrees_with_light_tracing() {
         // the variance of Student's distribution
         let freedom = passes as f64 - 1.0;
         let most_rms = 1.5 * (freedom / (freedom - 2.0)).sqrt();
-        for seed in seeds {
+        for &seed in seeds {
             let solution = solve(scene, seed);
             let (mut worst, mut squares) = (0f64, 0.0);
             for sensor in 0..scene.grids[0].len() {
