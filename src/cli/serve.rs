@@ -84,7 +84,7 @@ pub(super) fn run(args: ServeArgs) -> anyhow::Result<()> {
 }
 
 /// Creates the runtime for requests, streams and rows, beside the render threads (one per processor). It has one thread for each
-/// four processors, because this work is little and further threads would be woken in vain, but at least two, so that one can
+/// four processors, because this work is little and further threads would have nothing to do, but at least two, so that one can
 /// answer while the other writes a long answer.
 pub fn runtime() -> anyhow::Result<Runtime> {
     let processors = std::thread::available_parallelism().map_or(1, NonZero::get);

@@ -12,7 +12,7 @@ use crate::traceable::{Place, RoomObject, TraceableScene};
 /// Number of points along each side of the lattice in an opening from which it is asked what lies below.
 const LATTICE: u32 = 8;
 
-/// Fraction of an opening that an object must cover to be told.
+/// Fraction of an opening from which on an object that covers it is reported.
 const COVERED: f64 = 0.5;
 
 /// Fraction of the height of an opening within which an object must lie below it: tables and cupboards stand deeper.

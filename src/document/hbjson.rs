@@ -30,7 +30,7 @@ const LONGEST_NAME: usize = 256;
 /// Longest message about the text of a model, in characters.
 const LONGEST_MESSAGE: usize = 300;
 
-/// Largest part of a room's extent within which corners are merged, whatever the model's tolerance.
+/// Largest fraction of a room's extent within which corners are merged, also if the model's tolerance is larger.
 const COARSEST: f64 = 1e-3;
 
 /// Number of nanometres in a metre: coordinates are rounded to whole ones, so that 2.7 is written as 2.7.

@@ -126,8 +126,8 @@ impl AnnualJob {
         scene.moments = Some(Arc::new(sky::Moments { years, of_directional_alone: self.by_responses }));
     }
 
-    /// Estimates the memory that the years of so many tubes hold in bytes: weather, moments with their skies, and the light of every tube at
-    /// every moment and in every record.
+    /// Estimates the memory in bytes that the years of this number of tubes hold: weather, moments with their skies, and the light of every
+    /// tube at every moment and in every record.
     pub fn bytes(&self, tubes: usize) -> usize {
         let of_tubes = tubes * (2 * size_of::<TubeLight>() + size_of::<TubeRecord>());
         let of_file = |file: &WeatherYear| {

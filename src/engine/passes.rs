@@ -89,7 +89,7 @@ impl RenderJob {
         self.next_pass(estimate, spent, stop, heard, Ends::WhenAccurate)
     }
 
-    /// Renders the next pass as [`Self::render_pass`] does, of a job that ends by itself at the condition `ends`.
+    /// Renders the next pass as [`Self::render_pass`] does, of a job that ends at its own condition `ends`.
     fn next_pass(
         &self,
         estimate: &mut Estimate,
@@ -156,7 +156,7 @@ impl RenderJob {
         rayon::scope(|_| self.render(stop, heard))
     }
 
-    /// Renders all `max_passes`, whatever the accuracy and the time: the result is the same on every machine.
+    /// Renders all `max_passes`, regardless of accuracy and time, so that the result is the same on every machine.
     pub fn render_all_passes(&self, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Estimate, RenderError> {
         let stop = Stop::default();
         let next = |estimate: &mut Estimate, spent: &mut Spent| {

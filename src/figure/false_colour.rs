@@ -16,7 +16,7 @@ const TICK_PX: usize = 6;
 /// Smallest height of a picture with a scale in pixels: the unit, and room for the labels of ten ticks.
 const LEAST_HEIGHT_PX: usize = 240;
 
-/// Colours on one scale, for one picture or several that are to be compared.
+/// Colours on one scale, for one picture, or for several that are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct FalseColours {
     scale: Scale,

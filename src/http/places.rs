@@ -14,7 +14,7 @@ const AGAIN_SECONDS: u32 = 5;
 
 /// Places of one kind. A place is given at once or refused: clients do not wait for one.
 pub struct Places {
-    /// Name of the setting that limits all places; followed by `_per_client`, of the one that limits those of a client.
+    /// Name of the setting that limits all places; with the suffix `_per_client`, of the setting that limits those of a client.
     setting: &'static str,
     /// Name of the things that take places, in the plural.
     what: &'static str,

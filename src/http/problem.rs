@@ -148,7 +148,7 @@ impl IntoResponse for Problem {
     }
 }
 
-/// Gives every failed answer a problem document, whatever layer made the answer.
+/// Gives every failed answer a problem document, also answers of outer layers.
 pub async fn as_problem_documents(request: Request, next: Next) -> Response {
     let instance = request.uri().path().to_owned();
     let mut response = next.run(request).await;

@@ -1,4 +1,4 @@
-//! Jobs and studies whose events are followed live, with one reader for each, whatever the number of streams.
+//! Jobs and studies whose events are followed live, with one reader for each, for any number of streams.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

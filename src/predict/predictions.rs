@@ -12,7 +12,7 @@ use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_q
 /// Relative errors to which times are predicted.
 pub const PREDICTED_ACCURACIES: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
 
-/// Times that each method would take to each accuracy by itself, without the additional passes for light in parts and for cross-checks.
+/// Times that each method would take to each accuracy alone, without the additional passes for light in parts and for cross-checks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Predictions {
     /// Wall-clock seconds that the pilot took.

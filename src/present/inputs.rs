@@ -8,7 +8,7 @@ use crate::figure::sheet::SheetPart;
 use crate::figure::ticks::{fixed, short, significant};
 use crate::geometry::covered::{enclosed_area, polygon};
 
-/// Largest number of kinds of tubes, and of places of each, that are told: a hundred tubes are a list, not a report.
+/// Largest number of kinds of tubes, and of places of each, that a report lists: a hundred tubes would fill it.
 const MOST: usize = 6;
 
 /// Describes room, surfaces, contents, tubes and the light outdoors. `job` is the job as the service returns it.

@@ -26,7 +26,7 @@ pub struct Prepared {
     pub(super) performances: Vec<OnceLock<Arc<TubePerformance>>>,
 }
 
-/// Years of a job after so many passes, and the light of its tubes, which is the same after all of them.
+/// Years of a job after this number of passes, and the light of its tubes, which is the same after all of them.
 #[derive(Default)]
 struct Years {
     lumens: Vec<Arc<FileLumens>>,
@@ -56,7 +56,7 @@ impl Prepared {
         })
     }
 
-    /// Returns the year of the job after so many passes, whose grids `results` returns, each with its values at all moments; `None` for a job
+    /// Returns the year of the job after a number of passes, whose grids `results` returns, each with its values at all moments; `None` for a job
     /// without a year, and before the first pass.
     pub(super) fn year(
         &self,

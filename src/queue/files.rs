@@ -24,7 +24,7 @@ pub enum FileError {
     Failed(String),
 }
 
-/// Key of a file, with the properties that change when somebody writes to it.
+/// Key of a file, with the properties that change when it is written to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileInfo {
     /// Path of the file in its store, with `/` between folders.

@@ -308,7 +308,7 @@ impl UploadKind {
 pub struct UploadedFile {
     /// Owner of this upload.
     pub owner: Owner,
-    /// Id made from the content: equal files have equal ids, whoever owns them.
+    /// Id made from the content: equal files have equal ids, also those of different owners.
     pub id: String,
     /// Key of the file in the object store.
     pub key: String,

@@ -10,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 use super::deletion::Deletion;
 use super::store::{EndedFilter, StoreError};
 
-/// Time between two looks at what is to be deleted.
+/// Time between two searches for jobs and files to delete.
 pub const PERIOD: Duration = Duration::from_secs(60);
 
 /// Jobs or studies that are looked up at once.
@@ -112,7 +112,7 @@ impl Deleted {
         Ok(gone)
     }
 
-    /// True if no more is to be deleted now.
+    /// True if nothing more must be deleted now.
     async fn is_enough(
         &self,
         from: &Deletion,

@@ -57,7 +57,7 @@ pub struct TakenBack {
 pub struct StoreRecord {
     /// Identity shared with the folder of the artifacts; `None` in a new store, and in one from before there were identities.
     pub identity: Option<String>,
-    /// True if the process before this one ended by itself.
+    /// True if the process before this one shut down in order.
     pub ended_well: bool,
     /// Time of about the last write, in milliseconds since 1970; 0 in a new store.
     pub newest_write_ms: i64,
@@ -89,7 +89,7 @@ pub struct Lease {
 /// Answer to a heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beat {
-    /// The lease is extended: go on.
+    /// The lease is extended: the worker continues.
     Keep,
     /// The lease is extended, but the job shall end.
     Cancel,

@@ -18,7 +18,7 @@ pub const YEAR_LUX: [f64; 5] = [30.0, 90.0, 100.0, 200.0, 300.0];
 /// Share of the hours in percent in which a point must have its illuminance.
 const HALF: f64 = 50.0;
 
-/// Share of the area in percent that may have more than 250 h of direct sun of 1000 lx before it is to be explained or flagged.
+/// Share of the area in percent with more than 250 h of direct sun of 1000 lx, above which the sun must be explained or flagged.
 const SUN_LIMITS: [(&str, f64); 2] = [("LEED v4.1", 10.0), ("LEED v5", 20.0)];
 
 /// Shares of the area in percent for numbers of points: scheme, clause, illuminance by its number, limit, source.

@@ -41,7 +41,7 @@ pub(super) struct Log {
 /// Log as a file of the disk.
 #[derive(Default)]
 struct LogFile {
-    /// Open file: it is told all failures since it was opened, even those that SQLite has met first.
+    /// Open file: the system reports to it all failures since it was opened, even those that SQLite met first.
     open: Option<File>,
     /// True from a failure until the log begins anew: what the disk has refused it may have dropped, and another wait would succeed.
     is_refused: bool,

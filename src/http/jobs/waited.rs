@@ -22,7 +22,7 @@ use crate::http::problem::Problem;
 use crate::http::{App, Service};
 use crate::queue::store::*;
 
-/// Longest wait, whatever the client prefers; shorter if the time limit of requests is.
+/// Longest wait, also if the client prefers a longer one; shorter if the time limit of requests is.
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// Time reserved for the answer itself, within the time limit of a request.

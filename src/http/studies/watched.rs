@@ -43,7 +43,7 @@ struct Now {
     status: StudyStatus,
     /// Starts and ends of the study's jobs, and the end of the study; their ids count 1, 2, 3 ... in this order.
     told: Vec<SentEvent>,
-    /// Steps reported in `told`; those of jobs that were deleted meanwhile stay.
+    /// Steps that were reported; those of jobs that were deleted meanwhile stay.
     steps: Vec<StudyStep>,
     /// Number of jobs that had ended at the last event.
     runs_done: usize,

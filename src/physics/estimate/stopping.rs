@@ -186,7 +186,7 @@ impl StopRule {
     }
 }
 
-/// Returns the number of the first grid that is still dark after so many passes that the job no longer waits for it, if there is one.
+/// Returns the number of the first grid that is still dark after all passes that a job waits for light; `None` if there is none.
 pub fn grid_without_light(estimate: &Estimate) -> Option<usize> {
     let passes = estimate.passes_of_grids();
     estimate.grids.iter().position(|grid| found_nothing(grid, passes))

@@ -35,7 +35,7 @@ pub struct Beams<'a> {
     pub effort: Effort,
 }
 
-/// Factor on the fewest rays for the beam from the first azimuth, whose result is reported by itself.
+/// Factor on the fewest rays for the beam from the first azimuth, whose result is reported separately.
 const RAYS_OF_FIRST: u64 = 2;
 
 /// Squared deviations of replicates over the square of their mean below which they are equal but for rounding.

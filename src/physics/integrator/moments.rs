@@ -87,7 +87,7 @@ pub fn columns(moments: usize) -> usize {
     moments + SUMMARIES
 }
 
-/// Returns the number of values of a sensor with several years, each with so many moments.
+/// Returns the number of values of a sensor with several years, given the moments of each.
 pub fn columns_of_all(years: impl IntoIterator<Item = usize>) -> usize {
     years.into_iter().map(columns).sum()
 }

@@ -3,7 +3,7 @@
 /// Size of a trial's passes, and that of the method's own passes for the requested accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialPasses {
-    /// Size of the trial's pass: its number of photons, or of whatever else grows with the accuracy.
+    /// Size of the trial's pass: its number of photons, or of other samples whose number grows with the accuracy.
     pub tried: f64,
     /// Size of the method's own pass.
     pub size: f64,

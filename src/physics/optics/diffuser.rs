@@ -142,7 +142,7 @@ impl Diffuser {
         }
     }
 
-    /// True if no light passes, whatever its direction.
+    /// True if no light passes in any direction.
     pub fn is_opaque(&self) -> bool {
         let nothing = [0.0; 3];
         match *self {

@@ -161,7 +161,7 @@ streams! {
     /// Offsets within cells for the photons of a diffuser; the index is the tube's.
     CellOffsets = 1 << 36, MANY, below [TwoStageGrid];
 
-    /// Light that one tube lets in, numbered by randomisations below it; the index is the tube's.
+    /// Light that comes in through one tube, numbered by randomisations below it; the index is the tube's.
     TubeLight = 0, MANY, below [HoligilmSeed];
     /// Sky light that sensors see through clear zones, numbered by grids, sensors, tubes and randomisations below it.
     SkyThroughApertures = 1 << 32, 1, below [HoligilmSeed];

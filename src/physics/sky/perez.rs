@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use crate::sky::direction;
 
-    /// Returns a state with the given clearness and brightness, whatever its irradiances would be.
+    /// Returns a state with the given clearness and brightness; its irradiances are not checked.
     fn state(clearness: f64, brightness: f64, altitude_deg: f64) -> PerezSky {
         let irradiances = Irradiances { direct_normal_w_m2: 100.0, diffuse_horizontal_w_m2: 100.0, dew_point_c: 11.0 };
         PerezSky { clearness, brightness, sun: direction(altitude_deg.to_radians(), 0.4), irradiances }

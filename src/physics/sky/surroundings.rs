@@ -26,7 +26,7 @@ pub struct Surroundings {
 pub enum OutsidePart {
     /// The sky.
     Sky,
-    /// Whatever is below the horizon and above the horizontal.
+    /// Ground and buildings between the horizontal and the horizon.
     BelowHorizon,
     /// The ground.
     Ground,

@@ -221,7 +221,7 @@ impl GridOfYear {
         Self { grid: grid.clone(), result, lights, eyes, other, weights }
     }
 
-    /// Returns the sensors in the year of a weather file, given by its number, which has so many records.
+    /// Returns the sensors in the year of a weather file, given by its number; the file has `records` records.
     fn sensors(&self, file: usize, records: usize) -> Sensors<'_> {
         // there is other daylight with one weather file alone
         let other_lux = self.other.as_ref().map_or(&[][..], |other| other.values.as_slice());

@@ -13,7 +13,7 @@ use crate::queue::live::LiveJob;
 
 /// Largest number of jobs that are kept.
 const MOST_JOBS: usize = 4;
-/// Largest number of bytes of estimates and prepared jobs that are kept; the job that was rendered last is kept, whatever it takes.
+/// Largest number of bytes of estimates and prepared jobs that are kept; the job that was rendered last is always kept.
 const MOST_BYTES: u64 = 256 << 20;
 
 /// Job with everything that was computed before its next chunk.

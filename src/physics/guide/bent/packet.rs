@@ -62,7 +62,7 @@ enum At {
     Segment(usize),
     Opening,
     Top,
-    /// Any place: the ray has to be followed by itself.
+    /// Any place: the ray must be followed separately.
     Alone,
 }
 

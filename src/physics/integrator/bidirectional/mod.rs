@@ -10,7 +10,7 @@
 //! | paths | estimator |
 //! | --- | --- |
 //! | with a `D`, `G` or `F` to connect at | every cut: photon to sensor or eye, photon to eye path, eye ray that meets sky or luminaire |
-//! | the same of the sun | photons only |
+//! | such paths that end at the sun | photons only |
 //! | `(K\|N) t C E` | points: backward; cells: crossing; an eye: chance |
 //! | `N t C V E` | connection; cells within half their longer edge: crossing |
 //! | `(K\|M) .. S+ E` | points, eye: chance; cells: crossing and chance, sharing |

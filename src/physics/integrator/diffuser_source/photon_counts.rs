@@ -13,12 +13,12 @@ const OF_OTHER_GUIDES: PassSize = PassSize { for_one_percent: 256.0, ..STRAIGHT 
 
 /// Number of photons through bends where more than 1 % is requested. Low-discrepancy points gain little there: four times the photons have
 /// a third of the variance. If passes grew as those of straight guides do, fine answers would take more passes, and each look at an error
-/// is another chance to end with one that is small by luck. Of jobs in the scene S3 to a standard error of 0.51 % such passes let 7 % be
-/// off by half as much again, and these 4 %. Beyond the largest number, errors would be no smaller for the same time.
+/// is another chance to stop at one that is too small by chance. Of jobs in the scene S3 to a standard error of 0.51 % such passes let 7 % have
+/// an error 1.5 times the requested one, and these 4 %. Beyond the largest number, errors would be no smaller for the same time.
 const BENT_AND_FINE: PassSize = PassSize { growth: 1.85, most: 24_576.0, ..BENT };
 
 /// Number of photons through facets where more than 1 % is requested. Of jobs in the scene S3_mesh to a standard error of 0.51 % passes
-/// that grew as those of straight guides do let 10 % be off by half as much again, and these 5 % for a tenth more time.
+/// that grew like those of straight guides let 10 % have an error 1.5 times the requested one; these let 5 %, for a tenth more time.
 const MESHED_AND_FINE: PassSize = PassSize { growth: 2.6, most: 4096.0, ..OF_OTHER_GUIDES };
 
 /// True if all guides are straight, so that a few photons estimate their flux well.

@@ -98,7 +98,7 @@ pub struct Carried {
 }
 
 impl Carried {
-    /// Returns this state, or before any pass the one that the first pass starts from.
+    /// Returns this state, or before any pass the state from which the first pass starts.
     pub fn or(&self, start: impl FnOnce() -> Self) -> Cow<'_, Self> {
         if self.grids.is_empty() && self.views.is_empty() { Cow::Owned(start()) } else { Cow::Borrowed(self) }
     }

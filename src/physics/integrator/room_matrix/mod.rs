@@ -81,7 +81,7 @@ const CERTAIN_REFLECTIONS: u32 = 3;
 const SOBOL_PAIRS: u32 = 8;
 
 /// Numbers of points along an edge of a patch by which its direct light is computed where nothing can stand between, for points that are at
-/// least so many radii from the opening.
+/// least this number of radii from the opening.
 const EDGES: [(f64, usize); 2] = [(6.0, 3), (2.0, 6)];
 /// Number of points for sensors that are nearer, and for cells.
 const FINE_EDGE: usize = 16;
