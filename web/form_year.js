@@ -33,7 +33,7 @@ export function weather() {
   return html`${weather ? told(weather) : nothing}
     ${file({ accept: ".epw,.wea", label: `${weather ? "Another" : "A"} year of weather: drop an EPW or WEA file here, or choose one`, take: (it) => void takeFile(it) })}
     ${synthetic && weather ? nothing : html`<button type="button" id="synthetic" ?disabled=${reading} @click=${() => void trySynthetic()}>Try the synthetic year</button>`}
-    <p class="note">${synthetic && weather ? "Made from formulas: it is like no place." : html`Files of most places are at <a href="https://climate.onebuilding.org">climate.onebuilding.org</a>.`}
+    <p class="note">${synthetic && weather ? "Made from formulas; it is that of no real place." : html`Files of most places are at <a href="https://climate.onebuilding.org">climate.onebuilding.org</a>.`}
       ${reading ? html`<span class="busy">reading</span>` : nothing}</p>
     ${fault ? html`<p class="fault" role="alert">${fault}</p>` : nothing}
     ${choice({ pointer: "/annual/schedule", label: "Hours that count", value: schedule, options: SCHEDULES, set: (to) => setYear({ schedule: to }) })}`;

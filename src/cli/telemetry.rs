@@ -24,7 +24,7 @@ pub struct Log {
 pub enum LogLevel {
     /// Failures.
     Error,
-    /// Beside failures: what may become one.
+    /// Failures, and warnings of what may become one.
     Warn,
     /// Warnings, and the start and the end of the service and of every job.
     Info,

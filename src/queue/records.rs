@@ -209,7 +209,7 @@ pub struct JobFilter {
 /// Filter of ended jobs; those of studies never pass it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndedFilter {
-    /// Only jobs that ended so; `None`: in any way.
+    /// Only jobs that ended with this status; `None`: all that have ended.
     pub status: Option<JobStatus>,
     /// Only jobs that ended before this time, in milliseconds since 1970.
     pub before: Option<i64>,

@@ -57,7 +57,7 @@ pub struct DeleteQuery {
     /// Only jobs that ended before this time, RFC 3339.
     #[param(value_type = String, format = DateTime)]
     ended_before: Timestamp,
-    /// Only jobs that ended so; in any way when absent.
+    /// Only jobs that ended with this status; when absent, all that have ended.
     #[param(inline)]
     status: Option<EndedStatus>,
 }
