@@ -51,7 +51,7 @@ pub fn run(settings: &Settings, progress: Progress) -> Result<Report, ReportErro
          processor seconds of the passes of one job on one thread, to a standard error of 0.5 % at 95 %. The jobs of \
          a row run in turn, so that changes in the machine's speed affect all of them alike; ratios are medians over \
          the turns, with quartiles.{}",
-        env!("CARGO_PKG_VERSION"),
+        skyduct::VERSION,
         machine(),
         settings.remark()
     );

@@ -52,7 +52,7 @@ fn introduction(settings: &Settings) -> String {
     format!(
         "What accuracy costs, how cost grows, and where the time of a job goes. `cargo run --release -p skyduct-reports -- bench performance` measures everything anew \
          and writes this page: skyduct {}, {}.{}",
-        env!("CARGO_PKG_VERSION"),
+        skyduct::VERSION,
         machine(),
         settings.remark()
     )

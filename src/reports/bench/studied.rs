@@ -55,7 +55,7 @@ pub fn run(settings: &Settings, seeds: u64, progress: Progress) -> Result<Report
          skyduct {}, {}. Studies run on one thread; times are processor seconds of the passes, medians of {} runs \
          with seeds of their own. A run ends after {} s in any case. Other programs were measured once: {}. `skyduct \
          study` and `POST /v1/studies` make such studies of any job.{}",
-        env!("CARGO_PKG_VERSION"),
+        skyduct::VERSION,
         machine(),
         settings.study_seeds(),
         settings.study_seconds(),

@@ -65,7 +65,7 @@ fn introduction(settings: &Settings) -> String {
          Zwicker 2011). Photon mapping here gathers only light that was reflected: light straight from a diffuser or a lamp\n\
          is connected, and kernels are clipped to their surface. PPM looks through {} fixed points of each pixel. Errors\n\
          are standard errors, s.e. for short.",
-        env!("CARGO_PKG_VERSION"),
+        skyduct::VERSION,
         printed::PHOTONS_PER_PASS,
         printed::INITIAL_RADIUS_M,
         printed::ALPHA,

@@ -48,7 +48,7 @@ fn introduction(sections: &[Section]) -> String {
          every case anew and writes this page; nothing in it is typed by hand. {compared} comparisons in {} checks, of\n\
          which {failed} failed. \"Validated against\" means: deterministic values agree within the stated error of the\n\
          reference, random ones within the stated number of standard errors, s.e. for short.",
-        env!("CARGO_PKG_VERSION"),
+        skyduct::VERSION,
         checks().count(),
     )
 }
