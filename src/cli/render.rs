@@ -115,7 +115,7 @@ fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
     }
 }
 
-/// Returns the document with a year by a weather file: what it has of one stays, and sky, time and views make room for it. A document that
+/// Returns the document with a year by a weather file. Its fields of a year stay; sky, time and views are removed. A document that
 /// is not a JSON object is returned unchanged, for the parser to refuse.
 fn with_weather(document: Vec<u8>, weather: Option<&Path>) -> Vec<u8> {
     let Some(weather) = weather else {

@@ -46,7 +46,7 @@ pub fn section(settings: &Settings, progress: Progress) -> Result<Section, Repor
         text: "Processor seconds of one thread until the 9 x 9 points on the floor have the requested relative \
                standard error (root mean square over the points) at 95 % by Student's t: medians of runs with seeds \
                of their own, quartiles in brackets. A job first checks its error after eight passes, so that errors \
-               of some percent cost no more than one of 1 %. \"Told\" is the median of the errors that the jobs \
+               of some percent cost no more than one of 1 %. \"Reported\" is the median of the errors that the jobs \
                report, \"actual\" the root mean square over all runs against independent references \
                (`tests/reference/README.md`), with the references' own error (0.02 to 0.03 %) subtracted. The errors \
                of a run's points are correlated as far as they come from the flux through the tube: the fewer runs, \
@@ -92,7 +92,9 @@ fn table(scene: &str, cells: &[Cell]) -> Table {
     };
     Table {
         caption: scene.to_owned(),
-        head: ["error asked", "processor time", "told", "actual", "passes", "runs", "set-up"].map(str::to_owned).into(),
+        head: ["requested error", "processor time", "reported", "actual", "passes", "runs", "set-up"]
+            .map(str::to_owned)
+            .into(),
         rows: cells.iter().map(row).collect(),
     }
 }

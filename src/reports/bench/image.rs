@@ -109,7 +109,9 @@ fn asked(settings: &Settings, case: &Case, reference: &FilmEstimate, progress: P
     }
     Ok(Table {
         caption: "S4 to the error of its blocks".to_owned(),
-        head: ["error asked", "processor time", "told", "actual", "actual, pixels", "passes"].map(str::to_owned).into(),
+        head: ["requested error", "processor time", "reported", "actual", "actual, pixels", "passes"]
+            .map(str::to_owned)
+            .into(),
         rows,
     })
 }

@@ -189,7 +189,7 @@ pub fn section(settings: &Settings, progress: Progress) -> Result<Section, Repor
         "target",
         "time of passes",
         "set-up",
-        "told",
+        "reported",
         "passes",
         "method",
         "methods faster by a third",
@@ -199,7 +199,7 @@ pub fn section(settings: &Settings, progress: Progress) -> Result<Section, Repor
         title: "Rooms as they are built".to_owned(),
         text: "Processor seconds of one thread to a relative error at 95 %, by the method that `auto` takes: medians \
                of runs with seeds of their own, quartiles in brackets; 1.96 % is a standard error of 1 %. *Set-up* is \
-               from the document to the first pass, *told* the standard error. Other methods are tried with two \
+               from the document to the first pass, *reported* the standard error. Other methods are tried with two \
                thirds of that time. Offices have 2400 points, the warehouse 4000."
             .to_owned(),
         tables: vec![Table {

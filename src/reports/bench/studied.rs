@@ -182,8 +182,8 @@ fn section(settings: &Settings, subject: &Subject, progress: Progress) -> Result
     Ok(Section {
         title: subject.name.to_owned(),
         text: format!(
-            "{} Told errors are half-widths of 95 % intervals, actual ones root mean squares, which are about half of \
-             told errors that are true.",
+            "{} Reported errors are half-widths of 95 % intervals, actual ones root mean squares, which are about half of \
+             reported errors that are true.",
             subject.what
         ),
         tables: vec![table(&study)],
@@ -216,7 +216,7 @@ fn table(study: &Study) -> Table {
         }
     }
     Table {
-        caption: "Processor time; error told at 95 %, actual root mean square error".to_owned(),
+        caption: "Processor time; error reported at 95 %, actual root mean square error".to_owned(),
         head: std::iter::once("method".to_owned()).chain(asked.iter().map(|asked| percent(*asked))).collect(),
         rows,
     }
