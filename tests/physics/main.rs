@@ -71,4 +71,5 @@ mod studies;
 mod sun_on_gloss;
 mod surfaces;
 mod tables;
+mod tilted_openings;
 mod two_stage;
