@@ -165,6 +165,15 @@ impl StraightOrBent {
     pub fn is_straight(&self) -> bool {
         self.cut.is_none() && self.segments.iter().all(|segment| segment.tilt == 0.0)
     }
+
+    /// Counts the elbows: places where the axis changes its direction.
+    pub fn bends(&self) -> u32 {
+        let turned = self
+            .segments
+            .windows(2)
+            .filter(|pair| pair[0].tilt != pair[1].tilt || (pair[0].tilt != 0.0 && pair[0].azimuth != pair[1].azimuth));
+        turned.count() as u32
+    }
 }
 
 /// A straight segment; its length runs along the axis between mitre centres.
