@@ -90,7 +90,7 @@ fn two_stages() -> two_stage::Settings {
 #[test]
 fn a_turned_room_has_the_same_light() {
     let square = Some(Transition { side_m: 0.3, azimuth: 0.4, transmittance: 0.8 });
-    let paths = path_tracing::Settings { samples_per_sensor: 512, samples_per_pixel: 1 };
+    let paths = path_tracing::Settings { samples_per_sensor: 192, samples_per_pixel: 1 };
     let tubes: [(&str, Tube, bool); 6] = [
         ("straight", straight(0.4, 0.9, lambertian(0.6, 0.2)), true),
         ("bent", bent(lambertian(0.5, 0.4)), true),
@@ -179,10 +179,10 @@ fn methods(scene: &Scene, seed: u64) -> Vec<(&'static str, Box<dyn Integrator>)>
     let task = Task::whole(scene, &compiled);
     let photons = Some(2048);
     let tracing = light_tracing::Settings { photons_per_pass: photons };
-    let map = sppm::Settings { photons_per_pass: 8192, ..Default::default() };
+    let map = sppm::Settings { photons_per_pass: 4096, ..Default::default() };
     let paths = bidirectional::Settings { photons_per_pass: photons, ..Default::default() };
     let gathered = photon_mapping::Settings { photons_per_pass: photons, gather_rays: Some(64), ..Default::default() };
-    let points = ppm::Settings { photons_per_pass: 8192, ..Default::default() };
+    let points = ppm::Settings { photons_per_pass: 4096, ..Default::default() };
     let all: [(&str, &dyn Described, Box<dyn Integrator>); 5] = [
         ("light tracing", &tracing, built(scene, &tracing, seed)),
         ("bidirectional", &paths, built(scene, &paths, seed)),
@@ -234,7 +234,7 @@ fn methods_agree_below_a_slope() {
             surface: Surface::diffuse([0.5; 3]),
         };
         scene.room.boxes.push(object);
-        let paths = path_tracing::Settings { samples_per_sensor: 256, samples_per_pixel: 1 };
+        let paths = path_tracing::Settings { samples_per_sensor: 128, samples_per_pixel: 1 };
         let (truth, errors) = values(&run(&scene, &*built(&scene, &paths, 8), 24));
         let stages = is_even.then(|| ("two stages", built(&scene, &two_stages(), 8)));
         for (method, found) in methods(&scene, 8).into_iter().chain(stages) {
@@ -360,7 +360,7 @@ fn openings_in_walls_are_computed_or_refused() {
     for refusal in [holigilm::Settings {}.refuses(&task), jenkins.refuses(&task)] {
         assert_eq!(refusal.map(|refusal| refusal.code), Some(RefusalCode::RoomShape));
     }
-    let paths = path_tracing::Settings { samples_per_sensor: 256, samples_per_pixel: 1 };
+    let paths = path_tracing::Settings { samples_per_sensor: 128, samples_per_pixel: 1 };
     let (truth, errors) = values(&run(&scene, &*built(&scene, &paths, 2), 24));
     assert!(truth.iter().all(|lux| *lux > 0.0));
     for (name, settings) in [("two stages", two_stages())] {
