@@ -1,4 +1,5 @@
 // The job document that is edited: what it needs, and how it is changed.
+import { inPlan, isInFace } from "./opening.js";
 import { clearance } from "./outline.js";
 import { extent, rings, steepness } from "./room.js";
 
@@ -83,7 +84,7 @@ export function changed(draft, change) {
     else grid.cells = [cells(after.width), cells(after.depth)];
   }
   const slope = steepness(next.room);
-  for (const tube of slope > 0 ? (next.tubes ?? []) : []) {
+  for (const tube of slope > 0 ? (next.tubes ?? []).filter((tube) => !isInFace(tube)) : []) {
     const least = Math.ceil(50 * diameter(tube) * slope - 1e-9) / 100;
     if (!((tube.drop_m ?? 0) >= least)) tube.drop_m = least;
   }
@@ -99,10 +100,11 @@ export function changed(draft, change) {
  */
 export function moveTube(draft, index, x, y) {
   const tube = draft.tubes?.[index];
-  if (!tube) return;
+  // an opening in a wall stays where it is
+  if (!tube || tube.centre_m.length > 2) return;
   const free = diameter(tube) / 2 + FROM_WALL_M;
   if (draft.room.plan) {
-    tube.centre_m = besideWalls(rings(draft.room), tube.centre_m, [centimetres(x), centimetres(y)], free);
+    tube.centre_m = besideWalls(rings(draft.room), inPlan(tube), [centimetres(x), centimetres(y)], free);
     return;
   }
   const { width, depth } = extent(draft.room);
@@ -129,7 +131,7 @@ function besideWalls(rings, from, to, free) {
 
 /** Hangs a tube below the ceiling. @param {Tube | undefined} tube @param {number} metres */
 export function setDrop(tube, metres) {
-  if (!tube) return;
+  if (!tube || isInFace(tube)) return;
   const drop = centimetres(metres);
   if (drop > 0) tube.drop_m = drop;
   else delete tube.drop_m;

@@ -1,6 +1,7 @@
 // Changes of a room above a plan, and from a box to one and back.
 import { centimetres, diameter, roomiest, shift } from "./draft.js";
 import { clearance, outlineOf, shapeOf, snapped, withCorner, withLength } from "./outline.js";
+import { inPlan } from "./opening.js";
 import { ceilingAt, extent, outline, rings, toward } from "./room.js";
 
 /** @typedef {import("./outline.js").Point} Point */
@@ -52,7 +53,7 @@ export function setShape(draft, shape) {
   renumber(draft.room, () => []);
   // what lies beyond the new walls comes in
   for (const tube of draft.tubes ?? []) {
-    if (clearance(rings(draft.room), tube.centre_m) >= diameter(tube) / 2) continue;
+    if (clearance(rings(draft.room), inPlan(tube)) >= diameter(tube) / 2) continue;
     tube.centre_m = roomiest(draft.room, draft.tubes?.filter((other) => other !== tube) ?? []);
   }
   asBox(draft);

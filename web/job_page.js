@@ -5,6 +5,7 @@ import { centimetres } from "./draft.js";
 import { across, bar, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
 import { fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
+import { inPlan } from "./opening.js";
 import { SMALL, layout, north, rim } from "./plan.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
@@ -139,7 +140,7 @@ function map(job, grid) {
       rows,
       at,
       room,
-      (job.document.tubes ?? []).map(({ centre_m }) => centre_m),
+      (job.document.tubes ?? []).map(inPlan),
     )}
     ${outside(room, grid, at)}${outlined(room, at, "frame")}
     ${(job.document.tubes ?? []).map((tube) => rim(tube, at))}

@@ -5,6 +5,7 @@ import { cellAt, drag, draw, keys, moveCursor, still } from "./plan_hand.js";
 import { numbered } from "./plan_labels.js";
 import { partition } from "./plan_partitions.js";
 import { walls } from "./plan_walls.js";
+import { inPlan, isInFace, opening as openingOf } from "./opening.js";
 import { joints } from "./ray.js";
 import { extent } from "./room.js";
 import { scale } from "./scale.js";
@@ -95,7 +96,7 @@ const ring = (tube, at) => ({ x: across(at, tube.centre_m[0]), y: down(at, tube.
 /** @param {NonNullable<ReturnType<typeof shown>>} of @param {import("./map.js").Layout} at */
 function map({ grid, rows, unit, end, ticks, room }, at) {
   const year = yearOnPlan();
-  const taken = [...(state.draft.tubes ?? []).map((tube) => tube.centre_m), ...(year ? pinnedAt(year) : [])];
+  const taken = [...(state.draft.tubes ?? []).map(inPlan), ...(year ? pinnedAt(year) : [])];
   const { east, north, depth } = extent(state.draft.room);
   const [column, row] = state.cursor ?? [-1, -1];
   const [x, y] = [grid.x_m[column], grid.y_m[row]];
@@ -146,8 +147,8 @@ export function rim(tube, at) {
 /** Where a bent tube goes, seen from above. @param {ParametricTube} tube @param {import("./map.js").Layout} at */
 function axis(tube, at) {
   const [x, y] = tube.centre_m;
-  const points = joints(tube.segments).map((joint) => `${across(at, x + joint[0])},${down(at, y + joint[1])}`);
-  return tube.segments.some(({ tilt_deg }) => tilt_deg)
+  const points = joints(tube.segments, openingOf(state.draft.room, tube).outward).map((joint) => `${across(at, x + joint[0])},${down(at, y + joint[1])}`);
+  return isInFace(tube) || tube.segments.some(({ tilt_deg }) => tilt_deg)
     ? svg`<polyline class="axis" points=${points.join(" ")}></polyline>`
     : nothing;
 }

@@ -24,22 +24,23 @@ export function skyward(azimuth_deg, altitude_deg) {
   return [Math.cos(altitude) * Math.sin(azimuth), Math.cos(altitude) * Math.cos(azimuth), Math.sin(altitude)];
 }
 
-/** The joints of a tube's axis, from the middle of its opening up. @param {ParametricTube["segments"]} segments @returns {Vector[]} */
-export function joints(segments) {
+/** The joints of a tube's axis, from the middle of its opening out, along a normal of it if that is given. @param {ParametricTube["segments"]} segments @param {Vector} [outward] @returns {Vector[]} */
+export function joints(segments, outward) {
   /** @type {Vector[]} */
   const found = [[0, 0, 0]];
-  for (const { length_m, tilt_deg = 0, azimuth_deg = 0 } of segments)
-    found.push(moved(/** @type {Vector} */ (found.at(-1)), skyward(azimuth_deg, 90 - tilt_deg), length_m));
+  segments.forEach(({ length_m, tilt_deg = 0, azimuth_deg = 0 }, i) =>
+    found.push(moved(/** @type {Vector} */ (found.at(-1)), (i === 0 && outward) || skyward(azimuth_deg, 90 - tilt_deg), length_m)),
+  );
   return found;
 }
 
 /**
- * Directions of a pipe's pieces, and normals of the planes at its joints: level at the opening, mitres between pieces, square at the top.
+ * Directions of a pipe's pieces, and normals of the planes at its joints: square at both ends, mitres between pieces.
  * @param {Vector[]} axis joints of the pipe in metres
  */
 export function mitres(axis) {
   const along = axis.slice(1).map((joint, i) => unit(minus(joint, /** @type {Vector} */ (axis[i]))));
-  const planes = axis.map((_, i) => (i === 0 ? /** @type {Vector} */ ([0, 0, 1]) : unit(moved(/** @type {Vector} */ (along[i - 1]), along[i] ?? [0, 0, 0], 1))));
+  const planes = axis.map((_, i) => (i === 0 ? (along[0] ?? /** @type {Vector} */ ([0, 0, 1])) : unit(moved(/** @type {Vector} */ (along[i - 1]), along[i] ?? [0, 0, 0], 1))));
   return { along, planes };
 }
 

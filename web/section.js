@@ -2,8 +2,9 @@
 import { centimetres, diameter, isMesh, setDrop, square } from "./draft.js";
 import { edit, hold } from "./live.js";
 import { still } from "./plan_hand.js";
+import { isInFace, opening as openingOf } from "./opening.js";
 import { joints, skyward, throughPipe } from "./ray.js";
-import { ceilingAt, extent, faces } from "./room.js";
+import { extent, faces } from "./room.js";
 import { AROUND } from "./stage.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
@@ -14,12 +15,15 @@ const ABOVE_ROOF_M = 0.15;
 
 /**
  * Points of a tube's axis, along the section and up from the opening.
+ * @param {JobDocument["room"]} room
  * @param {Tube} tube
  * @param {0 | 1} axis
  * @returns {[number, number][]}
  */
-const course = (tube, axis) =>
-  joints(isMesh(tube) ? [{ length_m: 1 }] : tube.segments).map((joint) => [(tube.centre_m[axis] ?? 0) + joint[axis], joint[2]]);
+function course(room, tube, axis) {
+  const { centre, outward } = openingOf(room, tube);
+  return joints(isMesh(tube) ? [{ length_m: 1 }] : tube.segments, outward).map((joint) => [centre[axis] + joint[axis], joint[2]]);
+}
 
 /** Both sides of a tube, mitred where pieces meet. @param {[number, number][]} points @param {number} radius */
 function sides(points, radius) {
@@ -32,7 +36,7 @@ function sides(points, radius) {
   return [1, -1].map((side) =>
     points.map(([x, y], i) => {
       const [before, after] = [normal(Math.max(0, i - 1)), normal(Math.min(i, last))];
-      // the first piece starts at the level opening
+      // the first piece starts square at the opening
       const [nx, ny] = [before[0] + after[0], before[1] + after[1]];
       const share = (2 / (nx * nx + ny * ny || 1)) * side * radius;
       return /** @type {[number, number]} */ ([x + nx * share, y + ny * share]);
@@ -52,8 +56,8 @@ function shown() {
   const axis = look === "north" ? /** @type {const} */ (0) : /** @type {const} */ (1);
   const [from, across] = axis === 0 ? [west, width] : [south, depth];
   const tubes = draft.tubes ?? [];
-  const courses = tubes.map((tube) => course(tube, axis));
-  const openings = tubes.map((tube) => ceilingAt(room, tube.centre_m) - (tube.drop_m ?? 0));
+  const courses = tubes.map((tube) => course(room, tube, axis));
+  const openings = tubes.map((tube) => openingOf(room, tube).centre[2]);
   const above = openings.map((opening) => opening - height);
   const top = Math.max(0.4, ...courses.flatMap((points, i) => points.map(([, up]) => up + (above[i] ?? 0))));
   const outside = courses.map((points, i) => (points.at(-1)?.[1] ?? top) - (tubes[i]?.drop_m ?? 0));
@@ -171,6 +175,11 @@ function guide(index, tube, points, opening, { x, y, k }) {
   const turn = rotation_deg * RADIANS;
   const half = (side_m / 2) * (Math.abs(Math.cos(turn)) + Math.abs(Math.sin(turn)));
   const [from, to] = [x((points[0]?.[0] ?? 0) - half), x((points[0]?.[0] ?? 0) + half)];
+  if (isInFace(tube)) {
+    const [left = [0, 0], right = [0, 0]] = [one[0], other[0]];
+    return svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path><line
+      class="diffuser" x1=${x(left[0])} x2=${x(right[0])} y1=${y(opening + left[1])} y2=${y(opening + right[1])}></line>`;
+  }
   return svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path><g
     class="opening" @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => hang(event, index, k)}><line
     class="hold" x1=${from} x2=${to} y1=${y(opening)} y2=${y(opening)}></line><line
@@ -188,7 +197,7 @@ function beams(draft, axis, openings, x, y) {
   const toSun = skyward(Number(sun.azimuth_deg) - (draft.room.rotation_deg ?? 0), Number(sun.altitude_deg));
   const { west, east, south, north } = extent(draft.room);
   const seen = (draft.tubes ?? []).map((tube, i) => {
-    const ray = isMesh(tube) ? null : throughPipe(joints(tube.segments), tube.diameter_m / 2, toSun);
+    const ray = isMesh(tube) ? null : throughPipe(joints(tube.segments, openingOf(draft.room, tube).outward), tube.diameter_m / 2, toSun);
     if (isMesh(tube) || !ray) return nothing;
     const opening = openings[i] ?? 0;
     const place = (/** @type {import("./ray.js").Vector} */ point) => /** @type {[number, number]} */ ([x(tube.centre_m[axis] + point[axis]), y(opening + point[2])]);

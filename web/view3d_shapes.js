@@ -1,7 +1,8 @@
 // The room of a document in space, as polygons: faces, tubes, furniture, and arrows to the north and from the sun.
 import { diameter, isMesh, square } from "./draft.js";
 import { dot, joints, minus, mitres, moved, skyward, unit } from "./ray.js";
-import { ceilingAt, ceilings, extent, rings, toward, walls } from "./room.js";
+import { ceilings, extent, rings, toward, walls } from "./room.js";
+import { opening as openingOf } from "./opening.js";
 import { isInside } from "./outline.js";
 
 /** @typedef {import("./ray.js").Vector} Vector */
@@ -100,17 +101,24 @@ function rectangle([x, y, z], width, depth, rotation_deg) {
   });
 }
 
+/** Corners of a square around the middle of an opening, turned clockwise seen from outside; below a slope two sides are level at 0 degrees. @param {Vector} middle @param {Vector} outward @param {number} side @param {number} rotation_deg @returns {Vector[]} */
+function squareIn(middle, outward, side, rotation_deg) {
+  if (outward[2] > 1 - 1e-9) return rectangle(middle, side, side, rotation_deg);
+  const level = unit(cross([0, 0, 1], outward));
+  const up = cross(outward, level);
+  return rectangle([0, 0, 0], side, side, rotation_deg).map(([u, v]) => moved(moved(middle, level, u), up, v));
+}
+
 /** A pipe from its opening to its collector. @param {JobDocument["room"]} room @param {Tube} tube @param {number} sides @returns {Shapes} */
 function guide(room, tube, sides) {
   const radius = diameter(tube) / 2;
-  const [x, y] = tube.centre_m;
-  const opening = /** @type {Vector} */ ([x, y, ceilingAt(room, [x, y]) - (tube.drop_m ?? 0)]);
-  const axis = joints(isMesh(tube) ? [{ length_m: 1 }] : tube.segments).map((joint) => moved(joint, opening, 1));
+  const { centre: opening, outward } = openingOf(room, tube);
+  const axis = joints(isMesh(tube) ? [{ length_m: 1 }] : tube.segments, outward).map((joint) => moved(joint, opening, 1));
   const { along, planes } = mitres(axis);
   const collector = isMesh(tube) ? null : tube.collector;
   if (collector?.kind === "flat" && typeof collector.tilt_deg === "number")
     planes[planes.length - 1] = skyward(collector.azimuth_deg ?? 0, 90 - collector.tilt_deg);
-  const rims = [circle(opening, [0, 0, 1], radius, sides)];
+  const rims = [circle(opening, outward, radius, sides)];
   along.forEach((direction, i) => {
     const [end, across] = [/** @type {Vector} */ (axis[i + 1]), /** @type {Vector} */ (planes[i + 1])];
     rims.push((rims[i] ?? []).map((corner) => moved(corner, direction, dot(minus(end, corner), across) / dot(direction, across))));
@@ -124,7 +132,7 @@ function guide(room, tube, sides) {
   const pane = collector?.kind === "flat" ? [{ part: /** @type {const} */ ("cover"), ring: top }] : [];
   const cover = isDome ? dome.slice(1).flatMap((ring, k) => between("cover", dome[k] ?? [], ring)) : pane;
   const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
-  const closure = side_m > 0 ? rectangle(opening, side_m, side_m, rotation_deg) : (rims[0] ?? []);
+  const closure = side_m > 0 ? squareIn(opening, outward, side_m, rotation_deg) : (rims[0] ?? []);
   return {
     polygons: [
       { part: "closure", ring: closure },

@@ -134,11 +134,12 @@ impl SeenTube {
             let away = point - eye.position;
             let (distance, toward) = (away.length(), away.normalize_or_zero());
             let Some(index) = position_index(eye.normal, toward) else { continue };
-            // the closure shines down
-            if toward.z <= 0.0 || !scene.visible(eye.position, None, point, None) {
+            // the closure shines into the room
+            let cosine = tube.frame.up(toward);
+            if cosine <= 0.0 || !scene.visible(eye.position, None, point, None) {
                 continue;
             }
-            let solid_angle = area / (POINTS * POINTS) as f64 * toward.z / (distance * distance);
+            let solid_angle = area / (POINTS * POINTS) as f64 * cosine / (distance * distance);
             seen.direct_sr += solid_angle * eye.normal.dot(toward);
             seen.glare_sr += solid_angle / (index * index);
         }

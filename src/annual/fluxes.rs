@@ -84,7 +84,13 @@ pub fn tube_years(scene: &TraceableScene, lit: &[LitMoment], seed: u64) -> Vec<T
             None => {
                 let key = Key::new(seed).child(number as u64);
                 let surroundings = tube.surroundings.as_deref();
-                let delivery = Delivery::new(&tube.guide, surroundings, closure(tube), scene.guide_return, key);
+                let delivery = Delivery::new(
+                    (&tube.guide, tube.frame.turn()),
+                    surroundings,
+                    closure(tube),
+                    scene.guide_return,
+                    key,
+                );
                 TubeYear { is_lambertian: is_lambertian(tube), ..tube_year(&delivery, lit, &rings) }
             }
         };
@@ -122,7 +128,7 @@ fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> Tube
 
 /// Returns the closure of a tube.
 fn closure(tube: &TraceableTube) -> TubeClosure<'_> {
-    let closure = tube.closure_at(tube.origin);
+    let closure = tube.closure_at(tube.frame.origin);
     // what a transition passes downward, and of light that the closure scatters up the part that comes back to it through the transition
     let (down, back) = match tube.opening.disc() {
         Some(_) => (1.0, 1.0),
@@ -137,7 +143,7 @@ fn closure(tube: &TraceableTube) -> TubeClosure<'_> {
         return TubeClosure::Other(&tube.diffuser, tube.pipe_radius);
     }
     let fraction = |side, factor: f64| {
-        let Spectrum(fraction): Spectrum<3> = closure.albedo(DVec3::Z, side);
+        let Spectrum(fraction): Spectrum<3> = closure.albedo(tube.frame.outward(), side);
         fraction.map(|fraction| factor * fraction)
     };
     TubeClosure::Even(EvenClosure {

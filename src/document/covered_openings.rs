@@ -15,21 +15,23 @@ const LATTICE: u32 = 8;
 /// Fraction of an opening from which on an object that covers it is reported.
 const COVERED: f64 = 0.5;
 
-/// Fraction of the height of an opening within which an object must lie below it: tables and cupboards stand deeper.
+/// Fraction of the distance from an opening straight to the opposite face within which an object must lie below it: tables and cupboards stand deeper.
 const NEAR: f64 = 0.5;
 
-/// Returns a warning for each object that stands before half or more of an opening, in the upper half of the height below it, or above an
-/// opening that hangs, where its pipe comes down.
+/// Returns a warning for each object that stands before half or more of an opening, in the nearer half of the way to the opposite face, or above
+/// an opening that hangs, where its pipe comes down.
 pub fn covered_openings(document: &JobDocument, scene: &TraceableScene) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if scene.boxes.is_empty() && scene.meshes.is_none() {
         return warnings;
     }
     for (number, tube) in scene.tubes.iter().enumerate() {
-        let below = ("under", "the most of the light that leaves it straight falls on the object", DVec3::NEG_Z);
+        let side = if tube.frame.is_level() { "under" } else { "before" };
+        let below = (side, "the most of the light that leaves it straight falls on the object", tube.frame.normal());
         let above = ("over", "its pipe, which is not simulated in the room, would pass through the object", DVec3::Z);
         for (side, what, toward) in std::iter::once(below).chain(tube.hangs.then_some(above)) {
-            let reach = if toward.z < 0.0 { NEAR * tube.origin.z } else { f64::INFINITY };
+            let ahead = || scene.enclosure.ahead(tube.frame.origin, toward).distance;
+            let reach = if side == "over" { f64::INFINITY } else { NEAR * ahead() };
             let hair = toward * (4.0 * scene.coinciding());
             let mut met: BTreeMap<RoomObject, (u32, f64)> = BTreeMap::new();
             for place in 0..LATTICE * LATTICE {

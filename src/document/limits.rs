@@ -114,6 +114,8 @@ pub const INSTANCES: RangeInclusive<usize> = 1..=1024;
 pub const MOST_INSTANCES: usize = 2048;
 /// Tolerance in metres for corners that are meant to touch a wall.
 pub const TOUCHING_M: f64 = 1e-9;
+/// Distance in metres from the plane of a face within which the centre of an opening lies on it; it is moved into the plane.
+pub const ON_FACE_M: f64 = 1e-3;
 
 /// Number of characters of a job's name.
 pub const JOB_NAME: RangeInclusive<usize> = 0..=1000;

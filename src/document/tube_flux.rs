@@ -8,7 +8,7 @@ use super::errors::{Checks, DocumentErrors, FieldError, FieldErrorCode};
 use super::limits::{RELATIVE_FLUX_ERROR, SKIES, SKIES_TIMES_TIMES, TIMES};
 use super::read::shape;
 use super::sky::{LocationDocument, SkyDocument};
-use super::tube::TubeDocument;
+use super::tube::{OpeningNormal, TubeDocument};
 use super::{JobDocument, ValidJob};
 
 /// Largest number of errors that are reported.
@@ -94,6 +94,12 @@ impl TubeFluxDocument {
         };
         count("/skies", self.skies.len(), &SKIES);
         count("/times", self.times.len(), &TIMES);
+        if self.tube.normal() == OpeningNormal::Face {
+            checks.not_supported(
+                "/tube/normal",
+                "an opening in the plane of a face, which a tube without a room does not have",
+            );
+        }
         let pairs = self.skies.len().saturating_mul(self.times.len());
         if pairs > SKIES_TIMES_TIMES {
             let detail =

@@ -54,6 +54,13 @@ impl Outline {
         outline
     }
 
+    /// Returns an ellipse of four cubic curves, given by two conjugate half diameters.
+    pub fn ellipse(centre: DVec2, diameters: [DVec2; 2]) -> Self {
+        let mut outline = Self::default();
+        outline.add_ellipse(centre, diameters);
+        outline
+    }
+
     /// Adds an open subpath of straight lines; adds nothing with fewer than two points.
     pub fn add_polyline(&mut self, points: impl IntoIterator<Item = DVec2>) {
         let mut points = points.into_iter();
@@ -64,7 +71,10 @@ impl Outline {
 
     /// Adds a circle.
     pub fn add_circle(&mut self, centre: DVec2, radius: f64) {
-        let (east, south) = (DVec2::new(radius, 0.0), DVec2::new(0.0, radius));
+        self.add_ellipse(centre, [DVec2::new(radius, 0.0), DVec2::new(0.0, radius)]);
+    }
+
+    fn add_ellipse(&mut self, centre: DVec2, [east, south]: [DVec2; 2]) {
         self.0.push(Part::Move(centre + east));
         for (from, to) in [(east, south), (south, -east), (-east, -south), (-south, east)] {
             self.0.push(Part::Cubic(centre + from + QUARTER * to, centre + to + QUARTER * from, centre + to));

@@ -277,6 +277,7 @@ mod tests {
     use crate::figure::drawing::{Direction, Item, Words};
     use crate::figure::scale::Palette;
     use crate::figure::svg::svg;
+    use crate::geometry::OpeningFrame;
     use crate::scene::OpeningShape;
 
     fn map(cells: [usize; 2], numbers: Numbers) -> PlanMap {
@@ -292,7 +293,10 @@ mod tests {
             room: RoomPlan {
                 rings: vec![[(0.0, 0.0), (4.0, 0.0), (4.0, 6.0), (0.0, 6.0)].map(DVec2::from).to_vec()],
                 rotation_deg: 20.0,
-                tubes: vec![(DVec2::new(2.0, 3.0), OpeningShape::Disc { radius: 0.175 })],
+                tubes: vec![(
+                    OpeningFrame::level(DVec2::new(2.0, 3.0).extend(2.5)),
+                    OpeningShape::Disc { radius: 0.175 },
+                )],
                 objects: vec![[(0.2, 4.0), (1.8, 4.0), (1.8, 5.8), (0.2, 5.8)].map(DVec2::from).to_vec()],
             },
             grid: GridValues { cells, from_m: DVec2::ZERO, to_m: DVec2::new(4.0, 6.0), values, points: Vec::new() },
@@ -336,7 +340,9 @@ mod tests {
         for (columns, tubes, rings) in [(16, 1, 1), (16, 5, 2), (40, 40, 2), (3, 300, 1)] {
             let mut map = map([columns, 24], Numbers::Hidden);
             let place = |tube: usize| DVec2::new(0.2 + 0.37 * (tube % 10) as f64, 0.3 + 0.19 * (tube / 10) as f64);
-            map.room.tubes = (0..tubes).map(|tube| (place(tube), OpeningShape::Disc { radius: 0.08 })).collect();
+            map.room.tubes = (0..tubes)
+                .map(|tube| (OpeningFrame::level(place(tube).extend(2.5)), OpeningShape::Disc { radius: 0.08 }))
+                .collect();
             let l = [(0.0, 0.0), (4.0, 0.0), (4.0, 5.6), (3.6, 5.6), (3.6, 5.8), (2.0, 5.8), (2.0, 6.0), (0.0, 6.0)];
             if rings > 1 {
                 map.room.rings = vec![l.map(DVec2::from).to_vec()];

@@ -1,6 +1,6 @@
 //! Plan of a room: outline, objects, openings of tubes, lengths of walls, and an arrow to north.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::axes::Axes;
 use super::colour::{BLACK, Colour, WHITE};
@@ -8,6 +8,7 @@ use super::drawing::{Anchor, Drawing, Line, Type};
 use super::labels::{Taken, half_size};
 use super::outline::{Outline, Part, Rectangle};
 use super::ticks::short;
+use crate::geometry::OpeningFrame;
 use crate::geometry::covered::{enclosed_area, polygon};
 use crate::scene::OpeningShape;
 
@@ -21,8 +22,8 @@ pub struct RoomPlan {
     pub rings: Vec<Vec<DVec2>>,
     /// Azimuth of the y axis (drawn upwards), clockwise from north in degrees.
     pub rotation_deg: f64,
-    /// Openings of tubes in the ceiling: centre in metres, and shape.
-    pub tubes: Vec<(DVec2, OpeningShape)>,
+    /// Openings of tubes: frame in metres, and shape.
+    pub tubes: Vec<(OpeningFrame, OpeningShape)>,
     /// Outlines of objects in metres.
     pub objects: Vec<Vec<DVec2>>,
 }
@@ -63,10 +64,17 @@ impl RoomPlan {
             drawing.line(outline, Line::new(BLACK, 1.2).dashed(&[5.0, 3.0]));
         }
         let scale = metre(axes);
-        for (centre, opening) in &self.tubes {
+        for (frame, opening) in &self.tubes {
+            let place = |away: DVec2| (frame.origin + frame.direction_in_room(away.extend(0.0))).truncate();
+            let at = |place: DVec2| axes.at(place.x, place.y);
+            let centre = at(frame.origin.truncate());
+            let radius = opening.outer_radius();
             let outline = match opening.corners() {
-                Some(corners) => Outline::polygon(ring_at(&corners.map(|corner| *centre + corner), axes)),
-                None => Outline::circle(axes.at(centre.x, centre.y), opening.outer_radius() * scale),
+                Some(corners) => Outline::polygon(ring_at(&corners.map(place), axes)),
+                None if frame.is_level() => Outline::circle(centre, radius * scale),
+                None => {
+                    Outline::ellipse(centre, [DVec2::X, DVec2::Y].map(|toward| at(place(radius * toward)) - centre))
+                }
             };
             drawing.line(outline.clone(), Line::new(WHITE, 4.0));
             drawing.line(outline, Line::new(BLACK, 2.0));
@@ -105,8 +113,8 @@ impl RoomPlan {
 
     /// Takes the places of the tubes' rings.
     pub fn take_tubes(&self, axes: &Axes, taken: &mut Taken) {
-        for (centre, opening) in &self.tubes {
-            let (at, half) = (axes.at(centre.x, centre.y), extent(opening) * metre(axes) + 2.0);
+        for (frame, opening) in &self.tubes {
+            let (at, half) = (axes.at(frame.origin.x, frame.origin.y), extent(frame, opening) * metre(axes) + 2.0);
             taken.add(Rectangle { from: at - half, to: at + half });
         }
     }
@@ -114,11 +122,11 @@ impl RoomPlan {
     /// Writes the numbers of the tubes, counted from 1, beside their openings, where there is room.
     pub fn draw_tube_numbers(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Taken) {
         let look = Type::new(12.0, BLACK).rimmed(WHITE);
-        for (index, (centre, opening)) in self.tubes.iter().enumerate() {
-            let at = axes.at(centre.x, centre.y);
+        for (index, (frame, opening)) in self.tubes.iter().enumerate() {
+            let at = axes.at(frame.origin.x, frame.origin.y);
             let number = (index + 1).to_string();
             for text in [format!("tube {number}"), number] {
-                let aside = half_size(&text, look) + extent(opening) * metre(axes) + 3.0;
+                let aside = half_size(&text, look) + extent(frame, opening) * metre(axes) + 3.0;
                 let places = [DVec2::Y, -DVec2::Y, DVec2::X, -DVec2::X].map(|side| at + side * aside);
                 if taken.write(drawing, &axes.within, (&text, look), places.into_iter()) {
                     break;
@@ -159,7 +167,7 @@ pub fn draw_north(drawing: &mut Drawing, centre: DVec2, rotation_deg: f64) {
     drawing.text_centred(turned(0.0, 29.0), "N", letter);
 }
 
-/// Returns half of the extents of an opening along x and y in metres.
-fn extent(opening: &OpeningShape) -> DVec2 {
-    DVec2::new(opening.extent_along(DVec2::X), opening.extent_along(DVec2::Y))
+/// Returns half of the extents of an opening in plan along x and y in metres.
+fn extent(frame: &OpeningFrame, opening: &OpeningShape) -> DVec2 {
+    DVec2::new(opening.extent_in(frame, DVec3::X), opening.extent_in(frame, DVec3::Y))
 }

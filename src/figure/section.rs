@@ -24,12 +24,12 @@ const BAR_HEIGHT: f64 = 120.0;
 /// Tube from the side, in metres: x to the right, y up from the floor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SideTube {
-    /// Points of the axis, from the opening in the ceiling upwards.
+    /// Points of the axis, from the opening outwards.
     pub axis: Vec<DVec2>,
     /// Radius of the pipe in metres.
     pub radius: f64,
-    /// Half of the width of the closure in metres.
-    pub closure: f64,
+    /// Way from the axis to the rim of the closure in metres; along x above a level opening.
+    pub mouth: DVec2,
     /// Cover of the upper end.
     pub cover: Cover,
     /// True if the plane of the section goes through the tube; others are drawn thin.
@@ -137,7 +137,7 @@ impl Section {
         let [mut low, mut high] = self.room_ends();
         for tube in &self.tubes {
             for point in &tube.axis {
-                low = low.min(*point - tube.radius.max(tube.closure));
+                low = low.min(*point - tube.radius.max(tube.mouth.length()));
                 high = high.max(*point + 2.0 * tube.radius);
             }
         }
@@ -212,11 +212,11 @@ fn draw_light(drawing: &mut Drawing, axes: &Axes, path: &LightPath, scale: &Colo
     }
 }
 
-/// Draws the walls of the pipe, its cover, and the diffuser in the ceiling.
+/// Draws the walls of the pipe, its cover, and the diffuser in the opening.
 fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
     let at = |point: DVec2| axes.at(point.x, point.y);
     let (ink, width) = if tube.is_cut { (Colour::Ink, 1.0) } else { (Colour::Muted, 0.5) };
-    let normals = normals(&tube.axis);
+    let normals = normals(&tube.axis, tube.mouth.normalize_or(DVec2::X));
     let side = |sign: f64| -> Vec<DVec2> {
         tube.axis.iter().zip(&normals).map(|(point, normal)| *point + sign * tube.radius * *normal).collect()
     };
@@ -237,14 +237,13 @@ fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
         Cover::Flat => drawing.line(Outline::polyline([a, b]), Line::new(SERIES[0], 2.5 * width)),
         Cover::Dome => drawing.line(half_circle(a, b), Line::new(SERIES[0], 2.0 * width)),
     }
-    let ends = [-1.0, 1.0].map(|sign| at(*first + sign * tube.closure * DVec2::X));
+    let ends = [-1.0, 1.0].map(|sign| at(*first + sign * tube.mouth));
     drawing.line(Outline::polyline(ends), Line::new(SERIES[1], 4.0 * width));
 }
 
 /// Returns the normals of a polyline at its points, to the right of its direction. Between segments they are lengthened to the
-/// mitre, so that offset walls are parallel to the axis (up to a turn of 120°); the first is horizontal, because a pipe ends
-/// level at the ceiling.
-fn normals(axis: &[DVec2]) -> Vec<DVec2> {
+/// mitre, so that offset walls are parallel to the axis (up to a turn of 120°); the first is along the mouth, where the pipe ends.
+fn normals(axis: &[DVec2], mouth: DVec2) -> Vec<DVec2> {
     let along = |index: usize| -> DVec2 {
         let before =
             index.checked_sub(1).map_or(DVec2::ZERO, |before| (axis[index] - axis[before]).normalize_or_zero());
@@ -254,8 +253,8 @@ fn normals(axis: &[DVec2]) -> Vec<DVec2> {
         let lean = middle.dot(if before == DVec2::ZERO { middle } else { before }).max(0.5);
         middle / lean
     };
-    // a pipe ends level at the ceiling, and square at the top
-    (0..axis.len()).map(|index| if index == 0 { DVec2::X } else { -along(index).perp() }).collect()
+    // a pipe ends in the plane of its opening, and square at the top
+    (0..axis.len()).map(|index| if index == 0 { mouth } else { -along(index).perp() }).collect()
 }
 
 /// Returns the upper half of the circle whose diameter joins two points.
@@ -280,19 +279,24 @@ mod tests {
         let straight = SideTube {
             axis: vec![DVec2::new(1.0, 2.7), DVec2::new(1.0, 3.9)],
             radius: 0.175,
-            closure: 0.175,
+            mouth: 0.175 * DVec2::X,
             cover: Cover::Dome,
             is_cut: true,
         };
         let bent = SideTube {
             axis: vec![DVec2::new(3.0, 2.7), DVec2::new(3.0, 3.2), DVec2::new(3.4, 3.9)],
             radius: 0.175,
-            closure: 0.25,
+            mouth: 0.25 * DVec2::X,
             cover: Cover::Flat,
             is_cut: false,
         };
-        let mouth =
-            SideTube { axis: vec![DVec2::new(2.0, 2.7)], radius: 0.1, closure: 0.1, cover: Cover::Open, is_cut: true };
+        let mouth = SideTube {
+            axis: vec![DVec2::new(2.0, 2.7)],
+            radius: 0.1,
+            mouth: 0.1 * DVec2::X,
+            cover: Cover::Open,
+            is_cut: true,
+        };
         let section = Section {
             heading: Heading::of("Section"),
             across: "x",
@@ -323,9 +327,9 @@ mod tests {
 
     #[test]
     fn walls_of_a_straight_pipe_are_upright_and_end_square() {
-        let normals = normals(&[DVec2::ZERO, DVec2::new(0.0, 1.0), DVec2::new(0.0, 2.0)]);
+        let normals = normals(&[DVec2::ZERO, DVec2::new(0.0, 1.0), DVec2::new(0.0, 2.0)], DVec2::X);
         assert!(normals.iter().all(|normal| normal.distance(DVec2::X) < 1e-12), "{normals:?}");
-        let elbow = super::normals(&[DVec2::ZERO, DVec2::new(0.0, 1.0), DVec2::new(1.0, 2.0)]);
+        let elbow = super::normals(&[DVec2::ZERO, DVec2::new(0.0, 1.0), DVec2::new(1.0, 2.0)], DVec2::X);
         assert!((elbow[1].x - 1.0).abs() < 1e-12, "the wall below the elbow is upright: {elbow:?}");
     }
 }

@@ -5,9 +5,11 @@ use serde::Deserialize;
 use utoipa::ToSchema;
 
 use super::subject::{Subject, by};
+use crate::document::errors::Checks;
 use crate::document::result::{GridResult, GridStatistics};
 use crate::document::room::object::ObjectDocument;
 use crate::document::room::plan::PartitionDocument;
+use crate::document::tube::opening::PlacedOpening;
 use crate::figure::isolines::{levels, levels_lux};
 use crate::figure::plan_map::{GridValues, Numbers, PlanMap};
 use crate::figure::room_plan::RoomPlan;
@@ -198,10 +200,9 @@ fn room(subject: &Subject, grid: &GridValues) -> RoomPlan {
     let Some(document) = &subject.document else {
         return RoomPlan::rectangle(DVec2::ZERO, grid.to_m);
     };
-    let tubes = document.tubes.iter().map(|tube| {
-        let opening = tube.opening();
-        (opening.centre, opening.shape)
-    });
+    let enclosure = document.room.enclosure(&mut Checks::default());
+    let placed = |tube| enclosure.as_ref().and_then(|room| PlacedOpening::of(tube, room));
+    let tubes = document.tubes.iter().filter_map(|tube| placed(tube).map(|opening| (opening.frame, opening.shape)));
     let objects = document.room.objects.iter().filter_map(footprint);
     let ends = |partition: &PartitionDocument| [partition.from_m, partition.to_m].map(DVec2::from).to_vec();
     let objects = objects.chain(document.room.partitions.iter().map(ends));

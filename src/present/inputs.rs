@@ -118,9 +118,10 @@ fn tube_in_words(tube: &Value) -> String {
     let top = part(&tube["collector"], &[("open", "open at the top"), ("flat", "flat pane"), ("dome", "dome")]);
     let names = [("lambertian", "opal diffuser"), ("clear", "clear pane"), ("open", "open at the ceiling")];
     let end = part(&tube["diffuser"], &names);
+    let plane = if tube["normal"] == "face" { "; in the plane of its face" } else { "" };
     let drop = tube["drop_m"].as_f64().filter(|drop| *drop > 0.0);
     let drop = drop.map_or_else(String::new, |drop| format!("; hangs {} m below the ceiling", metres(drop)));
-    format!("{} m wide, {}{long}; {mirror}; {top}; {end}{drop}", metres(diameter), lengths.join(" + "))
+    format!("{} m wide, {}{long}; {mirror}; {top}; {end}{plane}{drop}", metres(diameter), lengths.join(" + "))
 }
 
 /// Describes a collector or a diffuser by the name of its kind and what it passes; one of another kind by all its fields.

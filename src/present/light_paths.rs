@@ -5,12 +5,12 @@ use glam::{DVec2, DVec3};
 use crate::document::tube::ParametricTube;
 use crate::document::tube::collector::CollectorDocument;
 use crate::figure::section::{LightPath, PathPoint};
+use crate::geometry::OpeningFrame;
 use crate::geometry::covered::Edge;
 use crate::guide::BentGuide;
 use crate::guide::bent::CoursePoint;
 use crate::optics::Spectrum;
 use crate::optics::scatter::{Scatter, SheetSide};
-use crate::sky::direction;
 
 /// Starting points of lines in the mouth of a tube, in radii from its axis.
 const PLACES: [f64; 5] = [-0.8, -0.4, 0.0, 0.4, 0.8];
@@ -40,8 +40,8 @@ pub struct SideView<'a> {
     pub along: DVec2,
     /// Lines in metres at which light ends: faces and objects in the plane of the section.
     pub obstacles: &'a [Edge],
-    /// Height of the tube's opening in metres.
-    pub height: f64,
+    /// Centre and plane of the tube's opening.
+    pub opening: OpeningFrame,
 }
 
 /// Traces lines of light through a tube into the room: of the sun, toward which `sun` points, or of the sky where there is none. Returns no
@@ -51,11 +51,8 @@ pub fn light_paths(tube: &ParametricTube, side: &SideView<'_>, sun: Option<DVec3
         CollectorDocument::DielectricDome(_) => return Vec::new(),
         other => other.collector().transmittance(),
     };
-    let axes = tube.segments.iter().map(|segment| {
-        let axis = direction((90.0 - segment.tilt_deg).to_radians(), segment.azimuth_deg.to_radians());
-        (segment.length_m, axis)
-    });
-    let axes: Vec<(f64, DVec3)> = axes.collect();
+    let axes = tube.axes(side.opening.outward());
+    let axes: Vec<(f64, DVec3)> = tube.segments.iter().map(|segment| segment.length_m).zip(axes).collect();
     let Some((_, last)) = axes.last() else { return Vec::new() };
     let top: DVec3 = axes.iter().map(|(length, axis)| *length * *axis).sum();
     let mirror = tube.reflectance.mirror();
@@ -99,8 +96,9 @@ struct Lines<'a> {
 
 impl Lines<'_> {
     fn place(&self, position: DVec3) -> DVec2 {
-        let centre = self.side.along.dot(DVec2::from(self.tube.centre_m));
-        DVec2::new(centre + self.side.along.dot(position.truncate()), self.side.height + position.z)
+        let centre = self.side.opening.origin;
+        let along = |place: DVec3| self.side.along.dot(place.truncate());
+        DVec2::new(along(centre) + along(position), centre.z + position.z)
     }
 
     /// Returns the line of a ray, as long as enough of its light is left, and the fraction that the diffuser scatters.
@@ -111,12 +109,14 @@ impl Lines<'_> {
         let path = LightPath(points);
         let [.., before, last] = course else { return (path, 0.0) };
         // it went back up, has faded, or is still on its way
-        if path.0.len() < course.len() || last.position.z > 1e-9 {
+        if path.0.len() < course.len() || self.side.opening.up(last.position) > 1e-9 {
             return (path, 0.0);
         }
         let arriving = share(last.bounces);
         let diffuser = self.tube.diffuser.diffuser();
-        let closure = diffuser.at(last.position.truncate().length());
+        let opening = &self.side.opening;
+        let place = opening.levelled_direction(last.position).truncate();
+        let closure = diffuser.at(place.length()).turned(opening.turn());
         let from = (before.position - last.position).normalize_or_zero();
         match closure.unscattered::<1>() {
             Some(Spectrum([passed])) => (self.onward(path, before, last, arriving * passed), 0.0),
@@ -136,17 +136,24 @@ impl Lines<'_> {
         path
     }
 
+    /// Returns the unit vector in the section along which the opening faces, as far as it is seen.
+    fn facing(&self) -> DVec2 {
+        let normal = self.side.opening.normal();
+        DVec2::new(self.side.along.dot(normal.truncate()), normal.z).normalize_or(DVec2::NEG_Y)
+    }
+
     /// Returns lines from the middle of the opening into the room, each with the fraction that the diffuser sends into the room.
     fn scattered(&self, share: f64) -> Vec<LightPath> {
         let from = self.place(DVec3::ZERO);
         let scattered = SCATTERED.iter().filter(|_| share >= LEAST_SHARE).filter_map(|angle| {
-            let end = self.end_in_room(from, DVec2::new(libm::sin(*angle), -libm::cos(*angle)))?;
+            let facing = self.facing();
+            let end = self.end_in_room(from, libm::sin(*angle) * facing.perp() + libm::cos(*angle) * facing)?;
             Some(LightPath(vec![PathPoint { at: from, share }, PathPoint { at: end, share }]))
         });
         scattered.collect()
     }
 
-    /// Finds the point where a line from the opening first meets an obstacle; `None` where it does not go down.
+    /// Finds the point where a line from the opening first meets an obstacle; `None` where it does not go into the room.
     fn end_in_room(&self, from: DVec2, toward: DVec2) -> Option<DVec2> {
         let meets = |[a, b]: &Edge| {
             let (edge, to_edge) = (*b - *a, *a - from);
@@ -155,7 +162,7 @@ impl Lines<'_> {
             (across != 0.0 && distance > NEAREST && (0.0..=1.0).contains(&share)).then_some(distance)
         };
         let distances = self.side.obstacles.iter().filter_map(meets);
-        let nearest = distances.min_by(f64::total_cmp).filter(|_| toward.y < 0.0);
+        let nearest = distances.min_by(f64::total_cmp).filter(|_| toward.dot(self.facing()) > 0.0);
         nearest.map(|distance| from + distance * toward)
     }
 }
@@ -165,6 +172,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::sky::direction;
 
     fn tube(diffuser: serde_json::Value, tilt_deg: f64) -> ParametricTube {
         serde_json::from_value(json!({
@@ -183,7 +191,8 @@ mod tests {
         [DVec2::new(0.0, 3.0), DVec2::ZERO],
     ];
 
-    const SIDE: SideView<'static> = SideView { along: DVec2::X, obstacles: &ROOM, height: 3.0 };
+    const SIDE: SideView<'static> =
+        SideView { along: DVec2::X, obstacles: &ROOM, opening: OpeningFrame::level(DVec3::new(1.5, 1.0, 3.0)) };
 
     /// Light along the axis of a straight tube meets no wall: all of it passes the pane, and half of it the diffuser.
     #[test]

@@ -12,9 +12,8 @@ use crate::document::errors::Checks;
 use crate::document::result::SurfacesResult;
 use crate::document::room::object::ObjectDocument;
 use crate::document::tube::opening::PlacedOpening;
-use crate::document::tube::{ParametricTube, SegmentDocument, TubeDocument};
+use crate::document::tube::{ParametricTube, TubeDocument};
 use crate::figure::scale::{ColourScale, Palette};
-use crate::sky::direction;
 
 /// Number of sides of a pipe.
 const SIDES: usize = 24;
@@ -83,27 +82,26 @@ fn tubes(document: &JobDocument) -> Vec<ColouredMesh> {
     let of_tube = |(number, tube): (usize, &TubeDocument)| {
         let opening = PlacedOpening::of(tube, &room)?;
         let mut mesh = ColouredMesh::named(format!("tube {}", number + 1), Look::Shaded);
-        let mouth = opening.centre.extend(opening.height_m);
-        // the mouth hangs a hair below the ceiling, so that it is seen
-        let below = mouth - DVec3::Z * (1e-4 * room.scale_m());
+        let (mouth, outward) = (opening.frame.origin, opening.frame.outward());
+        // the mouth hangs a hair before its face, so that it is seen
+        let before = mouth - outward * (1e-4 * room.scale_m());
+        let in_room = |corner: DVec2| before + opening.frame.direction_in_room(corner.extend(0.0));
         match opening.shape.corners() {
-            Some(corners) => mesh.add_polygon(corners.map(|corner| below + corner.extend(0.0)), DIFFUSER),
-            None => mesh.add_polygon(ring((below, DVec3::Z), DVec3::Z, opening.shape.outer_radius()), DIFFUSER),
+            Some(corners) => mesh.add_polygon(corners.map(in_room), DIFFUSER),
+            None => mesh.add_polygon(ring((before, outward), outward, opening.shape.outer_radius()), DIFFUSER),
         }
         if let TubeDocument::Parametric(tube) = tube {
-            pipe(&mut mesh, tube, mouth);
+            pipe(&mut mesh, tube, (mouth, outward));
         }
         Some(mesh)
     };
     document.tubes.iter().enumerate().filter_map(of_tube).collect()
 }
 
-/// Adds the pipe of a tube above its mouth: segments that meet in mitres.
-fn pipe(mesh: &mut ColouredMesh, tube: &ParametricTube, mouth: DVec3) {
-    let lean =
-        |segment: &SegmentDocument| direction((90.0 - segment.tilt_deg).to_radians(), segment.azimuth_deg.to_radians());
-    let axes: Vec<DVec3> = tube.segments.iter().map(lean).collect();
-    let mut from = (mouth, DVec3::Z);
+/// Adds the pipe of a tube behind its mouth, given with the unit normal out of the room: segments that meet in mitres.
+fn pipe(mesh: &mut ColouredMesh, tube: &ParametricTube, mouth: (DVec3, DVec3)) {
+    let axes = tube.axes(mouth.1);
+    let mut from = mouth;
     for (index, (segment, axis)) in tube.segments.iter().zip(&axes).enumerate() {
         let mitre = axes.get(index + 1).map_or(*axis, |next| (*axis + *next).normalize_or(*axis));
         let to = (from.0 + segment.length_m * *axis, mitre);

@@ -15,9 +15,13 @@ use crate::document::{JobDocument, Provenance};
 use crate::figure::Heading;
 use crate::figure::section::{Cover, Section, SideObject, SideTube};
 use crate::figure::ticks::short;
+use crate::geometry::OpeningFrame;
 use crate::geometry::covered::{Edge, polygon};
 use crate::scene::Enclosure;
 use crate::sky::direction;
+
+/// Distance in m from the plane of a section within which it goes through the centre of an opening that stands along it.
+const LEAST_CUT_M: f64 = 1e-9;
 
 /// Vertical plane of a section.
 #[derive(Clone, Copy)]
@@ -45,33 +49,34 @@ pub fn section(
     let objects = plane.objects(&document.room);
     let of_objects = objects.iter().filter(|object| object.is_cut).flat_map(|object| polygon(&object.outline));
     let obstacles: Vec<Edge> = cut.iter().copied().chain(of_objects).collect();
-    let height_of = |tube: &TubeDocument| {
-        let opening = enclosure.as_ref().and_then(|room| PlacedOpening::of(tube, room));
-        opening.map_or(0.0, |opening| opening.height_m)
-    };
+    let frame_of = |tube: &TubeDocument| frame_of(tube, enclosure.as_ref());
     let sun = provenance.and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
     let toward_sun = sun.map(|sun| {
         let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
         direction(sun.altitude_deg.to_radians(), azimuth)
     });
     let lit = document.tubes.iter().filter_map(|tube| match tube {
-        TubeDocument::Parametric(of_cylinders) if document.sky.is_some() && plane.cuts(tube) => {
-            let side = SideView { along, obstacles: &obstacles, height: height_of(tube) };
+        TubeDocument::Parametric(of_cylinders) if document.sky.is_some() && plane.cuts(tube, &frame_of(tube)) => {
+            let side = SideView { along, obstacles: &obstacles, opening: frame_of(tube) };
             Some(light_paths(of_cylinders, &side, toward_sun))
         }
         TubeDocument::Parametric(_) | TubeDocument::Mesh(_) => None,
     });
     let light: Vec<_> = lit.flatten().collect();
-    let tubes = document.tubes.iter().map(|tube| match tube {
-        TubeDocument::Parametric(of_cylinders) => SideTube {
-            closure: tube.opening().shape.extent_along(along),
-            ..side_of(of_cylinders, along, height_of(tube), plane.cuts(tube))
-        },
-        TubeDocument::Mesh(_) => {
-            let opening = tube.opening();
-            let axis = vec![DVec2::new(along.dot(opening.centre), height_of(tube))];
-            let radius = opening.shape.outer_radius();
-            SideTube { axis, radius, closure: radius, cover: Cover::Open, is_cut: plane.cuts(tube) }
+    let tubes = document.tubes.iter().map(|tube| {
+        let (frame, shape) = (frame_of(tube), tube.opening().shape);
+        // along the line in which the plane of the section cuts that of the opening
+        let toward = plane.across().extend(0.0).cross(frame.outward()).normalize_or(along.extend(0.0));
+        let toward = if toward.dot(along.extend(0.0)) < 0.0 { -toward } else { toward };
+        let (mouth, is_cut) = (shape.extent_in(&frame, toward) * plane.seen(toward), plane.cuts(tube, &frame));
+        match tube {
+            TubeDocument::Parametric(of_cylinders) => {
+                SideTube { mouth, is_cut, ..side_of(of_cylinders, &plane, &frame) }
+            }
+            TubeDocument::Mesh(_) => {
+                let (axis, radius) = (vec![plane.seen(frame.origin)], shape.outer_radius());
+                SideTube { axis, radius, mouth, cover: Cover::Open, is_cut }
+            }
         }
     });
     let level = |grid: &GridDocument| Some((grid.name.clone(), grid.height_m?));
@@ -102,14 +107,22 @@ pub fn section(
     }
 }
 
+/// Returns the frame of the opening of a tube; on the floor where the room is not known.
+fn frame_of(tube: &TubeDocument, enclosure: Option<&Enclosure>) -> OpeningFrame {
+    let opening = enclosure.and_then(|room| PlacedOpening::of(tube, room));
+    opening.map_or_else(|| OpeningFrame::level(tube.opening().centre.extend(0.0)), |opening| opening.frame)
+}
+
 impl Plane {
     /// Finds the plane through the most tubes of a job (of equal ones that of the first), or through the middle of a room without tubes.
     fn through(document: &JobDocument, along: DVec2) -> Self {
         let [low, high] = document.room.bounds_m().map(DVec3::truncate);
         let middle = Self { along, at: 0.0 }.across().dot(low.midpoint(high));
-        let planes = document.tubes.iter().map(|tube| {
-            let plane = Self { along, at: Self { along, at: 0.0 }.across().dot(tube.opening().centre) };
-            (document.tubes.iter().filter(|other| plane.cuts(other)).count(), plane)
+        let enclosure = document.room.enclosure(&mut Checks::default());
+        let frames: Vec<_> = document.tubes.iter().map(|tube| (tube, frame_of(tube, enclosure.as_ref()))).collect();
+        let planes = frames.iter().map(|(_, frame)| {
+            let plane = Self { along, at: Self { along, at: 0.0 }.across().dot(frame.origin.truncate()) };
+            (frames.iter().filter(|(other, frame)| plane.cuts(other, frame)).count(), plane)
         });
         let best = planes.reduce(|best, other| if other.0 > best.0 { other } else { best });
         best.map_or(Self { along, at: middle }, |(_, plane)| plane)
@@ -126,9 +139,9 @@ impl Plane {
     }
 
     /// True if the plane goes through the opening of a tube.
-    fn cuts(&self, tube: &TubeDocument) -> bool {
-        let opening = tube.opening();
-        (self.across().dot(opening.centre) - self.at).abs() < opening.shape.extent_along(self.across())
+    fn cuts(&self, tube: &TubeDocument, frame: &OpeningFrame) -> bool {
+        let across = self.across().extend(0.0);
+        (across.dot(frame.origin) - self.at).abs() < tube.opening().shape.extent_in(frame, across).max(LEAST_CUT_M)
     }
 
     /// Returns the boxes and the partitions of a room: their sections, or their outlines where the plane does not cut them.
@@ -164,13 +177,11 @@ impl Plane {
     }
 }
 
-/// Returns the side view of a tube of cylinders.
-fn side_of(tube: &ParametricTube, along: DVec2, height: f64, is_cut: bool) -> SideTube {
-    let mut axis = vec![DVec2::new(along.dot(DVec2::from(tube.centre_m)), height)];
-    for segment in &tube.segments {
-        let lean = direction((90.0 - segment.tilt_deg).to_radians(), segment.azimuth_deg.to_radians());
-        let step = segment.length_m * DVec2::new(along.dot(lean.truncate()), lean.z);
-        axis.extend(axis.last().map(|last| *last + step));
+/// Returns the side view of a tube of cylinders, as if it were not cut, with the mouth of its pipe along the section.
+fn side_of(tube: &ParametricTube, plane: &Plane, opening: &OpeningFrame) -> SideTube {
+    let mut axis = vec![plane.seen(opening.origin)];
+    for (segment, lean) in tube.segments.iter().zip(tube.axes(opening.outward())) {
+        axis.extend(axis.last().map(|last| *last + segment.length_m * plane.seen(lean)));
     }
     let cover = match tube.collector {
         CollectorDocument::Open => Cover::Open,
@@ -178,7 +189,7 @@ fn side_of(tube: &ParametricTube, along: DVec2, height: f64, is_cut: bool) -> Si
         CollectorDocument::Dome(_) | CollectorDocument::DielectricDome(_) => Cover::Dome,
     };
     let radius = 0.5 * tube.diameter_m;
-    SideTube { axis, radius, closure: radius, cover, is_cut }
+    SideTube { axis, radius, mouth: radius * DVec2::X, cover, is_cut: false }
 }
 
 #[cfg(test)]

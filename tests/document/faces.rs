@@ -265,7 +265,7 @@ fn faults_of_faces_have_places() {
             "/room/surfaces/rof",
             "did you mean `roof`",
         ),
-        (changed("/room/faces/5/surface", json!({ "open": true })), "/room/faces/5/surface/open", "closed ceiling"),
+        (changed("/room/faces/5/surface", json!({ "open": true })), "/room/faces/5/surface/open", "closed face"),
         (changed("/tubes/0/face", json!("east")), "/tubes/0/face", "`roof`"),
     ] {
         let found = errors(&document).0;

@@ -35,4 +35,5 @@ mod sheets;
 mod sky;
 mod surroundings;
 mod text;
+mod tilted;
 mod tubes;

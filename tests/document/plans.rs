@@ -4,7 +4,7 @@ use crate::given::{SquarePipe, errors, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
 use skyduct::document::{FieldErrorCode, WarningCode, to_scene};
-use skyduct::scene::{FaceKind, Scene};
+use skyduct::scene::{FaceKind, OpeningPlane, Scene};
 
 /// An L-shaped hall with two tubes and a lattice of sensors.
 fn hall() -> Value {
@@ -69,7 +69,7 @@ fn plans_have_the_faces_that_they_state() {
     let slope = 35f64.to_radians();
     let attic = scene(&attic());
     assert!((area(&attic, FaceKind::Ceiling) - 20.0 / slope.cos()).abs() < 1e-9);
-    assert_eq!(attic.tubes[0].drop_m, 0.7);
+    assert_eq!(attic.tubes[0].plane, OpeningPlane::Level { drop_m: 0.7 });
 
     let mut gable = self::attic();
     gable["room"]["ceiling"] = json!({ "kind": "gable", "eaves_m": 2.4, "ridge_m": 4.1, "ridge_azimuth_deg": 90 });

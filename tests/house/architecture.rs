@@ -372,10 +372,7 @@ fn no_file_outside_the_registries_names_two_methods() {
 /// Kinds of closures that a file tells apart by their names.
 fn closures_told_apart(text: &str) -> Vec<&'static str> {
     let code = code_only(text);
-    ["Closure::Specular", "Closure::Lambertian", "Closure::Measured"]
-        .into_iter()
-        .filter(|name| code.contains(name))
-        .collect()
+    ["Sheet::Specular", "Sheet::Lambertian", "Sheet::Measured"].into_iter().filter(|name| code.contains(name)).collect()
 }
 
 /// What scatters how is known in `optics/` alone; everybody else asks for values, densities, samples and albedos. (Lobes are
@@ -392,8 +389,8 @@ fn closures_are_told_apart_in_optics_only() {
         .map(|file| format!("{}: {}", file.display(), told_apart(file).join(", ")))
         .collect();
     assert!(found.is_empty(), "files that ask what a closure is:\n{}", found.join("\n"));
-    let example = "match closure { Closure::Measured(table) => table.albedos(1.0), _ => todo!() } // Closure::Specular";
-    assert_eq!(closures_told_apart(example), ["Closure::Measured"]);
+    let example = "match sheet { Sheet::Measured(table) => table.albedos(1.0), _ => todo!() } // Sheet::Specular";
+    assert_eq!(closures_told_apart(example), ["Sheet::Measured"]);
 }
 
 /// Files of the physics that ask for a box, or name its faces: what builds one, what has a formula for it alone, and what is exact or

@@ -72,4 +72,5 @@ mod studies;
 mod sun_on_gloss;
 mod surfaces;
 mod tables;
+mod tilted_openings;
 mod two_stage;

@@ -12,8 +12,8 @@ use skyduct::integrator::{Integrator, light_tracing, sppm};
 use skyduct::optics::{Collector, Diffuser, DiffuserZone, MeasuredDiffuser, Specular, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::scene::{
-    BoxObject, BoxShape, Channels, Daylight, Enclosure, EstimateKind, Face, Grid, Luminaire, Room, Scene, Segment,
-    StraightOrBent, Tube, TubeShape,
+    BoxObject, BoxShape, Channels, Daylight, Enclosure, EstimateKind, Face, Grid, Luminaire, OpeningPlane, Room, Scene,
+    Segment, StraightOrBent, Tube, TubeShape,
 };
 use skyduct::sky::zenith::ZenithFormula;
 use skyduct::sky::{CieType, Sky, SkyDistribution, Sun, direction};
@@ -38,7 +38,7 @@ pub fn straight(length_m: f64, reflectance: f64, diffuser: Diffuser) -> Tube {
         opening_radius: RADIUS,
         transition: None,
         face: Face::Ceiling as usize,
-        drop_m: 0.0,
+        plane: OpeningPlane::Level { drop_m: 0.0 },
         shape: TubeShape::Cylinders(StraightOrBent {
             reflectance: [reflectance; 3].into(),
             segments,

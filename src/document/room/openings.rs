@@ -28,10 +28,9 @@ pub fn cover_no_opening(
     checks: &mut Checks,
 ) {
     for (object, number) in objects.iter().zip(numbers) {
-        let mut by_height: HashMap<u64, Vec<[DVec2; 3]>> = HashMap::new();
+        let mut by_plane: HashMap<Plane, Vec<[DVec3; 3]>> = HashMap::new();
         for (tube, opening) in openings {
-            let at = || in_plane(&object.mesh, opening.height_m);
-            let lying = by_height.entry(opening.height_m.to_bits()).or_insert_with(at);
+            let lying = by_plane.entry(Plane::of(opening)).or_insert_with(|| in_plane(&object.mesh, opening));
             refuse(lying, *number, (*tube, opening), checks);
         }
     }
@@ -42,17 +41,29 @@ pub fn boxes_cover_no_opening(room: &RoomDocument, openings: &[(usize, PlacedOpe
     for (number, object) in room.objects.iter().enumerate() {
         let ObjectDocument::Box(object) = object else { continue };
         let (bottom, top) = (object.position_m[2], object.position_m[2] + object.size_m[2]);
-        let [a, b, c, d] = object.footprint();
+        let footprint = object.footprint();
         for (tube, opening) in openings {
-            let hair = HAIR * opening.height_m;
-            if bottom < opening.height_m - hair && top >= opening.height_m - hair {
-                refuse(&[[a, b, c], [a, c, d]], number, (*tube, opening), checks);
+            let height_m = opening.height_m();
+            let hair = HAIR * height_m;
+            if opening.frame.is_level() {
+                if bottom < height_m - hair && top >= height_m - hair {
+                    let [a, b, c, d] = footprint.map(|corner| corner.extend(height_m));
+                    refuse(&[[a, b, c], [a, c, d]], number, (*tube, opening), checks);
+                }
+                continue;
             }
+            // its top or a side may lie in the plane of the opening
+            let sides = (0..4).map(|k| [footprint[k], footprint[(k + 1) % 4]]);
+            let sides = sides.map(|[a, b]| [a.extend(bottom), b.extend(bottom), b.extend(top), a.extend(top)]);
+            let sides = sides.chain([footprint.map(|corner| corner.extend(top))]);
+            let lies = |side: &[DVec3; 4]| side.iter().all(|corner| opening.frame.depth(*corner).abs() <= hair);
+            let lying: Vec<_> = sides.filter(lies).flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+            refuse(&lying, number, (*tube, opening), checks);
         }
     }
 }
 
-/// Adds a fault for each level luminaire at the height of an opening that covers a part of it; luminaires are given with their numbers.
+/// Adds a fault for each luminaire in the plane of an opening that covers a part of it; luminaires are given with their numbers.
 pub fn luminaires_cover_no_opening(
     luminaires: &[(usize, Sheet)],
     openings: &[(usize, PlacedOpening)],
@@ -61,10 +72,10 @@ pub fn luminaires_cover_no_opening(
     for (number, sheet) in luminaires {
         let corners = sheet.corners();
         for (tube, opening) in openings {
-            let lies = corners.iter().all(|corner| (corner.z - opening.height_m).abs() <= TOUCHING_M);
+            let lies = corners.iter().all(|corner| opening.frame.depth(*corner).abs() <= TOUCHING_M);
             // a strip along the rim, as narrow as the tolerance, may be covered
             let least = 4.0 * TOUCHING_M * opening.shape.outer_radius();
-            if lies && opening.area_below(&corners.map(DVec3::truncate)) > least {
+            if lies && opening.area_below(&corners) > least {
                 checks.refuse(
                     format!("/room/luminaires/{number}"),
                     format!("must not cover the opening of /tubes/{tube}"),
@@ -74,19 +85,38 @@ pub fn luminaires_cover_no_opening(
     }
 }
 
-/// Returns the triangles of a mesh that lie in a level plane, projected onto it.
-fn in_plane(mesh: &TriangleMesh, height: f64) -> Vec<[DVec2; 3]> {
-    let corners = mesh.triangles.iter().map(|triangle| triangle.map(|corner| mesh.positions[corner as usize]));
-    let lies = |corners: &[DVec3; 3]| corners.iter().all(|corner| (corner.z - height).abs() <= HAIR * height);
-    corners.filter(lies).map(|corners| corners.map(DVec3::truncate)).collect()
+/// Plane that several openings share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Plane {
+    /// Level plane at a height with these bits.
+    Level(u64),
+    /// Plane of the face with this number.
+    OfFace(usize),
 }
 
-fn refuse(lying: &[[DVec2; 3]], number: usize, (tube, opening): (usize, &PlacedOpening), checks: &mut Checks) {
-    let area = |corners: &[DVec2; 3]| {
-        let [a, b, c] = *corners;
-        let nearest = opening.centre.clamp(a.min(b).min(c), a.max(b).max(c));
+impl Plane {
+    fn of(opening: &PlacedOpening) -> Self {
+        match opening.frame.is_level() {
+            true => Self::Level(opening.height_m().to_bits()),
+            false => Self::OfFace(opening.face),
+        }
+    }
+}
+
+/// Returns the triangles of a mesh that lie in the plane of an opening.
+fn in_plane(mesh: &TriangleMesh, opening: &PlacedOpening) -> Vec<[DVec3; 3]> {
+    let corners = mesh.triangles.iter().map(|triangle| triangle.map(|corner| mesh.positions[corner as usize]));
+    let hair = HAIR * opening.height_m();
+    let lies = |corners: &[DVec3; 3]| corners.iter().all(|corner| opening.frame.depth(*corner).abs() <= hair);
+    corners.filter(lies).collect()
+}
+
+fn refuse(lying: &[[DVec3; 3]], number: usize, (tube, opening): (usize, &PlacedOpening), checks: &mut Checks) {
+    let area = |corners: &[DVec3; 3]| {
+        let [a, b, c] = corners.map(|corner| opening.away(corner));
+        let nearest = DVec2::ZERO.clamp(a.min(b).min(c), a.max(b).max(c));
         // most triangles are far from most openings
-        match nearest.distance(opening.centre) < opening.shape.outer_radius() {
+        match nearest.length() < opening.shape.outer_radius() {
             true => opening.area_below(corners),
             false => 0.0,
         }

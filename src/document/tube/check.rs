@@ -1,19 +1,16 @@
 //! Checks of tubes.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 
 use super::diffuser::DiffuserDocument;
 use super::part::PartDocument;
-use super::{MeshTubeDocument, ParametricTube, SegmentDocument, TubeDocument};
+use super::{MeshTubeDocument, OpeningNormal, ParametricTube, TubeDocument};
 use crate::document::errors::Checks;
 use crate::document::horizon::check_points;
 use crate::document::limits::{
     DIAMETER_M, HORIZON_AZIMUTH_DEG, MESH_ID, SEGMENT_LENGTH_M, SEGMENTS, TILT_DEG, TUBES, TURN_DEG,
 };
 use crate::document::read::pointer::escape;
-use crate::sky::direction;
 
 /// Largest bend in degrees: beyond it the ellipse of the mitre grows without bound, and 180 degrees would fold the guide onto
 /// itself.
@@ -34,12 +31,32 @@ pub(crate) fn check_tubes(tubes: &[TubeDocument], checks: &mut Checks) -> bool {
         if let Some(points) = tube.horizon() {
             check_points(&format!("{pointer}/horizon"), points, HORIZON_AZIMUTH_DEG, checks);
         }
+        check_plane(&pointer, tube, checks);
         match tube {
             TubeDocument::Parametric(tube) => check_parametric(&pointer, tube, diameter_ok, checks),
             TubeDocument::Mesh(tube) => check_mesh_tube(&pointer, tube, checks),
         }
     }
     true
+}
+
+/// Checks that the fields of an opening's place belong to its plane.
+fn check_plane(pointer: &str, tube: &TubeDocument, checks: &mut Checks) {
+    match tube.normal() {
+        OpeningNormal::Plumb if tube.centre_m().height_m.is_some() => {
+            let detail = "must be [x, y]: a level opening lies in the ceiling above it, or hangs `drop_m` below";
+            checks.refuse(format!("{pointer}/centre_m"), detail);
+        }
+        OpeningNormal::Plumb => {}
+        OpeningNormal::Face => {
+            if tube.hangs().1 > 0.0 {
+                checks.refuse(format!("{pointer}/drop_m"), "must be 0: the opening lies in the plane of its face");
+            }
+            if matches!(tube, TubeDocument::Mesh(_)) {
+                checks.not_supported(format!("{pointer}/normal"), "a mesh above an opening in the plane of a face");
+            }
+        }
+    }
 }
 
 fn check_parametric(pointer: &str, tube: &ParametricTube, diameter_ok: bool, checks: &mut Checks) {
@@ -67,14 +84,30 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
         ok &= checks.number(&format!("{pointer}/tilt_deg"), segment.tilt_deg, TILT_DEG);
         ok &= checks.number(&format!("{pointer}/azimuth_deg"), segment.azimuth_deg, TURN_DEG);
         if index == 0 && segment.tilt_deg > 0.0 {
-            checks.not_supported(format!("{pointer}/tilt_deg"), "a first segment that is not vertical");
+            match tube.normal {
+                OpeningNormal::Plumb => {
+                    checks.not_supported(format!("{pointer}/tilt_deg"), "a first segment that is not vertical");
+                }
+                OpeningNormal::Face => {
+                    let detail = "must be left out: the first segment runs along the normal of the face";
+                    checks.refuse(format!("{pointer}/tilt_deg"), detail);
+                }
+            }
             ok = false;
         }
     }
-    if !ok {
-        return;
+    // the normal of a face is known once the room is
+    if ok && tube.normal == OpeningNormal::Plumb {
+        check_course(pointer, tube, DVec3::Z, checks);
     }
-    let axes = axes(segments);
+}
+
+/// Checks the bends of a tube from an opening with this unit normal out of the room, and that it stays outside; the segments must be valid by
+/// themselves.
+pub(super) fn check_course(pointer: &str, tube: &ParametricTube, outward: DVec3, checks: &mut Checks) {
+    let segments = &tube.segments;
+    let mut ok = true;
+    let axes = tube.axes(outward);
     let bends = bends(&axes);
     for (index, bend) in bends.iter().enumerate() {
         if bend.to_degrees() >= STEEPEST_BEND_DEG {
@@ -110,9 +143,15 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
         end += axes[index] * segment.length_m;
         // of the ellipse in which the plane of a pane, or across the axis, cuts the segment
         let across = tube.collector.pane().filter(|_| index + 1 == segments.len()).unwrap_or(axes[index]);
-        let lowest = end.z - radius * (DVec3::Z - across * (axes[index].z / across.dot(axes[index]))).length();
+        let rise = axes[index].dot(outward);
+        let lowest = end.dot(outward) - radius * (outward - across * (rise / across.dot(axes[index]))).length();
         if index > 0 && lowest < 0.0 {
-            let detail = format!("the guide must stay above the ceiling (0 m), but reaches down to {lowest} m");
+            let detail = match tube.normal {
+                OpeningNormal::Plumb => {
+                    format!("the guide must stay above the ceiling (0 m), but reaches down to {lowest} m")
+                }
+                OpeningNormal::Face => format!("the guide must stay behind its face, but is {} m before it", -lowest),
+            };
             checks.refuse(format!("{pointer}/tilt_deg"), detail);
         }
     }
@@ -136,14 +175,6 @@ fn pane_angle(pointer: &str, tube: &ParametricTube, axes: &[DVec3], checks: &mut
         return None;
     }
     Some(angle)
-}
-
-/// Returns unit vectors along the axes of segments, pointing upward along the guide.
-pub(super) fn axes(segments: &[SegmentDocument]) -> Vec<DVec3> {
-    let axis = |segment: &SegmentDocument| {
-        direction(0.5 * PI - segment.tilt_deg.to_radians(), segment.azimuth_deg.to_radians())
-    };
-    segments.iter().map(axis).collect()
 }
 
 /// Returns the angles in radians between successive axes.

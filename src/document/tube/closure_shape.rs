@@ -17,7 +17,8 @@ pub struct ClosureShapeDocument {
     pub kind: ClosureShapeKind,
     /// Length of a side in metres, at least the diameter of the pipe; the opening must lie wholly in the ceiling.
     pub side_m: f64,
-    /// Rotation of the sides in degrees, clockwise seen from above; by default they are parallel to the room's axes.
+    /// Rotation of the sides in degrees, clockwise seen from outside; by default those of a level opening are parallel to the room's axes, and
+    /// two of another one are level.
     #[serde(default)]
     #[schema(default = 0.0)]
     pub rotation_deg: f64,

@@ -1,6 +1,6 @@
 //! Conversion of a document's tubes to those of a scene.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::closure_shape::ClosureShapeDocument;
 use super::mesh::mesh_tube;
@@ -23,9 +23,9 @@ pub(crate) fn tube(
     meshes: &dyn FileSource,
     checks: &mut Checks,
 ) -> Option<(Tube, GuideProvenance)> {
-    let PlacedOpening { face, drop_m, .. } = PlacedOpening::of(tube, enclosure)?;
+    let opening = PlacedOpening::of(tube, enclosure)?;
     match tube {
-        TubeDocument::Parametric(tube) => Some(cylinders(tube, face, drop_m)),
+        TubeDocument::Parametric(tube) => Some(cylinders(tube, &opening)),
         TubeDocument::Mesh(document) => {
             let (mesh, diffuser) = mesh_tube(pointer, document, meshes, checks)?;
             let guide = match mesh.section {
@@ -34,9 +34,9 @@ pub(crate) fn tube(
                 Section::Facets { .. } => GuideProvenance::Mesh,
             };
             let tube = Tube {
-                face,
-                drop_m,
-                centre: DVec2::from(document.centre_m),
+                face: opening.face,
+                plane: opening.plane(),
+                centre: opening.frame.origin.truncate(),
                 opening_radius: 0.5 * document.opening_diameter_m,
                 transition: None,
                 shape: TubeShape::Mesh(mesh),
@@ -48,12 +48,21 @@ pub(crate) fn tube(
     }
 }
 
-fn cylinders(tube: &ParametricTube, face: usize, drop_m: f64) -> (Tube, GuideProvenance) {
-    let segments = tube.segments.iter().map(|segment| Segment {
-        length_m: segment.length_m,
-        tilt: segment.tilt_deg.to_radians(),
-        azimuth: segment.azimuth_deg.to_radians(),
-    });
+fn cylinders(tube: &ParametricTube, opening: &PlacedOpening) -> (Tube, GuideProvenance) {
+    let outward = opening.frame.outward();
+    let segments =
+        tube.segments.iter().enumerate().map(|(index, segment)| match opening.frame.is_level() || index > 0 {
+            true => Segment {
+                length_m: segment.length_m,
+                tilt: segment.tilt_deg.to_radians(),
+                azimuth: segment.azimuth_deg.to_radians(),
+            },
+            false => Segment {
+                length_m: segment.length_m,
+                tilt: libm::atan2(outward.truncate().length(), outward.z),
+                azimuth: libm::atan2(outward.x, outward.y),
+            },
+        });
     let shape = StraightOrBent {
         reflectance: tube.reflectance.mirror(),
         segments: segments.collect(),
@@ -67,9 +76,9 @@ fn cylinders(tube: &ParametricTube, face: usize, drop_m: f64) -> (Tube, GuidePro
     // several vertical segments make one straight tube
     let straight = shape.is_straight();
     let tube = Tube {
-        face,
-        drop_m,
-        centre: DVec2::from(tube.centre_m),
+        face: opening.face,
+        plane: opening.plane(),
+        centre: opening.frame.origin.truncate(),
         opening_radius: 0.5 * tube.diameter_m,
         transition: tube.closure_shape.as_ref().map(ClosureShapeDocument::transition),
         shape: TubeShape::Cylinders(shape),

@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::check::{axes, bends, pane};
+use super::check::{bends, pane};
 use super::opening::PlacedOpening;
 use super::{ParametricTube, TubeDocument};
 use crate::document::errors::Checks;
+use crate::geometry::OpeningFrame;
 use crate::scene::Enclosure;
 
 /// Depth of overlap, as a fraction of the radius, up to which surfaces count as touching.
@@ -20,8 +21,8 @@ const STEPS: usize = 1000;
 pub(crate) fn check_crossings(tubes: &[TubeDocument], enclosure: &Enclosure, checks: &mut Checks) {
     let cylinders = |(index, document): (usize, &TubeDocument)| match document {
         TubeDocument::Parametric(tube) => {
-            let height_m = PlacedOpening::of(document, enclosure)?.height_m;
-            Some((index, pieces(tube, height_m, 1.0), pieces(tube, height_m, -1.0)))
+            let opening = PlacedOpening::of(document, enclosure)?.frame;
+            Some((index, pieces(tube, &opening, 1.0), pieces(tube, &opening, -1.0)))
         }
         TubeDocument::Mesh(_) => None,
     };
@@ -56,15 +57,15 @@ struct Piece {
     radius: f64,
 }
 
-/// Returns the segments of a tube above its opening, at `height_m`, as cylinders. At a mitre, where the sides of a segment differ in length, a cylinder ends where
+/// Returns the segments of a tube behind its opening as cylinders. At a mitre, where the sides of a segment differ in length, a cylinder ends where
 /// the longer side (`ends` 1) or the shorter side (-1) does.
-fn pieces(tube: &ParametricTube, height_m: f64, ends: f64) -> Vec<Piece> {
+fn pieces(tube: &ParametricTube, opening: &OpeningFrame, ends: f64) -> Vec<Piece> {
     let radius = 0.5 * tube.diameter_m;
-    let axes = axes(&tube.segments);
+    let axes = tube.axes(opening.outward());
     // a pane reaches as far as a mitre of twice its angle
     let bends: Vec<f64> = bends(&axes).into_iter().chain([2.0 * pane(tube, &axes)]).collect();
     let reach = |bend: Option<&f64>| bend.map_or(0.0, |bend| ends * radius * libm::tan(0.5 * bend));
-    let mut start = DVec3::new(tube.centre_m[0], tube.centre_m[1], height_m);
+    let mut start = opening.origin;
     let mut pieces = Vec::with_capacity(axes.len());
     for (segment, (axis, of)) in axes.into_iter().zip(&tube.segments).enumerate() {
         let (below, above) =

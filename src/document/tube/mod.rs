@@ -1,5 +1,6 @@
 //! The tubes of a job document: cylinders or meshes, with their collectors and diffusers.
 
+pub mod centre;
 pub(super) mod check;
 pub mod closure_shape;
 pub mod collector;
@@ -11,8 +12,9 @@ pub(crate) mod opening;
 pub mod part;
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -21,9 +23,11 @@ use crate::document::frame::Up;
 use crate::document::optics::Coefficient;
 use crate::document::optics::mirror::MirrorDocument;
 use crate::document::read::tagged::Fields;
-use crate::document::schema::shapes::{HorizonPoint, PlanePoint};
+use crate::document::schema::shapes::HorizonPoint;
 use crate::document::unit::Unit;
 use crate::scene::OpeningShape;
+use crate::sky::direction;
+use centre::CentreDocument;
 use closure_shape::ClosureShapeDocument;
 use collector::CollectorDocument;
 use diffuser::DiffuserDocument;
@@ -44,26 +48,30 @@ pub enum TubeDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParametricTube {
-    /// Centre of the opening, x and y in metres.
-    #[schema(value_type = PlanePoint)]
-    pub centre_m: [f64; 2],
-    /// Name of the ceiling that the tube comes through; default: the one above `centre_m`.
+    /// Centre of the opening in metres, `[x, y]`; `[x, y, z]` with `"normal": "face"` on a vertical face.
+    pub centre_m: CentreDocument,
+    /// Name of the face that the tube comes through; default: the ceiling above `centre_m`, or, where it has a z, the face that it lies on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<String>,
-    /// Length in metres by which the level opening hangs below the ceiling at its centre; default: 0. Below a sloped ceiling, enough that
+    /// Plane of the opening, and direction of the first segment.
+    #[serde(default, skip_serializing_if = "OpeningNormal::is_plumb")]
+    #[schema(default = "plumb")]
+    pub normal: OpeningNormal,
+    /// Length in metres by which a level opening hangs below the ceiling at its centre; default: 0. Below a sloped ceiling, enough that
     /// the opening does not cut it. What hangs into the room is not simulated.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schema(default = 0.0)]
     pub drop_m: f64,
-    /// Inner diameter in metres; the opening must lie wholly in the ceiling.
+    /// Inner diameter in metres; the opening must lie wholly in its face.
     pub diameter_m: f64,
     /// Specular reflectance of the wall per bounce.
     pub reflectance: MirrorDocument,
-    /// Straight segments of the guide from the ceiling upward, 1..16; the first is vertical.
+    /// Straight segments of the guide from the opening outward, 1..16. The first is vertical, or with `"normal": "face"` along the normal of the
+    /// face; its tilt is not given.
     pub segments: Vec<SegmentDocument>,
     /// Collector, which covers the upper end.
     pub collector: CollectorDocument,
-    /// Closure in the plane of the ceiling.
+    /// Closure in the plane of the opening.
     pub diffuser: DiffuserDocument,
     /// Shape of the closure; default: the circle of the pipe.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -81,7 +89,7 @@ pub struct ParametricTube {
 pub struct SegmentDocument {
     /// Length along the axis between the centres of its mitres, in metres.
     pub length_m: f64,
-    /// Tilt of the axis from the vertical in degrees, 0..135; default: 0.
+    /// Tilt of the axis from the vertical in degrees, 0..135; default: 0, vertical.
     #[serde(default)]
     pub tilt_deg: f64,
     /// Azimuth in degrees toward which the segment is tilted, clockwise from the room's +y axis; default: 0.
@@ -103,11 +111,14 @@ pub struct MeshTubeDocument {
     #[schema(default = "z")]
     pub up: Up,
     /// Centre of the opening, x and y in metres.
-    #[schema(value_type = PlanePoint)]
-    pub centre_m: [f64; 2],
+    pub centre_m: CentreDocument,
     /// Name of the ceiling that the tube comes through; default: the one above `centre_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<String>,
+    /// Plane of the opening; `face` is not supported for meshes.
+    #[serde(default, skip_serializing_if = "OpeningNormal::is_plumb")]
+    #[schema(default = "plumb")]
+    pub normal: OpeningNormal,
     /// Length in metres by which the level opening hangs below the ceiling at its centre; default: 0. Below a sloped ceiling, enough that
     /// the opening does not cut it. What hangs into the room is not simulated.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -133,6 +144,34 @@ pub struct MeshTubeDocument {
     pub horizon: Option<Vec<[f64; 2]>>,
 }
 
+/// Plane of an opening.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OpeningNormal {
+    /// A level plane; the first segment is vertical.
+    #[default]
+    Plumb,
+    /// The plane of the face that the tube comes through, such as a sloped ceiling or a wall; the first segment runs along its normal.
+    Face,
+}
+
+impl OpeningNormal {
+    fn is_plumb(&self) -> bool {
+        *self == Self::Plumb
+    }
+}
+
+impl ParametricTube {
+    /// Returns unit vectors along the axes of the segments, from an opening with this unit normal out of the room.
+    pub fn axes(&self, outward: DVec3) -> Vec<DVec3> {
+        let axis = |(index, segment): (usize, &SegmentDocument)| match self.normal {
+            OpeningNormal::Face if index == 0 => outward,
+            _ => direction(0.5 * PI - segment.tilt_deg.to_radians(), segment.azimuth_deg.to_radians()),
+        };
+        self.segments.iter().enumerate().map(axis).collect()
+    }
+}
+
 fn recognise() -> bool {
     true
 }
@@ -154,9 +193,9 @@ impl<'de> Deserialize<'de> for TubeDocument {
     }
 }
 
-/// Opening of a tube in the ceiling.
+/// Opening of a tube.
 pub struct Opening {
-    /// Centre of the opening in the ceiling plane, in metres.
+    /// Centre of the opening in plan, in metres.
     pub centre: DVec2,
     /// Shape of the opening.
     pub shape: OpeningShape,
@@ -169,7 +208,7 @@ pub struct Opening {
 impl TubeDocument {
     /// Returns the opening, with the name of the field that gives its width.
     pub fn opening(&self) -> Opening {
-        let (centre, (diameter_m, diameter)) = (DVec2::from(self.centre_m()), self.diameter());
+        let (centre, (diameter_m, diameter)) = (self.centre_m().in_plan(), self.diameter());
         match self {
             Self::Parametric(ParametricTube { closure_shape: Some(closure), .. }) => {
                 let shape = closure.transition().opening();
@@ -190,14 +229,23 @@ impl TubeDocument {
         }
     }
 
-    fn centre_m(&self) -> [f64; 2] {
+    /// Returns the plane of the opening.
+    pub fn normal(&self) -> OpeningNormal {
+        match self {
+            Self::Parametric(tube) => tube.normal,
+            Self::Mesh(tube) => tube.normal,
+        }
+    }
+
+    /// Returns the centre of the opening as it is given.
+    pub fn centre_m(&self) -> CentreDocument {
         match self {
             Self::Parametric(tube) => tube.centre_m,
             Self::Mesh(tube) => tube.centre_m,
         }
     }
 
-    /// Returns the name of the ceiling that the tube comes through, if it is given, and the length in metres by which the opening hangs
+    /// Returns the name of the face that the tube comes through, if it is given, and the length in metres by which the opening hangs
     /// below it.
     pub fn hangs(&self) -> (Option<&str>, f64) {
         match self {

@@ -13,6 +13,7 @@ pub mod lambert;
 pub(crate) mod lanes;
 pub(crate) mod numbers;
 pub mod obj;
+pub mod opening_frame;
 pub mod placement;
 pub mod planar;
 pub mod polygon;
@@ -28,4 +29,5 @@ pub mod turn;
 pub mod welded;
 mod wide_tree;
 
+pub use opening_frame::OpeningFrame;
 pub use triangle_mesh::{Dropped, TriangleMesh};

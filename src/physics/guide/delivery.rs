@@ -6,7 +6,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::Guide;
 use super::exit_moment::beam_exit_moment;
@@ -15,6 +15,7 @@ use super::sky_rings::{RINGS, SkyRings, zenith_angles};
 use super::throughput::REPLICATES;
 use super::transit::{End, Transit};
 use super::transmittance::beam_transmission;
+use crate::geometry::opening_frame::{levelled, unlevelled};
 use crate::optics::scatter::{Scatter as _, SheetSide};
 use crate::optics::{Diffuser, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
@@ -57,7 +58,7 @@ pub struct Delivered {
     pub area_m2: f64,
     /// Standard error of `area_m2`; 0 in closed form.
     pub standard_error_m2: f64,
-    /// Centroid of the light on the closure, in m from its centre; the centre for skies.
+    /// Centroid of the light on the closure, in m from its centre in its levelled frame; the centre for skies.
     pub centroid_m: DVec2,
 }
 
@@ -71,7 +72,8 @@ pub enum TubeClosure<'a> {
 }
 
 impl TubeClosure<'_> {
-    /// Returns the fractions of light from the unit vector `from` that pass at a place, and that are scattered back.
+    /// Returns the fractions of light from the unit vector `from` that pass at a place, and that are scattered back; both in the levelled frame
+    /// of the opening.
     fn fractions(&self, place: DVec3, from: DVec3) -> [Spectrum<3>; 2] {
         match self {
             Self::Even(even) => [even.transmittance, even.reflectance].map(Spectrum::from_rgb),
@@ -102,6 +104,8 @@ struct Passed<'a> {
     closure: TubeClosure<'a>,
     /// Fraction of this light that passes in the end.
     again: Spectrum<3>,
+    /// Matrix that levels directions at the opening; `None` for a level one.
+    turn: Option<&'a DMat3>,
 }
 
 impl Passed<'_> {
@@ -112,7 +116,7 @@ impl Passed<'_> {
     }
 
     fn of_transit(&self, transit: &Transit<3>) -> Spectrum<3> {
-        self.of(transit.position, -transit.direction)
+        self.of(levelled(self.turn, transit.position), levelled(self.turn, -transit.direction))
     }
 
     /// Returns the fraction of all light; `None` if it is not the same for all.
@@ -163,19 +167,19 @@ struct SkyRay {
 
 impl<'a> Delivery<'a> {
     /// Prepares a guide with its surroundings above a closure. With `returns`, light that the closure scatters up and the guide sends back
-    /// counts, too.
+    /// counts, too. `turn` is the matrix of the opening's frame.
     pub fn new(
-        guide: &'a Guide,
+        (guide, turn): (&'a Guide, Option<&'a DMat3>),
         surroundings: Option<&'a Surroundings>,
         closure: TubeClosure<'a>,
         returns: bool,
         key: Key,
     ) -> Self {
         let again = match returns && closure.reflects() && guide.returns_light() {
-            true => passed_again(guide, closure, key.child(OF_RETURN)),
+            true => passed_again((guide, turn), closure, key.child(OF_RETURN)),
             false => Spectrum::ZERO,
         };
-        let passed = Passed { closure, again };
+        let passed = Passed { closure, again, turn };
         let horizon = surroundings.and_then(|surroundings| surroundings.horizon.as_ref());
         let [below, ground] =
             surroundings.map_or([0.0; 2], |around| [around.luminance_ratio / PI, around.ground_reflectance / PI]);
@@ -296,7 +300,7 @@ impl<'a> Delivery<'a> {
                 |_, entry_m2, transit| {
                     let area = entry_m2 * (transit.weight() * self.passed.of_transit(transit)).luminance();
                     sum += area;
-                    moment += area * transit.position.truncate();
+                    moment += area * levelled(self.passed.turn, transit.position).truncate();
                 },
             );
             areas.push(sum / BEAM_RAYS as f64);
@@ -414,7 +418,7 @@ fn point(key: Key, index: u64) -> [f64; 4] {
 }
 
 /// Traces the light that a closure scatters up a guide, as if evenly, and returns the fraction of each channel that passes it in the end.
-fn passed_again(guide: &Guide, closure: TubeClosure, key: Key) -> Spectrum<3> {
+fn passed_again((guide, turn): (&Guide, Option<&DMat3>), closure: TubeClosure, key: Key) -> Spectrum<3> {
     let [mut scattered, mut passes, mut reflects] = [Spectrum::<3>::ZERO; 3];
     let mut random = PathRandom::new(key.stream(Stream::ThroughputChoices, 0));
     for index in 0..UP_RAYS {
@@ -422,9 +426,10 @@ fn passed_again(guide: &Guide, closure: TubeClosure, key: Key) -> Spectrum<3> {
         let (place, toward) = ((warp::disc([u, v]) * closure.radius()).extend(0.0), warp::cosine_hemisphere([s, t]));
         let [_, weight] = closure.fractions(place, toward);
         scattered += weight;
-        let transit = guide.up::<3>(place, toward, &mut random);
+        let transit = guide.up::<3>(unlevelled(turn, place), unlevelled(turn, toward), &mut random);
         if transit.end == End::Opening {
-            let [passed, reflected] = closure.fractions(transit.position, -transit.direction);
+            let [place, from] = [transit.position, -transit.direction].map(|v| levelled(turn, v));
+            let [passed, reflected] = closure.fractions(place, from);
             passes += weight * transit.weight() * passed;
             reflects += weight * transit.weight() * reflected;
         }

@@ -1,7 +1,7 @@
 //! Light transport through guides, downward and upward.
 //!
-//! Coordinates are local to a tube: the origin is the centre of the opening in the ceiling plane, z points up. Weights are deterministic: a
-//! ray with N reflections keeps the fraction R^N; only at covers that reflect is one branch chosen.
+//! Coordinates are local to a tube: the origin is the centre of the opening, axes are those of the room, z points up. Only bent guides may have
+//! openings that are not level. Weights are deterministic: a ray with N reflections keeps the fraction R^N; only at covers that reflect is one branch chosen.
 
 pub mod beams;
 pub mod bent;
@@ -140,7 +140,7 @@ impl Guide {
         }
     }
 
-    /// Follows light upward from a point of the opening (z = 0, within the opening).
+    /// Follows light upward from a point of the opening (in a level one, z = 0).
     #[inline]
     pub fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
         match self {

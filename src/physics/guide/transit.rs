@@ -10,7 +10,7 @@ use crate::optics::Spectrum;
 /// Place where a ray through a guide ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// Opening (the plane z = 0), reached on the way down.
+    /// Opening, reached on the way down.
     Opening,
     /// Exterior, reached through the collector.
     Top,

@@ -10,7 +10,7 @@ use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 /// Extracts the room and tubes of a compiled scene, in one photopic channel.
 pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation {
     let tube = |tube: &TraceableTube| Tube {
-        origin: tube.origin,
+        origin: tube.frame.origin,
         radius: tube.pipe_radius,
         guide: tube.guide.clone(),
         diffuser: tube.diffuser.clone(),
@@ -40,6 +40,8 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
         (RefusalCode::RoomShape, "rooms that are not boxes")
     } else if traceable.tubes.iter().any(|tube| tube.hangs) {
         (RefusalCode::RoomShape, "openings that hang below the ceiling")
+    } else if traceable.tubes.iter().any(|tube| !tube.frame.is_level()) {
+        (RefusalCode::RoomShape, "openings that are not level")
     } else if scene.grids.iter().any(|grid| (0..grid.len()).any(|sensor| grid.is_cut(sensor))) {
         (RefusalCode::RoomShape, "means over cells that walls cut")
     } else if traceable.tubes.iter().any(|tube| tube.opening.disc().is_none()) {

@@ -40,7 +40,7 @@ impl Described for Settings {
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {
         refuses(task).or_else(|| {
-            let bent = task.scene.tubes.iter().filter_map(|tube| cylinders(&tube.shape)).any(|tube| bends(tube) > 0);
+            let bent = task.scene.tubes.iter().filter_map(|tube| cylinders(&tube.shape)).any(|tube| tube.bends() > 0);
             if bent && self.bend_factor.is_none() {
                 let detail = "the loss of a bend must be given, because no published value holds for all tubes";
                 Some(Refusal::new(RefusalCode::SettingMissing, detail).or("the setting `bend_factor`"))
@@ -93,19 +93,10 @@ fn is_tilted(tube: &Tube) -> bool {
     cylinders(&tube.shape).is_some_and(|cylinders| cylinders.cut.is_some() || (bright && leans(cylinders)))
 }
 
-/// Counts the elbows of a tube: places where the axis changes its direction.
-fn bends(tube: &StraightOrBent) -> u32 {
-    let turned = tube
-        .segments
-        .windows(2)
-        .filter(|pair| pair[0].tilt != pair[1].tilt || (pair[0].tilt != 0.0 && pair[0].azimuth != pair[1].azimuth));
-    turned.count() as u32
-}
-
 fn pipe(tube: &StraightOrBent, radius: f64) -> Pipe {
     Pipe {
         aspect: tube.segments.iter().map(|segment| segment.length_m).sum::<f64>() / (2.0 * radius),
-        bends: bends(tube),
+        bends: tube.bends(),
         reflectance: tube.reflectance.reflectance(|| 1.0)[0],
         collector_transmittance: tube.collector.transmittance()[0],
     }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::closure::Sheet;
 use super::{Closure, MeasuredDiffuser};
 
 /// The closure of a tube's lower end.
@@ -52,14 +53,14 @@ pub enum DiffuserZone {
 }
 
 impl Diffuser {
-    /// Returns the closure at `distance_m` from the centre of the opening.
+    /// Returns the closure at `distance_m` from the centre of the opening, level.
     #[inline]
     pub fn at(&self, distance_m: f64) -> Closure<'_> {
-        match *self {
-            Self::Open => Closure::Specular { transmittance: [1.0; 3] },
-            Self::Clear { transmittance } => Closure::Specular { transmittance },
-            Self::Lambertian { transmittance, reflectance } => Closure::Lambertian { transmittance, reflectance },
-            Self::Measured(ref diffuser) => Closure::Measured(diffuser),
+        let sheet = match *self {
+            Self::Open => Sheet::Specular { transmittance: [1.0; 3] },
+            Self::Clear { transmittance } => Sheet::Specular { transmittance },
+            Self::Lambertian { transmittance, reflectance } => Sheet::Lambertian { transmittance, reflectance },
+            Self::Measured(ref diffuser) => Sheet::Measured(diffuser),
             Self::Mixed {
                 lambertian_radius_m,
                 inner,
@@ -69,12 +70,13 @@ impl Diffuser {
             } => {
                 let inside = distance_m < lambertian_radius_m;
                 if inside == (inner == DiffuserZone::Lambertian) {
-                    Closure::Lambertian { transmittance: lambertian_transmittance, reflectance: lambertian_reflectance }
+                    Sheet::Lambertian { transmittance: lambertian_transmittance, reflectance: lambertian_reflectance }
                 } else {
-                    Closure::Specular { transmittance: clear_transmittance }
+                    Sheet::Specular { transmittance: clear_transmittance }
                 }
             }
-        }
+        };
+        sheet.into()
     }
 
     /// Returns the inner and outer radius (m) of the zone through which light passes without scattering, within an opening of radius

@@ -201,9 +201,7 @@ fn specular_closure(scene: &Scene) -> Result<String, String> {
 pub(super) fn returns(tube: &Tube) -> Option<&'static str> {
     match &tube.shape {
         TubeShape::Cylinders(cylinders) if cylinders.collector.reflects() => Some("dielectric domes"),
-        TubeShape::Cylinders(cylinders) => {
-            cylinders.segments.iter().any(|segment| segment.tilt != 0.0).then_some("bent guides")
-        }
+        TubeShape::Cylinders(cylinders) => (cylinders.bends() > 0).then_some("bent guides"),
         TubeShape::Mesh(mesh) => match mesh.section {
             Section::Cylinder(_) => None,
             Section::Bend(_) => Some("bent guides"),

@@ -240,13 +240,13 @@ fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
     }
     let (enclosure, opening) = (&scene.room.enclosure, tube.opening());
     let radius = opening.outer_radius();
-    let height = enclosure.height_at(tube.face, tube.centre) - tube.drop_m;
-    let centre = tube.centre.extend(height);
+    let frame = tube.frame(enclosure);
     // for any slope: the solid angle of the disc, seen from straight below, over pi
     let of_slope = |distance: f64| (2.0 * (1.0 - distance / libm::hypot(distance, radius))).min(1.0);
-    let of_face = |face: &EnclosureFace| {
-        let (distance, normal) = (face.polygon.height(centre).max(0.0), face.polygon.normal());
-        match normal.z {
+    let of_face = |(number, face): (usize, &EnclosureFace)| {
+        let distance = face.polygon.height(frame.origin).max(0.0);
+        match frame.up(face.polygon.normal()) {
+            _ if number == tube.face && !tube.hangs() => 0.0,
             z if z.abs() == 1.0 && distance > 0.0 => radius * radius / (radius * radius + distance * distance),
             // a face in the plane of the opening does not see it
             z if z.abs() == 1.0 => 0.0,
@@ -256,11 +256,14 @@ fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
             _ => of_slope(distance),
         }
     };
-    let of_faces = enclosure.faces().iter().map(of_face).fold(0.0, f64::max);
-    let boxes = scene.room.boxes.iter().map(|object| object.base.z + object.size.z);
+    let of_faces = enclosure.faces().iter().enumerate().map(of_face).fold(0.0, f64::max);
+    let boxes = scene.room.boxes.iter().map(|object| match frame.is_level() {
+        true => frame.origin.z - (object.base.z + object.size.z),
+        false => frame.depth(object.base) - object.size.length(),
+    });
     let corners = scene.room.meshes.iter().flat_map(|object| object.triangles().flat_map(|(corners, _)| corners));
-    let meshes = corners.map(|corner| corner.z);
-    let below = height - boxes.chain(meshes).fold(0.0, f64::max);
+    let meshes = corners.map(|corner| frame.depth(corner));
+    let below = boxes.chain(meshes).fold(frame.origin.z, f64::min).max(0.0);
     let of_objects = if surfaces.of_objects > 0.0 { of_slope(below) } else { 0.0 };
     of_faces.max(of_objects)
 }

@@ -28,7 +28,7 @@ pub use mesh_object::{Instances, MeshObject};
 pub use opening::OpeningShape;
 pub use room::{BoxObject, Room};
 pub use sensors::{EstimateKind, Grid, Responses, Sensor};
-pub use tube::{MeshTube, Segment, StraightOrBent, Transition, Tube, TubeShape};
+pub use tube::{MeshTube, OpeningPlane, Segment, StraightOrBent, Transition, Tube, TubeShape};
 
 /// Everything that a job simulates.
 #[derive(Clone, Debug)]

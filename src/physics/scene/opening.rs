@@ -2,8 +2,9 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
+use crate::geometry::OpeningFrame;
 use crate::geometry::covered::{contains, covered, cross, distance, enclosed_area, polygon};
 use crate::geometry::disc::{disc_disc_area, disc_polygon_area};
 use crate::sampling::warp;
@@ -69,6 +70,12 @@ impl OpeningShape {
             Self::Disc { radius } => radius,
             Self::Square { side, along } => 0.5 * side * (along.dot(toward).abs() + along.perp_dot(toward).abs()),
         }
+    }
+
+    /// Returns half of the extent in m along a unit vector of the room, in the plane of an opening with this frame.
+    pub fn extent_in(&self, frame: &OpeningFrame, toward: DVec3) -> f64 {
+        let within = frame.levelled_direction(toward).truncate();
+        within.length() * self.extent_along(within.normalize_or(DVec2::X))
     }
 
     /// Returns a point of the opening; uniform numbers in 0..1 give uniform points.

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::{Enclosure, OpeningShape};
-use crate::geometry::TriangleMesh;
 use crate::geometry::turn::unit_vector;
+use crate::geometry::{OpeningFrame, TriangleMesh};
 use crate::guide::Section;
 use crate::guide::mesh::Part;
 use crate::optics::{Collector, Diffuser, Mirror};
@@ -16,13 +16,13 @@ use crate::sky::{Surroundings, direction};
 /// Height within which vertices of a mesh are level, relative to the height of its top.
 const LEVEL: f64 = 1e-6;
 
-/// One tube above an opening that looks straight down.
+/// One tube, from its opening up to its collector.
 #[derive(Clone, Debug)]
 pub struct Tube {
     /// Number of the face of the room that the tube comes through.
     pub face: usize,
-    /// Height in m, >= 0, by which the opening hangs below that face at its centre.
-    pub drop_m: f64,
+    /// Plane of the opening.
+    pub plane: OpeningPlane,
     /// Centre of the opening in plan, metres.
     pub centre: DVec2,
     /// Radius of the lower end of the guide, metres: that of the opening, unless a transition makes it a square.
@@ -38,9 +38,22 @@ pub struct Tube {
 }
 
 impl Tube {
-    /// Returns the centre of the opening in a room, in m.
-    pub fn origin(&self, enclosure: &Enclosure) -> DVec3 {
-        self.centre.extend(enclosure.height_at(self.face, self.centre) - self.drop_m)
+    /// Returns the frame of the opening in a room.
+    pub fn frame(&self, enclosure: &Enclosure) -> OpeningFrame {
+        match self.plane {
+            OpeningPlane::Level { drop_m } => {
+                OpeningFrame::level(self.centre.extend(enclosure.height_at(self.face, self.centre) - drop_m))
+            }
+            OpeningPlane::OfFace { height_m } => {
+                let outward = -enclosure.faces()[self.face].polygon.normal();
+                OpeningFrame::facing_from(self.centre.extend(height_m), outward)
+            }
+        }
+    }
+
+    /// True if the opening hangs below the face that the tube comes through.
+    pub fn hangs(&self) -> bool {
+        matches!(self.plane, OpeningPlane::Level { drop_m } if drop_m > 0.0)
     }
 
     /// Returns the largest distance in m of the rim of the upper end from its centre: of the ellipse of a tilted pane, or of the top of a
@@ -84,12 +97,27 @@ impl Tube {
     }
 }
 
+/// Plane of an opening.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OpeningPlane {
+    /// A level plane, from which the opening faces straight down.
+    Level {
+        /// Height in m, >= 0, by which the opening hangs below its face at its centre.
+        drop_m: f64,
+    },
+    /// Plane of the face that the tube comes through.
+    OfFace {
+        /// Height of the opening's centre above the floor in m.
+        height_m: f64,
+    },
+}
+
 /// Transition from the round end of a guide to a square sheet, over which it spreads light evenly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     /// Length of a side of the square in m, at least the diameter of the guide.
     pub side_m: f64,
-    /// Azimuth of two of the sides, clockwise from +y, in radians.
+    /// Azimuth of two of the sides, clockwise from +y of the opening's levelled frame, in radians.
     pub azimuth: f64,
     /// Fraction of the light from the guide that arrives at the sheet, 0..=1.
     pub transmittance: f64,
@@ -124,7 +152,7 @@ pub enum TubeShape {
 pub struct StraightOrBent {
     /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
-    /// Straight pieces from the ceiling upward; the first is vertical.
+    /// Straight pieces from the opening outward; the first is across the opening, vertical above a level one.
     pub segments: Vec<Segment>,
     /// Cover of the upper end.
     pub collector: Collector,
@@ -136,6 +164,15 @@ impl StraightOrBent {
     /// True if all segments are vertical and the upper end is level.
     pub fn is_straight(&self) -> bool {
         self.cut.is_none() && self.segments.iter().all(|segment| segment.tilt == 0.0)
+    }
+
+    /// Counts the elbows: places where the axis changes its direction.
+    pub fn bends(&self) -> u32 {
+        let turned = self
+            .segments
+            .windows(2)
+            .filter(|pair| pair[0].tilt != pair[1].tilt || (pair[0].tilt != 0.0 && pair[0].azimuth != pair[1].azimuth));
+        turned.count() as u32
     }
 }
 

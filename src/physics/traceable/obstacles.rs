@@ -11,6 +11,7 @@ use super::enclosure::TraceableEnclosure;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_bounds::blocks_around;
 use super::tube::TraceableTube;
+use crate::geometry::OpeningFrame;
 use crate::geometry::placement::Placement;
 use crate::scene::{Instances, MeshObject};
 
@@ -52,7 +53,7 @@ impl Obstacles {
         blocks.extend(enclosure.hiding().filter_map(|face| Block::around(&face.corners().collect::<Vec<_>>())));
         blocks.extend(tubes.iter().filter(|tube| tube.hangs).filter_map(|tube| {
             let reach = DVec2::splat(tube.opening.extent_along(DVec2::X)).extend(0.0);
-            Block::around(&[tube.origin - reach, tube.origin + reach])
+            Block::around(&[tube.frame.origin - reach, tube.frame.origin + reach])
         }));
         let toward_openings = None;
         Self { blocks, toward_openings }.toward_openings(tubes, enclosure)
@@ -62,7 +63,7 @@ impl Obstacles {
     fn toward_openings(self, tubes: &[TraceableTube], enclosure: &TraceableEnclosure) -> Self {
         let widest = tubes.iter().map(|tube| tube.opening.outer_radius()).reduce(f64::max);
         let [floor, _] = enclosure.bounds().map(|corner| corner.z);
-        let lowest = tubes.iter().map(|tube| tube.origin.z).fold(f64::INFINITY, f64::min);
+        let lowest = tubes.iter().map(|tube| tube.frame.origin.z).fold(f64::INFINITY, f64::min);
         let spans = |radius: f64| -> Vec<_> {
             self.blocks.iter().map(|block| block.widened(radius, [floor, lowest])).collect()
         };
@@ -70,15 +71,23 @@ impl Obstacles {
         Self { toward_openings, ..self }
     }
 
-    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of a level disc of
-    /// `radius` around `centre` above it; box `but_for` is left out.
-    pub fn leave_clear(&self, position: DVec3, reach: f64, but_for: Option<usize>, centre: DVec3, radius: f64) -> bool {
+    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point within `radius` of the
+    /// centre of an opening before which it lies; box `but_for` is left out.
+    pub fn leave_clear(
+        &self,
+        position: DVec3,
+        reach: f64,
+        but_for: Option<usize>,
+        opening: &OpeningFrame,
+        radius: f64,
+    ) -> bool {
+        let centre = opening.origin;
         let leaves_clear = |block: &Block| {
             let left_out = but_for.is_some() && block.of_box == but_for;
-            left_out || block.leaves_clear(position, reach, centre, radius)
+            left_out || block.leaves_opening_clear(position, reach, opening, radius)
         };
         match &self.toward_openings {
-            Some((bounds, widest)) if reach == 0.0 && radius <= *widest => bounds
+            Some((bounds, widest)) if reach == 0.0 && radius <= *widest && opening.is_level() => bounds
                 .met(position, centre - position, 1.0)
                 .into_iter()
                 .all(|number| leaves_clear(&self.blocks[number])),
@@ -87,18 +96,18 @@ impl Obstacles {
     }
 }
 
-/// Obstacles that may stand between a point and a level disc above it.
+/// Obstacles that may stand between a point and an opening.
 #[derive(Clone, Debug)]
 pub struct Between {
     from: DVec2,
-    /// Shadows of boxes on the disc's plane.
+    /// Shadows of boxes on the plane of a level opening.
     shadows: SmallVec<[Shadow; 4]>,
     /// True if something else may occlude, of which only the bounds are stored.
     pub is_more: bool,
 }
 
 impl Between {
-    /// True if a box hides a point of the disc.
+    /// True if a box hides a point of the opening.
     #[inline]
     pub fn hides(&self, point: DVec2) -> bool {
         let away = point - self.from;
@@ -142,19 +151,20 @@ impl Shadow {
 }
 
 impl Obstacles {
-    /// Finds the obstacles that may stand between a point and any point of a level disc of `radius` around `centre` above it.
-    pub fn between(&self, position: DVec3, centre: DVec3, radius: f64) -> Between {
+    /// Finds the obstacles that may stand between a point and any point within `radius` of the centre of an opening before which it lies.
+    pub fn between(&self, position: DVec3, opening: &OpeningFrame, radius: f64) -> Between {
+        let centre = opening.origin;
         let mut between = Between { from: position.truncate(), shadows: SmallVec::new(), is_more: false };
         let mut add = |block: &Block| {
-            if !block.leaves_clear(position, 0.0, centre, radius) {
-                match block.is_bound() {
+            if !block.leaves_opening_clear(position, 0.0, opening, radius) {
+                match block.is_bound() || !opening.is_level() {
                     true => between.is_more = true,
                     false => between.shadows.extend(block.shadow(position, centre.z)),
                 }
             }
         };
         match &self.toward_openings {
-            Some((bounds, widest)) if radius <= *widest => {
+            Some((bounds, widest)) if radius <= *widest && opening.is_level() => {
                 let met = bounds.met(position, centre - position, 1.0);
                 met.into_iter().for_each(|number| add(&self.blocks[number]));
             }
@@ -225,6 +235,30 @@ impl Block {
         let high = points.iter().copied().reduce(DVec3::max)?;
         let (centre, half) = (0.5 * (low + high).truncate(), 0.5 * (high - low).truncate());
         Some(Self { centre, half, along: DVec2::X, low: low.z, high: high.z, of_box: None })
+    }
+
+    /// True if no line from points within `reach` of `position` to points within `radius` of the centre of an opening meets the block.
+    fn leaves_opening_clear(&self, position: DVec3, reach: f64, opening: &OpeningFrame, radius: f64) -> bool {
+        if opening.is_level() {
+            return self.leaves_clear(position, reach, opening.origin, radius);
+        }
+        // all such lines lie within the larger of the two distances from the line between the centres
+        let [low, high] = self.bounds();
+        let wide = DVec3::splat(reach.max(radius));
+        let (low, high) = (low - wide - position, high + wide - position);
+        let along = opening.origin - position;
+        let (mut enter, mut leave) = (0f64, 1f64);
+        for axis in 0..3 {
+            if along[axis] == 0.0 {
+                if low[axis] > 0.0 || high[axis] < 0.0 {
+                    return true;
+                }
+                continue;
+            }
+            let (one, other) = (low[axis] / along[axis], high[axis] / along[axis]);
+            (enter, leave) = (enter.max(one.min(other)), leave.min(one.max(other)));
+        }
+        enter > leave
     }
 
     /// True if no line between points within `reach` of `position` and a level disc meets the block: seen from above, all such lines at
@@ -330,8 +364,8 @@ mod tests {
                 toward_openings: Some((BoxBounds::new(&spans, size.length()), radius)),
                 ..obstacles.clone()
             };
-            let clear = obstacles.leave_clear(position, 0.0, None, centre, radius);
-            let filtered = filtered.leave_clear(position, 0.0, None, centre, radius);
+            let clear = obstacles.leave_clear(position, 0.0, None, &OpeningFrame::level(centre), radius);
+            let filtered = filtered.leave_clear(position, 0.0, None, &OpeningFrame::level(centre), radius);
             assert!(filtered || !clear);
             let mut reaches = || {
                 let point = centre + (warp::disc(random.uniform2()) * radius).extend(0.0);

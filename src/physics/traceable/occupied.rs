@@ -257,12 +257,18 @@ fn holds_a_source(scene: &Scene, solid: &Solid, tolerance: f64) -> bool {
                 .any(|cover| points.iter().all(|point| contains(cover, *point)))
     };
     let of_tube = |tube: &crate::scene::Tube| {
+        let frame = tube.frame(&scene.room.enclosure);
         let around = |angle: f64| DVec2::new(libm::cos(angle), libm::sin(angle));
         let angle = |number: u32| f64::from(number) / f64::from(RIM) * std::f64::consts::TAU;
         let opening = tube.opening();
-        let rim = (0..RIM).map(|number| tube.centre + (1.0 - TOLERANCE) * opening.rim(around(angle(number))));
-        let height = scene.room.enclosure.height_at(tube.face, tube.centre) - tube.drop_m;
-        holds(height - tolerance, &std::iter::once(tube.centre).chain(rim).collect::<Vec<_>>())
+        let rim = (0..RIM).map(|number| (1.0 - TOLERANCE) * opening.rim(around(angle(number))));
+        let points = std::iter::once(DVec2::ZERO).chain(rim);
+        if !frame.is_level() {
+            let before = |away: DVec2| frame.origin + frame.direction_in_room(away.extend(-2.0 * tolerance));
+            return points.map(before).all(|point| holds(point.z, &[point.truncate()]));
+        }
+        let points: Vec<DVec2> = points.map(|away| tube.centre + away).collect();
+        holds(frame.origin.z - tolerance, &points)
     };
     let of_luminaire = |luminaire: &crate::scene::Luminaire| {
         let middle = luminaire.corner + 0.5 * (luminaire.edge_u + luminaire.edge_v);

@@ -3,18 +3,19 @@
 use glam::DVec3;
 
 use super::tube::TraceableTube;
+use crate::geometry::OpeningFrame;
 
 /// Largest number of groups into which openings are divided; if there are several, each but the last has at least `LEAST_GROUP` openings.
 const MOST_GROUPS: usize = 64;
 const LEAST_GROUP: usize = 8;
 
-/// Openings of a room, with the power that each sends down.
+/// Openings of a room, with the power that each sends into it.
 #[derive(Clone, Debug)]
 pub struct Openings(Vec<Opening>);
 
 #[derive(Clone, Copy, Debug)]
 struct Opening {
-    centre: DVec3,
+    frame: OpeningFrame,
     radius: f64,
     /// Power in any unit that is the same for all openings.
     power: f64,
@@ -24,8 +25,8 @@ impl Openings {
     /// Collects the openings of `tubes`, with `powers` in the order of the tubes.
     pub fn new(tubes: &[TraceableTube], powers: impl IntoIterator<Item = f64>) -> Self {
         let opening = |(tube, power): (&TraceableTube, f64)| {
-            let (centre, radius) = (tube.origin, tube.opening.outer_radius());
-            Opening { centre, radius, power }
+            let (frame, radius) = (tube.frame, tube.opening.outer_radius());
+            Opening { frame, radius, power }
         };
         Self(tubes.iter().zip(powers).map(opening).collect())
     }
@@ -75,15 +76,16 @@ impl Opening {
     /// Estimates the unoccluded illuminance from the opening at a surface, up to a constant factor; greater than 0 wherever there is any.
     #[inline]
     fn weight(&self, position: DVec3, normal: DVec3) -> f64 {
-        self.power * opening_weight(self.centre, self.radius, position, normal)
+        self.power * opening_weight(&self.frame, self.radius, position, normal)
     }
 }
 
 /// Estimates the unoccluded illuminance from an opening at a surface per power, in 1/m2 and up to a constant factor; greater than 0
 /// wherever there is any.
 #[inline]
-pub fn opening_weight(centre: DVec3, radius: f64, position: DVec3, normal: DVec3) -> f64 {
-    let to_opening = centre - position;
+pub fn opening_weight(frame: &OpeningFrame, radius: f64, position: DVec3, normal: DVec3) -> f64 {
+    let to_opening = frame.levelled_direction(frame.origin - position);
+    let normal = frame.levelled_direction(normal);
     let reach = radius * normal.truncate().length();
     let squared = to_opening.length_squared() + radius * radius;
     (to_opening.dot(normal) + reach).max(0.0) * to_opening.z.max(0.0) / (squared * squared)

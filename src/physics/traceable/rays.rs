@@ -87,9 +87,9 @@ impl TraceableScene {
     fn hanging_opening(&self, origin: DVec3, direction: DVec3, within: f64) -> Option<RoomHit> {
         let near = self.coinciding();
         let met = self.tubes.iter().enumerate().filter(|(_, tube)| tube.hangs).filter_map(|(number, tube)| {
-            let distance = (tube.origin.z - origin.z) / direction.z;
+            let distance = (tube.frame.origin.z - origin.z) / direction.z;
             let ahead = distance > near && distance < within;
-            let position = (origin + direction * distance).with_z(tube.origin.z);
+            let position = (origin + direction * distance).with_z(tube.frame.origin.z);
             (ahead && tube.has(position)).then_some((distance, number, position))
         });
         let (_, tube, position) = met.min_by(|a, b| a.0.total_cmp(&b.0))?;

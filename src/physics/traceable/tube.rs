@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
+use crate::geometry::OpeningFrame;
 use crate::geometry::turn::unit_vector;
 use crate::guide::{
     BentGuide, DomedGuide, End, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, Transit, dome::PipeBelow,
@@ -21,15 +22,15 @@ pub struct TraceableTube {
     pub face: usize,
     /// True if the opening hangs below that face.
     pub hangs: bool,
-    /// Centre of the opening, in m.
-    pub origin: DVec3,
+    /// Centre of the opening, and its plane.
+    pub frame: OpeningFrame,
     /// Shape of the opening.
     pub opening: OpeningShape,
     /// Radius in m of the guide's lower end.
     pub pipe_radius: f64,
     /// Fraction of the light from the guide that arrives at the opening: below 1 where a transition between the two absorbs some.
     pub transition_transmittance: f64,
-    /// Guide between the opening and the collector, in the tube's own frame.
+    /// Guide between the opening and the collector; its frame has its origin in the centre of the opening, and axes along those of the room.
     pub guide: Guide,
     /// Shape recognised in a mesh; `None` for tubes that are no meshes.
     pub section: Option<Section>,
@@ -90,16 +91,16 @@ impl TraceableTube {
         self.at(self.opening.point(numbers))
     }
 
-    /// Returns the point of the opening's plane at `away` m from its centre.
+    /// Returns the point of the opening's plane at `away` m from its centre, along x and y of its levelled frame.
     #[inline]
     pub fn at(&self, away: DVec2) -> DVec3 {
-        self.origin + away.extend(0.0)
+        self.frame.origin + self.frame.direction_in_room(away.extend(0.0))
     }
 
-    /// Returns the place of a point of the opening's plane, in m from its centre.
+    /// Returns the place of a point of the opening's plane, in m from its centre along x and y of its levelled frame.
     #[inline]
     pub fn away(&self, point: DVec3) -> DVec2 {
-        (point - self.origin).truncate()
+        self.frame.levelled_direction(point - self.frame.origin).truncate()
     }
 
     /// Returns the corners of a square opening, counter-clockwise seen from above; `None` for a disc.
@@ -117,7 +118,7 @@ impl TraceableTube {
     #[inline]
     pub fn spread<const C: usize>(&self, mut transit: Transit<C>, random: &mut PathRandom) -> Transit<C> {
         if self.opening.disc().is_none() && transit.end == End::Opening {
-            transit.position = self.opening.point(random.uniform2()).extend(0.0);
+            transit.position = self.frame.direction_in_room(self.opening.point(random.uniform2()).extend(0.0));
             transit.mirrors = transit.mirrors * self.transition_transmittance;
         }
         transit
@@ -130,10 +131,10 @@ impl TraceableTube {
     #[inline]
     pub fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
         if self.opening.disc().is_some() {
-            return self.guide.up(position - self.origin, direction, random);
+            return self.guide.up(position - self.frame.origin, direction, random);
         }
-        let place = warp::disc(random.uniform2()) * self.pipe_radius;
-        let mut transit: Transit<C> = self.guide.up(place.extend(0.0), direction, random);
+        let place = self.frame.direction_in_room((warp::disc(random.uniform2()) * self.pipe_radius).extend(0.0));
+        let mut transit: Transit<C> = self.guide.up(place, direction, random);
         let fraction = self.transition_transmittance * self.pipe_area_m2() / self.opening.area_m2();
         transit.mirrors = transit.mirrors * fraction;
         self.spread(transit, random)
@@ -174,8 +175,8 @@ impl TraceableTube {
         let (sky, sun) = daylight.map_or((None, None), |daylight| daylight.before(tube));
         Ok(Self {
             face: tube.face,
-            hangs: tube.drop_m > 0.0,
-            origin: tube.origin(enclosure),
+            hangs: tube.hangs(),
+            frame: tube.frame(enclosure),
             opening: tube.opening(),
             pipe_radius: tube.opening_radius,
             transition_transmittance: tube.transition.map_or(1.0, |transition| transition.transmittance),
@@ -192,7 +193,7 @@ impl TraceableTube {
     /// Returns the distance in m of a point to the nearest point of the opening.
     #[inline]
     pub fn distance_to_opening(&self, point: DVec3) -> f64 {
-        let away = point - self.origin;
+        let away = self.frame.levelled_direction(point - self.frame.origin);
         libm::hypot(self.opening.distance(away.truncate()), away.z)
     }
 
@@ -205,7 +206,7 @@ impl TraceableTube {
     /// Returns the closure at a point of the opening.
     #[inline]
     pub fn closure_at(&self, position: DVec3) -> Closure<'_> {
-        self.diffuser.at(self.away(position).length())
+        self.diffuser.at(self.away(position).length()).turned(self.frame.turn())
     }
 }
 

@@ -8,6 +8,7 @@ use super::block::ON_TARGET;
 use super::obstacles::{Between, Shadow};
 use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
+use crate::geometry::OpeningFrame;
 
 /// Corners of a regular octagon of unit radius. Scaled by `OCTAGON_BESIDE_CIRCLE`, it encloses the unit circle with some to spare.
 const OCTAGON: [[f64; 2]; 8] = [
@@ -42,14 +43,14 @@ impl TraceableScene {
             && !self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET))
     }
 
-    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of a level disc of
-    /// `radius` around `centre` above it. `from` is the surface on which `position` lies; its own box is left out where `reach` is 0.
+    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point within `radius` of the
+    /// centre of an opening before which it lies. `from` is the surface on which `position` lies; its own box is left out where `reach` is 0.
     pub fn leaves_clear(
         &self,
         position: DVec3,
         reach: f64,
         from: Option<SurfaceId>,
-        centre: DVec3,
+        opening: &OpeningFrame,
         radius: f64,
     ) -> bool {
         if !self.obstructed {
@@ -57,21 +58,22 @@ impl TraceableScene {
         }
         // a box is convex: none of its points hides what another sees
         let own_box = from.filter(|_| reach == 0.0).and_then(|surface| self.numbering.box_of(surface));
-        self.obstacles.leave_clear(position, reach, own_box, centre, radius)
+        self.obstacles.leave_clear(position, reach, own_box, opening, radius)
     }
 
-    /// Finds the obstacles that may stand between a point and any point of a level disc of `radius` around `centre` above it.
-    pub fn between(&self, position: DVec3, centre: DVec3, radius: f64) -> Between {
-        self.obstacles.between(position, centre, radius)
+    /// Finds the obstacles that may stand between a point and any point within `radius` of the centre of an opening before which it lies.
+    pub fn between(&self, position: DVec3, opening: &OpeningFrame, radius: f64) -> Between {
+        self.obstacles.between(position, opening, radius)
     }
 
-    /// True if one box certainly stands between each point of the convex hull of `points` and each point of a level disc of `radius`
-    /// around `centre`. A box is convex, and so are the region that it hides from a point and the set of points from which it hides one:
+    /// True if one box certainly stands between each point of the convex hull of `points` and each point of a disc of `radius` in an opening,
+    /// around its centre. A box is convex, and so are the region that it hides from a point and the set of points from which it hides one:
     /// testing the corners of the hull and of an octagon around the disc suffices.
-    pub fn hides(&self, points: &[DVec3], centre: DVec3, radius: f64) -> bool {
+    pub fn hides(&self, points: &[DVec3], opening: &OpeningFrame, radius: f64) -> bool {
         let Some(first) = points.first() else { return false };
-        let corners: [DVec3; OCTAGON.len()] =
-            OCTAGON.map(|[x, y]| centre + DVec3::new(x, y, 0.0) * (radius * OCTAGON_BESIDE_CIRCLE));
+        let centre = opening.origin;
+        let corners: [DVec3; OCTAGON.len()] = OCTAGON
+            .map(|[x, y]| centre + opening.direction_in_room(DVec3::new(x, y, 0.0)) * (radius * OCTAGON_BESIDE_CIRCLE));
         self.box_bounds.met(*first, centre - *first, 1.0).into_iter().any(|index| {
             let blocks = |from: DVec3, to: DVec3| {
                 self.boxes[index].intersect(from, to - from).is_some_and(|(t, ..)| t < 1.0 - ON_TARGET)
@@ -95,7 +97,7 @@ impl TraceableScene {
     fn opening_between(&self, a: DVec3, b: DVec3) -> bool {
         let segment = b - a;
         self.tubes.iter().filter(|tube| tube.hangs).any(|tube| {
-            let fraction = (tube.origin.z - a.z) / segment.z;
+            let fraction = (tube.frame.origin.z - a.z) / segment.z;
             let inside = fraction * segment.length() > self.coinciding() && fraction < 1.0 - ON_TARGET;
             inside && tube.has(a + segment * fraction)
         })
@@ -141,8 +143,9 @@ mod tests {
             if corners.iter().chain([&place]).any(|corner| scene.is_in_solid(*corner)) {
                 continue;
             }
-            let between = scene.between(place, centre, radius);
-            let all_hidden = scene.hides(&corners, centre, radius);
+            let opening = OpeningFrame::level(centre);
+            let between = scene.between(place, &opening, radius);
+            let all_hidden = scene.hides(&corners, &opening, radius);
             hidden += usize::from(all_hidden);
             for _ in 0..20 {
                 let to = centre + (warp::disc(random.uniform2()) * radius).extend(0.0);

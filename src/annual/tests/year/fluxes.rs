@@ -1,9 +1,9 @@
 //! Lumens of tubes by the hour.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::AtomicBool;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use skyduct_annual::fluxes::TubeYear;
 use skyduct_annual::light::LitMoment;
 use skyduct_physics::guide::exit_moment::beam_exit_moment;
@@ -11,7 +11,7 @@ use skyduct_physics::guide::transmittance::{beam_transmission, sky_exitance};
 use skyduct_physics::integrator::diffuser_source::flux::patched_flux;
 use skyduct_physics::optics::{Collector, Diffuser, DiffuserZone, Mirror};
 use skyduct_physics::sampling::Key;
-use skyduct_physics::scene::{Segment, StraightOrBent};
+use skyduct_physics::scene::{OpeningPlane, Segment, StraightOrBent, Tube};
 use skyduct_physics::sky::{Sky, SkyDistribution, Sun};
 
 use crate::given::{EXIT_CENTROID, TUBES, YEAR, compiled, rows, shaped, tube, years};
@@ -78,7 +78,7 @@ fn perfect_pipes_pass_all_light() {
     }
 }
 
-/// Traces a bent tube, and one under a dielectric dome, both above diffusers that reflect, and compares some hours with photons of the job's
+/// Traces a bent tube, one under a dielectric dome, and one that comes through a wall, all with diffusers that reflect, and compares some hours with photons of the job's
 /// own method, within 4 standard errors of both.
 #[test]
 fn traced_tubes_agree_with_photons() {
@@ -92,9 +92,18 @@ fn traced_tubes_agree_with_photons() {
         cut: None,
     };
     let domed = StraightOrBent { reflectance: mirror(), segments: vec![segment(0.6, 0.0)], collector: dome, cut: None };
+    let through_wall = StraightOrBent {
+        reflectance: mirror(),
+        segments: vec![Segment { azimuth: FRAC_PI_2, ..segment(0.4, FRAC_PI_2) }, segment(0.6, 0.2)],
+        collector: Collector::Open,
+        cut: None,
+    };
+    let [bent, domed, through_wall] = [bent, domed, through_wall].map(|cylinders| shaped(0.3, cylinders, 0.5, 0.4));
+    let in_wall =
+        Tube { face: 1, plane: OpeningPlane::OfFace { height_m: 1.0 }, centre: DVec2::new(2.032, 1.0), ..through_wall };
     let lit: Vec<LitMoment> = YEAR.lit.iter().step_by(1100).cloned().collect();
-    for cylinders in [bent, domed] {
-        let mut scene = compiled(vec![shaped(0.3, cylinders, 0.5, 0.4)]);
+    for tube in [bent, domed, in_wall] {
+        let mut scene = compiled(vec![tube]);
         let year = &years(&scene, &lit)[0];
         assert!(year.relative_error > 0.0 && year.relative_error < 0.01, "{}", year.relative_error);
         for (moment, light) in lit.iter().zip(&year.moments) {

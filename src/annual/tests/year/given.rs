@@ -8,7 +8,9 @@ use skyduct_annual::light::LitMoment;
 use skyduct_annual::response::{Response, Responses};
 use skyduct_annual::weather::Record;
 use skyduct_physics::optics::{Collector, Diffuser, Mirror};
-use skyduct_physics::scene::{Channels, Daylight, Enclosure, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
+use skyduct_physics::scene::{
+    Channels, Daylight, Enclosure, OpeningPlane, Room, Scene, Segment, StraightOrBent, Tube, TubeShape,
+};
 use skyduct_physics::sky::{Irradiances, PerezSky, SkyDistribution, direction};
 use skyduct_physics::traceable::{Follow, TraceableScene};
 
@@ -109,7 +111,7 @@ const CEILING: usize = 5;
 pub fn shaped(diameter: f64, cylinders: StraightOrBent, transmittance: f64, reflectance: f64) -> Tube {
     Tube {
         face: CEILING,
-        drop_m: 0.0,
+        plane: OpeningPlane::Level { drop_m: 0.0 },
         centre: DVec2::splat(1.016),
         opening_radius: 0.5 * diameter,
         transition: None,

@@ -106,8 +106,8 @@ fn reflect(radius: f64, p: DVec3, d: DVec3) -> (DVec3, f64) {
 }
 
 impl BentGuide {
-    /// Creates a guide from the `segments`, length in metres and unit axis of each, from the opening upward; the first axis is vertical, no
-    /// two successive axes are opposite, and every segment is long enough that its mitre ellipses do not meet.
+    /// Creates a guide from the `segments`, length in metres and unit axis of each, from the opening upward; the first axis is across
+    /// the opening, no two successive axes are opposite, and every segment is long enough that its mitre ellipses do not meet.
     pub fn new(radius: f64, segments: &[(f64, DVec3)], reflectance: Mirror, collector_transmittance: [f64; 3]) -> Self {
         let mut origin = DVec3::ZERO;
         let mut cylinders = Vec::with_capacity(segments.len());

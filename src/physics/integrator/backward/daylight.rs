@@ -83,7 +83,8 @@ impl DaylightConnections {
     fn sky_weight(&self, tube: &TraceableTube, state: &PathState, position: DVec3) -> f64 {
         state.last.map_or(1.0, |last| {
             let area = Part::within(tube, last.position, self.within).map_or(0.0, |part| part.shape.area_m2());
-            power_heuristic(last.density, f64::from(self.count) * area_density(area, position - last.position))
+            let connected = area_density(area, position - last.position, tube);
+            power_heuristic(last.density, f64::from(self.count) * connected)
         })
     }
 
@@ -112,7 +113,8 @@ impl DaylightConnections {
         tube: &TraceableTube,
         part: &Part,
     ) {
-        let point = part.centre + part.shape.point(walk.samples.pair()).extend(0.0);
+        let away = tube.frame.direction_in_room(part.shape.point(walk.samples.pair()).extend(0.0));
+        let point = part.centre + away;
         let to_light = point - vertex.position;
         if to_light.length() >= self.within || !tube.has(point) {
             return;
@@ -132,7 +134,7 @@ impl DaylightConnections {
             return;
         }
         let sky = tube.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
-        let connected = area_density(part.shape.area_m2(), to_light);
+        let connected = area_density(part.shape.area_m2(), to_light, tube);
         let counted = power_heuristic(f64::from(self.count) * connected, density);
         walk.sum += response * weight * transit.weight() * (sky * counted / connected);
     }
@@ -173,23 +175,23 @@ impl Part {
     /// Returns a tube's opening, or the disc of its plane within `within` m of `from` where that is smaller than the disc around the
     /// opening; `None` if the plane is farther away.
     fn within(tube: &TraceableTube, from: DVec3, within: f64) -> Option<Self> {
-        let height = tube.origin.z - from.z;
+        let height = tube.frame.depth(from);
         let radius = (within * within - height * height).max(0.0).sqrt();
         if radius < tube.opening.outer_radius() {
-            let (centre, shape) = (from.truncate().extend(tube.origin.z), OpeningShape::Disc { radius });
+            let (centre, shape) = (tube.frame.onto(from), OpeningShape::Disc { radius });
             return (radius > 0.0).then_some(Self { centre, shape });
         }
-        Some(Self { centre: tube.origin, shape: tube.opening })
+        Some(Self { centre: tube.frame.origin, shape: tube.opening })
     }
 }
 
 /// Returns the density per sr, seen from the start of `to_light`, of a uniform random point of a tube's opening.
 pub fn opening_density(tube: &TraceableTube, to_light: DVec3) -> f64 {
-    area_density(tube.opening.area_m2(), to_light)
+    area_density(tube.opening.area_m2(), to_light, tube)
 }
 
-/// Returns the density per sr, seen from the start of `to_light`, of a uniform random point of a level area in m2.
-fn area_density(area_m2: f64, to_light: DVec3) -> f64 {
+/// Returns the density per sr, seen from the start of `to_light`, of a uniform random point of an area in m2 in the plane of a tube's opening.
+fn area_density(area_m2: f64, to_light: DVec3, tube: &TraceableTube) -> f64 {
     let distance_squared = to_light.length_squared();
-    distance_squared * distance_squared.sqrt() / (to_light.z.abs() * area_m2)
+    distance_squared * distance_squared.sqrt() / (tube.frame.up(to_light).abs() * area_m2)
 }

@@ -24,7 +24,7 @@ const MOST_OF_UNCOMPUTED: usize = 4;
 
 /// Estimator of the daylight of openings, which each method chooses.
 pub trait Daylight<const C: usize>: Sync {
-    /// Adds the light that tube `tube` sends straight to a vertex below its opening, and that is scattered there toward the eye.
+    /// Adds the light that tube `tube` sends straight to a vertex before its opening, and that is scattered there toward the eye.
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize);
 
     /// True if this estimator counts the light that tube `tube` sends straight to a sensor; false where another one does.
@@ -162,7 +162,7 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         let scene = walk.scene;
         if vertex.is_sensor() {
             for (index, tube) in scene.tubes.iter().enumerate() {
-                if tube.origin.z > vertex.position.z && self.0.lights_sensor(index) {
+                if tube.frame.depth(vertex.position) > 0.0 && self.0.lights_sensor(index) {
                     self.0.connect(walk, vertex, index);
                 }
             }
@@ -171,7 +171,7 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
             let most = if computed.is_some() { 1 } else { MOST_OF_UNCOMPUTED };
             if scene.tubes.len() <= most {
                 for (index, tube) in scene.tubes.iter().enumerate() {
-                    if tube.origin.z > vertex.position.z {
+                    if tube.frame.depth(vertex.position) > 0.0 {
                         self.0.connect(walk, vertex, index);
                     }
                 }

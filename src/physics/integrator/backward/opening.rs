@@ -64,8 +64,8 @@ pub fn enter_tube<'a, const C: usize>(
     let climbs = !weights.is_none() || (scene.guide_return && tube.guide.returns_light());
     for _ in 0..MAX_EVENTS {
         let Arriving { position, direction, weight } = arriving;
-        let from_below = direction.z > 0.0;
         let closure = tube.closure_at(position);
+        let from_below = closure.up(direction) > 0.0;
         // what goes on down into the room, and what goes up
         let (down, up, upward) = if let Some(transmittance) = closure.unscattered() {
             let weight = weight * transmittance;
@@ -94,8 +94,7 @@ pub fn enter_tube<'a, const C: usize>(
                 found += out * (sky + sun.map_or(0.0, |sun| weights.sun * sun.luminance_cd_m2()));
             } else if transit.end == End::Opening && scene.guide_return {
                 returning = out;
-                place = (tube.origin + transit.position, transit.direction);
-                place.0.z = tube.origin.z;
+                place = (tube.frame.onto(tube.frame.origin + transit.position), transit.direction);
             }
         }
         // one of the two goes on, by roulette

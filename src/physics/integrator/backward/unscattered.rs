@@ -131,7 +131,8 @@ fn openings(
         return Vec::new();
     }
     let mut openings = Vec::new();
-    for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| tube.origin.z > sensor.z && by(tube)) {
+    for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| tube.frame.depth(sensor) > 0.0 && by(tube))
+    {
         if let Some(zone) = tube.specular_zone() {
             openings.push((number, Backward { scene, tube, sensor, normal, zone }));
         }
@@ -147,13 +148,13 @@ pub fn sky_through_openings(
     samples: &mut PathSamples,
 ) -> (Spectrum<3>, RayCount) {
     let (mut lux, mut traced) = (Spectrum::ZERO, RayCount::default());
-    for tube in scene.tubes.iter().filter(|tube| tube.origin.z > position.z) {
+    for tube in scene.tubes.iter().filter(|tube| tube.frame.depth(position) > 0.0) {
         let Some(sky) = &tube.sky else { continue };
         let Some(zone) = tube.specular_zone() else { continue };
         let backward = Backward { scene, tube, sensor: position, normal, zone };
         let (inner, outer) = zone;
         let area = PI * (outer * outer - inner * inner);
-        let point = tube.origin + warp::annulus(samples.pair(), inner, outer).extend(0.0);
+        let point = tube.at(warp::annulus(samples.pair(), inner, outer));
         if let Some((weight, toward)) = backward.through(point, &mut samples.random, &mut traced) {
             lux += weight * (area * sky.luminance(toward));
         }
@@ -175,7 +176,7 @@ struct Backward<'a> {
 impl Backward<'_> {
     /// Estimates the relative contribution of a uniformly bright opening to the sensor: more than 0 wherever it sends any light.
     fn weight(&self) -> f64 {
-        opening_weight(self.tube.origin, self.zone.1, self.sensor, self.normal) * self.zone.1 * self.zone.1
+        opening_weight(&self.tube.frame, self.zone.1, self.sensor, self.normal) * self.zone.1 * self.zone.1
     }
 
     /// Computes the sky light that reaches the sensor, with [`Self::toward_sky`].
@@ -208,7 +209,7 @@ impl Backward<'_> {
             let [u, v, ..] = replicate.point(index, 0);
             let point = match near && number % 2 == 1 {
                 true => self.point_by_cosine([u, v]),
-                false => Some(self.tube.origin + warp::annulus([u, v], inner, outer).extend(0.0)),
+                false => Some(self.tube.at(warp::annulus([u, v], inner, outer))),
             };
             let Some(point) = point else { continue };
             if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
@@ -223,12 +224,13 @@ impl Backward<'_> {
     /// Returns the point of the clear zone in a cosine-distributed direction, if this meets the zone.
     fn point_by_cosine(&self, uniform: [f64; 2]) -> Option<DVec3> {
         let direction = warp::around(self.normal, warp::cosine_hemisphere(uniform));
-        if direction.z <= 0.0 {
+        let frame = &self.tube.frame;
+        let rise = frame.up(direction);
+        if rise <= 0.0 {
             return None;
         }
-        let mut point = self.sensor + direction * ((self.tube.origin.z - self.sensor.z) / direction.z);
-        point.z = self.tube.origin.z;
-        let radius = (point - self.tube.origin).truncate().length();
+        let point = frame.onto(self.sensor + direction * (frame.depth(self.sensor) / rise));
+        let radius = self.tube.away(point).length();
         (self.zone.0..self.zone.1).contains(&radius).then_some(point)
     }
 
@@ -236,18 +238,18 @@ impl Backward<'_> {
     fn cosine_density(&self, point: DVec3) -> f64 {
         let to_point = point - self.sensor;
         let distance_squared = to_point.length_squared();
-        to_point.dot(self.normal).max(0.0) * to_point.z / (PI * distance_squared * distance_squared)
+        to_point.dot(self.normal).max(0.0) * self.tube.frame.up(to_point) / (PI * distance_squared * distance_squared)
     }
 
     /// Computes the sunlight through a straight pipe, by the arcs of the opening in which the disc is visible, at random zenith angles of
     /// it.
     fn sun(&self, sun: &Sun, stream: Key, nodes: usize) -> (f64, RayCount) {
         let Guide::Straight(guide) = &self.tube.guide else { return (0.0, RayCount::default()) };
-        let below = self.sensor - self.tube.origin;
+        let below = self.sensor - self.tube.frame.origin;
         let point = PointBelow { guide, zone: self.zone, depth: -below.z, foot: below.truncate() };
         let [node, step] = PathRandom::new(stream).uniform2();
         let arrives = |offset: DVec2, direction: DVec3| -> Spectrum<3> {
-            let place = self.tube.origin + offset.extend(0.0);
+            let place = self.tube.at(offset);
             let cosine = direction.dot(self.normal);
             match self.tube.closure_at(place).unscattered() {
                 Some(transmittance) if cosine > 0.0 && self.scene.visible(self.sensor, None, place, None) => {
@@ -277,7 +279,7 @@ impl Backward<'_> {
         if transit.end != End::Top {
             return None;
         }
-        let cosines = direction.dot(self.normal).max(0.0) * direction.z;
+        let cosines = direction.dot(self.normal).max(0.0) * self.tube.frame.up(direction);
         Some((transit.weight() * transmittance * (cosines / distance_squared), transit.direction))
     }
 }
@@ -287,7 +289,7 @@ mod tests {
     use super::*;
     use crate::geometry::disc::far_disc_illuminance;
     use crate::optics::{Collector, Diffuser};
-    use crate::scene::{Daylight, Face, Segment, StraightOrBent, Tube, TubeShape};
+    use crate::scene::{Daylight, Face, OpeningPlane, Segment, StraightOrBent, Tube, TubeShape};
     use crate::sky::zenith::ZenithFormula;
     use crate::sky::{CieType, Sky, SkyDistribution};
     use crate::statistics::Moments;
@@ -302,7 +304,7 @@ mod tests {
         let sky = Some(Sky::new(distribution, luminance));
         let tube = Tube {
             face: Face::Ceiling as usize,
-            drop_m: 0.0,
+            plane: OpeningPlane::Level { drop_m: 0.0 },
             centre: DVec2::new(1.0, 1.2),
             opening_radius: 0.3,
             transition: None,
@@ -346,6 +348,6 @@ mod tests {
     }
 
     fn tube_axis(scene: &TraceableScene) -> DVec3 {
-        scene.tubes[0].origin
+        scene.tubes[0].frame.origin
     }
 }

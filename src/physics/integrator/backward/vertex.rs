@@ -41,10 +41,10 @@ impl<'a, const C: usize> Vertex<'a, C> {
         Self { position, normal, surface: Some(surface), eye, weight, scatterer }
     }
 
-    /// Makes a vertex on the lower side of a tube's closure.
-    pub fn closure(position: DVec3, closure: Closure<'a>, eye: DVec3, weight: Spectrum<C>) -> Self {
+    /// Makes a vertex on the lower side of a tube's closure, whose unit normal into the room is given.
+    pub fn closure((position, normal): (DVec3, DVec3), closure: Closure<'a>, eye: DVec3, weight: Spectrum<C>) -> Self {
         let scatterer = Scatterer::Closure(closure);
-        Self { position, normal: DVec3::NEG_Z, surface: None, eye, weight, scatterer }
+        Self { position, normal, surface: None, eye, weight, scatterer }
     }
 
     /// Returns the side of the surface that faces the room, relative to the eye's side.

@@ -407,7 +407,7 @@ impl<'a, const C: usize> Walk<'a, C> {
             }
             Onward::Scatters(..) if !M::FOLLOWS_DIFFUSE => None,
             Onward::Scatters(Arriving { position, direction, weight }, closure) => {
-                let vertex = Vertex::closure(position, closure, -direction, weight);
+                let vertex = Vertex::closure((position, tube.frame.normal()), closure, -direction, weight);
                 let arrival = meeting.arrives_at_closure();
                 meeting.connect(self, &vertex, &arrival);
                 self.scatter(meeting, &vertex, &arrival)

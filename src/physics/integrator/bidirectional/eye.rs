@@ -162,8 +162,10 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         position: DVec3,
     ) -> Option<DaylightWeights> {
         let EyeTrace { edge, from } = ray.trace;
-        let mut weight = edge.arrive(ray.direction.z);
-        let clear = walk.scene.tubes[tube].closure_at(position).unscattered::<C>().is_some();
+        let of_tube = &walk.scene.tubes[tube];
+        let cosine = of_tube.frame.up(ray.direction);
+        let mut weight = edge.arrive(cosine);
+        let clear = of_tube.closure_at(position).unscattered::<C>().is_some();
         let straight_to_sensor = clear && weight.cut > 0.0;
         let start = self.starts.sky[tube];
         let crossing = crossings(&ray.trace, &weight, start);
@@ -171,7 +173,7 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
             weight.cut = 0.0;
         }
         let sun = if clear && from == From::Eye { 1.0 } else { 0.0 };
-        let sky = 1.0 / (1.0 + weight.others(start, ray.direction.z / PI) + crossing);
+        let sky = 1.0 / (1.0 + weight.others(start, cosine / PI) + crossing);
         Some(match from {
             // photons reach points by their last segment through the closure alone, cells by any
             From::Point if straight_to_sensor => DaylightWeights { sky: 0.0, sky_later: 1.0, sun },

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::weight::{Edge, MisWeight};
-use crate::integrator::photon::emission::EmittedPhoton;
+use crate::integrator::photon::emission::{EmittedPhoton, Start};
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
-use crate::optics::{Closure, Oriented, Scatter, Scatterer, Spectrum, SurfaceOptics, Travel};
+use crate::optics::{Oriented, Scatter, Scatterer, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
 use crate::traceable::{SurfaceId, TraceableScene};
 
@@ -75,8 +75,8 @@ impl<const C: usize> LightVertex<C> {
     /// Returns the lobe or measured table that scatters light beside the Lambertian flux.
     fn scatterer<'a>(&self, scene: &'a TraceableScene) -> Option<Scatterer<'a>> {
         if let Some(tube) = self.diffuser {
-            let table = scene.tubes[tube].diffuser.measured()?;
-            return Some(Scatterer::Closure(Closure::from(table)));
+            let closure = scene.tubes[tube].closure_at(self.position);
+            return closure.table().map(|_| Scatterer::Closure(closure));
         }
         let lobe = scene.optics(self.surface?)?.lobe()?;
         Some(Scatterer::Lobe(Oriented { optics: lobe, normal: self.normal }))
@@ -119,6 +119,8 @@ pub struct Recorder<'a, const C: usize> {
     pub alone: Vec<Flight<C>>,
     /// Flights from mirrors that show a source, with the density of the photon's start where eye paths can find the source, else 0.
     pub mirrored: Vec<(Flight<C>, f64)>,
+    /// Number of the tube by which the present photon comes; `None` for photons of luminaires.
+    tube: Option<usize>,
     /// Density per m2 of the present photon's start, taken as uniform, and 1 if an eye path can find its source, else 0.
     start: f64,
     found: f64,
@@ -138,6 +140,7 @@ impl<'a, const C: usize> Recorder<'a, C> {
             unscattered: Vec::new(),
             alone: Vec::new(),
             mirrored: Vec::new(),
+            tube: None,
             start: 1.0,
             found: 0.0,
             edge: Edge::uncut(),
@@ -152,6 +155,10 @@ impl<'a, const C: usize> Recorder<'a, C> {
     pub fn begin(&mut self, photon: &EmittedPhoton, start: f64) {
         (self.start, self.found) = (start, if photon.sun { 0.0 } else { 1.0 });
         (self.flights, self.ended) = (0, false);
+        self.tube = match photon.start {
+            Start::Tube(tube) => Some(tube),
+            Start::Luminaire(_) => None,
+        };
     }
 
     /// Ends the subpath of a photon that was traced, or that found no light at its start; returns its vertices.
@@ -214,7 +221,7 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
         match flight.origin {
             Origin::Specular => {
                 self.unscattered.push(*flight);
-                let cosine = direction.z.abs();
+                let cosine = self.tube.map_or(direction.z, |tube| self.scene.tubes[tube].frame.up(direction)).abs();
                 let start = MisWeight::start(self.start, self.found);
                 self.edge = Edge::outgoing(&start, cosine / PI, cosine, 0.0, 0.0);
                 self.from_source = true;

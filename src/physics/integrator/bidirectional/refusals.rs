@@ -22,8 +22,7 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
             return Some(Refusal::new(RefusalCode::SunByMirrors, detail));
         }
         if clear_and_not_straight() && (scene.guide_return || points) {
-            let detail =
-                "it finds the sun's light through a clear closure of a tube that is not straight only by chance";
+            let detail = "it finds the sun's light through a clear closure of a tube that is not straight and upright only by chance";
             return Some(Refusal::new(RefusalCode::SunThroughClearClosures, detail));
         }
     }

@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use glam::{DVec2, DVec3};
 
 use super::patches::{CELLS, RINGS, SECTORS, cell, middle};
+use crate::geometry::OpeningFrame;
 use crate::geometry::disc::far_disc_illuminance;
 use crate::geometry::lambert::quadrilateral_irradiance;
 use crate::optics::Spectrum;
@@ -20,17 +21,17 @@ const MOST_CHOICES: usize = 1 << 16;
 /// Light that leaves one diffuser.
 #[derive(Debug)]
 pub struct TubeLight<const C: usize> {
-    /// Centre of the opening.
-    pub origin: DVec3,
+    /// Centre of the opening, and its plane.
+    pub frame: OpeningFrame,
     /// Radius in m of the disc around the opening.
     pub radius: f64,
-    /// Corners of a square opening, clockwise seen from below, and its exitance in lm/m2; `None` for a disc.
+    /// Corners of a square opening in the room, clockwise seen from it, and its exitance in lm/m2; `None` for a disc.
     even: Option<([DVec3; 4], Spectrum<C>)>,
     /// Photons that leave, sorted by cells.
     pub photons: Vec<Emitted<C>>,
     /// Differences of the exitance of each ring (lm/m2) to that of the next one outward.
     steps: [Spectrum<C>; RINGS],
-    /// Points that represent the differences of the cells, which are the sectors of rings.
+    /// Points that represent the differences of the cells, which are the sectors of rings, in the levelled frame of the opening.
     middles: [DVec2; CELLS],
     /// Differences of the flux of each cell to the mean of its ring, in lm, by channels.
     differences: [[f64; CELLS]; C],
@@ -42,16 +43,29 @@ pub struct TubeLight<const C: usize> {
 /// Light that leaves a diffuser at a point, as from a Lambertian surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitted<const C: usize> {
-    /// Position in the ceiling plane in m.
+    /// Position in the plane of the opening, in its levelled frame in m.
     pub position: DVec2,
     /// Flux in lm.
     pub flux: Spectrum<C>,
 }
 
+impl<const C: usize> Emitted<C> {
+    /// Makes the light of `flux` lm that leaves an opening at a point of the room.
+    pub fn new(position: DVec3, flux: Spectrum<C>, opening: &OpeningFrame) -> Self {
+        Self { position: opening.levelled(position).truncate(), flux }
+    }
+
+    /// Returns the position in the room in m.
+    #[inline]
+    pub fn in_room(&self, opening: &OpeningFrame) -> DVec3 {
+        opening.in_room(self.position.extend(opening.origin.z))
+    }
+}
+
 impl<const C: usize> TubeLight<C> {
     /// Sorts the photons that leave a tube's diffuser into cells; `start` in 0..1 is where the choice among them begins.
     pub fn new(tube: &TraceableTube, photons: Vec<Emitted<C>>, start: f64) -> Self {
-        let (origin, radius) = (tube.origin, tube.opening.outer_radius());
+        let (origin, radius) = (tube.frame.origin, tube.opening.outer_radius());
         // neighbours in space are neighbours in the list, so that uniform numbers choose them uniformly
         let mut cells: [Vec<Emitted<C>>; CELLS] = std::array::from_fn(|_| Vec::new());
         for photon in photons {
@@ -75,7 +89,7 @@ impl<const C: usize> TubeLight<C> {
             *exitance = flux * (RINGS as f64 / (PI * radius * radius));
         }
         Self {
-            origin,
+            frame: tube.frame,
             radius,
             even,
             photons: cells.concat(),
@@ -89,7 +103,7 @@ impl<const C: usize> TubeLight<C> {
 
     /// Iterates over the photons that leave: positions in m, and fluxes in lm.
     pub fn photons(&self) -> impl Iterator<Item = (DVec3, Spectrum<C>)> {
-        self.photons.iter().map(|photon| (photon.position.extend(self.origin.z), photon.flux))
+        self.photons.iter().map(|photon| (photon.in_room(&self.frame), photon.flux))
     }
 
     /// Returns the flux of all light that leaves, in lm.
@@ -101,7 +115,7 @@ impl<const C: usize> TubeLight<C> {
 
     /// True if no point within `reach` of `position`, at its height, is near the disc.
     pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
-        is_far(self.origin, self.radius, position, reach)
+        is_far(&self.frame, self.radius, position, reach)
     }
 
     /// Returns the illuminance in lx of a surface that sees the whole opening, if its light is even; `None` for a disc.
@@ -126,7 +140,15 @@ impl<const C: usize> TubeLight<C> {
     #[inline]
     fn by_one(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
         let Some((photon, _)) = self.choice(number) else { return Spectrum::ZERO };
-        photon.flux * per_lumen(photon.position.extend(self.origin.z) - position, normal)
+        photon.flux * self.per_lumen(photon, position, normal)
+    }
+
+    /// Returns the illuminance of a surface per lumen that leaves the opening where a photon does; below 0 where the surface faces away.
+    #[inline]
+    pub fn per_lumen(&self, photon: &Emitted<C>, position: DVec3, normal: DVec3) -> f64 {
+        let frame = &self.frame;
+        let to_light = photon.position.extend(frame.origin.z) - frame.levelled(position);
+        per_lumen(to_light, frame.levelled_direction(normal))
     }
 
     /// Returns the illuminance in lx of a surface that sees the whole opening; `number` in 0..1 chooses the photon that represents the light
@@ -136,7 +158,7 @@ impl<const C: usize> TubeLight<C> {
             return lux;
         }
         let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
-        let receiver = DiscReceiver::new(position, normal, self.origin);
+        let receiver = DiscReceiver::new(position, normal, &self.frame);
         let (discs, points, mut sum) = self.vectors.dispatch(DiscParts { light: self, receiver: &receiver });
         for (step, disc) in self.steps.iter().zip(&discs) {
             sum += *step * *disc;
@@ -210,9 +232,14 @@ fn choose<const C: usize>(cells: &[Vec<Emitted<C>>; CELLS], start: f64) -> Vec<(
 /// Outer radii of the rings, in radii of the disc.
 const RADII: [f64; RINGS] = [0.5, FRAC_1_SQRT_2, 0.866_025_403_784_438_6, 1.0];
 
-/// True if no point within `reach` of `position`, at its height, is near the disc of `radius` around `origin`.
-pub fn is_far(origin: DVec3, radius: f64, position: DVec3, reach: f64) -> bool {
-    let depth = origin.z - position.z;
+/// True if no point within `reach` of `position`, at its height, is near the disc of `radius` in an opening.
+pub fn is_far(opening: &OpeningFrame, radius: f64, position: DVec3, reach: f64) -> bool {
+    let origin = opening.origin;
+    // the points lie at other depths before an opening that is not level
+    let nearer = if opening.is_level() { 0.0 } else { reach };
+    let depth = opening.depth(position);
+    let depth = depth.signum() * (depth.abs() - nearer).max(0.0);
+    let position = opening.levelled(position);
     if depth >= NEAR * radius {
         return true;
     }
@@ -220,7 +247,7 @@ pub fn is_far(origin: DVec3, radius: f64, position: DVec3, reach: f64) -> bool {
     depth * depth + beside * beside >= (NEAR * radius).powi(2)
 }
 
-/// Surface that receives light from a disc in the ceiling.
+/// Surface that receives light from a disc in an opening, in the opening's levelled frame.
 pub struct DiscReceiver {
     position: DVec3,
     normal: DVec3,
@@ -233,8 +260,10 @@ pub struct DiscReceiver {
 }
 
 impl DiscReceiver {
-    /// Makes a receiver at `position`, of unit `normal`, for a disc around `centre`.
-    pub fn new(position: DVec3, normal: DVec3, centre: DVec3) -> Self {
+    /// Makes a receiver at `position`, of unit `normal`, for an opening.
+    pub fn new(position: DVec3, normal: DVec3, opening: &OpeningFrame) -> Self {
+        let centre = opening.origin;
+        let (position, normal) = (opening.levelled(position), opening.levelled_direction(normal));
         let to_axis = (centre - position).truncate();
         let offset = to_axis.length();
         let toward_axis = if offset > 0.0 { normal.truncate().dot(to_axis) / offset } else { 0.0 };
@@ -247,14 +276,14 @@ impl DiscReceiver {
         far_disc_illuminance(radius, self.depth, self.offset, [self.normal.z, self.toward_axis])
     }
 
-    /// Returns the illuminance per lumen that leaves a point of the ceiling plane above the horizon.
+    /// Returns the illuminance per lumen that leaves a point of the opening's plane above the horizon, given in its levelled frame.
     #[inline(always)]
     pub fn point(&self, source: DVec2) -> f64 {
         per_lumen((source - self.position.truncate()).extend(self.depth), self.normal)
     }
 }
 
-/// Returns the illuminance of a surface of unit `normal` per lumen from a point of the ceiling plane, `to_light` from it: cos(theta)
+/// Returns the illuminance of a surface of unit `normal` per lumen from a point of a level opening, `to_light` from it: cos(theta)
 /// cos(theta') / (pi d^2).
 #[inline(always)]
 pub fn per_lumen(to_light: DVec3, normal: DVec3) -> f64 {
@@ -306,7 +335,7 @@ mod tests {
             (0.8, 0.5, leaning),
         ] {
             let (position, centre) = (DVec3::new(offset, 0.0, 0.0), DVec3::new(0.0, 0.0, depth));
-            let receiver = DiscReceiver::new(position, normal, centre);
+            let receiver = DiscReceiver::new(position, normal, &OpeningFrame::level(centre));
             let expected = quadrature(&receiver, DVec2::ZERO, RADIUS, 300);
             let found = receiver.disc(RADIUS);
             assert!((found / expected - 1.0).abs() < 2e-5, "{depth} {offset} {normal}: {found} {expected}");
@@ -318,7 +347,8 @@ mod tests {
     fn a_small_disc_far_away_is_a_point() {
         let radius = 0.001;
         for normal in [DVec3::Z, DVec3::NEG_X, DVec3::new(-0.6, 0.0, 0.8)] {
-            let receiver = DiscReceiver::new(DVec3::new(100.0, 0.0, 0.0), normal, DVec3::new(0.0, 0.0, 100.0));
+            let opening = OpeningFrame::level(DVec3::new(0.0, 0.0, 100.0));
+            let receiver = DiscReceiver::new(DVec3::new(100.0, 0.0, 0.0), normal, &opening);
             let per_area = receiver.point(DVec2::ZERO);
             let whole = receiver.disc(radius) / (PI * radius * radius);
             assert!((whole / per_area - 1.0).abs() < 1e-9, "{normal}: {whole} {per_area}");
@@ -354,7 +384,7 @@ mod tests {
         let tube = TraceableTube {
             face: 5,
             hangs: false,
-            origin,
+            frame: OpeningFrame::level(origin),
             opening: OpeningShape::Disc { radius: RADIUS },
             pipe_radius: RADIUS,
             transition_transmittance: 1.0,
@@ -376,7 +406,7 @@ mod tests {
             (DVec3::new(0.0, 1.0, 1.8), DVec3::X),
             (DVec3::new(1.3, 1.25, 2.3), DVec3::NEG_X),
         ] {
-            let receiver = DiscReceiver::new(position, normal, origin);
+            let receiver = DiscReceiver::new(position, normal, &OpeningFrame::level(origin));
             let mut truth = Spectrum::ZERO;
             photons.iter().for_each(|photon| truth += photon.flux * receiver.point(photon.position));
             let (mut mean, mut spread, mut alone) = (Spectrum::ZERO, 0.0, 0.0);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::cells::Emitted;
-use super::directional::DirectionalPart;
+use super::directional::{DirectionalPart, LambertianExit};
 use super::light::DiffuserLight;
 use crate::integrator::GridPass;
 use crate::integrator::light_tracing;
@@ -140,8 +140,11 @@ impl<const C: usize> ClosureSource<C> {
             Mode::Directional(directional) => {
                 let found = directional.pass(pass, cancel)?;
                 let mut totals = found.totals;
-                let emitted = |(position, flux): (glam::DVec3, _)| Emitted { position: position.truncate(), flux };
-                let all = found.lambertian.into_iter().map(|tube| tube.into_iter().map(emitted).collect()).collect();
+                let by_tubes = found.lambertian.into_iter().zip(&scene.tubes);
+                let of_tube = |(exits, tube): (Vec<LambertianExit<C>>, &TraceableTube)| {
+                    exits.into_iter().map(|(position, flux)| Emitted::new(position, flux, &tube.frame)).collect()
+                };
+                let all = by_tubes.map(of_tube).collect();
                 let lambertian = DiffuserLight::of(scene, all, pass, &mut totals);
                 Some(ClosureLight { lambertian, directional: found.grids, totals })
             }

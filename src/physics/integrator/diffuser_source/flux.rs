@@ -94,7 +94,7 @@ pub fn patched_flux(
         let by_patches = |photons: &[Vec<Emitted<3>>]| {
             let mut patches = [0.0; CELLS];
             for photon in photons.iter().take(1).flatten() {
-                let away = photon.position - tube.origin.truncate();
+                let away = photon.position - tube.frame.origin.truncate();
                 patches[cell(&tube.opening, away)] += photon.flux.luminance();
             }
             patches

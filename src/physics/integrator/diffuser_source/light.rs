@@ -17,7 +17,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 
-use super::cells::{Emitted, TubeLight, per_lumen};
+use super::cells::{Emitted, TubeLight};
 use super::opening_visibility::{OpeningVisibility, opening_visibility};
 use super::room_balance;
 use crate::integrator::backward::daylight::ScatteredDaylight;
@@ -132,7 +132,7 @@ fn add_emitted<const C: usize>(
             into_room += through.luminance();
             evenly += exit.evenly().luminance();
             let flux = if part == EmittedPart::All { through } else { exit.evenly() };
-            emitted.push(Emitted { position: exit.position.truncate(), flux });
+            emitted.push(Emitted::new(exit.position, flux, &of_tube.frame));
         };
         let descent = descend_by(transit, scene, of_tube, *entering, samples, (rays, energy), at_diffuser);
         fluxes.into_room += into_room;
@@ -213,18 +213,19 @@ impl<const C: usize> DiffuserLight<C> {
     /// point of a level cell given by its offset. The light of a square at a point has a closed form.
     pub fn at_sensor(&self, tube: usize, Sensor { position, normal }: Sensor, offsets: Option<&[Vec<DVec2>]>) -> f64 {
         let light = &self.tubes[tube];
-        let depth = light.origin.z - position.z;
+        let depth = light.frame.depth(position);
         if depth <= 0.0 {
             return 0.0;
         }
         if let (None, Some(lux)) = (offsets, light.of_square(position, normal)) {
             return lux.luminance();
         }
-        if normal != DVec3::Z {
-            let of = |photon: &Emitted<C>| {
-                photon.flux.luminance() * per_lumen(photon.position.extend(light.origin.z) - position, normal).max(0.0)
+        if normal != DVec3::Z || !light.frame.is_level() {
+            let of = |(number, photon): (usize, &Emitted<C>)| {
+                let offset = offsets.map_or(DVec2::ZERO, |offsets| offsets[tube][number]);
+                photon.flux.luminance() * light.per_lumen(photon, position + offset.extend(0.0), normal).max(0.0)
             };
-            return light.photons.iter().map(of).sum();
+            return light.photons.iter().enumerate().map(of).sum();
         }
         let mut sum = 0.0;
         for (number, photon) in light.photons.iter().enumerate() {
@@ -239,13 +240,12 @@ impl<const C: usize> DiffuserLight<C> {
     }
 
     /// Returns the position of a photon that represents all of a tube's, and the illuminance in lx of a sensor that sees it; `number` in
-    /// 0..1 chooses it. `None` for sensors above the opening, and without light.
+    /// 0..1 chooses it. `None` for sensors behind the opening's plane, and without light.
     pub fn of_photon(&self, tube: usize, Sensor { position, normal }: Sensor, number: f64) -> Option<(DVec3, f64)> {
         let light = &self.tubes[tube];
         let (photon, _) = light.choice(number)?;
-        let source = photon.position.extend(light.origin.z);
-        let lux = photon.flux.luminance() * per_lumen(source - position, normal).max(0.0);
-        (source.z > position.z).then_some((source, lux))
+        let lux = photon.flux.luminance() * light.per_lumen(photon, position, normal).max(0.0);
+        (light.frame.depth(position) > 0.0).then(|| (photon.in_room(&light.frame), lux))
     }
 
     /// Finds a path from a place, with its normal and surface, by a chain of mirrors to a photon that represents those of all openings, and
@@ -261,10 +261,10 @@ impl<const C: usize> DiffuserLight<C> {
         let (tube, probability) = self.openings.choose(image, turned, opening)?;
         let light = &self.tubes[tube];
         let (photon, _) = light.choice(photon)?;
-        let source = photon.position.extend(light.origin.z);
+        let source = photon.in_room(&light.frame);
         let path = scene.mirror_path(chain, (position, surface), (source, None))?;
         let squared = path.unfolded.length_squared();
-        let per_area = path.unfolded.z.max(0.0) / (PI * squared * squared.sqrt());
+        let per_area = light.frame.up(path.unfolded).max(0.0) / (PI * squared * squared.sqrt());
         Some((path, photon.flux * path.reflectance * (per_area / probability)))
     }
 }
@@ -318,7 +318,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let light = &self.tubes[tube];
-        match opening_visibility(walk.scene, vertex, light.origin, light.radius) {
+        match opening_visibility(walk.scene, vertex, &light.frame, light.radius) {
             OpeningVisibility::ByRays => return FOLLOWED_WHOLE.connect(walk, vertex, tube),
             OpeningVisibility::Never => return,
             OpeningVisibility::Whole(albedo) => {
@@ -335,14 +335,14 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         let numbers: [f64; CONNECTIONS] = walk.samples.pair();
         for number in numbers {
             let Some((photon, _)) = light.choice(number) else { continue };
-            let source = photon.position.extend(light.origin.z);
+            let source = photon.in_room(&light.frame);
             let to_light = source - vertex.position;
             let distance_squared = to_light.length_squared();
             if distance_squared < followed.within * followed.within {
                 continue;
             }
             if let Some((response, _)) = walk.respond(vertex, source, None) {
-                let per_area = to_light.z / (PI * distance_squared * distance_squared.sqrt());
+                let per_area = light.frame.up(to_light) / (PI * distance_squared * distance_squared.sqrt());
                 walk.sum += response * photon.flux * (per_area / CONNECTIONS as f64);
             }
         }

@@ -1,8 +1,7 @@
 //! Visibility of an opening from a vertex of a path: whole, in part, or not at all.
 
-use glam::DVec3;
-
 use super::cells::is_far;
+use crate::geometry::OpeningFrame;
 use crate::integrator::backward::vertex::Vertex;
 use crate::optics::Spectrum;
 use crate::traceable::TraceableScene;
@@ -23,25 +22,25 @@ pub enum OpeningVisibility<const C: usize> {
 /// Fraction of the radius by which a horizon may cut a disc from rounding alone.
 const HORIZON: f64 = 1e-9;
 
-/// Determines how `vertex` sees the opening of `radius` m around `origin` in the ceiling.
+/// Determines how `vertex` sees an opening of `radius` m.
 pub fn opening_visibility<const C: usize>(
     scene: &TraceableScene,
     vertex: &Vertex<'_, C>,
-    origin: DVec3,
+    opening: &OpeningFrame,
     radius: f64,
 ) -> OpeningVisibility<C> {
-    let far = is_far(origin, radius, vertex.position, 0.0);
+    let far = is_far(opening, radius, vertex.position, 0.0);
     if vertex.is_narrow() || (vertex.is_sensor() && !far) {
         return OpeningVisibility::ByRays;
     }
-    let height = (origin - vertex.position).dot(vertex.normal);
-    let reach = radius * vertex.normal.truncate().length();
+    let height = (opening.origin - vertex.position).dot(vertex.normal);
+    let reach = radius * opening.levelled_direction(vertex.normal).truncate().length();
     if height + reach <= 0.0 {
         return OpeningVisibility::Never;
     }
     // a wall that touches the disc is not cut by it
     let above = height >= reach - HORIZON * radius;
-    let clear = || scene.leaves_clear(vertex.position, 0.0, vertex.surface, origin, radius);
+    let clear = || scene.leaves_clear(vertex.position, 0.0, vertex.surface, opening, radius);
     match vertex.lambertian().filter(|_| far && above && clear()) {
         Some(albedo) => OpeningVisibility::Whole(albedo),
         None => OpeningVisibility::InPart,

@@ -35,8 +35,9 @@ pub fn add_room_balance<const C: usize>(
             passed += photon.flux.luminance();
             while next < passed && number < followed {
                 let mut samples = PathSamples::new(stream, number as u64);
-                let down = -warp::cosine_hemisphere(samples.pair());
-                let position = photon.position.extend(scene.tubes[tube].origin.z);
+                let frame = &scene.tubes[tube].frame;
+                let down = frame.direction_in_room(-warp::cosine_hemisphere(samples.pair()));
+                let position = photon.in_room(frame);
                 let flux: Spectrum<C> = photon.flux * (step / photon.flux.luminance());
                 balance_in_room(scene, (position, down), flux, &mut samples, totals);
                 next += step;

@@ -46,12 +46,12 @@ pub fn visible_parts(scene: &TraceableScene, grid: &Grid) -> Vec<VisiblePart> {
         };
         let is_cut = grid.is_cut(sensor);
         scene.tubes.iter().map(move |tube| {
-            let (centre, radius) = (tube.origin, tube.opening.outer_radius());
-            if !is_cut && scene.leaves_clear(position, reach, None, centre, radius) {
+            let (opening, radius) = (&tube.frame, tube.opening.outer_radius());
+            if !is_cut && scene.leaves_clear(position, reach, None, opening, radius) {
                 VisiblePart::Whole
-            } else if scene.hides(&corners, centre, radius) {
+            } else if scene.hides(&corners, opening, radius) {
                 VisiblePart::Hidden
-            } else if grid.estimate == EstimateKind::Point && !scene.between(position, centre, radius).is_more {
+            } else if grid.estimate == EstimateKind::Point && !scene.between(position, opening, radius).is_more {
                 VisiblePart::PastBoxes
             } else {
                 VisiblePart::InPart

@@ -14,7 +14,7 @@ use crate::traceable::{TraceableScene, TraceableTube};
 /// Light that arrives at a closure, from above.
 #[derive(Clone, Copy, Debug)]
 pub struct Exit<'a, const C: usize> {
-    /// Point in the ceiling plane, in m.
+    /// Point in the plane of the opening, in m.
     pub position: DVec3,
     /// Closure at this point.
     pub closure: Closure<'a>,
@@ -27,7 +27,7 @@ pub struct Exit<'a, const C: usize> {
 impl<const C: usize> Exit<'_, C> {
     /// Returns the intensity in lm/sr into the room along the unit vector `toward`.
     pub fn intensity(&self, toward: DVec3) -> Spectrum<C> {
-        if toward.z >= 0.0 {
+        if self.closure.up(toward) >= 0.0 {
             return Spectrum::ZERO;
         }
         self.flux * self.closure.value(Travel::WithLight, self.from, toward)
@@ -102,8 +102,7 @@ pub fn descend_by<'a, const C: usize>(
         if event == 0 {
             arrived = flux;
         }
-        let mut position = tube.origin + transit.position;
-        position.z = tube.origin.z;
+        let position = tube.frame.onto(tube.frame.origin + transit.position);
         let closure = tube.closure_at(position);
         let from = -transit.direction;
         let exit = Exit { position, closure, from, flux };

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::emission::{EmittedPhoton, Start};
 use super::energy_balance::{EnergyBalance, PhotonTotals};
+use crate::geometry::OpeningFrame;
 use crate::guide::Transit;
 use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Kind, Oriented, Scatter, Scatterer, SheetSide, Spectrum, SurfaceOptics, Travel};
@@ -137,7 +138,7 @@ pub fn balance_in_room<const C: usize>(
 enum Step<const C: usize> {
     /// Light that travels in the room.
     Room(Beam<C>, Origin),
-    /// Light that travels up into the guide of a tube, from the ceiling plane.
+    /// Light that travels up into the guide of a tube, from its opening.
     Guide(usize, Beam<C>),
     Ended,
 }
@@ -220,7 +221,7 @@ impl<V> Tracer<'_, V> {
         }
         self.totals.energy.emitted += flux.luminance();
         self.totals.tubes[index].at_collector += flux.luminance();
-        let Some(beam) = settle(&transit, flux, tube.origin, &mut self.totals.energy) else { return Step::Ended };
+        let Some(beam) = settle(&transit, flux, &tube.frame, &mut self.totals.energy) else { return Step::Ended };
         self.totals.tubes[index].at_diffuser += beam.flux.luminance();
         self.meet_closure(index, beam)
     }
@@ -255,7 +256,7 @@ impl<V> Tracer<'_, V> {
         }
         let transit: Transit<C> = tube.up(beam.position, beam.direction, &mut self.samples.random);
         self.totals.rays += transit.ray_count();
-        match settle(&transit, beam.flux, tube.origin, &mut self.totals.energy) {
+        match settle(&transit, beam.flux, &tube.frame, &mut self.totals.energy) {
             None => Step::Ended,
             Some(beam) => self.meet_closure(index, beam),
         }
@@ -267,9 +268,9 @@ impl<V> Tracer<'_, V> {
         V: Visitor<C>,
     {
         let Beam { position, direction, flux } = beam;
-        let from_above = direction.z < 0.0;
         let tube = &self.scene.tubes[index];
         let closure = tube.closure_at(position);
+        let from_above = closure.up(direction) < 0.0;
         let (energy, fluxes) = (&mut self.totals.energy, &mut self.totals.tubes[index]);
         if let Some(transmittance) = closure.unscattered() {
             let passing = flux * transmittance;
@@ -308,7 +309,7 @@ impl<V> Tracer<'_, V> {
             let lobe =
                 closure.table().map(|_| Lobe { scatterer: Scatterer::Closure(closure), incident: direction, flux });
             let outgoing = if lobe.is_none() { down } else { lambertian * -1.0 };
-            let normal = DVec3::NEG_Z;
+            let normal = tube.frame.normal();
             self.visitor.scattered(
                 &Scattering { position, normal, outgoing, lobe, surface: None, diffuser: Some(index) },
                 self.samples,
@@ -340,7 +341,7 @@ impl<V> Tracer<'_, V> {
         if !goes_up && lambertian.max() > 0.0 {
             let all: Spectrum<C> = closure.value(Travel::WithLight, -direction, scattered.toward);
             let evenly: Spectrum<C> = closure.even_fraction(-direction);
-            let fraction = 1.0 - evenly.max() * (scattered.toward.z.abs() / PI) / all.max();
+            let fraction = 1.0 - evenly.max() * (closure.up(scattered.toward).abs() / PI) / all.max();
             beam.flux = onward * fraction.max(0.0);
             energy.cut += onward.luminance() - beam.flux.luminance();
         }
@@ -435,13 +436,12 @@ impl<V> Tracer<'_, V> {
 fn settle<const C: usize>(
     transit: &Transit<C>,
     flux: Spectrum<C>,
-    origin: DVec3,
+    opening: &OpeningFrame,
     energy: &mut EnergyBalance,
 ) -> Option<Beam<C>> {
     let arriving = flux * transit.collector * transit.mirrors;
     energy.add_transit(transit, flux, arriving).then(|| {
-        let mut position = origin + transit.position;
-        position.z = origin.z;
+        let position = opening.onto(opening.origin + transit.position);
         Beam { position, direction: transit.direction, flux: arriving }
     })
 }

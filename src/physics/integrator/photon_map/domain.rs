@@ -133,7 +133,7 @@ impl Domain {
         for tube in openings {
             match tube.corners() {
                 Some(corners) => domain.squares.push(Region::around(&corners.map(flat))),
-                None => domain.discs.push((flat(tube.origin), tube.opening.outer_radius())),
+                None => domain.discs.push((flat(tube.frame.origin), tube.opening.outer_radius())),
             }
         }
         domain

@@ -50,12 +50,13 @@ impl<const C: usize> Mapper<C> {
                 let exit = &exits[number];
                 let to_exit = exit.position - position;
                 let distance_squared = to_exit.length_squared();
-                let cosines = to_exit.dot(normal) * to_exit.z;
-                if cosines > 0.0 && to_exit.z > 0.0 && self.scene.visible(position, surface, exit.position, None) {
+                let rise = tube.frame.up(to_exit);
+                let cosines = to_exit.dot(normal) * rise;
+                if cosines > 0.0 && rise > 0.0 && self.scene.visible(position, surface, exit.position, None) {
                     let mut geometry = cosines / (distance_squared * distance_squared) / PI;
                     if let Some(table) = diffuser.measured() {
-                        let down = to_exit.z / distance_squared.sqrt();
-                        geometry *= PI * measured_per_sr(table, maps.incidents[index][number], down);
+                        let down = rise / distance_squared.sqrt();
+                        geometry *= PI * measured_per_sr(table, tube.frame.up(maps.incidents[index][number]), down);
                     }
                     gathered.irradiance += exit.flux * (geometry * exits.len() as f64 / count as f64);
                 }
@@ -79,11 +80,11 @@ impl<const C: usize> Mapper<C> {
             let [u, v] = random.uniform2();
             let stratum = (k as f64 + u) / rays as f64;
             let direction = warp::around(normal, warp::cosine_hemisphere([stratum, v]));
-            if direction.z <= 0.0 {
+            let rise = tube.frame.up(direction);
+            if rise <= 0.0 {
                 continue;
             }
-            let mut point = position + direction * ((tube.origin.z - position.z) / direction.z);
-            point.z = tube.origin.z;
+            let point = tube.frame.onto(position + direction * (tube.frame.depth(position) / rise));
             let closure = tube.closure_at(point);
             if tube.has(point)
                 && closure.unscattered::<C>().is_none()
@@ -211,7 +212,7 @@ impl<const C: usize> Mapper<C> {
         let tube = &self.scene.tubes[index];
         let radius = maps.radius.min(0.25 * tube.opening.inner_radius());
         let sums = match closure.table() {
-            Some(table) => measured_within(maps, index, table, position, radius, direction),
+            Some(table) => measured_within(maps, (index, tube), table, (position, direction), radius),
             None => {
                 let (whole, half, count) = maps.exit_grid.gather(position, radius, Tube(index as u32));
                 (whole * (1.0 / PI), half * (1.0 / PI), count)
@@ -253,13 +254,16 @@ impl<const C: usize> Mapper<C> {
                 let to_exit = exit.position - hit.position;
                 let distance_squared = to_exit.length_squared();
                 let toward = to_exit / distance_squared.sqrt();
-                let density = if toward.z > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
+                let down = tube.frame.up(toward);
+                let density = if down > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
                 if density > 0.0 && self.scene.visible(hit.position, surface, exit.position, None) {
                     let connected = connection_density(tube, to_exit);
                     let fraction = connected / (density + connected);
                     let per_sr = match tube.diffuser.measured() {
-                        Some(table) => toward.z * measured_per_sr(table, maps.incidents[index][number], toward.z),
-                        None => toward.z / PI,
+                        Some(table) => {
+                            down * measured_per_sr(table, tube.frame.up(maps.incidents[index][number]), down)
+                        }
+                        None => down / PI,
                     };
                     let geometry = density * per_sr / distance_squared;
                     sum += exit.flux * (fraction * geometry * exits.len() as f64 / count as f64);
@@ -274,18 +278,17 @@ impl<const C: usize> Mapper<C> {
 /// within `radius` m of a point, and within half that area; also returns the number of photons in the whole.
 fn measured_within<const C: usize>(
     maps: &Maps<C>,
-    index: usize,
+    (index, tube): (usize, &TraceableTube),
     table: &MeasuredDiffuser,
-    position: DVec3,
+    (position, direction): (DVec3, DVec3),
     radius: f64,
-    direction: DVec3,
 ) -> (Spectrum<C>, Spectrum<C>, u64) {
     let (mut whole, mut half, mut count) = (Spectrum::ZERO, Spectrum::ZERO, 0);
     let half_squared = 0.5 * (radius * radius);
     if let Some(grid) = &maps.measured_exits[index] {
         grid.for_each_within(position, radius, |number, flux, distance_squared| {
             let incident = maps.incidents[index][number as usize];
-            let sent = flux * measured_per_sr(table, incident, direction.z);
+            let sent = flux * measured_per_sr(table, tube.frame.up(incident), tube.frame.up(direction));
             whole += sent;
             count += 1;
             if distance_squared < half_squared {
@@ -296,9 +299,10 @@ fn measured_within<const C: usize>(
     (whole, half, count)
 }
 
-/// Returns the BTDF or BRDF per sr of a measured diffuser for light that leaves downward with the given cosine.
-fn measured_per_sr(table: &MeasuredDiffuser, incident: DVec3, exit_cosine: f64) -> f64 {
-    table.per_sr(incident.z < 0.0, incident.z.abs(), exit_cosine)
+/// Returns the BTDF or BRDF per sr of a measured diffuser for light that leaves into the room with the given cosine; `incident` is the
+/// component of the direction of the light that arrives along the normal out of the room.
+fn measured_per_sr(table: &MeasuredDiffuser, incident: f64, exit_cosine: f64) -> f64 {
+    table.per_sr(incident < 0.0, incident.abs(), exit_cosine)
 }
 
 /// Returns the MIS weight of a ray that meets a diffuser along `to_light`; `chosen` is the probability density with which a glossy lobe
@@ -321,5 +325,6 @@ fn connections_to_luminaire(luminaire: &TraceableLuminaire, to_light: DVec3) -> 
 /// of connections in the balance heuristic.
 fn connection_density(tube: &TraceableTube, to_light: DVec3) -> f64 {
     let distance_squared = to_light.length_squared();
-    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (to_light.z * tube.opening.area_m2())
+    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt()
+        / (tube.frame.up(to_light) * tube.opening.area_m2())
 }

@@ -205,7 +205,7 @@ fn window(scene: &TraceableScene, view: &View) -> Option<Window> {
     let of_luminaire = |luminaire: &TraceableLuminaire| luminaire.corners();
     let around_opening = |tube: &TraceableTube| {
         let r = tube.opening.extent_along(DVec2::X);
-        [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[x, y]| tube.origin + DVec3::new(x, y, 0.0))
+        [[-r, -r], [r, -r], [r, r], [-r, r]].map(|corner| tube.at(corner.into()))
     };
     let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).map(of_luminaire);
     let outlines = luminaires.chain(scene.tubes.iter().map(around_opening));

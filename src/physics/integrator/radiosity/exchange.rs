@@ -231,8 +231,9 @@ impl<const C: usize> PatchRays<C> {
                 let of_tube = &scene.tubes[tube];
                 let to = of_tube.point(random.uniform2());
                 let lux = of_opening(of_tube, point.position, point.normal) / of_tube.opening.area_m2();
-                let is_seen =
-                    lux > 0.0 && to.z > point.position.z && scene.visible(to, None, point.position, point.surface);
+                let is_seen = lux > 0.0
+                    && of_tube.frame.depth(point.position) > 0.0
+                    && scene.visible(to, None, point.position, point.surface);
                 (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
             })
             .collect();
@@ -260,9 +261,11 @@ fn by_mirrors<const C: usize>(scene: &TraceableScene, point: &SurfacePoint, rand
         let (chain, of_chain) = scene.mirrors.choose(point.position, random.uniform())?;
         let (image, normal) = scene.mirrors.image(chain, (point.position, point.normal));
         let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
-        let source = (scene.tubes[tube].point(random.uniform2()), None);
+        let of_opening = &scene.tubes[tube];
+        let source = (of_opening.point(random.uniform2()), None);
         let path = scene.mirror_path::<C>(chain, (point.position, point.surface), source)?;
-        let lux = per_lumen(path.unfolded, normal).max(0.0) * path.reflectance.luminance();
+        let [unfolded, normal] = [path.unfolded, normal].map(|v| of_opening.frame.levelled_direction(v));
+        let lux = per_lumen(unfolded, normal).max(0.0) * path.reflectance.luminance();
         Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
     };
     found().unwrap_or((0, 0.0))

@@ -47,7 +47,7 @@ impl<'a> Gradients<'a> {
         let fraction = (edges[0].cross(edges[1]).length() / self.area_m2).sqrt();
         let is_near = |source: DVec3, size: f64| (source - middle).length() < FAR * (length + size);
         let tubes: Vec<_> =
-            self.tubes.iter().filter(|tube| is_near(tube.origin, tube.opening.outer_radius())).collect();
+            self.tubes.iter().filter(|tube| is_near(tube.frame.origin, tube.opening.outer_radius())).collect();
         let luminaires: Vec<_> = self
             .luminaires
             .iter()
@@ -76,7 +76,7 @@ impl<'a> Gradients<'a> {
 
 /// Returns the illuminance of a place by an opening of unit exitance; approximate where the horizon cuts the opening.
 pub fn of_opening(tube: &TraceableTube, place: DVec3, normal: DVec3) -> f64 {
-    let away = tube.origin - place;
+    let away = tube.frame.levelled_direction(tube.frame.origin - place);
     let offset = away.truncate().length();
     if away.z <= 0.0 {
         return 0.0;
@@ -85,7 +85,7 @@ pub fn of_opening(tube: &TraceableTube, place: DVec3, normal: DVec3) -> f64 {
         let of = |corners: [DVec3; 4]| quadrilateral_irradiance(&corners, place, normal).max(0.0) / PI;
         return tube.corners().map_or(0.0, of);
     };
-    let found = disc_irradiance(radius, away.z, offset);
+    let (found, normal) = (disc_irradiance(radius, away.z, offset), tube.frame.levelled_direction(normal));
     let toward = if offset > 0.0 { away.truncate().dot(normal.truncate()) / offset } else { 0.0 };
     (found.vertical * normal.z + found.toward_axis * toward).max(0.0)
 }

@@ -215,11 +215,12 @@ impl<const C: usize> MatrixEstimator<C> {
             }
             let numbers = samples.pair();
             for tube in &tubes {
-                let receiver = DiscReceiver::new(position, place.normal, scene.tubes[*tube].origin);
+                let frame = &scene.tubes[*tube].frame;
+                let receiver = DiscReceiver::new(position, place.normal, frame);
                 let patches = self.zones[*tube].within_each(numbers).into_iter().zip(self.zones[*tube].held());
                 for (lit, (point, held)) in lit[tube * CELLS..].iter_mut().zip(patches) {
                     let source = scene.tubes[*tube].at(point);
-                    let lux = receiver.point(source.truncate());
+                    let lux = receiver.point(frame.origin.truncate() + point);
                     if held > 0.0 && lux > 0.0 {
                         rays += 1;
                         *lit += if scene.visible(source, None, position, None) { lux / points as f64 } else { 0.0 };
@@ -332,7 +333,7 @@ impl SensorPoints {
 
     /// True if no point of the sensor is near the opening of a tube.
     fn is_far(&self, tube: &TraceableTube) -> bool {
-        is_far(tube.origin, tube.opening.outer_radius(), self.centre, self.reach())
+        is_far(&tube.frame, tube.opening.outer_radius(), self.centre, self.reach())
     }
 }
 
@@ -384,14 +385,14 @@ impl PatchRules {
 /// Adds the direct light in lx/lm of each patch of an opening to a sensor that sees all of it. Sensors and replicates share the points, so that
 /// this light has no noise.
 fn add_straight((tube, zone): (&TraceableTube, &Zone), (place, rules): (&SensorPoints, &PatchRules), lit: &mut [f64]) {
-    let radii = place.centre.distance(tube.origin) / tube.opening.outer_radius();
+    let radii = place.centre.distance(tube.frame.origin) / tube.opening.outer_radius();
     let held = zone.held();
     for (number, (numbers, weight)) in rules.of(place, radii).iter().enumerate() {
         let mut samples = PathSamples::new(Key::new(0).stream(Stream::StraightFromPatches, 0), number as u64);
         let position = place.point(|| samples.pair());
-        let receiver = DiscReceiver::new(position, place.normal, tube.origin);
+        let receiver = DiscReceiver::new(position, place.normal, &tube.frame);
         for (lit, (point, held)) in lit.iter_mut().zip(zone.within_each(*numbers).into_iter().zip(held)) {
-            *lit += held * weight * receiver.point(tube.at(point).truncate()).max(0.0);
+            *lit += held * weight * receiver.point(tube.frame.origin.truncate() + point).max(0.0);
         }
     }
 }

@@ -72,10 +72,10 @@ impl<'a, const C: usize> PatchLight<'a, C> {
         points: &mut Option<PatchPoints>,
     ) {
         let radius = tube.opening.outer_radius();
-        match opening_visibility(walk.scene, vertex, tube.origin, radius) {
+        match opening_visibility(walk.scene, vertex, &tube.frame, radius) {
             OpeningVisibility::Never => {}
             _ if vertex.is_narrow() => {}
-            _ if !is_far(tube.origin, radius, vertex.position, 0.0) => {
+            _ if !is_far(&tube.frame, radius, vertex.position, 0.0) => {
                 let away = tube.opening.point(walk.samples.pair());
                 let source = tube.at(away);
                 let connected = opening_density(tube, source - vertex.position);
@@ -91,8 +91,8 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                     Some(points) => points.of(zone),
                     None => points.insert(PatchPoints::new(zone, walk.samples.pair())),
                 };
-                let receiver = DiscReceiver::new(vertex.position, vertex.normal, tube.origin);
-                let centre = tube.origin.truncate();
+                let receiver = DiscReceiver::new(vertex.position, vertex.normal, &tube.frame);
+                let centre = tube.frame.origin.truncate();
                 let lit = PointIlluminances { receiver: &receiver, points, centre };
                 let lit = self.vectors.dispatch(lit);
                 let mut found = self.found.borrow_mut();
@@ -109,7 +109,7 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                     let to_light = source - vertex.position;
                     let distance_squared = to_light.length_squared();
                     if let Some((response, _)) = walk.respond(vertex, source, None) {
-                        let per_area = to_light.z / (PI * distance_squared * distance_squared.sqrt());
+                        let per_area = tube.frame.up(to_light) / (PI * distance_squared * distance_squared.sqrt());
                         let fraction = self.per_part(tube, number, source, patch) / CONNECTIONS as f64;
                         self.find(number, patch, response * (per_area * fraction));
                     }
@@ -196,7 +196,7 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
         let scene = walk.scene;
         let mut points = None;
         for (number, tube) in scene.tubes.iter().enumerate() {
-            if tube.origin.z > vertex.position.z {
+            if tube.frame.depth(vertex.position) > 0.0 {
                 self.connect_to(walk, vertex, (number, tube), &mut points);
             }
         }
@@ -228,7 +228,7 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
         let of = &walk.scene.tubes[tube];
         let found = match ray.trace.last {
             Some(last) if last.narrow => 1.0,
-            Some(last) if is_far(of.origin, of.opening.outer_radius(), last.position, 0.0) => 0.0,
+            Some(last) if is_far(&of.frame, of.opening.outer_radius(), last.position, 0.0) => 0.0,
             Some(last) => power_heuristic(last.density, opening_density(of, position - last.position)),
             None if ray.trace.from_eye => 0.0,
             None => 1.0,

@@ -45,7 +45,6 @@ mod straight;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::guide::RayCount;
@@ -358,10 +357,8 @@ impl<const C: usize> TwoStage<C> {
     /// Adds the light of the diffusers that the eye sees directly.
     fn add_diffusers(&self, light: &DiffuserLight<C>, view: &View, luminance: &mut [f64]) {
         for tube in light.tubes() {
-            let exits: Vec<_> = tube
-                .photons()
-                .map(|(position, flux)| Exit { position, closure: Closure::EVEN, from: DVec3::Z, flux })
-                .collect();
+            let (closure, from) = (Closure::EVEN.turned(tube.frame.turn()), tube.frame.outward());
+            let exits: Vec<_> = tube.photons().map(|(position, flux)| Exit { position, closure, from, flux }).collect();
             let seen = |exits: &[Exit<C>]| -> Vec<(usize, Spectrum<C>)> {
                 exits.iter().filter_map(|exit| exit_seen_by(&self.scene, exit, view)).collect()
             };

@@ -150,7 +150,7 @@ fn past_boxes<const C: usize>(
     sensor: Sensor,
 ) -> Straight {
     let of_tube = &light.tubes()[tube];
-    let between = scene.between(sensor.position, of_tube.origin, of_tube.radius);
+    let between = scene.between(sensor.position, &of_tube.frame, of_tube.radius);
     let (mut seen, mut unhidden, mut squares) = (0.0, 0.0, 0.0);
     for (source, flux) in of_tube.photons() {
         let to_light = source - sensor.position;
