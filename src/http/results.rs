@@ -74,7 +74,7 @@ pub(super) async fn result_file(
     let kept = match &output {
         Output::Grid(name, _) => vec![Output::Grid(name.clone(), Format::Json)],
         Output::Annual(..) => kept_of_year(&grid_names(app, id).await?),
-        Output::Surfaces(_) => vec![Output::Surfaces(Format::Json)],
+        Output::Surfaces(_) => vec![Output::Surfaces(Format::Json), Output::Meshes],
         other => vec![other.clone()],
     };
     let made = read(app, id, kept, move |results, _| results.file(&output)?.ok_or_else(no_such_output)).await?;

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::light_paths::{SideView, light_paths};
+use super::light_paths::{Drawn, Lit, SideView, light_paths};
 use super::subject::Subject;
 use crate::document::errors::Checks;
 use crate::document::outputs::GridDocument;
@@ -28,11 +28,12 @@ struct Plane {
     at: f64,
 }
 
-/// Builds the section along an axis of the room, given with its name, in the plane that goes through the most tubes.
+/// Builds the section along an axis of the room, given with its name, in the plane that goes through the most tubes. `kept` has of each tube
+/// the fractions of the light at its collector that arrive at its diffuser and in the room, where they are known.
 pub fn section(
     subject: &Subject,
     document: &JobDocument,
-    provenance: Option<&Provenance>,
+    (provenance, kept): (Option<&Provenance>, &[Option<[f64; 2]>]),
     (along, name): (DVec2, &'static str),
 ) -> Section {
     let enclosure = document.room.enclosure(&mut Checks::default());
@@ -54,14 +55,20 @@ pub fn section(
         let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
         direction(sun.altitude_deg.to_radians(), azimuth)
     });
-    let lit = document.tubes.iter().filter_map(|tube| match tube {
+    let lit = document.tubes.iter().enumerate().filter_map(|(number, tube)| match tube {
         TubeDocument::Parametric(of_cylinders) if document.sky.is_some() && plane.cuts(tube) => {
             let side = SideView { along, obstacles: &obstacles, height: height_of(tube) };
-            Some(light_paths(of_cylinders, &side, toward_sun))
+            let of_sky = Drawn::Sky(kept.get(number).copied().flatten());
+            Some(light_paths(of_cylinders, &side, toward_sun.map_or(of_sky, Drawn::Sun)))
         }
         TubeDocument::Parametric(_) | TubeDocument::Mesh(_) => None,
     });
-    let light: Vec<_> = lit.flatten().collect();
+    let lit: Vec<Lit> = lit.collect();
+    let angles = lit.iter().filter_map(|lit| lit.from_axis).map(f64::to_degrees);
+    let of_sky = angles.fold(None, |ends: Option<[f64; 2]>, angle| {
+        Some(ends.map_or([angle; 2], |[least, most]| [least.min(angle), most.max(angle)]))
+    });
+    let light: Vec<_> = lit.into_iter().flat_map(|lit| lit.paths).collect();
     let tubes = document.tubes.iter().map(|tube| match tube {
         TubeDocument::Parametric(of_cylinders) => SideTube {
             closure: tube.opening().shape.extent_along(along),
@@ -75,10 +82,14 @@ pub fn section(
         }
     });
     let level = |grid: &GridDocument| Some((grid.name.clone(), grid.height_m?));
-    let of_light = match toward_sun {
-        _ if light.is_empty() => "",
-        Some(_) => " · lines: sunlight",
-        None => " · lines: skylight from 26° beside the tube's axis",
+    let of_light = match of_sky {
+        _ if light.is_empty() => String::new(),
+        None => " · lines: sunlight".to_owned(),
+        Some(ends) => {
+            let [least, most] = ends.map(|angle| format!("{angle:.0}°"));
+            let angle = if least == most { least } else { format!("{least} to {most}") };
+            format!(" · lines: skylight from {angle} beside the tube's axis")
+        }
     };
     let (across, seen) = if along == DVec2::X { ("y", "seen from −y") } else { ("x", "seen from +x") };
     let at = short((plane.at * 100.0).round() / 100.0);
@@ -201,7 +212,7 @@ mod tests {
         };
         document["room"]["objects"] = json!([table(1.5), table(4.0)]);
         let subject = Subject::new(&document, &json!(null));
-        let section = section(&subject, subject.document.as_ref().unwrap(), None, (DVec2::X, "x"));
+        let section = section(&subject, subject.document.as_ref().unwrap(), (None, &[]), (DVec2::X, "x"));
         assert!(section.heading.lines[1].starts_with("cut at y = 1.5 m, seen from −y"), "{:?}", section.heading);
         assert_eq!(section.tubes.iter().map(|tube| tube.is_cut).collect::<Vec<_>>(), [true, false]);
         assert_eq!(section.objects.iter().map(|object| object.is_cut).collect::<Vec<_>>(), [true, false]);

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::{Opening, TubeDocument};
-use crate::document::errors::Checks;
+use crate::document::errors::{Checks, tidy_m};
 use crate::document::hints;
 use crate::document::limits::{DIAMETER_M, DROP_M, TOUCHING_M};
 use crate::document::room::RoomDocument;
@@ -103,7 +103,8 @@ pub(crate) fn check_openings(
             let sheet = [partition.from_m, partition.to_m].map(|end| DVec2::from(end) - opening.centre);
             let reaches = partition.height_m > opening.height_m + TOUCHING_M;
             if reaches && opening.shape.meets(sheet, TOUCHING_M) {
-                let detail = format!("must not cut the opening of {pointer}, which is {} m high", opening.height_m);
+                let detail =
+                    format!("must not cut the opening of {pointer}, which is {} m high", tidy_m(opening.height_m));
                 checks.refuse(format!("/room/partitions/{number}"), detail);
             }
         }
@@ -135,8 +136,8 @@ fn check_extent(pointer: &str, tube: &TubeDocument, enclosure: &Enclosure, check
             let hint = hints::of_number(&pointer, at, |meant| meant - radius >= low && meant + radius <= high);
             let detail = format!(
                 "the opening must lie wholly inside the ceiling ({low}..{high} m), but reaches from {} m to {} m{hint}",
-                at - radius,
-                at + radius
+                tidy_m(at - radius),
+                tidy_m(at + radius)
             );
             checks.refuse(pointer, detail);
             inside = false;
@@ -183,6 +184,8 @@ fn check_place(
     let rise = uphill.length() / -normal.z;
     let needed = shape.extent_along(uphill.normalize_or(DVec2::X)) * rise;
     if drop_m < needed - TOUCHING_M {
+        // rounded up: a drop that the message names is accepted
+        let needed = (needed * 1e6).ceil() / 1e6;
         let detail = format!(
             "must be at least {needed} m, so that the level opening hangs below the sloped ceiling as a whole, but is \
              {drop_m}"
@@ -191,7 +194,8 @@ fn check_place(
         return false;
     }
     if height_m <= 0.0 {
-        let detail = format!("must be < {} m, the height of the ceiling there, but is {drop_m}", height_m + drop_m);
+        let detail =
+            format!("must be < {} m, the height of the ceiling there, but is {drop_m}", tidy_m(height_m + drop_m));
         checks.refuse(format!("{pointer}/drop_m"), detail);
         return false;
     }
@@ -206,8 +210,10 @@ fn check_place(
     if beyond <= slack {
         return true;
     }
-    let detail =
-        format!("the opening must lie wholly inside the room, but its rim is {beyond} m beyond a wall or the ceiling");
+    let detail = format!(
+        "the opening must lie wholly inside the room, but its rim is {} m beyond a wall or the ceiling",
+        tidy_m(beyond)
+    );
     checks.refuse(format!("{pointer}/{width}"), detail);
     false
 }
