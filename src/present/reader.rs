@@ -18,7 +18,7 @@ use crate::annual::metrics::Value;
 use crate::document::DocumentErrors;
 use crate::document::outputs::SURFACES;
 use crate::document::result::tube_report::TubeReport;
-use crate::document::result::{GridResult, MeshesResult, SurfacesResult, TubeResult};
+use crate::document::result::{GridResult, SurfacesResult, TubeResult};
 use crate::engine::passes::RenderError;
 use crate::engine::prepare::RenderJob;
 use crate::estimate::{Estimate, FilmEstimate};
@@ -29,7 +29,7 @@ use crate::output::{OutputError, Raster, csv, npy, png};
 use crate::plan::EffectKind;
 use crate::present::prepared::Prepared;
 use crate::scene::surface_patches::surface_patches;
-use crate::scene::{Grid, TubeShape, View};
+use crate::scene::{Grid, View};
 use crate::statistics::Moments;
 
 /// File of the results.
@@ -75,9 +75,6 @@ pub trait ResultReader {
     /// Returns the light on the faces of the room.
     fn surfaces(&self) -> Found<SurfacesResult>;
 
-    /// Returns the triangles of the meshes of a job that has some.
-    fn meshes(&self) -> Found<MeshesResult>;
-
     /// Makes a file; its figures are drawn without options.
     fn file(&self, output: &Output) -> Found<ResultFile> {
         written(self, output)
@@ -121,10 +118,9 @@ fn written(reader: &(impl ResultReader + ?Sized), output: &Output) -> Found<Resu
         },
         (Output::Surfaces(Format::Json), _) => reader.surfaces()?.map(|surfaces| json(&name, &surfaces)),
         (Output::Surfaces(Format::Glb), _) => {
-            let meshes = reader.meshes()?;
-            reader.surfaces()?.map(|surfaces| Ok(scene_glb(reader.subject(), &surfaces, meshes.as_ref())))
+            reader.surfaces()?.map(|surfaces| Ok(scene_glb(reader.subject(), &surfaces)))
         }
-        (Output::Meshes, _) => reader.meshes()?.map(|meshes| json(&name, &meshes)),
+        (Output::Meshes, _) => reader.subject().meshes.as_ref().map(|meshes| json(&name, meshes)),
         _ => None,
     };
     let file = |bytes: Vec<u8>| ResultFile {
@@ -216,7 +212,7 @@ impl Estimated<'_> {
     /// Makes the files that a job keeps when it has finished: those that cannot be made again. Tables and figures of its grids are made
     /// from the kept files, and reports on its tubes from the document, by [`Kept`], unless it uses uploaded meshes, which can be deleted.
     pub fn kept_files(&self) -> Result<Vec<ResultFile>, RenderError> {
-        let has_meshes = self.prepared.has_meshes();
+        let has_meshes = self.prepared.subject().meshes.is_some();
         self.files(|output| match output {
             Output::Grid(_, format) => *format == Format::Json,
             Output::View(..) => true,
@@ -325,10 +321,6 @@ impl ResultReader for Estimated<'_> {
         Ok(found.map(|(_, estimate)| SurfacesResult::new(enclosure, &surface_patches(enclosure), estimate)))
     }
 
-    fn meshes(&self) -> Found<MeshesResult> {
-        Ok(self.prepared.has_meshes().then(|| MeshesResult::new(&self.prepared.scene, &self.prepared.mesh_objects())))
-    }
-
     fn file(&self, output: &Output) -> Found<ResultFile> {
         self.made.map_or_else(|| written(self, output), |made| made.get(output.file(), || written(self, output)))
     }
@@ -385,11 +377,6 @@ impl ResultReader for Kept {
         self.read(Output::Surfaces(Format::Json), read)
     }
 
-    fn meshes(&self) -> Found<MeshesResult> {
-        let read = |bytes: &[u8]| serde_json::from_slice(bytes).map_err(|error| error.to_string());
-        self.read(Output::Meshes, read)
-    }
-
     fn view(&self, name: &str) -> Found<ViewImage> {
         let read = |bytes: &[u8]| exr::decode(bytes).map_err(|error| error.to_string());
         self.read(Output::View(name.to_owned(), Format::Exr), read)
@@ -438,7 +425,7 @@ impl Prepared {
         let surfaces = self.scene.grids.iter().any(|grid| grid.name == SURFACES);
         let views = self.scene.views.iter().map(|view| view.name.as_str());
         let mut outputs = result_outputs(grids.clone(), views, self.scene.tubes.len(), surfaces);
-        outputs.extend(self.has_meshes().then_some(Output::Meshes));
+        outputs.extend(self.subject().meshes.as_ref().map(|_| Output::Meshes));
         if let Some(annual) = &self.annual {
             outputs.extend(annual_outputs(grids.clone(), annual.document.dimming.is_some()));
             outputs.extend(moments_outputs(grids).filter(|_| annual.at_moments));
@@ -453,17 +440,6 @@ impl Prepared {
             Some((name.clone(), png::encode(&picture).ok()?))
         };
         self.scene.views.iter().filter_map(|view| picture(&view.name)).collect()
-    }
-
-    /// Returns the numbers of the mesh objects in the document.
-    fn mesh_objects(&self) -> Vec<usize> {
-        let objects = self.document["room"]["objects"].as_array().into_iter().flatten().enumerate();
-        objects.filter(|(_, object)| object["mesh"].is_string()).map(|(number, _)| number).collect()
-    }
-
-    fn has_meshes(&self) -> bool {
-        let mut tubes = self.scene.tubes.iter();
-        !self.mesh_objects().is_empty() || tubes.any(|tube| matches!(tube.shape, TubeShape::Mesh(_)))
     }
 }
 

@@ -29,7 +29,7 @@ const DIFFUSER: [u8; 3] = [255, 244, 214];
 
 /// Returns the model of a job as a binary glTF file. Patches have the colours that plans have, from 0 to the greatest illuminance of the
 /// faces; objects and partitions have those of their surfaces.
-pub fn scene_glb(subject: &Subject, surfaces: &SurfacesResult, with: Option<&MeshesResult>) -> Vec<u8> {
+pub fn scene_glb(subject: &Subject, surfaces: &SurfacesResult) -> Vec<u8> {
     let all = surfaces.faces.iter().flat_map(|face| &face.patches).filter_map(|patch| patch.illuminance_lux);
     let scale = ColourScale::from_zero(all.fold(0.0, f64::max), Palette::Viridis);
     let faces = surfaces.faces.iter().map(|face| {
@@ -47,10 +47,10 @@ pub fn scene_glb(subject: &Subject, surfaces: &SurfacesResult, with: Option<&Mes
         meshes.extend(furniture(document));
         meshes.extend(tubes(document));
     }
-    meshes.extend(with.map(of_files).unwrap_or_default());
+    meshes.extend(subject.meshes.as_ref().map(of_files).unwrap_or_default());
     let mut extras = json!({ "job": subject.name(), "quantity": "illuminance", "unit": "lux", "palette": "viridis",
                              "from": scale.from, "to": scale.to });
-    if let Some(MeshesResult { triangles, cell_m: Some(cell_m), .. }) = with {
+    if let Some(MeshesResult { triangles, cell_m: Some(cell_m), .. }) = &subject.meshes {
         extras["thinned_meshes"] = json!({ "triangles": triangles, "cell_m": cell_m });
     }
     glb(&meshes, &extras)
@@ -221,7 +221,7 @@ mod tests {
             patches: vec![patch(Some(100.0)), patch(None)],
         };
         let surfaces = SurfacesResult { coverage_factor: None, faces: vec![floor] };
-        let (root, _) = read(&scene_glb(&Subject::new(&document, &json!(null)), &surfaces, None));
+        let (root, _) = read(&scene_glb(&Subject::new(&document, &json!(null)), &surfaces));
         let names: Vec<&str> =
             root["meshes"].as_array().unwrap().iter().filter_map(|mesh| mesh["name"].as_str()).collect();
         assert_eq!(names, ["floor", "object 1", "tube 1"]);

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::light_paths::{Drawn, Lit, SideView, light_paths};
+use super::mesh_outlines;
 use super::subject::Subject;
 use crate::document::errors::Checks;
 use crate::document::outputs::GridDocument;
@@ -45,7 +46,10 @@ pub fn section(
     let cut: Vec<Edge> = cuts.map(|edge| edge.map(|end| plane.seen(end))).collect();
     let objects = plane.objects(&document.room);
     let of_objects = objects.iter().filter(|object| object.is_cut).flat_map(|object| polygon(&object.outline));
-    let obstacles: Vec<Edge> = cut.iter().copied().chain(of_objects).collect();
+    let [of_mesh_objects, of_mesh_tubes] = [true, false].map(|objects| plane.cut_meshes(subject, objects));
+    let obstacles: Vec<Edge> = cut.iter().chain(&of_mesh_objects).copied().chain(of_objects).collect();
+    let objects = objects.into_iter().chain(plane.meshes_beside(subject)).collect();
+    let cut = [cut, of_mesh_objects, of_mesh_tubes].concat();
     let height_of = |tube: &TubeDocument| {
         let opening = enclosure.as_ref().and_then(|room| PlacedOpening::of(tube, room));
         opening.map_or(0.0, |opening| opening.height_m)
@@ -55,8 +59,9 @@ pub fn section(
         let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
         direction(sun.altitude_deg.to_radians(), azimuth)
     });
+    let has_light = document.sky.is_some() || document.annual.is_some();
     let lit = document.tubes.iter().enumerate().filter_map(|(number, tube)| match tube {
-        TubeDocument::Parametric(of_cylinders) if document.sky.is_some() && plane.cuts(tube) => {
+        TubeDocument::Parametric(of_cylinders) if has_light && plane.cuts(tube) => {
             let side = SideView { along, obstacles: &obstacles, height: height_of(tube) };
             let of_sky = Drawn::Sky(kept.get(number).copied().flatten());
             Some(light_paths(of_cylinders, &side, toward_sun.map_or(of_sky, Drawn::Sun)))
@@ -155,6 +160,25 @@ impl Plane {
         let partitions = partitions
             .map(|sheet| self.upright(&[DVec2::from(sheet.from_m), DVec2::from(sheet.to_m)], [0.0, sheet.height_m]));
         boxes.chain(partitions).collect()
+    }
+
+    /// Returns the lines in which the plane cuts the meshes of objects, or those of tubes.
+    fn cut_meshes(&self, subject: &Subject, objects: bool) -> Vec<Edge> {
+        let across = self.across().extend(0.0);
+        let edges = subject.meshes.iter().flat_map(|meshes| mesh_outlines::cuts(meshes, objects, across, self.at));
+        edges.map(|edge| edge.map(|end| self.seen(end))).collect()
+    }
+
+    /// Returns the outlines of the pieces of meshes that the plane does not cut.
+    fn meshes_beside(&self, subject: &Subject) -> Vec<SideObject> {
+        let across = self.across().extend(0.0);
+        let is_cut = |piece: &Vec<DVec3>| {
+            let beyond = |corner: &DVec3| corner.dot(across) > self.at;
+            piece.iter().any(beyond) && !piece.iter().all(beyond)
+        };
+        let pieces = subject.meshes.iter().flat_map(mesh_outlines::object_pieces).filter(|piece| !is_cut(piece));
+        let outline = |piece: Vec<DVec3>| mesh_outlines::hull(piece.into_iter().map(|corner| self.seen(corner)));
+        pieces.map(|piece| SideObject { outline: outline(piece), is_cut: false }).collect()
     }
 
     /// Returns the side of an upright body or sheet with these corners in plan, and its lower and upper end in metres.

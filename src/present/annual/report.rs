@@ -32,7 +32,7 @@ impl JobYear {
     }
 
     fn mean_in_words(grid: &GridYearResult) -> String {
-        format!("the mean of these hours is {} lx", with_half_width(grid.mean_lux))
+        format!("the mean of these hours is {}", with_half_width(grid.mean_lux, "lx"))
     }
 
     /// Draws the daylight autonomy of the first grid, and its mean by day and hour.
