@@ -2,10 +2,10 @@
 import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
 import { centimetres } from "./draft.js";
-import { across, bar, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
+import { across, bar, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
 import { fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
-import { SMALL, layout, north, rim } from "./plan.js";
+import { SMALL, fitted, north, rim } from "./plan.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
@@ -88,6 +88,7 @@ function page({ job, grid, year, passes, left: seconds, history, fault, edit }) 
       class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>`
         : nothing
     }
+    ${runs ? nothing : section(job)}
     ${views.map(
       ([name, { png }]) => html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2><img
       class="rendered" src=${`${png}${runs ? `?${job.progress.passes}` : ""}`} alt=${`The view ${name} of the room`}></section>`,
@@ -100,6 +101,13 @@ function page({ job, grid, year, passes, left: seconds, history, fault, edit }) 
       ${history ? times(history) : nothing}</section>
     <section class="panel why" aria-label="Reasons">${reasons(job)}</section>
     <section class="panel take" aria-label="Files"><h2>Files</h2><p class="links">${files(job)}</p></section>`;
+}
+
+/** The section along the longer side of the room. @param {Job} job */
+function section({ document, links }) {
+  const { width, depth } = extent(document.room);
+  const drawn = links.figures?.[depth > width ? "section_y" : "section_x"];
+  return drawn ? html`<section class="panel view" aria-label="Section"><h2>Section</h2><img class="rendered" src=${drawn.svg} alt="A section through the room and its tubes"></section>` : nothing;
 }
 
 /** What was asked for, in words. @param {JobDocument} document @returns {[string, string][]} */
@@ -131,10 +139,10 @@ function map(job, grid) {
   const { rows, unit } = values(grid, "lux");
   const { room } = job.document;
   const { east, depth } = extent(room);
-  const at = layout(room, SMALL);
+  const at = fitted(room, SMALL);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
-    ${lux(grid, rows, at, end)}${isolines(
+    ${lux(grid, reaching(grid, rows, room), at, end)}${isolines(
       grid,
       rows,
       at,

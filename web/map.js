@@ -79,6 +79,17 @@ export function cells(grid, rows, at, key, colour) {
     height=${at.k * (north - south)} preserveAspectRatio="none"></image>`;
 }
 
+/** @type {WeakMap<number[][], number[][]>} */
+const carried = new WeakMap();
+
+/** Rows whose values reach the walls of a plan; made once for each answer. @param {Grid} grid @param {number[][]} rows @param {JobDocument["room"]} room */
+export function reaching(grid, rows, room) {
+  if (!room.plan) return rows;
+  const known = carried.get(rows) ?? carriedOut(grid, rows, rings(room));
+  carried.set(rows, known);
+  return known;
+}
+
 /**
  * The cells in colours from 0 to the end of a scale.
  * @param {Grid} grid
@@ -132,8 +143,7 @@ export function isolines(grid, rows, at, room, taken) {
   const { ticks } = scale(largest(rows) * 0.98, 7);
   const inTheWay = [...taken];
   const of = (/** @type {[number, number]} */ [x, y]) => `${across(at, x).toFixed(1)},${down(at, y).toFixed(1)}`;
-  const reaching = room.plan ? carriedOut(grid, rows, rings(room)) : rows;
-  const levels = ticks.slice(1).map((level) => ({ level, found: lines(grid, reaching, level) }));
+  const levels = ticks.slice(1).map((level) => ({ level, found: lines(grid, reaching(grid, rows, room), level) }));
   const paths = levels.map(
     ({ found }) => svg`<path class="iso" d=${found.map((line) => `M${line.map(of).join("L")}`).join("")}></path>`,
   );

@@ -120,7 +120,6 @@ export function view3d() {
     ${fails ? html`<p class="note" role="status">${fails}</p>` : nothing}
     <canvas tabindex="0" role="application" aria-label="The room in three dimensions: arrow keys turn it, plus and minus zoom, Home goes back"></canvas>
     <p class="note">Drag it or press arrow keys to turn it; pinch to zoom. After a click or a tap the wheel zooms, and a finger turns it up and
-      down, too. The work plane has the colours of the plan.
-      ${draft.surfaces ? "So have the faces." : ""}
+      down, too. ${draft.surfaces ? "Work plane and faces have" : "The work plane has"} the colours of the plan.
       ${countMeshes(draft) && cell ? `Models are drawn without details below ${metres(cell)} m.` : ""}</p></details>`;
 }

@@ -3,7 +3,7 @@ import { byKey, projection, STARTS, turned, zoomed } from "./view3d_camera.js";
 import { painter } from "./view3d_paint.js";
 import { models, patches } from "./view3d_files.js";
 import { normal, shapes, trapezoids } from "./view3d_shapes.js";
-import { coloured, edges } from "./map.js";
+import { coloured, edges, reaching } from "./map.js";
 import { dot, unit } from "./ray.js";
 import { rings } from "./room.js";
 import { rising } from "./scale.js";
@@ -80,7 +80,7 @@ function workplane(map) {
   const { grid, rows, end, room, current } = map;
   const floor = rings(room).map((ring) => ring.map(([x, y]) => /** @type {Vector} */ ([x, y, grid.height_m])));
   const corners = trapezoids(floor).flatMap(fan).flatMap((corner) => [...corner, 1, 1, 1, current ? 1 : 0.7]);
-  return { corners, cells: coloured(grid, rows, (value) => rising(value / end)), edges: edges(grid) };
+  return { corners, cells: coloured(grid, reaching(grid, rows, room), (value) => rising(value / end)), edges: edges(grid) };
 }
 
 /**
