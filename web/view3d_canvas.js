@@ -5,7 +5,7 @@ import { models, patches } from "./view3d_files.js";
 import { normal, shapes, trapezoids } from "./view3d_shapes.js";
 import { coloured, edges, reaching } from "./map.js";
 import { dot, unit } from "./ray.js";
-import { rings } from "./room.js";
+import { extent, rings } from "./room.js";
 import { rising } from "./scale.js";
 
 /** @typedef {import("./view3d_shapes.js").Part} Part */
@@ -38,6 +38,8 @@ const SHADE = unit([0.8, 0.5, -0.35]);
 const PIXEL_DEG = 0.4;
 const WHEEL = 0.0015;
 const MOST_PIXELS = 2;
+/** Height of the work plane above its sensors, as a share of the room's width or depth. */
+const HAIR = 1e-3;
 
 /** Colours of the style sheet, 0..1. @param {Element} element */
 function palette(element) {
@@ -78,7 +80,10 @@ function layers({ polygons, lines }, colours) {
 function workplane(map) {
   if (!map?.grid.x_m.length || map.grid.points_m) return null;
   const { grid, rows, end, room, current } = map;
-  const floor = rings(room).map((ring) => ring.map(([x, y]) => /** @type {Vector} */ ([x, y, grid.height_m])));
+  const { width, depth } = extent(room);
+  // one on the floor lies before it
+  const height = grid.height_m + HAIR * Math.max(width, depth);
+  const floor = rings(room).map((ring) => ring.map(([x, y]) => /** @type {Vector} */ ([x, y, height])));
   const corners = trapezoids(floor).flatMap(fan).flatMap((corner) => [...corner, 1, 1, 1, current ? 1 : 0.7]);
   return { corners, cells: coloured(grid, reaching(grid, rows, room), (value) => rising(value / end)), edges: edges(grid) };
 }

@@ -85,7 +85,10 @@ fn meshes_are_drawn_where_they_stand() {
     let near = |a: &[DVec3; 3], b: &[DVec3; 3]| (0..3).all(|k| a[k].distance(b[k]) < 1e-6);
     assert!(traced.iter().all(|triangle| shown.iter().any(|other| near(triangle, other))));
     let [sides] = &found.meshes[1].parts[..] else { panic!("one part") };
-    assert_eq!((sides.role, sides.reflectance, sides.back_reflectance), (MeshRole::Object, Some([0.5; 3]), Some([0.1; 3])));
+    assert_eq!(
+        (sides.role, sides.reflectance, sides.back_reflectance),
+        (MeshRole::Object, Some([0.5; 3]), Some([0.1; 3]))
+    );
 
     let area = |of: &[[DVec3; 3]]| of.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).length()).sum::<f64>();
     let (found, shown, traced) = drawn(json!([mesh("net", json!({ "position_m": [0.5, 0.5, 0.5] }))]), &[0]);

@@ -75,6 +75,7 @@ async fn meshes_of_a_job_outlive_their_files() {
     let id = mesh["id"].as_str().unwrap();
     let mut document = small_job();
     document.as_object_mut().unwrap().remove("views");
+    document["method"] = json!("auto");
     document["stop"] = json!({ "relative_error": 0.5, "max_passes": 4 });
     document["surfaces"] = json!(true);
     document["room"]["objects"] = json!([{ "kind": "mesh", "mesh": id, "unit": "m", "position_m": [0.5, 0.75, 0.7],
