@@ -79,7 +79,7 @@ function page({ job, grid, year, passes, left: seconds, history, fault, edit }) 
   return html`<section class="panel about" aria-label="Job"><h2>${job.name || "Job"}</h2>
       <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}${runs ? timeLeft(seconds) : ""}</p>
       <dl class="numbers">${asked(job.document).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-      <p class="links"><a href=${edit}>Edit a copy</a><a href=${job.links.report}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
+      <p class="links">${job.document.room.faces ? nothing : html`<a href=${edit}>Edit a copy</a>`}<a href=${job.links.report}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
       ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
     ${year ? [yearOf(job, year, runs), fluxesOf(job, runs)] : nothing}
     ${

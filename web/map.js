@@ -1,7 +1,7 @@
 // The map of values over the room: cells, lines, scale. The plan, the comparison and the page of a job draw it.
 import { carriedOut, labelled, lines } from "./isolux.js";
 import { path } from "./outline.js";
-import { extent, rings } from "./room.js";
+import { extent, hasPlan, rings } from "./room.js";
 import { picture, rising, scale, tidy } from "./scale.js";
 import { nothing, svg } from "./vendor/lit-html.js";
 
@@ -84,7 +84,7 @@ const carried = new WeakMap();
 
 /** Rows whose values reach the walls of a plan; made once for each answer. @param {Grid} grid @param {number[][]} rows @param {JobDocument["room"]} room */
 export function reaching(grid, rows, room) {
-  if (!room.plan) return rows;
+  if (!hasPlan(room)) return rows;
   const known = carried.get(rows) ?? carriedOut(grid, rows, rings(room));
   carried.set(rows, known);
   return known;
@@ -110,7 +110,7 @@ const drawn = (room, at) =>
 /** The floor, or the frame of its map. @param {JobDocument["room"]} room @param {Layout} at @param {"floor" | "frame"} as */
 export function outlined(room, at, as) {
   const { west, north, width, depth } = extent(room);
-  return room.plan
+  return hasPlan(room)
     ? svg`<path class=${as} fill-rule="evenodd" d=${drawn(room, at)}></path>`
     : svg`<rect class=${as} x=${across(at, west)} y=${down(at, north)} width=${at.k * width} height=${at.k * depth}></rect>`;
 }
@@ -125,7 +125,7 @@ export function measures(room, at) {
 
 /** What hides the parts of cells and lines outside a plan. @param {JobDocument["room"]} room @param {Grid} grid @param {Layout} at */
 export function outside(room, grid, at) {
-  if (!room.plan) return nothing;
+  if (!hasPlan(room)) return nothing;
   const [west, south, east, north] = edges(grid);
   const around = `M${across(at, west) - 1} ${down(at, north) - 1}H${across(at, east) + 1}V${down(at, south) + 1}H${across(at, west) - 1}Z`;
   return svg`<path class="outside" fill-rule="evenodd" d=${around + drawn(room, at)}></path>`;

@@ -44,9 +44,9 @@ function renew(canvas) {
   if (isChosen) next.focus({ preventScroll: true });
 }
 
-/** A file of a job, with the room for which it was computed. @template T @typedef {{ path: string, room: string, value: T | null }} Held */
-/** @type {{ surfaces: Held<Schemas["SurfacesResult"]>, meshes: Held<Schemas["MeshesResult"]> }} */
-const held = { surfaces: { path: "", room: "", value: null }, meshes: { path: "", room: "", value: null } };
+/** A file of a job after some passes, with the room for which it was computed. @typedef {{ of: string, room: string, value: any }} Held */
+/** @type {Record<"surfaces" | "meshes", Held>} */
+const held = { surfaces: { of: "", room: "", value: null }, meshes: { of: "", room: "", value: null } };
 
 /** What the faces of a room depend on. @param {JobDocument["room"]} room */
 const faces = ({ size_m, plan, ceiling }) => JSON.stringify([size_m, plan, ceiling]);
@@ -55,8 +55,9 @@ const faces = ({ size_m, plan, ceiling }) => JSON.stringify([size_m, plan, ceili
 function fetched(kind) {
   const { current, answer, draft } = state;
   const path = current && !answer?.stored ? answer?.job.links[kind] : null;
-  if (path && held[kind].path !== path) {
-    const now = (held[kind] = { ...held[kind], path });
+  const of = `${path} ${answer?.job.progress.passes}`;
+  if (path && held[kind].of !== of) {
+    const now = (held[kind] = { ...held[kind], of });
     const room = faces(draft.room);
     // a job that another one has replaced is gone
     api.get(path).then((value) => held[kind] === now && (Object.assign(now, { room, value }), set()), () => {});
@@ -99,7 +100,7 @@ const countMeshes = ({ room, tubes = [] }) => [...(room.objects ?? []), ...tubes
 /** The part of the page with the view. */
 export function view3d() {
   const { draft } = state;
-  const { cell_m: cell = null } = held.meshes.value ?? {};
+  const { cell_m: cell = null } = /** @type {Partial<Schemas["MeshesResult"]>} */ (held.meshes.value ?? {});
   const move = (/** @type {(camera: typeof import("./view3d_camera.js")) => Parameters<NonNullable<typeof open.view>["move"]>[0]} */ by) => async () =>
     open.view?.move(by(await import("./view3d_camera.js")));
   const button = (/** @type {string} */ words, /** @type {() => void} */ click, /** @type {string} */ title) =>
