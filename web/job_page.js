@@ -127,7 +127,7 @@ function asked({ room, sky, time, location, tubes, annual }) {
 function size(room) {
   const { width, depth, lowest, height } = extent(room);
   if (room.size_m) return `${room.size_m.join(" × ")} m`;
-  return `${outline(room).length} corners, ${width} × ${depth} × ${lowest < height ? `${centimetres(lowest)} to ` : ""}${centimetres(height)} m`;
+  return `${outline(room).length} corners, ${centimetres(width)} × ${centimetres(depth)} × ${lowest < height ? `${centimetres(lowest)} to ` : ""}${centimetres(height)} m`;
 }
 
 /** @param {{ latitude_deg: number, longitude_deg: number }} place */

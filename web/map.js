@@ -1,4 +1,5 @@
 // The map of values over the room: cells, lines, scale. The plan, the comparison and the page of a job draw it.
+import { centimetres } from "./draft.js";
 import { carriedOut, labelled, lines } from "./isolux.js";
 import { path } from "./outline.js";
 import { extent, hasPlan, rings } from "./room.js";
@@ -119,8 +120,8 @@ export function outlined(room, at, as) {
 export function measures(room, at) {
   const { west, south, east, north, width, depth } = extent(room);
   const [x, y] = [across(at, west) - 14, down(at, (south + north) / 2)];
-  return svg`<text class="measure" x=${across(at, (west + east) / 2)} y=${down(at, south) + 22}>${width} m</text>
-    <text class="measure" x=${x} y=${y} transform=${`rotate(-90 ${x} ${y})`}>${depth} m</text>`;
+  return svg`<text class="measure" x=${across(at, (west + east) / 2)} y=${down(at, south) + 22}>${centimetres(width)} m</text>
+    <text class="measure" x=${x} y=${y} transform=${`rotate(-90 ${x} ${y})`}>${centimetres(depth)} m</text>`;
 }
 
 /** What hides the parts of cells and lines outside a plan. @param {JobDocument["room"]} room @param {Grid} grid @param {Layout} at */
