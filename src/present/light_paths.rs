@@ -30,6 +30,9 @@ const FROM_AXIS: f64 = 0.45;
 const STEP_FROM_AXIS: f64 = PI / 360.0;
 const MOST_STEPS: usize = 160;
 
+/// Fraction of the light by which angles are as good as the best one.
+const NEAR: f64 = 0.01;
+
 /// Largest number of points of a line: light that still continues then has met hundreds of walls.
 const MOST_POINTS: usize = 300;
 
@@ -109,8 +112,11 @@ pub fn light_paths(tube: &ParametricTube, side: &SideView<'_>, light: Drawn) -> 
                 (arriving / courses.len().max(1) as f64 - at_diffuser).abs()
             };
             let angles = (1..=MOST_STEPS).map(|step| step as f64 * STEP_FROM_AXIS);
-            let nearest = angles.map(|angle| (differs(angle), angle)).min_by(|a, b| a.0.total_cmp(&b.0));
-            let angle = nearest.map_or(FROM_AXIS, |(_, angle)| angle);
+            let found: Vec<(f64, f64)> = angles.map(|angle| (differs(angle), angle)).collect();
+            let least = found.iter().fold(f64::INFINITY, |least, (differs, _)| least.min(*differs));
+            // bends give the same light to several angles
+            let angle =
+                found.iter().find(|(differs, _)| *differs <= least + NEAR).map_or(FROM_AXIS, |(_, angle)| *angle);
             (of_sky(angle), Some(angle))
         }
     };

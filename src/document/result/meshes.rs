@@ -44,7 +44,7 @@ pub struct MeshResult {
 /// Triangles that look the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MeshPartResult {
-    /// What the triangles are a part of.
+    /// Role of the triangles in their object or tube.
     pub role: MeshRole,
     /// Reflectance of the side from which the corners run counter-clockwise, diffuse and specular together: red, green and blue, linear
     /// Rec.709, 0..1. Of tubes it is left out.
