@@ -2,11 +2,11 @@
 import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
 import { centimetres } from "./draft.js";
-import { across, bar, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
+import { across, bar, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
 import { fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
 import { inPlan } from "./opening.js";
-import { SMALL, layout, north, rim } from "./plan.js";
+import { SMALL, fitted, north, rim } from "./plan.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
@@ -80,7 +80,7 @@ function page({ job, grid, year, passes, left: seconds, history, fault, edit }) 
   return html`<section class="panel about" aria-label="Job"><h2>${job.name || "Job"}</h2>
       <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}${runs ? timeLeft(seconds) : ""}</p>
       <dl class="numbers">${asked(job.document).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-      <p class="links"><a href=${edit}>Edit a copy</a><a href=${job.links.report}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
+      <p class="links">${job.document.room.faces ? nothing : html`<a href=${edit}>Edit a copy</a>`}<a href=${job.links.report}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
       ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
     ${year ? [yearOf(job, year, runs), fluxesOf(job, runs)] : nothing}
     ${
@@ -89,6 +89,7 @@ function page({ job, grid, year, passes, left: seconds, history, fault, edit }) 
       class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>`
         : nothing
     }
+    ${runs ? nothing : section(job)}
     ${views.map(
       ([name, { png }]) => html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2><img
       class="rendered" src=${`${png}${runs ? `?${job.progress.passes}` : ""}`} alt=${`The view ${name} of the room`}></section>`,
@@ -101,6 +102,13 @@ function page({ job, grid, year, passes, left: seconds, history, fault, edit }) 
       ${history ? times(history) : nothing}</section>
     <section class="panel why" aria-label="Reasons">${reasons(job)}</section>
     <section class="panel take" aria-label="Files"><h2>Files</h2><p class="links">${files(job)}</p></section>`;
+}
+
+/** The section along the longer side of the room. @param {Job} job */
+function section({ document, links }) {
+  const { width, depth } = extent(document.room);
+  const drawn = links.figures?.[depth > width ? "section_y" : "section_x"];
+  return drawn ? html`<section class="panel view" aria-label="Section"><h2>Section</h2><img class="rendered" src=${drawn.svg} alt="A section through the room and its tubes"></section>` : nothing;
 }
 
 /** What was asked for, in words. @param {JobDocument} document @returns {[string, string][]} */
@@ -120,7 +128,7 @@ function asked({ room, sky, time, location, tubes, annual }) {
 function size(room) {
   const { width, depth, lowest, height } = extent(room);
   if (room.size_m) return `${room.size_m.join(" × ")} m`;
-  return `${outline(room).length} corners, ${width} × ${depth} × ${lowest < height ? `${centimetres(lowest)} to ` : ""}${centimetres(height)} m`;
+  return `${outline(room).length} corners, ${centimetres(width)} × ${centimetres(depth)} × ${lowest < height ? `${centimetres(lowest)} to ` : ""}${centimetres(height)} m`;
 }
 
 /** @param {{ latitude_deg: number, longitude_deg: number }} place */
@@ -132,10 +140,10 @@ function map(job, grid) {
   const { rows, unit } = values(grid, "lux");
   const { room } = job.document;
   const { east, depth } = extent(room);
-  const at = layout(room, SMALL);
+  const at = fitted(room, SMALL);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
-    ${lux(grid, rows, at, end)}${isolines(
+    ${lux(grid, reaching(grid, rows, room), at, end)}${isolines(
       grid,
       rows,
       at,

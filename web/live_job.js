@@ -15,7 +15,8 @@ const LOOK_MS = 700;
 /**
  * Phases, and what ends each; a change of the draft ends all but `stale`, and a call of `sharpen` ends every one:
  * - `idle`: nothing is computed;
- * - `answering`: the first answer is on its way; it leads to `resting`, a change to `stale`, an error to `waiting` or `failed`;
+ * - `answering`: the first answer is on its way; it leads to `resting`, or to `posting` where it ran out of time, a change to `stale`, an
+ *   error to `waiting` or `failed`;
  * - `stale`: the first answer to an older draft is on its way; with it, with an error, or once it is late, `answering` begins anew;
  * - `resting`: the draft has its first answer; after a rest of the hand it leads to `posting`, or to `idle` where that is sharp enough;
  * - `posting`: the job that sharpens is being posted; it leads to `running`, an error to `waiting` or `failed`;
@@ -110,10 +111,10 @@ export class LiveJob {
     try {
       const job = await this.#service.postJob(draft, { wait: 10, key, signal });
       this.#own.add(job.id);
-      if (job.status === "failed") throw new Error(job.problem?.detail ?? "the job failed");
-      const answer = await this.#ended(job, signal);
+      const answer = job.status === "failed" ? { job, grid: null } : await this.#ended(job, signal);
       signal.throwIfAborted();
-      this.#answered(change, answer);
+      if (answer.job.status === "failed") this.#unanswered(answer.job);
+      else this.#answered(change, answer);
     } catch (error) {
       if (signal.aborted) void this.#forget(draft, key);
       else this.#failed(error, () => void this.#answer());
@@ -133,6 +134,14 @@ export class LiveJob {
     this.#show(change, answer);
     if (this.phase === "stale") void this.#answer();
     else this.#rest();
+  }
+
+  /** Takes a first answer that failed: a room whose passes take longer than that may is sharpened at once. @param {Job} job */
+  #unanswered(job) {
+    this.#release(job.id);
+    if (job.stopped_by !== "max_seconds") throw new Error(job.problem?.detail ?? "the job failed");
+    if (this.phase === "stale") void this.#answer();
+    else void this.sharpen(BY_ITSELF_SECONDS);
   }
 
   /** Takes the failure of what is on its way. @param {unknown} error @param {() => void} again asks for the same again */

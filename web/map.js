@@ -1,7 +1,8 @@
 // The map of values over the room: cells, lines, scale. The plan, the comparison and the page of a job draw it.
+import { centimetres } from "./draft.js";
 import { carriedOut, labelled, lines } from "./isolux.js";
 import { path } from "./outline.js";
-import { extent, rings } from "./room.js";
+import { extent, hasPlan, rings } from "./room.js";
 import { picture, rising, scale, tidy } from "./scale.js";
 import { nothing, svg } from "./vendor/lit-html.js";
 
@@ -79,6 +80,17 @@ export function cells(grid, rows, at, key, colour) {
     height=${at.k * (north - south)} preserveAspectRatio="none"></image>`;
 }
 
+/** @type {WeakMap<number[][], number[][]>} */
+const carried = new WeakMap();
+
+/** Rows whose values reach the walls of a plan; made once for each answer. @param {Grid} grid @param {number[][]} rows @param {JobDocument["room"]} room */
+export function reaching(grid, rows, room) {
+  if (!hasPlan(room)) return rows;
+  const known = carried.get(rows) ?? carriedOut(grid, rows, rings(room));
+  carried.set(rows, known);
+  return known;
+}
+
 /**
  * The cells in colours from 0 to the end of a scale.
  * @param {Grid} grid
@@ -99,7 +111,7 @@ const drawn = (room, at) =>
 /** The floor, or the frame of its map. @param {JobDocument["room"]} room @param {Layout} at @param {"floor" | "frame"} as */
 export function outlined(room, at, as) {
   const { west, north, width, depth } = extent(room);
-  return room.plan
+  return hasPlan(room)
     ? svg`<path class=${as} fill-rule="evenodd" d=${drawn(room, at)}></path>`
     : svg`<rect class=${as} x=${across(at, west)} y=${down(at, north)} width=${at.k * width} height=${at.k * depth}></rect>`;
 }
@@ -108,13 +120,13 @@ export function outlined(room, at, as) {
 export function measures(room, at) {
   const { west, south, east, north, width, depth } = extent(room);
   const [x, y] = [across(at, west) - 14, down(at, (south + north) / 2)];
-  return svg`<text class="measure" x=${across(at, (west + east) / 2)} y=${down(at, south) + 22}>${width} m</text>
-    <text class="measure" x=${x} y=${y} transform=${`rotate(-90 ${x} ${y})`}>${depth} m</text>`;
+  return svg`<text class="measure" x=${across(at, (west + east) / 2)} y=${down(at, south) + 22}>${centimetres(width)} m</text>
+    <text class="measure" x=${x} y=${y} transform=${`rotate(-90 ${x} ${y})`}>${centimetres(depth)} m</text>`;
 }
 
 /** What hides the parts of cells and lines outside a plan. @param {JobDocument["room"]} room @param {Grid} grid @param {Layout} at */
 export function outside(room, grid, at) {
-  if (!room.plan) return nothing;
+  if (!hasPlan(room)) return nothing;
   const [west, south, east, north] = edges(grid);
   const around = `M${across(at, west) - 1} ${down(at, north) - 1}H${across(at, east) + 1}V${down(at, south) + 1}H${across(at, west) - 1}Z`;
   return svg`<path class="outside" fill-rule="evenodd" d=${around + drawn(room, at)}></path>`;
@@ -132,8 +144,7 @@ export function isolines(grid, rows, at, room, taken) {
   const { ticks } = scale(largest(rows) * 0.98, 7);
   const inTheWay = [...taken];
   const of = (/** @type {[number, number]} */ [x, y]) => `${across(at, x).toFixed(1)},${down(at, y).toFixed(1)}`;
-  const reaching = room.plan ? carriedOut(grid, rows, rings(room)) : rows;
-  const levels = ticks.slice(1).map((level) => ({ level, found: lines(grid, reaching, level) }));
+  const levels = ticks.slice(1).map((level) => ({ level, found: lines(grid, reaching(grid, rows, room), level) }));
   const paths = levels.map(
     ({ found }) => svg`<path class="iso" d=${found.map((line) => `M${line.map(of).join("L")}`).join("")}></path>`,
   );

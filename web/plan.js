@@ -1,6 +1,6 @@
 // The plan of the room from above: the map, the tubes and the room's walls, which are moved by hand.
 import { diameter, isMesh, square } from "./draft.js";
-import { bar, across, down, isolines, largest, lux, measures, outlined, outside, values } from "./map.js";
+import { bar, across, down, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
 import { cellAt, drag, draw, keys, moveCursor, still } from "./plan_hand.js";
 import { numbered } from "./plan_labels.js";
 import { partition } from "./plan_partitions.js";
@@ -24,6 +24,12 @@ export function layout(room, box) {
   const [across, down] = [box[0] - left - right, box[1] - top - bottom];
   const k = Math.max(1, Math.min(across / width, down / depth));
   return { k, left: left + (across - k * width) / 2 - k * west, top: top + (down - k * depth) / 2, north, box };
+}
+
+/** The layout in a box that is as high as the room needs, at most as high as the given one. @param {JobDocument["room"]} room @param {[number, number]} box */
+export function fitted(room, [width, height]) {
+  const { k } = layout(room, [width, height]);
+  return layout(room, [width, Math.min(height, k * extent(room).depth + AROUND.plan.top + AROUND.plan.bottom)]);
 }
 
 /**
@@ -101,7 +107,7 @@ function map({ grid, rows, unit, end, ticks, room }, at) {
   const [column, row] = state.cursor ?? [-1, -1];
   const [x, y] = [grid.x_m[column], grid.y_m[row]];
   return [
-    lux(grid, rows, at, end),
+    lux(grid, reaching(grid, rows, room), at, end),
     isolines(grid, rows, at, room, taken),
     // the answer may be that of a draft before
     outside(room, grid, at),

@@ -6,9 +6,20 @@ import { edges } from "./outline.js";
 /** Plane of a ceiling: its height at the origin, and by how much it rises along x and y. @typedef {{ height_m: number, rise: Point }} Plane */
 /** @typedef {JobDocument["room"]} Room */
 
+/** True for rooms whose floor may be no rectangle. @param {Room} room */
+export const hasPlan = (room) => Boolean(room.plan ?? room.faces);
+
+/** Rings of the floors of a room of faces, the holes among them. @param {Room} room @returns {Point[][]} */
+const floors = ({ faces }) =>
+  (faces ?? [])
+    .filter(({ kind }) => kind === "floor")
+    .flatMap(({ boundary_m, holes_m }) => [boundary_m, ...(holes_m ?? [])])
+    .map((ring) => ring.map(([x = 0, y = 0]) => /** @type {Point} */ ([x, y])));
+
 /** The outline of the floor. @param {Room} room @returns {Point[]} */
 export function outline(room) {
   if (room.plan) return room.plan.outline_m;
+  if (room.faces) return floors(room)[0] ?? [];
   const [width, depth] = room.size_m ?? [0, 0];
   return [
     [0, 0],
@@ -19,7 +30,7 @@ export function outline(room) {
 }
 
 /** The outline and the holes in it. @param {Room} room @returns {Point[][]} */
-export const rings = (room) => [outline(room), ...(room.plan?.holes_m ?? [])];
+export const rings = (room) => (room.faces ? floors(room) : [outline(room), ...(room.plan?.holes_m ?? [])]);
 
 /** Unit vector toward an azimuth; exact along the axes. @param {number} degrees @returns {Point} */
 export function toward(degrees) {
@@ -65,14 +76,16 @@ export const steepness = (room) => Math.hypot(...(planes(room)[0]?.rise ?? [0, 0
 
 /** The room's ends, its extent, and its least and greatest height. @param {Room} room */
 export function extent(room) {
-  const [xs, ys] = [outline(room).map(([x]) => x), outline(room).map(([, y]) => y)];
+  const corners = room.faces ? room.faces.flatMap(({ boundary_m }) => boundary_m) : outline(room);
+  const [xs, ys] = [corners.map(([x = 0]) => x), corners.map(([, y = 0]) => y)];
   const [west, east, south, north] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
   const metres = (/** @type {number} */ value) => Math.round(value * 1e4) / 1e4;
   if (room.size_m && !room.plan) {
     const [width, depth, height] = room.size_m;
     return { west, south, east, north, width, depth, lowest: height, height };
   }
-  const heights = outline(room).map((corner) => ceilingAt(room, corner));
+  const overhead = room.faces?.filter(({ kind }) => kind === "ceiling").flatMap(({ boundary_m }) => boundary_m);
+  const heights = overhead ? overhead.map(([, , z = 0]) => z) : outline(room).map((corner) => ceilingAt(room, corner));
   const ridge = room.ceiling?.kind === "gable" ? room.ceiling.ridge_m : 0;
   const [lowest, height] = [metres(Math.min(...heights)), metres(Math.max(...heights, ridge))];
   return { west, south, east, north, width: metres(east - west), depth: metres(north - south), lowest, height };

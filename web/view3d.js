@@ -1,6 +1,7 @@
 // The folded part of the page with the room in three dimensions, whose drawing is loaded when it is opened.
+import * as api from "./api.js";
 import { edit, live } from "./live.js";
-import { shown } from "./plan.js";
+import { shown, yearOnPlan } from "./plan.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -43,6 +44,27 @@ function renew(canvas) {
   if (isChosen) next.focus({ preventScroll: true });
 }
 
+/** A file of a job after some passes, with the room for which it was computed. @typedef {{ of: string, room: string, value: any }} Held */
+/** @type {Record<"surfaces" | "meshes", Held>} */
+const held = { surfaces: { of: "", room: "", value: null }, meshes: { of: "", room: "", value: null } };
+
+/** What the faces of a room depend on. @param {JobDocument["room"]} room */
+const faces = ({ size_m, plan, ceiling }) => JSON.stringify([size_m, plan, ceiling]);
+
+/** Takes a file of the job that is shown; the one before stays until it is there. @param {"surfaces" | "meshes"} kind */
+function fetched(kind) {
+  const { current, answer, draft } = state;
+  const path = current && !answer?.stored ? answer?.job.links[kind] : null;
+  const of = `${path} ${answer?.job.progress.passes}`;
+  if (path && held[kind].of !== of) {
+    const now = (held[kind] = { ...held[kind], of });
+    const room = faces(draft.room);
+    // a job that another one has replaced is gone
+    api.get(path).then((value) => held[kind] === now && (Object.assign(now, { room, value }), set()), () => {});
+  }
+  return held[kind];
+}
+
 /** Draws what the page shows while the view is open; gives back what it took once it is closed. @param {HTMLElement} app */
 export function follow(app) {
   const canvas = /** @type {HTMLCanvasElement | null} */ (app.querySelector(".space[open] canvas"));
@@ -53,25 +75,37 @@ export function follow(app) {
     Object.assign(open, { canvas, view: null });
     if (canvas) void load(canvas);
   }
-  const { draft, problem, answered, answer } = state;
+  const { draft, problem, answered, answer, layer } = state;
   const sun = answer?.job.provenance?.sun;
   const [azimuth_deg, altitude_deg] = [Number(sun?.azimuth_deg), Number(sun?.altitude_deg)];
-  open.view?.show({
-    draft: problem?.errors?.length ? answered : draft,
+  if (!open.view) return;
+  const of = problem?.errors?.length ? answered : draft;
+  const [lit, meshes] = [fetched("surfaces"), fetched("meshes")];
+  open.view.show({
+    draft: of,
+    // in the scale of the plan, where that has lux
+    faces: draft.surfaces && layer === "lux" && !yearOnPlan() && lit.room === faces(of.room) ? lit.value : null,
+    meshes: countMeshes(of) ? meshes.value : null,
     sun: sun?.on && altitude_deg > 0 ? { azimuth_deg, altitude_deg } : null,
     map: shown(),
   });
 }
 
+/** A length with two digits. @param {number} value in m */
+const metres = (value) => Number(value.toPrecision(2));
+
+/** Number of objects and tubes that are meshes. @param {JobDocument} draft */
+const countMeshes = ({ room, tubes = [] }) => [...(room.objects ?? []), ...tubes].filter((one) => "mesh" in one).length;
+
 /** The part of the page with the view. */
 export function view3d() {
   const { draft } = state;
-  const models = [...(draft.room.objects ?? []), ...(draft.tubes ?? [])].filter((one) => "mesh" in one).length;
+  const { cell_m: cell = null } = /** @type {Partial<Schemas["MeshesResult"]>} */ (held.meshes.value ?? {});
   const move = (/** @type {(camera: typeof import("./view3d_camera.js")) => Parameters<NonNullable<typeof open.view>["move"]>[0]} */ by) => async () =>
     open.view?.move(by(await import("./view3d_camera.js")));
   const button = (/** @type {string} */ words, /** @type {() => void} */ click, /** @type {string} */ title) =>
     html`<button type="button" title=${title} aria-label=${title} @click=${click}>${words}</button>`;
-  const faces = (/** @type {Event} */ { target }) =>
+  const onFaces = (/** @type {Event} */ { target }) =>
     edit((next) => {
       if (/** @type {HTMLInputElement} */ (target).checked) next.surfaces = true;
       else delete next.surfaces;
@@ -82,11 +116,11 @@ export function view3d() {
   return html`<details class="panel space" @toggle=${() => set()}><summary><h2>In three dimensions</h2></summary>
     <div class="head"><div class="group">${button("Corner", move(({ STARTS }) => () => STARTS.corner), "From a corner")}${button("Above", move(({ STARTS }) => () => STARTS.above), "From above")}</div>
       <div class="group">${button("+", move(({ zoomed }) => (orbit) => zoomed(orbit, 1.3)), "Nearer")}${button("−", move(({ zoomed }) => (orbit) => zoomed(orbit, 1 / 1.3)), "Farther")}</div>
-      <label class="check"><input type="checkbox" .checked=${draft.surfaces ?? false} @change=${faces}>Light on all faces, too (scene.glb)</label>
+      <label class="check"><input type="checkbox" .checked=${draft.surfaces ?? false} @change=${onFaces}>Light on all faces, too (scene.glb)</label>
       ${scene ? html`<a href=${scene} download="scene.glb" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>scene.glb</a>` : nothing}</div>
     ${fails ? html`<p class="note" role="status">${fails}</p>` : nothing}
     <canvas tabindex="0" role="application" aria-label="The room in three dimensions: arrow keys turn it, plus and minus zoom, Home goes back"></canvas>
     <p class="note">Drag it or press arrow keys to turn it; pinch to zoom. After a click or a tap the wheel zooms, and a finger turns it up and
-      down, too. The work plane has the colours of the plan.
-      ${models ? `${models === 1 ? "A model is" : `${models} models are`} not drawn.` : ""}</p></details>`;
+      down, too. ${draft.surfaces ? "Work plane and faces have" : "The work plane has"} the colours of the plan.
+      ${countMeshes(draft) && cell ? `Models are drawn without details below ${metres(cell)} m.` : ""}</p></details>`;
 }

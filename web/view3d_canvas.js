@@ -1,22 +1,26 @@
 // The view in three dimensions on a canvas: its colours, and the pointers, wheel and keys that turn it. It is loaded when the view is opened.
 import { byKey, projection, STARTS, turned, zoomed } from "./view3d_camera.js";
 import { painter } from "./view3d_paint.js";
+import { models, patches } from "./view3d_files.js";
 import { normal, shapes, trapezoids } from "./view3d_shapes.js";
-import { coloured, edges } from "./map.js";
+import { coloured, edges, reaching } from "./map.js";
 import { dot, unit } from "./ray.js";
-import { rings } from "./room.js";
+import { extent, rings } from "./room.js";
 import { rising } from "./scale.js";
 
 /** @typedef {import("./view3d_shapes.js").Part} Part */
 /** @typedef {import("./ray.js").Vector} Vector */
-/** What is drawn: a document, the sun where it is out, and the map of the plan. @typedef {{ draft: JobDocument, sun: { azimuth_deg: number, altitude_deg: number } | null, map: ReturnType<typeof import("./plan.js").shown> }} Model */
+/** What is drawn: a document, the sun where it is out, the map of the plan, and what files of a job have of faces and meshes. @typedef {{ draft: JobDocument, sun: { azimuth_deg: number, altitude_deg: number } | null, map: ReturnType<typeof import("./plan.js").shown>, faces: Schemas["SurfacesResult"] | null, meshes: Schemas["MeshesResult"] | null }} Model */
 
 /** Colour of a part as a variable of the style sheet, how much of it is mixed into the panel's, how much more where light comes from, opacity. @type {Record<Part, [name: string, share: number, more: number, opacity: number]>} */
 const PAINTS = {
   floor: ["--wall", 0.24, 0, 1],
   wall: ["--wall", 0.1, 0.1, 1],
   ceiling: ["--wall", 0.14, 0, 1],
+  patch: ["--wall", 0, 0, 1],
   object: ["--wall", 0.3, 0.22, 1],
+  front: ["--wall", 0, 0.4, 1],
+  sheet: ["--wall", 0, 0.4, 1],
   partition: ["--wall", 0.34, 0.1, 1],
   luminaire: ["--light", 0.8, 0, 1],
   closure: ["--light", 1, 0, 1],
@@ -25,7 +29,7 @@ const PAINTS = {
   pipe: ["--light", 0.35, 0.25, 0.6],
   cover: ["--accent", 0.5, 0.3, 0.5],
 };
-const CULLED = new Set(["floor", "wall", "ceiling", "object"]);
+const CULLED = new Set(["floor", "wall", "ceiling", "patch", "object", "front"]);
 const CLEAR = new Set(["pipe", "cover"]);
 const LINE_OPACITY = 0.75;
 /** Direction from which sides are darkest, so that corners are seen. */
@@ -34,6 +38,8 @@ const SHADE = unit([0.8, 0.5, -0.35]);
 const PIXEL_DEG = 0.4;
 const WHEEL = 0.0015;
 const MOST_PIXELS = 2;
+/** Height of the work plane above its sensors, as a share of the room's width or depth. */
+const HAIR = 1e-3;
 
 /** Colours of the style sheet, 0..1. @param {Element} element */
 function palette(element) {
@@ -54,11 +60,14 @@ function layers({ polygons, lines }, colours) {
   const panel = colours["--panel"] ?? [1, 1, 1];
   /** @type {[number[], number[], number[]]} */
   const [culled, sheets, clear] = [[], [], []];
-  for (const { part, ring } of polygons) {
+  for (const { part, ring, colour } of polygons) {
     const [name, share, more, opacity] = PAINTS[part];
     const across = normal(ring);
-    const faced = more && Math.hypot(...across) > 0 ? Math.max(0, dot(unit(across), SHADE)) : 0;
-    const paint = panel.map((channel, k) => channel + (share + more * faced) * ((colours[name]?.[k] ?? 0) - channel));
+    const toShade = more && Math.hypot(...across) > 0 ? dot(unit(across), SHADE) : 0;
+    // the fronts of a model may lie inside
+    const paint = colour
+      ? colour.map((channel) => channel * (1 - more * Math.abs(toShade)))
+      : panel.map((channel, k) => channel + (share + more * Math.max(0, toShade)) * ((colours[name]?.[k] ?? 0) - channel));
     const into = CLEAR.has(part) ? clear : CULLED.has(part) ? culled : sheets;
     for (const corner of fan(ring)) into.push(...corner, ...paint, opacity);
   }
@@ -71,9 +80,12 @@ function layers({ polygons, lines }, colours) {
 function workplane(map) {
   if (!map?.grid.x_m.length || map.grid.points_m) return null;
   const { grid, rows, end, room, current } = map;
-  const floor = rings(room).map((ring) => ring.map(([x, y]) => /** @type {Vector} */ ([x, y, grid.height_m])));
+  const { width, depth } = extent(room);
+  // one on the floor lies before it
+  const height = grid.height_m + HAIR * Math.max(width, depth);
+  const floor = rings(room).map((ring) => ring.map(([x, y]) => /** @type {Vector} */ ([x, y, height])));
   const corners = trapezoids(floor).flatMap(fan).flatMap((corner) => [...corner, 1, 1, 1, current ? 1 : 0.7]);
-  return { corners, cells: coloured(grid, rows, (value) => rising(value / end)), edges: edges(grid) };
+  return { corners, cells: coloured(grid, reaching(grid, rows, room), (value) => rising(value / end)), edges: edges(grid) };
 }
 
 /**
@@ -147,10 +159,10 @@ export function view(canvas) {
   };
   /** @param {Model} model */
   const show = (model) => {
-    const { draft, sun, map } = model;
-    const key = [draft, map?.rows, map?.end, map?.current, map?.room, sun?.azimuth_deg, sun?.altitude_deg, dark.matches];
+    const { draft, sun, map, faces, meshes } = model;
+    const key = [draft, faces, meshes, map?.rows, map?.end, map?.current, map?.room, sun?.azimuth_deg, sun?.altitude_deg, dark.matches];
     if (shown && key.every((value, k) => value === shown?.key[k])) return;
-    const of = shapes(draft, sun);
+    const of = shapes(draft, sun, { faces: faces && map ? patches(faces, map.end) : [], models: meshes ? models(meshes) : [] });
     paints.take(layers(of, palette(canvas)), workplane(map));
     shown = { model, key, ball: of.ball };
     soon();

@@ -6,8 +6,8 @@ import { opening as openingOf } from "./opening.js";
 import { isInside } from "./outline.js";
 
 /** @typedef {import("./ray.js").Vector} Vector */
-/** @typedef {"floor" | "wall" | "ceiling" | "object" | "partition" | "closure" | "pipe" | "cover" | "luminaire" | "north" | "sun"} Part */
-/** Convex polygon, whose corners run counter-clockwise seen from its front. @typedef {{ part: Part, ring: Vector[] }} Polygon */
+/** @typedef {"floor" | "wall" | "ceiling" | "patch" | "object" | "front" | "sheet" | "partition" | "closure" | "pipe" | "cover" | "luminaire" | "north" | "sun"} Part */
+/** Convex polygon, whose corners run counter-clockwise seen from its front, with a colour of its own (red, green and blue, 0..1) where it has one. @typedef {{ part: Part, ring: Vector[], colour?: Vector }} Polygon */
 /** Polygons of what is drawn, and lines along its edges. @typedef {{ polygons: Polygon[], lines: Vector[][] }} Shapes */
 
 /** Sides of a round pipe, and of each of many. */
@@ -109,16 +109,21 @@ function squareIn(middle, outward, side, rotation_deg) {
   return rectangle([0, 0, 0], side, side, rotation_deg).map(([u, v]) => moved(moved(middle, level, u), up, v));
 }
 
-/** A pipe from its opening to its collector. @param {JobDocument["room"]} room @param {Tube} tube @param {number} sides @returns {Shapes} */
+/** A pipe from its opening to its collector; of a mesh the opening alone. @param {JobDocument["room"]} room @param {Tube} tube @param {number} sides @returns {Shapes} */
 function guide(room, tube, sides) {
   const radius = diameter(tube) / 2;
   const { centre: opening, outward } = openingOf(room, tube);
-  const axis = joints(isMesh(tube) ? [{ length_m: 1 }] : tube.segments, outward).map((joint) => moved(joint, opening, 1));
+  const mouth = circle(opening, outward, radius, sides);
+  const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
+  const closure = side_m > 0 ? squareIn(opening, outward, side_m, rotation_deg) : mouth;
+  // the triangles of a mesh are drawn for themselves
+  if (isMesh(tube)) return sheet("closure", closure);
+  const axis = joints(tube.segments, outward).map((joint) => moved(joint, opening, 1));
   const { along, planes } = mitres(axis);
-  const collector = isMesh(tube) ? null : tube.collector;
+  const { collector } = tube;
   if (collector?.kind === "flat" && typeof collector.tilt_deg === "number")
     planes[planes.length - 1] = skyward(collector.azimuth_deg ?? 0, 90 - collector.tilt_deg);
-  const rims = [circle(opening, outward, radius, sides)];
+  const rims = [mouth];
   along.forEach((direction, i) => {
     const [end, across] = [/** @type {Vector} */ (axis[i + 1]), /** @type {Vector} */ (planes[i + 1])];
     rims.push((rims[i] ?? []).map((corner) => moved(corner, direction, dot(minus(end, corner), across) / dot(direction, across))));
@@ -131,8 +136,6 @@ function guide(room, tube, sides) {
   const isDome = collector?.kind === "dome" || collector?.kind === "dielectric_dome";
   const pane = collector?.kind === "flat" ? [{ part: /** @type {const} */ ("cover"), ring: top }] : [];
   const cover = isDome ? dome.slice(1).flatMap((ring, k) => between("cover", dome[k] ?? [], ring)) : pane;
-  const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
-  const closure = side_m > 0 ? squareIn(opening, outward, side_m, rotation_deg) : (rims[0] ?? []);
   return {
     polygons: [
       { part: "closure", ring: closure },
@@ -200,12 +203,15 @@ function around(polygons) {
  * All that is drawn of a document but its map, and the ball around it.
  * @param {JobDocument} draft
  * @param {{ azimuth_deg: number, altitude_deg: number } | null} sun azimuth from north, null where it is not out
+ * @param {{ faces?: Polygon[], models?: Polygon[] }} [files] what files of a job have: patches in place of the faces, and meshes
  * @returns {Shapes & { ball: Ball }}
  */
-export function shapes({ room, tubes = [], surroundings }, sun) {
+export function shapes({ room, tubes = [], surroundings }, sun, { faces = [], models = [] } = {}) {
   const sides = tubes.length > MANY ? SIDES.many : SIDES.few;
+  const { polygons: plain, lines } = shell(room);
   const parts = [
-    shell(room),
+    { polygons: faces.length ? faces : plain, lines },
+    { polygons: models, lines: [] },
     ...tubes.map((tube) => guide(room, tube, sides)),
     ...(room.objects ?? []).flatMap((object) => (object.kind === "box" ? [box(object)] : [])),
     ...(surroundings?.obstructions ?? []).map(box),

@@ -158,6 +158,7 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
     let tubes = job["document"]["tubes"].as_array().map_or(0, Vec::len);
     let surfaces = job["document"]["surfaces"] == true;
     let mut outputs = result_outputs(names("grids"), names("views"), tubes, surfaces);
+    outputs.extend(job["links"]["meshes"].is_string().then_some(Output::Meshes));
     if job["document"]["annual"].is_object() {
         let dimming = job["document"]["annual"]["dimming"].is_object();
         outputs.extend(annual_outputs(names("grids"), dimming));
@@ -168,7 +169,9 @@ async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigur
             Output::Grid(grid, format) => format!("grids/{grid}?format={}", format.suffix()),
             Output::FalseColours(view, format) => format!("views/{view}.{}?style=false_colour", format.suffix()),
             Output::Annual(Annual::Summary, _) => "annual".to_owned(),
-            Output::View(..) | Output::Tube(..) | Output::Annual(..) | Output::Surfaces(_) => file.clone(),
+            Output::View(..) | Output::Tube(..) | Output::Annual(..) | Output::Surfaces(_) | Output::Meshes => {
+                file.clone()
+            }
         };
         write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;
     }

@@ -222,6 +222,8 @@ impl Checks {
         let good = range.contains(number);
         if !good {
             let hint = hints::of_number(pointer, number, |meant| range.contains(meant));
+            // hundreds of digits help nobody
+            let value = if number.abs() < 1e15 { value.to_string() } else { format!("{number:e}") };
             self.refuse_as(FieldErrorCode::OutOfRange, pointer, format!("must be {range}, but is {value}{hint}"));
         }
         good
@@ -243,6 +245,11 @@ impl Checks {
         }
         good
     }
+}
+
+/// Rounds a computed length in m to micrometres, for messages.
+pub(crate) fn tidy_m(length: f64) -> f64 {
+    (length * 1e6).round() / 1e6
 }
 
 /// A number of a document, of any numeric type.

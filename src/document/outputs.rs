@@ -24,6 +24,9 @@ pub struct GridDocument {
     /// beginning with a letter or digit.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
+    /// Level from which `height_m` is measured: that of the floor, the only one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on: Option<GridLevel>,
     /// Height of the sensors above the floor in metres, >= 0 and below the ceiling; required but with `points_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height_m: Option<f64>,
@@ -57,6 +60,14 @@ pub struct GridDocument {
     /// Illuminance in lux, > 0, that the mean of the grid should reach; statistics and reports tell whether it does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target_lux: Option<f64>,
+}
+
+/// Level from which heights of sensors are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GridLevel {
+    /// Level of the floor, or of its lowest point.
+    Floor,
 }
 
 /// Quantity that a sensor gives.
@@ -335,6 +346,7 @@ fn check_points(pointer: &str, grid: &GridDocument, points: &[[f64; 6]], checks:
         }
     }
     let alien = [
+        ("on", grid.on.is_some()),
         ("height_m", grid.height_m.is_some()),
         ("margin_m", grid.margin_m != 0.0),
         ("estimate", grid.estimate != EstimateDocument::Point),

@@ -141,6 +141,9 @@ impl Section {
                 high = high.max(*point + 2.0 * tube.radius);
             }
         }
+        for end in self.cut.iter().flatten() {
+            (low, high) = (low.min(*end), high.max(*end));
+        }
         let rim = 0.04 * (high - low).max_element();
         [DVec2::new(low.x - rim, 0.0), high + rim]
     }

@@ -12,7 +12,7 @@ use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::report::sheet;
-use crate::http::results::subject;
+use crate::http::results::subject_with_meshes;
 use crate::http::{App, Service};
 use crate::present::report::OVERVIEW;
 use crate::present::site_figure::{SiteFigure, site_figure};
@@ -53,8 +53,9 @@ pub async fn figure(
 async fn of_site(app: &Service, id: Uuid, name: &str, format: FigureFormat) -> Result<Vec<u8>, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let figure = SiteFigure::of_name(name).ok_or_else(|| Problem::not_found("there is no such figure"))?;
+    let subject = subject_with_meshes(app, &job).await?;
     let drawn = off_thread(permit(&app.permits.reading).await?, move |_| {
-        let drawing = site_figure(figure, &subject(&job), job.summary.as_ref().unwrap_or(&Value::Null));
+        let drawing = site_figure(figure, &subject, job.summary.as_ref().unwrap_or(&Value::Null));
         let drawing = drawing.ok_or_else(|| Problem::not_found("the job has no data for this figure (yet)"))?;
         Ok(format.write(&drawing)?)
     });

@@ -137,11 +137,12 @@ pub(super) async fn read<T: Send + 'static>(
             files.insert(name, app.artifacts.read_artifact(&artifact).await?);
         }
     }
+    let subject = subject_with_meshes(app, &job).await?;
     let made = off_thread(turn, move |cancel| {
         let tubes = job.summary.as_ref().map(|known| Vec::<TubeResult>::deserialize(&known["tubes"]));
         let prepare = move || prepare(submitted.as_bytes(), &meshes.for_document(runtime.clone(), cancel.clone()));
         let results = Kept {
-            subject: subject(&job).into(),
+            subject: subject.into(),
             files,
             tubes: tubes.and_then(Result::ok).unwrap_or_default(),
             prepare: Box::new(prepare),
@@ -190,6 +191,15 @@ async fn stored(app: &Service, id: Uuid) -> Result<(String, Option<Bytes>), Prob
 /// Returns the description of a job that its figures print.
 pub(super) fn subject(job: &Job) -> Subject {
     Subject::new(&job.document, &job.plan).foretold(job.predictions.clone())
+}
+
+/// Returns the description of a job with the triangles of its meshes, which it has once it has ended.
+pub(super) async fn subject_with_meshes(app: &Service, job: &Job) -> Result<Subject, Problem> {
+    let subject = subject(job);
+    let Some(artifact) = app.store.artifact(job.head.id, &Output::Meshes.file()).await? else { return Ok(subject) };
+    let bytes = app.artifacts.read_artifact(&artifact).await?;
+    let meshes = serde_json::from_slice(&bytes).map_err(|error| internal("reading meshes failed", &error))?;
+    Ok(subject.with_meshes(Some(meshes)))
 }
 
 pub(super) fn no_such_output() -> Problem {

@@ -90,6 +90,7 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(report::pdf))
         .routes(routes!(surfaces::surfaces))
         .routes(routes!(surfaces::scene))
+        .routes(routes!(surfaces::meshes))
         .routes(routes!(problem_page::problem_page))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))

@@ -32,6 +32,8 @@ pub enum Look {
     Plain,
     /// Colours shaded by the viewer's light, on both sides.
     Shaded,
+    /// Colours shaded by the viewer's light, on the front of the triangles alone.
+    ShadedFront,
 }
 
 impl ColouredMesh {
@@ -97,7 +99,8 @@ pub fn glb(meshes: &[ColouredMesh], extras: &Value) -> Vec<u8> {
         "scene": 0,
         "scenes": [{ "extras": extras }],
         "materials": [{ "name": "plain", "extensions": { "KHR_materials_unlit": {} } },
-                      { "name": "shaded", "doubleSided": true, "pbrMetallicRoughness": shaded }],
+                      { "name": "shaded", "doubleSided": true, "pbrMetallicRoughness": shaded },
+                      { "name": "shaded front", "pbrMetallicRoughness": shaded }],
     });
     // empty lists are not allowed
     if !written.is_empty() {

@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use serde::Deserialize;
 use utoipa::ToSchema;
 
+use super::mesh_outlines::{hull, object_pieces};
 use super::subject::{Subject, by};
 use crate::document::errors::Checks;
 use crate::document::result::{GridResult, GridStatistics};
@@ -205,7 +206,9 @@ fn room(subject: &Subject, grid: &GridValues) -> RoomPlan {
     let tubes = document.tubes.iter().filter_map(|tube| placed(tube).map(|opening| (opening.frame, opening.shape)));
     let objects = document.room.objects.iter().filter_map(footprint);
     let ends = |partition: &PartitionDocument| [partition.from_m, partition.to_m].map(DVec2::from).to_vec();
-    let objects = objects.chain(document.room.partitions.iter().map(ends));
+    let of_meshes = subject.meshes.iter().flat_map(object_pieces);
+    let of_meshes = of_meshes.map(|piece| hull(piece.iter().map(|corner| corner.truncate())));
+    let objects = objects.chain(of_meshes).chain(document.room.partitions.iter().map(ends));
     RoomPlan {
         rings: document.room.rings(),
         rotation_deg: document.room.rotation_deg,
@@ -214,7 +217,7 @@ fn room(subject: &Subject, grid: &GridValues) -> RoomPlan {
     }
 }
 
-/// Returns the outline of a box from above; `None` for a mesh, which has too many outlines to be drawn.
+/// Returns the outline of a box from above; `None` for a mesh, whose outlines follow from its triangles.
 fn footprint(object: &ObjectDocument) -> Option<Vec<DVec2>> {
     let ObjectDocument::Box(object) = object else { return None };
     Some(object.footprint().to_vec())

@@ -1,5 +1,7 @@
 //! Sample paths of light in a tube, as lines for a section: their course from wall to wall, and the fraction of the light that is left.
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3};
 
 use crate::document::tube::ParametricTube;
@@ -21,8 +23,15 @@ const PLACES_OF_SKY: [f64; 3] = [-0.6, 0.0, 0.6];
 /// Angles in radians from the axis of the directions in which scattered light is drawn.
 const SCATTERED: [f64; 5] = [-1.05, -0.5, 0.0, 0.5, 1.05];
 
-/// Angle in radians from the tube's axis of the light of the sky that is drawn where no sun shines: 26 degrees.
+/// Angle in radians from the tube's axis of the light of the sky that is drawn where no fluxes are known: 26 degrees.
 const FROM_AXIS: f64 = 0.45;
+
+/// Angles in radians among which that of the light of the sky is chosen: every half degree up to 80.
+const STEP_FROM_AXIS: f64 = PI / 360.0;
+const MOST_STEPS: usize = 160;
+
+/// Fraction of the light by which angles are as good as the best one.
+const NEAR: f64 = 0.01;
 
 /// Largest number of points of a line: light that still continues then has met hundreds of walls.
 const MOST_POINTS: usize = 300;
@@ -44,16 +53,34 @@ pub struct SideView<'a> {
     pub opening: OpeningFrame,
 }
 
-/// Traces lines of light through a tube into the room: of the sun, toward which `sun` points, or of the sky where there is none. Returns no
-/// lines for domes that refract the light.
-pub fn light_paths(tube: &ParametricTube, side: &SideView<'_>, sun: Option<DVec3>) -> Vec<LightPath> {
+/// Light that a section draws.
+#[derive(Clone, Copy, Debug)]
+pub enum Drawn {
+    /// Light of the sun, toward which the vector points.
+    Sun(DVec3),
+    /// Light of the sky, with the fractions of the light at the collector that arrive at the diffuser and in the room, where they are known.
+    Sky(Option<[f64; 2]>),
+}
+
+/// Lines of light, and the angle from the tube's axis in radians of those of the sky.
+#[derive(Clone, Debug, Default)]
+pub struct Lit {
+    /// Lines through the tube, then those below its diffuser.
+    pub paths: Vec<LightPath>,
+    /// Angle of skylight; `None` for light of the sun, and without lines.
+    pub from_axis: Option<f64>,
+}
+
+/// Traces lines of light through a tube into the room. Those of the sky come at the angle at which as much of them arrives at the diffuser as of
+/// the sky's whole light, and have below it what that has. Returns no lines for domes that refract the light.
+pub fn light_paths(tube: &ParametricTube, side: &SideView<'_>, light: Drawn) -> Lit {
     let collector = match &tube.collector {
-        CollectorDocument::DielectricDome(_) => return Vec::new(),
+        CollectorDocument::DielectricDome(_) => return Lit::default(),
         other => other.collector().transmittance(),
     };
     let axes = tube.axes(side.opening.outward());
     let axes: Vec<(f64, DVec3)> = tube.segments.iter().map(|segment| segment.length_m).zip(axes).collect();
-    let Some((_, last)) = axes.last() else { return Vec::new() };
+    let Some((_, last)) = axes.last() else { return Lit::default() };
     let top: DVec3 = axes.iter().map(|(length, axis)| *length * *axis).sum();
     let mirror = tube.reflectance.mirror();
     let reflectance = mirror.brightest();
@@ -62,26 +89,49 @@ pub fn light_paths(tube: &ParametricTube, side: &SideView<'_>, sun: Option<DVec3
     let level = side.along.extend(0.0);
     let across = (level - level.dot(*last) * *last).normalize_or_zero();
     let lean = |angle: f64| -(libm::cos(angle) * *last + libm::sin(angle) * across);
-    let (directions, places) = match sun {
-        Some(sun) => (vec![-sun], &PLACES[..]),
-        None => (vec![lean(FROM_AXIS), lean(-FROM_AXIS)], &PLACES_OF_SKY[..]),
-    };
     let scene = Lines { side, tube, reflectance, entering: Spectrum::<1>::from_rgb(collector).0[0] };
-    let mut paths = Vec::new();
-    let mut diffused = Vec::new();
-    for light in directions.into_iter().filter(|light| light.dot(*last) < 0.0) {
-        for place in places {
-            let start = top + *place * guide.radius * across;
-            let course = guide.course(start, light, MOST_POINTS);
-            let (path, left) = scene.path(&course);
-            paths.push(path);
-            diffused.push(left);
+    let courses = |directions: &[DVec3], places: &[f64]| -> Vec<Vec<CoursePoint>> {
+        let entering = directions.iter().filter(|light| light.dot(*last) < 0.0);
+        let from = |light: &DVec3| {
+            let light = *light;
+            places.iter().map(move |place| (top + *place * guide.radius * across, light)).collect::<Vec<_>>()
+        };
+        entering.flat_map(from).map(|(start, light)| guide.course(start, light, MOST_POINTS)).collect()
+    };
+    let of_sky = |angle: f64| courses(&[lean(angle), lean(-angle)], &PLACES_OF_SKY);
+    let (courses, from_axis) = match light {
+        Drawn::Sun(sun) => (courses(&[-sun], &PLACES), None),
+        Drawn::Sky(None) => (of_sky(FROM_AXIS), Some(FROM_AXIS)),
+        Drawn::Sky(Some([at_diffuser, _])) => {
+            let differs = |angle: f64| {
+                let courses = of_sky(angle);
+                let arriving: f64 = courses.iter().map(|course| scene.arriving(course)).sum();
+                (arriving / courses.len().max(1) as f64 - at_diffuser).abs()
+            };
+            let angles = (1..=MOST_STEPS).map(|step| step as f64 * STEP_FROM_AXIS);
+            let found: Vec<(f64, f64)> = angles.map(|angle| (differs(angle), angle)).collect();
+            let least = found.iter().fold(f64::INFINITY, |least, (differs, _)| least.min(*differs));
+            // bends give the same light to several angles
+            let angle =
+                found.iter().find(|(differs, _)| *differs <= least + NEAR).map_or(FROM_AXIS, |(_, angle)| *angle);
+            (of_sky(angle), Some(angle))
         }
+    };
+    let (mut paths, mut diffused) = (Vec::new(), Vec::new());
+    for course in &courses {
+        let (path, left) = scene.path(course);
+        paths.push(path);
+        diffused.push(left);
     }
     let diffused = diffused.iter().sum::<f64>() / diffused.len().max(1) as f64;
     let through = tube.closure_shape.map_or(1.0, |shape| shape.transition_transmittance);
-    paths.extend(scene.scattered(through * diffused));
-    paths
+    let below = match light {
+        // a clear closure scatters nothing
+        Drawn::Sky(Some([_, into_room])) if diffused > 0.0 => into_room,
+        _ => through * diffused,
+    };
+    paths.extend(scene.scattered(below));
+    Lit { from_axis: from_axis.filter(|_| !paths.is_empty()), paths }
 }
 
 /// Properties that the lines of one tube have in common.
@@ -101,9 +151,19 @@ impl Lines<'_> {
         DVec2::new(along(centre) + along(position), centre.z + position.z)
     }
 
+    /// Returns the fraction of a ray's light that is left after a number of bounces.
+    fn left(&self, bounces: u32) -> f64 {
+        self.entering * libm::pow(self.reflectance, f64::from(bounces))
+    }
+
+    /// Returns the fraction of a ray's light that arrives at the closure; 0 where it went back up, or is still on its way.
+    fn arriving(&self, course: &[CoursePoint]) -> f64 {
+        course.last().filter(|last| last.position.z <= 1e-9).map_or(0.0, |last| self.left(last.bounces))
+    }
+
     /// Returns the line of a ray, as long as enough of its light is left, and the fraction that the diffuser scatters.
     fn path(&self, course: &[CoursePoint]) -> (LightPath, f64) {
-        let share = |bounces: u32| self.entering * libm::pow(self.reflectance, f64::from(bounces));
+        let share = |bounces: u32| self.left(bounces);
         let point = |point: &CoursePoint| PathPoint { at: self.place(point.position), share: share(point.bounces) };
         let points: Vec<PathPoint> = course.iter().map(point).take_while(|point| point.share >= LEAST_SHARE).collect();
         let path = LightPath(points);
@@ -198,7 +258,7 @@ mod tests {
     #[test]
     fn light_straight_down_loses_what_pane_and_diffuser_keep() {
         let lambertian = tube(json!({ "kind": "lambertian", "transmittance": 0.5 }), 0.0);
-        let paths = light_paths(&lambertian, &SIDE, Some(DVec3::Z));
+        let paths = light_paths(&lambertian, &SIDE, Drawn::Sun(DVec3::Z)).paths;
         assert_eq!(paths.len(), PLACES.len() + SCATTERED.len());
         let straight = &paths[2].0;
         assert_eq!(straight[0].at, DVec2::new(1.5, 5.0));
@@ -213,8 +273,8 @@ mod tests {
     fn light_ends_at_objects() {
         let table = [ROOM.to_vec(), vec![[DVec2::new(0.0, 0.7), DVec2::new(4.0, 0.7)]]].concat();
         let side = SideView { obstacles: &table, ..SIDE };
-        let paths =
-            light_paths(&tube(json!({ "kind": "lambertian", "transmittance": 0.5 }), 0.0), &side, Some(DVec3::Z));
+        let lambertian = tube(json!({ "kind": "lambertian", "transmittance": 0.5 }), 0.0);
+        let paths = light_paths(&lambertian, &side, Drawn::Sun(DVec3::Z)).paths;
         let below = paths[PLACES.len()..].iter().map(|path| path.0[1].at);
         assert!(below.clone().count() == SCATTERED.len() && below.into_iter().all(|end| end.y > 0.7 - 1e-12));
         assert!((paths[PLACES.len() + 2].0[1].at - DVec2::new(1.5, 0.7)).length() < 1e-12);
@@ -225,7 +285,7 @@ mod tests {
     fn walls_take_their_share_and_clear_closures_let_light_on() {
         let clear = tube(json!({ "kind": "clear", "transmittance": 0.5 }), 30.0);
         let sun = direction(0.8, 1.2);
-        let paths = light_paths(&clear, &SIDE, Some(sun));
+        let paths = light_paths(&clear, &SIDE, Drawn::Sun(sun)).paths;
         assert_eq!(paths.len(), PLACES.len());
         for path in &paths {
             assert!(path.0.windows(2).all(|pair| pair[1].share <= pair[0].share), "{path:?}");
@@ -235,7 +295,21 @@ mod tests {
         }
         let below = tube(json!({ "kind": "open" }), 30.0);
         // from below the horizon of the mouth nothing enters
-        assert!(light_paths(&below, &SIDE, Some(direction(0.1, 4.7))).is_empty());
-        assert!(!light_paths(&below, &SIDE, None).is_empty());
+        assert!(light_paths(&below, &SIDE, Drawn::Sun(direction(0.1, 4.7))).paths.is_empty());
+        assert!(!light_paths(&below, &SIDE, Drawn::Sky(None)).paths.is_empty());
+    }
+
+    /// A pane that passes 0.8 and bounces that keep 0.9 each: 0.8 x 0.9^2 arrive after two bounces, and the diffuser sends on what is known.
+    #[test]
+    fn light_of_the_sky_has_what_all_of_it_has() {
+        let lambertian = tube(json!({ "kind": "lambertian", "transmittance": 0.5 }), 0.0);
+        let lit = light_paths(&lambertian, &SIDE, Drawn::Sky(Some([0.8 * 0.81, 0.3])));
+        let (through, below) = lit.paths.split_at(2 * PLACES_OF_SKY.len());
+        let arriving = through.iter().map(|path| path.0.last().unwrap().share).sum::<f64>() / through.len() as f64;
+        assert!((arriving - 0.648).abs() < 0.02, "{arriving}");
+        // two bounces take between one width and three of a pipe of 2 m by 0.4 m
+        let slope = libm::tan(lit.from_axis.unwrap());
+        assert!(slope > 0.2 && slope < 0.6, "{slope}");
+        assert!(below.len() == SCATTERED.len() && below.iter().all(|path| path.0[0].share == 0.3));
     }
 }

@@ -7,6 +7,7 @@ pub(crate) mod glb;
 pub(crate) mod grid_figure;
 pub(crate) mod inputs;
 pub(crate) mod light_paths;
+mod mesh_outlines;
 mod moment_verdicts;
 pub mod outputs;
 pub(crate) mod phrases;

@@ -112,6 +112,8 @@ pub enum Output {
     Tube(usize, Format),
     /// Light on the faces of the room as JSON, or as a model.
     Surfaces(Format),
+    /// Triangles of the meshes of objects and tubes.
+    Meshes,
     /// Part of a year.
     Annual(Annual, Format),
 }
@@ -192,18 +194,21 @@ impl Output {
             },
             Self::Surfaces(Format::Glb) => format!("scene.{suffix}"),
             Self::Surfaces(_) => format!("surfaces.{suffix}"),
+            Self::Meshes => format!("meshes.{suffix}"),
         }
     }
 
     /// Returns the format of the file.
     pub fn format(&self) -> Format {
-        let (Self::Grid(_, format)
-        | Self::View(_, format)
-        | Self::FalseColours(_, format)
-        | Self::Tube(_, format)
-        | Self::Annual(_, format)
-        | Self::Surfaces(format)) = self;
-        *format
+        match self {
+            Self::Grid(_, format)
+            | Self::View(_, format)
+            | Self::FalseColours(_, format)
+            | Self::Tube(_, format)
+            | Self::Annual(_, format)
+            | Self::Surfaces(format) => *format,
+            Self::Meshes => Format::Json,
+        }
     }
 
     /// Returns the format of the figure in the file; `None` where it has numbers, or the picture of a view alone.
@@ -213,7 +218,7 @@ impl Output {
 }
 
 /// Lists the files of a job's results: of its grids and views, by their names, of `tubes` tubes, and of the faces of its room
-/// where it has `surfaces`. The service serves these files,
+/// where it has `surfaces`; [`Output::Meshes`] is not among them. The service serves these files,
 /// `render` writes them and `submit` fetches them.
 pub fn result_outputs<'a>(
     grids: impl IntoIterator<Item = &'a str>,

@@ -7,11 +7,12 @@ use super::annual::{FileLumens, JobYear};
 use super::subject::Subject;
 use super::tube_performance::TubePerformance;
 use crate::annual::metrics::Value;
-use crate::document::result::GridResult;
+use crate::document::result::{GridResult, MeshesResult};
 use crate::document::{DocumentErrors, FileSource, ValidJob};
 use crate::engine::passes::RenderError;
 use crate::engine::prepare::{self, RenderJob};
 use crate::predict::predictions::Predictions;
+use crate::scene::TubeShape;
 
 /// Job that is ready to render and to be presented: immutable, shared by threads.
 pub struct Prepared {
@@ -52,8 +53,18 @@ impl Prepared {
     /// Returns the description of the job that figures print.
     pub fn subject(&self) -> &Arc<Subject> {
         self.subject.get_or_init(|| {
-            Arc::new(Subject::new(&self.document, &self.plan_json()).foretold(self.predictions.clone()))
+            let subject = Subject::new(&self.document, &self.plan_json()).with_meshes(self.meshes());
+            Arc::new(subject.foretold(self.predictions.clone()))
         })
+    }
+
+    /// Returns the meshes of objects and tubes, where the document has some.
+    fn meshes(&self) -> Option<MeshesResult> {
+        let objects = self.document["room"]["objects"].as_array().into_iter().flatten().enumerate();
+        let numbers = objects.filter(|(_, object)| object["mesh"].is_string()).map(|(number, _)| number);
+        let numbers: Vec<usize> = numbers.collect();
+        let has_tubes = self.scene.tubes.iter().any(|tube| matches!(tube.shape, TubeShape::Mesh(_)));
+        (has_tubes || !numbers.is_empty()).then(|| MeshesResult::new(&self.scene, &numbers))
     }
 
     /// Returns the year of the job after a number of passes, whose grids `results` returns, each with its values at all moments; `None` for a job

@@ -1,4 +1,4 @@
-//! Three-dimensional model of a job: its faces in the colours of their illuminance, its boxes, partitions and tubes.
+//! Three-dimensional model of a job: its faces in the colours of their illuminance, its objects, partitions and tubes.
 
 use std::f64::consts::TAU;
 
@@ -9,23 +9,25 @@ use super::glb::{ColouredMesh, Look, glb};
 use super::subject::Subject;
 use crate::document::JobDocument;
 use crate::document::errors::Checks;
-use crate::document::result::SurfacesResult;
+use crate::document::result::{MeshPartResult, MeshRole, MeshesResult, SurfacesResult};
 use crate::document::room::object::ObjectDocument;
+use crate::document::room::surface::SurfaceDocument;
 use crate::document::tube::opening::PlacedOpening;
 use crate::document::tube::{ParametricTube, TubeDocument};
 use crate::figure::scale::{ColourScale, Palette};
+use crate::output::png::srgb_byte;
 
 /// Number of sides of a pipe.
 const SIDES: usize = 24;
 
-/// Colours of a patch without a value, of furniture, of pipes, and of diffusers.
+/// Colours of a patch without a value, of pipes, of covers, and of diffusers.
 const NO_VALUE: [u8; 3] = [232; 3];
-const FURNITURE: [u8; 3] = [150, 140, 125];
+const COVER: [u8; 3] = [205, 225, 240];
 const PIPE: [u8; 3] = [190, 200, 210];
 const DIFFUSER: [u8; 3] = [255, 244, 214];
 
 /// Returns the model of a job as a binary glTF file. Patches have the colours that plans have, from 0 to the greatest illuminance of the
-/// faces.
+/// faces; objects and partitions have those of their surfaces.
 pub fn scene_glb(subject: &Subject, surfaces: &SurfacesResult) -> Vec<u8> {
     let all = surfaces.faces.iter().flat_map(|face| &face.patches).filter_map(|patch| patch.illuminance_lux);
     let scale = ColourScale::from_zero(all.fold(0.0, f64::max), Palette::Viridis);
@@ -44,39 +46,96 @@ pub fn scene_glb(subject: &Subject, surfaces: &SurfacesResult) -> Vec<u8> {
         meshes.extend(furniture(document));
         meshes.extend(tubes(document));
     }
-    let extras = json!({ "job": subject.name(), "quantity": "illuminance", "unit": "lux", "palette": "viridis",
-                         "from": scale.from, "to": scale.to });
+    meshes.extend(subject.meshes.as_ref().map(of_files).unwrap_or_default());
+    let mut extras = json!({ "job": subject.name(), "quantity": "illuminance", "unit": "lux", "palette": "viridis",
+                             "from": scale.from, "to": scale.to });
+    if let Some(MeshesResult { triangles, cell_m: Some(cell_m), .. }) = &subject.meshes {
+        extras["thinned_meshes"] = json!({ "triangles": triangles, "cell_m": cell_m });
+    }
     glb(&meshes, &extras)
 }
 
-/// Returns the boxes and the partitions of a room; meshes are left out.
+/// Returns the boxes and the partitions of a room.
 fn furniture(document: &JobDocument) -> Vec<ColouredMesh> {
     let boxes = document.room.objects.iter().enumerate().filter_map(|(number, object)| match object {
         ObjectDocument::Box(object) => {
             let bottom = object.position_m[2];
-            Some(upright(format!("object {}", number + 1), &object.footprint(), [bottom, bottom + object.size_m[2]]))
+            let mut body = ColouredMesh::named(format!("object {}", number + 1), Look::Shaded);
+            add_upright(
+                &mut body,
+                &object.footprint(),
+                [bottom, bottom + object.size_m[2]],
+                of_surface(&object.surface),
+            );
+            Some(body)
         }
         ObjectDocument::Mesh(_) => None,
     });
     let partitions = document.room.partitions.iter().enumerate().map(|(number, sheet)| {
         let ends = [DVec2::from(sheet.from_m), DVec2::from(sheet.to_m)];
-        upright(format!("partition {}", number + 1), &ends, [0.0, sheet.height_m])
+        let mut mesh = ColouredMesh::named(format!("partition {}", number + 1), Look::Shaded);
+        add_upright(&mut mesh, &ends, [0.0, sheet.height_m], of_surface(&sheet.surface));
+        mesh
     });
     boxes.chain(partitions).collect()
 }
 
-/// Returns the body above a convex outline in plan, or the sheet above a line.
-fn upright(name: String, plan: &[DVec2], [bottom, top]: [f64; 2]) -> ColouredMesh {
-    let mut mesh = ColouredMesh::named(name, Look::Shaded);
-    for (from, to) in plan.iter().zip(plan.iter().cycle().skip(1)) {
-        mesh.add_polygon([from.extend(bottom), to.extend(bottom), to.extend(top), from.extend(top)], FURNITURE);
-    }
-    mesh.add_polygon(plan.iter().map(|corner| corner.extend(top)), FURNITURE);
-    mesh.add_polygon(plan.iter().rev().map(|corner| corner.extend(bottom)), FURNITURE);
-    mesh
+/// Returns the colour of a surface.
+fn of_surface(surface: &SurfaceDocument) -> [u8; 3] {
+    surface.surface().map_or(NO_VALUE, |surface| colour_of(surface.albedo()))
 }
 
-/// Returns pipes and diffusers of the tubes; of meshed tubes the opening alone.
+/// Returns the colour of a reflectance.
+fn colour_of(reflectance: [f64; 3]) -> [u8; 3] {
+    reflectance.map(srgb_byte)
+}
+
+/// Returns the meshes of objects and tubes. Sheets with two colours consist of their fronts and their backs.
+fn of_files(meshes: &MeshesResult) -> Vec<ColouredMesh> {
+    let parts = meshes.meshes.iter().flat_map(|mesh| mesh.parts.iter().map(|part| (name_of(&mesh.pointer), part)));
+    let sides = |(name, part): (String, &MeshPartResult)| {
+        let colour = match (part.role, part.reflectance) {
+            (MeshRole::Object, reflectance) => reflectance.map_or(NO_VALUE, colour_of),
+            (MeshRole::Collector, _) => COVER,
+            (MeshRole::Pipe, _) => PIPE,
+            (MeshRole::Diffuser, _) => DIFFUSER,
+        };
+        let mesh = |look: Look, colour: [u8; 3], triangles: Vec<[u32; 3]>| ColouredMesh {
+            name: name.clone(),
+            positions: part.corners_m.iter().map(|corner| corner.map(f64::from).into()).collect(),
+            colours: vec![colour; part.corners_m.len()],
+            triangles,
+            look,
+        };
+        match part.back_reflectance {
+            None => vec![mesh(Look::Shaded, colour, part.triangles.clone())],
+            Some(back) => {
+                let turned = part.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+                let fronts = mesh(Look::ShadedFront, colour, part.triangles.clone());
+                vec![fronts, mesh(Look::ShadedFront, colour_of(back), turned)]
+            }
+        }
+    };
+    parts.flat_map(sides).collect()
+}
+
+/// Returns the name of an object or a tube, counted from 1, from its pointer in the document.
+fn name_of(pointer: &str) -> String {
+    let number = pointer.rsplit('/').next().and_then(|number| number.parse::<usize>().ok()).unwrap_or(0) + 1;
+    let kind = if pointer.starts_with("/tubes/") { "tube" } else { "object" };
+    format!("{kind} {number}")
+}
+
+/// Adds the body above a convex outline in plan, or the sheet above a line.
+fn add_upright(mesh: &mut ColouredMesh, plan: &[DVec2], [bottom, top]: [f64; 2], colour: [u8; 3]) {
+    for (from, to) in plan.iter().zip(plan.iter().cycle().skip(1)) {
+        mesh.add_polygon([from.extend(bottom), to.extend(bottom), to.extend(top), from.extend(top)], colour);
+    }
+    mesh.add_polygon(plan.iter().map(|corner| corner.extend(top)), colour);
+    mesh.add_polygon(plan.iter().rev().map(|corner| corner.extend(bottom)), colour);
+}
+
+/// Returns pipes and diffusers of the tubes; of meshed tubes the opening alone, whose mesh comes from its file.
 fn tubes(document: &JobDocument) -> Vec<ColouredMesh> {
     let Some(room) = document.room.enclosure(&mut Checks::default()) else { return Vec::new() };
     let of_tube = |(number, tube): (usize, &TubeDocument)| {

@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::light_paths::{SideView, light_paths};
+use super::light_paths::{Drawn, Lit, SideView, light_paths};
+use super::mesh_outlines;
 use super::subject::Subject;
 use crate::document::errors::Checks;
 use crate::document::outputs::GridDocument;
@@ -32,11 +33,12 @@ struct Plane {
     at: f64,
 }
 
-/// Builds the section along an axis of the room, given with its name, in the plane that goes through the most tubes.
+/// Builds the section along an axis of the room, given with its name, in the plane that goes through the most tubes. `kept` has of each tube
+/// the fractions of the light at its collector that arrive at its diffuser and in the room, where they are known.
 pub fn section(
     subject: &Subject,
     document: &JobDocument,
-    provenance: Option<&Provenance>,
+    (provenance, kept): (Option<&Provenance>, &[Option<[f64; 2]>]),
     (along, name): (DVec2, &'static str),
 ) -> Section {
     let enclosure = document.room.enclosure(&mut Checks::default());
@@ -48,21 +50,31 @@ pub fn section(
     let cut: Vec<Edge> = cuts.map(|edge| edge.map(|end| plane.seen(end))).collect();
     let objects = plane.objects(&document.room);
     let of_objects = objects.iter().filter(|object| object.is_cut).flat_map(|object| polygon(&object.outline));
-    let obstacles: Vec<Edge> = cut.iter().copied().chain(of_objects).collect();
+    let [of_mesh_objects, of_mesh_tubes] = [true, false].map(|objects| plane.cut_meshes(subject, objects));
+    let obstacles: Vec<Edge> = cut.iter().chain(&of_mesh_objects).copied().chain(of_objects).collect();
+    let objects = objects.into_iter().chain(plane.meshes_beside(subject)).collect();
+    let cut = [cut, of_mesh_objects, of_mesh_tubes].concat();
     let frame_of = |tube: &TubeDocument| frame_of(tube, enclosure.as_ref());
     let sun = provenance.and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
     let toward_sun = sun.map(|sun| {
         let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
         direction(sun.altitude_deg.to_radians(), azimuth)
     });
-    let lit = document.tubes.iter().filter_map(|tube| match tube {
-        TubeDocument::Parametric(of_cylinders) if document.sky.is_some() && plane.cuts(tube, &frame_of(tube)) => {
+    let has_light = document.sky.is_some() || document.annual.is_some();
+    let lit = document.tubes.iter().enumerate().filter_map(|(number, tube)| match tube {
+        TubeDocument::Parametric(of_cylinders) if has_light && plane.cuts(tube, &frame_of(tube)) => {
             let side = SideView { along, obstacles: &obstacles, opening: frame_of(tube) };
-            Some(light_paths(of_cylinders, &side, toward_sun))
+            let of_sky = Drawn::Sky(kept.get(number).copied().flatten());
+            Some(light_paths(of_cylinders, &side, toward_sun.map_or(of_sky, Drawn::Sun)))
         }
         TubeDocument::Parametric(_) | TubeDocument::Mesh(_) => None,
     });
-    let light: Vec<_> = lit.flatten().collect();
+    let lit: Vec<Lit> = lit.collect();
+    let angles = lit.iter().filter_map(|lit| lit.from_axis).map(f64::to_degrees);
+    let of_sky = angles.fold(None, |ends: Option<[f64; 2]>, angle| {
+        Some(ends.map_or([angle; 2], |[least, most]| [least.min(angle), most.max(angle)]))
+    });
+    let light: Vec<_> = lit.into_iter().flat_map(|lit| lit.paths).collect();
     let tubes = document.tubes.iter().map(|tube| {
         let (frame, shape) = (frame_of(tube), tube.opening().shape);
         // along the line in which the plane of the section cuts that of the opening
@@ -80,10 +92,14 @@ pub fn section(
         }
     });
     let level = |grid: &GridDocument| Some((grid.name.clone(), grid.height_m?));
-    let of_light = match toward_sun {
-        _ if light.is_empty() => "",
-        Some(_) => " · lines: sunlight",
-        None => " · lines: skylight from 26° beside the tube's axis",
+    let of_light = match of_sky {
+        _ if light.is_empty() => String::new(),
+        None => " · lines: sunlight".to_owned(),
+        Some(ends) => {
+            let [least, most] = ends.map(|angle| format!("{angle:.0}°"));
+            let angle = if least == most { least } else { format!("{least} to {most}") };
+            format!(" · lines: skylight from {angle} beside the tube's axis")
+        }
     };
     let (across, seen) = if along == DVec2::X { ("y", "seen from −y") } else { ("x", "seen from +x") };
     let at = short((plane.at * 100.0).round() / 100.0);
@@ -159,6 +175,25 @@ impl Plane {
         boxes.chain(partitions).collect()
     }
 
+    /// Returns the lines in which the plane cuts the meshes of objects, or those of tubes.
+    fn cut_meshes(&self, subject: &Subject, objects: bool) -> Vec<Edge> {
+        let across = self.across().extend(0.0);
+        let edges = subject.meshes.iter().flat_map(|meshes| mesh_outlines::cuts(meshes, objects, across, self.at));
+        edges.map(|edge| edge.map(|end| self.seen(end))).collect()
+    }
+
+    /// Returns the outlines of the pieces of meshes that the plane does not cut.
+    fn meshes_beside(&self, subject: &Subject) -> Vec<SideObject> {
+        let across = self.across().extend(0.0);
+        let is_cut = |piece: &Vec<DVec3>| {
+            let beyond = |corner: &DVec3| corner.dot(across) > self.at;
+            piece.iter().any(beyond) && !piece.iter().all(beyond)
+        };
+        let pieces = subject.meshes.iter().flat_map(mesh_outlines::object_pieces).filter(|piece| !is_cut(piece));
+        let outline = |piece: Vec<DVec3>| mesh_outlines::hull(piece.into_iter().map(|corner| self.seen(corner)));
+        pieces.map(|piece| SideObject { outline: outline(piece), is_cut: false }).collect()
+    }
+
     /// Returns the side of an upright body or sheet with these corners in plan, and its lower and upper end in metres.
     fn upright(&self, plan: &[DVec2], [bottom, top]: [f64; 2]) -> SideObject {
         let beyond = |corner: DVec2| self.across().dot(corner) - self.at;
@@ -212,7 +247,7 @@ mod tests {
         };
         document["room"]["objects"] = json!([table(1.5), table(4.0)]);
         let subject = Subject::new(&document, &json!(null));
-        let section = section(&subject, subject.document.as_ref().unwrap(), None, (DVec2::X, "x"));
+        let section = section(&subject, subject.document.as_ref().unwrap(), (None, &[]), (DVec2::X, "x"));
         assert!(section.heading.lines[1].starts_with("cut at y = 1.5 m, seen from −y"), "{:?}", section.heading);
         assert_eq!(section.tubes.iter().map(|tube| tube.is_cut).collect::<Vec<_>>(), [true, false]);
         assert_eq!(section.objects.iter().map(|object| object.is_cut).collect::<Vec<_>>(), [true, false]);

@@ -72,13 +72,26 @@ pub fn site_figure(figure: SiteFigure, subject: &Subject, results: &Value) -> Op
     let document: &JobDocument = subject.document.as_ref()?;
     match figure {
         SiteFigure::Sky => sky_figure(subject, document, &provenance(results)?),
-        SiteFigure::SectionX => Some(section(subject, document, provenance(results).as_ref(), (DVec2::X, "x")).draw()),
-        SiteFigure::SectionY => Some(section(subject, document, provenance(results).as_ref(), (DVec2::Y, "y")).draw()),
+        SiteFigure::SectionX => Some(section_along(subject, document, results, (DVec2::X, "x")).draw()),
+        SiteFigure::SectionY => Some(section_along(subject, document, results, (DVec2::Y, "y")).draw()),
         SiteFigure::Lumens(tube) => {
             let flux = TubeResult::deserialize(results["tubes"].get(tube)?).ok()?;
             lumens_figure(subject, tube, &flux)
         }
     }
+}
+
+/// Builds the section along an axis, given with its name, with the light that the results have.
+fn section_along(subject: &Subject, document: &JobDocument, results: &Value, along: (DVec2, &'static str)) -> Section {
+    let tubes = results["tubes"].as_array().into_iter().flatten();
+    let kept = |tube: &Value| {
+        let [collector, diffuser, room] =
+            ["at_collector", "at_diffuser", "into_room"].map(|place| tube[place]["flux_lm"].as_f64());
+        let collector = collector.filter(|flux| *flux > 0.0)?;
+        Some([diffuser? / collector, room? / collector])
+    };
+    let kept: Vec<Option<[f64; 2]>> = tubes.map(kept).collect();
+    section(subject, document, (provenance(results).as_ref(), &kept), along)
 }
 
 fn provenance(results: &Value) -> Option<Provenance> {
@@ -92,7 +105,7 @@ pub fn longer_section(subject: &Subject, results: &Value) -> Option<(SiteFigure,
     let [width, depth, _] = (high - low).to_array();
     let (figure, along, across) =
         if depth > width { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
-    let section = section(subject, document, provenance(results).as_ref(), (along, across));
+    let section = section_along(subject, document, results, (along, across));
     let heading = Heading::of(format!("Section along {across}"));
     Some((figure, Section { heading, ..section }.draw()))
 }

@@ -5,17 +5,21 @@ use jiff::Timestamp;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::document::result::PlanResult;
-use crate::document::sky::LocationDocument;
+use crate::document::result::{MeshesResult, PlanResult};
 use crate::document::{JobDocument, ValidJob};
 use crate::figure::heading::SEPARATOR;
 use crate::predict::predictions::Predictions;
 use crate::sky::SkyType;
 
+/// Sky under which a job with a year computes its grids.
+const OF_DAYLIGHT_FACTORS: &str = "CIE standard overcast sky of 10 000 lx, for daylight factors";
+
 /// Job as figures describe it, from the data that are kept of every job.
 pub struct Subject {
     /// Document; `None` for a job that an older version accepted and this one would refuse.
     pub document: Option<ValidJob>,
+    /// Triangles of the meshes of objects and tubes; `None` for a job without meshes, and where they are not known.
+    pub meshes: Option<MeshesResult>,
     /// Times that each method would take, where a pilot was requested before the job ran.
     pub predictions: Option<Predictions>,
     /// Method of the grids, in words.
@@ -31,7 +35,14 @@ impl Subject {
         let [grids_method, views_method] = methods.map_or([None, None], |methods| [methods.grids, methods.views]);
         let [grids_method, views_method] =
             [grids_method, views_method].map(|method| method.map(|method| in_words(&method.name)));
-        Self { document: JobDocument::from_value(document.clone()).ok(), predictions: None, grids_method, views_method }
+        let document = JobDocument::from_value(document.clone()).ok();
+        Self { document, meshes: None, predictions: None, grids_method, views_method }
+    }
+
+    /// Adds the meshes of the job.
+    #[must_use]
+    pub fn with_meshes(self, meshes: Option<MeshesResult>) -> Self {
+        Self { meshes, ..self }
     }
 
     /// Adds the times that were predicted for the job.
@@ -52,10 +63,14 @@ impl Subject {
         let sun = sky.and_then(|sky| sky.sun_position.as_ref());
         let sun = sun.map(|sun| format!("sun at altitude {}°, azimuth {}°", sun.altitude_deg, sun.azimuth_deg));
         let pieces = [
-            document.location.as_ref().map(place),
+            document.location.as_ref().map(|location| place(location.latitude_deg, location.longitude_deg)),
             document.time.as_deref().map(time),
             sun,
-            Some(sky.and_then(|sky| sky.sky_type(DVec3::Z, None)).map_or_else(|| "no sky".to_owned(), sky_in_words)),
+            Some(match sky.and_then(|sky| sky.sky_type(DVec3::Z, None)) {
+                Some(sky) => sky_in_words(sky),
+                None if document.annual.is_some() => OF_DAYLIGHT_FACTORS.to_owned(),
+                None => "no sky".to_owned(),
+            }),
         ];
         pieces.into_iter().flatten().collect::<Vec<_>>().join(SEPARATOR)
     }
@@ -70,11 +85,12 @@ fn in_words(name: &str) -> String {
     name.replace('_', " ")
 }
 
-fn place(location: &LocationDocument) -> String {
+/// Formats a latitude and a longitude in degrees, north and east positive.
+pub(super) fn place(latitude_deg: f64, longitude_deg: f64) -> String {
     let side = |degrees: f64, positive: &str, negative: &str| {
         format!("{:.2}° {}", degrees.abs(), if degrees < 0.0 { negative } else { positive })
     };
-    format!("{}, {}", side(location.latitude_deg, "N", "S"), side(location.longitude_deg, "E", "W"))
+    format!("{}, {}", side(latitude_deg, "N", "S"), side(longitude_deg, "E", "W"))
 }
 
 /// Formats date, time and offset as they are written, without seconds where these are zero.
@@ -141,6 +157,11 @@ pub(crate) mod tests {
         let words = subject.circumstances();
         assert!(words.starts_with("55.68° N, 12.57° W · 2026-03-21 12:00 +01:00 · "), "{words}");
         assert!(words.ends_with("(CIE type 12)"), "{words}");
+        let mut of_a_year = document.clone();
+        let fields = of_a_year.as_object_mut().unwrap();
+        fields.retain(|field, _| !["sky", "location", "time"].contains(&field.as_str()));
+        fields.insert("annual".to_owned(), json!({ "weather": "a.epw" }));
+        assert_eq!(Subject::new(&of_a_year, &plan).circumstances(), OF_DAYLIGHT_FACTORS);
         let unknown = Subject::new(&json!({ "no": "job" }), &json!(null));
         assert_eq!((unknown.name(), unknown.circumstances().as_str()), ("unnamed job", ""));
     }

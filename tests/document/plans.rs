@@ -182,6 +182,13 @@ fn repairs_are_told() {
     assert!(warnings.iter().any(|warning| warning.code == WarningCode::RepairedRoom));
 }
 
+/// Heights are measured from the floor, whether a grid says so or not.
+#[test]
+fn grids_stand_on_the_floor() {
+    let said = scene(&with(hall(), "/grids/0/on", json!("floor")));
+    assert_eq!(format!("{:?}", said.grids), format!("{:?}", scene(&hall()).grids));
+}
+
 #[test]
 fn faults_of_plans_have_places() {
     let outline = "/room/plan/outline_m";
@@ -231,6 +238,7 @@ fn faults_of_plans_have_places() {
         (chord, "/room/partitions/0"),
         (gable, "/tubes/0/centre_m"),
         (in_notch, "/room/objects/0/position_m"),
+        (changed("/grids/0/on", json!("ceiling")), "/grids/0/on"),
         (changed("/grids/0/cells", json!([3, 3])), "/grids/0/spacing_m"),
         (changed("/grids/0/spacing_m", json!(0.001)), "/grids/0/spacing_m"),
         (changed("/grids/0", json!({ "name": "g", "points_m": [[1, 1, 1, 0, 0, 0]] })), "/grids/0/points_m/0"),

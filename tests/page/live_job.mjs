@@ -21,7 +21,8 @@ const prepare = (page) =>
       postJob: ({ name, stop }, { key, signal } = {}) =>
         ends(signal, (resolve, fails) => {
           const answers = (error) => resolve(told(`${name} to ${stop.relative_error}`, error));
-          posts.push({ name, key, answers, fails });
+          const runsOut = () => resolve({ id: `${name} runs out`, status: "failed", stopped_by: "max_seconds", progress: { passes: 0, seconds: 0.2 } });
+          posts.push({ name, key, answers, fails, runsOut });
         }),
       follow: (id, heard, signal) => ends(signal, (ends, fails) => streams.push({ id, heard, ends, fails })),
       job: async (id) => told(id, 0.005),
@@ -80,6 +81,33 @@ export async function sharpensAtRest({ page }) {
   assert(rested > 300 && rested < 1500, `sharpened after ${rested} ms`);
   assert.deepEqual([end.running, end.passes.length, end.history], [null, 1, { times: [] }]);
   assert.deepEqual(deleted, [first]);
+}
+
+/** A room whose first pass takes longer than a first answer may is sharpened at once; an edit meanwhile is answered. */
+export async function sharpensHeavyRooms({ page }) {
+  await prepare(page);
+  const { told, problem, deleted, edited } = await page.evaluate(async () => {
+    const { state, posts, streams, deleted, edit, seen } = live;
+    edit("a");
+    posts[0].runsOut();
+    const told = [await seen()];
+    posts[1].answers(null);
+    told.push(await seen());
+    streams[0].ends("succeeded");
+    told.push(await seen());
+    edit("b");
+    edit("c");
+    posts[2].runsOut();
+    const edited = await seen();
+    return { told, problem: state.problem, deleted: [...deleted], edited: [...edited, posts.at(-1).name] };
+  });
+  assert.deepEqual(told, [
+    ["posting", null, false],
+    ["running", null, false],
+    ["idle", "a to 0.01", true],
+  ]);
+  assert.deepEqual([problem, deleted], [null, ["a runs out", "b runs out"]]);
+  assert.deepEqual(edited, ["answering", "a to 0.01", false, "c"]);
 }
 
 /** An edit is computed after the answer that is on its way, whose draft is no longer the page's; a late answer is given up. */

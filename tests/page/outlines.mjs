@@ -113,3 +113,21 @@ export async function reachesWalls({ page }) {
   assert(Math.abs(ends[0]) < 1e-9, `from ${ends[0]}`);
   assert(ends.at(-1) >= 4 && ends.at(-1) <= 4.2 + 1e-9, `to ${ends.at(-1)}`);
 }
+
+/** A room of faces has the plan of its floors, with their holes, and the extent of all faces. */
+export async function readsRoomsOfFaces({ page }) {
+  const of = await page.evaluate(async () => {
+    const { extent, hasPlan, outline, rings } = await import("/web/room.js");
+    const hole = [[1, 1, 0], [2, 1, 0], [2, 2, 0]];
+    const faces = [
+      { name: "back", kind: "wall", boundary_m: [[0, 5, 0], [4, 5, 0], [4, 5, 2.4], [0, 5, 2.4]] },
+      { name: "front", kind: "floor", boundary_m: [[0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]], holes_m: [hole] },
+      { name: "rear", kind: "floor", boundary_m: [[0, 3, 0], [4, 3, 0], [4, 5, 0], [0, 5, 0]] },
+      { name: "roof", kind: "ceiling", boundary_m: [[0, 0, 3.1], [4, 0, 3.1], [4, 5, 2.4], [0, 5, 2.4]] },
+    ];
+    const room = { faces };
+    return { extent: extent(room), hasPlan: hasPlan(room), first: outline(room), rings: rings(room).map((ring) => ring.length) };
+  });
+  assert.deepEqual(of.extent, { west: 0, south: 0, east: 4, north: 5, width: 4, depth: 5, lowest: 2.4, height: 3.1 });
+  assert.deepEqual([of.hasPlan, of.first[2], of.rings], [true, [4, 3], [4, 3, 4]]);
+}

@@ -1,6 +1,7 @@
 // The room in three dimensions: what its modules compute, and what is drawn once it is opened.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { until } from "./visit.mjs";
 
 const L = [[0, 0], [8, 0], [8, 3], [4, 3], [4, 6], [0, 6]];
 
@@ -199,9 +200,49 @@ export async function opensTheView(visitor, shot) {
   await page.getByLabel("Light on all faces").check();
   const link = page.locator(".space").getByRole("link", { name: "scene.glb" });
   await link.waitFor();
+  // walls have the colours of their light in the scale of the plan
+  await visitor.rests();
+  const walls = await page.evaluate(async () => {
+    const [{ shown }, { rising }] = [await import("/web/plan.js"), await import("/web/scale.js")];
+    const { faces } = await (await fetch(seen.answer.job.links.surfaces)).json();
+    const lit = faces.filter(({ name }) => name.startsWith("wall")).flatMap(({ patches }) => patches);
+    return lit.map(({ illuminance_lux: lux }) => `${rising(lux / shown().end)},255`);
+  });
+  const litWalls = async () => {
+    const { counts } = await pixels(page, "Home");
+    return new Set(walls.filter((colour) => counts[colour] > 20)).size > 20;
+  };
+  await until(litWalls, "walls have no light");
   const [download] = await Promise.all([page.waitForEvent("download"), link.click()]);
   assert.equal(readFileSync(await download.path()).subarray(0, 4).toString(), "glTF");
   await page.getByLabel("Light on all faces").uncheck();
+  await page.locator(".space > summary").click();
+  await visitor.rests();
+}
+
+/** A red table from an OBJ file stands where the service has put it, in both of its copies, and is seen from both sides. */
+export async function drawsModels(visitor) {
+  const { page } = visitor;
+  const body = "v -0.5 -0.5 0\nv 0.5 -0.5 0\nv 0.5 0.5 0\nv -0.5 0.5 0\nusemtl red\nf 1 2 3 4\n";
+  const { id } = await (await fetch(`${visitor.url}/v1/meshes`, { method: "POST", headers: { "Content-Type": "model/obj" }, body })).json();
+  await visitor.open("/");
+  await visitor.rests();
+  await visitor.opens("In three dimensions");
+  await page.waitForFunction(() => document.querySelector(".space canvas").width !== 300);
+  const red = async () => {
+    const { counts } = await pixels(page, "Home");
+    const of = (colour) => colour.split(",").map(Number);
+    return Object.entries(counts).reduce((sum, [colour, count]) => sum + (of(colour)[0] > 3 * of(colour)[1] && of(colour)[0] > 3 * of(colour)[2] ? count : 0), 0);
+  };
+  assert.equal(await red(), 0);
+  await page.evaluate(async (id) => {
+    const { edit } = await import("/web/live.js");
+    const instances = [1, 3].map((y) => ({ position_m: [1, y, 1.5], rotation_deg: 20 }));
+    edit(({ room }) => (room.objects = [{ kind: "mesh", mesh: id, unit: "m", instances, surfaces: { red: { reflectance: [0.8, 0.02, 0.02] } } }]));
+  }, id);
+  await until(async () => (await red()) > 1000, "the tables are not drawn");
+  await page.evaluate(async () => (await import("/web/live.js")).undo());
+  await until(async () => (await red()) === 0, "the tables stay");
   await page.locator(".space > summary").click();
   await visitor.rests();
 }

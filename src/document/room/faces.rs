@@ -238,7 +238,8 @@ fn check_shapes(
         let extent = corners().fold(DVec3::NEG_INFINITY, DVec3::max) - corners().fold(DVec3::INFINITY, DVec3::min);
         let area = area_vector(&cornered.places, &rings[0]);
         if area.length() <= near * extent.length() {
-            checks.refuse(ring_pointer(number, 0), "the corners lie on a line: the face has no area");
+            checks
+                .refuse(ring_pointer(number, 0), "the corners lie on a line, or the edges cross: the face has no area");
             continue;
         }
         let plane = Plane::fit(corners, area, scale);

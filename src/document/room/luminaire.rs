@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::object::BoxDocument;
-use crate::document::errors::Checks;
+use crate::document::errors::{Checks, tidy_m};
 use crate::document::hints;
 use crate::document::limits::{COORDINATE_M, LIGHT, TOUCHING_M};
 use crate::document::optics::Coefficient;
@@ -113,7 +113,9 @@ pub(crate) fn check_place(
                 hint => hint,
             };
             let detail = format!(
-                "the luminaire must be inside the room ({least}..{most} m), but reaches from {from} m to {to} m{hint}"
+                "the luminaire must be inside the room ({least}..{most} m), but reaches from {} m to {} m{hint}",
+                tidy_m(from),
+                tidy_m(to)
             );
             checks.refuse(pointer, detail);
         }

@@ -12,7 +12,7 @@ use super::openings::cover_no_opening;
 use super::plan::PartitionDocument;
 use super::sheets::{one_sheet_each, undetermined_words};
 use super::surface::SurfaceDocument;
-use crate::document::errors::{Checks, FieldError, FieldErrorCode};
+use crate::document::errors::{Checks, FieldError, FieldErrorCode, tidy_m};
 use crate::document::file_source::FileSource;
 use crate::document::frame::{FileFrame, Up, hint_at_other_axis};
 use crate::document::hints;
@@ -248,7 +248,8 @@ fn check_extent(
             let hint = hints::of_number(&pointer, position, fits);
             let detail = format!(
                 "{unit}, the mesh must be inside the room ({least}..{most} m), but reaches from {} m to {} m{hint}",
-                low[axis], high[axis]
+                tidy_m(low[axis]),
+                tidy_m(high[axis])
             );
             checks.refuse(pointer, detail);
         }

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use super::mesh_document::MeshObjectDocument;
 use super::surface::{Owner, SurfaceDocument, check_surface};
-use crate::document::errors::Checks;
+use crate::document::errors::{Checks, tidy_m};
 use crate::document::hints;
 use crate::document::limits::{COORDINATE_M, SIZE_M, TOUCHING_M, TURN_DEG};
 use crate::document::read::tagged::{self, Reader, Tagged};
@@ -119,7 +119,9 @@ impl BoxDocument {
                     hint => hint,
                 };
                 let detail = format!(
-                    "the box must be inside the room ({low}..{high} m), but reaches from {from} m to {to} m{hint}"
+                    "the box must be inside the room ({low}..{high} m), but reaches from {} m to {} m{hint}",
+                    tidy_m(from),
+                    tidy_m(to)
                 );
                 checks.refuse(pointer, detail);
             }

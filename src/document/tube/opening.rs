@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::check::check_course;
 use super::{Opening, OpeningNormal, TubeDocument};
-use crate::document::errors::Checks;
+use crate::document::errors::{Checks, tidy_m};
 use crate::document::hints;
 use crate::document::limits::{DIAMETER_M, DROP_M, ON_FACE_M, TOUCHING_M};
 use crate::document::room::RoomDocument;
@@ -237,7 +237,7 @@ pub(crate) fn check_openings(
         }
         for (number, partition) in room.partitions.iter().enumerate() {
             if opening.is_cut_by(partition) {
-                let detail = format!("must not cut the opening of {pointer}, which is {} m high", opening.height_m());
+                let detail = format!("must not cut the opening of {pointer}, which is {} m high", tidy_m(opening.height_m()));
                 checks.refuse(format!("/room/partitions/{number}"), detail);
             }
         }
@@ -269,8 +269,8 @@ fn check_extent(pointer: &str, tube: &TubeDocument, enclosure: &Enclosure, check
             let hint = hints::of_number(&pointer, at, |meant| meant - radius >= low && meant + radius <= high);
             let detail = format!(
                 "the opening must lie wholly inside the ceiling ({low}..{high} m), but reaches from {} m to {} m{hint}",
-                at - radius,
-                at + radius
+                tidy_m(at - radius),
+                tidy_m(at + radius)
             );
             checks.refuse(pointer, detail);
             inside = false;
@@ -299,6 +299,8 @@ fn check_level(
     let rise = uphill.length() / -normal.z;
     let needed = shape.extent_along(uphill.normalize_or(DVec2::X)) * rise;
     if drop_m < needed - TOUCHING_M {
+        // rounded up: a drop that the message names is accepted
+        let needed = (needed * 1e6).ceil() / 1e6;
         let detail = format!(
             "must be at least {needed} m, so that the level opening hangs below the sloped ceiling as a whole, but is \
              {drop_m}"
@@ -307,7 +309,8 @@ fn check_level(
         return false;
     }
     if height_m <= 0.0 {
-        let detail = format!("must be < {} m, the height of the ceiling there, but is {drop_m}", height_m + drop_m);
+        let detail =
+            format!("must be < {} m, the height of the ceiling there, but is {drop_m}", tidy_m(height_m + drop_m));
         checks.refuse(format!("{pointer}/drop_m"), detail);
         return false;
     }
@@ -346,8 +349,10 @@ fn check_inside(
     if beyond <= slack {
         return true;
     }
-    let detail =
-        format!("the opening must lie wholly inside the room, but its rim is {beyond} m beyond a wall or the ceiling");
+    let detail = format!(
+        "the opening must lie wholly inside the room, but its rim is {} m beyond a wall or the ceiling",
+        tidy_m(beyond)
+    );
     checks.refuse(format!("{pointer}/{width}"), detail);
     false
 }

@@ -104,6 +104,9 @@ pub struct Links {
     /// Path of the model of the room, where the document asks for `surfaces`. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
+    /// Path of the triangles of the meshes of objects and tubes, where the document has some. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meshes: Option<String>,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -176,6 +179,7 @@ impl JobSummary {
                 annual: None,
                 surfaces: None,
                 scene: None,
+                meshes: None,
             },
         }
     }
@@ -219,6 +223,9 @@ impl JobResource {
         let has_surfaces = job.document["surfaces"] == true;
         let of_surfaces = |format| has_surfaces.then(|| format!("{this}/{}", Output::Surfaces(format).file()));
         let [surfaces, scene] = [Format::Json, Format::Glb].map(of_surfaces);
+        let has_mesh = |of: &Value| of.as_array().into_iter().flatten().any(|one| one["mesh"].is_string());
+        let has_meshes = has_mesh(&job.document["tubes"]) || has_mesh(&job.document["room"]["objects"]);
+        summary.links.meshes = has_meshes.then(|| format!("{this}/{}", Output::Meshes.file()));
         summary.links.figures = Some(figures.collect());
         if job.document["annual"].is_object() {
             let dimming = job.document["annual"]["dimming"].is_object();

@@ -11,6 +11,7 @@ pub mod encoding;
 pub mod facets;
 pub mod lambert;
 pub(crate) mod lanes;
+pub mod merging;
 pub(crate) mod numbers;
 pub mod obj;
 pub mod opening_frame;

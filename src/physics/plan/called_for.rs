@@ -171,7 +171,7 @@ fn luminaires(scene: &Scene) -> Result<String, String> {
 
 fn objects(scene: &Scene) -> Result<String, String> {
     match (scene.room.boxes.len() + scene.room.meshes.len(), scene.room.luminaires.len()) {
-        (0, 0) => Err("the room is an empty box, which is convex: nothing stands between two of its points".to_owned()),
+        (0, 0) => Err("the room is empty: nothing but its own faces stands between two of its points".to_owned()),
         (0, _) => Err("the room has no boxes and no meshes, but its luminaires still block light".to_owned()),
         (count, _) => Ok(format!("{count} in the room")),
     }

@@ -10,7 +10,7 @@ use crate::figure::ticks::{significant, with_error};
 use crate::figure::{Drawing, Heading};
 use crate::output::OutputError;
 use crate::present::grid_figure::map_of_values;
-use crate::present::subject::Subject;
+use crate::present::subject::{Subject, place};
 
 impl JobYear {
     /// Draws the daylight autonomy of a grid over the plan, for the illuminance of the document's spatial daylight autonomy; `None` if
@@ -37,7 +37,7 @@ impl JobYear {
         let mean: WithInterval = self.first.year.grids[number].useful.autonomous_percent.into();
         let title = format!("Useful daylight, {least} to {most} lx, {}", subject.name());
         let found =
-            format!("{least} to {most} lx in {} % of the occupied hours, mean of the area", with_half_width(mean));
+            format!("{least} to {most} lx in {} of the occupied hours, mean of the area", with_half_width(mean, "%"));
         self.map_of_hours(subject, name, (title, found), |point| point.useful.autonomous_percent.value)
     }
 
@@ -69,7 +69,7 @@ impl JobYear {
             lines: vec![
                 self.circumstances(),
                 of.result.place_in_words(),
-                format!("mean of the occupied hours {} lx", with_half_width(mean)),
+                format!("mean of the occupied hours {}", with_half_width(mean, "lx")),
             ],
         };
         let values = self.first.year.hours.iter().map(|hour| (hour.record, hour.grids_lux[number]));
@@ -110,14 +110,18 @@ impl JobYear {
     pub fn circumstances(&self) -> String {
         let site = &self.first.weather.site;
         let hours = self.first.year.hours.len() as f64 / f64::from(self.first.weather.records_per_hour.max(1));
-        format!("{}, {:.2}°, {:.2}° · {hours} hours with light", site.name, site.latitude_deg, site.longitude_deg)
+        let place = place(site.latitude_deg, site.longitude_deg);
+        format!("{}, {place} · {hours} hours with light", site.name)
     }
 }
 
-/// Formats a value with half of its interval.
-pub(super) fn with_half_width(value: WithInterval) -> String {
+/// Formats a value in a unit with half of its interval.
+pub(super) fn with_half_width(value: WithInterval, unit: &str) -> String {
     let half = 0.5 * (value.high - value.low);
-    if half > 0.0 { format!("{} (95 %)", with_error(value.value, half)) } else { significant(value.value, 4) }
+    match half > 0.0 {
+        true => format!("{} {unit} (95 % interval)", with_error(value.value, half)),
+        false => format!("{} {unit}", significant(value.value, 4)),
+    }
 }
 
 /// Formats a share of the area in percent with its interval where it has a width.

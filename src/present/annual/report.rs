@@ -25,7 +25,7 @@ impl JobYear {
                 summary.site.name,
                 percent(grid.sda_percent),
                 of.result.place_in_words(),
-                format_args!("the mean of these hours is {} lx", with_half_width(grid.mean_lux)),
+                format_args!("the mean of these hours is {}", with_half_width(grid.mean_lux, "lx")),
             );
             (Tone::Plain, text)
         };

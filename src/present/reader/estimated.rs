@@ -20,7 +20,7 @@ use crate::present::outputs::{Annual, Format, Output, annual_outputs, moments_ou
 use crate::present::prepared::Prepared;
 use crate::present::subject::Subject;
 use crate::scene::surface_patches::surface_patches;
-use crate::scene::{Grid, TubeShape, View};
+use crate::scene::{Grid, View};
 use crate::statistics::Moments;
 
 /// Files that were made of an estimate, by name, for several readers.
@@ -54,7 +54,7 @@ impl Estimated<'_> {
     /// Makes the files that a job keeps when it has finished: those that cannot be made again. Tables and figures of its grids are made
     /// from the kept files, and reports on its tubes from the document, by [`Kept`], unless it uses uploaded meshes, which can be deleted.
     pub fn kept_files(&self) -> Result<Vec<ResultFile>, RenderError> {
-        let has_meshes = self.prepared.has_meshes();
+        let has_meshes = self.prepared.subject().meshes.is_some();
         self.files(|output| match output {
             Output::Grid(_, format) => *format == Format::Json,
             Output::View(..) => true,
@@ -63,6 +63,7 @@ impl Estimated<'_> {
             // the rest of a year is made from these again
             Output::Annual(part, _) => matches!(part, Annual::Summary | Annual::Moments(_)),
             Output::Surfaces(format) => *format == Format::Json,
+            Output::Meshes => true,
         })
     }
 
@@ -181,6 +182,7 @@ impl Prepared {
         let surfaces = self.scene.grids.iter().any(|grid| grid.name == SURFACES);
         let views = self.scene.views.iter().map(|view| view.name.as_str());
         let mut outputs = result_outputs(grids.clone(), views, self.scene.tubes.len(), surfaces);
+        outputs.extend(self.subject().meshes.as_ref().map(|_| Output::Meshes));
         if let Some(annual) = &self.annual {
             outputs.extend(annual_outputs(grids.clone(), annual.document.dimming.is_some()));
             outputs.extend(moments_outputs(grids).filter(|_| annual.at_moments));
@@ -195,10 +197,5 @@ impl Prepared {
             Some((name.clone(), png::encode(&picture).ok()?))
         };
         self.scene.views.iter().filter_map(|view| picture(&view.name)).collect()
-    }
-
-    fn has_meshes(&self) -> bool {
-        let mut tubes = self.scene.tubes.iter();
-        !self.scene.room.meshes.is_empty() || tubes.any(|tube| matches!(tube.shape, TubeShape::Mesh(_)))
     }
 }

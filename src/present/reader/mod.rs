@@ -114,6 +114,11 @@ fn written(reader: &(impl ResultReader + ?Sized), output: &Output) -> Found<Resu
         (Output::Surfaces(Format::Glb), _) => {
             reader.surfaces()?.map(|surfaces| Ok(scene_glb(reader.subject(), &surfaces)))
         }
+        // a line for each of thousands of numbers would be most of the file
+        (Output::Meshes, _) => {
+            let written = |meshes| serde_json::to_vec(meshes).map_err(|error| self::failed(&name, error));
+            reader.subject().meshes.as_ref().map(written)
+        }
         _ => None,
     };
     let file = |bytes: Vec<u8>| ResultFile {

@@ -1,5 +1,6 @@
 //! Light on the faces of a room, its model, and the verdict on a target.
 
+use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 
 use crate::common::{TestService, problem, small_job};
@@ -62,4 +63,40 @@ async fn faces_absorb_the_flux_and_targets_have_verdicts() {
     let without = service.submit(&document).await;
     assert!(service.finished(&without).await["links"]["scene"].is_null());
     problem(service.get(&format!("{without}/scene.glb")).send().await.unwrap(), 404).await;
+}
+
+/// The triangles of a table stand where its object stands, in the model, too; they outlive the uploaded mesh.
+#[tokio::test]
+async fn meshes_of_a_job_outlive_their_files() {
+    let service = TestService::start().await;
+    let table = "v 0 0 0\nv 1 0 0\nv 1 0.5 0\nv 0 0.5 0\nusemtl top\nf 1 2 3 4\n";
+    let upload = service.request(Method::POST, "/v1/meshes").header("content-type", "model/obj").body(table);
+    let mesh: Value = upload.send().await.unwrap().json().await.unwrap();
+    let id = mesh["id"].as_str().unwrap();
+    let mut document = small_job();
+    document.as_object_mut().unwrap().remove("views");
+    document["method"] = json!("auto");
+    document["stop"] = json!({ "relative_error": 0.5, "max_passes": 4 });
+    document["surfaces"] = json!(true);
+    document["room"]["objects"] = json!([{ "kind": "mesh", "mesh": id, "unit": "m", "position_m": [0.5, 0.75, 0.7],
+                                           "surfaces": { "top": { "reflectance": 0.5 } } }]);
+    let path = service.submit(&document).await;
+    let job = service.finished(&path).await;
+    let link = job["links"]["meshes"].as_str().unwrap();
+    assert_eq!(link, format!("{path}/meshes.json"));
+    let deleted = service.request(Method::DELETE, &format!("/v1/meshes/{id}")).send().await.unwrap();
+    assert_eq!(deleted.status(), StatusCode::NO_CONTENT);
+
+    let meshes = service.json(link).await;
+    assert_eq!((&meshes["triangles"], &meshes["cell_m"]), (&json!(2), &Value::Null));
+    let [mesh] = &meshes["meshes"].as_array().unwrap()[..] else { panic!("{meshes}") };
+    let part = &mesh["parts"][0];
+    assert_eq!((&mesh["pointer"], &part["role"]), (&json!("/room/objects/0"), &json!("object")));
+    assert_eq!(part["corners_m"], json!([[0.5, 0.75, 0.7], [1.5, 0.75, 0.7], [1.5, 1.25, 0.7], [0.5, 1.25, 0.7]]));
+    let model = service.get(&format!("{path}/scene.glb")).send().await.unwrap().bytes().await.unwrap();
+    let text = String::from_utf8_lossy(&model);
+    assert!(text.contains("\"name\":\"object 1\""), "{}", &text[..2000]);
+    let plain = service.submit(&small_job()).await;
+    assert!(service.finished(&plain).await["links"]["meshes"].is_null());
+    problem(service.get(&format!("{plain}/meshes.json")).send().await.unwrap(), 404).await;
 }
