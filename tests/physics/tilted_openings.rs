@@ -363,7 +363,8 @@ fn openings_in_walls_are_computed_or_refused() {
     let paths = path_tracing::Settings { samples_per_sensor: 128, samples_per_pixel: 1 };
     let (truth, errors) = values(&run(&scene, &*built(&scene, &paths, 2), 24));
     assert!(truth.iter().all(|lux| *lux > 0.0));
-    for (name, settings) in [("two stages", two_stages())] {
-        assert_grid(&run(&scene, &*built(&scene, &settings, 2), 24), &truth, &errors, SIGMAS, 0.0, name);
+    let stages = ("two stages", built(&scene, &two_stages(), 2));
+    for (name, method) in methods(&scene, 2).into_iter().chain([stages]) {
+        assert_grid(&run(&scene, &*method, 24), &truth, &errors, SIGMAS, 0.0, name);
     }
 }
