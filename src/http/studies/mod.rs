@@ -9,4 +9,3 @@ mod pictures;
 pub mod resource;
 pub mod show;
 pub mod submit;
-pub mod watched;

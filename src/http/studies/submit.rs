@@ -1,18 +1,16 @@
 //! Queueing of a study: a job for its reference, and one for each method, error and seed.
 
-use axum::Json;
-use axum::http::{HeaderMap, StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::HeaderMap;
+use axum::response::Response;
 use serde_json::Value;
 
 use super::evaluate::study_resource;
 use super::looked::Looked;
 use super::resource::StudyResource;
 use crate::http::client::Client;
+use crate::http::job_sets::any_kind::{accepted, queue, replayed_set};
 use crate::http::jobs::posted::Body;
-use crate::http::jobs::submit::{
-    POLL_SECONDS, client_full, idempotency_key, key_reused, queue_full, replayed, upload_gone,
-};
+use crate::http::jobs::submit::{idempotency_key, replayed};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::http::turns::Turn;
@@ -55,55 +53,37 @@ use crate::study::queued::new_study;
         (status = 429, description = "The jobs of the study would exceed the client's limit of waiting jobs"),
         (status = 503, description = "The queue has no room for all jobs of the study")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
-    let other = "another study";
     let idempotency_key = idempotency_key(&headers)?;
-    let turn = permit(&app.permits.studies).await?;
+    let turn = permit(&app.permits.sets).await?;
     let posted = body.read(&turn).await?;
     if app.shutdown.is_cancelled() {
         return Err(Problem::unavailable("the service is shutting down"));
     }
     // a repeated post is answered even when its meshes were deleted meanwhile
-    if let Some(key) = &idempotency_key
-        && let Some(study) = app.store.study_of_key(key).await?
-    {
-        return if study.body_hash == posted.hash {
-            accepted(&app, study).await.map(replayed)
-        } else {
-            Err(key_reused(other))
-        };
+    if let Some(study) = replayed_set(&app, SetKind::Study, idempotency_key.as_deref(), &posted.hash).await? {
+        return answer(&app, study).await.map(replayed);
     }
     let new = prepared(&app, turn, posted.value).await?;
     let (owner, client) = (app.owner.clone(), client.to_string());
-    let new = NewStudy { owner, idempotency_key, body_hash: posted.hash, client, ..new };
-    match app.store.submit_study(new, app.limits.most_waiting()).await? {
-        StudySubmission::New(study) => {
-            tracing::info!(study = %study.id, jobs = study.jobs.len(), "study queued");
-            metrics::counter!("skyduct_jobs_submitted_total").increment(study.jobs.len() as u64);
-            accepted(&app, study).await
-        }
-        StudySubmission::Repeated(study) => accepted(&app, study).await.map(replayed),
-        StudySubmission::KeyReused => Err(key_reused(other)),
-        StudySubmission::QueueFull => Err(queue_full(&app)),
-        StudySubmission::ClientFull => Err(client_full(&app)),
-        StudySubmission::UploadGone(id) => Err(upload_gone(&id)),
-    }
+    let new = NewJobSet { owner, idempotency_key, body_hash: posted.hash, client, ..new };
+    let (study, is_replayed) = queue(&app, new).await?;
+    let answer = answer(&app, study).await?;
+    Ok(if is_replayed { replayed(answer) } else { answer })
 }
 
-async fn accepted(app: &Service, study: StoredStudy) -> Result<Response, Problem> {
-    let location = format!("/v1/studies/{}", study.id);
-    let headers = [(header::LOCATION, location), (header::RETRY_AFTER, POLL_SECONDS.to_string())];
-    let study = study_resource(app, Looked::new(app, study).await?).await?;
-    Ok((StatusCode::ACCEPTED, headers, Json(study)).into_response())
+async fn answer(app: &Service, study: JobSet) -> Result<Response, Problem> {
+    let path = format!("/v1/studies/{}", study.id);
+    Ok(accepted(path, &study_resource(app, Looked::new(app, study).await?).await?))
 }
 
 /// Prepares a study with all of its jobs, off the async threads.
-async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewStudy, Problem> {
+async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewJobSet, Problem> {
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
     let (memory_bytes, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
     let prepared = off_thread(turn, move |cancel| {
         let files = meshes.for_document(runtime, cancel);
         let request = StudyRequest::from_value(request, &files)?.within(most_seconds)?;
-        new_study(&request, &files, memory_bytes, most_seconds)
+        new_study(request, &files, memory_bytes, most_seconds)
     });
     prepared.await?.map_err(Problem::from)
 }

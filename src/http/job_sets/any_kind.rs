@@ -1,0 +1,118 @@
+//! Requests that are alike for sets of every kind: each route finds the sets of its own kind only.
+
+use std::collections::HashMap;
+
+use axum::Json;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use utoipa::IntoParams;
+use uuid::Uuid;
+
+use crate::http::Service;
+use crate::http::jobs::submit::{POLL_SECONDS, client_full, key_reused, queue_full, upload_gone};
+use crate::http::problem::Problem;
+use crate::queue::store::*;
+
+const DEFAULT_PAGE: u32 = 20;
+const MAX_PAGE: u32 = 100;
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct PageQuery {
+    /// Largest number of entries on a page; 20 when absent.
+    #[param(minimum = 1, maximum = 100)]
+    limit: Option<u32>,
+    /// Value of `next_cursor` of the page before.
+    cursor: Option<Uuid>,
+}
+
+/// Reads the set of an id; a set of another kind is not found.
+pub async fn set_of(app: &Service, kind: SetKind, id: Uuid) -> Result<JobSet, Problem> {
+    let set = app.store.job_set(id).await?.filter(|set| set.kind == kind);
+    set.ok_or_else(|| Problem::not_found(format!("there is no such {}", kind.noun())))
+}
+
+/// Reads the heads of a set's jobs that were not deleted, by id.
+pub async fn heads_of(app: &Service, set: Uuid) -> Result<HashMap<Uuid, JobHead>, Problem> {
+    Ok(app.store.jobs_of_set(set).await?.into_iter().map(|head| (head.id, head)).collect())
+}
+
+/// Reads a page of sets of a kind, newest first, with the cursor of the next page; `None` on the last one.
+pub async fn page(app: &Service, kind: SetKind, query: PageQuery) -> Result<(Vec<JobSet>, Option<Uuid>), Problem> {
+    let limit = query.limit.unwrap_or(DEFAULT_PAGE);
+    if !(1..=MAX_PAGE).contains(&limit) {
+        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MAX_PAGE}, but is {limit}")));
+    }
+    // one more tells whether there is a next page
+    let mut ids = app.store.job_sets(kind, query.cursor, limit + 1).await?;
+    let more = ids.len() > limit as usize;
+    ids.truncate(limit as usize);
+    let next_cursor = ids.last().copied().filter(|_| more);
+    let mut sets = Vec::with_capacity(ids.len());
+    for id in ids {
+        sets.extend(app.store.job_set(id).await?);
+    }
+    Ok((sets, next_cursor))
+}
+
+/// Finds the set of an earlier post with this key; refuses a key that was used with another body than that of this hash.
+pub async fn replayed_set(
+    app: &Service,
+    kind: SetKind,
+    key: Option<&str>,
+    body_hash: &str,
+) -> Result<Option<JobSet>, Problem> {
+    let Some(key) = key else { return Ok(None) };
+    match app.store.set_of_key(kind, key).await? {
+        Some(set) if set.body_hash != body_hash => Err(reused(kind)),
+        set => Ok(set),
+    }
+}
+
+/// Queues a set with all of its jobs. Returns it, and true if it is that of an earlier post.
+pub async fn queue(app: &Service, new: NewJobSet) -> Result<(JobSet, bool), Problem> {
+    let kind = new.kind;
+    match app.store.submit_set(new, app.limits.most_waiting()).await? {
+        SetSubmission::New(set) => {
+            tracing::info!(set = %set.id, kind = kind.name(), jobs = set.members.len(), "set of jobs queued");
+            metrics::counter!("skyduct_jobs_submitted_total").increment(set.members.len() as u64);
+            Ok((set, false))
+        }
+        SetSubmission::Repeated(set) => Ok((set, true)),
+        SetSubmission::KeyReused => Err(reused(kind)),
+        SetSubmission::QueueFull => Err(queue_full(app)),
+        SetSubmission::ClientFull => Err(client_full(app)),
+        SetSubmission::UploadGone(id) => Err(upload_gone(&id)),
+    }
+}
+
+fn reused(kind: SetKind) -> Problem {
+    key_reused(&format!("another {}", kind.noun()))
+}
+
+/// Cancels all jobs of a set that have not ended, and returns the set; a problem where all have ended.
+pub async fn cancel(app: &Service, kind: SetKind, id: Uuid) -> Result<JobSet, Problem> {
+    let set = set_of(app, kind, id).await?;
+    let cancelled = app.store.cancel_set(id).await?;
+    if cancelled.is_empty() {
+        return Err(Problem::conflict(format!("all jobs of the {} have ended", kind.noun())));
+    }
+    cancelled.into_iter().for_each(|job| app.live.forget(job));
+    tracing::info!(set = %id, kind = kind.name(), "set of jobs cancelled");
+    Ok(set)
+}
+
+/// Deletes a set with all of its jobs; running ones stop.
+pub async fn delete(app: &Service, kind: SetKind, id: Uuid) -> Result<StatusCode, Problem> {
+    set_of(app, kind, id).await?;
+    app.deletion().set(id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Answers that a set was queued, at this path.
+pub fn accepted(path: String, body: &impl Serialize) -> Response {
+    let headers = [(header::LOCATION, path), (header::RETRY_AFTER, POLL_SECONDS.to_string())];
+    (StatusCode::ACCEPTED, headers, Json(body)).into_response()
+}
