@@ -51,7 +51,8 @@ pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
             let folder = job.parent().unwrap_or(Path::new(""));
             let figures = &args.figures.saved;
             let job = submit_and_download(&client, document, Some(folder), args.predict, &args.out, figures).await?;
-            return Ok(say_done(&job, &args.out));
+            say_done(&job, &args.out);
+            return Ok(());
         }
         if args.predict {
             bail!("--predict is for a single document");

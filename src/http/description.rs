@@ -16,7 +16,7 @@ use crate::http::file_operations;
 use crate::http::job_sets::resource::JobSetEvent;
 use crate::http::parameters::CHECKED;
 use crate::http::problem::Problem;
-use crate::http::studies::events::StudyEvent;
+use crate::http::studies::view::StudyEvent;
 use crate::http::yaml;
 use crate::queue::events::{Cancelled, Failed, Pass, Phase, Planned, Queued, Restarted, Started, Succeeded};
 

@@ -3,15 +3,24 @@
 use std::collections::HashMap;
 
 use axum::Json;
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use tokio::runtime::Handle;
 use utoipa::IntoParams;
 use uuid::Uuid;
 
+use crate::document::DocumentErrors;
 use crate::http::Service;
-use crate::http::jobs::submit::{POLL_SECONDS, client_full, key_reused, queue_full, upload_gone};
+use crate::http::client::Client;
+use crate::http::jobs::posted::{Body, Posted};
+use crate::http::jobs::submit::{
+    POLL_SECONDS, client_full, idempotency_key, key_reused, queue_full, replayed, upload_gone,
+};
+use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
+use crate::queue::meshes::UploadedMeshes;
 use crate::queue::store::*;
 
 const DEFAULT_PAGE: u32 = 20;
@@ -57,22 +66,55 @@ pub async fn page(app: &Service, kind: SetKind, query: PageQuery) -> Result<(Vec
     Ok((sets, next_cursor))
 }
 
-/// Finds the set of an earlier post with this key; refuses a key that was used with another body than that of this hash.
-pub async fn replayed_set(
-    app: &Service,
-    kind: SetKind,
-    key: Option<&str>,
-    body_hash: &str,
-) -> Result<Option<JobSet>, Problem> {
-    let Some(key) = key else { return Ok(None) };
-    match app.store.set_of_key(kind, key).await? {
-        Some(set) if set.body_hash != body_hash => Err(reused(kind)),
-        set => Ok(set),
-    }
+/// Bounds of the jobs of a set.
+pub struct Bounds {
+    /// Largest numbers of jobs that may wait.
+    pub most: MostWaiting,
+    /// Bytes that one job may take at its peak.
+    pub memory_bytes: u64,
+    /// Largest `stop.max_seconds` of a job.
+    pub most_seconds: f64,
 }
 
-/// Queues a set with all of its jobs. Returns it, and true if it is that of an earlier post.
-pub async fn queue(app: &Service, new: NewJobSet) -> Result<(JobSet, bool), Problem> {
+/// Queues the set that a request with this body asks for, with all of its jobs. `prepare` makes it of the request, with the uploaded
+/// files, off the async threads; its owner, client and key are set here. Returns the set, and true if it is that of an earlier post.
+pub async fn post(
+    app: &Service,
+    kind: SetKind,
+    (client, headers, body): (Client, &HeaderMap, Body),
+    prepare: impl FnOnce(Value, &UploadedMeshes, &Bounds) -> Result<NewJobSet, DocumentErrors> + Send + 'static,
+) -> Result<(JobSet, bool), Problem> {
+    let idempotency_key = idempotency_key(headers)?;
+    let turn = permit(&app.permits.sets).await?;
+    let Posted { value, hash: body_hash, held, .. } = body.read(&turn).await?;
+    if app.shutdown.is_cancelled() {
+        return Err(Problem::unavailable("the service is shutting down"));
+    }
+    // a repeated post is answered even when its files were deleted meanwhile
+    if let Some(key) = &idempotency_key
+        && let Some(set) = app.store.set_of_key(kind, key).await?
+    {
+        return if set.body_hash == body_hash { Ok((set, true)) } else { Err(reused(kind)) };
+    }
+    let (meshes, runtime) = (app.meshes.clone(), Handle::current());
+    let bounds = Bounds {
+        most: app.limits.most_waiting(),
+        memory_bytes: app.limits.memory_limit_bytes(),
+        most_seconds: app.limits.max_seconds,
+    };
+    let prepared = off_thread(turn, move |cancel| {
+        let files = meshes.for_document(runtime, cancel);
+        prepare(value, &files, &bounds)
+    });
+    let new = prepared.await??;
+    let (owner, client) = (app.owner.clone(), client.to_string());
+    let queued = queue(app, NewJobSet { owner, idempotency_key, body_hash, client, ..new }).await;
+    drop(held);
+    queued
+}
+
+/// Queues a set. Returns it, and true if it is that of an earlier post.
+async fn queue(app: &Service, new: NewJobSet) -> Result<(JobSet, bool), Problem> {
     let kind = new.kind;
     match app.store.submit_set(new, app.limits.most_waiting()).await? {
         SetSubmission::New(set) => {
@@ -111,8 +153,9 @@ pub async fn delete(app: &Service, kind: SetKind, id: Uuid) -> Result<StatusCode
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Answers that a set was queued, at this path.
-pub fn accepted(path: String, body: &impl Serialize) -> Response {
+/// Answers that a set at this path is queued, or was by an earlier post.
+pub fn accepted(path: String, is_replayed: bool, body: &impl Serialize) -> Response {
     let headers = [(header::LOCATION, path), (header::RETRY_AFTER, POLL_SECONDS.to_string())];
-    (StatusCode::ACCEPTED, headers, Json(body)).into_response()
+    let answer = (StatusCode::ACCEPTED, headers, Json(body)).into_response();
+    if is_replayed { replayed(answer) } else { answer }
 }

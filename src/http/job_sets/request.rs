@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
+use super::any_kind::Bounds;
 use crate::document::errors::Checks;
 use crate::document::limits::JOB_NAME;
 use crate::document::read::shape;
@@ -25,16 +26,6 @@ pub struct JobSetRequest {
     /// Documents of the jobs: at most 200, and not more than this client may have waiting.
     #[schema(value_type = Vec<JobDocument>, min_items = 1, max_items = 200)]
     pub jobs: Vec<Value>,
-}
-
-/// Bounds of the jobs of a set.
-pub struct Bounds {
-    /// Largest numbers of jobs that may wait.
-    pub most: MostWaiting,
-    /// Bytes that one job may take at its peak.
-    pub memory_bytes: u64,
-    /// Largest `stop.max_seconds` of a job.
-    pub most_seconds: f64,
 }
 
 impl JobSetRequest {

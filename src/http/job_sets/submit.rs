@@ -4,17 +4,14 @@ use axum::http::HeaderMap;
 use axum::response::Response;
 use serde_json::Value;
 
-use super::any_kind::{accepted, heads_of, queue, replayed_set};
-use super::request::{Bounds, JobSetRequest};
+use super::any_kind::{self, Bounds, accepted, heads_of};
+use super::request::JobSetRequest;
 use super::resource::JobSetResource;
+use crate::http::App;
 use crate::http::client::Client;
 use crate::http::jobs::posted::Body;
-use crate::http::jobs::submit::{idempotency_key, replayed};
-use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
-use crate::http::turns::Turn;
-use crate::http::{App, Service};
-use crate::queue::store::*;
+use crate::queue::store::SetKind;
 
 /// Queues a set of jobs, all of them or none.
 ///
@@ -42,42 +39,11 @@ use crate::queue::store::*;
         (status = 429, description = "The jobs of the set would exceed the client's limit of waiting jobs"),
         (status = 503, description = "The queue has no room for all jobs of the set")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
-    let idempotency_key = idempotency_key(&headers)?;
-    let turn = permit(&app.permits.sets).await?;
-    let posted = body.read(&turn).await?;
-    if app.shutdown.is_cancelled() {
-        return Err(Problem::unavailable("the service is shutting down"));
-    }
-    // a repeated post is answered even when its files were deleted meanwhile
-    if let Some(set) = replayed_set(&app, SetKind::Jobs, idempotency_key.as_deref(), &posted.hash).await? {
-        return answer(&app, set).await.map(replayed);
-    }
-    let new = prepared(&app, turn, posted.value).await?;
-    let (owner, client) = (app.owner.clone(), client.to_string());
-    let new = NewJobSet { owner, idempotency_key, body_hash: posted.hash, client, ..new };
-    let (set, is_replayed) = queue(&app, new).await?;
-    let answer = answer(&app, set).await?;
-    Ok(if is_replayed { replayed(answer) } else { answer })
-}
-
-async fn answer(app: &Service, set: JobSet) -> Result<Response, Problem> {
-    let heads = heads_of(app, set.id).await?;
-    Ok(accepted(format!("/v1/job_sets/{}", set.id), &JobSetResource::new(&set, &heads)))
-}
-
-/// Prepares a set with all of its jobs, off the async threads.
-async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewJobSet, Problem> {
-    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
-    let bounds = Bounds {
-        most: app.limits.most_waiting(),
-        memory_bytes: app.limits.memory_limit_bytes(),
-        most_seconds: app.limits.max_seconds,
-    };
-    let prepared = off_thread(turn, move |cancel| {
-        let files = meshes.for_document(runtime, cancel);
-        JobSetRequest::from_value(request, bounds.most)?.prepared(&files, &bounds)
-    });
-    prepared.await?.map_err(Problem::from)
+    let new =
+        |request, files: &_, bounds: &Bounds| JobSetRequest::from_value(request, bounds.most)?.prepared(files, bounds);
+    let (set, is_replayed) = any_kind::post(&app, SetKind::Jobs, (client, &headers, body), new).await?;
+    let heads = heads_of(&app, set.id).await?;
+    Ok(accepted(format!("/v1/job_sets/{}", set.id), is_replayed, &JobSetResource::new(&set, &heads)))
 }
 
 /// Returns the document of a small job at a time, for the description.

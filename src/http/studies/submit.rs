@@ -2,20 +2,17 @@
 
 use axum::http::HeaderMap;
 use axum::response::Response;
-use serde_json::Value;
 
 use super::evaluate::study_resource;
 use super::looked::Looked;
 use super::resource::StudyResource;
+use crate::http::App;
 use crate::http::client::Client;
-use crate::http::job_sets::any_kind::{accepted, queue, replayed_set};
+use crate::http::job_sets::any_kind::{self, Bounds, accepted};
 use crate::http::jobs::posted::Body;
-use crate::http::jobs::submit::{idempotency_key, replayed};
-use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
-use crate::http::turns::Turn;
-use crate::http::{App, Service};
-use crate::queue::store::*;
+use crate::queue::meshes::UploadedMeshes;
+use crate::queue::store::SetKind;
 use crate::study::StudyRequest;
 use crate::study::queued::new_study;
 
@@ -53,37 +50,11 @@ use crate::study::queued::new_study;
         (status = 429, description = "The jobs of the study would exceed the client's limit of waiting jobs"),
         (status = 503, description = "The queue has no room for all jobs of the study")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
-    let idempotency_key = idempotency_key(&headers)?;
-    let turn = permit(&app.permits.sets).await?;
-    let posted = body.read(&turn).await?;
-    if app.shutdown.is_cancelled() {
-        return Err(Problem::unavailable("the service is shutting down"));
-    }
-    // a repeated post is answered even when its meshes were deleted meanwhile
-    if let Some(study) = replayed_set(&app, SetKind::Study, idempotency_key.as_deref(), &posted.hash).await? {
-        return answer(&app, study).await.map(replayed);
-    }
-    let new = prepared(&app, turn, posted.value).await?;
-    let (owner, client) = (app.owner.clone(), client.to_string());
-    let new = NewJobSet { owner, idempotency_key, body_hash: posted.hash, client, ..new };
-    let (study, is_replayed) = queue(&app, new).await?;
-    let answer = answer(&app, study).await?;
-    Ok(if is_replayed { replayed(answer) } else { answer })
-}
-
-async fn answer(app: &Service, study: JobSet) -> Result<Response, Problem> {
+    let new = |request, files: &UploadedMeshes, bounds: &Bounds| {
+        let request = StudyRequest::from_value(request, files)?.within(bounds.most_seconds)?;
+        new_study(request, files, bounds.memory_bytes, bounds.most_seconds)
+    };
+    let (study, is_replayed) = any_kind::post(&app, SetKind::Study, (client, &headers, body), new).await?;
     let path = format!("/v1/studies/{}", study.id);
-    Ok(accepted(path, &study_resource(app, Looked::new(app, study).await?).await?))
-}
-
-/// Prepares a study with all of its jobs, off the async threads.
-async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewJobSet, Problem> {
-    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
-    let (memory_bytes, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
-    let prepared = off_thread(turn, move |cancel| {
-        let files = meshes.for_document(runtime, cancel);
-        let request = StudyRequest::from_value(request, &files)?.within(most_seconds)?;
-        new_study(request, &files, memory_bytes, most_seconds)
-    });
-    prepared.await?.map_err(Problem::from)
+    Ok(accepted(path, is_replayed, &study_resource(&app, Looked::new(&app, study).await?).await?))
 }
