@@ -7,9 +7,6 @@ use super::new_members::NewMembers;
 use super::owner::Owner;
 use super::records::{JobHead, JobStatus};
 
-/// Largest number of jobs of one set.
-pub const MOST_JOBS_OF_SET: usize = 200;
-
 /// Purpose of a set of jobs. Each kind has its own routes and its own keys of requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetKind {

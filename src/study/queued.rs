@@ -10,11 +10,12 @@ use super::part::{JobKey, StudyPart};
 use super::picture_request::PictureKey;
 use super::request::StudyRequest;
 use super::runner::{self, Runner, StudyPlan};
+use crate::document::limits::JOBS_OF_SET;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
 use crate::present::prepared::{Prepared, prepare_document};
 use crate::queue::meshes::UploadedMeshes;
 use crate::queue::owner::Owner;
-use crate::queue::store::{MOST_JOBS_OF_SET, NewJobSet, NewMember, NewMembers, SetKind};
+use crate::queue::store::{NewJobSet, NewMember, NewMembers, SetKind};
 
 /// Fraction of the memory limit of a job that may be used to put pictures together: both may be in memory at the same time.
 const SHARE_OF_PICTURES: f64 = 0.25;
@@ -145,11 +146,12 @@ impl Queued<'_> {
 /// Refuses a study of too many jobs before they are prepared.
 fn check_number(request: &StudyRequest, plan: &StudyPlan<'_>) -> Result<(), DocumentErrors> {
     let [reference, runs, pictures] = plan.numbers();
-    if runs.saturating_add(reference + pictures) <= MOST_JOBS_OF_SET {
+    let most = *JOBS_OF_SET.end();
+    if runs.saturating_add(reference + pictures) <= most {
         return Ok(());
     }
     let detail = format!(
-        "a study may have at most {MOST_JOBS_OF_SET} jobs, but {} suitable methods, {} errors and {} seeds make {runs}, and \
+        "a study may have at most {most} jobs, but {} suitable methods, {} errors and {} seeds make {runs}, and \
          its pictures {pictures} more",
         plan.methods.len(),
         request.relative_errors.len(),

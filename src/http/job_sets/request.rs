@@ -6,25 +6,24 @@ use utoipa::ToSchema;
 
 use super::any_kind::Bounds;
 use crate::document::errors::Checks;
-use crate::document::limits::JOB_NAME;
+use crate::document::limits::{JOB_NAME, JOBS_OF_SET};
 use crate::document::read::shape;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, JobDocument};
 use crate::present::prepared::prepare_document;
 use crate::queue::computation::computation;
 use crate::queue::meshes::UploadedMeshes;
 use crate::queue::owner::Owner;
-use crate::queue::store::{MOST_JOBS_OF_SET, MostWaiting, NewJobSet, NewMember, NewMembers, SetKind};
+use crate::queue::store::{MostWaiting, NewJobSet, NewMember, NewMembers, SetKind};
 
 /// Jobs to be queued together.
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JobSetRequest {
-    /// Name of the set, free text of at most 1000 characters.
+    /// Name of the set, free text.
     #[serde(default)]
-    #[schema(max_length = 1000)]
     pub name: Option<String>,
-    /// Documents of the jobs: at most 200, and not more than this client may have waiting.
-    #[schema(value_type = Vec<JobDocument>, min_items = 1, max_items = 200)]
+    /// Documents of the jobs, not more than a client may have waiting here.
+    #[schema(value_type = Vec<JobDocument>)]
     pub jobs: Vec<Value>,
 }
 
@@ -40,10 +39,10 @@ impl JobSetRequest {
             }
             // beside those that wait one is rendered
             let waiting = usize::try_from(most.jobs.min(most.of_client)).unwrap_or(usize::MAX).saturating_add(1);
-            let (jobs, most) = (request.jobs.len(), MOST_JOBS_OF_SET.min(waiting));
-            if !(1..=most).contains(&jobs) {
-                let detail = format!("must have 1 to {most} jobs on this service, but has {jobs}");
-                let code = if jobs == 0 { FieldErrorCode::OutOfRange } else { FieldErrorCode::TooMany };
+            let (jobs, least, most) = (request.jobs.len(), *JOBS_OF_SET.start(), waiting.min(*JOBS_OF_SET.end()));
+            if !(least..=most).contains(&jobs) {
+                let detail = format!("must have {least} to {most} jobs on this service, but has {jobs}");
+                let code = if jobs < least { FieldErrorCode::OutOfRange } else { FieldErrorCode::TooMany };
                 checks.errors.push(FieldError::new("/jobs", detail).coded(code));
             }
         }

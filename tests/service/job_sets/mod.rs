@@ -243,8 +243,8 @@ async fn a_set_is_cancelled_with_its_jobs() {
 async fn a_crash_loses_nothing_of_a_set() {
     let with_seed = |seed: u64| {
         let mut job = small_job();
-        job["method"] = json!({ "kind": "sppm", "photons_per_pass": 20_000 });
-        (job["seed"], job["stop"]["max_passes"]) = (json!(seed), json!(60));
+        job["method"] = json!({ "kind": "sppm", "photons_per_pass": 10_000 });
+        (job["seed"], job["stop"]["max_passes"]) = (json!(seed), json!(40));
         job
     };
     let documents: Vec<Value> = (1..=3).map(with_seed).collect();
@@ -255,7 +255,7 @@ async fn a_crash_loses_nothing_of_a_set() {
     assert_eq!(posted.status(), StatusCode::ACCEPTED);
     let path = posted.headers()["location"].to_str().unwrap().to_owned();
     let passes = |set: &Value| jobs(set).iter().filter_map(|job| job["progress"]["passes"].as_u64()).sum::<u64>();
-    let before = until(&server.url, &path, |set| passes(set) >= 20 || is_finished(set)).await;
+    let before = until(&server.url, &path, |set| passes(set) >= 10 || is_finished(set)).await;
     server.kill();
     assert!(!is_finished(&before), "killed in the middle: {before}");
     let server = Server::start(data.path(), &[]);
