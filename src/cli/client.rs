@@ -99,12 +99,12 @@ impl Client {
         Ok(file["id"].as_str().context("the service's answer has no id of the file")?.to_owned())
     }
 
-    /// Posts a job document and returns the job, with `predict` including the predicted time of each method. `key` makes the
-    /// request idempotent.
-    pub async fn submit(&self, document: Vec<u8>, predict: bool, key: &str) -> anyhow::Result<Value> {
+    /// Posts a JSON document to the path of a collection, such as that of jobs, and returns what it made there. `key` makes the request
+    /// idempotent.
+    pub async fn submit(&self, path: &str, document: Vec<u8>, key: &str) -> anyhow::Result<Value> {
         let request = self
             .http
-            .post(self.url(if predict { "/v1/jobs?predict=true" } else { "/v1/jobs" }))
+            .post(self.url(path))
             .header("content-type", "application/json")
             .header("idempotency-key", key)
             .body(document);

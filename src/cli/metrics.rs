@@ -16,7 +16,7 @@ const COUNTERS: [(&str, &str); 7] = [
     ),
     ("skyduct_http_requests_total", "Requests that were answered, by method, route and status"),
     ("skyduct_jobs_finished_total", "Jobs that ended since the process started, by status"),
-    ("skyduct_jobs_submitted_total", "Jobs that were queued since the process started, those of studies included"),
+    ("skyduct_jobs_submitted_total", "Jobs that were queued since the process started, those of sets included"),
     ("skyduct_jobs_taken_over_total", "Jobs that reused the results of an equal one since the process started"),
     ("skyduct_passes_total", "Passes that were rendered since the process started"),
     (
@@ -26,7 +26,7 @@ const COUNTERS: [(&str, &str); 7] = [
     ),
 ];
 
-const GAUGES: [(&str, &str); 10] = [
+const GAUGES: [(&str, &str); 11] = [
     ("skyduct_body_bytes", "Bytes of posted documents that are held now"),
     ("skyduct_disk_free_bytes", "Free bytes of the disk of the artifacts"),
     ("skyduct_event_streams", "Event streams that are open now"),
@@ -36,6 +36,7 @@ const GAUGES: [(&str, &str); 10] = [
     ("skyduct_uploads", "Uploads in progress"),
     ("skyduct_waits", "Posts that wait for the end of their job now"),
     ("skyduct_watched_jobs", "Jobs whose events are read now for open streams"),
+    ("skyduct_watched_job_sets", "Sets of jobs whose events are read now for open streams"),
     ("skyduct_watched_studies", "Studies whose events are read now for open streams"),
 ];
 

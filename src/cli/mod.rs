@@ -55,7 +55,7 @@ enum Command {
     Weather(weather::WeatherArgs),
     /// Compare methods on a job: the time that each takes to each accuracy, against a reference
     Study(study::StudyArgs),
-    /// Send a job document to a service, follow it, and save its results
+    /// Send job documents to a service, follow them, and save their results
     Submit(submit::SubmitArgs),
     /// Check that a service is ready (exit status 0)
     Healthcheck(healthcheck::HealthcheckArgs),

@@ -190,6 +190,7 @@ impl RunningService {
             shutdown: shutdown.clone(),
             permits: Permits::new(&config.limits),
             watched: Watched::default(),
+            watched_sets: Watched::default(),
             watched_studies: Watched::default(),
             study_files: StudyFiles::default(),
             years: Arc::new(made_years()),
@@ -232,14 +233,19 @@ impl RunningService {
     }
 }
 
-/// Deletes ended jobs and studies by the rules of the retention, once a minute, until the service shuts down.
+/// Deletes ended jobs and sets of jobs by the rules of the retention, once a minute, until the service shuts down.
 async fn keep_to(retention: Retention, shared: Arc<Shared>) {
     let from = Deletion { store: shared.all.clone(), artifacts: shared.artifacts.clone(), live: shared.live.clone() };
     while retention.is_on() && !shared.shutdown.is_cancelled() {
         match retention.delete(&from, Timestamp::now(), &shared.shutdown).await {
-            Ok(Deleted { jobs: 0, studies: 0, uploads: 0 }) => {}
-            Ok(Deleted { jobs, studies, uploads }) => {
-                tracing::info!(jobs, studies, uploads, "the retention deleted ended jobs and studies, and unused files")
+            Ok(Deleted { jobs: 0, sets: 0, uploads: 0 }) => {}
+            Ok(Deleted { jobs, sets, uploads }) => {
+                tracing::info!(
+                    jobs,
+                    sets,
+                    uploads,
+                    "the retention deleted ended jobs and sets of jobs, and unused files"
+                )
             }
             Err(error) => tracing::warn!(%error, "the retention could not delete ended jobs"),
         }

@@ -1,4 +1,4 @@
-//! `skyduct submit`: posts a job to a service, follows it, and downloads its results.
+//! `skyduct submit`: posts jobs to a service, follows them, and downloads their results.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -13,6 +13,7 @@ use crate::cli::mesh_files::MeshFiles;
 use crate::cli::progress::Progress;
 use crate::cli::render::read_job;
 use crate::cli::results_table::print_results;
+use crate::document::read::json;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
 use crate::present::convergence_files::convergence_names;
@@ -23,36 +24,107 @@ use crate::queue::events::{EventData, Pass, Phase};
 
 #[derive(Debug, clap::Args)]
 pub struct SubmitArgs {
-    /// Job document (JSON); its meshes may be files at or below its folder
-    #[arg(value_name = "JOB.json")]
-    pub job: PathBuf,
+    /// Job documents (JSON); their meshes may be files at or below their folders. Several are queued together or not at all
+    #[arg(value_name = "JOB.json", required = true)]
+    pub jobs: Vec<PathBuf>,
     /// Address of the service
     #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:8080")]
     pub server: String,
-    /// Folder for the results
+    /// Folder for the results; of several documents each has a folder there, named like its file
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Let the service try every method before, for less than 0.2 s of each processor, and draw the predicted times beside the
-    /// actual ones
+    /// actual ones; of a single document only
     #[arg(long)]
     pub predict: bool,
     #[command(flatten)]
     pub figures: FiguresArgs,
 }
 
-/// Submits a job and saves its results. Errors of the document are [`DocumentErrors`].
+/// Submits jobs and saves their results. Errors of documents are [`DocumentErrors`].
 pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
-    let document = read_job(&args.job)?;
-    let folder = args.job.parent().unwrap_or(Path::new("")).to_owned();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let client = Client::new(&args.server)?;
-        let job =
-            submit_and_download(&client, document, Some(&folder), args.predict, &args.out, &args.figures.saved).await?;
-        eprintln!("job {} is done; results are in {}", job["id"].as_str().unwrap_or("?"), args.out.display());
-        print_results(&job);
-        Ok(())
+        if let [job] = args.jobs.as_slice() {
+            let document = read_job(job)?;
+            let folder = job.parent().unwrap_or(Path::new(""));
+            let figures = &args.figures.saved;
+            let job = submit_and_download(&client, document, Some(folder), args.predict, &args.out, figures).await?;
+            say_done(&job, &args.out);
+            return Ok(());
+        }
+        if args.predict {
+            bail!("--predict is for a single document");
+        }
+        submit_together(&client, &args).await
     })
+}
+
+fn say_done(job: &Value, out: &Path) {
+    eprintln!("job {} is done; results are in {}", job["id"].as_str().unwrap_or("?"), out.display());
+    print_results(job);
+}
+
+/// Submits several documents as one set, and saves the results of each below a folder of its own.
+async fn submit_together(client: &Client, args: &SubmitArgs) -> anyhow::Result<()> {
+    let mut documents = Vec::with_capacity(args.jobs.len());
+    let mut folders: Vec<PathBuf> = Vec::with_capacity(args.jobs.len());
+    for job in &args.jobs {
+        let name = job.file_stem().with_context(|| format!("{} has no name of a file", job.display()))?;
+        let out = args.out.join(name);
+        if folders.contains(&out) {
+            bail!("two documents are named {}, and so would be their folders", Path::new(name).display());
+        }
+        folders.push(out);
+        let folder = job.parent().unwrap_or(Path::new(""));
+        let document = with_uploaded_files(client, read_job(job)?, folder).await;
+        let read = document.and_then(|document| Ok(json::value(&document).map_err(DocumentErrors::from)?));
+        documents.push(read.map_err(|error| in_files(error, |pointer| Some((job, pointer))))?);
+    }
+    let request = serde_json::to_vec(&serde_json::json!({ "jobs": documents }))?;
+    let set = client.submit("/v1/job_sets", request, &Uuid::new_v4().to_string()).await;
+    let set = set.map_err(|error| in_files(error, |pointer| of_set(pointer, &args.jobs)))?;
+    let links: Vec<&str> =
+        set["jobs"].as_array().into_iter().flatten().filter_map(|job| job["link"].as_str()).collect();
+    if links.len() != folders.len() {
+        bail!("the service's answer has {} jobs, but {} were posted", links.len(), folders.len());
+    }
+    // a job that fails keeps no other from its results
+    let mut failed = Vec::new();
+    for ((link, out), file) in links.into_iter().zip(&folders).zip(&args.jobs) {
+        match follow_and_download(client, client.json(link).await?, out, &args.figures.saved).await {
+            Ok(job) => say_done(&job, out),
+            Err(error) => failed.push(format!("{}: {error:#}", file.display())),
+        }
+    }
+    if failed.is_empty() { Ok(()) } else { bail!("{}", failed.join("; ")) }
+}
+
+/// Names files in the errors of their documents: `file_of` finds the file of an error by its pointer, and the pointer in that file.
+fn in_files<'a>(
+    error: anyhow::Error,
+    file_of: impl for<'p> Fn(&'p str) -> Option<(&'a Path, &'p str)>,
+) -> anyhow::Error {
+    let named = |error: FieldError| match file_of(&error.pointer) {
+        Some((file, pointer)) => FieldError {
+            pointer: pointer.to_owned(),
+            detail: format!("{} (in {})", error.detail, file.display()),
+            ..error
+        },
+        None => error,
+    };
+    match error.downcast::<DocumentErrors>() {
+        Ok(DocumentErrors(errors)) => DocumentErrors(errors.into_iter().map(named).collect()).into(),
+        Err(other) => other,
+    }
+}
+
+/// Finds the document that an error of a set of documents is in, by a pointer that begins with `/jobs/INDEX`.
+fn of_set<'a, 'p>(pointer: &'p str, files: &'a [PathBuf]) -> Option<(&'a Path, &'p str)> {
+    let rest = pointer.strip_prefix("/jobs/")?;
+    let (index, rest) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
+    Some((files.get(index.parse::<usize>().ok()?)?, rest))
 }
 
 /// Uploads the meshes, posts the document (with `predict` asking for predicted times), follows the job and writes its results
@@ -69,7 +141,13 @@ pub async fn submit_and_download(
         Some(folder) => with_uploaded_files(client, document, folder).await?,
         None => document,
     };
-    let job = client.submit(document, predict, &Uuid::new_v4().to_string()).await?;
+    let path = if predict { "/v1/jobs?predict=true" } else { "/v1/jobs" };
+    let job = client.submit(path, document, &Uuid::new_v4().to_string()).await?;
+    follow_and_download(client, job, out, figures).await
+}
+
+/// Follows a job to its end and writes its results below `out`; returns the job as it is then.
+async fn follow_and_download(client: &Client, job: Value, out: &Path, figures: &SavedFigures) -> anyhow::Result<Value> {
     let path = job["links"]["self"].as_str().context("the service's answer has no path of the job")?.to_owned();
     let events =
         job["links"]["events"].as_str().context("the service's answer has no path of the job's events")?.to_owned();

@@ -290,6 +290,9 @@ pub const FIELD_OF_VIEW_DEG: Range = between(0.0, 179.0);
 /// Number of hours of a request for the illuminances of a kept room: those of a leap year.
 pub const HOURS: RangeInclusive<usize> = 1..=8784;
 
+/// Number of jobs of a set, which a study is, too.
+pub const JOBS_OF_SET: RangeInclusive<usize> = 1..=200;
+
 /// Number of skies of a request for the fluxes of a tube.
 pub const SKIES: RangeInclusive<usize> = 1..=100;
 /// Number of times of a request for the fluxes of a tube.
@@ -307,6 +310,8 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("JobDocument", "tubes", Limit::Items(TUBES)),
     ("JobDocument", "grids", Limit::Items(OUTPUTS)),
     ("JobDocument", "views", Limit::Items(OUTPUTS)),
+    ("JobSetRequest", "name", Limit::Length(JOB_NAME)),
+    ("JobSetRequest", "jobs", Limit::Items(JOBS_OF_SET)),
     ("HourListDocument", "hours", Limit::Items(HOURS)),
     ("HourDocument", "direct_normal_irradiance_w_m2", Limit::Number(DIRECT_IRRADIANCE_W_M2)),
     ("HourDocument", "diffuse_horizontal_irradiance_w_m2", Limit::Number(DIFFUSE_IRRADIANCE_W_M2)),

@@ -9,7 +9,9 @@ use super::progress::{PassReport, StoppedBy};
 use super::spent::Spent;
 use crate::document::errors::WarningCode;
 use crate::document::read;
-use crate::document::{self, DocumentErrors, FieldError, FileSource, JobDocument, Provenance, ValidJob, Warning};
+use crate::document::{
+    self, DocumentErrors, FieldError, FieldErrorCode, FileSource, JobDocument, Provenance, ValidJob, Warning,
+};
 use crate::estimate::film::block_count;
 use crate::estimate::stopping::{WaitingFor, grid_without_light, is_judged, least_passes};
 use crate::estimate::{Accuracy, Estimate, StopRule};
@@ -161,6 +163,16 @@ impl RenderJob {
     /// Returns the passes that a job may still have after this number of passes.
     pub fn passes_after(&self, passes: u64) -> Range<u64> {
         passes..if matches!(self.engine, Engine::Solver(_)) { 1 } else { self.stop.max_passes }
+    }
+
+    /// Refuses a job that may be rendered for more than `most` seconds.
+    pub fn check_seconds(&self, most: f64) -> Result<(), DocumentErrors> {
+        let asked = self.stop.max_seconds;
+        if asked <= most {
+            return Ok(());
+        }
+        let detail = format!("must be <= {most} on this service, but is {asked}");
+        Err(FieldError::new("/stop/max_seconds", detail).coded(FieldErrorCode::OutOfRange).into())
     }
 
     /// Returns the row of the convergence table after the last pass of `merged`.

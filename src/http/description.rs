@@ -13,9 +13,10 @@ use utoipa::openapi::{Content, ObjectBuilder, Ref, RefOr};
 use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
 use crate::http::event_schemas::ImageEvent;
 use crate::http::file_operations;
+use crate::http::job_sets::resource::JobSetEvent;
 use crate::http::parameters::CHECKED;
 use crate::http::problem::Problem;
-use crate::http::studies::watched::StudyEvent;
+use crate::http::studies::view::StudyEvent;
 use crate::http::yaml;
 use crate::queue::events::{Cancelled, Failed, Pass, Phase, Planned, Queued, Restarted, Started, Succeeded};
 
@@ -31,12 +32,13 @@ use crate::queue::events::{Cancelled, Failed, Pass, Phase, Planned, Queued, Rest
     // named by hand-written schemas only, where the derived ones do not see them
     components(schemas(
         Problem, MethodKind, RadiusKind, EffectSwitch, Queued, Planned, Started, Pass, ImageEvent, Phase, Restarted, Succeeded, Failed, Cancelled,
-        StudyEvent
+        StudyEvent, JobSetEvent
     )),
     tags(
         (name = "jobs", description = "Submit, plan, follow, list, cancel and delete jobs"),
         (name = "results", description = "Grids, pictures, figures and convergence of a job; while it runs, the \
                                           results so far"),
+        (name = "job sets", description = "Jobs that are submitted, followed, cancelled and deleted together"),
         (name = "studies", description = "Compare methods on one job: the time that each takes to each accuracy, \
                                           against a reference"),
         (name = "meshes", description = "Uploaded OBJ files"),
@@ -122,8 +124,9 @@ fn complete(operation: &mut Operation) {
 }
 
 /// Operations whose answer has an id: the operation, the status of the answer, and the operations that take the id.
-const LINKS: [(&str, &str, &[&str]); 5] = [
+const LINKS: [(&str, &str, &[&str]); 6] = [
     ("create_job", "202", &["get_job", "cancel_job", "delete_job", "get_convergence", "get_convergence_csv"]),
+    ("create_job_set", "202", &["get_job_set", "cancel_job_set", "delete_job_set"]),
     ("create_study", "202", &["get_study", "cancel_study", "delete_study"]),
     ("create_mesh", "201", &["get_mesh", "delete_mesh"]),
     ("create_model", "201", &["get_model", "delete_model"]),

@@ -1,5 +1,5 @@
-//! Streams of events (server-sent events) of jobs and studies: missed ones are sent first, then new ones live. One reader sends the
-//! new events of a job or study to all of its streams.
+//! Streams of events (server-sent events) of jobs and sets of jobs: missed ones are sent first, then new ones live. One reader sends the
+//! new events of a job or set to all of its streams.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -39,9 +39,9 @@ pub struct EventsQuery {
     after: Option<i64>,
 }
 
-/// Job or study whose events are streamed.
+/// Job or set whose events are streamed.
 pub trait EventSource: Sized + Send + Sync + 'static {
-    /// Reads the job or study of an id as it is now.
+    /// Reads the job or set of an id as it is now.
     fn open(service: &Service, id: Uuid) -> impl Future<Output = Result<Self, Problem>> + Send;
 
     /// Returns the sources of this kind that have open streams.
@@ -67,7 +67,7 @@ pub trait EventSource: Sized + Send + Sync + 'static {
     ) -> impl Future<Output = Result<(), StoreError>> + Send;
 }
 
-/// Answers a request for the events of the job or study of an id.
+/// Answers a request for the events of the job or set of an id.
 pub async fn answer<S: EventSource>(
     app: App,
     client: Client,

@@ -44,6 +44,7 @@ pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {
     gauge!("skyduct_uploads").set(app.permits.uploads.taken() as f64);
     gauge!("skyduct_body_bytes").set(app.permits.bodies.taken() as f64);
     gauge!("skyduct_watched_jobs").set(app.watched.count() as f64);
+    gauge!("skyduct_watched_job_sets").set(app.watched_sets.count() as f64);
     gauge!("skyduct_watched_studies").set(app.watched_studies.count() as f64);
     gauge!("skyduct_stored_bytes").set(app.store.stored_bytes().await? as f64);
     if let Ok(free) = app.artifacts.free_bytes() {

@@ -45,7 +45,7 @@ pub struct Limits {
     pub body_bytes: usize,
     /// Largest number of bytes of one client's posted documents that are held at the same time.
     pub body_bytes_per_client: usize,
-    /// Largest number of documents of each kind (jobs, plans, studies, fluxes) that are checked and computed at the same time, and
+    /// Largest number of documents of each kind (jobs, plans, sets of jobs, fluxes) that are checked and computed at the same time, and
     /// of files that are made at the same time; more wait, and clients take turns.
     pub preparing: usize,
     /// Largest number of files that are received, or wait to be read, at the same time; one more is answered 503.
@@ -190,8 +190,8 @@ pub struct Permits {
     pub jobs: Arc<Line>,
     /// Plans without a job.
     pub plans: Arc<Line>,
-    /// Posts of studies.
-    pub studies: Arc<Line>,
+    /// Posts of sets of jobs, studies included.
+    pub sets: Arc<Line>,
     /// Fluxes of tubes.
     pub fluxes: Arc<Line>,
     /// Transmissions in closed form.
@@ -226,7 +226,7 @@ impl Permits {
             ),
             jobs: line(),
             plans: line(),
-            studies: line(),
+            sets: line(),
             fluxes: line(),
             transmissions: line(),
             pilots_of_jobs: Line::new(1),

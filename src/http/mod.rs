@@ -18,6 +18,7 @@ mod formats;
 mod grids;
 mod health;
 mod in_time;
+mod job_sets;
 mod jobs;
 pub mod last_event_id;
 mod limits;

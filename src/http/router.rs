@@ -30,7 +30,7 @@ use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
-    Shared, annual, arrays, convergence, docs, events, figures, grids, health, jobs, meshes, models, page,
+    Shared, annual, arrays, convergence, docs, events, figures, grids, health, job_sets, jobs, meshes, models, page,
     problem_page, report, results, skies, studies, surfaces, time_zone, tube_flux, tubes, views, weather,
 };
 
@@ -48,6 +48,9 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(jobs::plan::plan))
         .routes(routes!(jobs::show::get, jobs::change::delete))
         .routes(routes!(jobs::change::cancel))
+        .routes(routes!(job_sets::show::list, job_sets::submit::create))
+        .routes(routes!(job_sets::show::get, job_sets::change::delete))
+        .routes(routes!(job_sets::change::cancel))
         .routes(routes!(studies::show::list, studies::submit::create))
         .routes(routes!(studies::show::get, studies::change::delete))
         .routes(routes!(studies::change::cancel))
@@ -72,6 +75,7 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(events::events))
         .routes(routes!(grids::grid))
         .routes(routes!(figures::figure))
+        .routes(routes!(job_sets::events::events))
         .routes(routes!(studies::events::events))
         .routes(routes!(studies::show::file))
         .routes(routes!(views::view))

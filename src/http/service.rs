@@ -12,10 +12,12 @@ use tokio_util::sync::CancellationToken;
 
 use crate::http::access::Access;
 use crate::http::event_schemas::JobEvents;
+use crate::http::job_sets::resource::JobsView;
+use crate::http::job_sets::set_events::SetEvents;
 use crate::http::limits::{Limits, Permits};
 use crate::http::readiness::Readiness;
 use crate::http::studies::made::StudyFiles;
-use crate::http::studies::watched::StudyEvents;
+use crate::http::studies::view::StudyView;
 use crate::http::watched::Watched;
 use crate::present::reader::MadeYears;
 use crate::queue::artifacts::Artifacts;
@@ -27,7 +29,7 @@ use crate::queue::store::Store;
 
 /// State that all requests share.
 pub struct Shared {
-    /// Store with the jobs, studies and meshes of all owners.
+    /// Store with the jobs, sets and uploads of all owners.
     pub all: Arc<dyn Store>,
     /// Uploaded meshes of all owners.
     pub all_meshes: Meshes,
@@ -40,7 +42,8 @@ pub struct Shared {
     pub shutdown: CancellationToken,
     pub permits: Permits,
     pub watched: Watched<JobEvents>,
-    pub watched_studies: Watched<StudyEvents>,
+    pub watched_sets: Watched<SetEvents<JobsView>>,
+    pub watched_studies: Watched<SetEvents<StudyView>>,
     pub study_files: StudyFiles,
     /// Years of jobs that have ended, for their next files.
     pub years: Arc<MadeYears>,

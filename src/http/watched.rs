@@ -1,4 +1,4 @@
-//! Jobs and studies whose events are followed live, with one reader for each, for any number of streams.
+//! Jobs and sets of jobs whose events are followed live, with one reader for each, for any number of streams.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -38,7 +38,7 @@ impl SentEvent {
     }
 }
 
-/// Sources that have open streams now, by the ids of their jobs or studies.
+/// Sources that have open streams now, by the ids of their jobs or sets.
 pub struct Watched<S> {
     readers: Mutex<HashMap<Uuid, Reader<S>>>,
 }
@@ -62,7 +62,7 @@ impl<S> Default for Watched<S> {
 }
 
 impl<S> Watched<S> {
-    /// Returns the number of jobs or studies that have a reader.
+    /// Returns the number of jobs or sets that have a reader.
     pub fn count(&self) -> usize {
         self.lock().len()
     }

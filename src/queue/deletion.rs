@@ -1,4 +1,4 @@
-//! Deletion of jobs, studies and uploaded files with their files, one or many.
+//! Deletion of jobs, sets of jobs and uploaded files with their files, one or many.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use super::to_its_end::to_its_end;
 /// Places from which a job is deleted.
 #[derive(Clone)]
 pub struct Deletion {
-    /// Rows of jobs, studies and uploaded files.
+    /// Rows of jobs, sets and uploaded files.
     pub store: Arc<dyn Store>,
     /// Files of jobs and uploads.
     pub artifacts: Artifacts,
@@ -67,15 +67,15 @@ impl Deletion {
         }
     }
 
-    /// Deletes a study with its jobs; false if there was none. Running jobs stop.
-    pub async fn study(&self, id: Uuid) -> Result<bool, StoreError> {
-        let Some(study) = self.store.study(id).await? else { return Ok(false) };
+    /// Deletes a set with its jobs; false if there was none. Running jobs stop.
+    pub async fn set(&self, id: Uuid) -> Result<bool, StoreError> {
+        let Some(set) = self.store.job_set(id).await? else { return Ok(false) };
         // no job of it begins meanwhile
-        self.store.cancel_study(id).await?;
-        for member in study.jobs {
+        self.store.cancel_set(id).await?;
+        for member in set.members {
             self.job(member.job).await?;
         }
-        // the last step: after a crash before it the study can be deleted again
-        self.store.delete_study(id).await
+        // the last step: after a crash before it the set can be deleted again
+        self.store.delete_set(id).await
     }
 }

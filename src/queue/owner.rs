@@ -1,6 +1,6 @@
-//! Owner of jobs, studies and meshes.
+//! Owner of jobs, sets of jobs and uploads.
 
-/// Owner of jobs, studies and meshes, by a short name. There is one, the default, until clients have keys.
+/// Owner of jobs, sets of jobs and uploads, by a short name. There is one, the default, until clients have keys.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Owner(String);
 

@@ -206,7 +206,7 @@ pub struct JobFilter {
     pub limit: u32,
 }
 
-/// Filter of ended jobs; those of studies never pass it.
+/// Filter of ended jobs; those of sets never pass it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndedFilter {
     /// Only jobs that ended with this status; `None`: all that have ended.
@@ -217,12 +217,12 @@ pub struct EndedFilter {
     pub limit: u32,
 }
 
-/// A job, or a study, that has ended.
+/// A job, or a set of jobs, that has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ended {
-    /// Id of the job or study.
+    /// Id of the job or set.
     pub id: Uuid,
-    /// Time of its end in milliseconds since 1970; of a study that of its last job.
+    /// Time of its end in milliseconds since 1970; of a set that of its last job.
     pub at: i64,
 }
 

@@ -1,4 +1,4 @@
-//! Retention: ended jobs and studies are deleted once they are too old, or once their files take too much space, and uploaded files once they are
+//! Retention: ended jobs and sets of jobs are deleted once they are too old, or once their files take too much space, and uploaded files once they are
 //! too old and no job uses them.
 
 use std::time::Duration;
@@ -13,29 +13,29 @@ use super::store::{EndedFilter, StoreError};
 /// Time between two searches for jobs and files to delete.
 pub const PERIOD: Duration = Duration::from_secs(60);
 
-/// Jobs or studies that are looked up at once.
+/// Jobs or sets that are looked up at once.
 const AT_ONCE: u32 = 100;
 
 /// Milliseconds of a day.
 const DAY_MS: f64 = 86_400_000.0;
 
-/// Bounds of what is kept of ended jobs and studies; absent ones delete nothing.
+/// Bounds of what is kept of ended jobs and sets of jobs; absent ones delete nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Retention {
-    /// Days after its end at which a job, or a study with its jobs, is deleted, and after its last upload a file that no job uses; > 0.
+    /// Days after its end at which a job, or a set with its jobs, is deleted, and after its last upload a file that no job uses; > 0.
     pub days: Option<f64>,
     /// Bytes that the results of all jobs may take; those that ended first are deleted first.
     pub bytes: Option<u64>,
 }
 
-/// Number of jobs, studies and uploaded files that were deleted.
+/// Number of jobs, sets and uploaded files that were deleted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Deleted {
     /// Single jobs.
     pub jobs: u64,
-    /// Studies, each with its jobs.
-    pub studies: u64,
+    /// Sets, each with its jobs.
+    pub sets: u64,
     /// Uploaded files.
     pub uploads: u64,
 }
@@ -89,21 +89,21 @@ impl Deleted {
             return Ok(0);
         }
         let jobs = from.store.ended_jobs(EndedFilter { status: None, before, limit: AT_ONCE }).await?;
-        let studies = from.store.ended_studies(before, AT_ONCE).await?;
+        let sets = from.store.ended_sets(before, AT_ONCE).await?;
         let jobs = jobs.into_iter().map(|ended| (ended.at, ended.id, false));
-        let mut all: Vec<_> = jobs.chain(studies.into_iter().map(|ended| (ended.at, ended.id, true))).collect();
+        let mut all: Vec<_> = jobs.chain(sets.into_iter().map(|ended| (ended.at, ended.id, true))).collect();
         all.sort_unstable();
         all.truncate(AT_ONCE as usize);
         let mut gone = 0;
-        for (_, id, is_study) in all {
-            let deleted = if is_study { from.study(id).await } else { from.job(id).await };
+        for (_, id, is_set) in all {
+            let deleted = if is_set { from.set(id).await } else { from.job(id).await };
             match deleted {
                 Ok(was_there) => {
-                    let kind = if is_study { &mut self.studies } else { &mut self.jobs };
+                    let kind = if is_set { &mut self.sets } else { &mut self.jobs };
                     *kind += u64::from(was_there);
                     gone += 1;
                 }
-                Err(error) => tracing::warn!(%error, %id, "an ended job or study could not be deleted"),
+                Err(error) => tracing::warn!(%error, %id, "an ended job or set could not be deleted"),
             }
             if self.is_enough(from, bytes, shutdown).await? {
                 break;

@@ -13,9 +13,10 @@ use uuid::Uuid;
 
 use crate::engine::progress::{PassReport, Progress, StoppedBy};
 use crate::queue::events::{Pass, Phase};
+pub use crate::queue::job_sets::*;
+pub use crate::queue::new_members::*;
 use crate::queue::owner::Owner;
 pub use crate::queue::records::*;
-pub use crate::queue::studies::*;
 
 /// Number of processes that may die in a row while they render one chunk without getting further; then its job fails.
 pub const MAX_DEATHS: u64 = 3;
@@ -255,7 +256,7 @@ pub enum StoreError {
 /// returns, unless it says otherwise or has a lease: what is lost of a worker's claims and reports is done again.
 ///
 /// An opened store sees everything, as worker, retention and start of the service need it. Clients are served by [`Self::of`]: jobs,
-/// studies and uploads of other owners are not found there, listed, cancelled or deleted. Counts, chunks, totals and the store's
+/// sets and uploads of other owners are not found there, listed, cancelled or deleted. Counts, chunks, totals and the store's
 /// record are those of the whole service anyway. A job takes the results of an equal one of its owner.
 #[async_trait]
 pub trait Store: Send + Sync + 'static {
@@ -320,24 +321,24 @@ pub trait Store: Send + Sync + 'static {
     /// Lists all files of a job.
     async fn artifacts(&self, id: Uuid) -> Result<Vec<Artifact>, StoreError>;
 
-    /// Queues all jobs of a study behind the first chunks of other jobs, or none of them; at most `most` jobs may wait.
-    async fn submit_study(&self, study: NewStudy, most: MostWaiting) -> Result<StudySubmission, StoreError>;
-    /// Finds the study that was posted with this key; `None` if there is none, or no more.
-    async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError>;
-    /// Reads a study by its id; `None` if there is none.
-    async fn study(&self, id: Uuid) -> Result<Option<StoredStudy>, StoreError>;
-    /// Lists the ids of at most `limit` studies older than `before`, newest first.
-    async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError>;
-    /// Lists the jobs of a study that were not deleted, oldest first.
-    async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError>;
-    /// Reads how far a study's jobs are, and in which order they started and ended.
-    async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError>;
-    /// Cancels all jobs of a study that have not ended, as [`Self::cancel`] does; returns their number, 0 where all had ended.
-    async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError>;
-    /// Keeps the results that a study has extracted from its jobs. This is buffered: they can be extracted again.
-    async fn keep_found(&self, study: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError>;
-    /// Deletes a study whose jobs are deleted, for they cannot be read without it; returns true if there was one.
-    async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError>;
+    /// Queues all jobs of a set behind the first chunks of other jobs, or none of them; at most `most` jobs may wait.
+    async fn submit_set(&self, set: NewJobSet, most: MostWaiting) -> Result<SetSubmission, StoreError>;
+    /// Finds the set of a kind that was posted with this key; `None` if there is none, or no more.
+    async fn set_of_key(&self, kind: SetKind, idempotency_key: &str) -> Result<Option<JobSet>, StoreError>;
+    /// Reads a set of any kind by its id; `None` if there is none.
+    async fn job_set(&self, id: Uuid) -> Result<Option<JobSet>, StoreError>;
+    /// Lists the ids of at most `limit` sets of a kind older than `before`, newest first.
+    async fn job_sets(&self, kind: SetKind, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError>;
+    /// Lists the jobs of a set that were not deleted, oldest first.
+    async fn jobs_of_set(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError>;
+    /// Reads how far a set's jobs are, and in which order they started and ended.
+    async fn set_progress(&self, id: Uuid) -> Result<SetProgress, StoreError>;
+    /// Cancels all jobs of a set that have not ended, as [`Self::cancel`] does; returns their ids, none where all had ended.
+    async fn cancel_set(&self, id: Uuid) -> Result<Vec<Uuid>, StoreError>;
+    /// Keeps the results that a set has extracted from its jobs. This is buffered: they can be extracted again.
+    async fn keep_found(&self, set: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError>;
+    /// Deletes a set whose jobs are deleted, for they cannot be read without it; returns true if there was one.
+    async fn delete_set(&self, id: Uuid) -> Result<bool, StoreError>;
 
     /// Adds an uploaded file; keeps and returns the one that is there already when the content was uploaded before.
     async fn add_upload(&self, file: UploadedFile) -> Result<UploadedFile, StoreError>;
@@ -386,9 +387,9 @@ pub trait Store: Send + Sync + 'static {
 
     /// Returns single jobs that have ended, the earliest end first.
     async fn ended_jobs(&self, filter: EndedFilter) -> Result<Vec<Ended>, StoreError>;
-    /// Returns at most `limit` studies all of whose jobs have ended, before a time in milliseconds since 1970 if one is given, the earliest
+    /// Returns at most `limit` sets all of whose jobs have ended, before a time in milliseconds since 1970 if one is given, the earliest
     /// end first.
-    async fn ended_studies(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError>;
+    async fn ended_sets(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError>;
     /// Returns the bytes of the files of all jobs, wherever they are kept.
     async fn stored_bytes(&self) -> Result<u64, StoreError>;
 

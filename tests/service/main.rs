@@ -14,6 +14,7 @@ mod process;
 mod schema;
 
 mod durability;
+mod job_sets;
 mod jobs;
 mod limits;
 mod meshes;

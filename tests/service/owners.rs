@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 use skyduct::db::SqliteStore;
 use skyduct::engine::progress::{PassReport, Progress, StoppedBy};
 use skyduct::queue::owner::Owner;
-use skyduct::queue::shared_fields::SharedFields;
 use skyduct::queue::store::*;
 use tempfile::TempDir;
 use uuid::Uuid;
@@ -49,44 +48,43 @@ impl Stores {
         [ann, id(self.ben.submit(self.keyed(1), most(10)).await.unwrap())]
     }
 
-    /// Queues a study of one job of Ann, and one of Ben with the same key.
-    async fn two_studies(&self) -> [Uuid; 2] {
+    /// Queues a set of one job of Ann, and one of Ben with the same key.
+    async fn two_sets(&self) -> [Uuid; 2] {
         let id = |submission| match submission {
-            StudySubmission::New(study) => study.id,
+            SetSubmission::New(set) => set.id,
             _ => panic!("not new"),
         };
-        let ann = id(self.ann.submit_study(self.study(0), most(10)).await.unwrap());
-        assert!(self.ben.study_of_key("key").await.unwrap().is_none());
-        [ann, id(self.ben.submit_study(self.study(1), most(10)).await.unwrap())]
+        let ann = id(self.ann.submit_set(self.set(0), most(10)).await.unwrap());
+        assert!(self.ben.set_of_key(SetKind::Jobs, "key").await.unwrap().is_none());
+        [ann, id(self.ben.submit_set(self.set(1), most(10)).await.unwrap())]
     }
 
-    fn study(&self, owner: usize) -> NewStudy {
+    fn set(&self, owner: usize) -> NewJobSet {
         let NewJob { known, body_hash, client, .. } = self.keyed(owner);
-        let mut shared = SharedFields::default();
-        let own = shared.divide(json!({ "seed": 1 }).as_object().unwrap().clone());
-        let job = NewStudyJob {
+        let mut jobs = NewMembers::default();
+        let fields = json!({ "seed": 1 }).as_object().unwrap().clone();
+        let job = NewMember {
+            name: None,
             part: Value::Null,
-            submitted: own.clone(),
-            document: own.clone(),
-            plan: own,
+            submitted: jobs.submitted.divide(fields.clone()),
+            document: jobs.document.divide(fields.clone()),
+            plan: jobs.plan.divide(fields),
             known,
             warnings: Vec::new(),
+            computation: None,
             first_chunk: 0..8,
         };
-        NewStudy {
+        jobs.push(job, "/jobs").unwrap();
+        NewJobSet {
             owner: self.owners[owner].clone(),
+            kind: SetKind::Jobs,
             name: None,
-            request: "{}".into(),
-            refused: json!([]),
-            confidence: 0.95,
+            about: "{}".into(),
             idempotency_key: Some("key".into()),
             body_hash,
             client,
             uploads: Vec::new(),
-            submitted: shared.clone(),
-            document: shared.clone(),
-            plan: shared,
-            jobs: vec![job],
+            jobs,
         }
     }
 
@@ -168,32 +166,34 @@ async fn neither_meets_the_jobs_of_the_other() {
 }
 
 #[tokio::test]
-async fn neither_meets_the_studies_of_the_other() {
+async fn neither_meets_the_sets_of_the_other() {
     let stores = Stores::new().await;
-    let [of_ann, of_ben] = stores.two_studies().await;
+    let [of_ann, of_ben] = stores.two_sets().await;
     for (store, number, own, other) in [(&stores.ann, 0, of_ann, of_ben), (&stores.ben, 1, of_ben, of_ann)] {
-        let repeated = store.submit_study(stores.study(number), most(10)).await.unwrap();
-        assert!(matches!(repeated, StudySubmission::Repeated(study) if study.id == own));
-        assert_eq!(store.study_of_key("key").await.unwrap().unwrap().id, own);
-        assert_eq!(store.studies(None, 10).await.unwrap(), [own]);
-        for (study, found) in [(own, 1), (other, 0)] {
-            assert_eq!(store.study(study).await.unwrap().map_or(0, |study| study.jobs.len()), found);
-            assert_eq!(store.jobs_of_study(study).await.unwrap().len(), found);
-            assert_eq!(store.study_progress(study).await.unwrap().jobs.len(), found);
+        let repeated = store.submit_set(stores.set(number), most(10)).await.unwrap();
+        assert!(matches!(repeated, SetSubmission::Repeated(set) if set.id == own));
+        assert_eq!(store.set_of_key(SetKind::Jobs, "key").await.unwrap().unwrap().id, own);
+        assert!(store.set_of_key(SetKind::Study, "key").await.unwrap().is_none(), "each kind has its own keys");
+        assert_eq!(store.job_sets(SetKind::Jobs, None, 10).await.unwrap(), [own]);
+        assert!(store.job_sets(SetKind::Study, None, 10).await.unwrap().is_empty());
+        for (set, found) in [(own, 1), (other, 0)] {
+            assert_eq!(store.job_set(set).await.unwrap().map_or(0, |set| set.members.len()), found);
+            assert_eq!(store.jobs_of_set(set).await.unwrap().len(), found);
+            assert_eq!(store.set_progress(set).await.unwrap().jobs.len(), found);
         }
-        assert_eq!(store.cancel_study(other).await.unwrap(), 0);
-        assert!(!store.delete_study(other).await.unwrap());
+        assert!(store.cancel_set(other).await.unwrap().is_empty());
+        assert!(!store.delete_set(other).await.unwrap());
     }
-    assert_eq!(stores.ann.cancel_study(of_ann).await.unwrap(), 1);
+    assert_eq!(stores.ann.cancel_set(of_ann).await.unwrap().len(), 1);
     stores.render().await;
     for (store, own) in [(&stores.ann, of_ann), (&stores.ben, of_ben)] {
-        let progress = store.study_progress(own).await.unwrap();
+        let progress = store.set_progress(own).await.unwrap();
         assert!(progress.steps.iter().all(|step| progress.jobs.iter().any(|job| job.id == step.job)));
-        let ended = store.ended_studies(None, 10).await.unwrap();
-        assert_eq!(ended.into_iter().map(|study| study.id).collect::<Vec<_>>(), [own]);
+        let ended = store.ended_sets(None, 10).await.unwrap();
+        assert_eq!(ended.into_iter().map(|set| set.id).collect::<Vec<_>>(), [own]);
     }
-    assert!(stores.ann.delete_study(of_ann).await.unwrap());
-    assert_eq!(stores.all.studies(None, 10).await.unwrap(), [of_ben]);
+    assert!(stores.ann.delete_set(of_ann).await.unwrap());
+    assert_eq!(stores.all.job_sets(SetKind::Jobs, None, 10).await.unwrap(), [of_ben]);
 }
 
 /// Equal meshes of two owners are two files, each of which stays as long as a job of its owner needs it.

@@ -13,6 +13,8 @@ use crate::common::client;
 pub struct Server {
     pub child: Child,
     pub url: String,
+    /// One client for all requests: to make one takes longer than a small job.
+    pub http: reqwest::Client,
 }
 
 impl Server {
@@ -36,7 +38,7 @@ impl Server {
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let url = line.trim().strip_prefix("listening on ").expect("the address").to_owned();
-        Self { child, url }
+        Self { child, url, http: client() }
     }
 
     /// SIGKILL.
@@ -66,7 +68,7 @@ impl Server {
 
     /// The body of an answer 200.
     pub async fn get(&self, path: &str) -> Vec<u8> {
-        let response = client().get(format!("{}{path}", self.url)).send().await.unwrap();
+        let response = self.http.get(format!("{}{path}", self.url)).send().await.unwrap();
         assert_eq!(response.status(), StatusCode::OK, "{path}");
         response.bytes().await.unwrap().into()
     }
@@ -77,7 +79,7 @@ impl Server {
 
     /// Posts a job; answers its path.
     pub async fn submit(&self, job: &Value) -> String {
-        let response = client().post(format!("{}/v1/jobs", self.url)).json(job).send().await.unwrap();
+        let response = self.http.post(format!("{}/v1/jobs", self.url)).json(job).send().await.unwrap();
         let status = response.status();
         let location = response.headers().get("location").map(|path| path.to_str().unwrap().to_owned());
         assert_eq!(status, StatusCode::ACCEPTED, "{}", response.text().await.unwrap());
@@ -86,7 +88,7 @@ impl Server {
 
     /// A job, or that the process cannot be reached.
     pub async fn job(&self, path: &str) -> reqwest::Result<Value> {
-        client().get(format!("{}{path}", self.url)).send().await?.json().await
+        self.http.get(format!("{}{path}", self.url)).send().await?.json().await
     }
 }
 

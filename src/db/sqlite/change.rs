@@ -20,7 +20,7 @@ const ROWS_OF_A_STATEMENT: usize = 500;
 pub(super) enum Line {
     /// First chunks of jobs that were posted alone.
     First = 1,
-    /// Later chunks, and all chunks of the jobs of studies.
+    /// Later chunks, and all chunks of the jobs of sets.
     Later = 2,
 }
 

@@ -30,7 +30,7 @@ pub(super) async fn events(
     // the plan is kept once, in the job's row; old events have it
     for event in events.iter_mut().filter(|event| event.name == Planned::NAME && event.data["plan"].is_null()) {
         let query = sqlx::query(
-            "SELECT plan, study_id, (SELECT d.plan FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_plan \
+            "SELECT plan, set_id, (SELECT d.plan FROM job_set_documents d WHERE d.set_id = jobs.set_id) AS shared_plan \
              FROM jobs WHERE id = $1",
         );
         let plan = one(query.bind(id.to_string()), pool, |row| rows::whole(row, "plan", "shared_plan")).await?;

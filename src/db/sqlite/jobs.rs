@@ -34,7 +34,7 @@ pub(super) async fn submit(
         submitted: &new.submitted,
         document: to_json(&new.document)?,
         plan: to_json(&new.plan)?,
-        study: None,
+        set: None,
         warnings: &new.warnings,
         idempotency_key: new.idempotency_key.as_deref(),
         body_hash: &new.body_hash,
@@ -84,8 +84,8 @@ pub(super) struct NewRow<'a> {
     pub submitted: &'a str,
     pub document: String,
     pub plan: String,
-    /// Id of the study that has the fields missing in `submitted`, `document` and `plan`.
-    pub study: Option<String>,
+    /// Id of the set that has the fields missing in `submitted`, `document` and `plan`.
+    pub set: Option<String>,
     pub warnings: &'a [Warning],
     pub idempotency_key: Option<&'a str>,
     pub body_hash: &'a str,
@@ -115,7 +115,7 @@ pub(super) async fn insert(
 ) -> Result<Inserted, StoreError> {
     let id_text = row.id.to_string();
     let mut insert = QueryBuilder::new(
-        "INSERT INTO jobs (id, owner, name, status, submitted, document, plan, study_id, warnings, idempotency_key, body_hash, \
+        "INSERT INTO jobs (id, owner, name, status, submitted, document, plan, set_id, warnings, idempotency_key, body_hash, \
          computation, summary, predictions, client, created_at) SELECT ",
     );
     insert
@@ -126,7 +126,7 @@ pub(super) async fn insert(
         .push_bind(row.name)
         .push(", 'queued', ")
         .push_bind(row.submitted);
-    insert.push(", ").push_bind(row.document).push(", ").push_bind(row.plan).push(", ").push_bind(row.study);
+    insert.push(", ").push_bind(row.document).push(", ").push_bind(row.plan).push(", ").push_bind(row.set);
     insert.push(", ").push_bind(to_json(&row.warnings)?);
     insert.push(", ").push_bind(row.idempotency_key).push(", ").push_bind(row.body_hash);
     insert.push(", ").push_bind(row.computation);
@@ -194,16 +194,20 @@ pub(super) async fn job(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result
     one(query, pool, rows::job).await
 }
 
-pub(super) async fn source(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<JobSource>, StoreError> {
+pub(super) async fn source(
+    database: impl SqliteExecutor<'_>,
+    scope: Scope<'_>,
+    id: Uuid,
+) -> Result<Option<JobSource>, StoreError> {
     let query = sqlx::query(concat!(
-        "SELECT owner, submitted, study_id, state_key, state_hash, merged_seconds, merged_cpu_seconds, \
-         (SELECT d.submitted FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_submitted \
+        "SELECT owner, submitted, set_id, state_key, state_hash, merged_seconds, merged_cpu_seconds, \
+         (SELECT d.submitted FROM job_set_documents d WHERE d.set_id = jobs.set_id) AS shared_submitted \
          FROM jobs WHERE id = $1 AND ",
         in_scope!()
     ))
     .bind(id.to_string())
     .bind(bound(scope));
-    one(query, pool, rows::job_source).await
+    one(query, database, rows::job_source).await
 }
 
 pub(super) async fn head(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<JobHead>, StoreError> {
@@ -230,8 +234,8 @@ pub(super) async fn list(pool: &SqlitePool, scope: Scope<'_>, filter: JobFilter)
 /// Single jobs that have ended, those that ended first first.
 pub(super) async fn ended(pool: &SqlitePool, scope: Scope<'_>, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
     let query = sqlx::query(concat!(
-        "SELECT id, finished_at FROM jobs WHERE finished_at IS NOT NULL AND finished_at < $1 AND study_id IS NULL \
-         AND NOT EXISTS (SELECT 1 FROM study_jobs s WHERE s.job_id = jobs.id) \
+        "SELECT id, finished_at FROM jobs WHERE finished_at IS NOT NULL AND finished_at < $1 AND set_id IS NULL \
+         AND NOT EXISTS (SELECT 1 FROM job_set_members m WHERE m.job_id = jobs.id) \
          AND ($4 IS NULL OR status = $4) AND ",
         in_scope!(),
         " ORDER BY finished_at, id LIMIT $3"

@@ -4,7 +4,7 @@ use sqlx::SqlSafeStr;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 
 /// Name and SQL of every step. A step that has ever run must not be changed: its hash is kept in the database.
-const STEPS: [(&str, &str); 14] = [
+const STEPS: [(&str, &str); 15] = [
     ("0001_jobs", include_str!("../../../migrations/sqlite/0001_jobs.sql")),
     ("0002_reliability", include_str!("../../../migrations/sqlite/0002_reliability.sql")),
     ("0003_cpu_seconds", include_str!("../../../migrations/sqlite/0003_cpu_seconds.sql")),
@@ -19,6 +19,7 @@ const STEPS: [(&str, &str); 14] = [
     ("0012_owner", include_str!("../../../migrations/sqlite/0012_owner.sql")),
     ("0013_uploads", include_str!("../../../migrations/sqlite/0013_uploads.sql")),
     ("0014_uploads_and_lists", include_str!("../../../migrations/sqlite/0014_uploads_and_lists.sql")),
+    ("0015_job_sets", include_str!("../../../migrations/sqlite/0015_job_sets.sql")),
 ];
 
 /// Returns all steps; a database records those that it has run.
@@ -35,9 +36,9 @@ mod tests {
     use sqlx::{AssertSqlSafe, Connection, SqliteConnection};
 
     use super::*;
-    use crate::db::sqlite::{jobs, studies, uploads};
+    use crate::db::sqlite::{job_sets, jobs, uploads};
     use crate::queue::owner::Owner;
-    use crate::queue::store::{About, AboutMesh, UploadKind};
+    use crate::queue::store::{About, AboutMesh, SetKind, UploadKind};
 
     /// Jobs, studies and meshes from before there were owners are the default owner's, with their keys and everything that belongs to them.
     #[tokio::test]
@@ -61,14 +62,48 @@ mod tests {
         for (owner, found) in [(&theirs, true), (&others, false)] {
             let job = jobs::job_of_key(&mut database, Some(owner), "of a job").await.unwrap();
             assert_eq!(job.map(|job| job.head.id), found.then_some(id));
-            let study = studies::of_key(&mut database, Some(owner), "of a study").await.unwrap();
-            assert_eq!(study.map(|study| study.jobs.len()), found.then_some(1));
+            let study = job_sets::of_key(&mut database, Some(owner), SetKind::Study, "of a study").await.unwrap();
+            assert_eq!(study.map(|study| study.members.len()), found.then_some(1));
             let mesh = uploads::find(&mut database, Some(owner), UploadKind::Mesh, "m").await.unwrap();
             let about = About::Mesh(AboutMesh { triangles: 2, materials: vec!["pipe".into()] });
             assert_eq!(mesh.map(|mesh| (mesh.key, mesh.about)), found.then(|| ("file".to_owned(), about)));
         }
         let events: i64 = sqlx::query_scalar("SELECT count(*) FROM events").fetch_one(&mut database).await.unwrap();
         assert_eq!(events, 1);
+    }
+
+    /// Studies from before there were sets of jobs are sets, with everything that they had; their jobs have their whole documents.
+    #[tokio::test]
+    async fn studies_are_sets_of_jobs() {
+        let mut database = SqliteConnection::connect("sqlite::memory:").await.unwrap();
+        let before = migrations().iter().take(14).cloned().collect();
+        Migrator::with_migrations(before).run(&mut database).await.unwrap();
+        sqlx::query("PRAGMA foreign_keys = ON").execute(&mut database).await.unwrap();
+        let [id, job, gone] = [1, 2, 3].map(uuid::Uuid::from_u128);
+        let rows = format!(
+            "INSERT INTO studies (id, owner, name, request, refused, confidence, idempotency_key, body_hash, created_at) \
+             VALUES ('{id}', 'ann', 'n', '{{\"seconds\":1e-05}}', '[{{\"method\":\"m\",\"reason\":\"it''s\"}}]', 0.95, 'k', 'h', 7); \
+             INSERT INTO study_documents (study_id, submitted, document, plan) \
+             VALUES ('{id}', '{{\"seed\":1}}', '{{\"seed\":1}}', '{{}}'); \
+             INSERT INTO study_jobs (study_id, place, job_id, part, found) \
+             VALUES ('{id}', 0, '{job}', '{{\"run\":null}}', '{{\"run\":2}}'), ('{id}', 1, '{gone}', '{{}}', NULL); \
+             INSERT INTO jobs (id, owner, status, submitted, document, plan, study_id, warnings, body_hash, created_at) \
+             VALUES ('{job}', 'ann', 'queued', '{own}', '{own}', '{{\"shared\":[],\"own\":{{}}}}', '{id}', '[]', '', 1)",
+            own = "{\"shared\":[\"seed\"],\"own\":{}}"
+        );
+        sqlx::query(AssertSqlSafe(rows)).execute(&mut database).await.unwrap();
+        migrations().run(&mut database).await.unwrap();
+        let set = job_sets::job_set(&mut database, Some(&Owner::new("ann")), id).await.unwrap().unwrap();
+        assert_eq!((set.kind, set.name.as_deref(), set.body_hash.as_str()), (SetKind::Study, Some("n"), "h"));
+        let about: serde_json::Value = serde_json::from_str(&set.about).unwrap();
+        let refused = serde_json::json!([{ "method": "m", "reason": "it's" }]);
+        let expected = serde_json::json!({ "request": { "seconds": 1e-5 }, "refused": refused, "confidence": 0.95 });
+        assert_eq!((set.created_at, about), (7, expected));
+        let members: Vec<_> = set.members.iter().map(|member| (member.job, member.found.is_some())).collect();
+        assert_eq!(members, [(job, true), (gone, false)]);
+        assert_eq!(set.members[0].part, serde_json::json!({ "run": null }));
+        let source = jobs::source(&mut database, None, job).await.unwrap().unwrap();
+        assert_eq!(source.submitted, r#"{"seed":1}"#);
     }
 
     #[test]

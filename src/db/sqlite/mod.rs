@@ -11,6 +11,7 @@ mod commit;
 mod equal;
 mod guard;
 mod history;
+mod job_sets;
 mod jobs;
 mod log;
 mod migrations;
@@ -19,7 +20,6 @@ mod record;
 mod rows;
 mod sql;
 mod store;
-mod studies;
 mod uploads;
 
 use std::fs::File;
@@ -51,7 +51,7 @@ const LARGEST_IDLE_LOG: u64 = 16 << 20;
 /// Store of jobs in one SQLite file, with one writing connection and several reading ones; clones share them.
 #[derive(Clone)]
 pub struct SqliteStore {
-    /// Owner whose jobs, studies and uploads are seen; `None` for all.
+    /// Owner whose jobs, sets and uploads are seen; `None` for all.
     owner: Option<Owner>,
     writer: SqlitePool,
     readers: SqlitePool,

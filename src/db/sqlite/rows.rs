@@ -28,9 +28,9 @@ pub(super) use head_columns;
 /// Columns of a [`Job`] beyond its head.
 macro_rules! job_columns {
     () => {
-        "document, plan, warnings, body_hash, summary, predictions, problem, study_id, \
-         (SELECT d.document FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_document, \
-         (SELECT d.plan FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_plan"
+        "document, plan, warnings, body_hash, summary, predictions, problem, set_id, \
+         (SELECT d.document FROM job_set_documents d WHERE d.set_id = jobs.set_id) AS shared_document, \
+         (SELECT d.plan FROM job_set_documents d WHERE d.set_id = jobs.set_id) AS shared_plan"
     };
 }
 pub(super) use job_columns;
@@ -81,7 +81,7 @@ pub(super) fn job_source(row: &SqliteRow) -> Result<JobSource, StoreError> {
     let state_hash: Option<String> = get(row, "state_hash")?;
     Ok(JobSource {
         owner: Owner::new(&get::<String>(row, "owner")?),
-        submitted: match get::<Option<String>>(row, "study_id")? {
+        submitted: match get::<Option<String>>(row, "set_id")? {
             Some(_) => whole(row, "submitted", "shared_submitted")?.to_string(),
             None => get(row, "submitted")?,
         },
@@ -90,14 +90,13 @@ pub(super) fn job_source(row: &SqliteRow) -> Result<JobSource, StoreError> {
     })
 }
 
-/// Reads a JSON column of a job; for a job of a study, adds the fields that the study's jobs share from the column `shared`.
+/// Reads a JSON column of a job; for a job of a set, adds the fields that the set's jobs share from the column `shared`.
 pub(super) fn whole(row: &SqliteRow, column: &str, shared: &str) -> Result<Value, StoreError> {
-    if get::<Option<String>>(row, "study_id")?.is_none() {
+    if get::<Option<String>>(row, "set_id")?.is_none() {
         return json(row, column);
     }
     let (own, shared): (String, Option<String>) = (get(row, column)?, get(row, shared)?);
-    let shared =
-        shared.ok_or_else(|| StoreError::Failed("the study of a job is missing in the database".to_owned()))?;
+    let shared = shared.ok_or_else(|| StoreError::Failed("the set of a job is missing in the database".to_owned()))?;
     joined(&shared, &own).map_err(|_| broken(column, &own))
 }
 
@@ -200,7 +199,7 @@ fn unsigned(value: i64) -> u64 {
     u64::try_from(value).unwrap_or(0)
 }
 
-fn broken(column: &str, text: &str) -> StoreError {
+pub(super) fn broken(column: &str, text: &str) -> StoreError {
     let start: String = text.chars().take(40).collect();
     StoreError::Failed(format!("the column {column} holds an unexpected value: {start:?}"))
 }

@@ -11,7 +11,7 @@ use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use super::sql::{Scope, store_error};
-use super::{SqliteStore, artifacts, commit, equal, history, jobs, queue, record, studies, uploads};
+use super::{SqliteStore, artifacts, commit, equal, history, job_sets, jobs, queue, record, uploads};
 use crate::engine::progress::PassReport;
 use crate::queue::durability::Durability;
 use crate::queue::owner::Owner;
@@ -252,12 +252,12 @@ impl Store for SqliteStore {
         Ok(artifact)
     }
 
-    async fn submit_study(&self, study: NewStudy, most: MostWaiting) -> Result<StudySubmission, StoreError> {
+    async fn submit_set(&self, set: NewJobSet, most: MostWaiting) -> Result<SetSubmission, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
-        let submission = studies::submit(&mut tx, study, most).await?;
-        if let StudySubmission::New(study) = &submission {
+        let submission = job_sets::submit(&mut tx, set, most).await?;
+        if let SetSubmission::New(set) = &submission {
             tx.commit().await.map_err(store_error)?;
-            study.jobs.iter().for_each(|member| self.tell(Change::Job(member.job)));
+            set.members.iter().for_each(|member| self.tell(Change::Job(member.job)));
             self.tell(Change::Queue);
         } else {
             tx.rollback().await.map_err(store_error)?;
@@ -265,55 +265,55 @@ impl Store for SqliteStore {
         Ok(submission)
     }
 
-    async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError> {
+    async fn set_of_key(&self, kind: SetKind, idempotency_key: &str) -> Result<Option<JobSet>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        studies::of_key(&mut connection, self.scope(), idempotency_key).await
+        job_sets::of_key(&mut connection, self.scope(), kind, idempotency_key).await
     }
 
-    async fn study(&self, id: Uuid) -> Result<Option<StoredStudy>, StoreError> {
+    async fn job_set(&self, id: Uuid) -> Result<Option<JobSet>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        studies::study(&mut connection, self.scope(), id).await
+        job_sets::job_set(&mut connection, self.scope(), id).await
     }
 
-    async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError> {
-        studies::list(&self.readers, self.scope(), before, limit).await
+    async fn job_sets(&self, kind: SetKind, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError> {
+        job_sets::list(&self.readers, self.scope(), kind, before, limit).await
     }
 
-    async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
-        let heads = studies::heads(&self.readers, self.scope(), id).await?;
+    async fn jobs_of_set(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
+        let heads = job_sets::heads(&self.readers, self.scope(), id).await?;
         self.log.sync_all().await?;
         Ok(heads)
     }
 
-    async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError> {
+    async fn set_progress(&self, id: Uuid) -> Result<SetProgress, StoreError> {
         let mut tx = self.readers.begin().await.map_err(store_error)?;
-        let progress = studies::progress(&mut tx, self.scope(), id).await?;
+        let progress = job_sets::progress(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
         self.log.sync_all().await?;
         Ok(progress)
     }
 
-    async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError> {
+    async fn cancel_set(&self, id: Uuid) -> Result<Vec<Uuid>, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
-        let cancelled = studies::cancel(&mut tx, self.scope(), id).await?;
+        let cancelled = job_sets::cancel(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
         for job in &cancelled {
             self.tell(Change::Stop(*job));
             self.tell(Change::Ended(*job));
             self.tell(Change::Job(*job));
         }
-        Ok(cancelled.len() as u64)
+        Ok(cancelled)
     }
 
-    async fn keep_found(&self, study: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError> {
+    async fn keep_found(&self, set: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError> {
         let mut tx = self.begin(Durability::Buffered).await?;
-        studies::keep_found(&mut tx, study, found).await?;
+        job_sets::keep_found(&mut tx, set, found).await?;
         tx.commit().await.map_err(store_error)
     }
 
-    async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError> {
+    async fn delete_set(&self, id: Uuid) -> Result<bool, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
-        let deleted = studies::delete(&mut tx, self.scope(), id).await?;
+        let deleted = job_sets::delete(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(deleted)
     }
@@ -440,8 +440,8 @@ impl Store for SqliteStore {
         jobs::ended(&self.readers, self.scope(), filter).await
     }
 
-    async fn ended_studies(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError> {
-        studies::ended(&self.readers, self.scope(), before, limit).await
+    async fn ended_sets(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError> {
+        job_sets::ended(&self.readers, self.scope(), before, limit).await
     }
 
     async fn stored_bytes(&self) -> Result<u64, StoreError> {

@@ -80,7 +80,7 @@ pub struct DeletedJobs {
     pub more: bool,
 }
 
-/// Deletes jobs that have ended, with their files, the earliest end first. Jobs of studies are deleted with their study only.
+/// Deletes jobs that have ended, with their files, the earliest end first. Jobs of sets and of studies are deleted with these only.
 #[utoipa::path(delete, path = "/v1/jobs", operation_id = "delete_jobs", tag = "jobs", params(DeleteQuery),
     responses(
         (status = 200, description = "The jobs are deleted", body = DeletedJobs),

@@ -9,7 +9,7 @@ use bytes::Bytes;
 use serde_json::Value;
 
 use crate::document::canonical::canonical_hash;
-use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, read};
+use crate::document::{DocumentErrors, JobDocument, read};
 use crate::http::client::Client;
 use crate::http::content::check_coding;
 use crate::http::limits::off_thread;
@@ -107,20 +107,14 @@ pub struct PreparedPost {
 /// Prepares a job off the async threads, because meshes can be large.
 pub async fn prepare(app: &Service, turn: &Turn, document: Value) -> Result<PreparedPost, Problem> {
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
-    let memory_limit = app.limits.memory_limit_bytes();
+    let (memory_limit, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
     let prepared = off_thread(turn.clone(), move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
         let prepared = prepare_document(&JobDocument::from_files(document, &meshes)?, &meshes)?;
         prepared.check_memory(memory_limit)?;
+        prepared.check_seconds(most_seconds)?;
         let computation = computation(&prepared.document);
         Ok::<_, DocumentErrors>(PreparedPost { prepared: Arc::new(prepared), meshes: meshes.loaded(), computation })
     });
-    let post = prepared.await??;
-    let (asked, most) = (post.prepared.stop.max_seconds, app.limits.max_seconds);
-    if asked > most {
-        let detail = format!("must be <= {most} on this service, but is {asked}");
-        let error = FieldError::new("/stop/max_seconds", detail).coded(FieldErrorCode::OutOfRange);
-        return Err(DocumentErrors::from(error).into());
-    }
-    Ok(post)
+    Ok(prepared.await??)
 }

@@ -211,7 +211,7 @@ pub(in crate::http) fn key_reused(other: &str) -> Problem {
     Problem::new(ProblemKind::KeyReused, format!("the Idempotency-Key belongs to {other}; use a new key"))
 }
 
-/// Marks an answer about the job or study of an earlier post with the same key.
+/// Marks an answer about the job or set of an earlier post with the same key.
 pub(in crate::http) fn replayed(mut answer: Response) -> Response {
     answer.headers_mut().insert("idempotency-replayed", HeaderValue::from_static("true"));
     answer

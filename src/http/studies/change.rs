@@ -2,14 +2,15 @@
 
 use axum::Json;
 use axum::http::StatusCode;
-use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
 use super::evaluate::study_resource;
-use super::looked::{Looked, no_such_study};
+use super::looked::Looked;
 use super::resource::StudyResource;
 use crate::http::App;
+use crate::http::job_sets::any_kind;
 use crate::http::problem::{Path, Problem};
+use crate::queue::store::SetKind;
 
 /// Cancels all jobs of the study that have not ended; results computed so far stay readable.
 #[utoipa::path(post, path = "/v1/studies/{id}/cancel", operation_id = "cancel_study", tag = "studies", params(("id" = Uuid, Path)),
@@ -17,13 +18,9 @@ use crate::http::problem::{Path, Problem};
         (status = 202, description = "The jobs of the study are being cancelled; the body is the study", body = StudyResource),
         (status = 404, description = "No such study"),
         (status = 409, description = "All of its jobs have ended")))]
-pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem> {
-    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-    if app.store.cancel_study(id).await? == 0 {
-        return Err(Problem::conflict("all jobs of the study have ended"));
-    }
-    tracing::info!(study = %id, "study cancelled");
-    Ok((StatusCode::ACCEPTED, Json(study_resource(&app, Looked::new(&app, study).await?).await?)).into_response())
+pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<(StatusCode, Json<StudyResource>), Problem> {
+    let study = any_kind::cancel(&app, SetKind::Study, id).await?;
+    Ok((StatusCode::ACCEPTED, Json(study_resource(&app, Looked::new(&app, study).await?).await?)))
 }
 
 /// Deletes the study with all of its jobs; running ones stop.
@@ -32,5 +29,5 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
         (status = 204, description = "The study and its jobs are deleted"),
         (status = 404, description = "No such study")))]
 pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
-    if app.deletion().study(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(no_such_study()) }
+    any_kind::delete(&app, SetKind::Study, id).await
 }

@@ -3,7 +3,7 @@
 
 use uuid::Uuid;
 
-use super::looked::{Looked, read};
+use super::looked::Looked;
 use super::resource::StudyResource;
 use crate::document::result::GridResult;
 use crate::http::Service;
@@ -13,6 +13,7 @@ use crate::http::results::internal;
 use crate::queue::store::*;
 use crate::study::compare::Values;
 use crate::study::outcomes::Found;
+use crate::study::queued::StudyRecord;
 use crate::study::{Study, StudyRequest};
 
 /// Number of jobs whose evaluated results are stored together; a request that ends early leaves the rest to the next one.
@@ -20,30 +21,30 @@ const STORED_TOGETHER: usize = 16;
 
 /// Builds the answer for a stored study.
 pub async fn study_resource(app: &Service, mut looked: Looked) -> Result<StudyResource, Problem> {
-    let request = looked.request()?;
-    let results = evaluate(app, &mut looked, &request).await?.map(|found| found.report());
-    let refused = read(&looked.study.refused)?;
+    let record = looked.record()?;
+    let results = evaluate(app, &mut looked, &record).await?.map(|found| found.report());
+    let StudyRecord { request, refused, .. } = record;
     Ok(StudyResource { summary: looked.summary(), request, refused, jobs: looked.jobs(), results })
 }
 
 /// Evaluates the runs that have succeeded; `None` as long as the reference has no values. One request at a time compares those that
 /// are not compared yet; the next one reads what it has stored.
-pub async fn evaluate(app: &Service, looked: &mut Looked, request: &StudyRequest) -> Result<Option<Study>, Problem> {
-    let outcomes = looked.outcomes(request)?;
+pub async fn evaluate(app: &Service, looked: &mut Looked, record: &StudyRecord) -> Result<Option<Study>, Problem> {
+    let outcomes = looked.outcomes(record);
     if outcomes.missing().is_empty() {
         return Ok(outcomes.study());
     }
     let _turn = app.study_files.evaluating.lock().await;
     // deleted meanwhile
-    let Some(study) = app.store.study(looked.study.id).await? else { return Ok(outcomes.study()) };
+    let Some(study) = app.store.job_set(looked.study.id).await? else { return Ok(outcomes.study()) };
     looked.study = study;
-    let mut outcomes = looked.outcomes(request)?;
+    let mut outcomes = looked.outcomes(record);
     for indexes in outcomes.missing().chunks(STORED_TOGETHER) {
         let mut new = Vec::new();
         for index in indexes {
             let (id, part) = &looked.parts[*index];
             let Some(head) = looked.heads.get(id) else { continue };
-            let values = values(app, request, head).await?;
+            let values = values(app, &record.request, head).await?;
             let found = outcomes.compare(&part.key, values);
             if outcomes.jobs[*index].found.replace(found.clone()).as_ref() != Some(&found) {
                 new.push((*id, found));

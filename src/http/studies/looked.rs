@@ -9,17 +9,18 @@ use uuid::Uuid;
 
 use super::resource::{StudyJob, StudySummary};
 use crate::http::Service;
+use crate::http::job_sets::any_kind::{heads_of, set_of};
 use crate::http::problem::Problem;
 use crate::http::results::internal;
 use crate::queue::store::*;
-use crate::study::StudyRequest;
 use crate::study::outcome::Ended;
 use crate::study::outcomes::{Found, JobOutcome, Outcomes};
 use crate::study::part::StudyPart;
+use crate::study::queued::StudyRecord;
 
 /// Stored study with the present state of its jobs.
 pub struct Looked {
-    pub study: StoredStudy,
+    pub study: JobSet,
     /// Ids of the jobs in order, each with the job's part in the study.
     pub parts: Vec<(Uuid, StudyPart)>,
     /// Heads of the jobs that were not deleted, by id.
@@ -29,19 +30,18 @@ pub struct Looked {
 impl Looked {
     /// Reads the study of an id with its jobs.
     pub async fn at(app: &Service, id: Uuid) -> Result<Self, Problem> {
-        Self::new(app, app.store.study(id).await?.ok_or_else(no_such_study)?).await
+        Self::new(app, set_of(app, SetKind::Study, id).await?).await
     }
 
     /// Reads the jobs of a stored study.
-    pub async fn new(app: &Service, study: StoredStudy) -> Result<Self, Problem> {
-        let heads = app.store.jobs_of_study(study.id).await?;
-        let heads = heads.into_iter().map(|head| (head.id, head)).collect();
+    pub async fn new(app: &Service, study: JobSet) -> Result<Self, Problem> {
+        let heads = heads_of(app, study.id).await?;
         Ok(Self { parts: parts(&study)?, study, heads })
     }
 
-    /// Reads the request of the study.
-    pub fn request(&self) -> Result<StudyRequest, Problem> {
-        serde_json::from_str(&self.study.request).map_err(|error| internal("reading a study failed", &error))
+    /// Reads the request of the study, and what follows from it.
+    pub fn record(&self) -> Result<StudyRecord, Problem> {
+        serde_json::from_str(&self.study.about).map_err(|error| internal("reading a study failed", &error))
     }
 
     /// Lists the jobs in the form of JSON answers.
@@ -55,15 +55,15 @@ impl Looked {
     }
 
     /// Collects the jobs with the results that are stored for the study, and the values of the reference if they are given.
-    pub fn outcomes(&self, request: &StudyRequest) -> Result<Outcomes, Problem> {
-        let jobs = self.parts.iter().zip(&self.study.jobs).map(|((id, part), member)| JobOutcome {
+    pub fn outcomes(&self, record: &StudyRecord) -> Outcomes {
+        let jobs = self.parts.iter().zip(&self.study.members).map(|((id, part), member)| JobOutcome {
             part: part.clone(),
             ended: self.heads.get(id).and_then(ended),
             // results in the form of another version are computed again
             found: member.found.as_ref().and_then(|found| Found::deserialize(found).ok()),
         });
-        let (truth, confidence) = (request.reference.known(), self.study.confidence);
-        Ok(Outcomes { jobs: jobs.collect(), refused: read(&self.study.refused)?, confidence, truth })
+        let (truth, confidence) = (record.request.reference.known(), record.confidence);
+        Outcomes { jobs: jobs.collect(), refused: record.refused.clone(), confidence, truth }
     }
 }
 
@@ -77,15 +77,11 @@ fn ended(head: &JobHead) -> Option<Ended> {
 }
 
 /// Lists the ids of the study's jobs, each with the job's part in the study.
-pub fn parts(study: &StoredStudy) -> Result<Vec<(Uuid, StudyPart)>, Problem> {
-    study.jobs.iter().map(|member| Ok((member.job, read(&member.part)?))).collect()
+pub fn parts(study: &JobSet) -> Result<Vec<(Uuid, StudyPart)>, Problem> {
+    study.members.iter().map(|member| Ok((member.job, read(&member.part)?))).collect()
 }
 
 /// Reads a value from JSON that this service has stored itself.
-pub fn read<T: DeserializeOwned>(stored: &Value) -> Result<T, Problem> {
+fn read<T: DeserializeOwned>(stored: &Value) -> Result<T, Problem> {
     T::deserialize(stored).map_err(|error| internal("reading a study failed", &error))
-}
-
-pub fn no_such_study() -> Problem {
-    Problem::not_found("there is no such study")
 }

@@ -44,10 +44,10 @@ impl Default for StudyFiles {
 
 impl StudyFiles {
     /// Computes the tag of a file of a study from the present state of its jobs, before the file is made.
-    pub fn tag(&self, study: &StoredStudy, heads: &HashMap<Uuid, JobHead>, of: &str) -> String {
+    pub fn tag(&self, study: &JobSet, heads: &HashMap<Uuid, JobHead>, of: &str) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.process.as_bytes()).update(study.id.as_bytes());
-        for member in &study.jobs {
+        for member in &study.members {
             let state = heads.get(&member.job).map(|head| (head.status, head.stopped_by));
             hasher.update(format!("{state:?}").as_bytes());
         }

@@ -9,4 +9,4 @@ mod pictures;
 pub mod resource;
 pub mod show;
 pub mod submit;
-pub mod watched;
+pub mod view;

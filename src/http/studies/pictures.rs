@@ -62,10 +62,10 @@ struct Maker {
 
 impl Maker {
     fn new(app: &Arc<Service>, looked: Looked) -> Result<Self, Problem> {
-        let request = looked.request()?;
+        let record = looked.record()?;
         let none = || Problem::not_found("the study has no pictures");
-        let pictures = request.pictures(app.limits.max_seconds).ok_or_else(none)?;
-        let mut outcomes = looked.outcomes(&request)?;
+        let pictures = record.request.pictures(app.limits.max_seconds).ok_or_else(none)?;
+        let mut outcomes = looked.outcomes(&record);
         let ids = looked.parts.iter().filter(|(_, part)| part.key.picture.is_some()).map(|(id, _)| *id).collect();
         outcomes.jobs.retain(|job| job.part.key.picture.is_some());
         let (app, runtime, study) = (app.clone(), Handle::current(), looked.study.id);

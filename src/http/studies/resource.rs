@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::engine::progress::StoppedBy;
+use crate::http::job_sets::set_events::SetStatus;
 use crate::queue::store::*;
 use crate::study::StudyRequest;
 use crate::study::files::StudyReport;
@@ -142,7 +143,12 @@ pub struct ViewPictureLinks {
     pub accuracies_png: Option<String>,
 }
 
-/// Fields of a study's request that concern its pictures.
+/// Fields of a study's record that concern its pictures.
+#[derive(Deserialize)]
+struct RecordOfPictures {
+    request: RequestOfPictures,
+}
+
 #[derive(Deserialize)]
 struct RequestOfPictures {
     pictures: Option<PicturesWanted>,
@@ -161,9 +167,9 @@ struct NamedView {
 }
 
 impl PictureLinks {
-    fn of(study: &StoredStudy, this: &str) -> Option<Self> {
+    fn of(study: &JobSet, this: &str) -> Option<Self> {
         // the rest of the request is long
-        let request: RequestOfPictures = serde_json::from_str(&study.request).ok()?;
+        let RecordOfPictures { request } = serde_json::from_str(&study.about).ok()?;
         let (wanted, views) = (request.pictures?, request.job.views);
         let names = views.iter().map(|view| view.name.as_str());
         let path = |of: &[f64], file: String| (!of.is_empty()).then(|| format!("{this}/files/{file}"));
@@ -178,7 +184,7 @@ impl PictureLinks {
 
 impl StudySummary {
     /// Summarises a study from the present state of its jobs.
-    pub fn new(study: &StoredStudy, jobs: &[StudyJob]) -> Self {
+    pub fn new(study: &JobSet, jobs: &[StudyJob]) -> Self {
         let this = format!("/v1/studies/{}", study.id);
         let [csv, svg, png, pdf] = ["csv", "svg", "png", "pdf"].map(|suffix| format!("{this}/files/study.{suffix}"));
         Self {
@@ -236,9 +242,11 @@ impl StudyJob {
     }
 }
 
-impl StudyStatus {
-    /// Returns the name in JSON, which is also the name of the event that ends the study's stream.
-    pub fn name(self) -> &'static str {
+impl SetStatus for StudyStatus {
+    const QUEUED: Self = Self::Queued;
+    const RUNNING: Self = Self::Running;
+
+    fn name(self) -> &'static str {
         match self {
             Self::Queued => "queued",
             Self::Running => "running",
@@ -248,11 +256,12 @@ impl StudyStatus {
         }
     }
 
-    /// True once all jobs of the study have ended.
-    pub fn is_final(self) -> bool {
+    fn is_final(self) -> bool {
         !matches!(self, Self::Queued | Self::Running)
     }
+}
 
+impl StudyStatus {
     /// Derives the state of a study from its jobs.
     pub fn of(jobs: &[StudyJob]) -> Self {
         let any = |part: StudyJobPart, status: Option<JobStatus>| {

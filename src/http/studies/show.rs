@@ -3,8 +3,8 @@
 use axum::Json;
 use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
-use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use serde::Serialize;
+use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::evaluate::{evaluate, study_resource};
@@ -17,12 +17,11 @@ use crate::http::App;
 use crate::http::content::{self, Binary};
 use crate::http::convergence::DensityQuery;
 use crate::http::formats::{self, Format};
+use crate::http::job_sets::any_kind::{PageQuery, page};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::internal;
-
-const DEFAULT_PAGE: u32 = 20;
-const MAX_PAGE: u32 = 100;
+use crate::queue::store::SetKind;
 
 /// Formats of the files of a study's results.
 const FORMATS: [Format; 4] = [Format::Csv, Format::Svg, Format::Png, Format::Pdf];
@@ -35,37 +34,16 @@ pub struct StudyPage {
     pub next_cursor: Option<Uuid>,
 }
 
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
-#[serde(deny_unknown_fields)]
-pub struct StudyListQuery {
-    /// Largest number of studies on a page; 20 when absent.
-    #[param(minimum = 1, maximum = 100)]
-    limit: Option<u32>,
-    /// Value of `next_cursor` of the page before.
-    cursor: Option<Uuid>,
-}
-
 /// Lists studies, newest first.
-#[utoipa::path(get, path = "/v1/studies", operation_id = "list_studies", tag = "studies", params(StudyListQuery),
+#[utoipa::path(get, path = "/v1/studies", operation_id = "list_studies", tag = "studies", params(PageQuery),
     responses(
         (status = 200, description = "A page of studies", body = StudyPage),
         (status = 422, description = "A parameter is not valid; see `errors`")))]
-pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<StudyPage>, Problem> {
-    let limit = query.limit.unwrap_or(DEFAULT_PAGE);
-    if !(1..=MAX_PAGE).contains(&limit) {
-        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MAX_PAGE}, but is {limit}")));
-    }
-    // one more tells whether there is a next page
-    let mut ids = app.store.studies(query.cursor, limit + 1).await?;
-    let more = ids.len() > limit as usize;
-    ids.truncate(limit as usize);
-    let next_cursor = ids.last().copied().filter(|_| more);
-    let mut studies = Vec::with_capacity(ids.len());
-    for id in ids {
-        if let Some(study) = app.store.study(id).await? {
-            studies.push(Looked::new(&app, study).await?.summary());
-        }
+pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Json<StudyPage>, Problem> {
+    let (sets, next_cursor) = page(&app, SetKind::Study, query).await?;
+    let mut studies = Vec::with_capacity(sets.len());
+    for study in sets {
+        studies.push(Looked::new(&app, study).await?.summary());
     }
     Ok(Json(StudyPage { studies, next_cursor }))
 }
@@ -116,8 +94,8 @@ pub async fn file(
     if let Some(unchanged) = unchanged(&headers, &format!("\"{tag}\"")) {
         return Ok(unchanged);
     }
-    let request = looked.request()?;
-    let found = evaluate(&app, &mut looked, &request).await?;
+    let record = looked.record()?;
+    let found = evaluate(&app, &mut looked, &record).await?;
     let found = found.ok_or_else(|| Problem::not_found("the reference of the study has not been computed (yet)"))?;
     let made = off_thread(permit(&app.permits.reading).await?, move |_| match of_figure {
         Some(figure) => figure.write(&found.figure(looked.study.name.as_deref())),

@@ -1,23 +1,18 @@
 //! Queueing of a study: a job for its reference, and one for each method, error and seed.
 
-use axum::Json;
-use axum::http::{HeaderMap, StatusCode, header};
-use axum::response::{IntoResponse, Response};
-use serde_json::Value;
+use axum::http::HeaderMap;
+use axum::response::Response;
 
 use super::evaluate::study_resource;
 use super::looked::Looked;
 use super::resource::StudyResource;
+use crate::http::App;
 use crate::http::client::Client;
+use crate::http::job_sets::any_kind::{self, Bounds, accepted};
 use crate::http::jobs::posted::Body;
-use crate::http::jobs::submit::{
-    POLL_SECONDS, client_full, idempotency_key, key_reused, queue_full, replayed, upload_gone,
-};
-use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
-use crate::http::turns::Turn;
-use crate::http::{App, Service};
-use crate::queue::store::*;
+use crate::queue::meshes::UploadedMeshes;
+use crate::queue::store::SetKind;
 use crate::study::StudyRequest;
 use crate::study::queued::new_study;
 
@@ -55,55 +50,11 @@ use crate::study::queued::new_study;
         (status = 429, description = "The jobs of the study would exceed the client's limit of waiting jobs"),
         (status = 503, description = "The queue has no room for all jobs of the study")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
-    let other = "another study";
-    let idempotency_key = idempotency_key(&headers)?;
-    let turn = permit(&app.permits.studies).await?;
-    let posted = body.read(&turn).await?;
-    if app.shutdown.is_cancelled() {
-        return Err(Problem::unavailable("the service is shutting down"));
-    }
-    // a repeated post is answered even when its meshes were deleted meanwhile
-    if let Some(key) = &idempotency_key
-        && let Some(study) = app.store.study_of_key(key).await?
-    {
-        return if study.body_hash == posted.hash {
-            accepted(&app, study).await.map(replayed)
-        } else {
-            Err(key_reused(other))
-        };
-    }
-    let new = prepared(&app, turn, posted.value).await?;
-    let (owner, client) = (app.owner.clone(), client.to_string());
-    let new = NewStudy { owner, idempotency_key, body_hash: posted.hash, client, ..new };
-    match app.store.submit_study(new, app.limits.most_waiting()).await? {
-        StudySubmission::New(study) => {
-            tracing::info!(study = %study.id, jobs = study.jobs.len(), "study queued");
-            metrics::counter!("skyduct_jobs_submitted_total").increment(study.jobs.len() as u64);
-            accepted(&app, study).await
-        }
-        StudySubmission::Repeated(study) => accepted(&app, study).await.map(replayed),
-        StudySubmission::KeyReused => Err(key_reused(other)),
-        StudySubmission::QueueFull => Err(queue_full(&app)),
-        StudySubmission::ClientFull => Err(client_full(&app)),
-        StudySubmission::UploadGone(id) => Err(upload_gone(&id)),
-    }
-}
-
-async fn accepted(app: &Service, study: StoredStudy) -> Result<Response, Problem> {
-    let location = format!("/v1/studies/{}", study.id);
-    let headers = [(header::LOCATION, location), (header::RETRY_AFTER, POLL_SECONDS.to_string())];
-    let study = study_resource(app, Looked::new(app, study).await?).await?;
-    Ok((StatusCode::ACCEPTED, headers, Json(study)).into_response())
-}
-
-/// Prepares a study with all of its jobs, off the async threads.
-async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewStudy, Problem> {
-    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
-    let (memory_bytes, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
-    let prepared = off_thread(turn, move |cancel| {
-        let files = meshes.for_document(runtime, cancel);
-        let request = StudyRequest::from_value(request, &files)?.within(most_seconds)?;
-        new_study(&request, &files, memory_bytes, most_seconds)
-    });
-    prepared.await?.map_err(Problem::from)
+    let new = |request, files: &UploadedMeshes, bounds: &Bounds| {
+        let request = StudyRequest::from_value(request, files)?.within(bounds.most_seconds)?;
+        new_study(request, files, bounds.memory_bytes, bounds.most_seconds)
+    };
+    let (study, is_replayed) = any_kind::post(&app, SetKind::Study, (client, &headers, body), new).await?;
+    let path = format!("/v1/studies/{}", study.id);
+    Ok(accepted(path, is_replayed, &study_resource(&app, Looked::new(&app, study).await?).await?))
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use crate::common::{client, small_job};
+use crate::common::small_job;
 use crate::process::Server;
 use eventsource_stream::Eventsource;
 use futures::{StreamExt, stream};
@@ -18,7 +18,7 @@ const ENVIRONMENT: [(&str, &str); 3] = [
 
 /// Follows a job to its end; answers ids and names of all its events.
 async fn events(server: &Server, job: &str) -> Vec<(i64, String)> {
-    let response = client().get(format!("{}{job}/events", server.url)).send().await.unwrap();
+    let response = server.http.get(format!("{}{job}/events", server.url)).send().await.unwrap();
     let events = response.bytes_stream().eventsource();
     events.map(|event| event.unwrap()).map(|event| (event.id.parse().unwrap(), event.event)).collect().await
 }

@@ -201,6 +201,45 @@ fn render_and_submit_write_the_same_files_and_print_the_same_table() {
     assert_eq!(without_seconds(lines(&rendered)), without_seconds(lines(&submitted)));
 }
 
+/// Several documents are one set, each with a folder of results; a fault is named with its file, and nothing is queued.
+#[test]
+fn submit_sends_several_documents_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(&folder.path().join("data"), "127.0.0.1:0");
+    let out = folder.path().join("out");
+    let write = |name: &str, seed: u64, width: f64| {
+        let mut document = small_job();
+        (document["name"], document["seed"], document["room"]["size_m"][0]) = (json!(name), json!(seed), json!(width));
+        let file = folder.path().join(format!("{name}.json"));
+        std::fs::write(&file, document.to_string()).unwrap();
+        file
+    };
+    let (first, second, faulty) = (write("first", 1, 2.0), write("second", 2, 2.0), write("faulty", 3, -1.0));
+    let submit = |files: &[&PathBuf]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_skyduct"));
+        command.arg("submit").args(files).args(["--server", &server.url, "--figures", "none", "--out"]).arg(&out);
+        command
+    };
+    let refused = submit(&[&first, &faulty]).output().unwrap();
+    let words = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{words}");
+    assert!(words.contains("/room/size_m/0") && words.contains("faulty.json") && !words.contains("/jobs/"), "{words}");
+    let twice = submit(&[&first, &first]).output().unwrap();
+    assert_eq!(twice.status.code(), Some(1));
+    assert!(!out.exists(), "nothing was computed");
+    let table = run(&mut submit(&[&first, &second]));
+    assert_eq!(table.matches("workplane").count(), 2, "{table}");
+    let read = |name: &str| {
+        let result = std::fs::read(out.join(name).join("result.json")).unwrap();
+        serde_json::from_slice::<serde_json::Value>(&result).unwrap()
+    };
+    for (name, seed) in [("first", 1), ("second", 2)] {
+        let document = &read(name)["document"];
+        assert_eq!((&document["name"], &document["seed"]), (&json!(name), &json!(seed)));
+        assert!(out.join(name).join("grids/workplane.json").exists());
+    }
+}
+
 #[test]
 fn submit_says_when_the_connection_is_lost_and_when_it_is_back() {
     let folder = tempfile::tempdir().unwrap();

@@ -131,11 +131,11 @@ async fn a_finished_study_is_evaluated_once() {
     assert!(server.terminate());
     let store = SqliteStore::open(&data.path().join("skyduct.db")).await.unwrap();
     let id = posted["id"].as_str().unwrap().parse().unwrap();
-    let stored = store.study(id).await.unwrap().unwrap();
-    assert!(stored.jobs.iter().all(|member| member.found.is_some()));
+    let stored = store.job_set(id).await.unwrap().unwrap();
+    assert!(stored.members.iter().all(|member| member.found.is_some()));
     // were anything found anew, this would not be told
     let other = json!({ "run": { "squared_error": 0.25, "covered": 0.5 } });
-    store.keep_found(id, &[(stored.jobs[1].job, other)]).await.unwrap();
+    store.keep_found(id, &[(stored.members[1].job, other)]).await.unwrap();
     store.close().await;
     let server = Server::start(data.path(), &[]);
     let now = server.json(&path(&posted)).await;

@@ -1,0 +1,245 @@
+//! Sets of jobs: their rows, and those of their members.
+
+use serde_json::Value;
+use sqlx::sqlite::SqliteRow;
+use sqlx::{QueryBuilder, SqliteConnection, SqliteExecutor, SqlitePool};
+use uuid::Uuid;
+
+use crate::queue::store::*;
+
+use super::change::Line;
+use super::jobs;
+use super::rows::{self, broken, get, head_columns, json, optional_json, signed, to_json, uuid};
+use super::sql::{Scope, Statement, all, bound, in_scope, now_ms, one, run, store_error};
+
+/// Queues a set with all of its jobs, and returns the outcome with the ids of these jobs.
+pub(super) async fn submit(
+    tx: &mut SqliteConnection,
+    new: NewJobSet,
+    most: MostWaiting,
+) -> Result<SetSubmission, StoreError> {
+    if let Some(key) = &new.idempotency_key
+        && let Some(set) = of_key(tx, Some(&new.owner), new.kind, key).await?
+    {
+        let same = set.body_hash == new.body_hash;
+        return Ok(if same { SetSubmission::Repeated(set) } else { SetSubmission::KeyReused });
+    }
+    let id = Uuid::now_v7();
+    let created_at: i64 = sqlx::query_scalar(concat!(
+        "INSERT INTO job_sets (id, owner, kind, name, about, idempotency_key, body_hash, created_at) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, ",
+        now_ms!(),
+        ") RETURNING created_at"
+    ))
+    .bind(id.to_string())
+    .bind(new.owner.name())
+    .bind(new.kind.name())
+    .bind(&new.name)
+    .bind(&new.about)
+    .bind(&new.idempotency_key)
+    .bind(&new.body_hash)
+    .fetch_one(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    let query =
+        sqlx::query("INSERT INTO job_set_documents (set_id, submitted, document, plan) VALUES ($1, $2, $3, $4)")
+            .bind(id.to_string())
+            .bind(to_json(&new.jobs.submitted.into_value())?)
+            .bind(to_json(&new.jobs.document.into_value())?)
+            .bind(to_json(&new.jobs.plan.into_value())?);
+    run(query, &mut *tx).await?;
+    let mut members = Vec::with_capacity(new.jobs.list.len());
+    for (place, job) in new.jobs.list.into_iter().enumerate() {
+        let submitted = to_json(&job.submitted)?;
+        let job_id = Uuid::now_v7();
+        let row = jobs::NewRow {
+            id: job_id,
+            owner: &new.owner,
+            name: job.name.as_deref(),
+            submitted: &submitted,
+            document: to_json(&job.document)?,
+            plan: to_json(&job.plan)?,
+            set: Some(id.to_string()),
+            warnings: &job.warnings,
+            idempotency_key: None,
+            body_hash: "",
+            computation: job.computation.as_deref(),
+            known: &job.known,
+            predictions: None,
+            first_chunk: &job.first_chunk,
+            // jobs that are posted alone need not wait for a whole set
+            line: Line::Later,
+            client: &new.client,
+            uploads: &new.uploads,
+        };
+        let member = match jobs::insert(tx, row, most).await? {
+            jobs::Inserted::At(_) => SetMember { job: job_id, part: job.part, found: None },
+            jobs::Inserted::QueueFull => return Ok(SetSubmission::QueueFull),
+            jobs::Inserted::ClientFull => return Ok(SetSubmission::ClientFull),
+            jobs::Inserted::UploadGone(id) => return Ok(SetSubmission::UploadGone(id)),
+        };
+        let query = sqlx::query("INSERT INTO job_set_members (set_id, place, job_id, part) VALUES ($1, $2, $3, $4)")
+            .bind(id.to_string())
+            .bind(signed(place as u64))
+            .bind(member.job.to_string())
+            .bind(to_json(&member.part)?);
+        run(query, &mut *tx).await?;
+        members.push(member);
+    }
+    let NewJobSet { kind, name, about, body_hash, .. } = new;
+    Ok(SetSubmission::New(JobSet { id, kind, name, about, body_hash, created_at, members }))
+}
+
+/// Columns of a [`JobSet`].
+macro_rules! columns {
+    () => {
+        "id, kind, name, about, body_hash, created_at"
+    };
+}
+
+pub(super) async fn of_key(
+    connection: &mut SqliteConnection,
+    scope: Scope<'_>,
+    kind: SetKind,
+    key: &str,
+) -> Result<Option<JobSet>, StoreError> {
+    let query =
+        concat!("SELECT ", columns!(), " FROM job_sets WHERE idempotency_key = $1 AND kind = $3 AND ", in_scope!());
+    with_members(connection, sqlx::query(query).bind(key).bind(bound(scope)).bind(kind.name())).await
+}
+
+pub(super) async fn job_set(
+    connection: &mut SqliteConnection,
+    scope: Scope<'_>,
+    id: Uuid,
+) -> Result<Option<JobSet>, StoreError> {
+    let query = concat!("SELECT ", columns!(), " FROM job_sets WHERE id = $1 AND ", in_scope!());
+    with_members(connection, sqlx::query(query).bind(id.to_string()).bind(bound(scope))).await
+}
+
+async fn with_members(connection: &mut SqliteConnection, query: Statement<'_>) -> Result<Option<JobSet>, StoreError> {
+    let Some(set) = one(query, &mut *connection, without_members).await? else { return Ok(None) };
+    let query = sqlx::query("SELECT job_id, part, found FROM job_set_members WHERE set_id = $1 ORDER BY place");
+    let members = all(query.bind(set.id.to_string()), connection, member).await?;
+    Ok(Some(JobSet { members, ..set }))
+}
+
+fn without_members(row: &SqliteRow) -> Result<JobSet, StoreError> {
+    let kind: String = get(row, "kind")?;
+    Ok(JobSet {
+        id: uuid(row, "id")?,
+        kind: SetKind::from_name(&kind).ok_or_else(|| broken("kind", &kind))?,
+        name: get(row, "name")?,
+        about: get(row, "about")?,
+        body_hash: get(row, "body_hash")?,
+        created_at: get(row, "created_at")?,
+        members: Vec::new(),
+    })
+}
+
+fn member(row: &SqliteRow) -> Result<SetMember, StoreError> {
+    Ok(SetMember { job: uuid(row, "job_id")?, part: json(row, "part")?, found: optional_json(row, "found")? })
+}
+
+pub(super) async fn list(
+    pool: &SqlitePool,
+    scope: Scope<'_>,
+    kind: SetKind,
+    before: Option<Uuid>,
+    limit: u32,
+) -> Result<Vec<Uuid>, StoreError> {
+    // a condition that is not there cannot keep it from its index
+    let mut query = QueryBuilder::new("SELECT id FROM job_sets WHERE kind = ");
+    query.push_bind(kind.name()).push(" AND id < ").push_bind(before.unwrap_or(Uuid::max()).to_string());
+    if let Some(owner) = scope {
+        query.push(" AND owner = ").push_bind(owner.name());
+    }
+    query.push(" ORDER BY id DESC LIMIT ").push_bind(i64::from(limit));
+    all(query.build(), pool, |row| uuid(row, "id")).await
+}
+
+/// Sets all of whose jobs have ended, those that ended first first.
+pub(super) async fn ended(
+    pool: &SqlitePool,
+    scope: Scope<'_>,
+    before: Option<i64>,
+    limit: u32,
+) -> Result<Vec<Ended>, StoreError> {
+    let query = sqlx::query(concat!(
+        "SELECT id, ended_at FROM (SELECT s.id AS id, coalesce((SELECT max(j.finished_at) FROM job_set_members m \
+         JOIN jobs j ON j.id = m.job_id WHERE m.set_id = s.id), s.created_at) AS ended_at FROM job_sets s \
+         WHERE ",
+        in_scope!(),
+        " AND NOT EXISTS (SELECT 1 FROM job_set_members m JOIN jobs j ON j.id = m.job_id \
+         WHERE m.set_id = s.id AND j.finished_at IS NULL)) WHERE ended_at < $1 ORDER BY ended_at, id LIMIT $3"
+    ))
+    .bind(before.unwrap_or(i64::MAX))
+    .bind(bound(scope))
+    .bind(i64::from(limit));
+    all(query, pool, |row| Ok(Ended { id: uuid(row, "id")?, at: get(row, "ended_at")? })).await
+}
+
+pub(super) async fn heads(
+    database: impl SqliteExecutor<'_>,
+    scope: Scope<'_>,
+    id: Uuid,
+) -> Result<Vec<JobHead>, StoreError> {
+    let query = sqlx::query(concat!(
+        "SELECT ",
+        head_columns!(),
+        " FROM jobs WHERE id IN (SELECT job_id FROM job_set_members WHERE set_id = $1) AND ",
+        in_scope!(),
+        " ORDER BY id"
+    ))
+    .bind(id.to_string())
+    .bind(bound(scope));
+    all(query, database, rows::head).await
+}
+
+/// Reads heads and steps of a set's jobs, consistently within one transaction.
+pub(super) async fn progress(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<SetProgress, StoreError> {
+    let jobs = heads(&mut *tx, scope, id).await?;
+    // the start is a job's third event, and the end its last one: each is found by the key; times may be equal, rows are written
+    // one after the other
+    let query = sqlx::query(concat!(
+        "SELECT e.job_id, e.name FROM job_set_members s JOIN jobs j ON j.id = s.job_id \
+         JOIN events e ON e.job_id = j.id AND e.seq IN (3, j.next_seq - 1) \
+         WHERE s.set_id = $1 AND e.name IN ('started', 'succeeded', 'failed', 'cancelled') AND ",
+        in_scope!(),
+        " ORDER BY e.rowid"
+    ))
+    .bind(id.to_string())
+    .bind(bound(scope));
+    let step = |row: &SqliteRow| {
+        let name: String = get(row, "name")?;
+        Ok(SetStep { job: uuid(row, "job_id")?, ended: JobStatus::from_name(&name) })
+    };
+    Ok(SetProgress { jobs, steps: all(query, tx, step).await? })
+}
+
+/// Cancels all jobs of a set that have not ended, and returns their ids.
+pub(super) async fn cancel(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<Vec<Uuid>, StoreError> {
+    let mut cancelled = Vec::new();
+    for head in heads(&mut *tx, scope, id).await?.into_iter().filter(|head| !head.status.is_final()) {
+        if jobs::cancel(tx, scope, head.id).await? == CancelOutcome::Accepted {
+            cancelled.push(head.id);
+        }
+    }
+    Ok(cancelled)
+}
+
+pub(super) async fn keep_found(tx: &mut SqliteConnection, id: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError> {
+    for (job, found) in found {
+        let query = sqlx::query("UPDATE job_set_members SET found = $3 WHERE set_id = $1 AND job_id = $2")
+            .bind(id.to_string())
+            .bind(job.to_string())
+            .bind(to_json(found)?);
+        run(query, &mut *tx).await?;
+    }
+    Ok(())
+}
+
+pub(super) async fn delete(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query(concat!("DELETE FROM job_sets WHERE id = $1 AND ", in_scope!()));
+    Ok(run(query.bind(id.to_string()).bind(bound(scope)), tx).await? > 0)
+}
