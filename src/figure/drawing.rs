@@ -14,6 +14,8 @@ pub struct Drawing {
     pub size: DVec2,
     /// Title of the figure, also for screen readers.
     pub title: String,
+    /// Program and document that the figure is made by; empty where they are not known. Files have it among their properties.
+    pub origin: String,
     /// Items in drawing order: later ones cover earlier ones.
     pub items: Vec<Item>,
 }
@@ -183,7 +185,7 @@ impl Line {
 impl Drawing {
     /// Creates a figure of paper alone.
     pub fn new(size: DVec2, title: impl Into<String>) -> Self {
-        let mut drawing = Self { size, title: title.into(), items: Vec::new() };
+        let mut drawing = Self { size, title: title.into(), origin: String::new(), items: Vec::new() };
         drawing.fill(Outline::rectangle(DVec2::ZERO, size), Colour::Paper, 1.0);
         drawing
     }

@@ -23,12 +23,14 @@ pub struct Heading {
     pub title: String,
     /// Job, place, time, sky, method and error, in muted type below the title; empty lines are left out.
     pub lines: Vec<String>,
+    /// Program and document that the figure is made by, which is not printed; empty where they are not known.
+    pub origin: String,
 }
 
 impl Heading {
     /// Creates a heading without lines.
     pub fn of(title: impl Into<String>) -> Self {
-        Self { title: title.into(), lines: Vec::new() }
+        Self { title: title.into(), ..Self::default() }
     }
 
     /// Returns the y coordinate of the lower end of the heading in a figure of the given width, in pixels.
@@ -58,6 +60,7 @@ impl Heading {
 
     /// Writes the heading into the upper left of a figure; lines that are too long are broken at a separator, or cut.
     pub fn draw(&self, drawing: &mut Drawing) {
+        drawing.origin.clone_from(&self.origin);
         let most = drawing.size.x - 2.0 * MARGIN;
         let mut at = DVec2::new(MARGIN, MARGIN);
         if !self.title.is_empty() {
@@ -76,16 +79,37 @@ impl Heading {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::FigureFormat;
 
     #[test]
     fn long_lines_are_broken_at_their_dots() {
         let line = ["55.68° N, 12.57° E", "2026-03-21 12:00 +01:00", "overcast"].join(SEPARATOR);
-        let heading = Heading { title: "a title".to_owned(), lines: vec![line, String::new()] };
+        let heading = Heading { title: "a title".to_owned(), lines: vec![line, String::new()], origin: String::new() };
         assert_eq!(heading.height(800.0), heading.height(2000.0));
         assert!(heading.height(200.0) > heading.height(800.0));
         let mut narrow = Drawing::new(DVec2::new(200.0, 100.0), "");
         heading.draw(&mut narrow);
         let texts: Vec<&str> = narrow.texts().collect();
+        assert_eq!(narrow.origin, "");
         assert_eq!(texts, ["a title", "55.68° N, 12.57° E", "2026-03-21 12:00 +01:00", "overcast"]);
+    }
+
+    /// Program and document are among the properties of the files of a figure, and its own alone.
+    #[test]
+    fn files_name_program_and_document() {
+        let origin = "skyduct 1.2.3 · document 0123abcd";
+        let mut drawing = Drawing::new(DVec2::new(80.0, 60.0), "a title");
+        Heading { origin: origin.to_owned(), ..Heading::of("a title") }.draw(&mut drawing);
+        let plain = Drawing::new(DVec2::new(80.0, 60.0), "a title");
+        for format in FigureFormat::ALL {
+            let [found, without] = [&drawing, &plain].map(|drawing| format.write(drawing).unwrap());
+            // PDF has text beyond ASCII in two bytes a letter
+            let wanted: Vec<u8> = match format {
+                FigureFormat::Pdf => "0123abcd".encode_utf16().flat_map(u16::to_be_bytes).collect(),
+                _ => origin.as_bytes().to_vec(),
+            };
+            let has = |bytes: &[u8]| bytes.windows(wanted.len()).any(|window| window == wanted);
+            assert!(has(&found) && !has(&without), "{format:?}");
+        }
     }
 }

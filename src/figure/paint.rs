@@ -24,7 +24,7 @@ pub enum Scale {
 
 /// Writes the figure as a PNG file, in the colours of light paper.
 pub fn png(drawing: &Drawing, scale: Scale) -> Result<Vec<u8>, OutputError> {
-    png::encode(&paint(drawing, scale)?)
+    png::encode_with_origin(&paint(drawing, scale)?, &drawing.origin)
 }
 
 /// Paints the figure in pixels, in the colours of light paper.

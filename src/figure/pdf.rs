@@ -55,7 +55,10 @@ pub fn pdf(drawings: &[Drawing]) -> Result<Vec<u8>, OutputError> {
     }
     pdf.pages(Ref::new(PAGES)).count(kids.len() as i32).kids(kids);
     let title = drawings.first().map_or("", |drawing| &drawing.title);
-    pdf.document_info(Ref::new(INFORMATION)).title(TextStr(title)).creator(TextStr("skyduct"));
+    let origin = drawings.iter().map(|drawing| drawing.origin.as_str()).find(|origin| !origin.is_empty());
+    let mut information = pdf.document_info(Ref::new(INFORMATION));
+    information.title(TextStr(title)).creator(TextStr(origin.unwrap_or("skyduct")));
+    information.finish();
     Ok(pdf.finish())
 }
 

@@ -289,7 +289,7 @@ mod tests {
         };
         let values: Vec<f64> = (0..columns * rows).map(value).collect();
         PlanMap {
-            heading: Heading { title: "floor".to_owned(), lines: vec!["mean 211 lx".to_owned()] },
+            heading: Heading { title: "floor".to_owned(), lines: vec!["mean 211 lx".to_owned()], ..Heading::default() },
             room: RoomPlan {
                 rings: vec![[(0.0, 0.0), (4.0, 0.0), (4.0, 6.0), (0.0, 6.0)].map(DVec2::from).to_vec()],
                 rotation_deg: 20.0,

@@ -31,6 +31,9 @@ pub fn svg(drawing: &Drawing) -> Result<String, OutputError> {
     for part in ["\" role=\"img\" aria-label=\"", &title, "\">\n<title>", &title, "</title>\n"] {
         text += part;
     }
+    if !drawing.origin.is_empty() {
+        text += &format!("<metadata>{}</metadata>\n", escaped(&drawing.origin));
+    }
     text += "<style>@media (prefers-color-scheme: dark) {\n";
     for colour in STYLED {
         if let Some(style) = colour.style() {

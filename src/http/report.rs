@@ -60,7 +60,7 @@ pub(super) async fn sheet<T: Send + 'static>(
     };
     let made = read(app, id, kept, move |results, job| {
         let job = answered(job);
-        let footer = format!("{} · job {id}", report::made_by(&job));
+        let footer = format!("{} · job {id}", results.subject().origin);
         Ok(write(report::report(results, &job, footer)?)?)
     });
     made.await

@@ -16,6 +16,11 @@ const DARKEST_COUNTED: f64 = 1e-4;
 
 /// Encodes an sRGB picture as a PNG file.
 pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
+    encode_with_origin(raster, "")
+}
+
+/// Encodes an sRGB picture as a PNG file, with the program and document that it is made by as its `Software`, if they are not empty.
+pub fn encode_with_origin(raster: &Raster, origin: &str) -> Result<Vec<u8>, OutputError> {
     let failed = |error: png::EncodingError| OutputError::Png(error.to_string());
     let side = |side: usize| u32::try_from(side).map_err(|error| OutputError::Png(error.to_string()));
     let mut bytes = Vec::new();
@@ -25,6 +30,9 @@ pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
     // a tenth of the time of the usual level, for files that are some tenths larger
     encoder.set_compression(png::Compression::Fast);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    if !origin.is_empty() {
+        encoder.add_itxt_chunk("Software".to_owned(), origin.to_owned()).map_err(failed)?;
+    }
     let mut writer = encoder.write_header().map_err(failed)?;
     writer.write_image_data(&raster.pixels).map_err(failed)?;
     writer.finish().map_err(failed)?;

@@ -262,10 +262,7 @@ fn heading(subject: &Subject, passes: &[PassReport]) -> Heading {
     let methods =
         [of(Outputs::Grids, subject.grids_method.as_ref()), of(Outputs::Views, subject.views_method.as_ref()), so_far];
     let methods: Vec<String> = methods.into_iter().flatten().collect();
-    Heading {
-        title: format!("Convergence of {}", subject.name()),
-        lines: vec![subject.circumstances(), methods.join(" · ")],
-    }
+    subject.heading(format!("Convergence of {}", subject.name()), vec![subject.circumstances(), methods.join(" · ")])
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ pub fn plan_map(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> Pla
         }
     };
     let lines = vec![subject.circumstances(), of_grid(subject, grid), result];
-    let heading = Heading { title: format!("{title}, {}", subject.name()), lines };
+    let heading = subject.heading(format!("{title}, {}", subject.name()), lines);
     PlanMap { numbers: wishes.numbers, ..map_of_values(subject, grid, (heading, values), (scale, unit, levels)) }
 }
 
@@ -99,14 +99,14 @@ pub fn difference_figure(
     let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
     let sign = if mean > 0.0 { "+" } else { "" };
-    let heading = Heading {
-        title: format!("{} minus {}", subject.name(), other.name()),
-        lines: vec![
+    let heading = subject.heading(
+        format!("{} minus {}", subject.name(), other.name()),
+        vec![
             subject.circumstances(),
             format!("minus: {}", other.circumstances()),
             format!("{} · mean {sign}{} {unit}", of_grid(subject, grid), significant(mean, 3)),
         ],
-    };
+    );
     let grid = placed(subject, grid, values);
     let (room, levels, numbers) = (room(subject, &grid), levels(least, greatest), wishes.numbers);
     PlanMap { heading, room, grid, scale, unit, levels, numbers }.draw()

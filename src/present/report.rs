@@ -10,14 +10,13 @@ use super::reader::{ResultReader, failed};
 use super::sentences::sentences;
 use super::site_figure::longer_section;
 use super::verdict_words::verdict_in_words;
-use crate::VERSION;
 use crate::document::result::Verdict;
 use crate::document::result::annual::VerdictResult;
 use crate::engine::passes::RenderError;
 use crate::figure::plan_map::PlanMap;
 use crate::figure::sheet::{Sheet, SheetFigure, SheetPart};
 use crate::figure::ticks::{duration, short, significant};
-use crate::figure::{Heading, view_picture};
+use crate::figure::view_picture;
 
 /// Name of the file with the report.
 pub const REPORT: &str = "report.pdf";
@@ -44,7 +43,7 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
     if let Some(figure) = of_year.next() {
         figures.push(figure);
     } else if let Some(grid) = grid.map_or(Ok(None), |name| results.grid(name))? {
-        let heading = Heading::of(grid.place_in_words());
+        let heading = subject.heading(grid.place_in_words(), Vec::new());
         let map = plan_map(subject, &grid, GridWishes::default());
         let drawing = PlanMap { heading, ..map }.draw().map_err(|error| failed(REPORT, error))?;
         figures.push(SheetFigure { name: format!("grids/{}", grid.name), drawing });
@@ -56,7 +55,7 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
     if let Some(name) = view
         && let Some(picture) = results.picture(name)?
     {
-        let drawing = view_picture::captioned(&Heading::of(name), picture, "");
+        let drawing = view_picture::captioned(&subject.heading(name, Vec::new()), picture, "");
         figures.push(SheetFigure { name: format!("views/{name}"), drawing });
     }
     Ok(Sheet {
@@ -72,18 +71,6 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
             .collect(),
         footer,
     })
-}
-
-/// Digits of the hash of a document that a report prints.
-const DIGITS_OF_HASH: usize = 12;
-
-/// Returns the name and version of the program that makes reports, and the beginning of the hash of the job's document. `results` are those
-/// of the job.
-pub fn made_by(results: &Value) -> String {
-    match results["document_hash"].as_str().and_then(|hash| hash.get(..DIGITS_OF_HASH)) {
-        Some(hash) => format!("skyduct {VERSION} · document {hash}"),
-        None => format!("skyduct {VERSION}"),
-    }
 }
 
 fn percent(share: &Value) -> String {

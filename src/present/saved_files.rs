@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::convergence_files::convergence_files;
 use super::outputs::Output;
 use super::reader::{Estimated, ResultReader, failed};
-use super::report::{OVERVIEW, REPORT, made_by, report};
+use super::report::{OVERVIEW, REPORT, report};
 use super::site_figure::{SiteFigure, site_figure};
 use crate::engine::passes::{RenderError, Rendered};
 use crate::engine::progress::{PassReport, StoppedBy};
@@ -135,7 +135,7 @@ impl Saved<'_> {
             },
             Part::Convergence => convergence_files(subject, self.passes, figures.formats())?,
             Part::Report => {
-                let sheet = report(&self.reader, self.results, made_by(self.results))?;
+                let sheet = report(&self.reader, self.results, self.reader.subject().origin.clone())?;
                 let mut files = drawn(OVERVIEW, &sheet.overview(), figures)?;
                 if figures.has_report() {
                     let pdf = pdf(&sheet.draw());

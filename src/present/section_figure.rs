@@ -13,7 +13,6 @@ use crate::document::tube::collector::CollectorDocument;
 use crate::document::tube::opening::PlacedOpening;
 use crate::document::tube::{ParametricTube, TubeDocument};
 use crate::document::{JobDocument, Provenance};
-use crate::figure::Heading;
 use crate::figure::section::{Cover, Section, SideObject, SideTube};
 use crate::figure::ticks::short;
 use crate::geometry::OpeningFrame;
@@ -103,13 +102,13 @@ pub fn section(
     };
     let (across, seen) = if along == DVec2::X { ("y", "seen from −y") } else { ("x", "seen from +x") };
     let at = short((plane.at * 100.0).round() / 100.0);
-    let heading = Heading {
-        title: format!("Section along {name}, {}", subject.name()),
-        lines: vec![
+    let heading = subject.heading(
+        format!("Section along {name}, {}", subject.name()),
+        vec![
             subject.circumstances(),
             format!("cut at {across} = {at} m, {seen} · thin or dashed: before or behind the cut{of_light}"),
         ],
-    };
+    );
     Section {
         heading,
         across: name,

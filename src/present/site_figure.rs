@@ -9,11 +9,11 @@ use super::subject::Subject;
 use crate::document::result::{FluxResult, TubeResult};
 use crate::document::sky::time::instant;
 use crate::document::{JobDocument, Provenance};
+use crate::figure::Drawing;
 use crate::figure::lumens::{Stage, lumens};
 use crate::figure::section::Section;
 use crate::figure::sky_dome::{SunAt, sky_dome};
 use crate::figure::ticks::significant;
-use crate::figure::{Drawing, Heading};
 use crate::scene::Daylight;
 use crate::sky::looked_up::LookedUp;
 use crate::sky::zenith::ZenithFormula;
@@ -106,7 +106,7 @@ pub fn longer_section(subject: &Subject, results: &Value) -> Option<(SiteFigure,
     let (figure, along, across) =
         if depth > width { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
     let section = section_along(subject, document, results, (along, across));
-    let heading = Heading::of(format!("Section along {across}"));
+    let heading = subject.heading(format!("Section along {across}"), Vec::new());
     Some((figure, Section { heading, ..section }.draw()))
 }
 
@@ -124,10 +124,10 @@ fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Dr
     ];
     let efficiency = flux.transmission_efficiency;
     let efficiency = efficiency.map(|efficiency| format!("efficiency {} %", significant(100.0 * efficiency, 3)));
-    let heading = Heading {
-        title: format!("Lumens of tube {}, {}", tube + 1, subject.name()),
-        lines: vec![subject.circumstances(), efficiency.unwrap_or_default()],
-    };
+    let heading = subject.heading(
+        format!("Lumens of tube {}, {}", tube + 1, subject.name()),
+        vec![subject.circumstances(), efficiency.unwrap_or_default()],
+    );
     Some(lumens(&heading, &stages))
 }
 
@@ -153,7 +153,7 @@ fn sky_figure(subject: &Subject, document: &JobDocument, provenance: &Provenance
         sun.altitude_deg,
         sun.azimuth_deg
     );
-    let heading = Heading { title: format!("Sky, {}", subject.name()), lines: vec![subject.circumstances(), level] };
+    let heading = subject.heading(format!("Sky, {}", subject.name()), vec![subject.circumstances(), level]);
     let looked_up = is_up.then(|| LookedUp::new(&sky));
     let luminance = |direction: DVec3| looked_up.as_ref().map_or(0.0, |sky| sky.luminance(direction));
     let sun = SunAt { altitude, azimuth, label: None };

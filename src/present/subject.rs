@@ -5,8 +5,11 @@ use jiff::Timestamp;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::VERSION;
+use crate::document::canonical::canonical_hash;
 use crate::document::result::{MeshesResult, PlanResult};
 use crate::document::{JobDocument, ValidJob};
+use crate::figure::Heading;
 use crate::figure::heading::SEPARATOR;
 use crate::predict::predictions::Predictions;
 use crate::sky::SkyType;
@@ -26,7 +29,12 @@ pub struct Subject {
     pub grids_method: Option<String>,
     /// Method of the views, in words.
     pub views_method: Option<String>,
+    /// Name and version of the program, and the beginning of the hash of the document.
+    pub origin: String,
 }
+
+/// Digits of the hash of a document that figures and reports have.
+const DIGITS_OF_HASH: usize = 12;
 
 impl Subject {
     /// Reads a document with its defaults filled in and its plan, both as the service returns them.
@@ -35,8 +43,16 @@ impl Subject {
         let [grids_method, views_method] = methods.map_or([None, None], |methods| [methods.grids, methods.views]);
         let [grids_method, views_method] =
             [grids_method, views_method].map(|method| method.map(|method| in_words(&method.name)));
+        let hash = canonical_hash(document).ok().and_then(|hash| Some(hash.get(..DIGITS_OF_HASH)?.to_owned()));
+        let origin =
+            hash.map_or_else(|| format!("skyduct {VERSION}"), |hash| format!("skyduct {VERSION} · document {hash}"));
         let document = JobDocument::from_value(document.clone()).ok();
-        Self { document, meshes: None, predictions: None, grids_method, views_method }
+        Self { document, meshes: None, predictions: None, grids_method, views_method, origin }
+    }
+
+    /// Makes the heading of a figure of the job.
+    pub fn heading(&self, title: impl Into<String>, lines: Vec<String>) -> Heading {
+        Heading { title: title.into(), lines, origin: self.origin.clone() }
     }
 
     /// Adds the meshes of the job.

@@ -3,18 +3,18 @@
 use super::subject::Subject;
 use crate::document::result::FluxResult;
 use crate::document::result::tube_report::TubeReport;
+use crate::figure::Drawing;
 use crate::figure::axes::Axis;
 use crate::figure::curves::{Series, curves};
 use crate::figure::ticks::{Steps, fixed, significant, with_error};
-use crate::figure::{Drawing, Heading};
 use crate::plan::GuideKind;
 
 /// Draws the transmission of beams against the sun's altitude, with the tube's fluxes above it.
 pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
-    let heading = Heading {
-        title: format!("Tube {}, {}", report.tube + 1, subject.name()),
-        lines: vec![subject.circumstances(), fluxes(report)],
-    };
+    let heading = subject.heading(
+        format!("Tube {}, {}", report.tube + 1, subject.name()),
+        vec![subject.circumstances(), fluxes(report)],
+    );
     let beam = &report.beam;
     let factor = report.coverage_factor.unwrap_or_default();
     let series = |name: String, values: &[f64], errors: &[f64]| {

@@ -4,7 +4,7 @@ use super::subject::{Subject, by};
 use crate::figure::axes::Spacing;
 use crate::figure::scale::{ColourScale, Palette};
 use crate::figure::ticks::significant;
-use crate::figure::{Drawing, Heading, view_picture};
+use crate::figure::{Drawing, view_picture};
 use crate::integrator::backward::room_entry::enter_room;
 use crate::output::png::ToneMapping;
 use crate::output::seen::SeenView;
@@ -72,7 +72,7 @@ pub fn false_colour_figure(
         let (end, brightest) = (significant(scale.to, 3), significant(brightest, 3));
         lines.push(format!("the scale ends at {end} cd/m²; the brightest pixel has {brightest}"));
     }
-    let heading = Heading { title: format!("Luminance, {}", subject.name()), lines };
+    let heading = subject.heading(format!("Luminance, {}", subject.name()), lines);
     view_picture::false_colour(&heading, view.size_px, &view.luminances, &scale)
 }
 
@@ -85,7 +85,7 @@ pub fn captioned_figure(
     tone: ToneMapping,
 ) -> Result<Drawing, OutputError> {
     let lines = vec![subject.circumstances(), of_view(subject, name)];
-    let heading = Heading { title: format!("View, {}", subject.name()), lines };
+    let heading = subject.heading(format!("View, {}", subject.name()), lines);
     let adaptation = significant(tone.adaptation_cd_m2(), 3);
     let footer = format!("exposure: {adaptation} cd/m² are shown as middle grey");
     Ok(view_picture::captioned(&heading, tone.apply(image)?, &footer))

@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 
 use super::outcome::{Cell, Refused, RenderedReference, Run, Study};
 use super::request::StudyRequest;
+use crate::VERSION;
 use crate::figure::curves::{Series, logarithmic};
 use crate::figure::ticks::{duration, significant};
 use crate::figure::{Drawing, FigureFormat, Heading};
@@ -151,7 +152,8 @@ impl Study {
         let error =
             self.reference_error().map_or("unknown".to_owned(), |error| format!("{} %", significant(100.0 * error, 2)));
         let reference = format!("{reference}, standard error {error}");
-        let heading = Heading { title: format!("Error against time{of}"), lines: vec![reference] };
+        let title = format!("Error against time{of}");
+        let heading = Heading { title, lines: vec![reference], origin: format!("skyduct {VERSION}") };
         logarithmic(
             &heading,
             &series,

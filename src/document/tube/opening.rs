@@ -237,7 +237,8 @@ pub(crate) fn check_openings(
         }
         for (number, partition) in room.partitions.iter().enumerate() {
             if opening.is_cut_by(partition) {
-                let detail = format!("must not cut the opening of {pointer}, which is {} m high", tidy_m(opening.height_m()));
+                let detail =
+                    format!("must not cut the opening of {pointer}, which is {} m high", tidy_m(opening.height_m()));
                 checks.refuse(format!("/room/partitions/{number}"), detail);
             }
         }

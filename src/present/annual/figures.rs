@@ -53,7 +53,7 @@ impl JobYear {
         let points = self.first.year.grids[number].points.iter().zip(&of.weights);
         let values = points.map(|(point, weight)| if *weight > 0.0 { value(point) } else { f64::NAN });
         let values: Vec<f64> = values.collect();
-        let heading = Heading { title, lines: vec![self.circumstances(), of.result.place_in_words(), found] };
+        let heading = subject.heading(title, vec![self.circumstances(), of.result.place_in_words(), found]);
         let known = values.iter().copied().filter(|value| value.is_finite());
         let [least, most] = known.fold([100.0, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)]);
         let scale = ColourScale::from_zero(100.0, Palette::Viridis);
@@ -64,14 +64,14 @@ impl JobYear {
     pub fn hours_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
         let (number, of) = self.grid(name)?;
         let mean: WithInterval = self.first.year.grids[number].mean_lux.into();
-        let heading = Heading {
-            title: format!("Mean illuminance by the hour, {}", subject.name()),
-            lines: vec![
+        let heading = subject.heading(
+            format!("Mean illuminance by the hour, {}", subject.name()),
+            vec![
                 self.circumstances(),
                 of.result.place_in_words(),
                 format!("mean of the occupied hours {}", with_half_width(mean, "lx")),
             ],
-        };
+        );
         let values = self.first.year.hours.iter().map(|hour| (hour.record, hour.grids_lux[number]));
         Some(self.temporal_map(heading, values, "lx").draw())
     }
@@ -79,10 +79,10 @@ impl JobYear {
     /// Draws the flux of all tubes into the room by day and hour.
     pub fn fluxes_figure(&self, subject: &Subject) -> Result<Drawing, OutputError> {
         let sum: f64 = self.first.year.tubes.iter().map(|tube| tube.klm_h.value).sum();
-        let heading = Heading {
-            title: format!("Light of the tubes by the hour, {}", subject.name()),
-            lines: vec![self.circumstances(), format!("{} klm h over the year", significant(sum, 4))],
-        };
+        let heading = subject.heading(
+            format!("Light of the tubes by the hour, {}", subject.name()),
+            vec![self.circumstances(), format!("{} klm h over the year", significant(sum, 4))],
+        );
         let flux = |tubes: &[[f64; 2]]| tubes.iter().flatten().sum();
         let values = self.first.year.hours.iter().map(|hour| (hour.record, flux(&hour.tubes_lm)));
         self.temporal_map(heading, values, "lm").draw()
