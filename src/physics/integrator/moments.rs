@@ -70,7 +70,7 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
     let is_bent_and_clear =
         scene.tubes.iter().any(|tube| !matches!(tube.guide, Guide::Straight(_)) && tube.specular_zone().is_some());
     if task.has_points() && is_bent_and_clear {
-        let detail = "the sun's beam through a clear closure of a bent, domed or meshed tube has no value at points: \
+        let detail = "the sun's beam through a clear closure of a bent, leaning, domed or meshed tube has no value at points: \
                       ask for `estimate` cell_average";
         return Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail));
     }
