@@ -267,7 +267,7 @@ fn climbing_imports_are_seen() {
         ("document/parse.rs", "tokio::spawn(f)"),
         ("guide/mesh.rs", "use obvhs::bvh2::Bvh2;"),
         ("document/mesh.rs", "obvhs::Bvh2::new(path)"),
-        ("present/reader.rs", "use exr::prelude::*;"),
+        ("present/reader/mod.rs", "use exr::prelude::*;"),
         ("nowhere/mod.rs", ""),
     ];
     for (path, text) in bad {
@@ -282,7 +282,7 @@ fn falling_imports_are_not() {
         ("http/jobs.rs", "use crate::present::prepared::Prepared; use tokio::sync::Mutex;"),
         ("guide/mesh.rs", "// use crate::document::X;\n/* crate::http::Y */ let s = \"crate::db::Z\";"),
         ("guide/mesh.rs", "let s = r#\"use crate::db::\"Z\"; \"#; let r = 1;"),
-        ("present/reader.rs", "use crate::output::{csv, exr}; fn f() { exr::encode() }"),
+        ("present/reader/mod.rs", "use crate::output::{csv, exr}; fn f() { exr::encode() }"),
         ("output/mod.rs", "pub mod exr; fn f() { exr::encode() }"),
         ("geometry/wide_tree.rs", "use obvhs::bvh2::Bvh2;"),
         ("cli/serve.rs", "use crate::{db, http};"),

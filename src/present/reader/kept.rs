@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
+use super::kept_moments::moments_of_npy;
 use super::{Found, ResultReader, failed};
 use crate::annual::metrics::Value;
 use crate::document::DocumentErrors;
 use crate::document::result::tube_report::TubeReport;
 use crate::document::result::{GridResult, SurfacesResult, TubeResult};
 use crate::output::exr::{self, ViewImage};
-use crate::output::{Raster, npy, png};
+use crate::output::{Raster, png};
 use crate::present::annual::JobYear;
 use crate::present::cache::Cache;
 use crate::present::outputs::{Annual, Format, Output};
@@ -120,18 +121,4 @@ impl ResultReader for Kept {
     fn moments(&self, name: &str) -> Found<Vec<Value>> {
         self.read(Output::Annual(Annual::Moments(name.to_owned()), Format::Npy), moments_of_npy)
     }
-}
-
-/// Writes the values of a grid at all moments, and then their standard errors, sensor by sensor.
-pub(super) fn moments_npy(values: &[Value]) -> Vec<u8> {
-    let of = |of: fn(&Value) -> f64| values.iter().map(move |value| of(value) as f32);
-    npy::encode([2, values.len()], of(|value| value.value).chain(of(|value| value.standard_error)))
-}
-
-/// Reads what [`moments_npy`] wrote.
-fn moments_of_npy(bytes: &[u8]) -> Result<Vec<Value>, String> {
-    let numbers = npy::read(bytes).map_err(|error| error.to_string())?.values;
-    let (values, errors) = numbers.split_at(numbers.len() / 2);
-    let value = |(value, error): (&f32, &f32)| Value { value: f64::from(*value), standard_error: f64::from(*error) };
-    Ok(values.iter().zip(errors).map(value).collect())
 }

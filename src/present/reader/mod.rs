@@ -2,14 +2,15 @@
 
 mod estimated;
 mod kept;
+mod kept_moments;
 
 use std::sync::Arc;
 
 use bytes::Bytes;
 
 pub use self::estimated::{Estimated, MadeFiles, made_files};
-use self::kept::moments_npy;
 pub use self::kept::{Kept, MadeYears, made_years};
+use self::kept_moments::moments_npy;
 use super::annual::JobYear;
 use super::grid_figure::{GridWishes, grid_figure};
 use super::outputs::{Annual, Format, Honeybee, Output};

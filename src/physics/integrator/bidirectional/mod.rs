@@ -26,7 +26,7 @@
 //!
 //! **Sources.** Lafortune and Willems 1993; Veach and Guibas 1994 and 1995; Veach 1997.
 
-mod description;
+mod cells;
 mod eye;
 mod light;
 mod refusals;
@@ -41,25 +41,86 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::cells::{is_average, near, place, stride};
 use self::eye::{EyeSide, From, Starts};
 use self::light::{LightPaths, LightVertex, Recorder};
+use self::settings::MOST;
 pub use self::settings::{PathCounts, Settings};
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::RayCount;
+use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Retained, Task, Trial};
+use crate::integrator::photon::chunks::{Chunks, Tally, concurrent_sums, fold_chunks};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::energy_balance::PhotonTotals;
 use crate::integrator::photon::path::{Flight, trace};
+use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
-use crate::scene::{EstimateKind, Grid, OpeningShape, Sensor, View};
+use crate::scene::{Channels, Grid, OpeningShape, Sensor, View};
 use crate::traceable::TraceableScene;
 
-/// Largest number of sensors that one vertex is connected to; larger grids are connected to a random subset of about this size.
-const CONNECTIONS: usize = 1024;
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "bidirectional_path_tracing"
+    }
+
+    fn refuses(&self, task: &Task) -> Option<Refusal> {
+        refusals::refuses(task)
+    }
+
+    fn warns(&self, task: &Task) -> Option<Caveat> {
+        // cells count the light that a mirror shows them where it crosses them
+        let mirrors = match (task.grids.is_empty(), task.has_points()) {
+            (true, _) => chance::mirrors_in_views,
+            (false, true) => chance::mirrors,
+            (false, false) => chance::mirrors_at_cells,
+        };
+        mirrors(self.name(), task.traceable)
+    }
+
+    fn working_bytes(&self, load: &Load) -> f64 {
+        let vertex = if load.channels == 1 { size_of::<LightVertex<1>>() } else { size_of::<LightVertex<3>>() };
+        self.photons_per_pass.map_or(MOST, |photons| photons as f64)
+            * (1.0 + load.events)
+            * vertex as f64
+            * Load::COPIES
+    }
+
+    fn retained_per_sensor(&self, grid: &Grid) -> Retained {
+        let photons = self.photons_per_pass.unwrap_or(MOST as u64);
+        Retained { concurrent_sums: concurrent_sums(grid.len(), photons) as f64, ..Retained::MEANS }
+    }
+
+    fn trial(&self, task: &Task, target: f64) -> Trial {
+        let counts = self.path_counts(target, !task.views.is_empty());
+        let (fraction, most_places, powers) = if task.views.is_empty() {
+            (0.5, 36, Powers::OF_PHOTONS)
+        } else {
+            // the noise is that of the eye paths, each of which is connected to one photon
+            (0.0625, 1024, Powers { work_of_place: 0.0, variance: 0.0, shared_variance: 0.0, ..Powers::OF_PHOTONS })
+        };
+        let tried = TrialPasses::fewer(counts.photons, fraction);
+        let samples = f64::from(counts.per_sensor) * tried as f64 / counts.photons as f64;
+        let samples_per_sensor = Some((samples as u32).max(1));
+        let smaller = Self { photons_per_pass: Some(tried), samples_per_sensor, ..self.clone() };
+        Trial::whole(smaller, most_places).with(TrialPasses::of_photons(tried, counts.photons, powers))
+    }
+
+    fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        let counts = self.path_counts(target, !task.views.is_empty());
+        match task.scene.channels {
+            Channels::Photopic => {
+                Computation::passes(Bidirectional::<1>::new(scene, task.grids, task.views, counts, seed))
+            }
+            Channels::Rgb => Computation::passes(Bidirectional::<3>::new(scene, task.grids, task.views, counts, seed)),
+        }
+    }
+}
 
 /// Largest number of backward rays per point sensor and pass to a clear closure.
 const MOST_BACKWARD_RAYS: u64 = 1024;
@@ -377,24 +438,4 @@ impl<const C: usize> Integrator for Bidirectional<C> {
 
 fn add<const C: usize>(sum: &mut [f64], value: &Spectrum<C>) {
     sum.iter_mut().zip(value.0).for_each(|(sum, value)| *sum += value);
-}
-
-fn is_average(grid: &Grid) -> bool {
-    grid.estimate == EstimateKind::CellAverage
-}
-
-/// Returns the stride through the row-major sensors to which a photon's vertex is connected.
-fn stride(grid: &Grid) -> usize {
-    grid.len().div_ceil(CONNECTIONS)
-}
-
-/// Returns the distance in m within which cells count the flights of vertices that only photons can find.
-fn near(grid: &Grid) -> f64 {
-    0.5 * grid.cell_size_m[0].max(grid.cell_size_m[1])
-}
-
-/// Returns a point of a sensor's cell; `offset` from its centre, in cells.
-fn place(grid: &Grid, index: usize, offset: [f64; 2], height: f64) -> DVec3 {
-    let centre = grid.centre(index);
-    DVec3::new(centre.x + offset[0] * grid.cell_size_m[0], centre.y + offset[1] * grid.cell_size_m[1], height)
 }
