@@ -52,7 +52,7 @@ pub struct Estimated<'a> {
 
 impl Estimated<'_> {
     /// Makes the files that a job keeps when it has finished: those that cannot be made again. Tables and figures of its grids are made
-    /// from the kept files, and reports on its tubes from the document, by [`Kept`], unless it uses uploaded meshes, which can be deleted.
+    /// from the kept files, and reports on its tubes from the document, by [`Kept`](super::Kept), unless it uses uploaded meshes, which can be deleted.
     pub fn kept_files(&self) -> Result<Vec<ResultFile>, RenderError> {
         let has_meshes = self.prepared.subject().meshes.is_some();
         self.files(|output| match output {
