@@ -103,12 +103,12 @@ mod tests {
         let plain = Drawing::new(DVec2::new(80.0, 60.0), "a title");
         for format in FigureFormat::ALL {
             let [found, without] = [&drawing, &plain].map(|drawing| format.write(drawing).unwrap());
-            // PDF has text beyond ASCII in two bytes a letter
-            let wanted: Vec<u8> = match format {
-                FigureFormat::Pdf => "0123abcd".encode_utf16().flat_map(u16::to_be_bytes).collect(),
-                _ => origin.as_bytes().to_vec(),
+            // PDF has text beyond ASCII as hexadecimal digits of UTF-16
+            let wanted = match format {
+                FigureFormat::Pdf => "0123abcd".encode_utf16().map(|unit| format!("{unit:04X}")).collect(),
+                _ => origin.to_owned(),
             };
-            let has = |bytes: &[u8]| bytes.windows(wanted.len()).any(|window| window == wanted);
+            let has = |bytes: &[u8]| bytes.windows(wanted.len()).any(|window| window == wanted.as_bytes());
             assert!(has(&found) && !has(&without), "{format:?}");
         }
     }
