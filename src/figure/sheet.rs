@@ -109,7 +109,8 @@ pub enum SheetPart {
 impl Sheet {
     /// Draws the figures alone, side by side and equally high, below the title and its lines.
     pub fn overview(&self) -> Drawing {
-        let heading = Heading { title: self.title.clone(), lines: self.lines.clone(), origin: self.footer.clone() };
+        let origin = self.figures.first().map_or_else(String::new, |figure| figure.drawing.origin.clone());
+        let heading = Heading { title: self.title.clone(), lines: self.lines.clone(), origin };
         let scaled = self.figures.iter().map(|figure| {
             let scale = OVERVIEW_HEIGHT / figure.drawing.size.y;
             (&figure.drawing, scale, scale * figure.drawing.size.x)
