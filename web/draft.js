@@ -1,7 +1,8 @@
 // The job document that is edited: what it needs, and how it is changed.
-import { inPlan, isInFace } from "./opening.js";
+import { inPlan, isInFace, isInWall, nearestWall } from "./opening.js";
 import { clearance } from "./outline.js";
-import { extent, rings, steepness } from "./room.js";
+import { ceilingAt, extent, rings, steepness } from "./room.js";
+import { diameter, isMesh, usualTube } from "./tube.js";
 
 /** Largest edge of a cell of the work plane, and how many cells there are along an edge. */
 const CELL_M = 0.25;
@@ -11,35 +12,15 @@ const PLAN_CELLS = 20;
 const SPACING_STEP_M = 0.05;
 /** Distance of a moved tube from the walls. */
 const FROM_WALL_M = 0.02;
+/** Distance within which an opening is in its wall. */
+const ON_WALL_M = 5e-4;
+/** Share of the height of a wall at which an opening comes into it. */
+const UP_THE_WALL = 0.75;
 
 /** @param {number} value @param {number} least @param {number} most */
 export const within = (value, least, most) => Math.max(least, Math.min(most, value));
 /** To whole centimetres. @param {number} metres */
 export const centimetres = (metres) => Math.round(metres * 100) / 100;
-
-/** @param {Tube} tube @returns {tube is MeshTube} */
-export const isMesh = (tube) => "mesh" in tube;
-/** A closure that is a square, not the circle of its pipe. @param {Tube} tube */
-export const square = (tube) => (isMesh(tube) ? undefined : (tube.closure_shape ?? undefined));
-/** @param {Tube} tube */
-export const diameter = (tube) => (isMesh(tube) ? tube.opening_diameter_m : tube.diameter_m);
-
-/**
- * A usual tube of a kind: rigid, under a dome, over an opal diffuser.
- * @param {"straight" | "bent"} kind
- * @param {[number, number]} centre_m
- * @returns {ParametricTube}
- */
-export function usualTube(kind, centre_m) {
-  return {
-    centre_m,
-    diameter_m: 0.35,
-    reflectance: 0.98,
-    segments: kind === "straight" ? [{ length_m: 1.2 }] : [{ length_m: 0.6 }, { length_m: 0.9, tilt_deg: 30, azimuth_deg: 180 }],
-    collector: { kind: "dome", transmittance: 0.92 },
-    diffuser: { kind: "lambertian", transmittance: 0.6 },
-  };
-}
 
 /** The document with what the page needs; throws where it is none. @param {any} read @returns {JobDocument} */
 export function complete(read) {
@@ -66,7 +47,8 @@ function spacing({ room }) {
 }
 
 /**
- * The document after a change: the work plane of a box has cells of about 25 cm, openings hang below a slope as a whole.
+ * The document after a change: the work plane of a box has cells of about 25 cm, openings hang below a slope as a whole, and those in walls
+ * go with them.
  * @param {JobDocument} draft
  * @param {(draft: JobDocument) => void} change
  */
@@ -88,11 +70,16 @@ export function changed(draft, change) {
     const least = Math.ceil(50 * diameter(tube) * slope - 1e-9) / 100;
     if (!((tube.drop_m ?? 0) >= least)) tube.drop_m = least;
   }
+  for (const [index, tube] of (next.tubes ?? []).entries()) {
+    const before = draft.tubes?.[index];
+    const wasInWall = before && next.tubes?.length === draft.tubes?.length && isInWall(draft.room, before);
+    if (wasInWall && isInFace(tube) && nearestWall(next.room, inPlan(tube)).metres > ON_WALL_M) putIntoWall(next.room, tube, inPlan(tube));
+  }
   return next;
 }
 
 /**
- * Moves a tube's centre, within the ceiling.
+ * Moves a tube's centre, within the ceiling, or along the walls.
  * @param {JobDocument} draft
  * @param {number} index
  * @param {number} x
@@ -100,8 +87,8 @@ export function changed(draft, change) {
  */
 export function moveTube(draft, index, x, y) {
   const tube = draft.tubes?.[index];
-  // an opening in a wall stays where it is
-  if (!tube || tube.centre_m.length > 2) return;
+  if (!tube) return;
+  if (isInWall(draft.room, tube)) return putIntoWall(draft.room, tube, [x, y]);
   const free = diameter(tube) / 2 + FROM_WALL_M;
   if (draft.room.plan) {
     tube.centre_m = besideWalls(rings(draft.room), inPlan(tube), [centimetres(x), centimetres(y)], free);
@@ -127,6 +114,56 @@ function besideWalls(rings, from, to, free) {
   /** @type {[number, number][]} */
   const places = [to, [to[0], from[1]], [from[0], to[1]], from];
   return places.find(isFree) ?? to;
+}
+
+/**
+ * Puts an opening into the wall nearest to a place, as high as it is or as suits that wall.
+ * @param {JobDocument["room"]} room
+ * @param {Tube} tube
+ * @param {[number, number]} place
+ */
+function putIntoWall(room, tube, place) {
+  const { foot, from, to } = nearestWall(room, place);
+  const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
+  const free = diameter(tube) / 2 + FROM_WALL_M;
+  // in whole centimetres along the wall
+  const along = within(centimetres(Math.hypot(foot[0] - from[0], foot[1] - from[1])), Math.min(free, length / 2), Math.max(length - free, length / 2));
+  const share = along / (length || 1);
+  const fine = (/** @type {number} */ metres) => Math.round(metres * 1e5) / 1e5;
+  const at = /** @type {[number, number]} */ ([fine(from[0] + share * (to[0] - from[0])), fine(from[1] + share * (to[1] - from[1]))]);
+  const ceiling = ceilingAt(room, at);
+  const height = isInWall(room, tube) ? Number(tube.centre_m[2]) : centimetres(UP_THE_WALL * ceiling);
+  tube.normal = "face";
+  tube.centre_m = [...at, within(height, Math.min(free, ceiling / 2), Math.max(centimetres(ceiling - free), ceiling / 2))];
+  delete tube.drop_m;
+  delete tube.face;
+}
+
+/** How an opening lies: level, in the plane of a sloped ceiling, or in a wall. @typedef {"level" | "slope" | "wall"} Lie */
+
+/** How the opening of a tube lies. @param {JobDocument["room"]} room @param {Tube} tube @returns {Lie} */
+export function lieOf(room, tube) {
+  if (isInWall(room, tube)) return "wall";
+  return isInFace(tube) && steepness(room) > 0 ? "slope" : "level";
+}
+
+/** Turns the opening of a tube into another plane at its place; of a wall, the nearest one, above which its bends turn up. @param {JobDocument["room"]} room @param {Tube} tube @param {Lie} lie */
+export function setLie(room, tube, lie) {
+  if (lie === "wall") {
+    // what leads away from a ceiling may lead back into the room
+    if (!isInWall(room, tube) && !isMesh(tube)) tube.segments = tube.segments.map(({ length_m }) => ({ length_m }));
+    return putIntoWall(room, tube, inPlan(tube));
+  }
+  const place = inPlan(tube);
+  delete tube.face;
+  if (isInWall(room, tube)) {
+    const free = diameter(tube) / 2 + FROM_WALL_M;
+    const { outward } = nearestWall(room, place);
+    tube.centre_m = [centimetres(place[0] - free * outward[0]), centimetres(place[1] - free * outward[1])];
+  }
+  if (lie === "level") delete tube.normal;
+  else tube.normal = "face";
+  if (lie === "slope") delete tube.drop_m;
 }
 
 /** Hangs a tube below the ceiling. @param {Tube | undefined} tube @param {number} metres */

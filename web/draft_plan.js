@@ -1,8 +1,9 @@
 // Changes of a room above a plan, and from a box to one and back.
-import { centimetres, diameter, roomiest, shift } from "./draft.js";
+import { centimetres, roomiest, shift } from "./draft.js";
 import { clearance, outlineOf, shapeOf, snapped, withCorner, withLength } from "./outline.js";
 import { inPlan } from "./opening.js";
 import { ceilingAt, extent, outline, rings, toward } from "./room.js";
+import { diameter } from "./tube.js";
 
 /** @typedef {import("./outline.js").Point} Point */
 /** @typedef {Schemas["CeilingDocument"]["kind"]} CeilingKind */

@@ -1,11 +1,12 @@
 // The tubes: kinds, sizes, closures; models in OBJ files.
 import * as api from "./api.js";
-import { diameter, isMesh, removeTube, roomiest, setDrop, usualTube } from "./draft.js";
+import { lieOf, moveTube, removeTube, roomiest, setDrop, setLie } from "./draft.js";
 import { choice, file, number, slider } from "./field.js";
 import { edit } from "./live.js";
 import { add } from "./plan_hand.js";
-import { extent } from "./room.js";
+import { extent, steepness } from "./room.js";
 import { set, state } from "./state.js";
+import { diameter, isMesh, usualTube } from "./tube.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
 /** @typedef {ParametricTube["collector"]} Collector */
@@ -33,6 +34,13 @@ const DIFFUSER_WORDS = [
   ["open", "open"],
 ];
 
+/** @type {[import("./draft.js").Lie, string][]} */
+const LIES = [
+  ["level", "level, in the ceiling"],
+  ["slope", "in the plane of the slope"],
+  ["wall", "in the nearest wall"],
+];
+
 /** @param {Diffuser["kind"]} kind @param {number} diameter @returns {Diffuser} */
 function usualDiffuser(kind, diameter) {
   if (kind === "clear") return { kind, transmittance: 0.9 };
@@ -46,6 +54,12 @@ function usualDiffuser(kind, diameter) {
       clear_transmittance: 0.9,
     };
   return { kind: "lambertian", transmittance: 0.6 };
+}
+
+/** Usual pieces of a tube; outside a wall the pipe turns up. @param {"straight" | "bent"} kind @param {Tube} tube @returns {ParametricTube["segments"]} */
+function usualSegments(kind, tube) {
+  const { segments } = usualTube(kind, [0, 0]);
+  return lieOf(state.draft.room, tube) === "wall" ? segments.map(({ length_m }) => ({ length_m })) : segments;
 }
 
 /** The part of the form about tubes: which one, and its numbers. */
@@ -132,7 +146,7 @@ function pipe(tube, index) {
         ["straight", "straight"],
         ["bent", "with a bend"],
       ],
-      set: (kind) => change(index, (next) => (next.segments = usualTube(kind, [0, 0]).segments)),
+      set: (kind) => change(index, (next) => (next.segments = usualSegments(kind, next))),
     })}
     ${mirror(tube, index)}</div>
     ${slider({
@@ -166,18 +180,35 @@ function pipe(tube, index) {
     </div>`;
 }
 
-/** Where a tube is, and how far it hangs below the ceiling. @param {Tube} tube @param {number} index */
+/** Where a tube is, how its opening lies, and how far it hangs below the ceiling. @param {Tube} tube @param {number} index */
 function place(tube, index) {
   const metres = (/** @type {string} */ name, /** @type {string} */ label, /** @type {number} */ value, /** @type {(to: number) => void} */ set) =>
     number({ pointer: `/tubes/${index}/${name}`, label, unit: "m", value, step: 0.05, set });
   const move = (/** @type {0 | 1} */ axis) => (/** @type {number} */ to) =>
     edit((draft) => draft.tubes?.[index] && (draft.tubes[index].centre_m[axis] = to));
-  const hang = (/** @type {number} */ to) =>
-    edit((draft) => draft.tubes?.forEach((other, at) => (state.together || at === index) && setDrop(other, to)));
+  const { room } = state.draft;
+  const lie = lieOf(room, tube);
+  const all = (/** @type {(tube: Tube) => void} */ change) =>
+    edit((draft) => draft.tubes?.forEach((other, at) => (state.together || at === index) && change(other)));
+  const [x, y, z = 0] = tube.centre_m;
+  const along = (/** @type {[number, number]} */ place) => edit((draft) => moveTube(draft, index, ...place));
+  const raise = (/** @type {number} */ to) => edit((draft) => draft.tubes?.[index] && (draft.tubes[index].centre_m[2] = to));
+  const third = {
+    level: () => metres("drop_m", "Drop", tube.drop_m ?? 0, (to) => all((other) => setDrop(other, to))),
+    slope: () => nothing,
+    wall: () => metres("centre_m/2", "Height", z, raise),
+  };
   return html`<div class="triple">
-    ${metres("centre_m/0", "x", tube.centre_m[0], move(0))}
-    ${metres("centre_m/1", "y", tube.centre_m[1], move(1))}
-    ${metres("drop_m", "Drop", tube.drop_m ?? 0, hang)}</div>`;
+    ${metres("centre_m/0", "x", x, lie === "wall" ? (to) => along([to, y]) : move(0))}
+    ${metres("centre_m/1", "y", y, lie === "wall" ? (to) => along([x, to]) : move(1))}
+    ${third[lie]()}</div>
+    ${choice({
+      pointer: `/tubes/${index}/normal`,
+      label: "Opening lies",
+      value: lie,
+      options: LIES.filter(([of]) => of !== "slope" || steepness(room) > 0),
+      set: (to) => all((other) => setLie(room, other, to)),
+    })}`;
 }
 
 /** @param {string} pointer @param {string} label @param {Collector | Diffuser} closure @param {(to: number) => void} set */

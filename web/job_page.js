@@ -151,7 +151,7 @@ function map(job, grid) {
       (job.document.tubes ?? []).map(inPlan),
     )}
     ${outside(room, grid, at)}${outlined(room, at, "frame")}
-    ${(job.document.tubes ?? []).map((tube) => rim(tube, at))}
+    ${(job.document.tubes ?? []).map((tube) => rim(room, tube, at))}
     ${measures(room, at)}
     ${bar(end, ticks, unit, across(at, east) + 18, at.top, at.k * depth)}${north(room.rotation_deg ?? 0)}</svg>`;
 }

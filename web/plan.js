@@ -1,18 +1,23 @@
 // The plan of the room from above: the map, the tubes and the room's walls, which are moved by hand.
-import { diameter, isMesh, square } from "./draft.js";
+import { meshes } from "./job_files.js";
 import { bar, across, down, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
+import { objects as models } from "./models.js";
 import { cellAt, drag, draw, keys, moveCursor, still } from "./plan_hand.js";
 import { numbered } from "./plan_labels.js";
 import { partition } from "./plan_partitions.js";
 import { walls } from "./plan_walls.js";
-import { inPlan, isInFace, opening as openingOf } from "./opening.js";
+import { inPlan, isInFace, opening as openingOf, rim as rimOf } from "./opening.js";
 import { joints } from "./ray.js";
 import { extent } from "./room.js";
 import { scale } from "./scale.js";
 import { AROUND } from "./stage.js";
 import { set, setYear, state } from "./state.js";
+import { diameter, isMesh, square } from "./tube.js";
 import { nothing, svg } from "./vendor/lit-html.js";
 import { mapOf, pin, pinnedAt } from "./year_plan.js";
+
+/** Sides of a rim that is seen from the side. */
+const SIDES = 48;
 
 /** Size of a drawing that stands by itself. @type {[number, number]} */
 export const SMALL = [364, 400];
@@ -80,6 +85,7 @@ export function plan() {
       ${of && grid ? map(of, seen) : nothing}
     </g>
     ${(room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, seen) : nothing))}
+    ${models(meshes(draft), [0, 1], { x: across(seen, 0), y: down(seen, 0), k: seen.k })}
     ${walls(room, seen)}
     ${(room.partitions ?? []).map((sheet, index) => partition(sheet, index, seen))}
     ${(draft.tubes ?? []).map((tube, index) => opening(tube, index, seen))}
@@ -136,11 +142,12 @@ function opening(tube, index, at) {
         @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
       ${isMesh(tube) ? nothing : axis(tube, at)}
       <circle class="hold" cx=${x} cy=${y} r=${Math.max(radius, 16)}></circle>
-      ${rim(tube, at)}</g>`;
+      ${rim(state.draft.room, tube, at)}</g>`;
 }
 
-/** The rim of an opening. @param {Tube} tube @param {import("./map.js").Layout} at */
-export function rim(tube, at) {
+/** The rim of an opening. @param {JobDocument["room"]} room @param {Tube} tube @param {import("./map.js").Layout} at */
+export function rim(room, tube, at) {
+  if (isInFace(tube)) return svg`<path class="ring" d=${`M${rimOf(room, tube, SIDES).map(([x, y]) => `${across(at, x).toFixed(1)} ${down(at, y).toFixed(1)}`).join("L")}Z`}></path>`;
   const { x, y, radius } = ring(tube, at);
   const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
   const side = at.k * side_m;

@@ -11,6 +11,8 @@ const NEAR_M = 1e-9;
 
 /** @param {Vector} a @param {Vector} b */
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+/** @param {Vector} a @param {Vector} b @returns {Vector} */
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 /** @param {Vector} a @param {Vector} direction @param {number} times @returns {Vector} */
 export const moved = (a, direction, times) => [a[0] + times * direction[0], a[1] + times * direction[1], a[2] + times * direction[2]];
 /** @param {Vector} a @param {Vector} b @returns {Vector} */

@@ -1,28 +1,41 @@
 // A section through room, roof and tubes.
-import { centimetres, diameter, isMesh, setDrop, square } from "./draft.js";
+import { centimetres, setDrop } from "./draft.js";
 import { edit, hold } from "./live.js";
+import { meshes } from "./job_files.js";
+import { objects as models, reach, tube as model } from "./models.js";
 import { still } from "./plan_hand.js";
-import { isInFace, opening as openingOf } from "./opening.js";
+import { isInFace, isInWall, opening as openingOf, rim } from "./opening.js";
 import { joints, skyward, throughPipe } from "./ray.js";
 import { extent, faces } from "./room.js";
 import { AROUND } from "./stage.js";
 import { set, state } from "./state.js";
+import { diameter, isMesh, square } from "./tube.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
 
 const RADIANS = Math.PI / 180;
 /** How much of a tube stands out of the roof. */
 const ABOVE_ROOF_M = 0.15;
 
+/** Sides of a rim, and length in metres of a model that is not known yet. */
+const SIDES = 48;
+const MODEL_M = 1;
+
+/** How a tube is seen: the points of its axis and of its rim, along the section and up from the opening. @typedef {{ points: [number, number][], rim: [number, number][] }} Course */
+
 /**
- * Points of a tube's axis, along the section and up from the opening.
- * @param {JobDocument["room"]} room
- * @param {Tube} tube
+ * @param {JobDocument} draft
+ * @param {number} index
  * @param {0 | 1} axis
- * @returns {[number, number][]}
+ * @returns {Course}
  */
-function course(room, tube, axis) {
-  const { centre, outward } = openingOf(room, tube);
-  return joints(isMesh(tube) ? [{ length_m: 1 }] : tube.segments, outward).map((joint) => [centre[axis] + joint[axis], joint[2]]);
+function course(draft, index, axis) {
+  const tube = /** @type {Tube} */ (draft.tubes?.[index]);
+  const { centre, outward } = openingOf(draft.room, tube);
+  const segments = isMesh(tube) ? [{ length_m: reach(meshes(draft), index, centre, outward) ?? MODEL_M }] : tube.segments;
+  const points = joints(segments, outward).map((joint) => /** @type {[number, number]} */ ([centre[axis] + joint[axis], joint[2]]));
+  // a piece that runs along the line of sight is not seen
+  const seen = points.filter(([x, y], i) => !i || Math.hypot(x - Number(points[i - 1]?.[0]), y - Number(points[i - 1]?.[1])) > 1e-3);
+  return { points: seen, rim: rim(draft.room, tube, SIDES).map((corner) => [corner[axis], corner[2] - centre[2]]) };
 }
 
 /** Both sides of a tube, mitred where pieces meet. @param {[number, number][]} points @param {number} radius */
@@ -47,7 +60,7 @@ function sides(points, radius) {
 /** Free space in metres above the tubes. */
 const ABOVE_TUBES_M = 0.5;
 
-/** What a section shows: the draft, or the one before while it is refused; its tubes and their openings, and how far it reaches in metres. */
+/** What a section shows: the draft, or the one before while it is refused; its tubes and their openings, and how far room and drawing reach in metres. */
 function shown() {
   const { problem, look, draft: own, answered } = state;
   const draft = problem?.errors?.length ? answered : own;
@@ -56,36 +69,42 @@ function shown() {
   const axis = look === "north" ? /** @type {const} */ (0) : /** @type {const} */ (1);
   const [from, across] = axis === 0 ? [west, width] : [south, depth];
   const tubes = draft.tubes ?? [];
-  const courses = tubes.map((tube) => course(room, tube, axis));
+  const courses = tubes.map((_, index) => course(draft, index, axis));
   const openings = tubes.map((tube) => openingOf(room, tube).centre[2]);
   const above = openings.map((opening) => opening - height);
-  const top = Math.max(0.4, ...courses.flatMap((points, i) => points.map(([, up]) => up + (above[i] ?? 0))));
-  const outside = courses.map((points, i) => (points.at(-1)?.[1] ?? top) - (tubes[i]?.drop_m ?? 0));
+  const top = Math.max(0.4, ...courses.flatMap(({ points }, i) => points.map(([, up]) => up + (above[i] ?? 0))));
+  const outside = courses.flatMap(({ points }, i) => {
+    const tube = tubes[i];
+    return tube && !isInWall(room, tube) ? [(points.at(-1)?.[1] ?? top) - (tube.drop_m ?? 0)] : [];
+  });
   const roof = Math.max(0.1, Math.min(...outside, top) - ABOVE_ROOF_M);
-  return { draft, axis, from, across, courses, openings, roof, top: height + top + ABOVE_TUBES_M };
+  const beside = courses.flatMap(({ points }, i) => points.flatMap(([x]) => [-1, 1].map((side) => x + (side * diameter(/** @type {Tube} */ (tubes[i]))) / 2)));
+  const [left, right] = [Math.min(from, ...beside), Math.max(from + across, ...beside)];
+  return { draft, axis, from, across, left, right, courses, openings, roof, top: height + top + ABOVE_TUBES_M };
 }
 
 /** Width and height of the section in metres. @returns {import("./stage.js").Size} */
 export function sectionExtent() {
-  const { across, top } = shown();
-  return { width: across, height: top };
+  const { left, right, top } = shown();
+  return { width: right - left, height: top };
 }
 
 /** The section with its two directions. */
 export function section() {
   const { look, sizes } = state;
-  const { draft, axis, from, across, courses, openings, roof, top } = shown();
+  const { draft, axis, from, across, left: west, right: east, courses, openings, roof, top } = shown();
   const { room } = draft;
   const { lowest, height } = extent(room);
   const [boxWidth, boxHeight] = sizes.section;
   const around = AROUND.section;
   const free = [boxWidth - around.left - around.right, boxHeight - around.top - around.bottom];
-  const k = Math.max(1, Math.min((free[0] ?? 0) / across, (free[1] ?? 0) / top));
-  const [left, bottom] = [around.left + ((free[0] ?? 0) - k * across) / 2, boxHeight - around.bottom - ((free[1] ?? 0) - k * top) / 2];
-  const x = (/** @type {number} */ metres) => left + k * (metres - from);
+  const k = Math.max(1, Math.min((free[0] ?? 0) / (east - west), (free[1] ?? 0) / top));
+  const [left, bottom] = [around.left + ((free[0] ?? 0) - k * (east - west)) / 2, boxHeight - around.bottom - ((free[1] ?? 0) - k * top) / 2];
+  const x = (/** @type {number} */ metres) => left + k * (metres - west);
   const y = (/** @type {number} */ metres) => bottom - k * metres;
   const end = from + across;
   const tubes = draft.tubes ?? [];
+  const beside = x(east) + 8;
   const workplane = draft.grids?.[0]?.height_m ?? 0;
   const toggle = (/** @type {"north" | "west"} */ to) =>
     html`<button type="button" aria-label=${`looking ${to}`} aria-pressed=${look === to} @click=${() => set({ look: to })}>${to}</button>`;
@@ -94,13 +113,14 @@ export function section() {
       aria-label=${`Section through the room, looking ${look}: ${height} m high, ${tubes.length} tubes`}>
       ${room.plan ? sloped(room, axis, roof, x, y) : level({ from, end, height, roof }, x, y)}
       ${(room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, axis, x, y) : nothing))}
+      ${models(meshes(draft), [axis, 2], { x: x(0), y: y(0), k })}
       ${(room.partitions ?? []).map((sheet) => partition(sheet, axis, x, y))}
-      ${courses.map((points, i) => guide(i, /** @type {Tube} */ (tubes[i]), points, openings[i] ?? height, { x, y, k }))}
+      ${courses.map((course, i) => guide(i, /** @type {Tube} */ (tubes[i]), course, openings[i] ?? height, { x, y, k }, model(meshes(draft), i, [axis, 2], { x: x(0), y: y(0), k })))}
       ${room.plan ? nothing : svg`<path class="shell" d=${`M${x(from)} ${y(height)}V${y(0)}H${x(end)}V${y(height)}`}></path>`}
       <line class="workplane" x1=${x(from)} x2=${x(end)} y1=${y(workplane)} y2=${y(workplane)}></line>
-      <text x=${x(end) + 8} y=${y(workplane) + 4}>${workplane} m</text>
-      <text x=${x(end) + 8} y=${y(height) + 14}>${room.plan ? centimetres(height) : height} m</text>
-      ${lowest < height ? svg`<text x=${x(end) + 8} y=${y(lowest) + 4}>${centimetres(lowest)} m</text>` : nothing}
+      <text x=${beside} y=${y(workplane) + 4}>${workplane} m</text>
+      <text x=${beside} y=${y(height) + 14}>${room.plan ? centimetres(height) : height} m</text>
+      ${lowest < height ? svg`<text x=${beside} y=${y(lowest) + 4}>${centimetres(lowest)} m</text>` : nothing}
       <text class="measure" x=${x(from + across / 2)} y=${y(0) + 22}>${across} m</text>
       ${beams(draft, axis, openings, x, y)}
     </svg>`}`;
@@ -159,28 +179,26 @@ function hang(event, index, k) {
 /**
  * @param {number} index
  * @param {Tube} tube
- * @param {[number, number][]} points
+ * @param {Course} course
  * @param {number} opening
  * @param {{ x: Scale, y: Scale, k: number }} at
+ * @param {unknown} model its triangles, where it is a mesh and they are there
  */
-function guide(index, tube, points, opening, { x, y, k }) {
+function guide(index, tube, { points, rim }, opening, { x, y, k }, model) {
   const radius = diameter(tube) / 2;
   const [one = [], other = []] = sides(points, radius);
   const of = (/** @type {[number, number]} */ [along, up]) => `${x(along).toFixed(1)} ${y(opening + up).toFixed(1)}`;
   const outline = [...one, ...other.toReversed()].map(of).join("L");
   const [a, b] = [one.at(-1), other.at(-1)];
   const dome = !isMesh(tube) && (tube.collector.kind === "dome" || tube.collector.kind === "dielectric_dome");
-  const cover = a && b ? (dome ? `M${of(a)}A${k * radius} ${k * radius} 0 0 0 ${of(b)}` : `M${of(a)}L${of(b)}`) : "";
+  const cover = a && b && points.length > 1 ? (dome ? `M${of(a)}A${k * radius} ${k * radius} 0 0 0 ${of(b)}` : `M${of(a)}L${of(b)}`) : "";
   const { side_m = diameter(tube), rotation_deg = 0 } = square(tube) ?? {};
   const turn = rotation_deg * RADIANS;
   const half = (side_m / 2) * (Math.abs(Math.cos(turn)) + Math.abs(Math.sin(turn)));
   const [from, to] = [x((points[0]?.[0] ?? 0) - half), x((points[0]?.[0] ?? 0) + half)];
-  if (isInFace(tube)) {
-    const [left = [0, 0], right = [0, 0]] = [one[0], other[0]];
-    return svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path><line
-      class="diffuser" x1=${x(left[0])} x2=${x(right[0])} y1=${y(opening + left[1])} y2=${y(opening + right[1])}></line>`;
-  }
-  return svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path><g
+  const pipe = model ?? svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path>`;
+  if (isInFace(tube)) return svg`${pipe}<path class="diffuser" d=${`M${rim.map(of).join("L")}Z`}></path>`;
+  return svg`${pipe}<g
     class="opening" @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => hang(event, index, k)}><line
     class="hold" x1=${from} x2=${to} y1=${y(opening)} y2=${y(opening)}></line><line
     class="diffuser" x1=${from} x2=${to} y1=${y(opening)} y2=${y(opening)}></line></g>`;

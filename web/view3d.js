@@ -1,5 +1,5 @@
 // The folded part of the page with the room in three dimensions, whose drawing is loaded when it is opened.
-import * as api from "./api.js";
+import { meshes, surfaces } from "./job_files.js";
 import { edit, live } from "./live.js";
 import { shown, yearOnPlan } from "./plan.js";
 import { set, state } from "./state.js";
@@ -44,27 +44,6 @@ function renew(canvas) {
   if (isChosen) next.focus({ preventScroll: true });
 }
 
-/** A file of a job after some passes, with the room for which it was computed. @typedef {{ of: string, room: string, value: any }} Held */
-/** @type {Record<"surfaces" | "meshes", Held>} */
-const held = { surfaces: { of: "", room: "", value: null }, meshes: { of: "", room: "", value: null } };
-
-/** What the faces of a room depend on. @param {JobDocument["room"]} room */
-const faces = ({ size_m, plan, ceiling }) => JSON.stringify([size_m, plan, ceiling]);
-
-/** Takes a file of the job that is shown; the one before stays until it is there. @param {"surfaces" | "meshes"} kind */
-function fetched(kind) {
-  const { current, answer, draft } = state;
-  const path = current && !answer?.stored ? answer?.job.links[kind] : null;
-  const of = `${path} ${answer?.job.progress.passes}`;
-  if (path && held[kind].of !== of) {
-    const now = (held[kind] = { ...held[kind], of });
-    const room = faces(draft.room);
-    // a job that another one has replaced is gone
-    api.get(path).then((value) => held[kind] === now && (Object.assign(now, { room, value }), set()), () => {});
-  }
-  return held[kind];
-}
-
 /** Draws what the page shows while the view is open; gives back what it took once it is closed. @param {HTMLElement} app */
 export function follow(app) {
   const canvas = /** @type {HTMLCanvasElement | null} */ (app.querySelector(".space[open] canvas"));
@@ -75,17 +54,17 @@ export function follow(app) {
     Object.assign(open, { canvas, view: null });
     if (canvas) void load(canvas);
   }
-  const { draft, problem, answered, answer, layer } = state;
+  const { problem, answered, answer, layer } = state;
   const sun = answer?.job.provenance?.sun;
   const [azimuth_deg, altitude_deg] = [Number(sun?.azimuth_deg), Number(sun?.altitude_deg)];
   if (!open.view) return;
-  const of = problem?.errors?.length ? answered : draft;
-  const [lit, meshes] = [fetched("surfaces"), fetched("meshes")];
+  const of = problem?.errors?.length ? answered : state.draft;
+  const lit = surfaces(of);
   open.view.show({
     draft: of,
     // in the scale of the plan, where that has lux
-    faces: draft.surfaces && layer === "lux" && !yearOnPlan() && lit.room === faces(of.room) ? lit.value : null,
-    meshes: countMeshes(of) ? meshes.value : null,
+    faces: layer === "lux" && !yearOnPlan() ? lit : null,
+    meshes: meshes(of),
     sun: sun?.on && altitude_deg > 0 ? { azimuth_deg, altitude_deg } : null,
     map: shown(),
   });
@@ -94,13 +73,10 @@ export function follow(app) {
 /** A length with two digits. @param {number} value in m */
 const metres = (value) => Number(value.toPrecision(2));
 
-/** Number of objects and tubes that are meshes. @param {JobDocument} draft */
-const countMeshes = ({ room, tubes = [] }) => [...(room.objects ?? []), ...tubes].filter((one) => "mesh" in one).length;
-
 /** The part of the page with the view. */
 export function view3d() {
   const { draft } = state;
-  const { cell_m: cell = null } = /** @type {Partial<Schemas["MeshesResult"]>} */ (held.meshes.value ?? {});
+  const cell = meshes(draft)?.cell_m;
   const move = (/** @type {(camera: typeof import("./view3d_camera.js")) => Parameters<NonNullable<typeof open.view>["move"]>[0]} */ by) => async () =>
     open.view?.move(by(await import("./view3d_camera.js")));
   const button = (/** @type {string} */ words, /** @type {() => void} */ click, /** @type {string} */ title) =>
@@ -122,5 +98,5 @@ export function view3d() {
     <canvas tabindex="0" role="application" aria-label="The room in three dimensions: arrow keys turn it, plus and minus zoom, Home goes back"></canvas>
     <p class="note">Drag it or press arrow keys to turn it; pinch to zoom. After a click or a tap the wheel zooms, and a finger turns it up and
       down, too. ${draft.surfaces ? "Work plane and faces have" : "The work plane has"} the colours of the plan.
-      ${countMeshes(draft) && cell ? `Models are drawn without details below ${metres(cell)} m.` : ""}</p></details>`;
+      ${cell ? `Models are drawn without details below ${metres(cell)} m.` : ""}</p></details>`;
 }

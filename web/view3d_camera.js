@@ -1,6 +1,5 @@
 // A camera that turns around the room: where it stands, what moves it, and what it sees.
-import { dot, minus, moved, skyward, unit } from "./ray.js";
-import { cross } from "./view3d_shapes.js";
+import { cross, dot, minus, moved, skyward, unit } from "./ray.js";
 
 /** @typedef {import("./ray.js").Vector} Vector */
 /** Where the camera stands, seen from the middle of the room, and how many times nearer than the whole is seen. @typedef {{ azimuth_deg: number, altitude_deg: number, zoom: number }} Orbit */

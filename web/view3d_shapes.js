@@ -1,9 +1,9 @@
 // The room of a document in space, as polygons: faces, tubes, furniture, and arrows to the north and from the sun.
-import { diameter, isMesh, square } from "./draft.js";
-import { dot, joints, minus, mitres, moved, skyward, unit } from "./ray.js";
+import { cross, dot, joints, minus, mitres, moved, skyward, unit } from "./ray.js";
 import { ceilings, extent, rings, toward, walls } from "./room.js";
-import { opening as openingOf } from "./opening.js";
+import { circle, opening as openingOf, rectangle, rim } from "./opening.js";
 import { isInside } from "./outline.js";
+import { diameter, isMesh, square } from "./tube.js";
 
 /** @typedef {import("./ray.js").Vector} Vector */
 /** @typedef {"floor" | "wall" | "ceiling" | "patch" | "object" | "front" | "sheet" | "partition" | "closure" | "pipe" | "cover" | "luminaire" | "north" | "sun"} Part */
@@ -15,10 +15,6 @@ const SIDES = { few: 24, many: 12 };
 const MANY = 60;
 /** Steps of a dome from its rim to its top. */
 const DOME_STEPS = 4;
-const RADIANS = Math.PI / 180;
-
-/** @param {Vector} a @param {Vector} b @returns {Vector} */
-export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
 /** Vector along the normal of a polygon, twice its area long (Newell's sum). @param {Vector[]} ring @returns {Vector} */
 export const normal = (ring) =>
@@ -82,40 +78,12 @@ const between = (part, low, high) =>
     return { part, ring: [corner, /** @type {Vector} */ (low[next]), /** @type {Vector} */ (high[next]), /** @type {Vector} */ (high[k])] };
   });
 
-/** A ring of corners around a point, across a direction. @param {Vector} middle @param {Vector} direction @param {number} radius @param {number} sides */
-function circle(middle, direction, radius, sides) {
-  const one = unit(cross(direction, Math.abs(direction[2]) > 0.9 ? [1, 0, 0] : [0, 0, 1]));
-  const two = cross(direction, one);
-  return Array.from({ length: sides }, (_, k) => {
-    const angle = (2 * Math.PI * k) / sides;
-    return moved(moved(middle, one, radius * Math.cos(angle)), two, radius * Math.sin(angle));
-  });
-}
-
-/** Four corners around a point in a level plane, turned clockwise seen from above. @param {Vector} middle @param {number} width @param {number} depth @param {number} rotation_deg @returns {Vector[]} */
-function rectangle([x, y, z], width, depth, rotation_deg) {
-  const [cos, sin] = [Math.cos(rotation_deg * RADIANS), Math.sin(rotation_deg * RADIANS)];
-  return [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([i = 0, j = 0]) => {
-    const [u, v] = [(i * width) / 2, (j * depth) / 2];
-    return [x + u * cos + v * sin, y - u * sin + v * cos, z];
-  });
-}
-
-/** Corners of a square around the middle of an opening, turned clockwise seen from outside; below a slope two sides are level at 0 degrees. @param {Vector} middle @param {Vector} outward @param {number} side @param {number} rotation_deg @returns {Vector[]} */
-function squareIn(middle, outward, side, rotation_deg) {
-  if (outward[2] > 1 - 1e-9) return rectangle(middle, side, side, rotation_deg);
-  const level = unit(cross([0, 0, 1], outward));
-  const up = cross(outward, level);
-  return rectangle([0, 0, 0], side, side, rotation_deg).map(([u, v]) => moved(moved(middle, level, u), up, v));
-}
-
 /** A pipe from its opening to its collector; of a mesh the opening alone. @param {JobDocument["room"]} room @param {Tube} tube @param {number} sides @returns {Shapes} */
 function guide(room, tube, sides) {
   const radius = diameter(tube) / 2;
   const { centre: opening, outward } = openingOf(room, tube);
   const mouth = circle(opening, outward, radius, sides);
-  const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
-  const closure = side_m > 0 ? squareIn(opening, outward, side_m, rotation_deg) : mouth;
+  const closure = square(tube) ? rim(room, tube, sides) : mouth;
   // the triangles of a mesh are drawn for themselves
   if (isMesh(tube)) return sheet("closure", closure);
   const axis = joints(tube.segments, outward).map((joint) => moved(joint, opening, 1));

@@ -1,7 +1,8 @@
 // The year of the draft: its job, what is read of it, and the search for what would do where it fails.
 import { Refused, pauseAfter, problemOf } from "./api.js";
-import { addTube, changed, diameter } from "./draft.js";
+import { addTube, changed } from "./draft.js";
 import { readNpy } from "./npy.js";
+import { diameter } from "./tube.js";
 import { hoursOf, inRows, lightNeeded } from "./year.js";
 import { search } from "./year_search.js";
 import { LIMITS, asked, judge } from "./year_sentence.js";

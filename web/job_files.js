@@ -1,0 +1,55 @@
+// Files of the job that is shown, which drawings need beside the document: light on faces, and triangles of meshes.
+import * as api from "./api.js";
+import { set, state } from "./state.js";
+
+/** A file of a job: what it depends on, the room for which it was computed, and what it says. @template T @typedef {{ of: string, room: string, value: T | null }} Held */
+/** @type {{ surfaces: Held<Schemas["SurfacesResult"]>, meshes: Held<Schemas["MeshesResult"]> }} */
+const held = { surfaces: { of: "", room: "", value: null }, meshes: { of: "", room: "", value: null } };
+
+/** What the faces of a room depend on. @param {JobDocument["room"]} room */
+const faces = ({ size_m, plan, ceiling }) => JSON.stringify([size_m, plan, ceiling]);
+
+/** Objects and tubes that are meshes. @param {JobDocument} draft */
+const meshed = ({ room, tubes = [] }) => [...(room.objects ?? []), ...tubes].filter((one) => "mesh" in one);
+
+/** Takes a file of the job that is shown; the one before stays until it is there. @param {"surfaces" | "meshes"} kind @param {string} depends what it depends on */
+function follow(kind, depends) {
+  const { current, answer, draft } = state;
+  const path = current && !answer?.stored ? answer?.job.links[kind] : null;
+  const before = held[kind];
+  if (!path || before.of === depends) return;
+  const now = Object.assign(before, { of: depends });
+  const room = faces(draft.room);
+  const isNewest = () => now.of === depends;
+  api.get(path).then(
+    (value) => isNewest() && (Object.assign(now, { room, value }), set()),
+    // a job that another one has replaced is gone
+    () => isNewest() && (now.of = ""),
+  );
+}
+
+/** Light on the faces of a document's room after the passes that are done; null where there is none of this room. @param {JobDocument} draft */
+export function surfaces(draft) {
+  const { answer } = state;
+  if (draft.surfaces) follow("surfaces", `${answer?.job.links.self} ${answer?.job.progress.passes}`);
+  return draft.surfaces && held.surfaces.room === faces(draft.room) ? held.surfaces.value : null;
+}
+
+/** What the meshes of a document depend on; empty where it has none. Drafts do not change. @type {WeakMap<JobDocument, string>} */
+const known = new WeakMap();
+
+/** @param {JobDocument} draft */
+function dependsOf(draft) {
+  const all = meshed(draft);
+  const made = known.get(draft) ?? (all.length ? JSON.stringify([all, all.some((one) => "parts" in one) && faces(draft.room)]) : "");
+  known.set(draft, made);
+  return made;
+}
+
+/** Triangles of the meshes of a document; null where it has none, or as long as none are there. @param {JobDocument} draft */
+export function meshes(draft) {
+  const depends = dependsOf(draft);
+  if (!depends) return null;
+  follow("meshes", depends);
+  return held.meshes.value;
+}
