@@ -121,7 +121,7 @@ fn surround(
     }
     let around = surroundings.around(daylight, document.room.rotation_deg);
     for (number, (tube, own)) in tubes.iter_mut().zip(own()).enumerate() {
-        let upper_end = tube.frame(enclosure).origin + tube.upper_end();
+        let upper_end = tube.frame(enclosure).origin + tube.upper_end(enclosure);
         tube.surroundings = around.of(number, own, (upper_end, tube.upper_radius()), checks);
     }
 }

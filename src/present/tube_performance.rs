@@ -76,7 +76,7 @@ impl TubePerformance {
     }
 }
 
-/// Hashes everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun, and the allowed error.
+/// Hashes everything that a performance depends on: the plane of the opening, the tube's shape and optics above its diffuser, sky and sun, and the allowed error.
 fn content(shape: &TubeShape, tube: &TraceableTube, error: f64) -> blake3::Hash {
     struct Hashing(blake3::Hasher);
     impl fmt::Write for Hashing {
@@ -96,7 +96,14 @@ fn content(shape: &TubeShape, tube: &TraceableTube, error: f64) -> blake3::Hash 
             &(&mesh.materials, parts, rotation, section)
         }
     };
-    let written = write!(hashing, "{shape:?} {:?} {:?} {:?} {error:?}", tube.pipe_radius, tube.sky, tube.sun);
+    let written = write!(
+        hashing,
+        "{shape:?} {:?} {:?} {:?} {:?} {error:?}",
+        tube.frame.turn(),
+        tube.pipe_radius,
+        tube.sky,
+        tube.sun
+    );
     debug_assert!(written.is_ok(), "hashing cannot fail");
     hashing.0.finalize()
 }

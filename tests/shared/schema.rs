@@ -121,7 +121,6 @@ pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
     ("no ceiling or wall has the name", "names of faces"),
     ("no tube can come through it", "geometry of a tube and the room"),
     ("the guide must stay behind its face", "geometry of a tube"),
-    ("a mesh above an opening in the plane of a face", "compares two fields"),
     ("must be above `eaves_m`", "compares two fields"),
     ("hangs below the sloped ceiling", "geometry of a tube and the room"),
     ("the height of the ceiling there", "geometry of a tube and the room"),

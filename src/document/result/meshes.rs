@@ -6,6 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::geometry::OpeningFrame;
 use crate::geometry::merging::Merging;
 use crate::geometry::turn::unit_vector;
 use crate::guide::mesh::Part;
@@ -81,7 +82,7 @@ impl MeshesResult {
     pub fn new(scene: &Scene, objects: &[usize]) -> Self {
         // partitions follow the objects of the document
         let of_objects: Vec<(&MeshObject, usize)> = scene.room.meshes.iter().zip(objects.iter().copied()).collect();
-        let of_tubes: Vec<(usize, DVec3, &MeshTube)> =
+        let of_tubes: Vec<(usize, OpeningFrame, &MeshTube)> =
             scene.tubes.iter().enumerate().filter_map(of_mesh(scene)).collect();
         let (mut triangles, mut area_m2) = (0, 0.0);
         let mut count = |[a, b, c]: [DVec3; 3]| {
@@ -89,13 +90,13 @@ impl MeshesResult {
             area_m2 += 0.5 * (b - a).cross(c - a).length();
         };
         of_objects.iter().flat_map(|(object, _)| object.triangles()).for_each(|(corners, _)| count(corners));
-        of_tubes.iter().flat_map(|(_, origin, tube)| placed(*origin, tube)).for_each(|(corners, _)| count(corners));
+        of_tubes.iter().flat_map(|(_, frame, tube)| placed(*frame, tube)).for_each(|(corners, _)| count(corners));
         let merged = |cell_m: f64| -> Vec<Parts> {
             let objects = of_objects.iter().map(|(object, _)| {
                 let named = object.triangles().map(|(corners, sides)| (corners, (MeshRole::Object, sides)));
                 parts(named, cell_m)
             });
-            let tubes = of_tubes.iter().map(|(_, origin, tube)| parts(placed(*origin, tube), cell_m));
+            let tubes = of_tubes.iter().map(|(_, frame, tube)| parts(placed(*frame, tube), cell_m));
             objects.chain(tubes).collect()
         };
         let left =
@@ -139,20 +140,20 @@ fn parts(triangles: impl Iterator<Item = ([DVec3; 3], (MeshRole, [u32; 2]))>, ce
     parts
 }
 
-/// Finds the tubes that are meshes, with their numbers and the centres of their openings in m.
-fn of_mesh(scene: &Scene) -> impl Fn((usize, &Tube)) -> Option<(usize, DVec3, &MeshTube)> {
+/// Finds the tubes that are meshes, with their numbers and the frames of their openings.
+fn of_mesh(scene: &Scene) -> impl Fn((usize, &Tube)) -> Option<(usize, OpeningFrame, &MeshTube)> {
     |(number, tube)| match &tube.shape {
-        TubeShape::Mesh(mesh) => Some((number, tube.frame(&scene.room.enclosure).origin, mesh)),
+        TubeShape::Mesh(mesh) => Some((number, tube.frame(&scene.room.enclosure), mesh)),
         TubeShape::Cylinders(_) => None,
     }
 }
 
 /// Lists the triangles of a tube in the room's frame.
-fn placed(origin: DVec3, tube: &MeshTube) -> impl Iterator<Item = ([DVec3; 3], (MeshRole, [u32; 2]))> {
+fn placed(frame: OpeningFrame, tube: &MeshTube) -> impl Iterator<Item = ([DVec3; 3], (MeshRole, [u32; 2]))> {
     let turn = unit_vector(-tube.rotation);
     let at = move |corner: u32| {
         let position = tube.mesh.positions[corner as usize];
-        origin + turn.rotate(position.truncate()).extend(position.z)
+        frame.origin + frame.direction_in_room(turn.rotate(position.truncate()).extend(position.z))
     };
     let role = |material: u32| match tube.parts[material as usize] {
         Part::Collector { .. } => MeshRole::Collector,

@@ -52,9 +52,6 @@ fn check_plane(pointer: &str, tube: &TubeDocument, checks: &mut Checks) {
             if tube.hangs().1 > 0.0 {
                 checks.refuse(format!("{pointer}/drop_m"), "must be 0: the opening lies in the plane of its face");
             }
-            if matches!(tube, TubeDocument::Mesh(_)) {
-                checks.not_supported(format!("{pointer}/normal"), "a mesh above an opening in the plane of a face");
-            }
         }
     }
 }

@@ -110,12 +110,13 @@ pub struct MeshTubeDocument {
     #[serde(default)]
     #[schema(default = "z")]
     pub up: Up,
-    /// Centre of the opening, x and y in metres.
+    /// Centre of the opening in metres, `[x, y]`; `[x, y, z]` with `"normal": "face"` on a vertical face.
     pub centre_m: CentreDocument,
-    /// Name of the ceiling that the tube comes through; default: the one above `centre_m`.
+    /// Name of the ceiling or wall that the tube comes through; default: the one above `centre_m`, or that it lies on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<String>,
-    /// Plane of the opening; `face` is not supported for meshes.
+    /// Plane of the opening; with `face`, z of the mesh is the normal of the face out of the room, and before `rotation_deg` its x axis is
+    /// level, with y up the slope or the wall.
     #[serde(default, skip_serializing_if = "OpeningNormal::is_plumb")]
     #[schema(default = "plumb")]
     pub normal: OpeningNormal,
@@ -126,7 +127,7 @@ pub struct MeshTubeDocument {
     pub drop_m: f64,
     /// Diameter of the opening in metres; the opening must lie wholly in the ceiling.
     pub opening_diameter_m: f64,
-    /// Rotation in degrees, clockwise seen from above.
+    /// Rotation in degrees, clockwise seen from above; with `"normal": "face"` from outside.
     #[serde(default)]
     #[schema(default = 0.0)]
     pub rotation_deg: f64,

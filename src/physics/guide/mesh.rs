@@ -4,13 +4,14 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::inner_side;
 use super::mouth::Mouth;
 use super::transit::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{TriangleBvh, TriangleHit};
+use crate::geometry::opening_frame::{levelled, unlevelled};
 use crate::geometry::welded;
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::roulette::faint_survival;
@@ -69,6 +70,8 @@ pub struct MeshGuide {
     far: f64,
     /// Flat end of the pipe through which all light enters; `None` if this is not certain.
     mouth: Option<Arc<Mouth>>,
+    /// Matrix that turns directions of the room into those of the mesh, whose opening is level; `None` if the room's are.
+    turn: Option<DMat3>,
 }
 
 /// Optical properties of a triangle.
@@ -143,7 +146,15 @@ impl MeshGuide {
             collector_radius,
             far,
             mouth: mouth.flatten().map(Arc::new),
+            turn: None,
         })
+    }
+
+    /// Sets the matrix that turns directions of the room into those of the mesh ([`OpeningFrame::turn`]); `None` for a level opening.
+    ///
+    /// [`OpeningFrame::turn`]: crate::geometry::OpeningFrame::turn
+    pub fn turned(self, turn: Option<DMat3>) -> Self {
+        Self { turn, ..self }
     }
 
     /// Returns the number of triangles that rays are tested against, including the cap of an open upper end.
@@ -152,6 +163,11 @@ impl MeshGuide {
     }
 
     pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
+        let entry = self.level_entry(point, self.in_mesh(direction))?;
+        Some(Entry { position: unlevelled(self.turn.as_ref(), entry.position), ..entry })
+    }
+
+    fn level_entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
         if let Some(mouth) = &self.mouth {
             let cosine = mouth.cosine(direction);
             return (cosine > 0.0).then(|| {
@@ -174,6 +190,20 @@ impl MeshGuide {
         direction: DVec3,
         random: &mut PathRandom,
     ) -> Transit<C> {
+        self.in_room(self.level_down(self.in_mesh(position), self.in_mesh(direction), random))
+    }
+
+    fn in_mesh(&self, vector: DVec3) -> DVec3 {
+        levelled(self.turn.as_ref(), vector)
+    }
+
+    fn in_room<const C: usize>(&self, transit: Transit<C>) -> Transit<C> {
+        let [position, direction] =
+            [transit.position, transit.direction].map(|vector| unlevelled(self.turn.as_ref(), vector));
+        Transit { position, direction, ..transit }
+    }
+
+    fn level_down<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
         let rise = -position.z;
         if rise > 0.0 && direction.z > 0.0 {
             let at_opening = position + direction * (rise / direction.z);
@@ -194,7 +224,7 @@ impl MeshGuide {
     }
 
     pub(super) fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
-        self.follow(position, direction, true, random)
+        self.in_room(self.follow(self.in_mesh(position), self.in_mesh(direction), true, random))
     }
 
     fn follow<const C: usize>(

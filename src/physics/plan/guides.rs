@@ -119,7 +119,10 @@ pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
             plan.reason.push_str(&format!("; its light is spread evenly over a square of {side} m"));
         }
         let own = &scene.tubes[index];
-        if let Some(first) = scene.tubes[..index].iter().position(|other| same_guide(own, other)) {
+        let equals = |other: usize| {
+            same_guide(own, &scene.tubes[other]) && traceable.tubes[other].frame.turn() == tube.frame.turn()
+        };
+        if let Some(first) = (0..index).find(|other| equals(*other)) {
             plan.reason.push_str(&format!(
                 "; its guide equals that of tube {first}, and the transmission is computed once for both"
             ));
@@ -129,7 +132,7 @@ pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
     traceable.tubes.iter().enumerate().map(of_tube).collect()
 }
 
-/// True if two tubes differ at most in their position and in their closure.
+/// True if two tubes differ at most in their place, in the plane of their opening and in their closure.
 fn same_guide(a: &Tube, b: &Tube) -> bool {
     a.opening_radius == b.opening_radius
         && match (&a.shape, &b.shape) {

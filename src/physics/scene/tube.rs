@@ -65,33 +65,20 @@ impl Tube {
                 self.opening_radius / cut
             }
             TubeShape::Mesh(tube) => {
-                let turn = unit_vector(-tube.rotation);
-                let centre = self.upper_end();
-                let away = |position: &DVec3| turn.rotate(position.truncate()).distance(centre.truncate());
-                let rim = tube.mesh.positions.iter().filter(|position| centre.z - position.z <= LEVEL * centre.z);
-                rim.map(away).fold(0.0, f64::max)
+                let (rim, centre) = tube.top();
+                rim.iter().map(|position| position.truncate().distance(centre.truncate())).fold(0.0, f64::max)
             }
         }
     }
 
-    /// Returns the centre of the upper end, relative to that of the opening, in m: the top of a mesh.
-    pub fn upper_end(&self) -> DVec3 {
+    /// Returns the centre of the upper end in a room, relative to that of the opening, in m: the top of a mesh.
+    pub fn upper_end(&self, enclosure: &Enclosure) -> DVec3 {
         match &self.shape {
             TubeShape::Cylinders(tube) => tube.segments.iter().map(|segment| segment.length_m * segment.axis()).sum(),
             TubeShape::Mesh(tube) => {
                 let turn = unit_vector(-tube.rotation);
-                let highest = tube.mesh.positions.iter().copied().max_by(|a, b| a.z.total_cmp(&b.z));
-                let top = highest.map_or(0.0, |highest| highest.z);
-                // a level rim has many vertices
-                let near = |position: &&DVec3| top - position.z <= LEVEL * top;
-                let (mut sum, mut count) = (DVec3::ZERO, 0.0);
-                tube.mesh
-                    .positions
-                    .iter()
-                    .filter(near)
-                    .for_each(|position| (sum, count) = (sum + *position, count + 1.0));
-                let centre = sum / f64::max(count, 1.0);
-                turn.rotate(centre.truncate()).extend(centre.z)
+                let (_, centre) = tube.top();
+                self.frame(enclosure).direction_in_room(turn.rotate(centre.truncate()).extend(centre.z))
             }
         }
     }
@@ -194,15 +181,37 @@ impl Segment {
     }
 }
 
-/// A tube given as a triangle mesh; the mesh is in metres with its origin in the centre of the opening, z up.
+/// A tube given as a triangle mesh; the mesh is in metres with its origin in the centre of the opening, and its axes are those of the opening's
+/// levelled frame.
 #[derive(Clone, Debug)]
 pub struct MeshTube {
     /// The triangles as they were uploaded, scaled to metres, before `rotation`.
     pub mesh: Arc<TriangleMesh>,
     /// Parts of the tube, one per material of the mesh, in the mesh's order; the optics of diffusers are the tube's `diffuser`.
     pub parts: Vec<Part>,
-    /// Rotation, clockwise seen from above, in radians.
+    /// Rotation, clockwise seen from above, or from outside above an opening that is not level, in radians.
     pub rotation: f64,
     /// Cylinder or bend that is computed in the mesh's place, or the reason why its facets are traced.
     pub section: Section,
+}
+
+impl MeshTube {
+    /// Returns the corners of the collector, or of the whole mesh without one, that are farthest from the opening, and the mean of them, in the
+    /// mesh's frame before `rotation`. A level rim has many.
+    fn top(&self) -> (Vec<DVec3>, DVec3) {
+        let mesh = &self.mesh;
+        let is_cover = |material: &u32| matches!(self.parts[*material as usize], Part::Collector { .. });
+        let of_cover = mesh.triangles.iter().zip(&mesh.triangle_materials).filter(|(_, material)| is_cover(material));
+        let mut corners: Vec<u32> = of_cover.flat_map(|(corners, _)| *corners).collect();
+        corners.sort_unstable();
+        corners.dedup();
+        let mut rim: Vec<DVec3> = corners.iter().map(|corner| mesh.positions[*corner as usize]).collect();
+        if rim.is_empty() {
+            rim.clone_from(&mesh.positions);
+        }
+        let top = rim.iter().map(|position| position.z).fold(0.0, f64::max);
+        rim.retain(|position| top - position.z <= LEVEL * top);
+        let mean = rim.iter().sum::<DVec3>() / f64::max(rim.len() as f64, 1.0);
+        (rim, mean)
+    }
 }

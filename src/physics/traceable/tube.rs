@@ -147,24 +147,34 @@ impl TraceableTube {
     }
 
     pub(super) fn new(tube: &Tube, enclosure: &Enclosure, daylight: Option<&Daylight>) -> Result<Self, MeshGuideError> {
+        let frame = tube.frame(enclosure);
         let guide = match &tube.shape {
             TubeShape::Cylinders(description) => cylinder_guide(description, tube.opening_radius),
             TubeShape::Mesh(description) => match &description.section {
-                Section::Cylinder(cylinder) => Guide::Straight(StraightGuide {
-                    radius: cylinder.radius,
-                    length: cylinder.length,
-                    reflectance: cylinder.reflectance.clone(),
-                    collector_transmittance: cylinder.collector_transmittance,
-                }),
+                Section::Cylinder(cylinder) => {
+                    let (radius, length) = (cylinder.radius, cylinder.length);
+                    let (reflectance, cover) = (cylinder.reflectance.clone(), cylinder.collector_transmittance);
+                    match frame.is_level() {
+                        true => Guide::Straight(StraightGuide {
+                            radius,
+                            length,
+                            reflectance,
+                            collector_transmittance: cover,
+                        }),
+                        false => Guide::Bent(BentGuide::new(radius, &[(length, frame.outward())], reflectance, cover)),
+                    }
+                }
                 Section::Bend(bend) => {
                     let turn = unit_vector(-description.rotation);
-                    let turned = |axis: DVec3| turn.rotate(axis.truncate()).extend(axis.z);
+                    let turned = |axis: DVec3| frame.direction_in_room(turn.rotate(axis.truncate()).extend(axis.z));
                     let segments: Vec<_> =
                         bend.segments.iter().map(|(length, axis)| (*length, turned(*axis))).collect();
                     let (reflectance, cover) = (bend.reflectance.clone(), bend.collector_transmittance);
                     Guide::Bent(BentGuide::new(bend.radius, &segments, reflectance, cover))
                 }
-                Section::Facets { .. } => Guide::Mesh(mesh(description, tube.opening_radius)?),
+                Section::Facets { .. } => {
+                    Guide::Mesh(mesh(description, tube.opening_radius)?.turned(frame.turn().copied()))
+                }
             },
         };
         let section = match &tube.shape {
@@ -176,7 +186,7 @@ impl TraceableTube {
         Ok(Self {
             face: tube.face,
             hangs: tube.hangs(),
-            frame: tube.frame(enclosure),
+            frame,
             opening: tube.opening(),
             pipe_radius: tube.opening_radius,
             transition_transmittance: tube.transition.map_or(1.0, |transition| transition.transmittance),
