@@ -34,9 +34,10 @@ export function fit(app, narrow) {
   const year = yearShown();
   const high = (held.parentElement?.clientHeight ?? 0) - (year ? STRIP : 0);
   const space = { width: held.clientWidth, height: narrow ? 0.85 * innerHeight : high };
-  // charts have no proportions of their own: two of them share the height of the plan
-  const beside = year ? { width: 2, height: narrow ? 1 : 2 } : sectionExtent();
-  held.style.gridTemplate = stage({ width, height: depth }, beside, space, narrow);
+  const { template, height, most } = stage({ width, height: depth }, year ? null : sectionExtent(), space, narrow);
+  held.style.gridTemplate = template;
+  held.style.height = height ? `${height}px` : "";
+  held.style.setProperty("--most", most ? `${most}px` : "none");
   for (const part of app.querySelectorAll(`.middle, ${DRAWINGS.map((name) => `.middle svg.${name}`)}`)) {
     if (!followed.has(part)) sizes.observe(part);
     followed.add(part);

@@ -20,7 +20,7 @@ import { prediction } from "./prediction.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers, readOut } from "./results.js";
 import { section } from "./section.js";
-import { known, remember, share, take, unpacked } from "./share.js";
+import { forget, known, remember, share, take, unpacked } from "./share.js";
 import { sky } from "./sky.js";
 import { drawnBy, set, setYear, state } from "./state.js";
 import { html, nothing, render } from "./vendor/lit-html.js";
@@ -175,8 +175,8 @@ async function start() {
     event.preventDefault();
     undo();
   });
-  const follow = (/** @type {Awaited<ReturnType<typeof unpacked>>} */ linked) => {
-    if (!linked) return;
+  const unread = () => set({ said: "The link holds no document that can be read." });
+  const follow = (/** @type {NonNullable<Awaited<ReturnType<typeof unpacked>>>} */ linked) => {
     const lux = linked.draft.grids?.[0]?.target_lux;
     const goal = linked.goal ?? (lux ? { lux, of: /** @type {const} */ ("mean") } : null);
     if (goal) set({ goal });
@@ -197,7 +197,14 @@ async function start() {
     set({ tab: "year" });
     void takeFile(file);
   });
-  addEventListener("hashchange", () => void unpacked(location.hash).then(follow));
+  addEventListener("hashchange", async () => {
+    const linked = await unpacked(location.hash);
+    if (linked) return follow(linked);
+    if (!location.hash) return;
+    // the document that is shown stays, and its address
+    forget();
+    unread();
+  });
   const linked = location.hash;
   const shared = await unpacked(linked);
   const lists = Promise.all([api.get("/v1/skies"), listed()]).then(([{ skies }, cities]) => {
@@ -207,7 +214,7 @@ async function start() {
   });
   if (shared) follow(shared);
   else await open("bathroom").catch((error) => set({ problem: api.problemOf(error) }));
-  if (linked && !shared) set({ said: "The link holds no document that can be read." });
+  if (linked && !shared) unread();
   await lists;
 }
 

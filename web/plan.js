@@ -162,7 +162,7 @@ function axis(tube, at) {
   const [x, y] = tube.centre_m;
   const points = joints(tube.segments, openingOf(state.draft.room, tube).outward).map((joint) => `${across(at, x + joint[0])},${down(at, y + joint[1])}`);
   return isInFace(tube) || tube.segments.some(({ tilt_deg }) => tilt_deg)
-    ? svg`<polyline class="axis" points=${points.join(" ")}></polyline>`
+    ? svg`<polyline class="axis ground" points=${points.join(" ")}></polyline><polyline class="axis" points=${points.join(" ")}></polyline>`
     : nothing;
 }
 

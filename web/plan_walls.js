@@ -41,23 +41,25 @@ function lines(room, at) {
       const [[ax, ay], [bx, by]] = wall;
       const [x1, y1, x2, y2] = [across(at, ax), down(at, ay), across(at, bx), down(at, by)];
       const add = (/** @type {MouseEvent} */ event) => edge < own && addAt(event, edge, at);
-      return svg`${isInner(sides, wall) ? length(room, at, wall) : nothing}<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
+      return svg`${isInner(sides, wall) ? length(room, at, wall, edge < own ? LEAST : LEAST_IN_HOLES) : nothing}<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
         class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`;
     });
 }
 
-/** Distance of a wall's length from the wall, in units of the drawing. */
+/** Distance of a wall's length from the wall, and least walls of which it is told: those of a hole share the space in it; in units of the drawing. */
 const APART = 13;
+const LEAST = 3 * APART;
+const LEAST_IN_HOLES = 9 * APART;
 
 /** True of a wall on no side of the room's extent, beside which there is space for its length. @param {ReturnType<typeof extent>} sides @param {import("./outline.js").Segment} wall */
 function isInner({ west, east, south, north }, [[ax, ay], [bx, by]]) {
   return !(ax === bx && (ax === west || ax === east)) && !(ay === by && (ay === south || ay === north));
 }
 
-/** Length of a wall, outside the room beside it. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at @param {import("./outline.js").Segment} wall */
-function length(room, at, [[ax, ay], [bx, by]]) {
+/** Length of a wall, outside the room beside it. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at @param {import("./outline.js").Segment} wall @param {number} least */
+function length(room, at, [[ax, ay], [bx, by]], least) {
   const metres = Math.hypot(bx - ax, by - ay);
-  if (metres * at.k < 3 * APART) return nothing;
+  if (metres * at.k < least) return nothing;
   const [x, y, east, north] = [(ax + bx) / 2, (ay + by) / 2, (by - ay) / metres, (ax - bx) / metres];
   const side = isInside(rings(room), [x + 0.01 * east, y + 0.01 * north]) ? -APART : APART;
   return svg`<text class="measure length" x=${across(at, x) + 1.8 * side * east} y=${down(at, y) - side * north + 4}>${Number(metres.toFixed(2))} m</text>`;

@@ -60,13 +60,13 @@ export function numbers({ job, grid }) {
   } else if (outside.sky + outside.sun > 0) {
     rows.push(["inside / outside", `${((100 * of.mean_lux) / (outside.sky + outside.sun)).toPrecision(2)}\u202f%`]);
   }
-  const above = (of.area_above ?? []).map(
+  const levels = of.area_above ?? [];
+  const above = levels.map(
     ({ lux, percent }) =>
-      html`<tr><th scope="row">${lux} lx</th><td><meter min="0" max="100" value=${percent}
-        aria-label=${`area with ${lux} lx or more`}></meter></td><td>${percent.toFixed(0)}\u202f%</td></tr>`,
+      html`<td><meter min="0" max="100" value=${percent} aria-label=${`area with ${lux} lx or more`}></meter>${percent.toFixed(0)}\u202f%</td>`,
   );
   return html`<div class="blocks"><dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-    <table class="above"><caption>Area that has at least</caption><tbody>${above}</tbody></table>
+    <table class="above"><caption>Area that has at least</caption><thead><tr>${levels.map(({ lux }, at) => html`<th scope="col">${lux}${at === levels.length - 1 ? "\u202flx" : ""}</th>`)}</tr></thead><tbody><tr>${above}</tr></tbody></table>
     ${tubes(job)}${origins({ job, grid })}</div>${criteria({ job, grid })}`;
 }
 

@@ -76,9 +76,12 @@ export async function remember() {
 /** The address is the document's and the target's already, but for a year. @param {JobDocument} draft */
 export const known = (draft) => Object.assign(written, { draft, rest: state.tab === "year" ? "" : rest() });
 
+/** Lets the address be written anew. */
+export const forget = () => void (written.draft = null);
+
 /** Copies the address of the page. */
 export async function share() {
-  written.draft = null;
+  forget();
   await remember();
   const copied = await navigator.clipboard?.writeText(location.href).then(
     () => true,
