@@ -241,11 +241,12 @@ impl JobDocument {
         }
     }
 
-    /// Checks that the sun's position is given exactly once: by the sky, or by location and time.
+    /// Checks that the sun's position is given exactly once, by the sky, or by location and time, or not at all where it is not needed.
     fn check_sun(&self, checks: &mut Checks) {
         let Some(sky) = &self.sky else { return };
         match (sky.sun_position, &self.location, &self.time) {
             (Some(_), None, None) | (None, Some(_), Some(_)) => {}
+            (None, ..) if !sky.needs_sun() => {}
             (Some(_), _, _) => {
                 let detail = "must be left out if `location` or `time` is given: the sun's position is either this one \
                               or follows from `location` and `time`";

@@ -96,10 +96,19 @@ pub struct SunProvenance {
     pub normal_illuminance_lux: f64,
     /// Unobstructed horizontal illuminance of the beam alone, in lux.
     pub horizontal_illuminance_lux: f64,
-    /// Apparent altitude of the sun in degrees.
-    pub altitude_deg: f64,
-    /// Azimuth of the sun in degrees, clockwise from north, 0..360.
-    pub azimuth_deg: f64,
+    /// Apparent altitude of the sun in degrees; absent where the document gives no position, because the light does not depend on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub altitude_deg: Option<f64>,
+    /// Azimuth of the sun in degrees, clockwise from north, 0..360; absent as the altitude is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub azimuth_deg: Option<f64>,
+}
+
+impl SunProvenance {
+    /// Returns altitude and azimuth in degrees; `None` where the document gives no position.
+    pub fn position_deg(&self) -> Option<[f64; 2]> {
+        Some([self.altitude_deg?, self.azimuth_deg?])
+    }
 }
 
 /// Source of the beam's illuminance.
@@ -135,6 +144,8 @@ pub enum RefractionProvenance {
     },
     /// The document gives the sun's position, which is taken as the apparent one.
     Given,
+    /// The document gives no position: the light does not depend on where the sun is.
+    NotNeeded,
 }
 
 /// Representation of a tube's guide.

@@ -113,6 +113,11 @@ impl Axes {
         points.into_iter().map(|(x, y)| self.at(x, y)).filter(|place| self.within.contains(*place)).collect()
     }
 
+    /// Draws the frame of the figure again, where something was drawn over it.
+    pub fn draw_frame(&self, drawing: &mut Drawing) {
+        drawing.line(Outline::rectangle(self.within.from, self.within.to), Line::new(Colour::Muted, 1.0));
+    }
+
     /// Draws grid lines, frame, labels and titles; items drawn later cover them.
     pub fn draw(&self, drawing: &mut Drawing) {
         let Rectangle { from, to } = self.within;
@@ -130,7 +135,7 @@ impl Axes {
         }
         drawing.line(faint, Line::new(Colour::Faint, 0.5));
         drawing.line(grid, Line::new(Colour::Faint, 1.0));
-        drawing.line(Outline::rectangle(from, to), Line::new(Colour::Muted, 1.0));
+        self.draw_frame(drawing);
         let label = Type::new(LABEL_SIZE, Colour::Ink);
         for tick in &self.x.ticks {
             let at = DVec2::new(self.at(tick.value, self.y.from).x, to.y + 18.0);

@@ -109,7 +109,7 @@ pub struct PlanMap {
 impl PlanMap {
     /// Draws the figure; an error if the number of values is not that of the cells.
     pub fn draw(&self) -> Result<Drawing, OutputError> {
-        let [low, high] = self.ends();
+        let [low, high] = self.room.bounds();
         let room = (high - low).max(DVec2::splat(1e-3));
         let scale = (MOST / room).min_element();
         let plan = room * scale;
@@ -121,7 +121,6 @@ impl PlanMap {
         let within = Rectangle { from: DVec2::new(left, top), to: DVec2::new(left, top) + plan };
         let size = DVec2::new(width, within.to.y.max(top + 240.0) + axes::BELOW + LEGEND_HEIGHT + 4.0);
         let mut drawing = Drawing::new(size, self.heading.title.as_str());
-        self.heading.draw(&mut drawing);
         let axis = |title: &str, from: f64, metres: f64| {
             Axis::linear(title, [from, from + metres], ticks_in(metres * scale), Steps::Decimal)
         };
@@ -138,7 +137,11 @@ impl PlanMap {
             }
             self.hatch(&mut drawing, &cells);
         }
-        self.room.cover_outside(&mut drawing, &axes);
+        // cells at the walls may reach beyond the room
+        let covered = Rectangle { from: within.from.min(cells.place.from), to: within.to.max(cells.place.to) };
+        self.room.cover_outside(&mut drawing, &axes, covered);
+        axes.draw_frame(&mut drawing);
+        self.heading.draw(&mut drawing);
         self.room.draw_objects_and_tubes(&mut drawing, &axes);
         self.room.draw_outline(&mut drawing, &axes);
         let fine = smooth.cells_in(&axes);
@@ -168,12 +171,6 @@ impl PlanMap {
         self.scale.draw(&mut drawing, bar, self.unit);
         draw_north(&mut drawing, DVec2::new(bar_left + 22.0, top + 0.5 * NORTH_HEIGHT), self.room.rotation_deg);
         Ok(drawing)
-    }
-
-    /// Returns the south-western and north-eastern corner of the drawn region in metres: that of the room and the grid.
-    fn ends(&self) -> [DVec2; 2] {
-        let [low, high] = self.room.bounds();
-        [low.min(self.grid.from_m), high.max(self.grid.to_m)]
     }
 
     /// Draws discs in the colours of the values at points, each with its number where points are few.
@@ -376,6 +373,27 @@ mod tests {
         let texts = |cells| map(cells, Numbers::Shown).draw().unwrap().texts().count();
         assert!(texts([16, 24]) > 16 * 24);
         assert!(texts([160, 240]) < 100);
+    }
+
+    /// Cells that reach beyond the walls do not widen the frame, and cover neither heading nor scale.
+    #[test]
+    fn cells_beyond_the_walls_are_cut() {
+        let drawn = |to_m: DVec2| {
+            let mut map = map([16, 24], Numbers::Hidden);
+            map.grid.to_m = to_m;
+            map.draw().unwrap()
+        };
+        let [whole, cut] = [DVec2::new(4.0, 6.0), DVec2::new(4.2, 6.2)].map(drawn);
+        assert_eq!(whole.size, cut.size);
+        let kind = |item: &Item| match item {
+            Item::Words(_) => "words",
+            Item::Shape(_) => "shape",
+            Item::Picture(_) => "picture",
+        };
+        let kinds: Vec<&str> = cut.items.iter().map(kind).collect();
+        let picture = kinds.iter().position(|kind| *kind == "picture").unwrap();
+        let title = cut.items.iter().position(|item| matches!(item, Item::Words(words) if words.text == "floor"));
+        assert!(title.unwrap() > picture + 1);
     }
 
     /// An L-shaped plan covers the cells outside, and points are drawn as discs with their values.

@@ -41,14 +41,14 @@ impl RoomPlan {
         [corners().fold(DVec2::INFINITY, DVec2::min), corners().fold(DVec2::NEG_INFINITY, DVec2::max)]
     }
 
-    /// Covers the parts of a figure within its axes that lie outside of all outlines or in a hole of one.
-    pub fn cover_outside(&self, drawing: &mut Drawing, axes: &Axes) {
+    /// Covers the parts of a rectangle that lie outside of all outlines or in a hole of one.
+    pub fn cover_outside(&self, drawing: &mut Drawing, axes: &Axes, place: Rectangle) {
         let (outlines, holes): (Vec<_>, Vec<_>) = self.rings.iter().partition(|ring| is_outline(ring.as_slice()));
         if outlines.is_empty() {
             return;
         }
         // y points down in the figure, where outlines run against the rectangle, so that the windings cancel inside
-        let mut cover = Outline::rectangle(axes.within.from, axes.within.to);
+        let mut cover = Outline::rectangle(place.from, place.to);
         cover.0.extend(outlines.into_iter().flat_map(|ring| Outline::polygon(ring_at(ring, axes)).0));
         drawing.fill(cover, Colour::Paper, 1.0);
         for hole in holes {

@@ -54,10 +54,10 @@ pub fn section(
     let objects = objects.into_iter().chain(plane.meshes_beside(subject)).collect();
     let cut = [cut, of_mesh_objects, of_mesh_tubes].concat();
     let frame_of = |tube: &TubeDocument| frame_of(tube, enclosure.as_ref());
-    let sun = provenance.and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
-    let toward_sun = sun.map(|sun| {
-        let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
-        direction(sun.altitude_deg.to_radians(), azimuth)
+    let sun = provenance.and_then(|provenance| provenance.sun).filter(|sun| sun.on);
+    let position = sun.and_then(|sun| sun.position_deg()).filter(|[altitude_deg, _]| *altitude_deg > 0.0);
+    let toward_sun = position.map(|[altitude_deg, azimuth_deg]| {
+        direction(altitude_deg.to_radians(), (azimuth_deg - document.room.rotation_deg).to_radians())
     });
     let has_light = document.sky.is_some() || document.annual.is_some();
     let lit = document.tubes.iter().enumerate().filter_map(|(number, tube)| match tube {

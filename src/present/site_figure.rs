@@ -133,8 +133,8 @@ fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Dr
 
 fn sky_figure(subject: &Subject, document: &JobDocument, provenance: &Provenance) -> Option<Drawing> {
     let (zenith, sun) = (provenance.zenith?, provenance.sun?);
-    let (altitude, azimuth) = (sun.altitude_deg.to_radians(), sun.azimuth_deg.to_radians());
-    let toward_sun = direction(altitude, azimuth);
+    let position = sun.position_deg().map(|position| position.map(f64::to_radians));
+    let toward_sun = position.map_or(DVec3::Z, |[altitude, azimuth]| direction(altitude, azimuth));
     let sky_type = document.sky.as_ref()?.sky_type(toward_sun, document.time.as_deref())?;
     let distribution = SkyDistribution::new(sky_type, toward_sun);
     let mut sky = Sky::new(distribution, zenith.zenith_luminance_cd_m2);
@@ -143,21 +143,22 @@ fn sky_figure(subject: &Subject, document: &JobDocument, provenance: &Provenance
         // the figure is turned to north, whatever the room's rotation
         sky.surroundings = Some(surroundings.around(&open, 0.0).common);
     }
-    let is_up = altitude > 0.0;
+    let is_up = position.is_none_or(|[altitude, _]| altitude > 0.0);
     let [of_sky, of_sun] = [zenith.horizontal_illuminance_lux, sun.horizontal_illuminance_lux];
+    let place = sun.position_deg().map_or(String::new(), |[altitude_deg, azimuth_deg]| {
+        format!(" · sun at altitude {altitude_deg:.1}°, azimuth {azimuth_deg:.1}°")
+    });
     let level = format!(
-        "horizontal illuminance: sky {} lx, sun {} lx · zenith {} cd/m² · sun at altitude {:.1}°, azimuth {:.1}°",
+        "horizontal illuminance: sky {} lx, sun {} lx · zenith {} cd/m²{place}",
         significant(of_sky, 3),
         significant(of_sun, 3),
         significant(zenith.zenith_luminance_cd_m2, 3),
-        sun.altitude_deg,
-        sun.azimuth_deg
     );
     let heading = subject.heading(format!("Sky, {}", subject.name()), vec![subject.circumstances(), level]);
     let looked_up = is_up.then(|| LookedUp::new(&sky));
     let luminance = |direction: DVec3| looked_up.as_ref().map_or(0.0, |sky| sky.luminance(direction));
-    let sun = SunAt { altitude, azimuth, label: None };
-    Some(sky_dome(&heading, luminance, Some(&sun), &path(document)))
+    let sun = position.map(|[altitude, azimuth]| SunAt { altitude, azimuth, label: None });
+    Some(sky_dome(&heading, luminance, sun.as_ref(), &path(document)))
 }
 
 /// Computes the directions of the sun over the day of the document, by its own clock; none without place and time.

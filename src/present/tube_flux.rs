@@ -100,8 +100,8 @@ pub fn tube_flux(
         fluxes.push(TubeFluxAt {
             sky: pair.sky,
             time: pair.time,
-            sun_altitude_deg: provenance.sun.map(|sun| sun.altitude_deg),
-            sun_azimuth_deg: provenance.sun.map(|sun| sun.azimuth_deg),
+            sun_altitude_deg: provenance.sun.and_then(|sun| sun.altitude_deg),
+            sun_azimuth_deg: provenance.sun.and_then(|sun| sun.azimuth_deg),
             sky_horizontal_illuminance_lux: outside.0,
             sun_horizontal_illuminance_lux: outside.1,
             of_sky: None,

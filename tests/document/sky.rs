@@ -186,10 +186,54 @@ fn place_and_time() {
     // the apparent altitude, as in tests/reference/sun_positions.csv
     let document = parse(&located(json!("2011-09-15T15:00:00+02:00"))).unwrap();
     let (_, _, provenance) = to_scene(&document, &SquarePipe).unwrap();
-    assert!((provenance.sun.unwrap().altitude_deg - 32.4806).abs() < 1e-3);
-    assert!((provenance.sun.unwrap().azimuth_deg - 214.6021).abs() < 1e-3);
+    assert!((provenance.sun.unwrap().altitude_deg.unwrap() - 32.4806).abs() < 1e-3);
+    assert!((provenance.sun.unwrap().azimuth_deg.unwrap() - 214.6021).abs() < 1e-3);
     // a leap second is not a panic
     let _ = parse(&located(json!("2016-12-31T23:59:60Z")));
+}
+
+/// Where neither the luminances nor their level depend on the sun, its position may be left out: the light is the same as with any position, and
+/// results tell none. A beam, an indicatrix, or a level that follows from the altitude needs it.
+#[test]
+fn a_sky_that_does_not_depend_on_the_sun_needs_no_position() {
+    let scene = |document: &Value| to_scene(&parse(document).unwrap(), &SquarePipe).unwrap();
+    let lux = json!({ "diffuse_horizontal_illuminance_lux": 9000 });
+    let of = |name: &str, sky: Value| {
+        let mut fields = lux.clone();
+        fields[name] = sky;
+        fields
+    };
+    let mut independent: Vec<Value> = [1, 3, 5, 16].map(|number| of("cie_type", json!(number))).to_vec();
+    independent.push(of("preset", json!("ies_overcast")));
+    independent.push(json!({ "cie_type": 1, "zenith_luminance_cd_m2": 4000, "direct_normal_illuminance_lux": 0 }));
+    for sky in independent {
+        let (scene_of_none, warnings, provenance) = scene(&with(base(), "/sky", sky.clone()));
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let provenance = serde_json::to_value(provenance).unwrap();
+        assert_eq!(provenance["refraction"], json!({ "kind": "not_needed" }));
+        let sun = &provenance["sun"];
+        assert!(sun.get("altitude_deg").is_none() && sun.get("azimuth_deg").is_none() && sun["on"] == false, "{sun}");
+        for (altitude, azimuth) in [(8, 10), (45, 200), (80, 300)] {
+            let mut located = with(base(), "/sky", sky.clone());
+            located["sky"]["sun_position"] = json!({ "altitude_deg": altitude, "azimuth_deg": azimuth });
+            let (scene, ..) = scene(&located);
+            let [one, other] = [&scene_of_none, &scene].map(|of| of.daylight.as_ref().unwrap().sky.as_ref().unwrap());
+            for toward in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [-0.5, 0.7, 0.3]] {
+                let toward = glam::DVec3::from(toward).normalize();
+                assert_eq!(one.luminance(toward), other.luminance(toward), "{sky}");
+            }
+        }
+    }
+    let mut dependent: Vec<Value> =
+        (2..16).filter(|number| ![3, 5].contains(number)).map(|number| of("cie_type", json!(number))).collect();
+    dependent.push(json!({ "cie_type": 1 }));
+    dependent.push(json!({ "cie_type": 1, "dv_ev": 0.3 }));
+    dependent.push(json!({ "preset": "ies_overcast" }));
+    dependent.push(of("preset", json!("ies_clear")));
+    dependent.push(json!({ "cie_type": 1, "zenith_luminance_cd_m2": 4000, "direct_normal_illuminance_lux": 1 }));
+    for sky in dependent {
+        given::refused(&with(base(), "/sky", sky), "/sky/sun_position", FieldErrorCode::Invalid);
+    }
 }
 
 #[test]

@@ -84,6 +84,7 @@ fn changed(document: &Value, change: Change) -> Option<(Value, Equal)> {
             Equal::WithinErrors
         }
         Change::Model => {
+            document["room"]["size_m"].as_array()?;
             let size = three(&document["room"]["size_m"]);
             let room = changed["room"].as_object_mut()?;
             room.remove("size_m");

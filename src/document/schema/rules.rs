@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use crate::document::limits::TURBID_TYPES;
 use crate::document::method;
+use crate::sky::{CieType, IesSky, SkyType};
 
 /// Returns the rules between fields that a schema can express, each with the name of its component.
 pub fn rules() -> Vec<(&'static str, Value)> {
@@ -22,6 +23,16 @@ pub fn rules() -> Vec<(&'static str, Value)> {
     ] });
     let open_ceiling = json!({ "properties": { "surfaces": { "required": ["ceiling"], "properties": { "ceiling": {
         "required": ["open"], "properties": { "open": { "const": true } } } } } }, "required": ["surfaces"] });
+    let independent = json!({ "anyOf": [
+        { "required": ["cie_type"], "properties": { "cie_type": { "enum": independent_types() } } },
+        { "required": ["preset"], "properties": { "preset": { "const": IesSky::Overcast.name() } } },
+    ] });
+    let no_beam = any([
+        absent("direct_normal_illuminance_lux"),
+        json!({ "properties": { "direct_normal_illuminance_lux": { "const": 0 } } }),
+    ]);
+    let level = any([given("zenith_luminance_cd_m2"), given("diffuse_horizontal_illuminance_lux")]);
+    let needs_sun = json!({ "not": all([independent, no_beam, level]) });
     let job = [
         // at least one output
         json!({ "properties": { "grids": { "maxItems": 0 }, "views": { "maxItems": 0 } } }),
@@ -48,7 +59,7 @@ pub fn rules() -> Vec<(&'static str, Value)> {
             with_sky(all([json!({ "required": ["sun_position"] }), sun_position("object")])),
             any([given("location"), given("time")]),
         ]),
-        all([with_sky(sun_position("null")), any([absent("location"), absent("time")])]),
+        all([with_sky(all([sun_position("null"), needs_sun])), any([absent("location"), absent("time")])]),
         // some methods make no pictures
         json!({ "required": ["method", "views"],
                 "properties": { "method": grids_only, "views": { "minItems": 1 } } }),
@@ -109,6 +120,11 @@ pub fn rules() -> Vec<(&'static str, Value)> {
         ("MeshObject", any(mesh_object)),
         ("GridDocument", any(grid)),
     ]
+}
+
+/// Lists the numbers of the types whose luminances are the same wherever the sun is.
+fn independent_types() -> Vec<u8> {
+    CieType::all().filter(|cie_type| !SkyType::Cie(*cie_type).depends_on_sun()).map(CieType::number).collect()
 }
 
 fn given(field: &str) -> Value {

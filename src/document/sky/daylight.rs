@@ -1,5 +1,6 @@
 //! Sky and sun of a document: position of the sun, absolute level of the sky, and beam.
 
+use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
 
 use super::time::instant;
@@ -39,7 +40,7 @@ pub struct Explained {
     pub refraction: RefractionProvenance,
 }
 
-/// Apparent position of the sun in radians, with the azimuth clockwise from true north.
+/// Apparent position of the sun in radians, with the azimuth clockwise from true north: the zenith where it is not needed.
 struct Apparent {
     altitude: f64,
     azimuth: f64,
@@ -53,6 +54,9 @@ fn sun_position(sky: &SkyDocument, around: Circumstances) -> Result<Apparent, Fi
             azimuth: position.azimuth_deg.to_radians(),
             refraction: RefractionProvenance::Given,
         });
+    }
+    if !sky.needs_sun() && (around.time.is_none() || around.location.is_none()) {
+        return Ok(Apparent { altitude: FRAC_PI_2, azimuth: 0.0, refraction: RefractionProvenance::NotNeeded });
     }
     let time = around.time.ok_or_else(|| FieldError::missing("/time"))?;
     let location = around.location.ok_or_else(|| FieldError::missing("/location"))?;
@@ -125,6 +129,7 @@ pub(crate) fn daylight(
         | ZenithFormula::IesHorizontalIlluminance
         | ZenithFormula::LuminousEfficacy => (None, None),
     };
+    let has_position = apparent.refraction != RefractionProvenance::NotNeeded;
     Some(Explained {
         zenith: ZenithProvenance {
             formula: formula.into(),
@@ -141,8 +146,8 @@ pub(crate) fn daylight(
             source,
             normal_illuminance_lux: daylight.sun.map_or(0.0, |sun| sun.normal_illuminance_lux),
             horizontal_illuminance_lux: sun_lux,
-            altitude_deg: altitude.to_degrees(),
-            azimuth_deg: apparent.azimuth.to_degrees().rem_euclid(360.0),
+            altitude_deg: has_position.then(|| altitude.to_degrees()),
+            azimuth_deg: has_position.then(|| apparent.azimuth.to_degrees().rem_euclid(360.0)),
         },
         refraction: apparent.refraction,
         daylight,

@@ -44,7 +44,8 @@ pub struct SkyDocument {
     /// All-weather sky of Perez, in place of a CIE type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perez: Option<PerezDocument>,
-    /// Position of the sun, in place of `location` and `time`.
+    /// Position of the sun, in place of `location` and `time`. None of them is needed under a sky whose luminances are the same wherever the
+    /// sun is (`cie_type` 1, 3, 5 and 16, preset `ies_overcast`), with a given luminance or illuminance and without a beam.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_position: Option<SunPositionDocument>,
     /// Luminance of the zenith in cd/m2, 0..1e9.
@@ -102,6 +103,15 @@ impl SkyDocument {
         luminous_turbidity: None,
         direct_normal_illuminance_lux: Some(0.0),
     };
+
+    /// True if the light depends on where the sun is: unless the sky has no indicatrix, its level is given, and there is no beam.
+    pub fn needs_sun(&self) -> bool {
+        let has_level = self.zenith_luminance_cd_m2.is_some() || self.diffuse_horizontal_illuminance_lux.is_some();
+        let has_beam = self.direct_normal_illuminance_lux.is_some_and(|beam| beam > 0.0);
+        // parameters of measurements follow from the sun's altitude
+        let depends = self.perez.is_some() || self.sky_type(DVec3::Z, None).is_none_or(SkyType::depends_on_sun);
+        !has_level || has_beam || depends
+    }
 
     /// Returns the sky's type under a sun at the unit vector `sun`, at `time` in RFC 3339; `None` if the document names none, two, or one that
     /// does not exist.

@@ -62,6 +62,19 @@ impl SkyType {
         }
     }
 
+    /// True if the luminances depend on where the sun is: false without an indicatrix (c = e = 0), as of types 1, 3, 5 and 16 of the CIE and the
+    /// overcast sky of the IES.
+    ///
+    /// ```
+    /// use skyduct_physics::sky::{CieType, SkyType};
+    ///
+    /// let independent = CieType::all().filter(|cie_type| !SkyType::Cie(*cie_type).depends_on_sun());
+    /// assert_eq!(independent.map(CieType::number).collect::<Vec<_>>(), [1, 3, 5, 16]);
+    /// ```
+    pub fn depends_on_sun(self) -> bool {
+        self.parameters().is_some_and(|[_, _, c, _, e]| c != 0.0 || e != 0.0)
+    }
+
     /// True for the skies that have no direct beam, under which results have daylight factors: types 1 to 6 and 16 of the CIE, and the
     /// overcast sky of the IES. Free parameters tell nothing of the beam.
     pub fn is_sunless(self) -> bool {

@@ -3,6 +3,7 @@
 //! Values are drawn as shares of what they have to fit into, so that each document is valid as it is made; smaller and
 //! simpler ones are what proptest shrinks to.
 
+mod lies;
 mod meshes;
 mod outputs;
 mod room;
@@ -18,6 +19,7 @@ pub use meshes::{MeshName, Meshes, UNITS};
 pub use room::{placed, turned};
 pub use values::three;
 
+use lies::{lie, place};
 use outputs::{in_room, outputs, view_in};
 use room::room;
 use sky::{sky, surroundings};
@@ -43,12 +45,12 @@ pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
         let everything = (
             room(kind, coloured),
             tubes(kind, coloured),
-            (sky(kind), surroundings(kind)),
+            (sky(kind), surroundings(kind), lie(kind)),
             outputs(kind),
             effects(kind),
             any::<u32>(),
         );
-        everything.prop_map(move |(room, tubes, ((sky, place), surroundings), outputs, effects, seed)| {
+        everything.prop_map(move |(room, tubes, ((sky, located), surroundings, lie), outputs, effects, seed)| {
             let size = sizes(&room);
             let objects = room["objects"].as_array().unwrap();
             let lit = !room["luminaires"].as_array().unwrap().is_empty();
@@ -70,10 +72,11 @@ pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
             if let Some(surroundings) = surroundings {
                 document["surroundings"] = surroundings;
             }
-            if let Some((location, time)) = place {
+            if let Some((location, time)) = located {
                 document["location"] = location;
                 document["time"] = json!(time);
             }
+            place(&mut document, lie);
             document
         })
     })
