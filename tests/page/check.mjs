@@ -6,6 +6,7 @@ import { join } from "node:path";
 import * as answers from "./answers.mjs";
 import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
+import * as openings from "./openings.mjs";
 import * as outlines from "./outlines.mjs";
 import * as outside from "./outside.mjs";
 import { drawsAHall, drawsPartitions, touches, types, typesAPlace } from "./plans.mjs";
@@ -34,6 +35,13 @@ async function fills(visitor) {
       const below = await page.evaluate(() => document.documentElement.scrollHeight - innerHeight);
       assert(width < 1200 || below <= 1, `the page ends ${below} px below the screen`);
     }
+  }
+  // beside and below plans of any proportions
+  await page.setViewportSize({ width: 1500, height: 900 });
+  for (const name of ["corridor", "office"]) {
+    await page.locator("#preset").selectOption(name);
+    const fits = () => page.locator(".all-numbers").evaluate((panel) => panel.scrollHeight <= panel.clientHeight && panel.querySelectorAll("tr").length > 5);
+    await until(fits, `the numbers of the ${name} scroll`);
   }
   await page.setViewportSize(before);
 }
@@ -90,7 +98,15 @@ async function drags(visitor) {
 async function opensRooms(visitor) {
   const { page } = visitor;
   await visitor.open("/#d=abc");
-  await page.getByText("The link holds no document that can be read").waitFor();
+  const told = page.getByText("The link holds no document that can be read");
+  await told.waitFor();
+  // another one in an open page changes nothing
+  await told.waitFor({ state: "detached" });
+  const { draft: shown } = await visitor.state();
+  await page.evaluate(() => (location.hash = "#d=abcd"));
+  await told.waitFor();
+  await page.waitForFunction(() => location.hash.length > 100);
+  assert.deepEqual((await visitor.state()).draft, shown);
   await visitor.open("/");
   for (const name of ["corridor", "office", "attic", "thesis", "bathroom"]) {
     const { draft, grid } = JSON.parse(readFileSync(`web/presets/${name}.json`, "utf8"));
@@ -298,6 +314,7 @@ async function bringsAModel(visitor) {
   await page.getByLabel("Opening, m").fill("0.2544");
   await page.getByLabel("Opening, m").press("Enter");
   await page.waitForFunction(() => seen.current && seen.answer?.job.tubes.length === seen.draft.tubes.length);
+  await page.locator(".section .models path.pipe:not(.edge)").waitFor();
   await page.getByRole("button", { name: `Remove tube ${draft.tubes.length}` }).click();
   await visitor.current();
 }
@@ -391,6 +408,7 @@ try {
     drags,
     ...Object.values(modules),
     ...Object.values(outlines),
+    ...Object.values(openings),
     ...Object.values(liveJob),
     ...Object.values(answers),
     ...Object.values(outside),

@@ -241,8 +241,19 @@ export async function drawsModels(visitor) {
     edit(({ room }) => (room.objects = [{ kind: "mesh", mesh: id, unit: "m", instances, surfaces: { red: { reflectance: [0.8, 0.02, 0.02] } } }]));
   }, id);
   await until(async () => (await red()) > 1000, "the tables are not drawn");
+  // plan and section have their outlines: squares of one metre, turned by 20 degrees, and lines
+  const outlines = (of) => page.locator(`${of} .models .object`).evaluateAll((all) => all.map((path) => path.getAttribute("d").match(/-?[\d.]+/g).map(Number)));
+  const reach = 0.5 * (Math.cos(Math.PI / 9) + Math.sin(Math.PI / 9));
+  const [plan, section] = [await outlines(".plan"), await outlines(".section")];
+  assert.deepEqual([plan.length, section.length], [2, 2]);
+  const ends = (numbers, axis) => [Math.min, Math.max].map((of) => of(...numbers.filter((_, k) => k % 2 === axis)));
+  plan.forEach((numbers, copy) => {
+    [[0, 1], [1, 1 + 2 * copy]].forEach(([axis, middle]) => ends(numbers, axis).forEach((end, side) => assert(Math.abs(end - middle - (side ? reach : -reach)) < 1e-3, `${numbers}`)));
+  });
+  for (const numbers of section) assert.deepEqual(ends(numbers, 1), [1.5, 1.5]);
   await page.evaluate(async () => (await import("/web/live.js")).undo());
   await until(async () => (await red()) === 0, "the tables stay");
+  assert.deepEqual(await outlines(".plan"), []);
   await page.locator(".space > summary").click();
   await visitor.rests();
 }
