@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 use serde_json::{Value, json};
+use skyduct::document::result::MeshesResult;
 use skyduct::document::to_scene;
 use skyduct::document::tube_flux::TubeFluxDocument;
 use skyduct::scene::{OpeningPlane, Scene, TubeShape};
 
-use crate::given::{SquarePipe, errors, with};
+use crate::given::{SquarePipe, errors, mesh_tube, with};
 use crate::schema::parse;
 
 /// An attic of 5 m x 4 m below a slope of 35 degrees that rises toward the north, with a tube through the slope.
@@ -134,12 +135,39 @@ fn faults_have_their_places() {
         let found = errors(&document);
         assert!(found.0.iter().any(|error| error.pointer == pointer), "{pointer}: {found:?}");
     }
-    let mesh = json!({ "mesh": "pipe", "unit": "m", "centre_m": [2.5, 2.0], "normal": "face", "opening_diameter_m": 0.3,
-                       "parts": { "pipe": { "role": "pipe", "reflectance": 0.9 } } });
-    assert_eq!(errors(&with(attic(), "/tubes/0", mesh)).0[0].pointer, "/tubes/0/normal");
     let mut tube = attic()["tubes"][0].clone();
     tube.as_object_mut().unwrap().remove("centre_m");
     let flux = json!({ "tube": tube, "skies": [attic()["sky"]] });
     let found = TubeFluxDocument::from_value(flux).unwrap_err().0;
     assert_eq!(found[0].pointer, "/tube/normal");
+}
+
+/// A mesh stands on the plane of its face: its upper end is behind the opening along the normal, and its triangles lie behind that plane.
+#[test]
+fn meshes_stand_on_their_faces() {
+    let sin = 35f64.to_radians().sin();
+    for (centre, outward) in
+        [(json!([2.5, 2.0]), DVec3::new(0.0, -sin, (1.0 - sin * sin).sqrt())), (json!([2.5, 0, 1.5]), DVec3::NEG_Y)]
+    {
+        let mut tube = mesh_tube();
+        tube["centre_m"] = centre;
+        tube["normal"] = json!("face");
+        tube["rotation_deg"] = json!(30);
+        let scene = scene(&with(attic(), "/tubes/0", tube));
+        let frame = scene.tubes[0].frame(&scene.room.enclosure);
+        assert!(frame.outward().distance(outward) < 1e-9, "{}", frame.outward());
+        let end = scene.tubes[0].upper_end(&scene.room.enclosure);
+        let length = end.dot(outward);
+        assert!(length > 0.1 && end.distance(length * outward) < 1e-9, "{end}");
+        let meshes = MeshesResult::new(&scene, &[]);
+        let corners = || meshes.meshes[0].parts.iter().flat_map(|part| &part.corners_m);
+        let behind = |corner: &[f32; 3]| (DVec3::from(corner.map(f64::from)) - frame.origin).dot(outward);
+        let low = corners().map(behind).fold(f64::INFINITY, f64::min);
+        let high = corners().map(behind).fold(0.0, f64::max);
+        assert!(low.abs() < 2e-6 && (high - length).abs() < 2e-6, "{low} {high}");
+    }
+    let mut beside = mesh_tube();
+    beside["centre_m"] = json!([2.5, 0.5, 1.5]);
+    beside["normal"] = json!("face");
+    assert_eq!(errors(&with(attic(), "/tubes/0", beside)).0[0].pointer, "/tubes/0/centre_m");
 }
