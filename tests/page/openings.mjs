@@ -94,4 +94,7 @@ export async function turnsOpenings(visitor) {
   now = await tube();
   assert.deepEqual([now.normal, now.centre_m.length], [undefined, 2]);
   assert((await onWall()) >= now.diameter_m / 2 - 0.01);
+  // the next visitor finds the first room
+  await visitor.open("/");
+  await visitor.rests();
 }
