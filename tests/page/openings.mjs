@@ -96,5 +96,6 @@ export async function turnsOpenings(visitor) {
   assert((await onWall()) >= now.diameter_m / 2 - 0.01);
   // the next visitor finds the first room
   await visitor.open("/");
+  await page.waitForFunction(() => seen.answer && seen.answer.stored !== true);
   await visitor.rests();
 }
