@@ -94,8 +94,4 @@ export async function turnsOpenings(visitor) {
   now = await tube();
   assert.deepEqual([now.normal, now.centre_m.length], [undefined, 2]);
   assert((await onWall()) >= now.diameter_m / 2 - 0.01);
-  // the next visitor finds the first room
-  await visitor.open("/");
-  await page.waitForFunction(() => seen.answer && seen.answer.stored !== true);
-  await visitor.rests();
 }
