@@ -107,7 +107,8 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
         Computation::Passes(integrator) => {
             let start = integrator.start();
             estimate.begin(Some(&start), Some(&start));
-            let most = if by_default { MOST * effort.passes } else { effort.passes };
+            let passes = effort.passes.max(row.passes);
+            let most = if by_default { MOST * passes } else { passes };
             for number in 0..most {
                 let pass = integrator.pass_after(number, &estimate.carried, &AtomicBool::new(false)).unwrap();
                 estimate.push(Some(&pass), Some(&pass));
