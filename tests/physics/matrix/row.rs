@@ -21,7 +21,7 @@ pub struct Row {
     /// Times as many paths and photons as other rows have: what is found rarely has no normal error before it is found often, and what
     /// takes long is found precisely enough by fewer.
     pub work: f64,
-    /// Least number of passes: kernels shrink from pass to pass, and errors far above the mean need more to be told.
+    /// Least number of passes, where a method's estimate of its bias is noisy.
     pub passes: u64,
 }
 

@@ -52,5 +52,5 @@ pub fn beside_walls_points() -> Row {
 }
 
 pub fn beside_walls_cells() -> Row {
-    beside_walls(CellAverage).passes(24)
+    beside_walls(CellAverage)
 }

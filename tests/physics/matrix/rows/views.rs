@@ -50,7 +50,6 @@ pub fn sun_patch() -> Row {
     let tubes = [bent(lambertian(0.5, 0.4)), straight(0.5, 0.95, clear())];
     looking(sunny(room(tubes)), LOW, DVec3::new(1.9, 1.5, 1.2))
         .stored(&["bidirectional_path_tracing", "photon_mapping"])
-        .passes(24)
 }
 
 pub fn up_the_pipe() -> Row {
