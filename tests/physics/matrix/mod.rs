@@ -305,11 +305,11 @@ fn judge_entry(entry: &Entry, effort: Effort) -> Judged {
     judged
 }
 
-/// True for what other rows judge: each row has `sppm` and `ppm` by one of the laws of their radii each, and half of the rows have the
-/// solver; the long trial has all. A refusal costs nothing, and is judged everywhere.
+/// True for what other rows judge: half of the rows have `sppm` by the schedule of its radius, each has `ppm` by one of both laws, and
+/// half have the solver; the long trial has all. A refusal costs nothing, and is judged everywhere.
 fn is_left_to_others(entry: &Entry, column: &Column) -> bool {
     let place = seed(&[entry.name]);
-    let law: &[&str] = if place.is_multiple_of(2) { &["ppm", "sppm_per_point"] } else { &["ppm_per_point", "sppm"] };
+    let law: &[&str] = if place.is_multiple_of(2) { &["ppm"] } else { &["ppm_per_point", "sppm"] };
     let is_other = law.contains(&column.name) || (column.name == "holigilm" && place / 2 % 2 == 0);
     is_other && entry.refused.iter().all(|(refused, _)| *refused != column.name)
 }
