@@ -310,7 +310,7 @@ fn judge_entry(entry: &Entry, effort: Effort) -> Judged {
 fn is_left_to_others(entry: &Entry, column: &Column) -> bool {
     let place = seed(&[entry.name]);
     let law: &[&str] = if place.is_multiple_of(2) { &["ppm"] } else { &["ppm_per_point", "sppm"] };
-    let is_other = law.contains(&column.name) || (column.name == "holigilm" && place / 2 % 2 == 0);
+    let is_other = law.contains(&column.name) || (column.name == "holigilm" && (place / 2).is_multiple_of(2));
     is_other && entry.refused.iter().all(|(refused, _)| *refused != column.name)
 }
 
