@@ -91,7 +91,7 @@ fn white_furnaces_have_their_mean() {
 fn a_thousand_reflections_are_followed() {
     assert!((furnace(0.999) - 40_364.7).abs() < 0.05);
     assert!((1.0 - 0.999f64.powi(65) - 0.063).abs() < 5e-4 && (0.9f64.powi(9) - 0.387).abs() < 5e-4);
-    let (cut, mean) = traced(0.999, 512, 32);
+    let (cut, mean) = traced(0.999, 256, 16);
     assert!(cut < 1e-9, "{cut}");
     let scene = disc_room(0.999, 0.999, 0.999, 0.999, EstimateKind::CellAverage);
     let solution = solved(&scene);

@@ -1,5 +1,6 @@
 //! HOLIGILM where sunbeams from clear zones light walls, against light tracing.
 
+use std::ops::RangeInclusive;
 use std::sync::atomic::AtomicBool;
 
 use crate::documents;
@@ -130,22 +131,28 @@ fn kinds() -> Vec<(&'static str, Scene)> {
     ]
 }
 
+/// One of points and one of cells below a clear closure, an open end, and mixed closures.
+const USUAL: [&str; 4] = ["table", "cells at the foot of a wall", "high sun in a corner", "two mixed closures"];
+
 #[test]
 fn agrees_with_light_tracing() {
-    agree(&[0]);
+    agree(&[0], |name| USUAL.contains(&name));
 }
 
 #[test]
-#[ignore = "half a minute: the same with other random numbers"]
-fn agrees_with_light_tracing_with_other_seeds() {
-    agree(&[1, 2]);
+#[ignore = "a minute: other places of beams, and other random numbers"]
+fn agrees_with_light_tracing_elsewhere_and_with_other_seeds() {
+    agree(&[0], |name| !USUAL.contains(&name));
+    agree(&[1, 2], |_| true);
 }
 
-/// Every kind, with each of the seeds, sensor by sensor within four combined standard errors, corrected for the number of
+/// Kinds of these names, with each of the seeds, sensor by sensor within four combined standard errors, corrected for the number of
 /// sensors; the root mean square of a grid within 1.5 of them, where errors of few passes spread as Student's distribution
 /// does. The light is accounted for to 0.2 %.
-fn agree(seeds: &[u64]) {
-    let kinds = kinds();
+fn agree(seeds: &[u64], is_taken: impl Fn(&str) -> bool) {
+    let mut kinds = kinds();
+    kinds.retain(|(name, _)| is_taken(name));
+    assert!(!kinds.is_empty());
     let sensors: usize = kinds.iter().map(|(_, scene)| scene.grids[0].len()).sum();
     let most = two_sided_normal_quantile(1.0 - FALSE_ALARM / (sensors * seeds.len()) as f64);
     for (name, scene) in &kinds {
@@ -182,14 +189,24 @@ fn agree(seeds: &[u64]) {
     }
 }
 
-/// Sensors beside a lit wall, where patches of radiosity once were 9 % off: within four combined standard errors of light
-/// tracing's values (40 s of passes), corrected for their number, with three seeds; 0.5 % of own error and more is told.
 #[test]
 fn sensors_beside_a_lit_wall() {
+    agree_beside_a_lit_wall(1..=1);
+}
+
+#[test]
+#[ignore = "the same with other random numbers"]
+fn sensors_beside_a_lit_wall_with_other_seeds() {
+    agree_beside_a_lit_wall(2..=3);
+}
+
+/// Sensors beside a lit wall, where patches of radiosity once were 9 % off: within four combined standard errors of light
+/// tracing's values (40 s of passes), corrected for their number and three seeds; 0.5 % of own error and more is told.
+fn agree_beside_a_lit_wall(seeds: RangeInclusive<u64>) {
     let truth =
         [(169.721, 0.202), (167.018, 0.133), (172.225, 0.129), (170.855, 0.135), (161.913, 0.121), (143.268, 0.106)];
     let most = two_sided_normal_quantile(1.0 - FALSE_ALARM / (3 * truth.len()) as f64);
-    for seed in 1..=3 {
+    for seed in seeds {
         let prepared = documents::prepare("S1", |document| {
             let surface = |reflectance: f64| json!({ "reflectance": reflectance });
             *document = json!({

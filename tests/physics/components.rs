@@ -82,7 +82,7 @@ fn without(all: &[Measured], part: &[Measured]) -> Vec<Measured> {
 /// Each part as light tracing finds it in a job of its own, where all other light is switched off.
 fn truth() -> Vec<(String, Vec<Measured>)> {
     let job = |off: &[&str], dark_tube: Option<usize>| {
-        let mut document = document(&json!({ "kind": "light_tracing", "photons_per_pass": 16384 }));
+        let mut document = document(&json!({ "kind": "light_tracing", "photons_per_pass": 4096 }));
         document["effects"] = off.iter().map(|name| ((*name).to_owned(), json!("off"))).collect();
         if let Some(tube) = dark_tube {
             document["tubes"][tube]["collector"]["transmittance"] = json!(0);
@@ -106,11 +106,17 @@ fn truth() -> Vec<(String, Vec<Measured>)> {
 #[test]
 fn parts_are_the_light_of_jobs_that_have_them_alone() {
     let truth = truth();
-    let methods = ["two_stage", "light_tracing", "path_tracing", "bidirectional_path_tracing", "photon_mapping"];
+    let methods = [
+        json!({ "kind": "two_stage" }),
+        json!({ "kind": "light_tracing", "photons_per_pass": 4096 }),
+        json!({ "kind": "path_tracing", "samples_per_sensor": 64 }),
+        json!({ "kind": "bidirectional_path_tracing", "photons_per_pass": 2048, "samples_per_sensor": 32 }),
+        json!({ "kind": "photon_mapping", "photons_per_pass": 4096, "gather_rays": 64 }),
+    ];
     let sensors = truth[0].1.len();
     let least = each(FALSE_ALARM, methods.len() * truth.len() * sensors);
-    for method in methods {
-        let mut document = document(&json!(method));
+    for method in &methods {
+        let mut document = document(method);
         document["grids"][0]["components"] = json!(true);
         let grid = rendered(&document);
         let components = grid["components"].as_object().unwrap();

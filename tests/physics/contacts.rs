@@ -16,7 +16,8 @@ use crate::scenes::{built, run, sppm};
 /// Gather radius in metres: several times as wide as what the views show beside the contact, and as the sensors' distance.
 const RADIUS: f64 = 0.06;
 
-const PASSES: u64 = 24;
+/// Passes of photon mapping, which gathers by many rays, and of `sppm`.
+const PASSES: [u64; 2] = [8, 24];
 
 fn grey() -> Surface {
     Surface::diffuse([0.6; 3])
@@ -77,14 +78,14 @@ fn values(estimate: &Estimate) -> [Moments; 2] {
     [estimate.grids[0].sensors[0], estimate.views[0].blocks[0]]
 }
 
-/// Compares scenes of the same shapes with path tracing in the first: two values by two methods in each of six scenes are 24
-/// comparisons, of which one fails by chance once in 650 changes of the random numbers at 4 standard errors.
+/// Compares scenes of the same shapes with path tracing in the first: two values by two methods in each of seven scenes are 28
+/// comparisons, of which one fails by chance once in 500 changes of the random numbers at 4 standard errors.
 #[track_caller]
 fn agree(scenes: &[(&str, Scene)]) {
     let first = &scenes[0].1;
     let settings = path_tracing::Settings { samples_per_sensor: 4096, samples_per_pixel: 64 };
     let paths = built(first, &settings, 1);
-    let truth = values(&run(first, &*paths, 32));
+    let truth = values(&run(first, &*paths, 16));
     let initial_radius_m = Some(RADIUS);
     let settings =
         photon_mapping::Settings { photons_per_pass: Some(32_768), initial_radius_m, gather_rays: Some(256) };
@@ -95,7 +96,7 @@ fn agree(scenes: &[(&str, Scene)]) {
         let mapping = built(scene, &settings, 2);
         let progressive = sppm(scene, &shrinking, 3);
         for (name, found) in
-            [("photon_mapping", run(scene, &*mapping, PASSES)), ("sppm", run(scene, &*progressive, PASSES))]
+            [("photon_mapping", run(scene, &*mapping, PASSES[0])), ("sppm", run(scene, &*progressive, PASSES[1]))]
         {
             for (place, (found, truth)) in ["sensor", "view"].iter().zip(values(&found).iter().zip(&truth)) {
                 let (error, own) = (found.standard_error().hypot(truth.standard_error()), found.standard_error());
@@ -125,12 +126,20 @@ const BESIDE: DVec3 = DVec3::new(1.41, 1.0, 0.51);
 fn light_beside_what_stands_on_a_top() {
     agree(&[
         ("a box on a box", room(vec![cuboid(BELOW.0, BELOW.1), cuboid(ABOVE.0, ABOVE.1)], vec![], ON_TOP, BESIDE)),
-        ("a mesh on a box", room(vec![cuboid(BELOW.0, BELOW.1)], vec![mesh(ABOVE.0, ABOVE.1)], ON_TOP, BESIDE)),
-        ("a box on a mesh", room(vec![cuboid(ABOVE.0, ABOVE.1)], vec![mesh(BELOW.0, BELOW.1)], ON_TOP, BESIDE)),
         (
             "a mesh through a mesh",
             room(vec![], vec![mesh(BELOW.0, BELOW.1), mesh(THROUGH.0, THROUGH.1)], ON_TOP, BESIDE),
         ),
+    ]);
+}
+
+#[test]
+#[ignore = "pairs of both kinds, beside pairs of each"]
+fn light_beside_what_stands_on_a_top_of_the_other_kind() {
+    agree(&[
+        ("a box on a box", room(vec![cuboid(BELOW.0, BELOW.1), cuboid(ABOVE.0, ABOVE.1)], vec![], ON_TOP, BESIDE)),
+        ("a mesh on a box", room(vec![cuboid(BELOW.0, BELOW.1)], vec![mesh(ABOVE.0, ABOVE.1)], ON_TOP, BESIDE)),
+        ("a box on a mesh", room(vec![cuboid(ABOVE.0, ABOVE.1)], vec![mesh(BELOW.0, BELOW.1)], ON_TOP, BESIDE)),
     ]);
 }
 

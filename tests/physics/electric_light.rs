@@ -37,9 +37,9 @@ fn light_of_the_room_is_no_flux_of_a_tube() {
         luminance: [1e5; 3],
     };
     scene.room.luminaires = vec![up];
-    let traced = run(&scene, &*light_tracing(&scene, 65_536, 1), 32);
+    let traced = run(&scene, &*light_tracing(&scene, 16_384, 1), 32);
     scene.room.luminaires.clear();
-    let settings = two_stage::Settings { photons_per_pass: Some(65_536), ..Default::default() };
+    let settings = two_stage::Settings { photons_per_pass: Some(16_384), ..Default::default() };
     let stages = run(&scene, &*crate::scenes::built(&scene, &settings, 2), 32);
     let [traced, stages] = [traced, stages].map(|estimate| estimate.tubes[0].into_room);
     let error = DVec2::new(traced.standard_error(), stages.standard_error()).length();

@@ -11,8 +11,6 @@ use skyduct::statistics::interval::two_sided_student_quantile;
 use crate::documents::Beside;
 use crate::reference;
 
-const SEEDS: u64 = 20;
-
 /// The job of a stored room with a seed.
 fn prepared(room: &Value, seed: u64) -> Prepared {
     let mut job = room["job"].clone();
@@ -44,12 +42,12 @@ impl Held {
     }
 }
 
-/// Renders a room with [`SEEDS`] seeds; the truth's own error widens the intervals.
-fn held(name: &str) -> Held {
+/// Renders a room with so many seeds; the truth's own error widens the intervals.
+fn held(name: &str, seeds: u64) -> Held {
     let room = stored(name);
     let (lux, errors) = (numbers(&room["lux"]), numbers(&room["standard_error_lux"]));
     let mut held = Held::default();
-    for seed in 1..=SEEDS {
+    for seed in 1..=seeds {
         let Estimate { grids, passes, .. } =
             prepared(&room, seed).render(&Stop::default(), &mut |_, _| {}).unwrap().estimate;
         let grid = &grids[0];
@@ -75,10 +73,10 @@ fn held(name: &str) -> Held {
 }
 
 /// Shares of the intervals of these rooms; no room's sensors are below 85 %.
-fn shares_of(names: impl Iterator<Item = String>) -> [f64; 2] {
+fn shares_of(names: impl Iterator<Item = String>, seeds: u64) -> [f64; 2] {
     let mut all = Held::default();
     for name in names {
-        let room = held(&name);
+        let room = held(&name, seeds);
         assert!(room.shares()[0] >= 0.85, "{name}: {:?}", room.shares());
         for (sum, of_room) in [(&mut all.sensors, room.sensors), (&mut all.means, room.means)] {
             sum.iter_mut().zip(of_room).for_each(|(sum, value)| *sum += value);
@@ -89,18 +87,19 @@ fn shares_of(names: impl Iterator<Item = String>) -> [f64; 2] {
 }
 
 /// Four drawn rooms and an office whose sensors are far from its tube: 93 to 97 % of the sensors and 90 to 99 % of the means, within two
-/// standard errors of the binomial distribution over 100 means; sensors of one job are wrong together and count as five.
+/// standard errors of the binomial distribution over 50 means; sensors of one job are wrong together and count as five.
 #[test]
 fn intervals_hold_the_truth_in_furnished_rooms() {
-    let [sensors, means] = shares_of((0..40).step_by(13).map(|room| format!("{room:02}")).chain(["office".to_owned()]));
-    assert!((0.907..0.986).contains(&sensors) && means > 0.84, "{sensors} {means}");
+    let [sensors, means] =
+        shares_of((0..40).step_by(13).map(|room| format!("{room:02}")).chain(["office".to_owned()]), 10);
+    assert!((0.898..0.992).contains(&sensors) && means > 0.815, "{sensors} {means}");
 }
 
 /// The same of forty rooms: 800 jobs, a minute of processors.
 #[test]
 #[ignore = "minutes"]
 fn intervals_hold_the_truth_in_forty_furnished_rooms() {
-    let [sensors, means] = shares_of((0..40).map(|room| format!("{room:02}")));
+    let [sensors, means] = shares_of((0..40).map(|room| format!("{room:02}")), 20);
     assert!((0.93..=0.97).contains(&sensors) && (0.9..=0.99).contains(&means), "{sensors} {means}");
 }
 

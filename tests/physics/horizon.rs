@@ -159,10 +159,10 @@ fn methods_agree_behind_a_jagged_horizon() {
         at(1.5, 0.5, prism(0.9, 0.9, 2.0)),
     ]);
     for (scene, what) in [(&level, "level"), (&others, "above the ground")] {
-        let (truth, errors) = values(&rendered(scene, "light_tracing", 48));
+        let (truth, errors) = values(&rendered(scene, "light_tracing", 32));
         for name in &METHODS[1..] {
             let biased = ["photon_mapping", "sppm", "ppm"].contains(name);
-            let estimate = rendered(scene, name, 24);
+            let estimate = rendered(scene, name, 16);
             assert_grid(&estimate, &truth, &errors, 4.0, if biased { 0.03 } else { 0.0 }, &format!("{what} {name}"));
         }
     }

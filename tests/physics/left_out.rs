@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 use serde_json::json;
 use skyduct::engine::checkpoint::encode;
 use skyduct::guide::performance;
-use skyduct::integrator::light_tracing::LightTracing;
-use skyduct::integrator::{Integrator, Pass};
+use skyduct::integrator::method::{Computation, Described as _, Task};
+use skyduct::integrator::{Pass, light_tracing};
 use skyduct::optics::Surface;
 use skyduct::plan::left_out::left_out;
 use skyduct::plan::{self, EffectKind, EffectRequest, Effects};
@@ -27,7 +27,10 @@ const SIGMAS: f64 = 4.0;
 fn passes(scene: &Scene, without: &[EffectKind]) -> Vec<Pass> {
     let requests: BTreeMap<_, _> = without.iter().map(|kind| (*kind, EffectRequest::Off)).collect();
     let traceable = Arc::new(plan::compile(scene, &Effects::of(scene, &requests)).unwrap());
-    let method = LightTracing::<1>::new(traceable, &scene.grids, (4096, 0.01), 7);
+    let settings = light_tracing::Settings { photons_per_pass: Some(4096) };
+    let Computation::Passes(method) = settings.build(&Task::whole(scene, &traceable), 7, 0.01) else {
+        panic!("light tracing has passes")
+    };
     let pass = |pass| method.pass_after(pass, &Default::default(), &AtomicBool::new(false)).unwrap();
     (0..16).map(pass).collect()
 }

@@ -191,10 +191,10 @@ fn fixed_rays_have_an_error() {
     // down on the boxes, so that no source is seen that is smaller than a pixel
     let view = View::new("view".into(), DVec3::new(1.0, 0.9, 1.9), DVec3::new(1.1, 1.0, 0.0), DVec3::Y, 1.2, [8, 8]);
     scene.views = vec![view.unwrap()];
-    let truth = by_paths(&scene, 256, 32);
+    let truth = by_paths(&scene, 128, 32);
     let (mut with, mut without) = (0, 0);
     for seed in 0..40 {
-        let mut found = run(&scene, method(FIXED, &scene, 8192, 0.06, seed).as_ref(), 32);
+        let mut found = run(&scene, method(FIXED, &scene, 4096, 0.06, seed).as_ref(), 24);
         let covered = |film: &FilmEstimate| z_of_blocks(film, &truth.views[0]).iter().filter(|z| **z < 2.0).count();
         with += covered(&found.views[0]);
         found.views[0].contrasts.clear();

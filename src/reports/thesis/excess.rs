@@ -117,7 +117,7 @@ impl Floor {
         let points = settings.points;
         let mut hits = vec![[HitPoint::default(); RULES.len()]; points * points];
         let floor = SurfaceId::of_face(Face::Floor).number();
-        for pass in 1..=ILLUMINANCE_PASSES {
+        for pass in 1..=settings.share(ILLUMINANCE_PASSES) {
             let map = PhotonGrid::new(&source.pass(pass), INITIAL_RADIUS_M);
             hits.par_iter_mut().enumerate().for_each(|(index, rules)| {
                 let at = |k: usize| (k as f64 + 0.5) * scenes::ROOM_M / points as f64;

@@ -29,6 +29,10 @@ const MOST: u64 = 4;
 /// Passes from which on it may end: its standard error's own error is 18 %.
 const LEAST: u64 = 16;
 
+/// Least number of passes of methods whose kernels shrink from pass to pass: with 16 an error in common of 1.1 % in all that `sppm` does
+/// would stay unseen.
+const SHRINKING: u64 = 24;
+
 /// True if a job that names no accuracy would end.
 fn accurate_enough(estimate: &Estimate) -> bool {
     StopDocument::default().rule().accurate_enough(estimate)
@@ -107,7 +111,9 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
         Computation::Passes(integrator) => {
             let start = integrator.start();
             estimate.begin(Some(&start), Some(&start));
-            let most = if by_default { MOST * effort.passes } else { effort.passes };
+            let least = if matches!(method, Method::Ppm(_) | Method::Sppm(_)) { SHRINKING } else { row.passes };
+            let passes = effort.passes.max(least);
+            let most = if by_default { MOST * passes } else { passes };
             for number in 0..most {
                 let pass = integrator.pass_after(number, &estimate.carried, &AtomicBool::new(false)).unwrap();
                 estimate.push(Some(&pass), Some(&pass));

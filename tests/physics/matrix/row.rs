@@ -18,8 +18,11 @@ pub struct Row {
     pub mirrors: Mirrors,
     /// Columns whose error is known not to know of light that their few samples miss here.
     pub left_out: &'static [&'static str],
-    /// Times as many paths and photons as other rows have: what is found rarely has no normal error before it is found often.
+    /// Times as many paths and photons as other rows have: what is found rarely has no normal error before it is found often, and what
+    /// takes long is found precisely enough by fewer.
     pub work: f64,
+    /// Least number of passes, where a method's estimate of its bias is noisy.
+    pub passes: u64,
 }
 
 /// What is done with methods that warn that they find by chance what a mirror shows: while it has been found a few times
@@ -56,7 +59,15 @@ impl Row {
     /// A row that is judged by long renders by light tracing, and light tracing by path tracing.
     pub fn new(scene: Scene) -> Self {
         let oracle = Oracle::Stored(&["light_tracing", "path_tracing"]);
-        Self { scene, effects: EffectRequests::new(), oracle, mirrors: Mirrors::None, left_out: &[], work: 1.0 }
+        Self {
+            scene,
+            effects: EffectRequests::new(),
+            oracle,
+            mirrors: Mirrors::None,
+            left_out: &[],
+            work: 1.0,
+            passes: 0,
+        }
     }
 
     pub fn left_out(self, left_out: &'static [&'static str]) -> Self {
@@ -65,6 +76,10 @@ impl Row {
 
     pub fn work(self, work: f64) -> Self {
         Self { work, ..self }
+    }
+
+    pub fn passes(self, passes: u64) -> Self {
+        Self { passes, ..self }
     }
 
     pub fn mirrors(self, mirrors: Mirrors) -> Self {

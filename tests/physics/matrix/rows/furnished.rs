@@ -200,7 +200,7 @@ pub fn corners_and_crowded_sensors() -> Row {
         grid(0.3, DVec2::splat(1.0), DVec2::splat(1.02)),
         grid(0.9, DVec2::new(1.15, 0.5), DVec2::new(1.25, 0.7)),
     ];
-    Row::new(scene).stored(&["path_tracing", "bidirectional_path_tracing"]).work(2.0)
+    Row::new(scene).stored(&["path_tracing", "bidirectional_path_tracing"]).work(2.0).passes(24)
 }
 
 /// Twenty tubes, in rows of five.
