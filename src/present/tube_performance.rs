@@ -76,7 +76,8 @@ impl TubePerformance {
     }
 }
 
-/// Hashes everything that a performance depends on: the plane of the opening, the tube's shape and optics above its diffuser, sky and sun, and the allowed error.
+/// Hashes everything that a performance depends on: the plane of the opening, the tube's shape and optics above its diffuser, sky and sun,
+/// and the allowed error.
 fn content(shape: &TubeShape, tube: &TraceableTube, error: f64) -> blake3::Hash {
     struct Hashing(blake3::Hasher);
     impl fmt::Write for Hashing {

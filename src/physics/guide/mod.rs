@@ -1,7 +1,8 @@
 //! Light transport through guides, downward and upward.
 //!
-//! Coordinates are local to a tube: the origin is the centre of the opening, axes are those of the room, z points up. Only bent guides and meshes
-//! may have openings that are not level. Weights are deterministic: a ray with N reflections keeps the fraction R^N; only at covers that reflect is one branch chosen.
+//! Coordinates are local to a tube: the origin is the centre of the opening, axes are those of the room, z points up. Only bent guides and
+//! meshes may have openings that are not level. Weights are deterministic: a ray with N reflections keeps the fraction R^N; only at covers
+//! that reflect is one branch chosen.
 
 pub mod beams;
 pub mod bent;
