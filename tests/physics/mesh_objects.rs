@@ -190,11 +190,11 @@ fn a_sheet_has_a_surface_on_either_side() {
     };
     for height in [0.0, 1.5] {
         let apart = scene(&[(1.0, [0, 0]), (0.9999, [1, 1])], height);
-        let settings = path_tracing::Settings { samples_per_sensor: 2048, ..Default::default() };
+        let settings = path_tracing::Settings { samples_per_sensor: 512, ..Default::default() };
         let paths = |scene: &Scene, seed: u64| built(scene, &settings, seed);
         let (truth, error) = values(&scenes::run(&apart, &*paths(&apart, 1), 32));
         let one = scene(&[(1.0, [0, 1])], height);
-        let tracing = light_tracing(&one, 16_384, 3);
+        let tracing = light_tracing(&one, 4096, 3);
         for (what, found) in [
             ("path_tracing", scenes::run(&one, &*paths(&one, 2), 32)),
             ("light_tracing", scenes::run(&one, &*tracing, 32)),

@@ -76,7 +76,7 @@ fn agrees_with(scene: &Scene, what: &str, under: &dyn Fn(&mut Scene, &Daylight))
         };
         let mut alone = Scene { daylight: Some(daylight.clone()), ..scene.clone() };
         under(&mut alone, &daylight);
-        let (lux, errors) = values(&run(&alone, light_tracing(&alone, 16_384, 8).as_ref(), 8));
+        let (lux, errors) = values(&run(&alone, light_tracing(&alone, 4096, 8).as_ref(), 8));
         for (sensor, (lux, error)) in lux.into_iter().zip(errors).enumerate() {
             let value = found[sensor * columns(count) + number];
             let error = error.hypot(value.standard_error());

@@ -139,7 +139,7 @@ fn lumens_times_responses_and_the_rest_are_the_light() {
         let patches: Vec<_> = fluxes.iter().flat_map(|flux| flux.patches_evenly.clone()).collect();
         let mut rest = of(clear_zone(inner));
         rest.tubes[1].diffuser = lambertian(0.0, 0.1);
-        let rest = run(&rest, &*light_tracing(&rest, 16_384, 77), 32);
+        let rest = run(&rest, &*light_tracing(&rest, 4096, 77), 32);
         let grid = &found.grids[0];
         for sensor in 0..scene.grids[0].len() {
             let (mut sum, mut error) =

@@ -33,7 +33,7 @@ fn the_sun_through_a_bent_clear_tube_at_points() {
     };
     let (cells, points) = (scene(EstimateKind::CellAverage), scene(EstimateKind::Point));
     let of_points = run(&points, &*gathering(&points, &quick(), 2), 10).grids[0].mean;
-    let of_cells = run(&cells, &*light_tracing(&cells, 65_536, 1), 8).grids[0].mean;
+    let of_cells = run(&cells, &*light_tracing(&cells, 16_384, 1), 8).grids[0].mean;
     // the midpoint rule in 144 cells
     let tolerance = 4.0 * of_cells.standard_error().hypot(of_points.standard_error()) + 0.01 * of_cells.mean;
     println!("{} {} +- {tolerance}", of_points.mean, of_cells.mean);

@@ -146,13 +146,13 @@ fn corners_are_not_dark() {
         let grid = Grid::new("corner".into(), 0.3, [1, 1], 0.0, [cell, cell], EstimateKind::Point);
         scene.grids = vec![grid];
         // a path that starts so near to the walls has no fluctuation by them
-        let paths = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
+        let paths = path_tracing::Settings { samples_per_sensor: 2048, ..Default::default() };
         let (lux, error) = values(&run(&scene, &*built(&scene, &paths, 1), 32));
         let mut direct = scene.clone();
         direct.room.enclosure.paint_all([Some(Surface::diffuse([0.0; 3])); 6]);
         let (direct, _) = values(&run(&direct, &*light_tracing(&direct, 4096, 1), 8));
         for case in [FIXED, FIXED_PER_POINT] {
-            let found = run(&scene, method(case, &scene, 32_768, 0.1, 3).as_ref(), 64);
+            let found = run(&scene, method(case, &scene, 16_384, 0.1, 3).as_ref(), 64);
             assert_grid(&found, &lux, &error, 4.0, 0.0, &format!("{distance} {case:?}"));
             let indirect = found.grids[0].illuminance_lux(0) - direct[0];
             println!("{indirect}, {}", lux[0] - direct[0]);
