@@ -10,9 +10,9 @@ use crate::integrator::Integrator;
 use crate::integrator::components::InParts;
 use crate::integrator::cross_check::CrossChecked;
 use crate::integrator::method::{Computation, Task};
-use crate::integrator::moments::AtMoments;
+use crate::integrator::moments::at_moments;
 use crate::plan::{MethodChoice, Methods};
-use crate::scene::{Channels, Scene};
+use crate::scene::Scene;
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
@@ -50,16 +50,6 @@ pub(super) enum Added {
 fn seed_of(seed: u64, number: u64) -> u64 {
     // the odd number next to 2^64 over the golden ratio
     seed.wrapping_add((number + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15))
-}
-
-/// Adds the moments of a scene to a method of its grids.
-fn at_moments(method: Box<dyn Integrator>, task: &Task, seed: u64, target: f64) -> Box<dyn Integrator> {
-    let Some(moments) = task.scene.moments.clone() else { return method };
-    let room = (task.traceable, task.grids);
-    match task.scene.channels {
-        Channels::Photopic => Box::new(AtMoments::<1>::new(method, room, moments, (seed, target))),
-        Channels::Rgb => Box::new(AtMoments::<3>::new(method, room, moments, (seed, target))),
-    }
 }
 
 impl Engine {

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use skyduct::integrator::Integrator;
 use skyduct::integrator::method::{RefusalCode, Task};
-use skyduct::integrator::moments::{AtMoments, DIRECT_LUX, columns, columns_of_all, refuses};
+use skyduct::integrator::moments::{DIRECT_LUX, at_moments, columns, columns_of_all, refuses};
 use skyduct::optics::{DiffuserZone, Surface};
 use skyduct::scene::{Daylight, EstimateKind, Face, Grid, Scene, Sensor, StraightOrBent, Tube, TubeShape};
 use skyduct::sky::zenith::ZenithFormula;
@@ -38,19 +39,18 @@ fn moments() -> Vec<SkyMoment> {
 }
 
 /// Computes the values of the first grid of a scene at all moments, in eight passes.
-fn at_moments(scene: &Scene, under: &dyn Fn(&mut Scene, &Daylight)) -> Vec<Moments> {
+fn by_years(scene: &Scene, under: &dyn Fn(&mut Scene, &Daylight)) -> Vec<Moments> {
     let overcast = daylight(1, 4000.0, 90.0, 0.0);
-    let mut scene = Scene { daylight: Some(overcast.clone()), ..scene.clone() };
+    let years = YearsOf { years: vec![moments()], of_directional_alone: false };
+    let mut scene = Scene { daylight: Some(overcast.clone()), moments: Some(Arc::new(years)), ..scene.clone() };
     under(&mut scene, &overcast);
-    let overcast = scene;
-    let method = light_tracing(&overcast, 256, 3);
-    let method = AtMoments::<1>::new(
-        method,
-        (&traceable(&overcast), &overcast.grids),
-        Arc::new(YearsOf { years: vec![moments()], of_directional_alone: false }),
-        (5, 0.002),
-    );
-    run(&overcast, &method, 8).grids[0].moments.clone()
+    let method = at_moments_of(&scene, 0.002);
+    run(&scene, &*method, 8).grids[0].moments.clone()
+}
+
+/// Builds light tracing of the moments of a scene for a relative standard error.
+fn at_moments_of(scene: &Scene, target: f64) -> Box<dyn Integrator> {
+    at_moments(light_tracing(scene, 256, 3), &Task::whole(scene, &traceable(scene)), 5, target)
 }
 
 /// Fails unless all sensors have the illuminances that light tracing finds at each moment alone, within 4.5 standard errors (of some
@@ -63,7 +63,7 @@ fn agrees(scene: &Scene, what: &str) {
 /// Compares as [`agrees`] does a scene to which `under` adds what is around it under a daylight.
 #[track_caller]
 fn agrees_with(scene: &Scene, what: &str, under: &dyn Fn(&mut Scene, &Daylight)) {
-    let found = at_moments(scene, under);
+    let found = by_years(scene, under);
     let count = moments().len();
     let mut squares = Moments::default();
     for (number, moment) in moments().iter().enumerate() {
@@ -170,10 +170,8 @@ fn sums_over_moments() {
         vec![moment(3.0 * lit, 0.25)],
     ];
     let all = columns_of_all(years.iter().map(Vec::len));
-    let years = Arc::new(YearsOf { years, of_directional_alone: false });
-    let method =
-        AtMoments::<1>::new(light_tracing(&scene, 256, 3), (&traceable(&scene), &scene.grids), years, (5, 0.05));
-    let values = run(&scene, &method, 2).grids[0].moments.clone();
+    scene.moments = Some(Arc::new(YearsOf { years, of_directional_alone: false }));
+    let values = run(&scene, &*at_moments_of(&scene, 0.05), 2).grids[0].moments.clone();
     assert_eq!((all, values.len()), (8, 24));
     let hours = |place: usize| [0, 1, 2].map(|sensor| values[sensor * all + place].mean);
     assert_eq!([hours(4), hours(7)], [[0.0, 2.5, 0.0], [0.0, 0.25, 0.0]]);

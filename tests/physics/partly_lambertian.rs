@@ -16,7 +16,7 @@ use skyduct::integrator::method::{Described, RefusalCode, Task};
 use skyduct::integrator::path_tracing;
 use skyduct::integrator::photon::close_points::close_sensors;
 use skyduct::integrator::room_matrix::PATCHES;
-use skyduct::integrator::two_stage::{Settings, TwoStage};
+use skyduct::integrator::two_stage::Settings;
 use skyduct::optics::{Diffuser, DiffuserZone, MeasuredDiffuser, Surface};
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
@@ -31,9 +31,9 @@ use crate::scenes::{
     straight, traceable, values, with_sun,
 };
 
-fn built(scene: &Scene, seed: u64) -> TwoStage<1> {
+fn built(scene: &Scene, seed: u64) -> Box<dyn Integrator> {
     let settings = Settings { photons_per_pass: Some(2048), samples_per_sensor: Some(128), ..Settings::default() };
-    TwoStage::new(&Task::whole(scene, &traceable(scene)), &settings, seed, 0.01)
+    scenes::built_to(scene, &settings, seed, 0.01)
 }
 
 /// The scene with responses told of all grids.
@@ -43,7 +43,7 @@ fn told(mut scene: Scene) -> Scene {
 }
 
 /// Passes with their responses.
-fn passes(scene: &Scene, method: &TwoStage<1>, count: u64) -> Estimate {
+fn passes(scene: &Scene, method: &dyn Integrator, count: u64) -> Estimate {
     let mut estimate = Estimate::empty(scene);
     estimate.begin(Some(&method.start()), None);
     for pass in 0..count {
@@ -85,7 +85,7 @@ fn parts_of_patches_make_up_the_zone() {
     for (inner, zone) in [(DiffuserZone::Lambertian, [0.0, 0.6]), (DiffuserZone::Clear, [0.6, 1.0])] {
         let mut scene = told(disc_room(0.0, 0.0, 0.0, 0.0, Point));
         scene.tubes[0].diffuser = mixed(inner);
-        let found = passes(&scene, &built(&scene, 5), 2);
+        let found = passes(&scene, &*built(&scene, 5), 2);
         let [from, to] = zone.map(|share: f64| share * share);
         // squared radii of the part of each ring
         let parts: Vec<f64> = (0..4)
@@ -121,7 +121,7 @@ fn lumens_times_responses_and_the_rest_are_the_light() {
             scene
         };
         let scene = told(of(mixed(inner)));
-        let found = passes(&scene, &built(&scene, 3), 32);
+        let found = passes(&scene, &*built(&scene, 3), 32);
         let fluxes = |tube: usize| {
             let mut one = scene.clone();
             one.tubes.swap(0, tube);
@@ -183,14 +183,14 @@ fn points_beside_a_box_are_computed_alone() {
     }
 }
 
-fn bits(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
+fn bits(method: &dyn Integrator, passes: u64) -> Vec<u64> {
     let of = |pass| method.pass(pass, &AtomicBool::new(false)).unwrap().grids[0].illuminance.clone();
     let values = (0..passes).flat_map(of).map(f64::to_bits);
     values.chain(responses(method, passes)).collect()
 }
 
 /// Bits of the responses of all patches.
-fn responses(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
+fn responses(method: &dyn Integrator, passes: u64) -> Vec<u64> {
     let of = |pass| {
         let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
         pass.grids[0].companions.iter().flat_map(|part| part.illuminance.clone()).collect::<Vec<_>>()
@@ -247,12 +247,12 @@ fn responses_are_those_of_the_room_below_a_part() {
             scene
         }),
     ];
-    let first = responses(&built(&of(|_| {}), 3), 2);
+    let first = responses(&*built(&of(|_| {}), 3), 2);
     for (name, scene) in &same {
-        assert_eq!(responses(&built(scene, 3), 2), first, "{name}");
+        assert_eq!(responses(&*built(scene, 3), 2), first, "{name}");
     }
     for (name, scene) in &other {
-        assert_ne!(responses(&built(scene, 3), 2), first, "{name}");
+        assert_ne!(responses(&*built(scene, 3), 2), first, "{name}");
     }
     // what passes a table is nothing to the room
     let table = |through: f64| {
@@ -261,7 +261,7 @@ fn responses_are_those_of_the_room_below_a_part() {
         let table = MeasuredDiffuser::new(&ends, &ends, &of(through), Some(&of(0.1))).unwrap();
         room(Diffuser::Measured(Arc::new(table)), Point)
     };
-    assert_eq!(responses(&built(&table(0.5), 3), 1), responses(&built(&table(0.6), 3), 1));
+    assert_eq!(responses(&*built(&table(0.5), 3), 1), responses(&*built(&table(0.6), 3), 1));
 }
 
 /// The same bits on any number of threads.
@@ -272,7 +272,7 @@ fn bits_do_not_depend_on_threads() {
     with_sun(&mut scene, 40_000.0, 50.0);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| bits(&built(&scene, 11), 2))
+        pool.install(|| bits(&*built(&scene, 11), 2))
     };
     let one = on(1);
     assert_eq!(one, on(2));
@@ -287,7 +287,7 @@ fn a_table_is_its_sheet_and_the_rest() {
         (room(peak_on_a_sheet(), Point), 0.5..0.95),
         (told(furnished([bent(peak_on_a_sheet()), straight(0.4, 0.9, peak_on_a_sheet())], CellAverage)), 0.5..0.95),
     ] {
-        let found = passes(&scene, &built(&scene, 3), 32);
+        let found = passes(&scene, &*built(&scene, 3), 32);
         let evenly = found.tubes[0].evenly.mean / found.tubes[0].into_room.mean;
         assert!(share.contains(&evenly), "{evenly}");
         let truth = run(&scene, &*light_tracing(&scene, 16_384, 7), 32);

@@ -10,9 +10,9 @@ use skyduct::estimate::{Estimate, GridEstimate};
 use skyduct::geometry::lambert::quadrilateral_irradiance;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::diffuser_source::flux::patched_flux;
-use skyduct::integrator::method::{RefusalCode, Task};
+use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::room_matrix::PATCHES;
-use skyduct::integrator::two_stage::{Settings, TwoStage};
+use skyduct::integrator::two_stage::Settings;
 use skyduct::optics::Surface;
 use skyduct::present::prepared::{Prepared, prepare_document};
 use skyduct::present::reader::ResultReader as _;
@@ -23,21 +23,22 @@ use skyduct::statistics::Moments;
 use crate::documents::Folder;
 use crate::reference;
 use crate::scenes::{
-    RADIUS, SIDE, bent, cube, daylight, disc_room, furnished, lambertian, radiosity, straight, traceable, with_sun,
+    self, RADIUS, SIDE, bent, cube, daylight, disc_room, furnished, lambertian, radiosity, straight, traceable,
+    with_sun,
 };
 
 /// The method with so many photons of a pass and paths of a sensor.
-fn sized(scene: &Scene, photons: u64, paths: u32, seed: u64) -> TwoStage<1> {
+fn sized(scene: &Scene, photons: u64, paths: u32, seed: u64) -> Box<dyn Integrator> {
     let settings = Settings { photons_per_pass: Some(photons), samples_per_sensor: Some(paths), ..Settings::default() };
-    TwoStage::new(&Task::whole(scene, &traceable(scene)), &settings, seed, 0.01)
+    scenes::built_to(scene, &settings, seed, 0.01)
 }
 
-fn built(scene: &Scene, seed: u64) -> TwoStage<1> {
+fn built(scene: &Scene, seed: u64) -> Box<dyn Integrator> {
     sized(scene, 512, 64, seed)
 }
 
 /// Adds up passes with their responses.
-fn run(scene: &Scene, method: &TwoStage<1>, passes: u64) -> Estimate {
+fn run(scene: &Scene, method: &dyn Integrator, passes: u64) -> Estimate {
     let mut estimate = Estimate::empty(scene);
     estimate.begin(Some(&method.start()), None);
     for pass in 0..passes {
@@ -68,7 +69,7 @@ fn patches_together_are_a_uniform_disc() {
         [("S1r", [0.2, 0.5, 0.7, 0.2], EstimateKind::Point), ("S1r", [0.2, 0.5, 0.7, 0.2], EstimateKind::CellAverage)]
     {
         let scene = told(disc_room(floor, walls, ceiling, disc, estimate));
-        let found = run(&scene, &built(&scene, 5), 32);
+        let found = run(&scene, &*built(&scene, 5), 32);
         let (truth, error) = radiosity(case, estimate);
         for (sensor, truth) in truth.iter().enumerate() {
             let (mean, mean_error) = evenly_lit(&found, sensor);
@@ -88,7 +89,7 @@ fn patches_together_are_a_uniform_disc() {
 fn patches_of_a_square_are_the_square() {
     let mut scene = told(disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point));
     scene.tubes[0].transition = Some(Transition { side_m: 0.3, azimuth: 0.4, transmittance: 1.0 });
-    let found = run(&scene, &built(&scene, 5), 2);
+    let found = run(&scene, &*built(&scene, 5), 2);
     let opening = &traceable(&scene).tubes[0];
     let (corners, area) = (opening.corners().unwrap(), opening.opening.area_m2());
     for sensor in 0..81 {
@@ -102,7 +103,7 @@ fn patches_of_a_square_are_the_square() {
 #[test]
 fn light_straight_from_a_patch_is_its_integral() {
     let scene = told(disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point));
-    let found = run(&scene, &built(&scene, 5), 2);
+    let found = run(&scene, &*built(&scene, 5), 2);
     let (rings, sectors, steps) = (4, 6, 24);
     // by ring and sector, whatever their order
     let mut integrals = vec![Vec::new(); 81];
@@ -144,7 +145,7 @@ fn responses_to_whole_openings() {
     let scene = told(disc_room(0.2, 0.5, 0.7, 0.2, EstimateKind::Point));
     let mut whole = scene.clone();
     whole.grids[0].responses = Responses::ToTubes;
-    let (of_patches, of_whole) = (run(&scene, &built(&scene, 5), 4), run(&whole, &built(&whole, 5), 4));
+    let (of_patches, of_whole) = (run(&scene, &*built(&scene, 5), 4), run(&whole, &*built(&whole, 5), 4));
     let [even, across, along, all] = &of_whole.grids[0].companions[..] else { panic!("not four") };
     for sensor in 0..scene.grids[0].len() {
         let (mean, _) = evenly_lit(&of_patches, sensor);
@@ -154,7 +155,7 @@ fn responses_to_whole_openings() {
     let dark = disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point);
     let mut black = told(dark);
     black.grids[0].responses = Responses::ToTubes;
-    let found = run(&black, &built(&black, 5), 2);
+    let found = run(&black, &*built(&black, 5), 2);
     let [even, across_black, along_black, _] = &found.grids[0].companions[..] else { panic!("not four") };
     let (steps, centroid, mut largest_shift) = (48, DVec2::new(0.3, -0.2), 0.0);
     for sensor in 0..black.grids[0].len() {
@@ -189,7 +190,7 @@ fn sensors_that_face_away_get_nothing() {
     let at = DVec3::new(0.3, 1.0, 1.0);
     let sensors = [DVec3::X, DVec3::NEG_X, DVec3::NEG_Z].map(|normal| Sensor { position: at, normal });
     scene.grids = vec![Grid { responses: Responses::ToPatches, ..Grid::points("walls".into(), sensors.to_vec()) }];
-    let found = run(&scene, &built(&scene, 5), 2);
+    let found = run(&scene, &*built(&scene, 5), 2);
     let lux = [0, 1, 2].map(|sensor| evenly_lit(&found, sensor).0);
     assert!(lux[0] > 0.0 && lux[1..] == [0.0, 0.0], "{lux:?}");
 }
@@ -205,7 +206,7 @@ fn lumens_times_responses_are_the_light() {
     scene.room.luminaires.clear();
     with_sun(&mut scene, 40_000.0, 50.0);
     let passes = 64;
-    let found = run(&scene, &sized(&scene, 2048, 128, 3), passes);
+    let found = run(&scene, &*sized(&scene, 2048, 128, 3), passes);
     // the flux of each tube alone: the first of a scene counts
     let fluxes = |tube: usize| {
         let mut one = scene.clone();
@@ -232,7 +233,7 @@ fn lumens_times_responses_are_the_light() {
     }
 }
 
-fn bits(method: &TwoStage<1>, passes: u64) -> Vec<u64> {
+fn bits(method: &dyn Integrator, passes: u64) -> Vec<u64> {
     let of = |pass| {
         let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
         let beside = pass.grids[0].companions.iter().flat_map(|part| part.illuminance.clone());
@@ -283,13 +284,13 @@ fn responses_are_those_of_the_room_alone() {
         ("light that comes back", with_tube(bent(lambertian(0.6, 0.2)))),
     ];
     let passes = 2;
-    let first = bits(&built(&base, 3), passes);
+    let first = bits(&*built(&base, 3), passes);
     for (name, scene) in &same {
-        assert_eq!(bits(&built(scene, 3), passes), first, "{name}");
+        assert_eq!(bits(&*built(scene, 3), passes), first, "{name}");
     }
-    assert_ne!(bits(&built(&base, 4), passes), first, "another seed");
+    assert_ne!(bits(&*built(&base, 4), passes), first, "another seed");
     for (name, scene) in &other {
-        assert_ne!(bits(&built(scene, 3), passes), first, "{name}");
+        assert_ne!(bits(&*built(scene, 3), passes), first, "{name}");
     }
 }
 
@@ -300,7 +301,7 @@ fn bits_do_not_depend_on_threads() {
     let scene = told(furnished(tubes, EstimateKind::CellAverage));
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| bits(&built(&scene, 11), 2))
+        pool.install(|| bits(&*built(&scene, 11), 2))
     };
     let one = on(1);
     assert_eq!(one, on(2));

@@ -141,9 +141,7 @@ fn colours_are_independent() {
     };
     let mut scene = coloured([0.5, 0.1, 0.3], [0.1, 0.6, 0.3]);
     scene.channels = Channels::Rgb;
-    let kernel = traceable(&scene);
-    let method = skyduct::integrator::light_tracing::LightTracing::<3>::new(kernel, &scene.grids, (16_384, 0.01), 1);
-    let all = run(&scene, &method, 32);
+    let all = run(&scene, &*light_tracing(&scene, 16_384, 1), 32);
     assert!(all.energy.relative_closure_error().abs() < 1e-9, "{:?}", all.energy);
     let (lux, error) = values(&all);
     let (mut truth, mut truth_error) = (vec![0.0; 4], vec![0.0f64; 4]);

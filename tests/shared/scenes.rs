@@ -111,8 +111,13 @@ pub fn traceable(scene: &Scene) -> Arc<TraceableScene> {
 /// A method of these settings on all of a scene, as jobs have it: of the photopic or the colour channel, with the optimisation that
 /// the crate of physics is built with, which a method of a test's own does not get.
 pub fn built(scene: &Scene, settings: &impl Described, seed: u64) -> Box<dyn Integrator> {
+    built_to(scene, settings, seed, 0.02)
+}
+
+/// Builds a method as [`built`] does, for a relative standard error `target`.
+pub fn built_to(scene: &Scene, settings: &impl Described, seed: u64, target: f64) -> Box<dyn Integrator> {
     let traceable = traceable(scene);
-    match settings.build(&Task::whole(scene, &traceable), seed, 0.02) {
+    match settings.build(&Task::whole(scene, &traceable), seed, target) {
         Computation::Passes(integrator) => integrator,
         Computation::Solution(_) => panic!("no method of passes"),
     }

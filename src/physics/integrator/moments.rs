@@ -27,7 +27,7 @@ use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon_map::progressive::Carried;
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::sampling::{Key, Stream};
-use crate::scene::{Grid, Sensor};
+use crate::scene::{Channels, Grid, Sensor};
 use crate::sky::patches::SkyPatches;
 use crate::sky::{Moments, OutsidePart, SkyMoment, Sun};
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -103,6 +103,17 @@ pub struct AtMoments<const C: usize> {
     /// Numbers of photons of each moment, and of each patch.
     photons: [u64; 2],
     seed: Key,
+}
+
+/// Adds the moments of a scene, if it has any, to a method of its grids, in passes for a relative standard error `target`; equal seeds give equal
+/// bits.
+pub fn at_moments(method: Box<dyn Integrator>, task: &Task, seed: u64, target: f64) -> Box<dyn Integrator> {
+    let Some(moments) = task.scene.moments.clone() else { return method };
+    let room = (task.traceable, task.grids);
+    match task.scene.channels {
+        Channels::Photopic => Box::new(AtMoments::<1>::new(method, room, moments, (seed, target))),
+        Channels::Rgb => Box::new(AtMoments::<3>::new(method, room, moments, (seed, target))),
+    }
 }
 
 impl<const C: usize> AtMoments<C> {
