@@ -5,18 +5,15 @@ use std::sync::atomic::AtomicBool;
 use crate::documents::prepare;
 use crate::mesh_objects::closed_cube;
 use crate::scenes::{
-    RADIUS, assert_grid, bent, clear, cube, daylight, furnished, lambertian, light_tracing, resize, run, sppm,
-    straight, traceable, values, with_sun,
+    RADIUS, assert_grid, bent, built, clear, cube, daylight, furnished, lambertian, light_tracing, resize, run, sppm,
+    straight, values, with_sun,
 };
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use skyduct::document::WarningCode;
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::progress::StoppedBy;
-use skyduct::integrator::light_tracing::LightTracing;
-use skyduct::integrator::photon_mapping::{self, PhotonMapping};
-use skyduct::integrator::ppm::{self, Ppm};
-use skyduct::integrator::{Integrator, sppm};
+use skyduct::integrator::{Integrator, photon_mapping, ppm, sppm};
 use skyduct::optics::{Specular, Surface};
 use skyduct::scene::{Channels, EstimateKind, Grid, Scene, TubeShape};
 
@@ -30,8 +27,8 @@ fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn I
     vec![
         ("light_tracing", light_tracing(scene, photons_per_pass, 1)),
         ("sppm", sppm(scene, &settings, 1)),
-        ("ppm", Box::new(Ppm::<1>::new(traceable(scene), &scene.grids, &[], &ppm, 1))),
-        ("photon_mapping", Box::new(PhotonMapping::<1>::new(traceable(scene), &scene.grids, &[], &photon_mapping, 1))),
+        ("ppm", built(scene, &ppm, 1)),
+        ("photon_mapping", built(scene, &photon_mapping, 1)),
     ]
 }
 
@@ -72,7 +69,7 @@ fn points_count_the_photons_that_were_connected() {
             grid(1.0, [4, 5], EstimateKind::Point),
             grid(0.4, [3, 3], EstimateKind::CellAverage),
         ];
-        let method = LightTracing::<3>::new(traceable(&scene), &scene.grids, (256, 0.01), 1);
+        let method = light_tracing(&scene, 256, 1);
         let pass = method.pass(0, &AtomicBool::new(false)).unwrap();
         [0, 2].map(|grid: usize| pass.grids[grid].photons.iter().map(|count| count.found).collect::<Vec<_>>())
     };

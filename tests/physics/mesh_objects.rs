@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, FieldErrorCode, JobDocument, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::integrator::bidirectional::{self, Bidirectional};
-use skyduct::integrator::light_tracing::LightTracing;
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing;
 use skyduct::integrator::two_stage;
@@ -65,7 +64,7 @@ fn winding_does_not_count() {
     }
     let run = |scene: &Scene| {
         let only_grids = Scene { views: Vec::new(), ..scene.clone() };
-        values(&scenes::run(&only_grids, &LightTracing::<1>::new(traceable(scene), &scene.grids, (2048, 0.01), 1), 2)).0
+        values(&scenes::run(&only_grids, &*light_tracing(&only_grids, 2048, 1), 2)).0
     };
     for (a, b) in run(&good).iter().zip(&run(&turned)) {
         assert!((a - b).abs() <= 1e-9 * a, "{a} {b}");

@@ -209,8 +209,7 @@ fn responses_turn_with_the_room() {
     level.grids[0].responses = Responses::ToTubes;
     let rooms = [level.clone(), turned(&level)];
     let found = rooms.map(|scene| {
-        let compiled = traceable(&scene);
-        let method = two_stage::TwoStage::<1>::new(&Task::whole(&scene, &compiled), &two_stages(), 4, 0.01);
+        let method = built(&scene, &two_stages(), 4);
         let mut estimate = skyduct::estimate::Estimate::empty(&scene);
         estimate.begin(Some(&method.start()), None);
         (0..24).for_each(|pass| estimate.push(method.pass(pass, &AtomicBool::new(false)).as_ref(), None));
