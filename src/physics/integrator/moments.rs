@@ -93,7 +93,7 @@ pub fn columns_of_all(years: impl IntoIterator<Item = usize>) -> usize {
 }
 
 /// Method of grids whose passes have the illuminances at many moments, too.
-pub struct AtMoments<const C: usize> {
+struct AtMoments<const C: usize> {
     method: Box<dyn Integrator>,
     tracing: LightTracing<C>,
     moments: Arc<Moments>,
@@ -105,8 +105,8 @@ pub struct AtMoments<const C: usize> {
     seed: Key,
 }
 
-/// Adds the moments of a scene, if it has any, to a method of its grids, in passes for a relative standard error `target`; equal seeds give equal
-/// bits.
+/// Adds the moments of a scene, if it has any, to a method of its grids, in passes for a relative standard error `target`; equal seeds give
+/// equal bits.
 pub fn at_moments(method: Box<dyn Integrator>, task: &Task, seed: u64, target: f64) -> Box<dyn Integrator> {
     let Some(moments) = task.scene.moments.clone() else { return method };
     let room = (task.traceable, task.grids);
@@ -117,8 +117,7 @@ pub fn at_moments(method: Box<dyn Integrator>, task: &Task, seed: u64, target: f
 }
 
 impl<const C: usize> AtMoments<C> {
-    /// Adds the moments of some years to a `method` of the same grids, in passes for a relative standard error `target`; equal seeds give equal bits.
-    pub fn new(
+    fn new(
         method: Box<dyn Integrator>,
         (scene, grids): (&Arc<TraceableScene>, &[Grid]),
         moments: Arc<Moments>,
