@@ -319,6 +319,8 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("TubeFluxDocument", "skies", Limit::Items(SKIES)),
     ("TubeFluxDocument", "times", Limit::Items(TIMES)),
     ("TubeFluxDocument", "relative_error", Limit::Number(RELATIVE_FLUX_ERROR)),
+    ("FaceDirectionDocument", "tilt_deg", Limit::Number(PANE_TILT_DEG)),
+    ("FaceDirectionDocument", "azimuth_deg", Limit::Number(TURN_DEG)),
     ("StopDocument", "relative_error", Limit::Number(RELATIVE_ERROR)),
     ("StopDocument", "view_relative_error", Limit::Number(RELATIVE_ERROR)),
     ("StopDocument", "confidence", Limit::Number(CONFIDENCE)),

@@ -1,15 +1,19 @@
 //! Request for the fluxes through a tube without a room, under a list of skies at a list of times.
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use utoipa::ToSchema;
 
 use super::errors::{Checks, DocumentErrors, FieldError, FieldErrorCode};
-use super::limits::{RELATIVE_FLUX_ERROR, SKIES, SKIES_TIMES_TIMES, TIMES};
+use super::limits::{PANE_TILT_DEG, RELATIVE_FLUX_ERROR, SKIES, SKIES_TIMES_TIMES, TIMES, TURN_DEG};
 use super::read::shape;
 use super::sky::{LocationDocument, SkyDocument};
+use super::surroundings::SurroundingsDocument;
 use super::tube::{OpeningNormal, TubeDocument};
 use super::{JobDocument, ValidJob};
+use crate::geometry::OpeningFrame;
+use crate::sky::direction;
 
 /// Largest number of errors that are reported.
 const MOST_ERRORS: usize = 100;
@@ -20,6 +24,12 @@ const MOST_ERRORS: usize = 100;
 pub struct TubeFluxDocument {
     /// The tube, as in a job. `centre_m` may be absent, because its place in the ceiling has no effect.
     pub tube: TubeDocument,
+    /// Direction of the face that the tube comes through: needed for a tube with `"normal": "face"`, and for no other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<FaceDirectionDocument>,
+    /// Ground and horizon, as in a job, but without `obstructions`: these have places in a room.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surroundings: Option<SurroundingsDocument>,
     /// Location on Earth, as in a job; given together with `times`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<LocationDocument>,
@@ -37,6 +47,25 @@ pub struct TubeFluxDocument {
     #[serde(default)]
     #[schema(maximum = 18_446_744_073_709_551_615u64)]
     pub seed: u64,
+}
+
+/// Direction in which the outer side of a roof or a wall looks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FaceDirectionDocument {
+    /// Tilt of the face from the horizontal in degrees, 0..90: the pitch of a roof, or 90 for a wall.
+    pub tilt_deg: f64,
+    /// Azimuth in degrees that the outer side of a tilted face looks toward, clockwise from north; default: 0.
+    #[serde(default)]
+    #[schema(default = 0.0)]
+    pub azimuth_deg: f64,
+}
+
+impl FaceDirectionDocument {
+    /// Returns the unit normal out of the room.
+    fn outward(self) -> DVec3 {
+        direction((90.0 - self.tilt_deg).to_radians(), self.azimuth_deg.to_radians())
+    }
 }
 
 fn one_percent() -> f64 {
@@ -94,11 +123,11 @@ impl TubeFluxDocument {
         };
         count("/skies", self.skies.len(), &SKIES);
         count("/times", self.times.len(), &TIMES);
-        if self.tube.normal() == OpeningNormal::Face {
-            checks.not_supported(
-                "/tube/normal",
-                "an opening in the plane of a face, which a tube without a room does not have",
-            );
+        self.check_face(checks);
+        if self.surroundings.as_ref().is_some_and(|around| !around.obstructions.is_empty()) {
+            let detail = "must be left out: obstructions have places in a room, which there is not; a `horizon` can \
+                          stand for them";
+            checks.refuse("/surroundings/obstructions", detail);
         }
         let pairs = self.skies.len().saturating_mul(self.times.len());
         if pairs > SKIES_TIMES_TIMES {
@@ -112,6 +141,26 @@ impl TubeFluxDocument {
         }
     }
 
+    /// Checks that the direction of the face is given where the opening lies in it, and only there.
+    fn check_face(&self, checks: &mut Checks) {
+        match (self.tube.normal(), self.face) {
+            (OpeningNormal::Plumb, None) => {}
+            (OpeningNormal::Plumb, Some(_)) => {
+                let detail = "must be left out: only a tube with `\"normal\": \"face\"` lies in the plane of a face";
+                checks.refuse("/face", detail);
+            }
+            (OpeningNormal::Face, None) => {
+                let detail = "required for a tube with `\"normal\": \"face\"`, as there is no room that has the face: give \
+                              its `tilt_deg` from the horizontal, 90 for a wall, and the `azimuth_deg` that it looks toward";
+                checks.refuse_as(FieldErrorCode::Missing, "/face", detail);
+            }
+            (OpeningNormal::Face, Some(face)) => {
+                checks.number("/face/tilt_deg", face.tilt_deg, PANE_TILT_DEG);
+                checks.number("/face/azimuth_deg", face.azimuth_deg, TURN_DEG);
+            }
+        }
+    }
+
     fn pairs(&self, value: &Value) -> Result<Vec<Pair>, DocumentErrors> {
         let times: Vec<Option<usize>> = match self.times.len() {
             0 => vec![None],
@@ -120,13 +169,17 @@ impl TubeFluxDocument {
         let (mut pairs, mut errors): (_, Vec<FieldError>) = (Vec::new(), Vec::new());
         for sky in 0..self.skies.len() {
             for time in &times {
-                let tube = if pairs.is_empty() && errors.is_empty() { &value["tube"] } else { &Value::Null };
+                let is_first = pairs.is_empty() && errors.is_empty();
+                let tube = if is_first { PlacedTube::of(self, value) } else { PlacedTube::stand_in(self, value) };
                 match JobDocument::from_value(job(value, tube, sky, *time)) {
                     Ok(job) => pairs.push(Pair { sky, time: *time, job }),
                     Err(DocumentErrors(found)) => {
                         let found = found.into_iter().map(|error| in_request(error, sky, *time));
-                        errors.extend(found.filter(|error| !error.pointer.starts_with("/room")));
-                        errors.dedup();
+                        for error in found.filter(|error| !error.pointer.starts_with("/room")) {
+                            if !errors.contains(&error) {
+                                errors.push(error);
+                            }
+                        }
                     }
                 }
                 if errors.len() >= MOST_ERRORS {
@@ -138,31 +191,91 @@ impl TubeFluxDocument {
     }
 }
 
-/// Returns the document of a job: an empty room with `tube`, or with a plain tube where it is null, below one sky of the request.
-fn job(request: &Value, tube: &Value, sky: usize, time: Option<usize>) -> Value {
-    let mut tube = tube.clone();
-    if tube.is_null() {
-        tube = json!({
+/// A tube in an empty room that it fits into, as parts of a job's document.
+struct PlacedTube {
+    room: Value,
+    tube: Value,
+    /// Point inside the room, which a sensor can have.
+    inside: DVec3,
+}
+
+impl PlacedTube {
+    /// Places the tube of a request.
+    fn of(request: &TubeFluxDocument, value: &Value) -> Self {
+        let mut tube = value["tube"].clone();
+        // a room that any valid tube fits into
+        let edge = (2.0 * request.tube.opening().width_m).clamp(0.1, 200.0);
+        if let Some(fields) = tube.as_object_mut() {
+            // the place in a room has no effect
+            fields.remove("face");
+            if request.face.is_none() {
+                fields.remove("drop_m");
+            }
+        }
+        match request.face {
+            Some(face) => Self::in_face(tube, edge, face.outward()),
+            None => Self::in_ceiling(tube, edge),
+        }
+    }
+
+    /// Places a plain tube that has the horizon of the requested one.
+    fn stand_in(request: &TubeFluxDocument, value: &Value) -> Self {
+        let mut tube = json!({
             "diameter_m": 0.3, "reflectance": 0.9, "segments": [{ "length_m": 1.0 }], "collector": { "kind": "open" },
             "diffuser": { "kind": "lambertian", "transmittance": 0.5 }
         });
+        if request.tube.horizon().is_some() {
+            tube["horizon"] = value["tube"]["horizon"].clone();
+        }
+        Self::in_ceiling(tube, 1.0)
     }
-    let diameter = ["diameter_m", "opening_diameter_m"].iter().find_map(|field| tube[*field].as_f64());
-    // a room that any valid tube fits into
-    let edge = (2.0 * diameter.unwrap_or(1.0)).clamp(0.1, 200.0);
-    tube["centre_m"] = json!([0.5 * edge, 0.5 * edge]);
-    if let Some(fields) = tube.as_object_mut() {
-        // the place in a room has no effect
-        fields.remove("face");
-        fields.remove("drop_m");
+
+    /// Places a tube in the middle of the ceiling of a cube of `edge` m.
+    fn in_ceiling(mut tube: Value, edge: f64) -> Self {
+        tube["centre_m"] = json!([0.5 * edge, 0.5 * edge]);
+        Self { room: json!({ "size_m": [edge, edge, edge] }), tube, inside: DVec3::splat(0.5 * edge) }
     }
+
+    /// Places a tube in the middle of the face of a cube of `edge` m that looks toward `outward`.
+    fn in_face(mut tube: Value, edge: f64, outward: DVec3) -> Self {
+        let frame = OpeningFrame::facing_from(DVec3::ZERO, outward);
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 0.5 * edge * frame.direction_in_room(axis));
+        // the lowest corner comes to the floor's height
+        let middle = DVec3::Z * axes.iter().map(|axis| axis.z.abs()).sum::<f64>();
+        // in one order, so that faces share their corners to the bit
+        let corner = |sides: [f64; 3]| {
+            let [x, y, z] = [0, 1, 2].map(|axis| sides[axis] * axes[axis]);
+            (middle + x + y + z).to_array()
+        };
+        let face = |number: usize| {
+            let side = if number < 3 { 1.0 } else { -1.0 };
+            // counter-clockwise seen from outside
+            let corners = [[-1.0, -side], [1.0, -side], [1.0, side], [-1.0, side]].map(|[along, across]| {
+                let mut sides = [side; 3];
+                (sides[(number + 1) % 3], sides[(number + 2) % 3]) = (along, across);
+                corner(sides)
+            });
+            let kind = ["wall", "wall", "ceiling", "wall", "wall", "floor"][number];
+            json!({ "name": format!("face_{number}"), "kind": kind, "boundary_m": corners })
+        };
+        tube["face"] = json!("face_2");
+        tube["centre_m"] = json!((middle + axes[2]).to_array());
+        Self { room: json!({ "faces": (0..6).map(face).collect::<Vec<_>>() }), tube, inside: middle }
+    }
+}
+
+/// Returns the document of a job: a tube in an empty room below one sky of the request.
+fn job(request: &Value, PlacedTube { room, tube, inside }: PlacedTube, sky: usize, time: Option<usize>) -> Value {
     let mut job = Map::new();
-    job.insert("room".into(), json!({ "size_m": [edge, edge, edge] }));
+    job.insert("room".into(), room);
     job.insert("tubes".into(), json!([tube]));
-    job.insert("grids".into(), json!([{ "name": "floor", "height_m": 0.0, "cells": [1, 1] }]));
+    let sensor = [inside.x, inside.y, inside.z, 0.0, 0.0, 1.0];
+    job.insert("grids".into(), json!([{ "name": "inside", "points_m": [sensor] }]));
     job.insert("sky".into(), request["skies"][sky].clone());
-    if let Some(location) = request.get("location") {
-        job.insert("location".into(), location.clone());
+    for field in ["location", "surroundings"] {
+        if let Some(value) = request.get(field) {
+            job.insert(field.into(), value.clone());
+        }
     }
     if let Some(time) = time {
         job.insert("time".into(), request["times"][time].clone());

@@ -135,11 +135,32 @@ fn faults_have_their_places() {
         let found = errors(&document);
         assert!(found.0.iter().any(|error| error.pointer == pointer), "{pointer}: {found:?}");
     }
+}
+
+/// The flux of a tube without a room needs the direction of its face, and has the tube that a room with this face has.
+#[test]
+fn a_tube_without_a_room_has_the_direction_of_its_face() {
     let mut tube = attic()["tubes"][0].clone();
     tube.as_object_mut().unwrap().remove("centre_m");
-    let flux = json!({ "tube": tube, "skies": [attic()["sky"]] });
-    let found = TubeFluxDocument::from_value(flux).unwrap_err().0;
-    assert_eq!(found[0].pointer, "/tube/normal");
+    let sky = attic()["sky"].clone();
+    let request = |face: Value| json!({ "tube": tube, "skies": [sky], "face": face });
+    let refused = |request: Value| TubeFluxDocument::from_value(request).unwrap_err().0[0].pointer.clone();
+    assert_eq!(refused(json!({ "tube": tube, "skies": [sky] })), "/face");
+    assert_eq!(refused(request(json!({ "tilt_deg": 95 }))), "/face/tilt_deg");
+    assert_eq!(refused(with(request(json!({ "tilt_deg": 35 })), "/tube/normal", json!("plumb"))), "/face");
+    let mut near = request(json!({ "tilt_deg": 35 }));
+    let house = json!({ "kind": "box", "size_m": [1, 1, 1], "position_m": [9, 9, 0] });
+    near["surroundings"] = json!({ "obstructions": [house] });
+    assert_eq!(refused(near), "/surroundings/obstructions");
+    for (tilt_deg, azimuth_deg) in [(0.0f64, 0.0f64), (35.0, 180.0), (85.0, -30.0), (90.0, 90.0)] {
+        let face = json!({ "tilt_deg": tilt_deg, "azimuth_deg": azimuth_deg });
+        let found = TubeFluxDocument::from_value(request(face)).unwrap();
+        let (scene, warnings, _) = to_scene(&found.pairs[0].job, &SquarePipe).unwrap();
+        let [(level, up), (east, north)] = [tilt_deg, azimuth_deg].map(|angle| angle.to_radians().sin_cos());
+        let outward = scene.tubes[0].frame(&scene.room.enclosure).outward();
+        assert!(outward.distance(DVec3::new(level * east, level * north, up)) < 1e-12, "{outward}");
+        assert!(warnings.is_empty(), "{warnings:?}");
+    }
 }
 
 /// A mesh stands on the plane of its face: its upper end is behind the opening along the normal, and its triangles lie behind that plane.

@@ -21,7 +21,8 @@ pub struct TubeFluxResult {
 /// Patches of an opening, all of equal area.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PatchesResult {
-    /// Centres of the patches in metres, from the centre of the opening toward east and north (in a room with `rotation_deg` 0).
+    /// Centres of the patches in metres, from the centre of the opening toward east and north (in a room with `rotation_deg` 0); of a tilted
+    /// opening along its level direction, and up the slope or the wall.
     #[schema(value_type = Vec<PlaneOffset>)]
     pub centres_m: Vec<[f64; 2]>,
     /// Area of each patch in m2.
