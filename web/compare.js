@@ -1,7 +1,7 @@
 // Two variants side by side on one scale, and their difference.
 import { across, cells, down, largest, legend, lux, outlined, outside, values } from "./map.js";
-import { SMALL, layout } from "./plan.js";
 import { extent } from "./room.js";
+import { SMALL, layout } from "./room_plan.js";
 import { coverage, diverging, halfWidth, rising, scale } from "./scale.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";

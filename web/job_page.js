@@ -6,10 +6,11 @@ import { across, bar, isolines, largest, lux, measures, outlined, outside, reach
 import { fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
 import { inPlan } from "./opening.js";
-import { SMALL, fitted, north, rim } from "./plan.js";
+import { numbered } from "./plan_labels.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
+import { SMALL, axis, fitted, furniture, north, partitionLine, rim, ring } from "./room_plan.js";
 import { scale } from "./scale.js";
 import { files, packed } from "./share.js";
 import { skyName } from "./sky.js";
@@ -18,17 +19,18 @@ import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
 /**
  * What the page knows of its job.
- * @typedef {{ job: Job | null, grid: Grid | null, year: Schemas["AnnualResult"] | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} Seen
+ * @typedef {{ job: Job | null, grid: Grid | null, meshes: Schemas["MeshesResult"] | null, year: Schemas["AnnualResult"] | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} Seen
  */
 
 /** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header */
 export async function jobPage(id, app, header) {
   /** @type {Seen} */
-  const seen = { job: null, grid: null, year: null, passes: [], left: null, history: null, fault: "", edit: "/" };
+  const seen = { job: null, grid: null, meshes: null, year: null, passes: [], left: null, history: null, fault: "", edit: "/" };
   const look = async () => {
     seen.job = await api.job(id);
     document.title = `${seen.job.name ?? "Job"}, skyduct`;
     seen.grid = await api.firstGrid(seen.job);
+    seen.meshes ??= await meshesOf(seen.job);
     seen.year = await yearOfJob(seen.job);
     const { passes, grids, views } = await api.convergence(id);
     Object.assign(seen, { passes, history: grids ?? views ?? null });
@@ -69,8 +71,11 @@ async function yearOfJob({ links }) {
   return path ? api.get(path).catch(() => null) : null;
 }
 
+/** Triangles of the meshes of a job; null where it has none, or they are not there yet. @param {Job} job @returns {Promise<Schemas["MeshesResult"] | null>} */
+const meshesOf = async ({ links }) => (links.meshes ? api.get(links.meshes).catch(() => null) : null);
+
 /** @param {Seen} seen */
-function page({ job, grid, year, passes, left: seconds, history, fault, edit }) {
+function page({ job, grid, meshes, year, passes, left: seconds, history, fault, edit }) {
   if (!job)
     return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a
       href="/">To the editor</a></p></section>`;
@@ -85,7 +90,7 @@ function page({ job, grid, year, passes, left: seconds, history, fault, edit }) 
     ${year ? [yearOf(job, year, runs), fluxesOf(job, runs)] : nothing}
     ${
       grid
-        ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${job.document.annual ? html`<p class="note">Below an overcast sky of 10\u202f000\u202flx, which daylight factors are for.</p>` : nothing}${map(job, grid)}</section><section
+        ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${job.document.annual ? html`<p class="note">Below an overcast sky of 10\u202f000\u202flx, which daylight factors are for.</p>` : nothing}${map(job, grid, meshes)}</section><section
       class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>`
         : nothing
     }
@@ -135,23 +140,18 @@ function size(room) {
 const coordinates = ({ latitude_deg: north, longitude_deg: east }) =>
   `${Math.abs(north)}° ${north < 0 ? "S" : "N"}, ${Math.abs(east)}° ${east < 0 ? "W" : "E"}`;
 
-/** @param {Job} job @param {Grid} grid */
-function map(job, grid) {
+/** @param {Job} job @param {Grid} grid @param {Schemas["MeshesResult"] | null} meshes */
+function map(job, grid, meshes) {
   const { rows, unit } = values(grid, "lux");
-  const { room } = job.document;
+  const { room, tubes = [] } = job.document;
   const { east, depth } = extent(room);
   const at = fitted(room, SMALL);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
-    ${lux(grid, reaching(grid, rows, room), at, end)}${isolines(
-      grid,
-      rows,
-      at,
-      room,
-      (job.document.tubes ?? []).map(inPlan),
-    )}
-    ${outside(room, grid, at)}${outlined(room, at, "frame")}
-    ${(job.document.tubes ?? []).map((tube) => rim(room, tube, at))}
+    ${lux(grid, reaching(grid, rows, room), at, end)}${isolines(grid, rows, at, room, tubes.map(inPlan))}
+    ${outside(room, grid, at)}${furniture(room, meshes, at)}${outlined(room, at, "frame")}
+    ${(room.partitions ?? []).map((sheet) => svg`<g class="partition still">${partitionLine(sheet, at, "seen")}</g>`)}
+    ${tubes.map((tube) => [axis(room, tube, at), rim(room, tube, at)])}${numbered(tubes.map((tube) => ring(tube, at)))}
     ${measures(room, at)}
     ${bar(end, ticks, unit, across(at, east) + 18, at.top, at.k * depth)}${north(room.rotation_deg ?? 0)}</svg>`;
 }

@@ -1,8 +1,9 @@
 // Openings of tubes in the room: the centre of each, the direction in which its pipe leaves, and its rim.
-import { diameter, square } from "./tube.js";
+import { openingIn } from "./faces.js";
 import { edges, isInside } from "./outline.js";
 import { cross, dot, moved, unit } from "./ray.js";
 import { ceilingAt, planes, rings } from "./room.js";
+import { diameter, square } from "./tube.js";
 
 /** @typedef {import("./ray.js").Vector} Vector */
 /** @typedef {JobDocument["room"]} Room */
@@ -50,6 +51,8 @@ export function nearestWall(room, [x, y]) {
  */
 export function opening(room, tube) {
   const place = inPlan(tube);
+  const found = room.faces && openingIn(room.faces, tube);
+  if (found) return found;
   if (!isInFace(tube)) return { centre: [...place, ceilingAt(room, place) - (tube.drop_m ?? 0)], outward: [0, 0, 1] };
   if (isInWall(room, tube)) return { centre: [...place, tube.centre_m[2] ?? 0], outward: nearestWall(room, place).outward };
   const over = planes(room).map(({ height_m, rise }) => ({ height: height_m + dot([...rise, 0], [...place, 0]), rise }));

@@ -1,41 +1,17 @@
 // The plan of the room from above: the map, the tubes and the room's walls, which are moved by hand.
 import { meshes } from "./job_files.js";
 import { bar, across, down, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
-import { objects as models } from "./models.js";
+import { inPlan } from "./opening.js";
 import { cellAt, drag, draw, keys, moveCursor, still } from "./plan_hand.js";
 import { numbered } from "./plan_labels.js";
 import { partition } from "./plan_partitions.js";
 import { walls } from "./plan_walls.js";
-import { inPlan, isInFace, opening as openingOf, rim as rimOf } from "./opening.js";
-import { joints } from "./ray.js";
 import { extent } from "./room.js";
+import { axis, furniture, layout, north, rim, ring } from "./room_plan.js";
 import { scale } from "./scale.js";
-import { AROUND } from "./stage.js";
 import { set, setYear, state } from "./state.js";
-import { diameter, isMesh, square } from "./tube.js";
 import { nothing, svg } from "./vendor/lit-html.js";
 import { mapOf, pin, pinnedAt } from "./year_plan.js";
-
-/** Sides of a rim that is seen from the side. */
-const SIDES = 48;
-
-/** Size of a drawing that stands by itself. @type {[number, number]} */
-export const SMALL = [364, 400];
-
-/** @param {JobDocument["room"]} room @param {[number, number]} box size of the drawing @returns {import("./map.js").Layout} */
-export function layout(room, box) {
-  const { west, north, width, depth } = extent(room);
-  const { left, right, top, bottom } = AROUND.plan;
-  const [across, down] = [box[0] - left - right, box[1] - top - bottom];
-  const k = Math.max(1, Math.min(across / width, down / depth));
-  return { k, left: left + (across - k * width) / 2 - k * west, top: top + (down - k * depth) / 2, north, box };
-}
-
-/** The layout in a box that is as high as the room needs, at most as high as the given one. @param {JobDocument["room"]} room @param {[number, number]} box */
-export function fitted(room, [width, height]) {
-  const { k } = layout(room, [width, height]);
-  return layout(room, [width, Math.min(height, k * extent(room).depth + AROUND.plan.top + AROUND.plan.bottom)]);
-}
 
 /**
  * The end of the scale: that of the larger of both variants, where there are two.
@@ -84,8 +60,7 @@ export function plan() {
       ${outlined(room, seen, "floor")}
       ${of && grid ? map(of, seen) : nothing}
     </g>
-    ${(room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, seen) : nothing))}
-    ${models(meshes(draft), [0, 1], { x: across(seen, 0), y: down(seen, 0), k: seen.k })}
+    ${furniture(room, meshes(draft), seen)}
     ${walls(room, seen)}
     ${(room.partitions ?? []).map((sheet, index) => partition(sheet, index, seen))}
     ${(draft.tubes ?? []).map((tube, index) => opening(tube, index, seen))}
@@ -101,9 +76,6 @@ export function plan() {
     }
   </svg>`;
 }
-
-/** The ring of a tube. @param {Tube} tube @param {import("./map.js").Layout} at */
-const ring = (tube, at) => ({ x: across(at, tube.centre_m[0]), y: down(at, tube.centre_m[1]), radius: (at.k * diameter(tube)) / 2 });
 
 /** @param {NonNullable<ReturnType<typeof shown>>} of @param {import("./map.js").Layout} at */
 function map({ grid, rows, unit, end, ticks, room }, at) {
@@ -125,14 +97,6 @@ function map({ grid, rows, unit, end, ticks, room }, at) {
   ];
 }
 
-/** @param {Extract<Schemas["ObjectDocument"], { kind: "box" }>} object @param {import("./map.js").Layout} at */
-function furniture(object, at) {
-  const [x, y] = [across(at, object.position_m[0] ?? 0), down(at, object.position_m[1] ?? 0)];
-  const [width, depth] = [at.k * (object.size_m[0] ?? 0), at.k * (object.size_m[1] ?? 0)];
-  return svg`<rect class="object" x=${x - width / 2} y=${y - depth / 2} width=${width} height=${depth}
-    transform=${`rotate(${object.rotation_deg ?? 0} ${x} ${y})`}></rect>`;
-}
-
 /** @param {Tube} tube @param {number} index @param {import("./map.js").Layout} at */
 function opening(tube, index, at) {
   const { x, y, radius } = ring(tube, at);
@@ -140,33 +104,7 @@ function opening(tube, index, at) {
     aria-label=${`Tube ${index + 1} at ${tube.centre_m[0]} m from the west wall, ${tube.centre_m[1]} m from the south wall`}
       @touchstart=${still} @focus=${() => set({ tube: index })} @pointerdown=${(/** @type {PointerEvent} */ event) => drag.tube(event, index, at)}
         @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
-      ${isMesh(tube) ? nothing : axis(tube, at)}
+      ${axis(state.draft.room, tube, at)}
       <circle class="hold" cx=${x} cy=${y} r=${Math.max(radius, 16)}></circle>
       ${rim(state.draft.room, tube, at)}</g>`;
 }
-
-/** The rim of an opening. @param {JobDocument["room"]} room @param {Tube} tube @param {import("./map.js").Layout} at */
-export function rim(room, tube, at) {
-  if (isInFace(tube)) return svg`<path class="ring" d=${`M${rimOf(room, tube, SIDES).map(([x, y]) => `${across(at, x).toFixed(1)} ${down(at, y).toFixed(1)}`).join("L")}Z`}></path>`;
-  const { x, y, radius } = ring(tube, at);
-  const { side_m = 0, rotation_deg = 0 } = square(tube) ?? {};
-  const side = at.k * side_m;
-  return side > 0
-    ? svg`<rect class="ring" x=${x - side / 2} y=${y - side / 2} width=${side} height=${side}
-        transform=${`rotate(${rotation_deg} ${x} ${y})`}></rect>`
-    : svg`<circle class="ring" cx=${x} cy=${y} r=${radius}></circle>`;
-}
-
-/** Where a bent tube goes, seen from above. @param {ParametricTube} tube @param {import("./map.js").Layout} at */
-function axis(tube, at) {
-  const [x, y] = tube.centre_m;
-  const points = joints(tube.segments, openingOf(state.draft.room, tube).outward).map((joint) => `${across(at, x + joint[0])},${down(at, y + joint[1])}`);
-  return isInFace(tube) || tube.segments.some(({ tilt_deg }) => tilt_deg)
-    ? svg`<polyline class="axis ground" points=${points.join(" ")}></polyline><polyline class="axis" points=${points.join(" ")}></polyline>`
-    : nothing;
-}
-
-/** An arrow to the north. @param {number} turned azimuth of the room's y axis */
-export const north = (turned) =>
-  svg`<g class="north" transform="translate(20 18)" role="img" aria-label=${`North; the room is turned by ${turned} degrees`}><g
-    transform=${`rotate(${-turned})`}><path d="M0 -13 L5 5 L0 2 L-5 5 Z"></path></g><text x="0" y="20">N</text></g>`;

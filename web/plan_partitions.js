@@ -1,6 +1,7 @@
 // The partitions on the plan: lines with ends that are moved by hand or by keys.
 import { across, down } from "./map.js";
 import { keys, partitionDrag, still } from "./plan_hand.js";
+import { partitionLine } from "./room_plan.js";
 import { set, state } from "./state.js";
 import { svg } from "./vendor/lit-html.js";
 
@@ -10,7 +11,7 @@ import { svg } from "./vendor/lit-html.js";
 export function partition(partition, index, at) {
   const [[ax, ay], [bx, by]] = [partition.from_m, partition.to_m];
   const [x1, y1, x2, y2] = [across(at, ax), down(at, ay), across(at, bx), down(at, by)];
-  const line = (/** @type {string} */ name) => svg`<line class=${name} x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line>`;
+  const line = (/** @type {string} */ name) => partitionLine(partition, at, name);
   const end = (/** @type {End} */ name, /** @type {number} */ x, /** @type {number} */ y) => {
     const [metresX, metresY] = partition[name];
     return svg`<g class="corner" tabindex="0" role="button" aria-label=${`${name === "from_m" ? "Begin" : "End"} of partition ${index + 1} at ${metresX} m, ${metresY} m`}

@@ -19,6 +19,9 @@ export const moved = (a, direction, times) => [a[0] + times * direction[0], a[1]
 export const minus = (a, b) => moved(a, b, -1);
 /** @param {Vector} a @returns {Vector} */
 export const unit = (a) => moved([0, 0, 0], a, 1 / Math.hypot(...a));
+/** Vector along the normal of a polygon, twice its area long (Newell's sum). @param {Vector[]} ring @returns {Vector} */
+export const normal = (ring) =>
+  ring.reduce((sum, corner, k) => moved(sum, cross(corner, /** @type {Vector} */ (ring[(k + 1) % ring.length])), 1), /** @type {Vector} */ ([0, 0, 0]));
 
 /** Unit vector toward an azimuth of the room's frame and an altitude. @param {number} azimuth_deg @param {number} altitude_deg @returns {Vector} */
 export function skyward(azimuth_deg, altitude_deg) {

@@ -2,9 +2,9 @@
 import { byKey, projection, STARTS, turned, zoomed } from "./view3d_camera.js";
 import { painter } from "./view3d_paint.js";
 import { models, patches } from "./view3d_files.js";
-import { normal, shapes, trapezoids } from "./view3d_shapes.js";
+import { shapes, trapezoids } from "./view3d_shapes.js";
 import { coloured, edges, reaching } from "./map.js";
-import { dot, unit } from "./ray.js";
+import { dot, normal, unit } from "./ray.js";
 import { extent, rings } from "./room.js";
 import { rising } from "./scale.js";
 

@@ -1,5 +1,5 @@
 // The room of a document in space, as polygons: faces, tubes, furniture, and arrows to the north and from the sun.
-import { cross, dot, joints, minus, mitres, moved, skyward, unit } from "./ray.js";
+import { dot, joints, minus, mitres, moved, normal, skyward, unit } from "./ray.js";
 import { ceilings, extent, rings, toward, walls } from "./room.js";
 import { circle, opening as openingOf, rectangle, rim } from "./opening.js";
 import { isInside } from "./outline.js";
@@ -15,10 +15,6 @@ const SIDES = { few: 24, many: 12 };
 const MANY = 60;
 /** Steps of a dome from its rim to its top. */
 const DOME_STEPS = 4;
-
-/** Vector along the normal of a polygon, twice its area long (Newell's sum). @param {Vector[]} ring @returns {Vector} */
-export const normal = (ring) =>
-  ring.reduce((sum, corner, k) => moved(sum, cross(corner, /** @type {Vector} */ (ring[(k + 1) % ring.length])), 1), /** @type {Vector} */ ([0, 0, 0]));
 
 /** A polygon whose front faces a direction. @param {Vector[]} ring @param {Vector} direction */
 const facing = (ring, direction) => (dot(normal(ring), direction) < 0 ? ring.toReversed() : ring);

@@ -36,6 +36,87 @@ export async function rimsLieInTheirFaces({ page }) {
   }
 }
 
+/** The attic of `rimsLieInTheirFaces` by its faces, every other one of which runs the other way. */
+function faces() {
+  const ridge = 2.2 + 4 * Math.tan((35 * Math.PI) / 180);
+  const all = [
+    ["floor", "floor", [[0, 0, 0], [5, 0, 0], [5, 4, 0], [0, 4, 0]]],
+    ["south", "wall", [[0, 0, 0], [5, 0, 0], [5, 0, 2.2], [0, 0, 2.2]]],
+    ["east", "wall", [[5, 0, 0], [5, 4, 0], [5, 4, ridge], [5, 0, 2.2]]],
+    ["north", "wall", [[0, 4, 0], [5, 4, 0], [5, 4, ridge], [0, 4, ridge]]],
+    ["west", "wall", [[0, 0, 0], [0, 4, 0], [0, 4, ridge], [0, 0, 2.2]]],
+    ["roof", "ceiling", [[0, 0, 2.2], [5, 0, 2.2], [5, 4, ridge], [0, 4, ridge]]],
+  ];
+  return all.map(([name, kind, boundary_m], k) => ({ name, kind, boundary_m: k % 2 ? boundary_m.toReversed() : boundary_m }));
+}
+
+/** Openings have the same places in a room of faces as in the same room above a plan. */
+export async function opensFaces({ page }) {
+  const tubes = [
+    { centre_m: [2, 1.5], normal: "face" },
+    { centre_m: [2, 1.5], normal: "face", face: "roof" },
+    { centre_m: [5, 1, 1.4], normal: "face" },
+    { centre_m: [0, 1, 1.4], normal: "face" },
+    { centre_m: [2, 0, 1.4], normal: "face" },
+    { centre_m: [2, 4, 1.4], normal: "face" },
+    { centre_m: [3, 2.5], drop_m: 0.4 },
+  ];
+  const places = await page.evaluate(
+    async ([outline_m, faces, tubes]) => {
+      const { opening } = await import("/web/opening.js");
+      const above = { plan: { outline_m }, ceiling: { kind: "sloped", point_m: [0, 0, 2.2], rise_toward_deg: 0, pitch_deg: 35 } };
+      return tubes.map((tube) => [opening({ faces }, tube), opening(above, tube)]);
+    },
+    [OUTLINE, faces(), tubes],
+  );
+  for (const [number, [found, expected]] of places.entries())
+    for (const of of ["centre", "outward"]) expected[of].forEach((part, k) => near(found[of][k], part, `${of} of tube ${number}`));
+}
+
+/** The page of a job draws furniture, and openings as they are seen from above: in a slope lower than wide, in a wall a line. */
+export async function seesOpeningsOfAJob(visitor) {
+  const { page } = visitor;
+  const table = [[1, 1], [2, 1], [2, 1.6], [1, 1.6]].map(([x, y]) => `v ${x} ${y} 0.72`);
+  const obj = [...table, "usemtl top", "f 1 2 3 4"].join("\n");
+  const posted = await fetch(`${visitor.url}/v1/meshes`, { method: "POST", headers: { "Content-Type": "model/obj" }, body: obj });
+  const { id: mesh } = await posted.json();
+  const tube = {
+    normal: "face",
+    diameter_m: 0.5,
+    reflectance: 0.98,
+    segments: [{ length_m: 0.8 }],
+    collector: { kind: "dome", transmittance: 0.9 },
+    diffuser: { kind: "lambertian", transmittance: 0.6 },
+  };
+  const surface = { reflectance: 0.5 };
+  const document = {
+    name: "An attic by its faces",
+    sky: { cie_type: 16, diffuse_horizontal_illuminance_lux: 10000 },
+    room: {
+      faces: faces(),
+      objects: [
+        { kind: "box", size_m: [1.4, 0.7, 0.74], position_m: [3.6, 2.6, 0], rotation_deg: 20, surface },
+        { kind: "mesh", mesh, unit: "m", position_m: [0, 0, 0], surfaces: { top: surface } },
+      ],
+      partitions: [],
+    },
+    tubes: [{ ...tube, centre_m: [2.5, 2.2] }, { ...tube, centre_m: [5, 1.2, 1.4], segments: [{ length_m: 0.4 }, { length_m: 0.8 }] }],
+    grids: [{ name: "desk", height_m: 0.85, spacing_m: 0.25 }],
+    stop: { relative_error: 0.05 },
+  };
+  const headers = { "Content-Type": "application/json", Prefer: "wait=20" };
+  const { id, ...job } = await (await fetch(`${visitor.url}/v1/jobs`, { method: "POST", headers, body: JSON.stringify(document) })).json();
+  assert(id, JSON.stringify(job));
+  await visitor.open(`/jobs/${id}`);
+  const plan = page.locator(".map .plan");
+  await plan.locator(".models path.object").waitFor();
+  assert.equal(await plan.locator("rect.object").count(), 1);
+  const [slope, wall] = await plan.locator("path.ring").evaluateAll((rings) => rings.map((ring) => ring.getBBox()).map(({ width, height }) => ({ width, height })));
+  assert(Math.abs(slope.height / slope.width - Math.cos((35 * Math.PI) / 180)) < 0.01, JSON.stringify(slope));
+  assert(wall.width < 0.01 * wall.height, JSON.stringify(wall));
+  await visitor.isAccessible("the job of a room of faces");
+}
+
 /** The opening of a tube is turned into the slope and into a wall, where keys move it along; plan, section and link follow. */
 export async function turnsOpenings(visitor) {
   const { page } = visitor;

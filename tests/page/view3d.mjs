@@ -8,7 +8,7 @@ const L = [[0, 0], [8, 0], [8, 3], [4, 3], [4, 6], [0, 6]];
 /** Faces have the room's areas and are seen from inside: their normals close, and span its volume (the divergence theorem). */
 export async function buildsClosedRooms({ page }) {
   const rooms = await page.evaluate(async (L) => {
-    const [{ normal, shapes, trapezoids }, { rings }] = [await import("/web/view3d_shapes.js"), await import("/web/room.js")];
+    const [{ shapes, trapezoids }, { normal }, { rings }] = [await import("/web/view3d_shapes.js"), await import("/web/ray.js"), await import("/web/room.js")];
     const hole = [[1, 1], [2, 1], [2, 2], [1, 2]];
     const plan = { outline_m: L, holes_m: [hole] };
     const all = {
@@ -55,7 +55,7 @@ export async function buildsClosedRooms({ page }) {
 /** Pipes keep their width in every piece and around their mitres; domes close them; hanging openings hang. */
 export async function buildsPipes({ page }) {
   const { wall, radius, closure, top, square } = await page.evaluate(async () => {
-    const { normal, shapes } = await import("/web/view3d_shapes.js");
+    const [{ normal }, { shapes }] = [await import("/web/ray.js"), await import("/web/view3d_shapes.js")];
     const segments = [{ length_m: 1 }, { length_m: 2, tilt_deg: 40, azimuth_deg: 90 }];
     const tube = { centre_m: [2, 3], diameter_m: 0.4, drop_m: 0.2, segments, reflectance: 0.98, collector: { kind: "dome", transmittance: 0.9 }, diffuser: { kind: "lambertian", transmittance: 0.6 } };
     const of = (tube) => shapes({ room: { size_m: [4, 6, 2.7] }, tubes: [tube] }, null).polygons;
