@@ -38,6 +38,12 @@ export function fit(app, narrow) {
   held.style.gridTemplate = template;
   held.style.height = height ? `${height}px` : "";
   held.style.setProperty("--most", most ? `${most}px` : "none");
+  const numbers = /** @type {HTMLElement | null} */ (app.querySelector(".all-numbers"));
+  // numbers that would scroll stand closer: their rows, then also the areas by level
+  for (const tight of numbers ? ["0", "1", "2"] : []) {
+    Object.assign(/** @type {HTMLElement} */ (numbers).dataset, { tight });
+    if (Number(numbers?.scrollHeight) <= Number(numbers?.clientHeight) + 1) break;
+  }
   for (const part of app.querySelectorAll(`.middle, ${DRAWINGS.map((name) => `.middle svg.${name}`)}`)) {
     if (!followed.has(part)) sizes.observe(part);
     followed.add(part);

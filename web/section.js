@@ -57,8 +57,14 @@ function sides(points, radius) {
   );
 }
 
-/** Free space in metres above the tubes. */
-const ABOVE_TUBES_M = 0.5;
+/** Free space in metres above the tubes, with the sun's ray and without it. */
+const ABOVE_TUBES_M = { sun: 0.5, none: 0.15 };
+
+/** The sun of the answer, where it shines. */
+function sunUp() {
+  const sun = state.answer?.job.provenance?.sun;
+  return sun?.on && Number(sun.altitude_deg) > 0 ? sun : null;
+}
 
 /** What a section shows: the draft, or the one before while it is refused; its tubes and their openings, and how far room and drawing reach in metres. */
 function shown() {
@@ -80,7 +86,7 @@ function shown() {
   const roof = Math.max(0.1, Math.min(...outside, top) - ABOVE_ROOF_M);
   const beside = courses.flatMap(({ points }, i) => points.flatMap(([x]) => [-1, 1].map((side) => x + (side * diameter(/** @type {Tube} */ (tubes[i]))) / 2)));
   const [left, right] = [Math.min(from, ...beside), Math.max(from + across, ...beside)];
-  return { draft, axis, from, across, left, right, courses, openings, roof, top: height + top + ABOVE_TUBES_M };
+  return { draft, axis, from, across, left, right, courses, openings, roof, top: height + top + ABOVE_TUBES_M[sunUp() ? "sun" : "none"] };
 }
 
 /** Width and height of the section in metres. @returns {import("./stage.js").Size} */
@@ -210,8 +216,8 @@ const SUN = 5;
 
 /** The sun's ray through each tube: to its diffuser, or to the floor or a side of the room's extent where the tube ends clear or open. @param {JobDocument} draft @param {0 | 1} axis @param {number[]} openings @param {Scale} x @param {Scale} y */
 function beams(draft, axis, openings, x, y) {
-  const sun = state.answer?.job.provenance?.sun;
-  if (!sun?.on || !(Number(sun.altitude_deg) > 0)) return nothing;
+  const sun = sunUp();
+  if (!sun) return nothing;
   const toSun = skyward(Number(sun.azimuth_deg) - (draft.room.rotation_deg ?? 0), Number(sun.altitude_deg));
   const { west, east, south, north } = extent(draft.room);
   const seen = (draft.tubes ?? []).map((tube, i) => {
