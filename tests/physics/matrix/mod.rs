@@ -198,6 +198,7 @@ rows! {
         light_tracing: PlacedSensors, bidirectional_path_tracing: PlacedSensors, photon_mapping: PlacedSensors,
         ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, holigilm: PlacedSensors
     ],
+    rooms::tilted_openings_points [holigilm: RoomShape],
     effects::no_interreflection_cells [holigilm: Objects],
     effects::no_guide_return_cells [holigilm: Objects],
     effects::no_guide_return_clear_cells [holigilm: Objects],

@@ -1,6 +1,8 @@
-//! Rooms that are no boxes, against an independent path tracer over triangles (`reference/rooms`).
+//! Rooms that are no boxes: against an independent path tracer over triangles (`reference/rooms`), and one with tilted openings against
+//! stored renders.
 
 use glam::DVec3;
+use serde_json::json;
 use skyduct::document::{JobDocument, to_scene};
 use skyduct::scene::{EstimateKind, Grid, Scene, Sensor};
 
@@ -82,4 +84,30 @@ pub fn attic_sensors() -> Row {
 
 pub fn skew_sensors() -> Row {
     row("skew", Vec::new())
+}
+
+/// An attic with an opening in its slope, below a pipe along the normal of the roof, and one in its east wall, below a pipe that turns up.
+/// Both leaning pipes see the ground.
+pub fn tilted_openings_points() -> Row {
+    let closure = json!({ "kind": "lambertian", "transmittance": 0.6, "reflectance": 0.2 });
+    let document = json!({
+        "sky": { "cie_type": 12, "diffuse_horizontal_illuminance_lux": 12_000, "direct_normal_illuminance_lux": 20_000,
+                 "sun_position": { "altitude_deg": 50, "azimuth_deg": 160 } },
+        "surroundings": { "ground_reflectance": 0.2 },
+        "room": {
+            "plan": { "outline_m": [[0, 0], [2.4, 0], [2.4, 2], [0, 2]] },
+            "ceiling": { "kind": "sloped", "point_m": [0, 0, 1.6], "rise_toward_deg": 0, "pitch_deg": 35 },
+            "surfaces": { "floor": { "reflectance": 0.3 }, "walls": { "reflectance": 0.5 }, "ceiling": { "reflectance": 0.7 } }
+        },
+        "tubes": [
+            { "centre_m": [0.8, 0.9], "normal": "face", "diameter_m": 0.3, "reflectance": 0.95, "segments": [{ "length_m": 0.6 }],
+              "collector": { "kind": "flat", "transmittance": 0.9 }, "diffuser": closure },
+            { "centre_m": [2.4, 1.1, 1.3], "normal": "face", "diameter_m": 0.25, "reflectance": 0.95,
+              "segments": [{ "length_m": 0.3 }, { "length_m": 0.5 }], "collector": { "kind": "dome", "transmittance": 0.9 },
+              "diffuser": closure }
+        ],
+        "grids": [{ "name": "desk", "height_m": 0.6, "cells": [4, 3], "margin_m": 0.2 }]
+    });
+    let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    Row::new(to_scene(&document, &Folder).unwrap().0)
 }
