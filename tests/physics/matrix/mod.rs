@@ -199,6 +199,7 @@ rows! {
         ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, holigilm: PlacedSensors
     ],
     rooms::tilted_openings_points [holigilm: RoomShape],
+    rooms::tilted_clear_openings_cells [two_stage: ClearClosures, holigilm: RoomShape],
     effects::no_interreflection_cells [holigilm: Objects],
     effects::no_guide_return_cells [holigilm: Objects],
     effects::no_guide_return_clear_cells [holigilm: Objects],

@@ -2,7 +2,7 @@
 //! stored renders.
 
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 use skyduct::document::{JobDocument, to_scene};
 use skyduct::scene::{EstimateKind, Grid, Scene, Sensor};
 
@@ -87,11 +87,10 @@ pub fn skew_sensors() -> Row {
 }
 
 /// An attic with an opening in its slope, below a pipe along the normal of the roof, and one in its east wall, below a pipe that turns up.
-/// Both leaning pipes see the ground.
-pub fn tilted_openings_points() -> Row {
-    let closure = json!({ "kind": "lambertian", "transmittance": 0.6, "reflectance": 0.2 });
+/// Both leaning pipes see the ground, which `beam_lux` of the sun lights, too.
+fn tilted_openings(closure: &Value, beam_lux: f64, estimate: &str) -> Row {
     let document = json!({
-        "sky": { "cie_type": 12, "diffuse_horizontal_illuminance_lux": 12_000, "direct_normal_illuminance_lux": 20_000,
+        "sky": { "cie_type": 12, "diffuse_horizontal_illuminance_lux": 12_000, "direct_normal_illuminance_lux": beam_lux,
                  "sun_position": { "altitude_deg": 50, "azimuth_deg": 160 } },
         "surroundings": { "ground_reflectance": 0.2 },
         "room": {
@@ -106,8 +105,17 @@ pub fn tilted_openings_points() -> Row {
               "segments": [{ "length_m": 0.3 }, { "length_m": 0.5 }], "collector": { "kind": "dome", "transmittance": 0.9 },
               "diffuser": closure }
         ],
-        "grids": [{ "name": "desk", "height_m": 0.6, "cells": [4, 3], "margin_m": 0.2 }]
+        "grids": [{ "name": "desk", "height_m": 0.6, "cells": [4, 3], "margin_m": 0.2, "estimate": estimate }]
     });
     let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     Row::new(to_scene(&document, &Folder).unwrap().0)
+}
+
+pub fn tilted_openings_points() -> Row {
+    let closure = json!({ "kind": "lambertian", "transmittance": 0.6, "reflectance": 0.2 });
+    tilted_openings(&closure, 20_000.0, "point")
+}
+
+pub fn tilted_clear_openings_cells() -> Row {
+    tilted_openings(&json!({ "kind": "clear", "transmittance": 0.9 }), 0.0, "cell_average")
 }
