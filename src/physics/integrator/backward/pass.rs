@@ -150,7 +150,7 @@ pub fn sensor<const C: usize>(
             walk.samples.begin_with(point);
             walk.stands_for = Some(stands_for);
         }
-        if !scene.is_in_solid(position) {
+        if is_point || !scene.is_in_solid(position) {
             walk.illuminance(&NextEvent(daylight), Sensor { position, normal });
         }
         let whole = walk.sum.luminance();

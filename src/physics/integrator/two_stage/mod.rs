@@ -41,6 +41,7 @@ mod coarse;
 mod sample_counts;
 mod starts;
 mod straight;
+mod trial;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -71,7 +72,7 @@ use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 use close::{CloseSensors, refuses_close};
 use coarse::{PHOTONS_DOWN_EACH, TRIED_PASSES, pixels, reflected, valued};
-use sample_counts::{PATHS, RelativeVariances, SampleCounts, TrialValues};
+use sample_counts::{PATHS, RelativeVariances, SampleCounts, Share, TrialValues};
 use starts::starts;
 use straight::{GridSensors, OpeningConnections, Straight, by_mirrors, of_luminaires};
 
@@ -182,6 +183,8 @@ pub struct TwoStage<const C: usize> {
     grids: Vec<Grid>,
     views: Vec<View>,
     counts: SampleCounts,
+    /// Share of the paths that each sensor has, grid by grid; `None` where all have equally many.
+    shares: Option<Vec<Vec<Share>>>,
     connections: OpeningConnections,
     /// Coarse solution of the light that surfaces reflect; `None` where they reflect none.
     reflected: Option<Arc<Solution<C>>>,
@@ -196,9 +199,6 @@ pub struct TwoStage<const C: usize> {
 /// another solution.
 const EDGE: f64 = 1.0 / 6.0;
 const WORTHWHILE: f64 = 0.8;
-
-/// Largest number of sensors of a grid in a trial.
-const TRIED_SENSORS: usize = 36;
 
 impl<const C: usize> TwoStage<C> {
     /// Builds the method for a relative standard error `target`; equal seeds give equal bits.
@@ -218,37 +218,11 @@ impl<const C: usize> TwoStage<C> {
                 counts = Self::counts(task, settings, solution.as_ref(), (seed, target));
             }
         }
+        let shares = Self::divided(task, settings, solution.as_ref(), (seed, target), &mut counts);
         let room = MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor, (seed, target));
         let close = CloseSensors::new(scene, task.grids, seed, target);
-        Self { room, close, ..Self::with_counts(scene, (task.grids, task.views), (counts, target), solution, seed) }
-    }
-
-    /// Chooses the sizes of a pass, by a small trial where the document does not set the number of paths.
-    fn counts(
-        task: &Task,
-        settings: &Settings,
-        reflected: Option<&Arc<Solution<C>>>,
-        (seed, target): (u64, f64),
-    ) -> SampleCounts {
-        let scene = task.traceable;
-        let photons = SampleCounts::photons(target, &scene.tubes, !task.views.is_empty());
-        let counts = SampleCounts {
-            photons: settings.photons_per_pass.unwrap_or(photons),
-            per_sensor: 1,
-            beyond: 1,
-            per_opening: SampleCounts::per_opening(target),
-            per_pixel: settings.samples_per_pixel,
-        };
-        match settings.samples_per_sensor {
-            Some(paths) => counts.with_paths(paths),
-            None => Self::tried(scene, task.grids, reflected, (seed, target)).map_or_else(
-                || counts.with_paths(PATHS.power_of_two(target) as u32),
-                |spread| {
-                    let tried = counts.tried(target, spread, (valued(task.grids), scene.tubes.len()));
-                    SampleCounts { photons: settings.photons_per_pass.unwrap_or(tried.photons), ..tried }
-                },
-            ),
-        }
+        let made = Self::with_counts(scene, (task.grids, task.views), (counts, target), solution, seed);
+        Self { room, close, shares, ..made }
     }
 
     /// Builds the method with given sizes, and divides the photons of a pass among sky and sun of the tubes.
@@ -272,45 +246,10 @@ impl<const C: usize> TwoStage<C> {
             reflected,
             close: None,
             room: None,
+            shares: None,
             seed,
             scene: scene.clone(),
         }
-    }
-
-    /// Computes trial paths from some sensors and returns the spread of their values; `None` without sensors.
-    fn tried(
-        scene: &Arc<TraceableScene>,
-        grids: &[Grid],
-        reflected: Option<&Arc<Solution<C>>>,
-        (seed, target): (u64, f64),
-    ) -> Option<RelativeVariances> {
-        let grids: Vec<Grid> = grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
-        let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
-        let counts = SampleCounts { photons, ..SampleCounts::TRIAL };
-        let method = Self::with_counts(scene, (&grids, &[]), (counts, target), reflected.cloned(), seed);
-        let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
-        // all passes have the same light, because its variance does not depend on paths
-        let light = method.lit(key(0), &AtomicBool::new(false))?;
-        let tried = |number: usize, sensor: usize| {
-            let sensors = GridSensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
-            let straight = method.connections.straight(scene, &light.lambertian, sensors, sensor);
-            TrialValues {
-                hidden_sources: method.connections.hidden_sources(scene, number, sensor) as f64,
-                by_one_photon: straight.by_one_photon,
-                ..TrialValues::default()
-            }
-        };
-        let of_grid = |(number, grid): (usize, &Grid)| (0..grid.len()).map(|sensor| tried(number, sensor)).collect();
-        let mut values: Vec<Vec<TrialValues>> = grids.iter().enumerate().map(of_grid).collect();
-        for pass in 0..TRIED_PASSES {
-            let (found, _) = method.grids(&light.lambertian, key(pass), pass, &AtomicBool::new(false))?;
-            for (values, grid) in values.iter_mut().zip(&found) {
-                for (sensor, tried) in values.iter_mut().enumerate() {
-                    tried.push(grid, sensor);
-                }
-            }
-        }
-        RelativeVariances::of(values.into_iter().flatten())
     }
 
     /// Computes one pass of a grid, and the number of its rays; `None` when cancelled.
@@ -321,18 +260,20 @@ impl<const C: usize> TwoStage<C> {
         cancel: &AtomicBool,
     ) -> Option<(GridPass, RayCount)> {
         let (scene, grid) = (&*self.scene, sensors.grid);
-        let sampling = Sampling {
-            paths: self.counts.per_sensor,
-            beyond: self.reflected.is_some().then_some(self.counts.beyond),
-            certain: CERTAIN_REFLECTIONS,
-            pairs: SOBOL_PAIRS,
-        };
+        let shares = self.shares.as_ref().map(|shares| &shares[sensors.number]);
         let found = each(grid.len(), cancel, |sensor| {
             if grid.is_inside(sensor) {
                 return (Straight::default(), Lux::default(), RayCount::default());
             }
+            let counts = shares.map_or(self.counts, |shares| self.counts.of_sensor(shares[sensor]));
+            let sampling = Sampling {
+                paths: counts.per_sensor,
+                beyond: self.reflected.is_some().then_some(counts.beyond),
+                certain: CERTAIN_REFLECTIONS,
+                pairs: SOBOL_PAIRS,
+            };
             let mut straight = self.connections.straight(scene, light, sensors, sensor);
-            let rays_and_connections = [f64::from(self.counts.per_sensor), f64::from(self.counts.per_opening)];
+            let rays_and_connections = [counts.per_sensor, counts.per_opening].map(f64::from);
             straight += of_luminaires::<C>(scene, sensors, sensor, rays_and_connections);
             straight += by_mirrors(scene, light, sensors, sensor, rays_and_connections);
             let centre = lifted(scene, grid, sensor).position;

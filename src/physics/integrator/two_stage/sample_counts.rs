@@ -46,7 +46,15 @@ const TIME_OF_CONNECTION: f64 = 0.5;
 const DIFFERENT: f64 = 0.04;
 
 /// Time of a path beyond its first surface, in that of a ray that ends there.
-const TIME_BEYOND: f64 = 10.0;
+const TIME_BEYOND: f64 = 6.0;
+
+/// Time of a trial of every sensor as a fraction of that of the passes, and its fewest and most passes: with fewer than the first the job
+/// is too short to gain by it.
+const SHARE_OF_TRIAL: f64 = 0.1;
+const TRIAL_PASSES: [f64; 2] = [4.0, 64.0];
+
+/// Degrees of freedom of the mean over all sensors in the estimate of a sensor's variance, beside those of its own values.
+const PRIOR: f64 = 8.0;
 
 /// Rays of a coarse solution as a fraction of those of all passes, and the smallest factor by which its edges get shorter than at first.
 const SHARE_OF_PATCHES: f64 = 0.25;
@@ -93,12 +101,31 @@ impl SampleCounts {
     /// Sizes of a small trial of how much sensors differ from pass to pass.
     pub const TRIAL: Self = Self { photons: 0, per_sensor: 16, beyond: 4, per_opening: 4, per_pixel: 0 };
 
+    /// Returns the time of a pass of a sensor, in that of a ray that ends at the first surface.
+    fn time_of_sensor(self) -> f64 {
+        f64::from(self.per_sensor) + TIME_BEYOND * f64::from(self.beyond)
+    }
+
+    /// Returns the number of passes of a trial of every sensor; `None` where jobs with these sizes are too short for it.
+    pub fn trial_of_all(self) -> Option<u64> {
+        let [fewest, most] = TRIAL_PASSES;
+        let passes = SHARE_OF_TRIAL * PASSES * self.time_of_sensor() / Self::TRIAL.time_of_sensor();
+        (passes >= fewest).then_some(passes.min(most) as u64)
+    }
+
+    /// Returns the sizes for a sensor with this share of the paths.
+    pub fn of_sensor(self, share: Share) -> Self {
+        let of =
+            |number: u32, share: f64, fewest: f64| (f64::from(number) * share).round().clamp(fewest, MOST_PATHS) as u32;
+        let beyond = of(self.beyond, share.beyond, 1.0);
+        Self { per_sensor: of(self.per_sensor, share.gathering, FEWEST_PATHS).max(beyond), beyond, ..self }
+    }
+
     /// Returns the factor, at most 1, by which edges of patches should be shorter, so that the coarse solution, which took `rays` rays, has
     /// its fraction of the time of a job with this number of sensors and pixels.
     pub fn finer(self, rays: f64, (sensors, pixels): (usize, usize)) -> f64 {
-        let of_sensor = f64::from(self.per_sensor) + TIME_BEYOND * f64::from(self.beyond);
         let of_pixel = f64::from(self.per_pixel) * TIME_BEYOND;
-        let passes = PASSES * (of_sensor * sensors as f64 + of_pixel * pixels as f64);
+        let passes = PASSES * (self.time_of_sensor() * sensors as f64 + of_pixel * pixels as f64);
         (rays / (SHARE_OF_PATCHES * passes)).sqrt().clamp(FINEST, 1.0)
     }
 
@@ -158,6 +185,12 @@ pub struct TrialValues {
 }
 
 impl TrialValues {
+    /// Returns the variance of a part, relative to the square of all light, with its degrees of freedom; `None` without light.
+    fn relative_variance(&self, part: Moments) -> Option<[f64; 2]> {
+        let freedom = part.count - 1.0;
+        (self.lux.mean > 0.0).then(|| [part.m2 / freedom / self.lux.mean.powi(2), freedom])
+    }
+
     /// Adds the values of a sensor in one pass.
     pub fn push(&mut self, grid: &GridPass, sensor: usize) {
         let [lux, gathered, beyond] = [&grid.illuminance, &grid.gathered, &grid.residual].map(|values| values[sensor]);
@@ -166,6 +199,15 @@ impl TrialValues {
         self.beyond.push(beyond);
         self.straight.push(lux - gathered - beyond);
     }
+}
+
+/// Numbers of a sensor's rays and paths, relative to their means over all sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// Of all rays.
+    pub gathering: f64,
+    /// Of those that continue beyond the first surface.
+    pub beyond: f64,
 }
 
 /// Variances relative to the squared illuminance of a sensor: means over some sensors.
@@ -200,6 +242,38 @@ impl RelativeVariances {
             [gathered, beyond, hidden, hidden_sources, by_one_photon].map(|all| all.mean);
         is_lit.then_some(Self { gathered, beyond, hidden, hidden_sources, by_one_photon })
     }
+
+    /// Divides the paths among sensors so that their squared errors have the least sum for the same time, and computes the variances by
+    /// which the mean numbers follow; `None` if no sensor is lit.
+    ///
+    /// The variance v of a sensor's gathered light falls by the power g of its number of rays, so that numbers in proportion to
+    /// v^(1/(1+g)) are best; those of paths for the residual are in proportion to v^(1/2) (Neyman 1934).
+    pub fn of_shares(sensors: &[TrialValues]) -> Option<(Self, Vec<Share>)> {
+        let means = Self::of(sensors.iter().copied())?;
+        let of = |part: fn(&TrialValues) -> Moments, gain: f64| {
+            divided(sensors.iter().map(|sensor| sensor.relative_variance(part(sensor))), 1.0 / (1.0 + gain))
+        };
+        let (gathered, rays) = of(|sensor| sensor.gathered, GAIN_OF_EVEN);
+        let (beyond, paths) = of(|sensor| sensor.beyond, 1.0);
+        let shares = rays.into_iter().zip(paths).map(|(gathering, beyond)| Share { gathering, beyond }).collect();
+        Some((Self { gathered, beyond: beyond * f64::from(SampleCounts::TRIAL.beyond), ..means }, shares))
+    }
+}
+
+/// Divides a number among sensors in proportion to a power of their variances, each given with its degrees of freedom; `None` is a sensor
+/// without light, which gets the mean. Returns the power mean of the variances, and the parts relative to their mean.
+fn divided(variances: impl Iterator<Item = Option<[f64; 2]>> + Clone, power: f64) -> (f64, Vec<f64>) {
+    let mean = |of: &dyn Fn([f64; 2]) -> f64| {
+        let mut all = Moments::default();
+        variances.clone().flatten().for_each(|variance| all.push(libm::pow(of(variance), power)));
+        libm::pow(all.mean, 1.0 / power)
+    };
+    let usual = mean(&|[variance, _]| variance);
+    // a few passes tell little of one sensor
+    let own = |[variance, freedom]: [f64; 2]| (freedom * variance + PRIOR * usual) / (freedom + PRIOR);
+    let middle = mean(&own);
+    let part = |variance| if middle > 0.0 { libm::pow(own(variance) / middle, power) } else { 1.0 };
+    (middle, variances.map(|variance| variance.map_or(1.0, part)).collect())
 }
 
 #[cfg(test)]
@@ -231,6 +305,33 @@ mod tests {
         let many_photons = tried(0.01, RelativeVariances { by_one_photon: 4.8e-4 / 16.0 * 100.0, ..spread }, 81);
         assert_eq!(many_photons, SampleCounts { photons: 128, ..tried(0.01, spread, 81) });
         assert!(dear.per_opening >= 4 && tried(0.01, spread, 81).per_opening == 4);
+    }
+
+    /// Checks standard deviations of 1 and 4, well known: the second sensor gets four times as many paths, and the mean number is that for
+    /// a variance of (5 / 2)^2; where little is known of each, all get more nearly the same; one without light gets the mean.
+    #[test]
+    fn sensors_share_paths_by_their_deviation() {
+        let (known, guessed) = (1e9, PRIOR);
+        let of = |freedom: f64| divided([Some([1.0, freedom]), None, Some([16.0, freedom])].into_iter(), 0.5);
+        let (mean, shares) = of(known);
+        assert!((mean - 6.25).abs() < 1e-6, "{mean}");
+        assert!(
+            shares.iter().zip([0.4, 1.0, 1.6]).all(|(share, by_hand)| (share - by_hand).abs() < 1e-6),
+            "{shares:?}"
+        );
+        // half of each variance is the power mean of both, 6.25
+        let parts = [1.0, 16.0].map(|variance: f64| (0.5 * (variance + 6.25)).sqrt());
+        let [low, high] = parts.map(|part| 2.0 * part / (parts[0] + parts[1]));
+        let (_, shares) = of(guessed);
+        assert!((shares[0] - low).abs() + (shares[2] - high).abs() < 1e-12, "{shares:?}");
+        assert_eq!(divided([Some([0.0, known])].into_iter(), 0.5), (0.0, vec![1.0]));
+        let counts = SampleCounts { per_sensor: 20, beyond: 10, ..NONE };
+        let share = Share { gathering: 0.4, beyond: 1.6 };
+        assert_eq!(counts.of_sensor(share), SampleCounts { per_sensor: 16, beyond: 16, ..NONE });
+        assert_eq!(
+            counts.of_sensor(Share { gathering: 0.0, beyond: 0.0 }),
+            SampleCounts { per_sensor: 4, beyond: 1, ..NONE }
+        );
     }
 
     /// Checks two passes at 1 and 3 lx: a variance of 2 lx2, over the square of 2 lx; of one of four paths four times that.
