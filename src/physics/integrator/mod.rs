@@ -27,7 +27,7 @@ pub mod jenkins;
 pub mod light_tracing;
 pub mod method;
 pub mod moments;
-mod pass;
+pub mod pass;
 pub mod pass_size;
 pub mod path_tracing;
 pub mod photon;

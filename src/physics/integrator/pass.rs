@@ -51,6 +51,12 @@ impl Pass {
     }
 }
 
+/// Fewest sensors whose residuals are pooled: fewer contain too little information on how they differ.
+pub const LEAST_SENSORS: usize = 8;
+
+/// Least scale of a sensor's residual, as a fraction of the mean over the grid.
+pub const LEAST_SCALE: f64 = 0.1;
+
 /// Illuminances of a grid in lx, one per sensor, with what their errors are computed from.
 #[derive(Clone, Debug, Default)]
 pub struct GridPass {
@@ -66,6 +72,9 @@ pub struct GridPass {
     pub residual: Vec<f64>,
     /// Part of each sensor's illuminance in lx that the coarse solution gives; as long as `residual`.
     pub gathered: Vec<f64>,
+    /// Variance by which the residuals of sensors are expected to differ, relative to their squared gathered light; in the state before the
+    /// first pass.
+    pub expected_spread: Option<f64>,
     /// Number of photons behind each sensor's value; empty where the method's errors do not depend on it.
     pub photons: Vec<PhotonCount>,
     /// Illuminances in lx at many moments, with what is summed over them, sensor by sensor; empty where they are not requested.
@@ -116,6 +125,7 @@ impl GridPass {
             }
         });
         Self {
+            expected_spread: self.expected_spread,
             illuminance: scaled(&self.illuminance),
             bias: scaled(&self.bias),
             contrasts: scaled(&self.contrasts),

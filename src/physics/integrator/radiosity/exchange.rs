@@ -15,8 +15,8 @@ use crate::sampling::{Key, PathRandom, warp};
 use crate::traceable::{Place, SurfaceId, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions.
-const RAYS: usize = STRATA * STRATA;
-const STRATA: usize = 4;
+pub(super) const RAYS: usize = STRATA * STRATA;
+pub(super) const STRATA: usize = 4;
 
 /// Number of rays from each patch by which others are found.
 const FINDING: usize = 4;
@@ -54,15 +54,15 @@ pub struct Exchange<const C: usize> {
     /// Rectangles of the patches, by these numbers; `None` for those of facets.
     areas: Vec<Option<Area>>,
     /// Diffuse reflectances, by these numbers.
-    reflectances: Vec<Spectrum<C>>,
+    pub(super) reflectances: Vec<Spectrum<C>>,
     /// Patches that rays from the starts of paths meet first, by these numbers.
     seen: Vec<u32>,
     /// Patches in which the rays of each patch end, by these numbers, with the reflectance of mirrors on the path.
-    met: Vec<(u32, f64)>,
+    pub(super) met: Vec<(u32, f64)>,
     /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
-    of_openings: Vec<(u32, f64)>,
+    pub(super) of_openings: Vec<(u32, f64)>,
     /// Illuminances by luminaires in lx.
-    of_luminaires: Vec<Spectrum<C>>,
+    pub(super) of_luminaires: Vec<Spectrum<C>>,
 }
 
 /// Points of a patch that rays have met.
@@ -198,7 +198,9 @@ impl<const C: usize> Exchange<C> {
         let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
         let bright_patches =
             BrightPatches::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()), mean);
+        let variances = self.variances(fluxes, &radiosities);
         Solution {
+            variances,
             exchange: self.clone(),
             bright_patches,
             luminances: radiosities,
@@ -314,7 +316,9 @@ const MOST_TURNS: usize = 8;
 pub struct Solution<const C: usize> {
     exchange: Arc<Exchange<C>>,
     /// Luminances in cd/m2, by the number of the patch.
-    luminances: Vec<Spectrum<C>>,
+    pub(super) luminances: Vec<Spectrum<C>>,
+    /// Variances of these luminances in (cd/m2)^2, by the chance of the rays and connections of each patch.
+    pub(super) variances: Vec<f64>,
     /// Patches that are much brighter than most.
     bright_patches: BrightPatches,
     /// Luminous flux of all openings in lm, to which the luminances are proportional; `None` where they are not.
@@ -334,7 +338,7 @@ impl<const C: usize> Solution<C> {
     }
 
     #[inline]
-    fn number(&self, surface: SurfaceId, point: DVec3) -> Option<u32> {
+    pub(super) fn number(&self, surface: SurfaceId, point: DVec3) -> Option<u32> {
         let Exchange { patches, numbers, .. } = &*self.exchange;
         Some(numbers[patches.at(surface, point)?])
     }

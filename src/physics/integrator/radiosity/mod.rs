@@ -7,6 +7,8 @@
 //! Cells of surfaces on which direct light has a steep gradient are divided ([`gradients`]), and some rays are aimed at patches that are
 //! much brighter than most ([`bright_patches`]).
 //!
+//! The error of each patch tells how much sensors that see different patches may differ ([`spread`]).
+//!
 //! Methods use the solution as a control variate: a ray counts the radiosity of the patch that it meets, and a fraction of the rays
 //! continue and count its residual, so that the sum is exact in expectation. Coarse patches and noisy radiosities increase the variance,
 //! but not the mean of the estimate.
@@ -15,6 +17,7 @@ mod bright_patches;
 mod exchange;
 mod gradients;
 mod patches;
+mod spread;
 
 pub use bright_patches::{Aim, BrightPatches};
 pub use exchange::{Exchange, Solution, SurfacePoint};

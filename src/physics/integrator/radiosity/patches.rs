@@ -134,7 +134,8 @@ impl DividedRectangle {
     }
 }
 
-/// Key of the facets that share a patch: a piece of a mesh, a cell of space, a side, and their reflectance.
+/// Key of the facets that share a patch: a piece of a mesh, a cell of space, the direction and the side that faces there, and their
+/// reflectance.
 type Cluster = (u32, [i32; 3], u8, [u64; 3]);
 
 impl Patches {
@@ -187,7 +188,8 @@ impl Patches {
                 (0..3).fold(0, |axis, other| if normal[other].abs() > normal[axis].abs() { other } else { axis });
             let piece = meshes.piece(facet);
             for (side, surface) in surfaces.into_iter().enumerate().filter(|(_, surface)| reflects(scene, *surface)) {
-                let toward = 2 * axis + usize::from((normal[axis] < 0.0) != (side == 1));
+                // the dark inside of a body is not its outside opposite
+                let toward = 2 * axis + usize::from((normal[axis] < 0.0) != (side == 1)) + 6 * side;
                 let reflectance = scene.optics(surface).map_or([0; 3], |optics| optics.reflectance.map(f64::to_bits));
                 let cell = middle.floor().to_array().map(|coordinate| coordinate as i32);
                 let next = self.count as u32;

@@ -3,11 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use crate::integrator::backward::pass::lifted;
 use crate::integrator::diffuser_source::closure_source::{ClosureLight, ClosureSource};
 use crate::integrator::method::Task;
-use crate::integrator::radiosity::{Exchange, Solution};
+use crate::integrator::radiosity::{Exchange, Solution, SurfacePoint};
 use crate::sampling::{Key, Stream};
-use crate::scene::{Grid, View};
+use crate::scene::{Grid, Sensor, View};
+use crate::traceable::SurfaceId;
 
 /// Number of photons down each tube in a trial of the room.
 pub const PHOTONS_DOWN_EACH: u64 = 64;
@@ -25,12 +27,43 @@ pub fn pixels(views: &[View]) -> usize {
     views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum()
 }
 
-/// Computes a coarse solution of the light that surfaces reflect, from a few photons.
-pub fn reflected<const C: usize>(task: &Task, exchange: &Arc<Exchange<C>>, seed: u64, target: f64) -> Arc<Solution<C>> {
-    let scene = task.traceable;
-    let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
-    let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
-    let lit = ClosureSource::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
-    let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
-    Arc::new(exchange.solve(&fluxes))
+/// Largest number of sensors of a grid by which the spread of its residuals is expected.
+const SENSORS: usize = 36;
+
+/// Coarse solution of the light that surfaces reflect, from a few photons.
+#[derive(Debug)]
+pub struct Coarse<const C: usize> {
+    pub solution: Arc<Solution<C>>,
+    /// Variances by which the residuals of sensors are expected to differ, relative to their squared gathered light, by grid; empty in
+    /// rooms with lobes or mirrors, where they are not known.
+    pub spreads: Vec<f64>,
+    /// Number of rays and connections of which it was computed.
+    pub rays: f64,
+}
+
+impl<const C: usize> Coarse<C> {
+    /// Computes a coarse solution with patches of about `edge` m around the `starts` of paths; `None` where no light is reflected.
+    pub fn new(task: &Task, starts: &[SurfacePoint], edge: f64, (seed, target): (u64, f64)) -> Option<Self> {
+        let scene = task.traceable;
+        let exchange = Arc::new(Exchange::new(scene, starts, edge)?);
+        let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
+        let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
+        let lit = ClosureSource::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
+        let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
+        let solution = exchange.solve(&fluxes);
+        let spread = |(number, grid): (usize, &Grid)| {
+            let some = grid.thinned(SENSORS);
+            let valued = (0..some.len()).filter(|sensor| !some.is_inside(*sensor));
+            let sensors: Vec<Sensor> = valued.map(|sensor| lifted(scene, &some, sensor)).collect();
+            solution.expected_spread(scene, &sensors, key.stream(Stream::Grid, number as u64))
+        };
+        // light by lobes and mirrors makes sensors differ by more than their patches
+        let is_diffuse =
+            |surface| scene.optics(SurfaceId::numbered(surface)).is_none_or(|optics| !optics.is_specular());
+        let spreads = match (0..scene.surfaces_count()).all(is_diffuse) {
+            true => task.grids.iter().enumerate().map(spread).collect(),
+            false => Vec::new(),
+        };
+        Some(Self { spreads, rays: exchange.rays(), solution: Arc::new(solution) })
+    }
 }

@@ -38,61 +38,28 @@
 
 mod close;
 mod coarse;
+mod passes;
 mod sample_counts;
+mod settings;
 mod starts;
 mod straight;
 mod trial;
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+pub use passes::TwoStage;
+pub use settings::Settings;
 
-use rayon::prelude::*;
-
-use crate::guide::RayCount;
-use crate::integrator::backward;
 use crate::integrator::backward::chance;
-use crate::integrator::backward::pass::{Lux, Sampling, each, lifted};
-use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::diffuser_source::closure_source::{
-    ClosureLight, ClosureSource, add_directional, all_lambertian, directional_bytes, most_places, of_light_tracing,
-    refuses_all_but_lambertian, refuses_directional,
+    all_lambertian, directional_bytes, most_places, of_light_tracing, refuses_all_but_lambertian, refuses_directional,
 };
-use crate::integrator::diffuser_source::light::{DiffuserLight, SensorLit};
-use crate::integrator::diffuser_source::visible_parts::reach;
 use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Task, Trial};
-use crate::integrator::photon::chunks::MOST_CHUNK;
-use crate::integrator::photon::descent::Exit;
-use crate::integrator::radiosity::{Exchange, Solution};
 use crate::integrator::room_matrix::MatrixEstimator;
 use crate::integrator::trial::{Powers, TrialPasses};
-use crate::integrator::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
-use crate::optics::{Closure, Spectrum};
-use crate::sampling::{Key, Stream};
-use crate::scene::{Channels, EstimateKind, Grid, View};
-use crate::traceable::TraceableScene;
+use crate::scene::Channels;
 use close::{CloseSensors, refuses_close};
-use coarse::{PHOTONS_DOWN_EACH, TRIED_PASSES, pixels, reflected, valued};
-use sample_counts::{PATHS, RelativeVariances, SampleCounts, Share, TrialValues};
+use coarse::{Coarse, pixels, valued};
+use sample_counts::{PATHS, SampleCounts};
 use starts::starts;
-use straight::{GridSensors, OpeningConnections, Straight, by_mirrors, of_luminaires};
-
-/// Settings of the two-stage method.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
-    /// Number of photons from sky and sun per pass, all tubes together; 64..=16_777_216; `None`: by the requested accuracy, or with views
-    /// 8192.
-    pub photons_per_pass: Option<u64>,
-    /// Number of backward paths per sensor and pass; 1..=65_536; `None`: by the requested accuracy.
-    pub samples_per_sensor: Option<u32>,
-    /// Number of backward paths per pixel and pass; 1..=4_096.
-    pub samples_per_pixel: u32,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { photons_per_pass: None, samples_per_sensor: None, samples_per_pixel: 8 }
-    }
-}
 
 impl Described for Settings {
     fn name(&self) -> &'static str {
@@ -165,36 +132,6 @@ fn refuses_closures(task: &Task) -> Option<Refusal> {
     refuses_directional(task).or_else(|| refuses_close(task).map(of_light_tracing))
 }
 
-/// Number of reflections of a path without Russian roulette, which would spoil the gain of low-discrepancy points.
-const CERTAIN_REFLECTIONS: u32 = 3;
-
-/// Number of pairs of Sobol coordinates of a path.
-const SOBOL_PAIRS: u32 = 8;
-
-/// Number of pairs of Sobol coordinates of a path from an eye, whose points are low-discrepancy together with those of neighbouring pixels:
-/// a third pair gains nothing.
-const SOBOL_PAIRS_SEEN: u32 = 2;
-
-/// Method on one scene; `C` channels of light.
-#[derive(Debug)]
-pub struct TwoStage<const C: usize> {
-    scene: Arc<TraceableScene>,
-    closures: ClosureSource<C>,
-    grids: Vec<Grid>,
-    views: Vec<View>,
-    counts: SampleCounts,
-    /// Share of the paths that each sensor has, grid by grid; `None` where all have equally many.
-    shares: Option<Vec<Vec<Share>>>,
-    connections: OpeningConnections,
-    /// Coarse solution of the light that surfaces reflect; `None` where they reflect none.
-    reflected: Option<Arc<Solution<C>>>,
-    /// Sensors close to surfaces, which another method computes.
-    close: Option<CloseSensors<C>>,
-    /// Matrix of the room, where daylight coefficients are requested.
-    room: Option<MatrixEstimator<C>>,
-    seed: Key,
-}
-
 /// Initial length of an edge of a patch, as a fraction of the room's shortest edge, and the factor above which shorter edges are not worth
 /// another solution.
 const EDGE: f64 = 1.0 / 6.0;
@@ -206,183 +143,22 @@ impl<const C: usize> TwoStage<C> {
         let scene = task.traceable;
         let starts = starts(scene, task.grids, task.views);
         let mut edge = EDGE * scene.enclosure.shortest_edge_m();
-        let mut exchange = Exchange::new(scene, &starts, edge).map(Arc::new);
-        let mut solution = exchange.as_ref().map(|exchange| reflected(task, exchange, seed, target));
-        let mut counts = Self::counts(task, settings, solution.as_ref(), (seed, target));
-        if let Some(coarse) = &exchange {
-            let finer = counts.finer(coarse.rays(), (valued(task.grids), pixels(task.views)));
+        let by = (seed, target);
+        let mut coarse = Coarse::new(task, &starts, edge, by);
+        let (mut counts, variances) = Self::counts(task, settings, coarse.as_ref(), by);
+        if let Some(Coarse { rays, .. }) = coarse {
+            let numbers = (valued(task.grids), pixels(task.views), scene.tubes.len());
+            let finer = counts.finer(target, variances, rays, numbers);
             if finer < WORTHWHILE {
                 edge *= finer;
-                exchange = Exchange::new(scene, &starts, edge).map(Arc::new);
-                solution = exchange.as_ref().map(|exchange| reflected(task, exchange, seed, target));
-                counts = Self::counts(task, settings, solution.as_ref(), (seed, target));
+                coarse = Coarse::new(task, &starts, edge, by);
+                (counts, _) = Self::counts(task, settings, coarse.as_ref(), by);
             }
         }
-        let shares = Self::divided(task, settings, solution.as_ref(), (seed, target), &mut counts);
+        let shares = Self::divided(task, settings, coarse.as_ref(), by, &mut counts);
         let room = MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor, (seed, target));
         let close = CloseSensors::new(scene, task.grids, seed, target);
-        let made = Self::with_counts(scene, (task.grids, task.views), (counts, target), solution, seed);
+        let made = Self::with_counts(scene, (task.grids, task.views), (counts, target), coarse.as_ref(), seed);
         Self { room, close, shares, ..made }
-    }
-
-    /// Builds the method with given sizes, and divides the photons of a pass among sky and sun of the tubes.
-    fn with_counts(
-        scene: &Arc<TraceableScene>,
-        (grids, views): (&[Grid], &[View]),
-        (counts, target): (SampleCounts, f64),
-        reflected: Option<Arc<Solution<C>>>,
-        seed: u64,
-    ) -> Self {
-        let closures = ClosureSource::new(scene, grids, (counts.photons, target), seed);
-        let seed = Key::new(seed);
-        let connections = OpeningConnections::new(scene, grids, counts.per_opening, seed);
-        let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self {
-            closures,
-            grids,
-            views,
-            counts,
-            connections,
-            reflected,
-            close: None,
-            room: None,
-            shares: None,
-            seed,
-            scene: scene.clone(),
-        }
-    }
-
-    /// Computes one pass of a grid, and the number of its rays; `None` when cancelled.
-    fn grid(
-        &self,
-        light: &DiffuserLight<C>,
-        sensors: GridSensors,
-        cancel: &AtomicBool,
-    ) -> Option<(GridPass, RayCount)> {
-        let (scene, grid) = (&*self.scene, sensors.grid);
-        let shares = self.shares.as_ref().map(|shares| &shares[sensors.number]);
-        let found = each(grid.len(), cancel, |sensor| {
-            if grid.is_inside(sensor) {
-                return (Straight::default(), Lux::default(), RayCount::default());
-            }
-            let counts = shares.map_or(self.counts, |shares| self.counts.of_sensor(shares[sensor]));
-            let sampling = Sampling {
-                paths: counts.per_sensor,
-                beyond: self.reflected.is_some().then_some(counts.beyond),
-                certain: CERTAIN_REFLECTIONS,
-                pairs: SOBOL_PAIRS,
-            };
-            let mut straight = self.connections.straight(scene, light, sensors, sensor);
-            let rays_and_connections = [counts.per_sensor, counts.per_opening].map(f64::from);
-            straight += of_luminaires::<C>(scene, sensors, sensor, rays_and_connections);
-            straight += by_mirrors(scene, light, sensors, sensor, rays_and_connections);
-            let centre = lifted(scene, grid, sensor).position;
-            let lit = SensorLit { light, centre, reach: reach(grid), rays_and_connections };
-            let stream = sensors.stream.stream(Stream::Sensor, sensor as u64);
-            let (lux, rays) = backward::pass::sensor::<C>(scene, grid, sensor, sampling, stream, &lit);
-            (straight, lux, rays)
-        })?;
-        let mut pass = GridPass::default();
-        let mut all_rays = RayCount::default();
-        for (straight, lux, rays) in found {
-            pass.illuminance.push(straight.lux + lux.whole);
-            pass.residual.push(lux.beyond);
-            pass.gathered.push(lux.whole - lux.beyond);
-            pass.photons.push(PhotonCount { brightest_lux: straight.missed, ..PhotonCount::default() });
-            all_rays += straight.rays;
-            all_rays += rays;
-        }
-        Some((pass, all_rays))
-    }
-
-    /// Adds the light of the diffusers that the eye sees directly.
-    fn add_diffusers(&self, light: &DiffuserLight<C>, view: &View, luminance: &mut [f64]) {
-        for tube in light.tubes() {
-            let (closure, from) = (Closure::EVEN.turned(tube.frame.turn()), tube.frame.outward());
-            let exits: Vec<_> = tube.photons().map(|(position, flux)| Exit { position, closure, from, flux }).collect();
-            let seen = |exits: &[Exit<C>]| -> Vec<(usize, Spectrum<C>)> {
-                exits.iter().filter_map(|exit| exit_seen_by(&self.scene, exit, view)).collect()
-            };
-            let chunks: Vec<_> = exits.par_chunks(MOST_CHUNK as usize).map(seen).collect();
-            for (pixel, value) in chunks.into_iter().flatten() {
-                for (channel, value) in value.0.into_iter().enumerate() {
-                    luminance[pixel * C + channel] += value;
-                }
-            }
-        }
-    }
-
-    /// Computes the light of a pass, with the coarse solution of the light that surfaces reflect of it.
-    fn lit(&self, key: Key, cancel: &AtomicBool) -> Option<ClosureLight<C>> {
-        let ClosureLight { lambertian, directional, totals } = self.closures.pass(&self.scene, key, cancel)?;
-        let lambertian = match &self.reflected {
-            Some(reflected) => lambertian.reflected_by(reflected),
-            None => lambertian,
-        };
-        Some(ClosureLight { lambertian, directional, totals })
-    }
-
-    /// Computes all grids in one pass, and the number of rays.
-    fn grids(
-        &self,
-        light: &DiffuserLight<C>,
-        key: Key,
-        pass: u64,
-        cancel: &AtomicBool,
-    ) -> Option<(Vec<GridPass>, RayCount)> {
-        let (mut grids, mut all_rays) = (Vec::new(), RayCount::default());
-        for (number, grid) in self.grids.iter().enumerate() {
-            let stream = key.stream(Stream::Grid, number as u64);
-            let average = grid.estimate == EstimateKind::CellAverage;
-            let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
-            let sensors = GridSensors { number, grid, pass, offsets: offsets.as_deref(), stream };
-            let (grid, rays) = self.grid(light, sensors, cancel)?;
-            all_rays += rays;
-            grids.push(grid);
-        }
-        Some((grids, all_rays))
-    }
-}
-
-impl<const C: usize> Integrator for TwoStage<C> {
-    fn start(&self) -> Pass {
-        let nothing = |grid: &Grid| vec![0.0; if self.reflected.is_some() { grid.len() } else { 0 }];
-        let grid = |grid: &Grid| {
-            let companions = vec![GridPass::default(); self.room.as_ref().map_or(0, |room| room.columns(grid))];
-            GridPass { residual: nothing(grid), companions, ..GridPass::default() }
-        };
-        Pass { grids: self.grids.iter().map(grid).collect(), ..Pass::default() }
-    }
-
-    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
-        let scene = &*self.scene;
-        let key = self.seed.stream(Stream::Pass, pass);
-        let ClosureLight { lambertian: light, directional, mut totals } = self.lit(key, cancel)?;
-        let (grids, rays) = self.grids(&light, key, pass, cancel)?;
-        totals.rays += rays;
-        let mut result = Pass { totals, grids, photons: self.closures.photons(), ..Pass::default() };
-        add_directional(&mut result.grids, &directional);
-        if let Some(close) = &self.close {
-            result.totals.rays += close.replace(pass, &mut result.grids, cancel)?;
-        }
-        if let Some(room) = &self.room {
-            let replicate = room.replicate(pass, self.grids.len(), cancel)?;
-            result.totals.rays += replicate.rays;
-            result.grids.iter_mut().zip(replicate.grids).for_each(|(grid, responses)| grid.companions = responses);
-        }
-        for (number, view) in self.views.iter().enumerate() {
-            let stream = key.stream(Stream::View, number as u64);
-            let paths = self.counts.per_pixel;
-            let sampling = Sampling { paths, beyond: None, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS_SEEN };
-            let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
-            if cancel.load(Ordering::Relaxed) {
-                return None;
-            }
-            self.add_diffusers(&light, view, &mut luminance);
-            result.totals.rays += rays;
-            let rays = vec![f64::from(self.counts.per_pixel)];
-            result.views.push(ViewPass { luminance, rays, ..ViewPass::default() });
-        }
-        Some(result)
     }
 }

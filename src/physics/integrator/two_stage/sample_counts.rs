@@ -3,6 +3,7 @@
 use crate::integrator::GridPass;
 use crate::integrator::diffuser_source::closure_source::directional_photons;
 use crate::integrator::diffuser_source::photon_counts::photons_for;
+use crate::integrator::pass::LEAST_SENSORS;
 use crate::integrator::pass_size::PassSize;
 use crate::sampling::power_of_two;
 use crate::statistics::Moments;
@@ -42,7 +43,7 @@ const GAIN_OF_CONNECTIONS: f64 = 1.5;
 /// Time of a connection, in that of a ray that ends at the first surface.
 const TIME_OF_CONNECTION: f64 = 0.5;
 
-/// Fraction of the residual's variance that remains in each sensor however many share it: patches are not equally good everywhere.
+/// Fraction of the residual's variance that remains in each sensor however many share it, where nothing tells how much sensors differ.
 const DIFFERENT: f64 = 0.04;
 
 /// Time of a path beyond its first surface, in that of a ray that ends there.
@@ -56,9 +57,15 @@ const TRIAL_PASSES: [f64; 2] = [4.0, 64.0];
 /// Degrees of freedom of the mean over all sensors in the estimate of a sensor's variance, beside those of its own values.
 const PRIOR: f64 = 8.0;
 
-/// Rays of a coarse solution as a fraction of those of all passes, and the smallest factor by which its edges get shorter than at first.
+/// Rays of a coarse solution as a fraction of those of all passes of views.
 const SHARE_OF_PATCHES: f64 = 0.25;
+
+/// Time of a ray or connection of a coarse solution, in that of a sensor's ray that ends at the first surface.
+const TIME_OF_EXCHANGE: f64 = 1.5;
+
+/// Smallest factor by which edges of patches get shorter than at first, and the number of factors that are compared.
 const FINEST: f64 = 0.15;
+const FACTORS: u32 = 16;
 
 /// Numbers of photons, paths and connections of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,25 +128,44 @@ impl SampleCounts {
         Self { per_sensor: of(self.per_sensor, share.gathering, FEWEST_PATHS).max(beyond), beyond, ..self }
     }
 
-    /// Returns the factor, at most 1, by which edges of patches should be shorter, so that the coarse solution, which took `rays` rays, has
-    /// its fraction of the time of a job with this number of sensors and pixels.
-    pub fn finer(self, rays: f64, (sensors, pixels): (usize, usize)) -> f64 {
-        let of_pixel = f64::from(self.per_pixel) * TIME_BEYOND;
-        let passes = PASSES * (self.time_of_sensor() * sensors as f64 + of_pixel * pixels as f64);
-        (rays / (SHARE_OF_PATCHES * passes)).sqrt().clamp(FINEST, 1.0)
+    /// Returns the factor, at most 1, by which edges of patches should be shorter than those of a coarse solution that took `rays` rays, so
+    /// that a job with this number of sensors, pixels and tubes takes the least time: with the edges e the rays grow by e^-2, and the
+    /// expected spread of residuals falls by e^2. For pixels, and where no spread is known, the coarse solution has a fraction of the time.
+    pub fn finer(
+        self,
+        target: f64,
+        variances: Option<RelativeVariances>,
+        rays: f64,
+        (sensors, pixels, tubes): (usize, usize, usize),
+    ) -> f64 {
+        let known = variances.filter(|variances| variances.spread.is_finite());
+        let of_pixels = f64::from(self.per_pixel) * TIME_BEYOND * pixels as f64;
+        let of_sensors = if known.is_some() { 0.0 } else { self.time_of_sensor() * sensors as f64 };
+        let by_share = (rays / (SHARE_OF_PATCHES * PASSES * (of_pixels + of_sensors))).sqrt().clamp(FINEST, 1.0);
+        let Some(variances) = known else { return by_share };
+        let time = |finer: &f64| {
+            let squared = finer * finer;
+            let sizes = self.tried(
+                target,
+                RelativeVariances { spread: variances.spread * squared, ..variances },
+                (sensors, tubes),
+            );
+            TIME_OF_EXCHANGE * rays / squared + PASSES * sizes.time_of_sensor() * sensors as f64
+        };
+        let factors = (0..FACTORS).map(|step| libm::pow(FINEST, f64::from(step) / f64::from(FACTORS - 1)));
+        factors.min_by(|one, other| time(one).total_cmp(&time(other))).unwrap_or(1.0).min(by_share)
     }
 
     /// Returns these sizes with the paths, connections and photons that the spread of the tried sensors, some of `all` below this number of
     /// `tubes`, requires: of all divisions of the squared error between gathered, residual and partly hidden light, the one that takes the
     /// least time.
     pub fn tried(self, target: f64, spread: RelativeVariances, (all, tubes): (usize, usize)) -> Self {
-        // the residual counts in a sensor's error as far as sensors do not share its estimate
-        let beyond = spread.beyond * (DIFFERENT + 1.0 / (all.max(1) as f64).sqrt()).min(1.0);
         let variance = PASSES * SHARE_OF_PATHS * target * target;
         let of = |part: u32| variance * f64::from(part) / f64::from(DIVISIONS);
         let divided = |[gathered, residual]: [u32; 2]| {
             let fewer = libm::pow(spread.gathered / of(gathered), 1.0 / GAIN_OF_EVEN);
-            let beyond = (beyond / of(residual)).clamp(1.0, MOST_PATHS);
+            let beyond = spread.beyond / spread.noise_of_residual(of(residual), all);
+            let beyond = beyond.clamp(1.0, MOST_PATHS);
             let paths = (f64::from(Self::TRIAL.per_sensor) * fewer).max(beyond).clamp(FEWEST_PATHS, MOST_PATHS);
             let connections = match spread.hidden {
                 0.0 => 0.0,
@@ -178,6 +204,9 @@ pub struct TrialValues {
     pub beyond: Moments,
     /// Remaining part: light straight from its sources.
     pub straight: Moments,
+    /// Variance by which residuals of sensors are expected to differ, relative to their squared gathered light; infinite where
+    /// that is unknown.
+    pub expected_spread: f64,
     /// Variance in lx2 by light that boxes partly hide, with one photon of each opening.
     pub by_one_photon: f64,
     /// Number of openings, luminaires and chains of mirrors to each of which the sensor has several connections.
@@ -204,9 +233,9 @@ impl TrialValues {
 /// Numbers of a sensor's rays and paths, relative to their means over all sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
-    /// Of all rays.
+    /// Number of all rays.
     pub gathering: f64,
-    /// Of those that continue beyond the first surface.
+    /// Number of those that continue beyond the first surface.
     pub beyond: f64,
 }
 
@@ -217,6 +246,8 @@ pub struct RelativeVariances {
     pub gathered: f64,
     /// Variance of the residual, by one path.
     pub beyond: f64,
+    /// Variance by which the residuals of sensors are expected to differ; not finite where that is unknown.
+    pub spread: f64,
     /// Variance of the direct light, by the number of connections of the trial.
     pub hidden: f64,
     /// Number of openings, luminaires and chains of mirrors to each of which a sensor has several connections.
@@ -226,21 +257,41 @@ pub struct RelativeVariances {
 }
 
 impl RelativeVariances {
+    /// Returns the variance of a sensor's residual in one pass by which the error of all passes is that of passes of this `variance`, where
+    /// `sensors` share their residuals. With n sensors whose residuals differ by the spread S and have the noise y, the squared error is
+    /// S y / (S + y) + y / n (docs/physics/statistics.md#residuals-of-a-coarse-solution). Where S is unknown, passes can show no spread
+    /// below y / n^(1/2).
+    fn noise_of_residual(&self, variance: f64, sensors: usize) -> f64 {
+        if sensors < LEAST_SENSORS {
+            return variance;
+        }
+        if !self.spread.is_finite() {
+            return variance / (DIFFERENT + 1.0 / (sensors as f64).sqrt()).min(1.0);
+        }
+        let (spread, sensors) = (PASSES * self.spread, sensors as f64);
+        let half = 0.5 * (spread * (sensors + 1.0) - variance * sensors);
+        let root = (half * half + variance * sensors * spread).sqrt();
+        // without cancellation
+        if half > 0.0 { variance * sensors * spread / (half + root) } else { root - half }
+    }
+
     /// Computes the spread of sensors; `None` if none of them is lit.
     pub fn of(sensors: impl Iterator<Item = TrialValues>) -> Option<Self> {
-        let [mut gathered, mut beyond, mut hidden, mut hidden_sources, mut by_one_photon] = [Moments::default(); 5];
+        let [mut gathered, mut beyond, mut spread, mut hidden, mut hidden_sources, mut by_one_photon] =
+            [Moments::default(); 6];
         for tried in sensors.filter(|tried| tried.lux.mean > 0.0) {
             let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.lux.mean.powi(2);
             gathered.push(relative(tried.gathered));
             beyond.push(relative(tried.beyond) * f64::from(SampleCounts::TRIAL.beyond));
+            spread.push(tried.expected_spread * (tried.gathered.mean / tried.lux.mean).powi(2));
             hidden.push(relative(tried.straight));
             hidden_sources.push(tried.hidden_sources);
             by_one_photon.push(tried.by_one_photon / tried.lux.mean.powi(2));
         }
         let is_lit = gathered.count > 0.0;
-        let [gathered, beyond, hidden, hidden_sources, by_one_photon] =
-            [gathered, beyond, hidden, hidden_sources, by_one_photon].map(|all| all.mean);
-        is_lit.then_some(Self { gathered, beyond, hidden, hidden_sources, by_one_photon })
+        let [gathered, beyond, spread, hidden, hidden_sources, by_one_photon] =
+            [gathered, beyond, spread, hidden, hidden_sources, by_one_photon].map(|all| all.mean);
+        is_lit.then_some(Self { gathered, beyond, spread, hidden, hidden_sources, by_one_photon })
     }
 
     /// Divides the paths among sensors so that their squared errors have the least sum for the same time, and computes the variances by
@@ -287,8 +338,14 @@ mod tests {
     /// takes fewer paths of each; bounds hold.
     #[test]
     fn paths_follow_from_what_is_tried() {
-        let spread =
-            RelativeVariances { gathered: 4.8e-4, beyond: 0.0, hidden: 0.0, hidden_sources: 0.0, by_one_photon: 0.0 };
+        let spread = RelativeVariances {
+            gathered: 4.8e-4,
+            beyond: 0.0,
+            spread: 0.0,
+            hidden: 0.0,
+            hidden_sources: 0.0,
+            by_one_photon: 0.0,
+        };
         let tried = |target: f64, spread: RelativeVariances, all: usize| NONE.tried(target, spread, (all, 1));
         assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [17, 45]);
         assert_eq!(tried(0.1, spread, 81), SampleCounts { per_sensor: 4, beyond: 1, ..NONE });
@@ -305,6 +362,30 @@ mod tests {
         let many_photons = tried(0.01, RelativeVariances { by_one_photon: 4.8e-4 / 16.0 * 100.0, ..spread }, 81);
         assert_eq!(many_photons, SampleCounts { photons: 128, ..tried(0.01, spread, 81) });
         assert!(dear.per_opening >= 4 && tried(0.01, spread, 81).per_opening == 4);
+    }
+
+    /// Checks closed forms: residuals that do not differ are shared by all, those of few sensors by none; large differences leave each with
+    /// its own noise, and with a spread of twice the error half of the noise is left.
+    #[test]
+    fn noise_of_shared_residuals() {
+        let of = |spread: f64, sensors: usize| {
+            let spread = spread / PASSES;
+            let none = RelativeVariances {
+                gathered: 0.0,
+                beyond: 0.0,
+                spread,
+                hidden: 0.0,
+                hidden_sources: 0.0,
+                by_one_photon: 0.0,
+            };
+            none.noise_of_residual(0.5, sensors)
+        };
+        assert_eq!([of(0.0, 100), of(0.0, LEAST_SENSORS - 1)], [50.0, 0.5]);
+        assert!((of(1e12, 1_000_000) - 0.5).abs() < 1e-6);
+        assert!((of(f64::INFINITY, 10_000) - 10.0).abs() < 1e-12);
+        assert!((of(1.0, 1_000_000_000_000) - 1.0).abs() < 1e-9);
+        let y = of(0.7, 81);
+        assert!((0.7 * y / (0.7 + y) + y / 81.0 - 0.5).abs() < 1e-12, "{y}");
     }
 
     /// Checks standard deviations of 1 and 4, well known: the second sensor gets four times as many paths, and the mean number is that for
@@ -350,11 +431,18 @@ mod tests {
             gathered: part,
             beyond: part,
             straight: part,
+            expected_spread: 0.25,
             hidden_sources: 3.0,
             by_one_photon,
         };
-        let spread =
-            RelativeVariances { gathered: 0.5, beyond: 2.0, hidden: 0.5, hidden_sources: 3.0, by_one_photon: 2.0 };
+        let spread = RelativeVariances {
+            gathered: 0.5,
+            beyond: 2.0,
+            spread: 0.25,
+            hidden: 0.5,
+            hidden_sources: 3.0,
+            by_one_photon: 2.0,
+        };
         assert_eq!(RelativeVariances::of([lit, dark].into_iter()).unwrap(), spread);
         assert_eq!(RelativeVariances::of(std::iter::once(dark)), None);
     }

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::coarse::{PHOTONS_DOWN_EACH, TRIED_PASSES, valued};
+use super::coarse::{Coarse, PHOTONS_DOWN_EACH, TRIED_PASSES, valued};
+use super::passes::TwoStage;
 use super::sample_counts::{PATHS, RelativeVariances, SampleCounts, Share, TrialValues};
+use super::settings::Settings;
 use super::straight::GridSensors;
-use super::{Settings, TwoStage};
 use crate::integrator::method::Task;
-use crate::integrator::radiosity::Solution;
 use crate::sampling::Stream;
 use crate::scene::Grid;
 use crate::traceable::TraceableScene;
@@ -21,9 +21,9 @@ impl<const C: usize> TwoStage<C> {
     pub(super) fn counts(
         task: &Task,
         settings: &Settings,
-        reflected: Option<&Arc<Solution<C>>>,
+        coarse: Option<&Coarse<C>>,
         (seed, target): (u64, f64),
-    ) -> SampleCounts {
+    ) -> (SampleCounts, Option<RelativeVariances>) {
         let scene = task.traceable;
         let photons = SampleCounts::photons(target, &scene.tubes, !task.views.is_empty());
         let counts = SampleCounts {
@@ -34,15 +34,16 @@ impl<const C: usize> TwoStage<C> {
             per_pixel: settings.samples_per_pixel,
         };
         match settings.samples_per_sensor {
-            Some(paths) => counts.with_paths(paths),
+            Some(paths) => (counts.with_paths(paths), None),
             None => {
                 let some: Vec<Grid> = task.grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
-                let values = Self::tried(scene, &some, reflected, (seed, target, TRIED_PASSES));
+                let values = Self::tried(scene, &some, coarse, (seed, target, TRIED_PASSES));
                 let spread = values.and_then(|values| RelativeVariances::of(values.into_iter().flatten()));
-                spread.map_or_else(
+                let sized = spread.map_or_else(
                     || counts.with_paths(PATHS.power_of_two(target) as u32),
                     |spread| Self::sized(counts, task, settings, target, spread),
-                )
+                );
+                (sized, spread)
             }
         }
     }
@@ -64,12 +65,12 @@ impl<const C: usize> TwoStage<C> {
     pub(super) fn divided(
         task: &Task,
         settings: &Settings,
-        reflected: Option<&Arc<Solution<C>>>,
+        coarse: Option<&Coarse<C>>,
         (seed, target): (u64, f64),
         counts: &mut SampleCounts,
     ) -> Option<Vec<Vec<Share>>> {
         let passes = counts.trial_of_all().filter(|_| settings.samples_per_sensor.is_none())?;
-        let values = Self::tried(task.traceable, task.grids, reflected, (seed, target, passes))?;
+        let values = Self::tried(task.traceable, task.grids, coarse, (seed, target, passes))?;
         let (spread, shares) = RelativeVariances::of_shares(&values.concat())?;
         *counts = Self::sized(*counts, task, settings, target, spread);
         let mut shares = shares.into_iter();
@@ -80,12 +81,12 @@ impl<const C: usize> TwoStage<C> {
     fn tried(
         scene: &Arc<TraceableScene>,
         grids: &[Grid],
-        reflected: Option<&Arc<Solution<C>>>,
+        coarse: Option<&Coarse<C>>,
         (seed, target, passes): (u64, f64, u64),
     ) -> Option<Vec<Vec<TrialValues>>> {
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let counts = SampleCounts { photons, ..SampleCounts::TRIAL };
-        let method = Self::with_counts(scene, (grids, &[]), (counts, target), reflected.cloned(), seed);
+        let method = Self::with_counts(scene, (grids, &[]), (counts, target), coarse, seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // all passes have the same light, because its variance does not depend on paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;
@@ -93,6 +94,7 @@ impl<const C: usize> TwoStage<C> {
             let sensors = GridSensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
             let straight = method.connections.straight(scene, &light.lambertian, sensors, sensor);
             TrialValues {
+                expected_spread: method.spreads.get(number).copied().unwrap_or(f64::INFINITY),
                 hidden_sources: method.connections.hidden_sources(scene, number, sensor) as f64,
                 by_one_photon: straight.by_one_photon,
                 ..TrialValues::default()

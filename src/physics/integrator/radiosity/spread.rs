@@ -1,0 +1,86 @@
+//! Expected differences between the residuals of sensors: each sees other patches, whose luminances have errors of their own.
+//!
+//! A patch has few rays and connections, and its luminance the error by their chance. Light of a patch that a sensor sees under the factor k
+//! adds k^2 times its variance to the squared residual of the sensor. Two independent sets of directions from a sensor estimate the sum over
+//! all patches without bias: the mean, over all pairs of one direction of each set, of the variance of a patch that both meet.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::exchange::{Exchange, RAYS, STRATA, Solution};
+use crate::integrator::pass::LEAST_SCALE;
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom, lattice, warp};
+use crate::scene::Sensor;
+use crate::traceable::{Place, TraceableScene};
+
+impl<const C: usize> Exchange<C> {
+    /// Estimates the variances of luminances, in (cd/m2)^2, by the differences between rays of neighbouring strata and between connections.
+    pub(super) fn variances(&self, fluxes: &[Spectrum<C>], luminances: &[Spectrum<C>]) -> Vec<f64> {
+        let found = |(number, weight): &(u32, f64)| {
+            luminances.get(*number as usize).map_or(0.0, |luminance| luminance.luminance() * weight / RAYS as f64)
+        };
+        let straight = |(tube, per_lumen): &(u32, f64)| {
+            fluxes.get(*tube as usize).map_or(0.0, |flux| flux.luminance() * per_lumen / PI)
+        };
+        let connections = self.of_openings.len() / self.of_luminaires.len();
+        let patches = self.met.chunks_exact(RAYS).zip(self.of_openings.chunks_exact(connections));
+        patches
+            .zip(&self.reflectances)
+            .map(|((met, of_openings), reflectance)| {
+                // what neighbouring strata have in common, and what changes evenly from one to the next, is no error
+                let contrast = |[row, column]: [usize; 2]| {
+                    let at = |down: usize, right: usize| found(&met[(row + down) * STRATA + column + right]);
+                    (at(0, 0) - at(0, 1) - at(1, 0) + at(1, 1)).powi(2)
+                };
+                let starts = || (0..STRATA).step_by(2);
+                let by_rays: f64 =
+                    starts().flat_map(|row| starts().map(move |column| [row, column])).map(contrast).sum();
+                let by_connections: f64 =
+                    of_openings.chunks_exact(2).map(|pair| (straight(&pair[0]) - straight(&pair[1])).powi(2)).sum();
+                reflectance.luminance().powi(2) * (by_rays + by_connections)
+            })
+            .collect()
+    }
+}
+
+/// Number of directions in each of two sets from a sensor, by which the expected spread is estimated.
+const DIRECTIONS: usize = 48;
+
+impl<const C: usize> Solution<C> {
+    /// Estimates the variance by which residuals of sensors differ because each sees other patches, relative to the squared light of the
+    /// solution at a sensor.
+    pub fn expected_spread(&self, scene: &TraceableScene, sensors: &[Sensor], key: Key) -> f64 {
+        let of_sensor = |(number, sensor): (usize, &Sensor)| {
+            let mut random = PathRandom::new(key.child(number as u64));
+            let [first, second] = [0, 1].map(|_| -> Vec<u32> {
+                let shift = random.uniform2();
+                let met = |direction: usize| {
+                    let point = lattice::point(direction as f64, DIRECTIONS as f64, shift);
+                    let direction = warp::around(sensor.normal, warp::cosine_hemisphere(point));
+                    let hit = scene.intersect(sensor.position, direction, None);
+                    match hit.place {
+                        Place::Surface(surface) => self.number(surface, hit.position),
+                        Place::Opening(_) => None,
+                    }
+                };
+                (0..DIRECTIONS).filter_map(met).filter(|patch| (*patch as usize) < self.luminances.len()).collect()
+            });
+            let light: f64 =
+                first.iter().chain(&second).map(|patch| self.luminances[*patch as usize].luminance()).sum();
+            let both = |patch: &u32| {
+                let times = second.iter().filter(|other| *other == patch).count();
+                times as f64 * self.variances[*patch as usize]
+            };
+            [light / (2 * DIRECTIONS) as f64, first.iter().map(both).sum::<f64>() / (DIRECTIONS * DIRECTIONS) as f64]
+        };
+        let found: Vec<[f64; 2]> = sensors.par_iter().enumerate().map(of_sensor).collect();
+        let count = found.len().max(1) as f64;
+        let least = LEAST_SCALE * found.iter().map(|[light, _]| light).sum::<f64>() / count;
+        if least <= 0.0 {
+            return 0.0;
+        }
+        found.iter().map(|[light, variance]| variance / light.max(least).powi(2)).sum::<f64>() / count
+    }
+}
