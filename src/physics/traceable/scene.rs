@@ -266,12 +266,14 @@ impl TraceableScene {
         self
     }
 
+    /// True if nothing stands or hangs in the room, and its faces are diffuse.
+    pub fn is_bare(&self) -> bool {
+        !self.furnished && self.specular_surfaces().next().is_none()
+    }
+
     /// True if the room is convex, without objects and luminaires, its faces are diffuse, and interreflection is followed.
     pub fn is_plain(&self) -> bool {
-        !self.furnished
-            && self.enclosure.is_convex()
-            && self.interreflection
-            && self.specular_surfaces().next().is_none()
+        self.is_bare() && self.enclosure.is_convex() && self.interreflection
     }
 
     /// Returns the height in m above a plane within which a segment that ends there has reached it: hits on a mesh lie slightly before

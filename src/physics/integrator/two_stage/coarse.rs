@@ -9,7 +9,6 @@ use crate::integrator::method::Task;
 use crate::integrator::radiosity::{Exchange, Solution, SurfacePoint};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Grid, Sensor, View};
-use crate::traceable::SurfaceId;
 
 /// Number of photons down each tube in a trial of the room.
 pub const PHOTONS_DOWN_EACH: u64 = 64;
@@ -35,7 +34,7 @@ const SENSORS: usize = 36;
 pub struct Coarse<const C: usize> {
     pub solution: Arc<Solution<C>>,
     /// Variances by which the residuals of sensors are expected to differ, relative to their squared gathered light, by grid; empty in
-    /// rooms with lobes or mirrors, where they are not known.
+    /// rooms with objects, lobes or mirrors, where they are not known.
     pub spreads: Vec<f64>,
     /// Number of rays and connections of which it was computed.
     pub rays: f64,
@@ -57,10 +56,8 @@ impl<const C: usize> Coarse<C> {
             let sensors: Vec<Sensor> = valued.map(|sensor| lifted(scene, &some, sensor)).collect();
             solution.expected_spread(scene, &sensors, key.stream(Stream::Grid, number as u64))
         };
-        // light by lobes and mirrors makes sensors differ by more than their patches
-        let is_diffuse =
-            |surface| scene.optics(SurfaceId::numbered(surface)).is_none_or(|optics| !optics.is_specular());
-        let spreads = match (0..scene.surfaces_count()).all(is_diffuse) {
+        // light by lobes and mirrors makes sensors differ by more than their patches, and so do patches that lie in part below an object
+        let spreads = match scene.is_bare() {
             true => task.grids.iter().enumerate().map(spread).collect(),
             false => Vec::new(),
         };
