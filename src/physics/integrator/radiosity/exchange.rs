@@ -16,7 +16,7 @@ use crate::traceable::{Place, SurfaceId, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions.
 pub(super) const RAYS: usize = STRATA * STRATA;
-pub(super) const STRATA: usize = 4;
+const STRATA: usize = 4;
 
 /// Number of rays from each patch by which others are found.
 const FINDING: usize = 4;

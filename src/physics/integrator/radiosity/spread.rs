@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::exchange::{Exchange, RAYS, STRATA, Solution};
+use super::exchange::{Exchange, RAYS, Solution};
 use crate::integrator::pass::LEAST_SCALE;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, lattice, warp};
@@ -29,14 +29,7 @@ impl<const C: usize> Exchange<C> {
         patches
             .zip(&self.reflectances)
             .map(|((met, of_openings), reflectance)| {
-                // what neighbouring strata have in common, and what changes evenly from one to the next, is no error
-                let contrast = |[row, column]: [usize; 2]| {
-                    let at = |down: usize, right: usize| found(&met[(row + down) * STRATA + column + right]);
-                    (at(0, 0) - at(0, 1) - at(1, 0) + at(1, 1)).powi(2)
-                };
-                let starts = || (0..STRATA).step_by(2);
-                let by_rays: f64 =
-                    starts().flat_map(|row| starts().map(move |column| [row, column])).map(contrast).sum();
+                let by_rays: f64 = met.chunks_exact(2).map(|pair| (found(&pair[0]) - found(&pair[1])).powi(2)).sum();
                 let by_connections: f64 =
                     of_openings.chunks_exact(2).map(|pair| (straight(&pair[0]) - straight(&pair[1])).powi(2)).sum();
                 reflectance.luminance().powi(2) * (by_rays + by_connections)
