@@ -9,7 +9,7 @@
 //!
 //! The variance tau^2 by which sensors truly differ is estimated from the mean excess of their squares over their noise: as the mean of a
 //! normal distribution about that excess, with the excess' standard error, cut off below zero. So a difference too small to be seen in the
-//! noise still has its part in the errors.
+//! noise still has its part in the errors. Where the coarse solution tells how much sensors should differ, that counts, too.
 //!
 //! See docs/physics/statistics.md#residuals-of-a-coarse-solution.
 
@@ -22,10 +22,6 @@ use crate::statistics::Moments;
 /// Factor by which the true spread of residuals may exceed the expected one: patches are not equally bright everywhere, and their errors
 /// depend on each other. In ten rooms true variances were 0.25 to 4 times the expected ones.
 const CAUTION: f64 = 3.0;
-
-/// Number of its standard errors by which a sensor's value differs from its own residual at most: a sensor unlike all others counts its own
-/// ("limited translation", Efron and Morris 1972). By chance one of 2000 is so far off in eight passes.
-const FARTHEST: f64 = 6.0;
 
 /// Number of standard errors beyond which a spread is certain.
 const CERTAIN: f64 = 2.0;
@@ -102,16 +98,10 @@ impl Residuals {
         };
         let scale = self.gathered[sensor].mean.max(pooled.least_scale);
         let others = 1.0 - pooled.own;
-        let noise = beyond.variance_of_mean();
-        let moved = others * (pooled.mean * scale - beyond.mean);
-        let farthest = FARTHEST * noise.sqrt();
-        if moved.abs() > farthest {
-            let value = coarse.mean + beyond.mean + farthest.copysign(moved);
-            return (value, coarse.variance_of_mean() + noise + farthest * farthest);
-        }
-        let own = pooled.own * pooled.own * noise;
+        let value = coarse.mean + pooled.own * beyond.mean + others * pooled.mean * scale;
+        let own = pooled.own * pooled.own * beyond.variance_of_mean();
         let of_others = (others * scale).powi(2) * (pooled.spread + pooled.variance_of_mean);
-        (coarse.mean + beyond.mean + moved, coarse.variance_of_mean() + own + of_others)
+        (value, coarse.variance_of_mean() + own + of_others)
     }
 
     /// True if a sensor gets reflected light; otherwise its residual is zero, and is not pooled with others.
@@ -237,23 +227,6 @@ mod tests {
             assert!(actual < most, "{spread} {expected}: {actual}");
             assert!((0.85..1.8).contains(&(reported / actual)), "{spread} {expected}: {reported} {actual}");
         }
-    }
-
-    /// Checks that a sensor unlike 80 others, whose own residual is well known, counts this, with an error that holds the difference.
-    #[test]
-    fn a_sensor_unlike_others_counts_its_own() {
-        let mut random = PathRandom::new(Key::new(5));
-        let mut residuals = Residuals::of_sensors(81, Some(1e-6));
-        for _ in 0..8 {
-            let noise = |sensor: usize| if sensor == 80 { 0.1 } else { 10.0 };
-            let of = |sensor: usize| if sensor == 80 { -60.0 } else { 1.0 };
-            let beyond: Vec<f64> = (0..81).map(|sensor| of(sensor) + noise(sensor) * normal(&mut random)).collect();
-            residuals.push(&pass_of(beyond.iter().map(|beyond| 100.0 + beyond).collect(), beyond));
-        }
-        let (value, variance) = residuals.value_and_variance(80);
-        assert!((value - 40.0).abs() < 0.5 && (value - 40.0).abs() < 2.0 * variance.sqrt(), "{value} {variance}");
-        let (usual, variance) = residuals.value_and_variance(0);
-        assert!((usual - 101.0).abs() < 5.0 * variance.sqrt(), "{usual} {variance}");
     }
 
     /// Few sensors, and sensors without light by the coarse solution, count their own residuals whole.

@@ -365,7 +365,7 @@ mod tests {
     }
 
     /// Checks closed forms: residuals that do not differ are shared by all, those of few sensors by none; large differences leave each with
-    /// its own noise, and with a spread of twice the error half of the noise is left.
+    /// its own noise; where many sensors differ by twice the error, their noise may be as large as that difference.
     #[test]
     fn noise_of_shared_residuals() {
         let of = |spread: f64, sensors: usize| {
