@@ -1,6 +1,8 @@
 // The numbers of a result, each with its interval.
+import { sensorLight } from "./job_files.js";
 import { values } from "./map.js";
 import { coverage, digits, halfWidth, thousands } from "./scale.js";
+import { faces } from "./sensor.js";
 import { state } from "./state.js";
 import { passed, verdicts } from "./year_tables.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -67,13 +69,27 @@ export function numbers({ job, grid }) {
   );
   return html`<div class="blocks"><dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
     <table class="above"><caption>Area that has at least</caption><thead><tr>${levels.map(({ lux }, at) => html`<th scope="col">${lux}${at === levels.length - 1 ? "\u202flx" : ""}</th>`)}</tr></thead><tbody><tr>${above}</tr></tbody></table>
-    ${tubes(job)}${origins({ job, grid })}</div>${criteria({ job, grid })}`;
+    ${sensors({ job, grid })}${tubes(job)}${origins({ job, grid })}</div>${criteria({ job, grid })}`;
 }
 
 /** Criteria that name the moment of the job. @param {Answer} answer */
 function criteria({ job, grid }) {
   const of = job.grids?.find(({ name }) => name === grid?.name)?.verdicts ?? [];
   return of.length ? html`<details class="criteria"><summary><h2>Criteria of this moment</h2> <small>${passed(of)}</small></summary>${verdicts(of)}</details>` : nothing;
+}
+
+/** Illuminances at single sensors. @param {Answer} answer */
+function sensors(answer) {
+  const light = sensorLight(answer);
+  if (!light?.points_m) return nothing;
+  const times = coverage(light.statistics, answer.job.progress.passes);
+  const lux = (/** @type {number} */ at) => {
+    const [value, error] = [light.illuminance_lux[0]?.[at], light.standard_error_lux[0]?.[at]];
+    return value === null || value === undefined ? "outside" : interval({ of: value, error }, times, "lx");
+  };
+  return html`<table class="fluxes at-sensors"><caption>At the sensors</caption>
+    <thead><tr><th scope="col">sensor</th><th scope="col">faces</th><th scope="col">illuminance</th></tr></thead>
+    <tbody>${light.points_m.map((point, at) => html`<tr><th scope="row">${at + 1}</th><td>${faces(/** @type {import("./sensor.js").Sensor} */ (point))}</td><td>${lux(at)}</td></tr>`)}</tbody></table>`;
 }
 
 /** Fluxes of the tubes. @param {Job} job */

@@ -10,6 +10,7 @@ import * as openings from "./openings.mjs";
 import * as outlines from "./outlines.mjs";
 import * as outside from "./outside.mjs";
 import { drawsAHall, drawsPartitions, touches, types, typesAPlace } from "./plans.mjs";
+import * as sensors from "./sensors.mjs";
 import * as view3d from "./view3d.mjs";
 import { Visitor, browser, middle, until } from "./visit.mjs";
 import * as year from "./year.mjs";
@@ -414,6 +415,7 @@ try {
     ...Object.values(answers),
     ...Object.values(outside),
     ...Object.values(openings),
+    ...Object.values(sensors),
     ...Object.values(view3d),
     ...Object.values(year),
     types,
