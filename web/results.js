@@ -134,8 +134,8 @@ function origins({ job, grid }) {
   if (!all.length || !(mean > 0)) return nothing;
   const row = (/** @type {[string, Schemas["GridPart"]]} */ [name, part]) => html`<tr><th scope="row">${name}</th><td><meter min="0" max="100" value=${(100 * part.mean_lux) / mean}
       aria-label=${`share of ${name}`}></meter></td><td>${((100 * part.mean_lux) / mean).toFixed(0)}\u202f%</td>
-      <td>${interval({ of: part.mean_lux, error: part.mean_lux_standard_error }, coverage(grid?.statistics, job.progress.passes), "lx")}</td></tr>`;
-  return html`<table class="above origins"><caption>Where the light comes from, in the mean</caption><tbody>${all.map(row)}</tbody></table>`;
+      <td>${interval({ of: part.mean_lux, error: part.mean_lux_standard_error }, coverage(grid?.statistics, job.progress.passes), "")}</td></tr>`;
+  return html`<table class="above origins"><caption>Where the mean comes from, lx</caption><tbody>${all.map(row)}</tbody></table>`;
 }
 
 /** The value under the pointer. */
