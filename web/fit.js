@@ -4,7 +4,7 @@ import { yearShown } from "./plan.js";
 import { drag } from "./plan_hand.js";
 import { extent } from "./room.js";
 import { sectionExtent } from "./section.js";
-import { FACTS, stage } from "./stage.js";
+import { stage } from "./stage.js";
 import { set, state } from "./state.js";
 
 const DRAWINGS = /** @type {const} */ (["plan", "section", "months", "day", "strip"]);
@@ -90,10 +90,14 @@ export function fit(app, narrow) {
   const panel = /** @type {HTMLElement | null} */ (app.querySelector(".all-numbers"));
   const ofNumbers = panel && !year && !narrow ? measures(panel) : null;
   const found = divided({ width, height: depth }, year ? null : sectionExtent(), space, narrow, ofNumbers);
-  const { template, height, most, tight = 0, facts = 0, columns = COLUMNS.findLastIndex((from) => space.width >= from) + 1 } = found;
+  const { template, height, most, tight = 0, facts = { count: 0, height: 0 }, columns = COLUMNS.findLastIndex((from) => space.width >= from) + 1 } = found;
   if (panel) inColumns(panel, columns, tight);
   held.style.gridTemplate = template;
-  held.style.setProperty("--facts", `${facts * FACTS.line}px`);
+  const told = /** @type {HTMLElement | null} */ (held.querySelector(".facts"));
+  if (told) {
+    told.dataset.count = String(facts.count);
+    told.style.height = `${facts.height}px`;
+  }
   held.style.height = height ? `${height}px` : "";
   held.style.setProperty("--most", most ? `${most}px` : "none");
   for (const part of app.querySelectorAll(`.middle, ${DRAWINGS.map((name) => `.middle svg.${name}`)}`)) {

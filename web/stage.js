@@ -18,23 +18,23 @@ const BELOW = /** @type {const} */ ([70, 128]);
 const FILLED = 0.91;
 /** Step of widths that are tried. */
 const STEP = 24;
-/** Most facts about the room that stand below its section where that has space, least that are worth it, and heights of one and of the space around all. */
-export const FACTS = { most: 5, least: 2, line: 25, around: 8 };
+/** Most facts about the room that stand below its section where that has space, least that are worth it, least and greatest height of one, and of the space around all. */
+const FACTS = { most: 5, least: 2, line: 25, widest: 38, around: 8 };
 /** By how much the numbers in one column may be spread. */
 const SPREAD = 96;
-/** Share of a panel that should be filled either way; how much it counts that it is not, that the plan is smaller than it could be, that numbers scroll, and that their rows are close. */
+/** Share of a panel that should be filled either way; how much it counts that it is not, that the plan is smaller than it could be, that numbers scroll, that they would be spread too far, and that their rows are close. */
 const FULL = 0.92;
 /** Height that may be left of a panel beside its drawing before it looks empty, and what looks so then in addition. */
 const LEFT = { plan: 30, section: 30, seen: 24 };
-const WEIGHTS = { notFull: 2, plan: 3, scrolls: 20, tight: 0.02 };
+const WEIGHTS = { notFull: 2, plan: 3, scrolls: 20, spread: 1.6, tight: 0.02 };
 
 /** @typedef {{ width: number, height: number }} Size */
 /** Numbers in so many columns, with rows as close as 0 to 2: the height that they need, and the share of their columns that they fill. @typedef {{ columns: number, tight: number, height: number, filled: number }} Numbers */
 /** The numbers in all ways that a width has place for; null of charts, which fill any panel. @typedef {((width: number) => Numbers[]) | null} Needs */
 /**
  * The grid of the three panels as the style property `grid-template` has it, its height and that beyond which the numbers scroll, in CSS
- * pixels, the columns of the numbers and how close their rows are, and how many facts stand below the section.
- * @typedef {{ template: string, height?: number, most?: number, columns?: number, tight?: number, facts?: number }} Stage
+ * pixels, the columns of the numbers and how close their rows are, and the facts below the section.
+ * @typedef {{ template: string, height?: number, most?: number, columns?: number, tight?: number, facts?: Facts }} Stage
  */
 
 /** Proportions of a chart that takes the whole width. @type {Size} */
@@ -56,13 +56,13 @@ function heightOf(of, metres, width, most, least = LEAST) {
 /** What a panel costs that is empty: the share of it, and more where it is empty one way. @param {number} across share that is filled @param {number} down */
 const empty = (across, down) => WEIGHTS.notFull * (Math.max(0, FULL - across) + Math.max(0, FULL - down));
 
-/** How many facts there is space for. @param {number} free */
+/** How many facts there is space for, and the height that they take. @param {number} free */
 function factsIn(free) {
   const count = Math.min(FACTS.most, Math.floor((free - FACTS.around) / FACTS.line));
-  return count < FACTS.least ? 0 : count;
+  return count < FACTS.least ? { count: 0, height: 0 } : { count, height: Math.min(count * FACTS.widest, free - FACTS.around) };
 }
 
-/** What a panel with a drawing costs, the area of the room in it, and how many facts stand below it. @param {"plan" | "section"} of @param {Size} metres @param {Size} panel */
+/** What a panel with a drawing costs, the area of the room in it, and the facts below it. @param {"plan" | "section"} of @param {Size} metres @param {Size} panel */
 function drawn(of, metres, panel) {
   const free = around(of);
   const lines = (panel.width < BUTTONS.below ? BUTTONS.height : 0) - (panel.width > READ.above ? READ.height : 0);
@@ -70,8 +70,8 @@ function drawn(of, metres, panel) {
   const scale = Math.max(1e-3, Math.min((panel.width - free.width) / metres.width, (panel.height - high) / metres.height));
   const share = (/** @type {number} */ used, /** @type {number} */ all) => Math.min(1, used / all);
   const needed = high + scale * metres.height;
-  const facts = of === "section" ? factsIn(panel.height - needed) : 0;
-  const down = needed + (facts ? FACTS.around + facts * FACTS.line : 0);
+  const facts = of === "section" ? factsIn(panel.height - needed) : factsIn(0);
+  const down = needed + (facts.count ? FACTS.around + facts.height : 0);
   const left = panel.height - down;
   const filled = left > LEFT[of] ? share(down - LEFT.seen, panel.height) : 1;
   const cost = empty(share(free.width + scale * metres.width, panel.width), filled);
@@ -81,7 +81,8 @@ function drawn(of, metres, panel) {
 /** @param {number} value */
 const px = (value) => `${Math.round(value)}px`;
 
-/** A way to divide the stage. @typedef {{ panels: { plan: Size, section: Size, numbers: Size }, of: Numbers, template: string, height: number, lack: number, cost: number, area: number, facts: number }} Way */
+/** Facts below a section: how many, and the height that they take. @typedef {{ count: number, height: number }} Facts */
+/** A way to divide the stage. @typedef {{ panels: { plan: Size, section: Size, numbers: Size }, of: Numbers, template: string, height: number, lack: number, cost: number, area: number, facts: Facts }} Way */
 
 /**
  * The grid of the three panels. On a narrow page each takes the whole width.
@@ -102,7 +103,7 @@ export function stage(plan, section, { width, height }, narrow, needs) {
   const ways = heights.flatMap((high) => divided(plan, section, { width, height: high }, needs));
   for (const way of ways) {
     const { cost, area } = drawn("plan", plan, way.panels.plan);
-    const ofSection = section ? drawn("section", section, way.panels.section) : { cost: 0, facts: 0 };
+    const ofSection = section ? drawn("section", section, way.panels.section) : { cost: 0, facts: factsIn(0) };
     Object.assign(way, { area, facts: ofSection.facts, cost: way.cost + cost + ofSection.cost });
   }
   const largest = Math.max(...ways.map(({ area }) => area));
@@ -120,8 +121,8 @@ function divided(plan, section, { width, height }, needs) {
   const way = (panels, of, template) => {
     const lack = needs ? Math.max(0, of.height - panels.numbers.height) : 0;
     const reached = of.height + (of.columns === 1 ? SPREAD : 0);
-    const cost = needs ? empty(1, Math.min(1, reached / panels.numbers.height)) + 0.3 * (1 - of.filled) + WEIGHTS.tight * of.tight : 0;
-    return { panels, of, template, height, lack, cost, area: 0, facts: 0 };
+    const cost = needs ? WEIGHTS.spread * empty(1, Math.min(1, reached / panels.numbers.height)) + 0.3 * (1 - of.filled) + WEIGHTS.tight * of.tight : 0;
+    return { panels, of, template, height, lack, cost, area: 0, facts: factsIn(0) };
   };
   const whole = numbers(width);
   const beside = range(BESIDE, width - GAP - PLAN).flatMap((right) => {
