@@ -144,7 +144,7 @@ function pipe(tube, index) {
       value: bent ? "bent" : "straight",
       options: [
         ["straight", "straight"],
-        ["bent", "with a bend"],
+        ["bent", "bent"],
       ],
       set: (kind) => change(index, (next) => (next.segments = usualSegments(kind, next))),
     })}
