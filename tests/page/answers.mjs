@@ -98,6 +98,26 @@ export async function sharesTheMiddle({ page }) {
   }
 }
 
+/** Of many tubes the sum, the least and the most are told at once, and each is folded; of few each has a row. */
+export async function foldsManyTubes({ page }) {
+  const rows = await page.evaluate(async () => {
+    const [{ numbers }, { render }] = [await import("/web/results.js"), await import("/web/vendor/lit-html.js")];
+    const grid = seen.answer.grid;
+    const flux = (flux_lm) => ({ flux_lm });
+    return [8, 40].map((count) => {
+      const tubes = Array.from({ length: count }, (_, i) => ({ at_collector: flux(1000), at_diffuser: flux(800), into_room: flux(500 + ((7 * i) % count)), transmission_efficiency: 0.5 }));
+      const host = document.createElement("div");
+      render(numbers({ job: { ...seen.answer.job, tubes, grids: [] }, grid }), host);
+      const told = (table) => [...table.querySelectorAll("tbody tr")].map((row) => row.textContent.replaceAll(/[\s\u202f]+/g, " ").trim());
+      return { shown: told(host.querySelector(".fluxes")), folded: [...host.querySelectorAll("details.each")].map((details) => [details.querySelectorAll("tbody tr").length, details.open]) };
+    });
+  });
+  assert.deepEqual([rows[0].shown.length, rows[0].folded], [8, []]);
+  // 500 to 539 lm into the room, the last one for the tube before the one that 7 i brings round to 0
+  assert.deepEqual(rows[1].folded, [[40, false]]);
+  assert.deepEqual(rows[1].shown.map((row) => row.replaceAll(" ", "")), ["all40000320002078051.9%", "least:1100080050050.0%", "most:18100080053950.0%"]);
+}
+
 /** A target is typed, judged, and kept in the address; an address without one opens, too. */
 export async function keepsATarget(visitor) {
   const { page } = visitor;
