@@ -7,7 +7,7 @@ const GAP = 12;
 /** Least width of a panel beside the plan, of the plan itself, and least height of a panel with a drawing. */
 const BESIDE = 282;
 const PLAN = 340;
-const LEAST = 240;
+const LEAST = 200;
 /** Least height of a panel on a narrow page. */
 const LEAST_NARROW = 180;
 /** Widths of a plan's panel below which its buttons take a second line, and above which a value is read in one line, with their heights. */
