@@ -22,11 +22,12 @@ const STEP = 24;
 const FACTS = { most: 5, least: 2, line: 25, widest: 38, around: 8 };
 /** By how much the numbers in one column may be spread. */
 const SPREAD = 96;
-/** Share of a panel that should be filled either way; how much it counts that it is not, that the plan is smaller than it could be, that numbers scroll, that they would be spread too far, and that their rows are close. */
+/** Share of a panel that should be filled either way. */
 const FULL = 0.92;
 /** Height that may be left of a panel beside its drawing before it looks empty, and what looks so then in addition. */
 const LEFT = { plan: 30, section: 30, seen: 24 };
-const WEIGHTS = { notFull: 2, plan: 3, scrolls: 20, spread: 1.6, tight: 0.02 };
+/** What it costs that a panel is not full, that numbers would be spread too far beside that, that their rows are close or their columns uneven, that they scroll, and that the plan is smaller than it could be. */
+const COST = { notFull: 2, spread: 1.6, tight: 0.02, uneven: 0.3, scrolls: 20, plan: 3 };
 
 /** @typedef {{ width: number, height: number }} Size */
 /** Numbers in so many columns, with rows as close as 0 to 2: the height that they need, and the share of their columns that they fill. @typedef {{ columns: number, tight: number, height: number, filled: number }} Numbers */
@@ -53,8 +54,8 @@ function heightOf(of, metres, width, most, least = LEAST) {
   return Math.max(least, Math.min(most, free.height + (metres.height * (width - free.width)) / metres.width));
 }
 
-/** What a panel costs that is empty: the share of it, and more where it is empty one way. @param {number} across share that is filled @param {number} down */
-const empty = (across, down) => WEIGHTS.notFull * (Math.max(0, FULL - across) + Math.max(0, FULL - down));
+/** What a panel costs that is less full than it should be. @param {number} across share that is filled @param {number} down */
+const empty = (across, down) => COST.notFull * (Math.max(0, FULL - across) + Math.max(0, FULL - down));
 
 /** How many facts there is space for, and the height that they take. @param {number} free */
 function factsIn(free) {
@@ -107,7 +108,7 @@ export function stage(plan, section, { width, height }, narrow, needs) {
     Object.assign(way, { area, facts: ofSection.facts, cost: way.cost + cost + ofSection.cost });
   }
   const largest = Math.max(...ways.map(({ area }) => area));
-  const costOf = (/** @type {Way} */ { cost, area, lack }) => cost + WEIGHTS.plan * (1 - area / largest) + (WEIGHTS.scrolls * lack) / height;
+  const costOf = (/** @type {Way} */ { cost, area, lack }) => cost + COST.plan * (1 - area / largest) + (COST.scrolls * lack) / height;
   const best = ways.reduce((least, one) => (costOf(one) < costOf(least) ? one : least));
   const { template, of: { columns, tight }, panels, facts } = best;
   return { template, height: Math.round(best.height), most: Math.round(panels.numbers.height), columns, tight, facts };
@@ -121,7 +122,7 @@ function divided(plan, section, { width, height }, needs) {
   const way = (panels, of, template) => {
     const lack = needs ? Math.max(0, of.height - panels.numbers.height) : 0;
     const reached = of.height + (of.columns === 1 ? SPREAD : 0);
-    const cost = needs ? WEIGHTS.spread * empty(1, Math.min(1, reached / panels.numbers.height)) + 0.3 * (1 - of.filled) + WEIGHTS.tight * of.tight : 0;
+    const cost = needs ? COST.spread * empty(1, Math.min(1, reached / panels.numbers.height)) + COST.uneven * (1 - of.filled) + COST.tight * of.tight : 0;
     return { panels, of, template, height, lack, cost, area: 0, facts: factsIn(0) };
   };
   const whole = numbers(width);
