@@ -63,6 +63,8 @@ pub struct GridValues {
     pub values: Vec<f64>,
     /// Places of points in metres; empty for cells.
     pub points: Vec<DVec2>,
+    /// True for cells without a value that are outside of the room or too near a wall, not in a solid; empty where there are none.
+    pub outside: Vec<bool>,
 }
 
 impl GridValues {
@@ -136,9 +138,11 @@ impl PlanMap {
                 false => drawing.smooth_picture(cells.place, colours),
             }
             self.hatch(&mut drawing, &cells);
+            self.clear_outside(&mut drawing, &cells);
         }
-        // cells at the walls may reach beyond the room
-        let covered = Rectangle { from: within.from.min(cells.place.from), to: within.to.max(cells.place.to) };
+        // cells at the walls may reach beyond the room, with the ends of hatches
+        let covered =
+            Rectangle { from: within.from.min(cells.place.from) - 1.0, to: within.to.max(cells.place.to) + 1.0 };
         self.room.cover_outside(&mut drawing, &axes, covered);
         axes.draw_frame(&mut drawing);
         self.heading.draw(&mut drawing);
@@ -205,14 +209,29 @@ impl PlanMap {
         Ok(raster)
     }
 
-    /// Draws a diagonal across each cell without a value.
+    /// Leaves the cells empty that are outside of the room or too near a wall.
+    fn clear_outside(&self, drawing: &mut Drawing, cells: &Cells) {
+        let columns = self.grid.cells[0];
+        let mut empty = Outline::default();
+        for (cell, _) in self.grid.outside.iter().enumerate().filter(|(_, is_outside)| **is_outside) {
+            let corner = DVec2::new((cell % columns) as f64, (cell / columns) as f64);
+            empty.0.extend(Outline::rectangle(cells.at(corner), cells.at(corner + 1.0)).0);
+        }
+        if !empty.0.is_empty() {
+            drawing.fill(empty, Colour::Paper, 1.0);
+        }
+    }
+
+    /// Draws a diagonal across each cell in a solid.
     fn hatch(&self, drawing: &mut Drawing, cells: &Cells) {
         if cells.size().min_element() < LEAST_HATCHED {
             return;
         }
         let columns = self.grid.cells[0];
         let mut lines = Outline::default();
-        for (cell, _) in self.grid.values.iter().enumerate().filter(|(_, value)| !value.is_finite()) {
+        let in_solids =
+            |(cell, value): &(usize, &f64)| !value.is_finite() && self.grid.outside.get(*cell) != Some(&true);
+        for (cell, _) in self.grid.values.iter().enumerate().filter(in_solids) {
             let corner = DVec2::new((cell % columns) as f64, (cell / columns) as f64);
             lines.add_polyline([cells.at(corner), cells.at(corner + 1.0)]);
         }
@@ -296,7 +315,14 @@ mod tests {
                 )],
                 objects: vec![[(0.2, 4.0), (1.8, 4.0), (1.8, 5.8), (0.2, 5.8)].map(DVec2::from).to_vec()],
             },
-            grid: GridValues { cells, from_m: DVec2::ZERO, to_m: DVec2::new(4.0, 6.0), values, points: Vec::new() },
+            grid: GridValues {
+                cells,
+                from_m: DVec2::ZERO,
+                to_m: DVec2::new(4.0, 6.0),
+                values,
+                points: Vec::new(),
+                outside: Vec::new(),
+            },
             scale: ColourScale::from_zero(600.0, Palette::Viridis),
             unit: "lx",
             levels: vec![100.0, 200.0, 300.0, 500.0],
@@ -394,6 +420,28 @@ mod tests {
         let picture = kinds.iter().position(|kind| *kind == "picture").unwrap();
         let title = cut.items.iter().position(|item| matches!(item, Item::Words(words) if words.text == "floor"));
         assert!(title.unwrap() > picture + 1);
+    }
+
+    /// Cells in solids are hatched, those outside of the room or too near a wall are left empty.
+    #[test]
+    fn cells_near_walls_are_empty() {
+        let hatched = |outside: Vec<bool>| {
+            let mut map = map([16, 24], Numbers::Hidden);
+            for cell in 0..16 {
+                map.grid.values[cell] = f64::NAN;
+            }
+            map.grid.outside = outside;
+            let drawing = map.draw().unwrap();
+            let shapes = drawing.items.iter().filter_map(|item| match item {
+                Item::Shape(shape) => Some(shape.outline.0.len()),
+                Item::Words(_) | Item::Picture(_) => None,
+            });
+            // a diagonal has a start and an end, a rectangle four corners and a close
+            shapes.fold((0, 0), |(lines, cells), parts| {
+                (lines + usize::from(parts == 32), cells + usize::from(parts == 80))
+            })
+        };
+        assert_eq!([hatched(Vec::new()), hatched((0..384).map(|cell| cell < 16).collect())], [(1, 0), (0, 1)]);
     }
 
     /// An L-shaped plan covers the cells outside, and points are drawn as discs with their values.
