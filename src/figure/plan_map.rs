@@ -47,9 +47,6 @@ const POINT_RADIUS: f64 = 6.0;
 /// Largest number of points with numbers beside them.
 const MOST_NUMBERED: usize = 100;
 
-/// Smallest width or height of a hatched cell, in pixels.
-const LEAST_HATCHED: f64 = 3.0;
-
 /// Values in the cells of a grid, row by row from the south, or at points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridValues {
@@ -68,6 +65,11 @@ pub struct GridValues {
 }
 
 impl GridValues {
+    /// True of a cell outside of the room or too near a wall.
+    fn is_outside(&self, cell: usize) -> bool {
+        self.outside.get(cell) == Some(&true)
+    }
+
     /// Places the cells within axes.
     fn cells_in(&self, axes: &Axes) -> Cells {
         Cells::new(axes, [self.from_m, self.to_m], self.cells)
@@ -137,8 +139,8 @@ impl PlanMap {
                 true => drawing.picture(cells.place, colours),
                 false => drawing.smooth_picture(cells.place, colours),
             }
-            self.hatch(&mut drawing, &cells);
-            self.clear_outside(&mut drawing, &cells);
+            cells.hatch(&mut drawing, |cell| !self.grid.values[cell].is_finite() && !self.grid.is_outside(cell));
+            cells.clear(&mut drawing, |cell| self.grid.is_outside(cell));
         }
         // cells at the walls may reach beyond the room, with the ends of hatches
         let covered =
@@ -207,37 +209,6 @@ impl PlanMap {
             raster.set(cell % columns, rows - 1 - cell / columns, colour);
         }
         Ok(raster)
-    }
-
-    /// Leaves the cells empty that are outside of the room or too near a wall.
-    fn clear_outside(&self, drawing: &mut Drawing, cells: &Cells) {
-        let columns = self.grid.cells[0];
-        let mut empty = Outline::default();
-        for (cell, _) in self.grid.outside.iter().enumerate().filter(|(_, is_outside)| **is_outside) {
-            let corner = DVec2::new((cell % columns) as f64, (cell / columns) as f64);
-            empty.0.extend(Outline::rectangle(cells.at(corner), cells.at(corner + 1.0)).0);
-        }
-        if !empty.0.is_empty() {
-            drawing.fill(empty, Colour::Paper, 1.0);
-        }
-    }
-
-    /// Draws a diagonal across each cell in a solid.
-    fn hatch(&self, drawing: &mut Drawing, cells: &Cells) {
-        if cells.size().min_element() < LEAST_HATCHED {
-            return;
-        }
-        let columns = self.grid.cells[0];
-        let mut lines = Outline::default();
-        let in_solids =
-            |(cell, value): &(usize, &f64)| !value.is_finite() && self.grid.outside.get(*cell) != Some(&true);
-        for (cell, _) in self.grid.values.iter().enumerate().filter(in_solids) {
-            let corner = DVec2::new((cell % columns) as f64, (cell / columns) as f64);
-            lines.add_polyline([cells.at(corner), cells.at(corner + 1.0)]);
-        }
-        if !lines.0.is_empty() {
-            drawing.line(lines, Line::new(Colour::Muted, 1.0));
-        }
     }
 
     /// Marks the least and the greatest value, and writes both below the axes.
