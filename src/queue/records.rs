@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use crate::document::Warning;
 use crate::document::hbjson::ModelReport;
+use crate::document::limits::JOBS_OF_SET;
 use crate::document::result::{Known, PlanResult};
 use crate::document::weather::WeatherReport;
 use crate::engine::progress::{Progress, StoppedBy};
@@ -177,6 +178,14 @@ pub struct MostWaiting {
     pub jobs: u64,
     /// Jobs of one client.
     pub of_client: u64,
+}
+
+impl MostWaiting {
+    /// Returns the largest number of jobs of one set: all of them must be able to wait, beside one that is rendered.
+    pub fn of_set(self) -> usize {
+        let waiting = usize::try_from(self.jobs.min(self.of_client)).unwrap_or(usize::MAX);
+        waiting.saturating_add(1).min(*JOBS_OF_SET.end())
+    }
 }
 
 /// Outcome of queueing a job.
