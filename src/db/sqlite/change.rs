@@ -5,10 +5,12 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Encode, QueryBuilder, Sqlite, SqliteConnection, Type};
 
+use crate::engine::ahead::RangeAhead;
 use crate::engine::progress::{PassReport, Progress};
 use crate::queue::events::EventData;
 use crate::queue::store::*;
 
+use super::ahead::push_ahead;
 use super::rows::{signed, to_json};
 use super::sql::{now_ms, store_error, waits_for_none};
 
@@ -33,6 +35,8 @@ pub(super) struct JobChange<'a> {
     passes: Vec<&'a PassReport>,
     artifacts: Vec<&'a Artifact>,
     next_chunk: Option<(u64, &'a std::ops::Range<u64>, Line)>,
+    /// Pass before which ranges ahead are deleted, and those that are opened.
+    ahead: Option<(i64, &'a [RangeAhead])>,
     written_now: bool,
 }
 
@@ -47,7 +51,7 @@ impl<'a> JobChange<'a> {
         // begins with an assignment that changes nothing, so that every other one follows a comma
         update.push("UPDATE jobs SET id = id");
         let (events, passes, artifacts) = (Vec::new(), Vec::new(), Vec::new());
-        Self { job, update, events, passes, artifacts, next_chunk: None, written_now: false }
+        Self { job, update, events, passes, artifacts, next_chunk: None, ahead: None, written_now: false }
     }
 
     pub fn event<E: EventData>(&mut self, data: &E) -> Result<&mut Self, StoreError> {
@@ -70,6 +74,12 @@ impl<'a> JobChange<'a> {
     /// Adds the job's next chunk, with its index and passes, to a line.
     pub fn chunk(&mut self, index: u64, passes: &'a std::ops::Range<u64>, line: Line) -> &mut Self {
         self.next_chunk = Some((index, passes, line));
+        self
+    }
+
+    /// Deletes the ranges ahead before a pass, and opens others.
+    pub fn ahead(&mut self, before: i64, opened: &'a [RangeAhead]) -> &mut Self {
+        self.ahead = Some((before, opened));
         self
     }
 
@@ -135,6 +145,9 @@ impl<'a> JobChange<'a> {
         push_artifacts(&mut sql, self.job, &self.artifacts);
         if let Some((index, passes, line)) = self.next_chunk {
             push_chunk(&mut sql, self.job, index, passes, line);
+        }
+        if let Some((before, opened)) = self.ahead {
+            push_ahead(&mut sql, self.job, before, opened);
         }
         if self.written_now {
             sql.push(concat!("; UPDATE store SET written_at = ", now_ms!()));

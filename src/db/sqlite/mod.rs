@@ -4,6 +4,7 @@
 //! Only the clock expression (`sql::now_ms`), the order of events of several jobs (`rowid`) and the lock clause of the claim differ
 //! between the two.
 
+mod ahead;
 mod artifacts;
 pub(crate) mod backup;
 mod change;

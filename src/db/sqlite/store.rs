@@ -46,6 +46,9 @@ impl SqliteStore {
             self.tell(Change::Ended(lease.job));
         }
         self.tell(Change::Job(lease.job));
+        if matches!(completion, Completion::Continue { ahead, .. } if !ahead.is_empty()) {
+            self.tell(Change::Ahead);
+        }
         if let Some(claimed) = &claimed {
             self.tell(Change::Job(claimed.job));
         }
@@ -68,7 +71,7 @@ impl SqliteStore {
         self.owner.as_ref()
     }
 
-    fn tell(&self, change: Change) {
+    pub(super) fn tell(&self, change: Change) {
         // an error means that nobody listens
         let _ = self.changes.send(change);
     }

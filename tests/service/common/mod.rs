@@ -191,14 +191,16 @@ pub fn most(jobs: u64) -> MostWaiting {
     MostWaiting { jobs, of_client: jobs }
 }
 
+pub struct NoMeshes;
+
+impl FileSource for NoMeshes {
+    fn load(&self, name: &str) -> Result<Arc<TriangleMesh>, String> {
+        Err(format!("there is no {name}"))
+    }
+}
+
 /// A small job as a store takes it.
 pub fn new_job() -> NewJob {
-    struct NoMeshes;
-    impl FileSource for NoMeshes {
-        fn load(&self, name: &str) -> Result<Arc<TriangleMesh>, String> {
-            Err(format!("there is no {name}"))
-        }
-    }
     let prepared = prepare(small_job().to_string().as_bytes(), &NoMeshes).unwrap();
     NewJob {
         id: Uuid::now_v7(),

@@ -1,24 +1,13 @@
 //! A render that panics ends, and tells.
 
-use std::sync::Arc;
 use std::sync::mpsc;
 
-use crate::common::{PATIENCE, small_job};
-use skyduct::document::FileSource;
+use crate::common::{NoMeshes, PATIENCE, small_job};
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::passes::SoFar;
 use skyduct::engine::progress::PassReport;
 use skyduct::engine::spent::Spent;
-use skyduct::geometry::TriangleMesh;
 use skyduct::present::prepared::prepare;
-
-struct NoMeshes;
-
-impl FileSource for NoMeshes {
-    fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
-        Err("no meshes here".into())
-    }
-}
 
 #[test]
 fn a_panic_in_a_pass_does_not_hang_it() {

@@ -59,6 +59,7 @@ fn go_on(chunk: u64) -> Completion {
         },
         next_index: chunk + 1,
         next: 8 * (chunk + 1)..8 * (chunk + 2),
+        ahead: Vec::new(),
     }
 }
 

@@ -25,6 +25,7 @@ fn go_on(chunk: u64) -> Completion {
         progress: Progress { passes: 8 * after, chunks: after, ..Progress::default() },
         next_index: after,
         next: 8 * after..8 * (after + 1),
+        ahead: Vec::new(),
     }
 }
 
