@@ -13,3 +13,6 @@ CREATE TABLE passes_ahead (
     hash        TEXT,
     PRIMARY KEY (job_id, pass_from)
 ) STRICT;
+
+-- A chunk is whatever its worker commits; nobody has ever read where it was to end.
+ALTER TABLE chunks DROP COLUMN pass_to;

@@ -57,9 +57,9 @@ impl RenderJob {
         if count == 0 || !self.passes_are_independent() {
             return Vec::new();
         }
-        let (wanted, end) = (self.wanted_after(merged), self.passes_after(merged.passes).end);
+        let wanted = self.wanted_after(merged);
         let most = (MOST_BYTES / bytes.max(1)).max(1);
-        let next = |range: &Range<u64>| Some(range.end..range_end(range.end, most).min(end));
+        let next = |range: &Range<u64>| Some(range.end..range_end(range.end, most).min(self.stop.max_passes));
         std::iter::successors(Some(merged.passes..range_end(merged.passes, most)), next)
             .skip(1)
             .take(count)

@@ -1,7 +1,5 @@
 //! Records of jobs, their files and uploads in a store, and the outcomes of requests to change them.
 
-use std::ops::Range;
-
 use bytes::Bytes;
 use serde_json::Value;
 use uuid::Uuid;
@@ -165,8 +163,6 @@ pub struct NewJob {
     pub computation: Option<String>,
     /// Ids of the uploaded files that the document names.
     pub uploads: Vec<String>,
-    /// Passes of chunk 0.
-    pub first_chunk: Range<u64>,
     /// Client that posted the job: clients take turns, and the number of waiting jobs of each is limited.
     pub client: String,
 }

@@ -2,7 +2,6 @@
 //! ended.
 
 use std::collections::HashSet;
-use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -124,12 +123,8 @@ pub enum Completion {
     Continue {
         /// Merged state of all chunks up to this one.
         state: StateFile,
-        /// Progress of the job after the chunk.
+        /// Progress of the job after the chunk: the next one has the number of its chunks, and begins after its passes.
         progress: Progress,
-        /// Number of the next chunk.
-        next_index: u64,
-        /// Passes of the next chunk.
-        next: Range<u64>,
         /// Ranges of passes that others may compute meanwhile.
         ahead: Vec<RangeAhead>,
     },

@@ -122,7 +122,7 @@ pub(super) async fn complete(
     let state: Option<String> = ended.try_get(1).map_err(store_error)?;
     let previous: Option<String> = ended.try_get(2).map_err(store_error)?;
     let before = match completion {
-        Completion::Continue { next, .. } => signed(next.start),
+        Completion::Continue { progress, .. } => signed(progress.passes),
         Completion::Finish(_) => i64::MAX,
     };
     let obsolete = match ended.try_get::<i64, _>(3).map_err(store_error)? {
@@ -134,10 +134,10 @@ pub(super) async fn complete(
     let mut change = JobChange::new(&job);
     change.written_now();
     let states: Vec<String> = match completion {
-        Completion::Continue { state, progress, next_index, next, ahead } => {
+        Completion::Continue { state, progress, ahead } => {
             take_reports(tx, &job, &mut change, newest, reports, None).await?;
             change
-                .chunk(*next_index, next, Line::Later)
+                .chunk([progress.chunks, progress.passes], Line::Later)
                 .ahead(before, ahead)
                 .set_progress(progress)
                 .set_sql("previous_state_key = state_key, previous_state_hash = state_hash")

@@ -42,7 +42,6 @@ pub(super) enum News {
 pub(super) enum Ended {
     Continue {
         state: Bytes,
-        next: std::ops::Range<u64>,
         ahead: Vec<RangeAhead>,
     },
     Finish {
@@ -93,7 +92,7 @@ fn render_chunk(
             (current.next_chunk, current.is_loaded) = (current.next_chunk + 1, false);
             let Current { prepared, merged, bytes, .. } = current;
             let ahead = prepared.ranges_ahead(merged, *bytes, open.beside(prepared));
-            return Ok(Some(Ended::Continue { state, next: prepared.passes_after(merged.passes), ahead }));
+            return Ok(Some(Ended::Continue { state, ahead }));
         }
     }
 }

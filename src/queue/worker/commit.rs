@@ -57,12 +57,12 @@ impl Commits {
     ) -> Result<Option<Lease>, Interrupted> {
         let progress = progress_of(current);
         let completion = match ended {
-            Ended::Continue { state, next, ahead } => {
+            Ended::Continue { state, ahead } => {
                 let files = [("state".to_owned(), "application/octet-stream", state)];
                 let state = self.put_all(lease, &files, &mut reports).await?.pop();
                 let state = state.map(|file| StateFile { key: file.key, hash: file.hash });
                 let state = state.ok_or_else(|| FileError::NotFound("the new checkpoint".into()))?;
-                Completion::Continue { state, progress, next_index: current.next_chunk, next, ahead }
+                Completion::Continue { state, progress, ahead }
             }
             Ended::Finish { stopped_by, summary, files, last_pass } => {
                 let reason = current.prepared.no_results(stopped_by, &current.merged);

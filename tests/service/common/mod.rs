@@ -217,6 +217,5 @@ pub fn new_job() -> NewJob {
         body_hash: "hash".into(),
         computation: None,
         uploads: Vec::new(),
-        first_chunk: 0..8,
     }
 }

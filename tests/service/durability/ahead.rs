@@ -34,8 +34,6 @@ fn go_on(chunk: u64, passes: u64, ahead: Vec<RangeAhead>) -> Completion {
     Completion::Continue {
         state: StateFile { key: format!("state-{chunk}"), hash: "hash".into() },
         progress: Progress { passes, chunks: chunk + 1, ..Progress::default() },
-        next_index: chunk + 1,
-        next: passes..1000,
         ahead,
     }
 }
