@@ -284,11 +284,11 @@ async fn studies_are_queued_once_and_whole() {
     other["seeds"] = json!(1);
     assert_eq!(common::problem(post(&other).await, 422).await["type"], "/problems/key-reused");
     wait_for(&service.running.url(), &path(&first), &["finished"]).await;
-    let mut large = request();
-    large["seeds"] = json!(3);
-    let answer = service.post("/v1/studies", &large).send().await.unwrap();
+    let long = self::post(&service, &endless_request()).await;
+    let answer = service.post("/v1/studies", &request()).send().await.unwrap();
     assert_eq!(common::problem(answer, 503).await["type"], "/problems/queue-full");
-    assert_eq!(service.json("/v1/jobs").await["jobs"].as_array().unwrap().len(), 9);
+    assert_eq!(service.json("/v1/jobs").await["jobs"].as_array().unwrap().len(), 18);
+    assert_eq!(service.request(Method::DELETE, &path(&long)).send().await.unwrap().status(), StatusCode::NO_CONTENT);
     let delete = async || service.request(Method::DELETE, &path(&first)).send().await.unwrap();
     assert_eq!(delete().await.status(), StatusCode::NO_CONTENT);
     assert_eq!(service.json("/v1/jobs").await["jobs"], json!([]));
