@@ -203,23 +203,13 @@ impl From<StopReason> for StoppedBy {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
     use super::*;
     use crate::analytic::{Ending, GridSolution, Solution, Solver};
-    use crate::document::FileSource;
+    use crate::document::NoFiles;
     use crate::engine::integrators::Engine;
     use crate::engine::prepare::prepare;
-    use crate::geometry::TriangleMesh;
-
-    struct NoMeshes;
-
-    impl FileSource for NoMeshes {
-        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
-            Err("none".to_owned())
-        }
-    }
 
     /// Solver whose job is ended within it, for a reason, when it has found 7 lx +- 1.
     struct EndsWithin(Stop, StopReason);
@@ -253,7 +243,7 @@ mod tests {
                 "method": "holigilm"
             }"#;
             let stop = Stop::default();
-            let mut prepared = prepare(document.as_bytes(), &NoMeshes).unwrap();
+            let mut prepared = prepare(document.as_bytes(), &NoFiles).unwrap();
             prepared.engine = Engine::Solver(Box::new(EndsWithin(stop.clone(), reason)));
             let mut heard = 0;
             let rendered = prepared.render(&stop, &mut |_, _| heard += 1).unwrap();

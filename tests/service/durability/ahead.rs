@@ -6,6 +6,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use serde_json::{Value, json};
 use skyduct::db::SqliteStore;
+use skyduct::document::NoFiles;
 use skyduct::engine::ahead::{RangeAhead, stored_outcomes};
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::checkpoint::{decode, encode};
@@ -18,7 +19,7 @@ use skyduct::queue::store::*;
 use tempfile::TempDir;
 use uuid::Uuid;
 
-use crate::common::{NoMeshes, most, new_job, small_job};
+use crate::common::{most, new_job, small_job};
 
 const LEASE: Duration = Duration::from_secs(600);
 const ALWAYS: Duration = Duration::from_secs(3600);
@@ -163,7 +164,7 @@ async fn bits_do_not_depend_on_open_chunks_or_on_who_dies() {
     ];
     for (method, errors) in methods {
         let document = document(method, errors);
-        let prepared = prepare(document.to_string().as_bytes(), &NoMeshes).unwrap();
+        let prepared = prepare(document.to_string().as_bytes(), &NoFiles).unwrap();
         assert!(prepared.passes_are_independent());
         let mut calm = prepared.empty_estimate();
         while add_pass(&prepared, &mut calm, None).is_none() {}
@@ -185,7 +186,7 @@ fn passes_that_depend_on_each_other_are_not_computed_ahead() {
     for method in [json!({ "kind": "ppm", "photons_per_pass": 500, "radius": "per_point" }), json!("holigilm")] {
         let mut document = small_job();
         (document["views"], document["method"]) = (json!([]), method);
-        let prepared = prepare(document.to_string().as_bytes(), &NoMeshes).unwrap();
+        let prepared = prepare(document.to_string().as_bytes(), &NoFiles).unwrap();
         assert!(!prepared.passes_are_independent());
         assert_eq!(prepared.ranges_ahead(&prepared.empty_estimate(), 1, 3), []);
     }
@@ -196,7 +197,7 @@ fn passes_that_depend_on_each_other_are_not_computed_ahead() {
 fn ranges_are_bounded() {
     let mut document = small_job();
     document["stop"]["max_passes"] = json!(11);
-    let prepared = prepare(document.to_string().as_bytes(), &NoMeshes).unwrap();
+    let prepared = prepare(document.to_string().as_bytes(), &NoFiles).unwrap();
     let mut merged = prepared.empty_estimate();
     let ranges = |merged: &Estimate, bytes| {
         let ahead = prepared.ranges_ahead(merged, bytes, 3);
