@@ -232,7 +232,7 @@ pub enum Committed {
 pub enum Change {
     /// There is a chunk to claim.
     Queue,
-    /// There is a range of passes to claim.
+    /// There is a range of passes to claim, or a chunk need not wait for one any more.
     Ahead,
     /// A job has new events.
     Job(Uuid),

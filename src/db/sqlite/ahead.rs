@@ -78,26 +78,23 @@ impl PassesAhead for SqliteStore {
             held!()
         );
         let mut tx = self.begin(Durability::Buffered).await?;
-        let rest = run(of_lease(rest, lease).bind(signed(end)), &mut *tx).await?;
+        run(of_lease(rest, lease).bind(signed(end)), &mut *tx).await?;
         let kept = run(of_lease(kept, lease).bind(signed(end)).bind(&file.key).bind(&file.hash), &mut *tx).await?;
         tx.commit().await.map_err(store_error)?;
-        if rest > 0 {
-            self.tell(Change::Ahead);
-        }
-        self.tell(Change::Queue);
+        self.tell(Change::Ahead);
         Ok(kept > 0)
     }
 
     async fn return_ahead(&self, lease: &AheadLease, to: GivenBack) -> Result<(), StoreError> {
         let sql = concat!("UPDATE passes_ahead SET state = $4, owner = NULL, lease_until = NULL WHERE ", held!());
-        let (state, change) = match to {
-            GivenBack::ToWorkers => ("ready", Change::Ahead),
-            GivenBack::ToChunk => ("left", Change::Queue),
+        let state = match to {
+            GivenBack::ToWorkers => "ready",
+            GivenBack::ToChunk => "left",
         };
         let mut tx = self.begin(Durability::Buffered).await?;
         run(of_lease(sql, lease).bind(state), &mut *tx).await?;
         tx.commit().await.map_err(store_error)?;
-        self.tell(change);
+        self.tell(Change::Ahead);
         Ok(())
     }
 

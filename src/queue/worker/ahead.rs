@@ -97,12 +97,8 @@ impl AheadWorker {
         let back = match self.compute_and_keep(lease, changes).await {
             Ok(()) | Err(Interrupted::LeaseLost) => return,
             Err(Interrupted::Shutdown) => GivenBack::ToWorkers,
-            Err(Interrupted::Panicked(message)) => {
-                tracing::error!(message, "passes that were computed ahead panicked");
-                GivenBack::ToChunk
-            }
-            Err(_) => {
-                tracing::warn!("passes could not be computed ahead");
+            Err(reason) => {
+                tracing::error!(?reason, "passes could not be computed ahead");
                 GivenBack::ToChunk
             }
         };

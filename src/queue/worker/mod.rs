@@ -232,7 +232,7 @@ impl LaneWorker {
                 () = &mut poll => return,
                 () = self.lane.stirs() => return,
                 change = changes.recv() => match change {
-                    Ok(Change::Queue | Change::Stop(_)) | Err(broadcast::error::RecvError::Lagged(_)) => return,
+                    Ok(Change::Queue | Change::Ahead | Change::Stop(_)) | Err(broadcast::error::RecvError::Lagged(_)) => return,
                     Ok(_) => {}
                     Err(broadcast::error::RecvError::Closed) => {
                         self.pause(IDLE_POLL).await;
