@@ -181,8 +181,8 @@ impl Engine {
         Added::Pass
     }
 
-    /// Computes pass `number` of the wanted outputs after passes that left the state `before`; `None` where it was cancelled, and of a scene
-    /// without light or a solver.
+    /// Computes pass `number` of the wanted outputs after passes that left the state `before`; `None` where it was cancelled, and of a
+    /// scene without light or a solver.
     pub(super) fn results(
         &self,
         number: u64,

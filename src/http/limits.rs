@@ -65,8 +65,8 @@ pub struct Limits {
     /// Largest number of bytes that one job may take at its peak; a job that would take more is refused. Absent: three quarters of
     /// the memory that this process may have.
     pub memory_bytes: Option<u64>,
-    /// Largest number of chunks of one job that are open at the same time: one whose passes are added to the job, and others whose passes are
-    /// computed ahead.
+    /// Largest number of chunks of one job that are open at the same time: one whose passes are added to the job, and others whose passes
+    /// are computed ahead.
     pub open_chunks_per_job: usize,
     /// Least free space for artifacts in bytes; with less, the service is not ready.
     pub free_bytes: u64,

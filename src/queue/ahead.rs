@@ -1,7 +1,7 @@
 //! Ranges of passes that are computed ahead of their job's chunk: the types by which they are leased and kept.
 //!
-//! A job has one chunk, which alone writes its state. When it ends, it opens the next ranges; other workers claim these and keep the outcomes
-//! of their passes. The chunk takes the outcomes in order, and computes what is not there: no failure of others can stop it.
+//! A job has one chunk, which alone writes its state. When it ends, it opens the next ranges; other workers claim these and keep the
+//! outcomes of their passes. The chunk takes the outcomes in order, and computes what is not there: no failure of others can stop it.
 
 use uuid::Uuid;
 

@@ -31,6 +31,8 @@ fn bits_ahead(prepared: &Prepared) -> [Vec<u8>; 2] {
         let range = RangeAhead { passes: pass..pass + 1, wanted: Wanted::ALL };
         let outcomes = prepared.compute_ahead(&range, &Stop::default(), Duration::ZERO).unwrap();
         assert_eq!(outcomes.passes, range.passes);
+        // by this the bytes of a range are bounded
+        assert!(outcomes.bytes.len() <= encode(&prepared.empty_estimate()).len(), "{} bytes", outcomes.bytes.len());
         outcomes.bytes
     });
     [[0, 1], [1, 0]].map(|order| {

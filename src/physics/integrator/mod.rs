@@ -7,9 +7,9 @@
 //! `diffuser_source` cuts paths at Lambertian diffusers: the flux that leaves them is computed once for the whole room.
 //!
 //! `method` is the interface between a method and the rest of the program, `pass` defines a pass, `pass_words` stores one, `pass_size` says
-//! how large one is, `trial` extrapolates from a few small ones, `registry` lists the methods, `deterministic` has the parts shared by those
-//! without passes, `components` computes passes in parts of the light, `cross_check` pairs a method with another that checks it, `moments`
-//! adds many moments to the passes of a method. Every other module is a method: its settings, which declare what it computes, refuses and
+//! how large one is, `trial` extrapolates from a few small ones, `registry` lists the methods, `deterministic` has the parts shared by
+//! those without passes, `components` computes passes in parts of the light, `cross_check` pairs a method with another that checks it,
+//! `moments` adds many moments to the passes of a method. Every other module is a method: its settings, which declare what it computes, refuses and
 //! costs, its state and its pass.
 //!
 //! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has the same bits on

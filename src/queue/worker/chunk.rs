@@ -97,7 +97,8 @@ fn render_chunk(
     }
 }
 
-/// Adds a pass, whose outcome may have been computed ahead, to the job and reports it; returns the reason why the job ends with it, if it does.
+/// Adds a pass, whose outcome may have been computed ahead, to the job and reports it; returns the reason why the job ends with it, if it
+/// does.
 fn one_pass(
     current: &mut Current,
     outcome: Option<Outcome>,
