@@ -23,7 +23,7 @@ macro_rules! held {
     };
 }
 
-/// Makes a statement whose condition is [`held`].
+/// Makes a statement with the condition `held!`.
 fn of_lease<'q>(sql: &'static str, lease: &'q AheadLease) -> Statement<'q> {
     sqlx::query(sql).bind(lease.job.to_string()).bind(signed(lease.range.passes.start)).bind(&lease.owner)
 }

@@ -222,7 +222,10 @@ impl LaneWorker {
 
     async fn idle(&mut self, changes: &mut broadcast::Receiver<Change>) {
         self.hide();
-        self.kept.clear();
+        // a chunk that waits for passes ahead of it comes back soon
+        if !self.open.are_several() {
+            self.kept.clear();
+        }
         let poll = sleep(self.turns.until_steadier(Instant::now()).unwrap_or(IDLE_POLL));
         tokio::pin!(poll);
         loop {

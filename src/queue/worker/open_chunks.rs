@@ -29,6 +29,11 @@ impl OpenChunks {
         Self { beside, most_memory: SHARE_OF_MEMORY * limits.memory_bytes as f64 / beside as f64 }
     }
 
+    /// True if a job may have ranges beside its chunk.
+    pub fn are_several(self) -> bool {
+        self.beside > 0
+    }
+
     /// Returns the number of ranges that a job may have beside its chunk.
     pub fn beside(self, prepared: &Prepared) -> usize {
         if prepared.memory().total() <= self.most_memory { self.beside } else { 0 }
