@@ -42,13 +42,12 @@ impl SqliteStore {
         };
         self.commit_held(tx, lease.job).await?;
         // listeners that read the job now wait until the commit is durable
-        if matches!(completion, Completion::Finish(_)) {
-            self.tell(Change::Ended(lease.job));
+        match completion {
+            Completion::Finish(_) => self.tell(Change::Ended(lease.job)),
+            Completion::Continue { ahead, .. } if !ahead.is_empty() => self.tell(Change::Ahead),
+            Completion::Continue { .. } => {}
         }
         self.tell(Change::Job(lease.job));
-        if matches!(completion, Completion::Continue { ahead, .. } if !ahead.is_empty()) {
-            self.tell(Change::Ahead);
-        }
         if let Some(claimed) = &claimed {
             self.tell(Change::Job(claimed.job));
         }

@@ -8,6 +8,7 @@ use futures::{FutureExt, StreamExt, TryStreamExt};
 use tokio::time::sleep;
 use tokio_util::task::TaskTracker;
 use tracing::Instrument;
+use uuid::Uuid;
 
 use super::chunk::{Ended, progress_of};
 use super::interrupted::Interrupted;
@@ -143,6 +144,23 @@ impl Commits {
         retry(|| self.artifacts.sync(&keys)).await?;
         reports.files.clear();
         Ok(artifacts)
+    }
+
+    /// Goes back to the last sound state, after which passes are rendered again.
+    pub async fn rewind(&self, lease: &Lease, reason: &str) -> Result<(), StoreError> {
+        tracing::warn!(reason, "rendering again from the last undamaged checkpoint");
+        self.delete_obsolete(self.store.rewind(lease, reason).await?).await;
+        Ok(())
+    }
+
+    /// Deletes files that were stored after their job had been deleted with its other files.
+    pub async fn delete_files_of_deleted(&self, job: Uuid) -> Result<(), StoreError> {
+        if self.store.job_head(job).await?.is_none()
+            && let Err(error) = self.artifacts.delete_job(job).await
+        {
+            tracing::warn!(%error, "deleting files failed");
+        }
+        Ok(())
     }
 
     /// Deletes files that nothing points to any more; a failure costs only space, until a later start sweeps.

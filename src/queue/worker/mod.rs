@@ -263,13 +263,13 @@ impl LaneWorker {
         let after = match interrupted {
             Interrupted::LeaseLost => {
                 tracing::warn!("the lease is lost, or the job was deleted");
-                self.delete_files_of_deleted(lease.job).await
+                self.commits.delete_files_of_deleted(lease.job).await
             }
             Interrupted::Shutdown => self.store.release(lease).await,
             Interrupted::PutAside(slices) => self.store.put_aside(lease, slices).await,
             Interrupted::Store(error) => self.give_back_and_pause(lease, &error).await,
             Interrupted::Artifact(error) => self.give_back_and_pause(lease, &error).await,
-            Interrupted::Damaged(reason) => self.rewind(lease, reason).await,
+            Interrupted::Damaged(reason) => self.commits.rewind(lease, reason).await,
             Interrupted::Hopeless(problem) => self.fail_job(lease, problem).await,
             Interrupted::Panicked(message) => {
                 tracing::error!(message, "the render panicked");
@@ -305,23 +305,6 @@ impl LaneWorker {
         let committed = self.store.complete(lease, &[], &Completion::Finish(finish)).await?;
         self.commits.settle(lease, committed).await?;
         metrics::counter!("skyduct_jobs_finished_total", "status" => "failed").increment(1);
-        Ok(())
-    }
-
-    /// Deletes files that were stored after their job had been deleted with its other files.
-    async fn delete_files_of_deleted(&self, job: Uuid) -> Result<(), StoreError> {
-        if self.store.job_head(job).await?.is_none()
-            && let Err(error) = self.commits.artifacts.delete_job(job).await
-        {
-            tracing::warn!(%error, "deleting files failed");
-        }
-        Ok(())
-    }
-
-    /// Goes back to the last sound state, after which passes are rendered again.
-    async fn rewind(&self, lease: &Lease, reason: &str) -> Result<(), StoreError> {
-        tracing::warn!(reason, "rendering again from the last undamaged checkpoint");
-        self.commits.delete_obsolete(self.store.rewind(lease, reason).await?).await;
         Ok(())
     }
 
