@@ -31,7 +31,7 @@ use crate::queue::ownership;
 use crate::queue::private_folder::{create_private_folder, make_private_files};
 use crate::queue::retention::{self, Deleted, Retention};
 use crate::queue::store::Store;
-use crate::queue::worker::Worker;
+use crate::queue::worker::{Worker, WorkerLimits};
 
 /// Longest time in which a stopping service ends open requests and the running pass and gives back the lease.
 const STOP_TIME: Duration = Duration::from_secs(8);
@@ -174,9 +174,12 @@ impl RunningService {
         let shutdown = CancellationToken::new();
         let live = Arc::new(LiveJobs::default());
         let meshes = Meshes::new(store.clone(), artifacts.clone());
-        let memory_bytes = config.limits.memory_limit_bytes();
+        let limits = WorkerLimits {
+            memory_bytes: config.limits.memory_limit_bytes(),
+            open_chunks: config.limits.open_chunks_per_job,
+        };
         let worker =
-            Worker::new(store.clone(), artifacts.clone(), meshes.clone(), live.clone(), memory_bytes, shutdown.clone())
+            Worker::new(store.clone(), artifacts.clone(), meshes.clone(), live.clone(), limits, shutdown.clone())
                 .context("the render threads cannot start")?;
         let worker = tokio::spawn(worker.run());
         let swept = artifacts.clone();

@@ -11,7 +11,9 @@ use crate::output::npy::Array;
 pub trait FileSource {
     /// Returns the mesh in the units of its file. The error is one sentence that says why there is none, with the line of the
     /// file where possible.
-    fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String>;
+    fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
+        Err(format!("no mesh has the id {id:?}"))
+    }
 
     /// Returns the weather of a file. The error is one sentence that says why there is none, with line and field where possible.
     fn weather(&self, id: &str) -> Result<Arc<Weather>, String> {
@@ -33,3 +35,8 @@ pub trait FileSource {
         false
     }
 }
+
+/// Source without files.
+pub struct NoFiles;
+
+impl FileSource for NoFiles {}

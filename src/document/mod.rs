@@ -41,7 +41,7 @@ pub mod weather;
 pub use covered_openings::covered_openings;
 pub use effects::EffectSwitch;
 pub use errors::{DocumentErrors, FieldError, FieldErrorCode, Warning, WarningCode};
-pub use file_source::FileSource;
+pub use file_source::{FileSource, NoFiles};
 pub use job::{JobDocument, ValidJob};
 pub use method::{MethodDocument, MethodKind, RadiusKind};
 pub use optics::Coefficient;

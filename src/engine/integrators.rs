@@ -6,11 +6,12 @@ use std::sync::atomic::AtomicBool;
 use crate::analytic::{Ending, Solver};
 use crate::estimate::stopping::Wanted;
 use crate::estimate::{Estimate, StopRule};
-use crate::integrator::Integrator;
 use crate::integrator::components::InParts;
 use crate::integrator::cross_check::CrossChecked;
 use crate::integrator::method::{Computation, Task};
 use crate::integrator::moments::at_moments;
+use crate::integrator::photon_map::progressive::Carried;
+use crate::integrator::{Integrator, Pass};
 use crate::plan::{MethodChoice, Methods};
 use crate::scene::Scene;
 use crate::traceable::TraceableScene;
@@ -44,6 +45,15 @@ pub(super) enum Added {
     CutShort,
     /// Nothing: the pass was cancelled.
     Nothing,
+}
+
+/// Results of one pass of a job's methods.
+#[derive(Default)]
+pub(super) struct Results {
+    /// Pass of the grids, or of the one method that computes grids and views.
+    pub grids: Option<Pass>,
+    /// Pass of the views, where they have a method of their own.
+    pub views: Option<Pass>,
 }
 
 /// Derives the seed of a part of a job, far from that of the job and of other jobs; methods hash it to random numbers.
@@ -124,11 +134,27 @@ impl Engine {
         }
     }
 
-    /// Adds pass `number` of the wanted outputs to an estimate of the passes before it; a method that computes grids and views together
-    /// computes both.
-    pub(super) fn add_pass(&self, number: u64, estimate: &mut Estimate, wanted: Wanted, cancel: &AtomicBool) -> Added {
-        let run =
-            |integrator: &dyn Integrator, estimate: &Estimate| integrator.pass_after(number, &estimate.carried, cancel);
+    /// True if no pass depends on what earlier ones left, so that passes can be computed in any order. A solver has no passes.
+    pub(super) fn passes_are_independent(&self) -> bool {
+        let are = |method: &dyn Integrator| method.start().carried == Carried::default();
+        match self {
+            Self::Dark => true,
+            Self::Solver(_) => false,
+            Self::Shared(method) => are(method.as_ref()),
+            Self::Separate { grids, views } => [grids, views].into_iter().flatten().all(|method| are(method.as_ref())),
+        }
+    }
+
+    /// Adds pass `number` of the wanted outputs to an estimate of the passes before it: its results that were computed `ahead`, or else
+    /// computes it. A method that computes grids and views together computes both.
+    pub(super) fn add_pass(
+        &self,
+        number: u64,
+        estimate: &mut Estimate,
+        wanted: Wanted,
+        ahead: Option<Results>,
+        cancel: &AtomicBool,
+    ) -> Added {
         match self {
             Self::Dark => {
                 let dark = estimate.dark_pass();
@@ -141,20 +167,54 @@ impl Engine {
                     return Added::CutShort;
                 }
             }
-            Self::Shared(integrator) => {
-                let Some(pass) = run(integrator.as_ref(), estimate) else { return Added::Nothing };
-                estimate.push(Some(&pass), Some(&pass));
-            }
-            Self::Separate { grids, views } => {
-                let (grids, views) = (grids.iter().find(|_| wanted.grids), views.iter().find(|_| wanted.views));
-                let grid_pass = grids.map(|integrator| run(integrator.as_ref(), estimate));
-                let view_pass = views.map(|integrator| run(integrator.as_ref(), estimate));
-                if matches!(grid_pass, Some(None)) || matches!(view_pass, Some(None)) {
-                    return Added::Nothing;
+            Self::Shared(_) | Self::Separate { .. } => {
+                let ahead = ahead.filter(|ahead| self.have_all(ahead, wanted));
+                let computed = || self.results(number, &estimate.carried, wanted, cancel);
+                let Some(results) = ahead.or_else(computed) else { return Added::Nothing };
+                let (grids, views) = (results.grids.as_ref(), results.views.as_ref());
+                match self {
+                    Self::Shared(_) => estimate.push(grids, grids),
+                    _ => estimate.push(grids.filter(|_| wanted.grids), views.filter(|_| wanted.views)),
                 }
-                estimate.push(grid_pass.flatten().as_ref(), view_pass.flatten().as_ref());
             }
         }
         Added::Pass
+    }
+
+    /// Computes pass `number` of the wanted outputs after passes that left the state `before`; `None` where it was cancelled, and of a
+    /// scene without light or a solver.
+    pub(super) fn results(
+        &self,
+        number: u64,
+        before: &Carried,
+        wanted: Wanted,
+        cancel: &AtomicBool,
+    ) -> Option<Results> {
+        let run = |method: &dyn Integrator| method.pass_after(number, before, cancel);
+        match self {
+            Self::Dark | Self::Solver(_) => None,
+            Self::Shared(method) => Some(Results { grids: Some(run(method.as_ref())?), views: None }),
+            Self::Separate { grids, views } => {
+                let (grids, views) = (grids.iter().find(|_| wanted.grids), views.iter().find(|_| wanted.views));
+                let grids = grids.map(|method| run(method.as_ref()));
+                let views = views.map(|method| run(method.as_ref()));
+                if matches!(grids, Some(None)) || matches!(views, Some(None)) {
+                    return None;
+                }
+                Some(Results { grids: grids.flatten(), views: views.flatten() })
+            }
+        }
+    }
+
+    /// True if results have all wanted outputs.
+    fn have_all(&self, results: &Results, wanted: Wanted) -> bool {
+        match self {
+            Self::Dark | Self::Solver(_) => false,
+            Self::Shared(_) => results.grids.is_some(),
+            Self::Separate { grids, views } => {
+                (results.grids.is_some() || grids.is_none() || !wanted.grids)
+                    && (results.views.is_some() || views.is_none() || !wanted.views)
+            }
+        }
     }
 }

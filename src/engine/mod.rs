@@ -1,5 +1,6 @@
-//! Rendering of a job: its preparation, its passes in order, and their checkpoints.
+//! Rendering of a job: its preparation, its passes in order, those that are computed ahead, and checkpoints.
 
+pub mod ahead;
 pub(crate) mod annual;
 pub mod cancel;
 pub mod checkpoint;

@@ -1,5 +1,6 @@
 //! Rendering of a job, pass after pass, until its stop rule, the clock or a user ends it.
 
+use super::ahead::Outcome;
 use super::cancel::{Stop, StopReason};
 use super::integrators::Added;
 use super::memory::default_limit_bytes;
@@ -82,29 +83,41 @@ impl RenderJob {
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
     ) -> Result<Option<StoppedBy>, RenderError> {
+        self.add_pass((estimate, spent), None, stop, heard)
+    }
+
+    /// Adds the next pass as [`Self::render_pass`] does, with the same bits, where its outcome was computed `ahead`.
+    pub fn add_pass(
+        &self,
+        (estimate, spent): (&mut Estimate, &mut Spent),
+        ahead: Option<Outcome>,
+        stop: &Stop,
+        heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
+    ) -> Result<Option<StoppedBy>, RenderError> {
         // the caller that raises it may be late on a busy machine
         if spent.seconds >= self.stop.max_seconds {
             stop.raise(StopReason::OutOfTime);
         }
-        self.next_pass(estimate, spent, stop, heard, Ends::WhenAccurate)
+        self.next_pass((estimate, spent), ahead, stop, heard, Ends::WhenAccurate)
     }
 
-    /// Renders the next pass as [`Self::render_pass`] does, of a job that ends at its own condition `ends`.
+    /// Adds the next pass as [`Self::add_pass`] does, of a job that ends at its own condition `ends`.
     fn next_pass(
         &self,
-        estimate: &mut Estimate,
-        spent: &mut Spent,
+        (estimate, spent): (&mut Estimate, &mut Spent),
+        ahead: Option<Outcome>,
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
         ends: Ends,
     ) -> Result<Option<StoppedBy>, RenderError> {
-        let (clocks, spent_before, pass) = (Clocks::start(), *spent, estimate.passes);
+        let (ahead, spent_ahead) = ahead.map_or((None, Spent::NOTHING), |ahead| (Some(ahead.results), ahead.spent));
+        let (clocks, spent_before, pass) = (Clocks::start(), spent.and(spent_ahead), estimate.passes);
         let wanted = match ends {
             Ends::WhenAccurate => self.wanted_after(estimate),
             Ends::WithTheLast => Wanted::ALL,
         };
         let added = match stop.reason() {
-            None => self.engine.add_pass(pass, estimate, wanted, stop.flag()),
+            None => self.engine.add_pass(pass, estimate, wanted, ahead, stop.flag()),
             Some(_) => Added::Nothing,
         };
         let ended = (added != Added::Pass).then(|| stop.reason().map(StoppedBy::from)).flatten();
@@ -131,7 +144,7 @@ impl RenderJob {
 
     /// Returns the outputs that the pass after those of `before` is to compute, from `before` alone, so that it does not matter which
     /// process rendered them: an output that was accurate enough when it was judged is not computed again.
-    fn wanted_after(&self, before: &Estimate) -> Wanted {
+    pub(super) fn wanted_after(&self, before: &Estimate) -> Wanted {
         let computed = Wanted {
             grids: before.passes_of_grids() == before.passes,
             views: before.passes_of_views() == before.passes,
@@ -160,7 +173,7 @@ impl RenderJob {
     pub fn render_all_passes(&self, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Estimate, RenderError> {
         let stop = Stop::default();
         let next = |estimate: &mut Estimate, spent: &mut Spent| {
-            self.next_pass(estimate, spent, &stop, heard, Ends::WithTheLast)
+            self.next_pass((estimate, spent), None, &stop, heard, Ends::WithTheLast)
         };
         Ok(self.render_while(next)?.estimate)
     }
@@ -190,23 +203,13 @@ impl From<StopReason> for StoppedBy {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
     use super::*;
     use crate::analytic::{Ending, GridSolution, Solution, Solver};
-    use crate::document::FileSource;
+    use crate::document::NoFiles;
     use crate::engine::integrators::Engine;
     use crate::engine::prepare::prepare;
-    use crate::geometry::TriangleMesh;
-
-    struct NoMeshes;
-
-    impl FileSource for NoMeshes {
-        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
-            Err("none".to_owned())
-        }
-    }
 
     /// Solver whose job is ended within it, for a reason, when it has found 7 lx +- 1.
     struct EndsWithin(Stop, StopReason);
@@ -240,7 +243,7 @@ mod tests {
                 "method": "holigilm"
             }"#;
             let stop = Stop::default();
-            let mut prepared = prepare(document.as_bytes(), &NoMeshes).unwrap();
+            let mut prepared = prepare(document.as_bytes(), &NoFiles).unwrap();
             prepared.engine = Engine::Solver(Box::new(EndsWithin(stop.clone(), reason)));
             let mut heard = 0;
             let rendered = prepared.render(&stop, &mut |_, _| heard += 1).unwrap();

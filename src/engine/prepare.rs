@@ -1,6 +1,5 @@
 //! Preparation of a job: from a document to a scene and a plan that are ready to render.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::annual::AnnualJob;
@@ -160,11 +159,6 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
 }
 
 impl RenderJob {
-    /// Returns the passes that a job may still have after this number of passes.
-    pub fn passes_after(&self, passes: u64) -> Range<u64> {
-        passes..if matches!(self.engine, Engine::Solver(_)) { 1 } else { self.stop.max_passes }
-    }
-
     /// Refuses a job that may be rendered for more than `most` seconds.
     pub fn check_seconds(&self, most: f64) -> Result<(), DocumentErrors> {
         let asked = self.stop.max_seconds;

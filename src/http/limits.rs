@@ -65,6 +65,9 @@ pub struct Limits {
     /// Largest number of bytes that one job may take at its peak; a job that would take more is refused. Absent: three quarters of
     /// the memory that this process may have.
     pub memory_bytes: Option<u64>,
+    /// Largest number of chunks of one job that are open at the same time: one whose passes are added to the job, and others whose passes
+    /// are computed ahead.
+    pub open_chunks_per_job: usize,
     /// Least free space for artifacts in bytes; with less, the service is not ready.
     pub free_bytes: u64,
     /// Seconds within which a request's head must arrive.
@@ -109,6 +112,7 @@ impl Limits {
             upload_grace_seconds,
             mesh_readers,
             memory_bytes,
+            open_chunks_per_job,
             free_bytes,
             header_seconds,
             request_seconds,
@@ -137,6 +141,7 @@ impl Limits {
             ("upload_grace_seconds", upload_grace_seconds, seconds.clone()),
             ("mesh_readers", wide(mesh_readers), 1..=1000),
             ("memory_bytes", memory_bytes.unwrap_or(1 << 30), 1 << 20..=1 << 50),
+            ("open_chunks_per_job", wide(open_chunks_per_job), 1..=16),
             ("free_bytes", free_bytes, 0..=1 << 50),
             ("header_seconds", header_seconds, seconds.clone()),
             ("request_seconds", request_seconds, seconds.clone()),

@@ -228,13 +228,14 @@ mod tests {
     use futures::FutureExt;
 
     use super::*;
-    use crate::present::subject::tests::{NoMeshes, document};
+    use crate::document::NoFiles;
+    use crate::present::subject::tests::document;
     use crate::queue::live::LiveJobs;
 
     /// A reader whose estimate was dropped while it waited for its turn gives the turn back, and waits without one.
     #[tokio::test]
     async fn a_long_pass_is_waited_for_without_a_turn() {
-        let prepared = prepare(document().to_string().as_bytes(), &NoMeshes).unwrap();
+        let prepared = prepare(document().to_string().as_bytes(), &NoFiles).unwrap();
         let live = LiveJobs::default().start(Uuid::nil(), prepared.into());
         let mut estimate = live.prepared.empty_estimate();
         estimate.passes = 1;

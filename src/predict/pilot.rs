@@ -410,26 +410,15 @@ impl Pilot<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::super::pilot_outcome::BUSY;
     use super::*;
-    use crate::document::FileSource;
+    use crate::document::NoFiles;
     use crate::engine::prepare::prepare;
-    use crate::geometry::TriangleMesh;
-
-    struct NoMeshes;
-
-    impl FileSource for NoMeshes {
-        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
-            Err("there is none".to_owned())
-        }
-    }
 
     /// When the wall-clock time is over before the processor time, the reason that is given is the machine, not the method.
     #[test]
     fn a_busy_machine_is_told_as_the_reason() {
-        let prepared = prepare(include_bytes!("../../examples/cornell_box.json"), &NoMeshes).unwrap();
+        let prepared = prepare(include_bytes!("../../examples/cornell_box.json"), &NoFiles).unwrap();
         let predictions = predict_within(&prepared, &AtomicBool::new(false), Duration::ZERO);
         let outputs = [&predictions.grids, &predictions.views].into_iter().flatten();
         let tried: Vec<_> = outputs.flat_map(|output| &output.methods).filter(|row| row.refusal.is_none()).collect();

@@ -228,11 +228,12 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::document::NoFiles;
     use crate::figure::sheet::Tone;
     use crate::present::prepared::prepare;
     use crate::present::reader::Kept;
     use crate::present::subject::Subject;
-    use crate::present::subject::tests::{NoMeshes, document};
+    use crate::present::subject::tests::document;
 
     fn job() -> Value {
         let mut document = document();
@@ -258,7 +259,7 @@ mod tests {
     fn a_report_tells_inputs_method_results_and_errors() {
         let job = job();
         let subject = Subject::new(&job["document"], &job["plan"]);
-        let prepare = || prepare(b"", &NoMeshes);
+        let prepare = || prepare(b"", &NoFiles);
         let nothing = Kept {
             subject: subject.into(),
             files: HashMap::new(),

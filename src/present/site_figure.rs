@@ -182,11 +182,12 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::document::NoFiles;
     use crate::present::prepared::prepare;
-    use crate::present::subject::tests::{NoMeshes, document};
+    use crate::present::subject::tests::document;
 
     fn results() -> Value {
-        let prepared = prepare(document().to_string().as_bytes(), &NoMeshes).unwrap();
+        let prepared = prepare(document().to_string().as_bytes(), &NoFiles).unwrap();
         let flux = |flux_lm: f64| json!({ "flux_lm": flux_lm, "standard_error_lm": 2.0 });
         json!({
             "provenance": prepared.provenance,

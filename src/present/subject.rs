@@ -134,21 +134,9 @@ fn sky_in_words(sky: SkyType) -> String {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use std::sync::Arc;
-
     use serde_json::json;
 
     use super::*;
-    use crate::document::FileSource;
-    use crate::geometry::TriangleMesh;
-
-    pub struct NoMeshes;
-
-    impl FileSource for NoMeshes {
-        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
-            Err("none".to_owned())
-        }
-    }
 
     /// Returns the document of a room with a tube, a grid and a location.
     pub fn document() -> Value {

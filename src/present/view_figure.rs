@@ -100,8 +100,9 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::document::NoFiles;
     use crate::present::prepared::prepare;
-    use crate::present::subject::tests::{NoMeshes, document};
+    use crate::present::subject::tests::document;
 
     /// Returns a grey room with a source 100 times as bright in its middle.
     fn seen() -> SeenView {
@@ -135,7 +136,7 @@ mod tests {
         let mut document = document();
         document["views"] = json!([{ "name": "up", "eye_m": [1.5, 1.5, 1.0], "look_at_m": [1.5, 1.5, 2.7], "up": [0, 1, 0],
                                      "vertical_fov_deg": 60, "size_px": [21, 21] }]);
-        let prepared = prepare(document.to_string().as_bytes(), &NoMeshes).unwrap();
+        let prepared = prepare(document.to_string().as_bytes(), &NoFiles).unwrap();
         let sources = prepared.sources_seen(&prepared.scene.views[0]);
         assert!(sources[10 * 21 + 10] && !sources[0] && !sources[440]);
     }

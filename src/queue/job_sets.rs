@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use super::new_members::NewMembers;
 use super::owner::Owner;
-use super::records::{JobHead, JobStatus};
+use super::records::{JobHead, JobStatus, MostWaiting};
 
 /// Purpose of a set of jobs. Each kind has its own routes and its own keys of requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +59,16 @@ pub struct NewJobSet {
     pub uploads: Vec<String>,
     /// Jobs in their order.
     pub jobs: NewMembers,
+}
+
+/// Bounds of the jobs of a set.
+pub struct SetBounds {
+    /// Largest numbers of jobs that may wait.
+    pub most: MostWaiting,
+    /// Bytes that one job may take at its peak.
+    pub memory_bytes: u64,
+    /// Largest `stop.max_seconds` of a job.
+    pub most_seconds: f64,
 }
 
 /// Set of jobs as it is stored.

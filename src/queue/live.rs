@@ -140,22 +140,13 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::FileSource;
-    use crate::geometry::TriangleMesh;
+    use crate::document::NoFiles;
     use crate::present::prepared::prepare;
-
-    struct NoMeshes;
-
-    impl FileSource for NoMeshes {
-        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
-            Err("there is none".to_owned())
-        }
-    }
 
     #[test]
     fn what_waits_is_bounded_and_begins_in_any_order() {
         let document = include_bytes!("../../examples/cornell_box.json");
-        let prepared = Arc::new(prepare(document, &NoMeshes).unwrap());
+        let prepared = Arc::new(prepare(document, &NoFiles).unwrap());
         assert!(prepared.bytes() < MOST_WAITING_BYTES / MOST_WAITING);
         let live = LiveJobs::default();
         let ids: Vec<Uuid> = (1..=MOST_WAITING as u128 + 1).map(Uuid::from_u128).collect();

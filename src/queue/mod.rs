@@ -1,5 +1,6 @@
 //! The queue of jobs: the traits that the store implements, the artifacts, and the worker that claims chunks and renders them.
 
+pub mod ahead;
 pub(crate) mod artifacts;
 pub(crate) mod backup;
 pub mod computation;

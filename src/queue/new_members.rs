@@ -1,7 +1,5 @@
 //! Jobs that are to be queued as one set: what they have in common is kept once, and the rest of them is bounded.
 
-use std::ops::Range;
-
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -47,8 +45,6 @@ pub struct NewMember {
     pub warnings: Vec<Warning>,
     /// Identity of the computation, equal for jobs with equal results; `None` where no other job's results can be used.
     pub computation: Option<String>,
-    /// Passes of chunk 0.
-    pub first_chunk: Range<u64>,
 }
 
 impl NewMembers {
@@ -64,7 +60,6 @@ impl NewMembers {
             known: prepared.known(),
             warnings: prepared.warnings.clone(),
             computation: None,
-            first_chunk: prepared.passes_after(0),
         }
     }
 
@@ -134,7 +129,6 @@ mod tests {
             known: Known::new(provenance, ExternalIlluminance { sky: 0.0, sun: 0.0 }),
             warnings: Vec::new(),
             computation: None,
-            first_chunk: 0..1,
         };
         // with the rest of the job a little more than a fifth of what all may have
         member.document.set("name", "x".repeat(MOST_BYTES / 5).into());

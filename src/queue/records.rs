@@ -1,13 +1,12 @@
 //! Records of jobs, their files and uploads in a store, and the outcomes of requests to change them.
 
-use std::ops::Range;
-
 use bytes::Bytes;
 use serde_json::Value;
 use uuid::Uuid;
 
 use crate::document::Warning;
 use crate::document::hbjson::ModelReport;
+use crate::document::limits::JOBS_OF_SET;
 use crate::document::result::{Known, PlanResult};
 use crate::document::weather::WeatherReport;
 use crate::engine::progress::{Progress, StoppedBy};
@@ -164,8 +163,6 @@ pub struct NewJob {
     pub computation: Option<String>,
     /// Ids of the uploaded files that the document names.
     pub uploads: Vec<String>,
-    /// Passes of chunk 0.
-    pub first_chunk: Range<u64>,
     /// Client that posted the job: clients take turns, and the number of waiting jobs of each is limited.
     pub client: String,
 }
@@ -177,6 +174,14 @@ pub struct MostWaiting {
     pub jobs: u64,
     /// Jobs of one client.
     pub of_client: u64,
+}
+
+impl MostWaiting {
+    /// Returns the largest number of jobs of one set: all of them must be able to wait, beside one that is rendered.
+    pub fn of_set(self) -> usize {
+        let waiting = usize::try_from(self.jobs.min(self.of_client)).unwrap_or(usize::MAX);
+        waiting.saturating_add(1).min(*JOBS_OF_SET.end())
+    }
 }
 
 /// Outcome of queueing a job.

@@ -2,7 +2,6 @@
 //! ended.
 
 use std::collections::HashSet;
-use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,7 +10,9 @@ use serde_json::Value;
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
+use crate::engine::ahead::RangeAhead;
 use crate::engine::progress::{PassReport, Progress, StoppedBy};
+pub use crate::queue::ahead::*;
 use crate::queue::events::{Pass, Phase};
 pub use crate::queue::job_sets::*;
 pub use crate::queue::new_members::*;
@@ -122,12 +123,10 @@ pub enum Completion {
     Continue {
         /// Merged state of all chunks up to this one.
         state: StateFile,
-        /// Progress of the job after the chunk.
+        /// Progress of the job after the chunk: the next one has the number of its chunks, and begins after its passes.
         progress: Progress,
-        /// Number of the next chunk.
-        next_index: u64,
-        /// Passes of the next chunk.
-        next: Range<u64>,
+        /// Ranges of passes that others may compute meanwhile.
+        ahead: Vec<RangeAhead>,
     },
     /// The job ends with this chunk.
     Finish(Finish),
@@ -233,6 +232,8 @@ pub enum Committed {
 pub enum Change {
     /// There is a chunk to claim.
     Queue,
+    /// There is a range of passes to claim, or a chunk need not wait for one any more.
+    Ahead,
     /// A job has new events.
     Job(Uuid),
     /// A job may have ended: sent before the events that say so.
@@ -259,7 +260,7 @@ pub enum StoreError {
 /// sets and uploads of other owners are not found there, listed, cancelled or deleted. Counts, chunks, totals and the store's
 /// record are those of the whole service anyway. A job takes the results of an equal one of its owner.
 #[async_trait]
-pub trait Store: Send + Sync + 'static {
+pub trait Store: PassesAhead + Send + Sync + 'static {
     /// Returns this store as one owner sees it.
     fn of(&self, owner: Owner) -> Arc<dyn Store>;
     /// Writes everything out, and releases the store for other processes.
@@ -395,4 +396,20 @@ pub trait Store: Send + Sync + 'static {
 
     /// Returns the keys of the object store that rows point to.
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError>;
+}
+
+/// Store of ranges ahead. Every method is one transaction; what is lost of it in a power failure is computed again. A range whose
+/// lease is over is its chunk's.
+#[async_trait]
+pub trait PassesAhead {
+    /// Claims the range that has waited longest, of jobs that nobody has cancelled.
+    async fn claim_ahead(&self, owner: &str, lease: Duration) -> Result<Option<AheadLease>, StoreError>;
+    /// Extends a lease by `extend` from now; false when it is lost, or the job was cancelled.
+    async fn beat_ahead(&self, lease: &AheadLease, extend: Duration) -> Result<bool, StoreError>;
+    /// Keeps the outcomes of the passes of a range up to pass `end`, not included; the rest waits again. False when the lease is lost.
+    async fn keep_ahead(&self, lease: &AheadLease, end: u64, file: &StateFile) -> Result<bool, StoreError>;
+    /// Gives a range back undone.
+    async fn return_ahead(&self, lease: &AheadLease, to: GivenBack) -> Result<(), StoreError>;
+    /// Returns the ranges ahead of a claimed chunk from its next pass `from`; one that begins there and has no outcomes is the chunk's.
+    async fn ahead(&self, lease: &Lease, from: u64) -> Result<Ahead, StoreError>;
 }

@@ -10,12 +10,11 @@ use super::part::{JobKey, StudyPart};
 use super::picture_request::PictureKey;
 use super::request::StudyRequest;
 use super::runner::{self, Runner, StudyPlan};
-use crate::document::limits::JOBS_OF_SET;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
 use crate::present::prepared::{Prepared, prepare_document};
 use crate::queue::meshes::UploadedMeshes;
 use crate::queue::owner::Owner;
-use crate::queue::store::{NewJobSet, NewMember, NewMembers, SetKind};
+use crate::queue::store::{NewJobSet, NewMember, NewMembers, SetBounds, SetKind};
 
 /// Fraction of the memory limit of a job that may be used to put pictures together: both may be in memory at the same time.
 const SHARE_OF_PICTURES: f64 = 0.25;
@@ -35,7 +34,7 @@ pub struct StudyRecord {
 struct Queued<'a> {
     request: &'a StudyRequest,
     meshes: &'a UploadedMeshes,
-    memory_bytes: u64,
+    bounds: &'a SetBounds,
     refused: Vec<Refused>,
     confidence: f64,
     members: NewMembers,
@@ -43,17 +42,15 @@ struct Queued<'a> {
     parts: Vec<StudyPart>,
 }
 
-/// Prepares a study with all of its jobs, none of which may take more than `memory_bytes` or `most_seconds` of rendering. The owner,
-/// the client and the key of the study are left empty.
+/// Prepares a study with all of its jobs, within these bounds. The owner, the client and the key of the study are left empty.
 pub fn new_study(
     request: StudyRequest,
     meshes: &UploadedMeshes,
-    memory_bytes: u64,
-    most_seconds: f64,
+    bounds: &SetBounds,
 ) -> Result<NewJobSet, DocumentErrors> {
     let (refused, members, parts) = (Vec::new(), NewMembers::default(), Vec::new());
-    let mut queued = Queued { request: &request, meshes, memory_bytes, refused, confidence: 0.0, members, parts };
-    runner::run(Some(&request), request.pictures(most_seconds).as_ref(), &mut queued)?;
+    let mut queued = Queued { request: &request, meshes, bounds, refused, confidence: 0.0, members, parts };
+    runner::run(Some(&request), request.pictures(bounds.most_seconds).as_ref(), &mut queued)?;
     let Queued { refused, confidence, members: mut jobs, parts, .. } = queued;
     jobs.list.iter_mut().zip(&parts).for_each(|(job, part)| job.part = to_value(part));
     Ok(NewJobSet {
@@ -74,7 +71,7 @@ impl Runner for Queued<'_> {
 
     fn prepare(&self, document: &Value) -> Result<Prepared, DocumentErrors> {
         let prepared = prepare_document(&JobDocument::from_files(document.clone(), self.meshes)?, self.meshes)?;
-        prepared.check_memory(self.memory_bytes)?;
+        prepared.check_memory(self.bounds.memory_bytes)?;
         Ok(prepared)
     }
 
@@ -95,9 +92,9 @@ impl Runner for Queued<'_> {
             // those of the views come after those of the grids
             return Err(none_able(self.request, &plan.refused[..self.request.methods.len()]));
         }
-        check_number(self.request, plan)?;
+        check_number(self.request, plan, self.bounds.most.of_set())?;
         let bytes = plan.most_bytes_of_pictures();
-        let most = self.memory_bytes as f64 * SHARE_OF_PICTURES;
+        let most = self.bounds.memory_bytes as f64 * SHARE_OF_PICTURES;
         if bytes > most {
             let detail = format!(
                 "comparing the pictures of a view would take about {:.2} GB of memory, but this service allows {:.2} \
@@ -143,15 +140,14 @@ impl Queued<'_> {
     }
 }
 
-/// Refuses a study of too many jobs before they are prepared.
-fn check_number(request: &StudyRequest, plan: &StudyPlan<'_>) -> Result<(), DocumentErrors> {
+/// Refuses a study of more than `most` jobs before they are prepared.
+fn check_number(request: &StudyRequest, plan: &StudyPlan<'_>, most: usize) -> Result<(), DocumentErrors> {
     let [reference, runs, pictures] = plan.numbers();
-    let most = *JOBS_OF_SET.end();
     if runs.saturating_add(reference + pictures) <= most {
         return Ok(());
     }
     let detail = format!(
-        "a study may have at most {most} jobs, but {} suitable methods, {} errors and {} seeds make {runs}, and \
+        "a study may have at most {most} jobs on this service, but {} suitable methods, {} errors and {} seeds make {runs}, and \
          its pictures {pictures} more",
         plan.methods.len(),
         request.relative_errors.len(),

@@ -247,7 +247,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::present::subject::tests::NoMeshes;
+    use crate::document::NoFiles;
 
     fn request() -> StudyRequest {
         let job = json!({ "grids": [{}], "views": [{}], "seed": 5, "method": { "kind": "sppm", "photons_per_pass": 9 },
@@ -309,10 +309,10 @@ mod tests {
     #[test]
     fn what_is_absent_has_a_default() {
         let job: Value = serde_json::from_str(include_str!("../../examples/two_tubes.json")).unwrap();
-        let request = StudyRequest::from_value(json!({ "job": job }), &NoMeshes).unwrap();
+        let request = StudyRequest::from_value(json!({ "job": job }), &NoFiles).unwrap();
         assert_eq!(request, StudyRequest::new(job, method::names().map(str::to_owned).collect()));
         let asked = json!({ "job": { "grids": [] }, "seed": 1, "seeds": 0 });
-        let errors = StudyRequest::from_value(asked, &NoMeshes).unwrap_err();
+        let errors = StudyRequest::from_value(asked, &NoFiles).unwrap_err();
         let pointers: Vec<&str> = errors.0.iter().map(|error| error.pointer.as_str()).collect();
         for pointer in ["/seed", "/job/room", "/seeds", "/job/grids"] {
             assert!(pointers.contains(&pointer), "{pointer}: {pointers:?}");

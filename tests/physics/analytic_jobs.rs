@@ -39,7 +39,7 @@ fn faulty(document: &Value) -> String {
 fn solve(prepared: &Prepared) -> Estimate {
     let mut estimate = prepared.empty_estimate();
     assert_eq!(add_pass(prepared, &mut estimate), Some(StoppedBy::Exact));
-    assert_eq!((estimate.passes, prepared.passes_after(1).is_empty()), (1, true));
+    assert_eq!(estimate.passes, 1);
     estimate
 }
 

@@ -1,8 +1,14 @@
-//! Same input, same bits: on any number of threads, and across a checkpoint.
+//! Same input, same bits: on any number of threads, across a checkpoint, and where passes are computed ahead.
+
+use std::time::Duration;
 
 use crate::documents::{add_pass, prepare};
 use serde_json::json;
+use skyduct::engine::ahead::{RangeAhead, stored_outcomes};
+use skyduct::engine::cancel::Stop;
 use skyduct::engine::checkpoint::{decode, encode};
+use skyduct::engine::spent::Spent;
+use skyduct::estimate::stopping::Wanted;
 use skyduct::integrator::photon_map::progressive::Carried;
 use skyduct::present::prepared::Prepared;
 
@@ -17,6 +23,27 @@ fn bits(prepared: &Prepared, passes: u64, threads: usize, interrupted: bool) -> 
         }
     }
     encode(&merged)
+}
+
+/// The first pass, and then the two after it, which were computed ahead, stored and read: added in their order, and in the other one.
+fn bits_ahead(prepared: &Prepared) -> [Vec<u8>; 2] {
+    let stored = [1, 2].map(|pass| {
+        let range = RangeAhead { passes: pass..pass + 1, wanted: Wanted::ALL };
+        let outcomes = prepared.compute_ahead(&range, &Stop::default(), Duration::ZERO).unwrap();
+        assert_eq!(outcomes.passes, range.passes);
+        // by this the bytes of a range are bounded
+        assert!(outcomes.bytes.len() <= encode(&prepared.empty_estimate()).len(), "{} bytes", outcomes.bytes.len());
+        outcomes.bytes
+    });
+    [[0, 1], [1, 0]].map(|order| {
+        let mut merged = prepared.empty_estimate();
+        add_pass(prepared, &mut merged);
+        for number in order {
+            let (outcome, spent) = (stored_outcomes(stored[number].clone()).next(), &mut Spent::NOTHING.clone());
+            prepared.add_pass((&mut merged, spent), outcome, &Stop::default(), &mut |_, _| {}).unwrap();
+        }
+        encode(&merged)
+    })
 }
 
 /// Reference scenes and what is done to them.
@@ -108,6 +135,12 @@ fn bits_do_not_depend_on_threads_or_checkpoints() {
     for (scene, prepared) in scenes() {
         let calm = bits(&prepared, 3, 1, false);
         assert_eq!(calm, bits(&prepared, 3, 5, true), "{scene}: 5 threads, interrupted");
+        assert_eq!(prepared.passes_are_independent(), !["S1 ppm", "S2 sppm"].contains(&scene), "{scene}");
+        if prepared.passes_are_independent() {
+            let [ahead, swapped] = bits_ahead(&prepared);
+            assert_eq!(calm, ahead, "{scene}: ahead");
+            assert_ne!(calm, swapped, "{scene}: what was computed ahead is not what is added");
+        }
     }
 }
 

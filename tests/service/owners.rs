@@ -72,7 +72,6 @@ impl Stores {
             known,
             warnings: Vec::new(),
             computation: None,
-            first_chunk: 0..8,
         };
         jobs.push(job, "/jobs").unwrap();
         NewJobSet {

@@ -41,7 +41,8 @@ pub(super) async fn artifacts(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> 
 pub(super) async fn referenced_keys(database: impl SqliteExecutor<'_>) -> Result<HashSet<String>, StoreError> {
     let keys: Vec<String> = sqlx::query_scalar(
         "SELECT key FROM artifacts WHERE content IS NULL UNION SELECT key FROM uploads UNION SELECT state_key FROM jobs WHERE state_key IS NOT NULL \
-         UNION SELECT previous_state_key FROM jobs WHERE previous_state_key IS NOT NULL",
+         UNION SELECT previous_state_key FROM jobs WHERE previous_state_key IS NOT NULL \
+         UNION SELECT key FROM passes_ahead WHERE key IS NOT NULL",
     )
     .fetch_all(database)
     .await

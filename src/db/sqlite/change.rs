@@ -5,10 +5,12 @@
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Encode, QueryBuilder, Sqlite, SqliteConnection, Type};
 
+use crate::engine::ahead::RangeAhead;
 use crate::engine::progress::{PassReport, Progress};
 use crate::queue::events::EventData;
 use crate::queue::store::*;
 
+use super::ahead::push_ahead;
 use super::rows::{signed, to_json};
 use super::sql::{now_ms, store_error, waits_for_none};
 
@@ -32,7 +34,10 @@ pub(super) struct JobChange<'a> {
     events: Vec<(&'static str, String)>,
     passes: Vec<&'a PassReport>,
     artifacts: Vec<&'a Artifact>,
-    next_chunk: Option<(u64, &'a std::ops::Range<u64>, Line)>,
+    /// Number and first pass of the next chunk, with its line.
+    next_chunk: Option<([u64; 2], Line)>,
+    /// Pass before which ranges ahead are deleted, and those that are opened.
+    ahead: Option<(i64, &'a [RangeAhead])>,
     written_now: bool,
 }
 
@@ -47,7 +52,7 @@ impl<'a> JobChange<'a> {
         // begins with an assignment that changes nothing, so that every other one follows a comma
         update.push("UPDATE jobs SET id = id");
         let (events, passes, artifacts) = (Vec::new(), Vec::new(), Vec::new());
-        Self { job, update, events, passes, artifacts, next_chunk: None, written_now: false }
+        Self { job, update, events, passes, artifacts, next_chunk: None, ahead: None, written_now: false }
     }
 
     pub fn event<E: EventData>(&mut self, data: &E) -> Result<&mut Self, StoreError> {
@@ -67,9 +72,15 @@ impl<'a> JobChange<'a> {
         self
     }
 
-    /// Adds the job's next chunk, with its index and passes, to a line.
-    pub fn chunk(&mut self, index: u64, passes: &'a std::ops::Range<u64>, line: Line) -> &mut Self {
-        self.next_chunk = Some((index, passes, line));
+    /// Adds the job's next chunk, with its number and first pass, to a line.
+    pub fn chunk(&mut self, next: [u64; 2], line: Line) -> &mut Self {
+        self.next_chunk = Some((next, line));
+        self
+    }
+
+    /// Deletes the ranges ahead before a pass, and opens others.
+    pub fn ahead(&mut self, before: i64, opened: &'a [RangeAhead]) -> &mut Self {
+        self.ahead = Some((before, opened));
         self
     }
 
@@ -133,8 +144,11 @@ impl<'a> JobChange<'a> {
         push_events(&mut sql, self.job, &self.events);
         push_passes(&mut sql, self.job, &self.passes);
         push_artifacts(&mut sql, self.job, &self.artifacts);
-        if let Some((index, passes, line)) = self.next_chunk {
-            push_chunk(&mut sql, self.job, index, passes, line);
+        if let Some((next, line)) = self.next_chunk {
+            push_chunk(&mut sql, self.job, next, line);
+        }
+        if let Some((before, opened)) = self.ahead {
+            push_ahead(&mut sql, self.job, before, opened);
         }
         if self.written_now {
             sql.push(concat!("; UPDATE store SET written_at = ", now_ms!()));
@@ -209,10 +223,10 @@ fn push_artifacts(sql: &mut QueryBuilder<Sqlite>, job: &str, artifacts: &[&Artif
 /// Adds the statement that puts a chunk into a line, where clients take turns. The chunk comes behind the next chunk that is ready
 /// (one that is being rendered, or waits for an equal job, does not count: new chunks would overtake those that came before them
 /// for as long), and behind the other chunks of its client. Of equal turns, the first to come is served first.
-fn push_chunk(sql: &mut QueryBuilder<Sqlite>, job: &str, index: u64, passes: &std::ops::Range<u64>, line: Line) {
+fn push_chunk(sql: &mut QueryBuilder<Sqlite>, job: &str, [number, from]: [u64; 2], line: Line) {
     let line = line as i64;
-    sql.push("; INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn, client) SELECT id, ");
-    sql.push_bind(signed(index)).push(", ").push_bind(signed(passes.start)).push(", ").push_bind(signed(passes.end));
+    sql.push("; INSERT INTO chunks (job_id, idx, pass_from, state, line, turn, client) SELECT id, ");
+    sql.push_bind(signed(number)).push(", ").push_bind(signed(from));
     sql.push(", 'ready', ").push_bind(line);
     sql.push(", max(coalesce((SELECT c.turn FROM chunks c WHERE c.state <> 'done' AND c.state = 'ready' AND c.line = ");
     sql.push_bind(line).push(concat!(" AND ", waits_for_none!(), " ORDER BY c.turn LIMIT 1), 0)"));

@@ -10,6 +10,7 @@ use crate::engine::spent::Spent;
 use crate::queue::events::{Cancelled, EventData, Failed, Image, Pass, Phase, Restarted, Succeeded};
 use crate::queue::store::*;
 
+use super::ahead::keys_before;
 use super::change::{JobChange, Line};
 use super::rows::{self, name_of, signed, to_json};
 use super::sql::{count_of, first, now_ms, one, run, store_error};
@@ -106,7 +107,8 @@ pub(super) async fn complete(
          WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
          RETURNING (SELECT coalesce(max(pass), 0) FROM passes WHERE passes.job_id = chunks.job_id), \
          (SELECT state_key FROM jobs WHERE jobs.id = chunks.job_id), \
-         (SELECT previous_state_key FROM jobs WHERE jobs.id = chunks.job_id)",
+         (SELECT previous_state_key FROM jobs WHERE jobs.id = chunks.job_id), \
+         EXISTS (SELECT 1 FROM passes_ahead WHERE passes_ahead.job_id = chunks.job_id)",
     )
     .bind(lease.job.to_string())
     .bind(signed(lease.chunk))
@@ -119,15 +121,24 @@ pub(super) async fn complete(
     let newest: i64 = ended.try_get(0).map_err(store_error)?;
     let state: Option<String> = ended.try_get(1).map_err(store_error)?;
     let previous: Option<String> = ended.try_get(2).map_err(store_error)?;
+    let before = match completion {
+        Completion::Continue { progress, .. } => signed(progress.passes),
+        Completion::Finish(_) => i64::MAX,
+    };
+    let obsolete = match ended.try_get::<i64, _>(3).map_err(store_error)? {
+        0 => Vec::new(),
+        _ => keys_before(tx, &lease.job.to_string(), before).await?,
+    };
 
     let job = lease.job.to_string();
     let mut change = JobChange::new(&job);
     change.written_now();
-    let obsolete = match completion {
-        Completion::Continue { state, progress, next_index, next } => {
+    let states: Vec<String> = match completion {
+        Completion::Continue { state, progress, ahead } => {
             take_reports(tx, &job, &mut change, newest, reports, None).await?;
             change
-                .chunk(*next_index, next, Line::Later)
+                .chunk([progress.chunks, progress.passes], Line::Later)
+                .ahead(before, ahead)
                 .set_progress(progress)
                 .set_sql("previous_state_key = state_key, previous_state_hash = state_hash")
                 .set_sql("previous_seconds = merged_seconds, previous_cpu_seconds = merged_cpu_seconds")
@@ -147,7 +158,7 @@ pub(super) async fn complete(
             state.into_iter().chain(previous).collect()
         }
     };
-    Ok(Committed::Yes { obsolete })
+    Ok(Committed::Yes { obsolete: states.into_iter().chain(obsolete).collect() })
 }
 
 /// Ends a job, and writes everything else that changes in its row.
@@ -170,7 +181,8 @@ pub(super) async fn finish_job<'a>(
         .set("stopped_by", finish.end.stopped_by().as_ref().map(name_of).transpose()?)
         .set("problem", finish.end.problem().map(to_json).transpose()?)
         .set_sql("state_key = NULL, state_hash = NULL, previous_state_key = NULL, previous_state_hash = NULL")
-        .set_sql(concat!("finished_at = ", now_ms!()));
+        .set_sql(concat!("finished_at = ", now_ms!()))
+        .ahead(i64::MAX, &[]);
     match finish.end.clone() {
         JobEnd::Succeeded { stopped_by, progress } => change.event(&Succeeded { stopped_by, progress })?,
         JobEnd::Cancelled { progress } => change.event(&Cancelled { stopped_by: StoppedBy::Cancelled, progress })?,

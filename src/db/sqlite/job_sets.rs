@@ -66,7 +66,6 @@ pub(super) async fn submit(
             computation: job.computation.as_deref(),
             known: &job.known,
             predictions: None,
-            first_chunk: &job.first_chunk,
             // jobs that are posted alone need not wait for a whole set
             line: Line::Later,
             client: &new.client,

@@ -1,7 +1,5 @@
 //! Jobs: their rows.
 
-use std::ops::Range;
-
 use sqlx::{QueryBuilder, SqliteConnection, SqliteExecutor, SqlitePool};
 use uuid::Uuid;
 
@@ -41,7 +39,6 @@ pub(super) async fn submit(
         computation: new.computation.as_deref(),
         known: &new.known,
         predictions: new.predictions.as_ref().map(to_json).transpose()?,
-        first_chunk: &new.first_chunk,
         line: Line::First,
         client: &new.client,
         uploads: &new.uploads,
@@ -92,7 +89,6 @@ pub(super) struct NewRow<'a> {
     pub computation: Option<&'a str>,
     pub known: &'a Known,
     pub predictions: Option<String>,
-    pub first_chunk: &'a Range<u64>,
     pub line: Line,
     pub client: &'a str,
     pub uploads: &'a [String],
@@ -140,7 +136,7 @@ pub(super) async fn insert(
     let queued = Queued { job: row.id, name: row.name.map(str::to_owned) };
     let planned = PlannedBesidePlan { warnings: row.warnings, known: row.known };
     let mut change = JobChange::after(&id_text, insert);
-    change.chunk(0, row.first_chunk, row.line).event(&queued)?.event(&planned)?;
+    change.chunk([0, 0], row.line).event(&queued)?.event(&planned)?;
     let created = change.write_and_fetch(tx).await?;
     let Some(created) = created.first() else {
         let full = unfinished_of(&mut *tx, row.client).await? > most.of_client;

@@ -1,9 +1,10 @@
 //! Store of jobs in SQLite.
 //!
 //! The SQL keeps to what SQLite and PostgreSQL share: `$n` placeholders, `UPDATE ... FROM`, `RETURNING`, `ON CONFLICT`.
-//! Only the clock expression (`sql::now_ms`), the order of events of several jobs (`rowid`) and the lock clause of the claim differ
-//! between the two.
+//! Only the clock expression (`sql::now_ms`), the order of events of several jobs and of ranges ahead (`rowid`), and the lock clause of the
+//! claim differ between the two.
 
+mod ahead;
 mod artifacts;
 pub(crate) mod backup;
 mod change;

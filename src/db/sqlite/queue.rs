@@ -9,10 +9,11 @@ use uuid::Uuid;
 
 use crate::queue::store::*;
 
+use super::ahead;
 use super::change::JobChange;
 use super::commit::finish_job;
 use super::rows::{self, signed};
-use super::sql::{first, now_ms, one, run, store_error, waits_for_none};
+use super::sql::{first, milliseconds, now_ms, one, run, store_error, waits_for_none};
 
 /// Lock clause of the claim's inner query: empty for SQLite, `FOR UPDATE OF c SKIP LOCKED` for PostgreSQL.
 macro_rules! lock_clause {
@@ -22,14 +23,18 @@ macro_rules! lock_clause {
 }
 
 /// SQL condition for a free chunk: given back, left by an expired lease, or held by this owner itself, who renders one at a time.
-/// Chunks on which more than $3 processes have died are not free, nor with $6 those of jobs that have had $7 slices, unless
-/// cancelled.
+/// Chunks on which more than $3 processes have died are not free, nor with $6 those of jobs that have had $7 slices, nor those whose next
+/// passes are being computed ahead, unless cancelled.
 macro_rules! free {
     () => {
         concat!(
             "c.deaths <= $3 AND (c.state = 'ready' OR c.owner = $1 OR c.lease_until < ",
             now_ms!(),
-            ") AND (NOT $6 OR c.line = 0 OR (SELECT slices FROM jobs WHERE jobs.id = c.job_id) < $7)"
+            ") AND (NOT $6 OR c.line = 0 OR (SELECT slices FROM jobs WHERE jobs.id = c.job_id) < $7) AND (c.line = 0 OR NOT EXISTS \
+             (SELECT 1 FROM passes_ahead a WHERE a.job_id = c.job_id AND a.pass_from = c.pass_from AND a.state = 'leased' \
+             AND a.lease_until >= ",
+            now_ms!(),
+            "))"
         )
     };
 }
@@ -189,6 +194,7 @@ pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<T
     )
     .bind(i64::from(died));
     let ready = run(query, &mut *tx).await?;
+    ahead::take_back(tx, died).await?;
     let given_up: Vec<String> =
         sqlx::query_scalar("UPDATE chunks SET state = 'done' WHERE state <> 'done' AND deaths >= $1 RETURNING job_id")
             .bind(signed(MAX_DEATHS))
@@ -203,8 +209,4 @@ pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<T
         failed.extend(Uuid::parse_str(&job));
     }
     Ok(TakenBack { ready: ready - failed.len() as u64, failed })
-}
-
-fn milliseconds(duration: Duration) -> i64 {
-    i64::try_from(duration.as_millis()).unwrap_or(i64::MAX)
 }

@@ -1,5 +1,7 @@
 //! Parts of all statements: whose rows they see, the database's clock, and the meaning of its errors.
 
+use std::time::Duration;
+
 use sqlx::query::Query;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{Decode, Row, Sqlite, SqliteExecutor, Type};
@@ -83,6 +85,11 @@ pub(crate) use waits_for_none;
 /// Returns the value of $2 in statements with a scope.
 pub(super) fn bound(scope: Scope<'_>) -> Option<&str> {
     scope.map(Owner::name)
+}
+
+/// Returns a duration in the unit of the database's clock.
+pub(super) fn milliseconds(duration: Duration) -> i64 {
+    i64::try_from(duration.as_millis()).unwrap_or(i64::MAX)
 }
 
 /// Converts an error of the database: unavailable if it may pass when tried again, failed if not.

@@ -42,8 +42,10 @@ impl SqliteStore {
         };
         self.commit_held(tx, lease.job).await?;
         // listeners that read the job now wait until the commit is durable
-        if matches!(completion, Completion::Finish(_)) {
-            self.tell(Change::Ended(lease.job));
+        match completion {
+            Completion::Finish(_) => self.tell(Change::Ended(lease.job)),
+            Completion::Continue { ahead, .. } if !ahead.is_empty() => self.tell(Change::Ahead),
+            Completion::Continue { .. } => {}
         }
         self.tell(Change::Job(lease.job));
         if let Some(claimed) = &claimed {
@@ -68,7 +70,7 @@ impl SqliteStore {
         self.owner.as_ref()
     }
 
-    fn tell(&self, change: Change) {
+    pub(super) fn tell(&self, change: Change) {
         // an error means that nobody listens
         let _ = self.changes.send(change);
     }

@@ -66,23 +66,13 @@ pub async fn page(app: &Service, kind: SetKind, query: PageQuery) -> Result<(Vec
     Ok((sets, next_cursor))
 }
 
-/// Bounds of the jobs of a set.
-pub struct Bounds {
-    /// Largest numbers of jobs that may wait.
-    pub most: MostWaiting,
-    /// Bytes that one job may take at its peak.
-    pub memory_bytes: u64,
-    /// Largest `stop.max_seconds` of a job.
-    pub most_seconds: f64,
-}
-
 /// Queues the set that a request with this body asks for, with all of its jobs. `prepare` makes it of the request, with the uploaded
 /// files, off the async threads; its owner, client and key are set here. Returns the set, and true if it is that of an earlier post.
 pub async fn post(
     app: &Service,
     kind: SetKind,
     (client, headers, body): (Client, &HeaderMap, Body),
-    prepare: impl FnOnce(Value, &UploadedMeshes, &Bounds) -> Result<NewJobSet, DocumentErrors> + Send + 'static,
+    prepare: impl FnOnce(Value, &UploadedMeshes, &SetBounds) -> Result<NewJobSet, DocumentErrors> + Send + 'static,
 ) -> Result<(JobSet, bool), Problem> {
     let idempotency_key = idempotency_key(headers)?;
     let turn = permit(&app.permits.sets).await?;
@@ -97,7 +87,7 @@ pub async fn post(
         return if set.body_hash == body_hash { Ok((set, true)) } else { Err(reused(kind)) };
     }
     let (meshes, runtime) = (app.meshes.clone(), Handle::current());
-    let bounds = Bounds {
+    let bounds = SetBounds {
         most: app.limits.most_waiting(),
         memory_bytes: app.limits.memory_limit_bytes(),
         most_seconds: app.limits.max_seconds,

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use super::any_kind::Bounds;
 use crate::document::errors::Checks;
 use crate::document::limits::{JOB_NAME, JOBS_OF_SET};
 use crate::document::read::shape;
@@ -13,7 +12,7 @@ use crate::present::prepared::prepare_document;
 use crate::queue::computation::computation;
 use crate::queue::meshes::UploadedMeshes;
 use crate::queue::owner::Owner;
-use crate::queue::store::{MostWaiting, NewJobSet, NewMember, NewMembers, SetKind};
+use crate::queue::store::{MostWaiting, NewJobSet, NewMember, NewMembers, SetBounds, SetKind};
 
 /// Jobs to be queued together.
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
@@ -37,9 +36,7 @@ impl JobSetRequest {
             if name > *JOB_NAME.end() {
                 checks.refuse("/name", format!("must have at most {} characters", JOB_NAME.end()));
             }
-            // beside those that wait one is rendered
-            let waiting = usize::try_from(most.jobs.min(most.of_client)).unwrap_or(usize::MAX).saturating_add(1);
-            let (jobs, least, most) = (request.jobs.len(), *JOBS_OF_SET.start(), waiting.min(*JOBS_OF_SET.end()));
+            let (jobs, least, most) = (request.jobs.len(), *JOBS_OF_SET.start(), most.of_set());
             if !(least..=most).contains(&jobs) {
                 let detail = format!("must have {least} to {most} jobs on this service, but has {jobs}");
                 let code = if jobs < least { FieldErrorCode::OutOfRange } else { FieldErrorCode::TooMany };
@@ -54,7 +51,7 @@ impl JobSetRequest {
 
     /// Prepares the set with all of its jobs. Errors have pointers into the request. The owner, the client and the key of the set are
     /// left empty.
-    pub fn prepared(self, meshes: &UploadedMeshes, bounds: &Bounds) -> Result<NewJobSet, DocumentErrors> {
+    pub fn prepared(self, meshes: &UploadedMeshes, bounds: &SetBounds) -> Result<NewJobSet, DocumentErrors> {
         let (mut jobs, mut errors) = (NewMembers::default(), Vec::new());
         for (index, document) in self.jobs.iter().enumerate() {
             match member(&mut jobs, document, meshes, bounds) {
@@ -92,7 +89,7 @@ fn member(
     jobs: &mut NewMembers,
     document: &Value,
     meshes: &UploadedMeshes,
-    bounds: &Bounds,
+    bounds: &SetBounds,
 ) -> Result<NewMember, DocumentErrors> {
     let prepared = prepare_document(&JobDocument::from_files(document.clone(), meshes)?, meshes)?;
     prepared.check_memory(bounds.memory_bytes)?;

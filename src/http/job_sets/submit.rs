@@ -4,14 +4,14 @@ use axum::http::HeaderMap;
 use axum::response::Response;
 use serde_json::Value;
 
-use super::any_kind::{self, Bounds, accepted, heads_of};
+use super::any_kind::{self, accepted, heads_of};
 use super::request::JobSetRequest;
 use super::resource::JobSetResource;
 use crate::http::App;
 use crate::http::client::Client;
 use crate::http::jobs::posted::Body;
 use crate::http::problem::Problem;
-use crate::queue::store::SetKind;
+use crate::queue::store::{SetBounds, SetKind};
 
 /// Queues a set of jobs, all of them or none.
 ///
@@ -39,8 +39,9 @@ use crate::queue::store::SetKind;
         (status = 429, description = "The jobs of the set would exceed the client's limit of waiting jobs"),
         (status = 503, description = "The queue has no room for all jobs of the set")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
-    let new =
-        |request, files: &_, bounds: &Bounds| JobSetRequest::from_value(request, bounds.most)?.prepared(files, bounds);
+    let new = |request, files: &_, bounds: &SetBounds| {
+        JobSetRequest::from_value(request, bounds.most)?.prepared(files, bounds)
+    };
     let (set, is_replayed) = any_kind::post(&app, SetKind::Jobs, (client, &headers, body), new).await?;
     let heads = heads_of(&app, set.id).await?;
     Ok(accepted(format!("/v1/job_sets/{}", set.id), is_replayed, &JobSetResource::new(&set, &heads)))

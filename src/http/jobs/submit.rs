@@ -162,7 +162,6 @@ fn new_job(prepared: &Prepared, owner: &Owner, text: String, meshes: Vec<String>
         body_hash: String::new(),
         computation: None,
         uploads: meshes,
-        first_chunk: prepared.passes_after(0),
         client,
     }
 }

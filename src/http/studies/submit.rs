@@ -8,18 +8,19 @@ use super::looked::Looked;
 use super::resource::StudyResource;
 use crate::http::App;
 use crate::http::client::Client;
-use crate::http::job_sets::any_kind::{self, Bounds, accepted};
+use crate::http::job_sets::any_kind::{self, accepted};
 use crate::http::jobs::posted::Body;
 use crate::http::problem::Problem;
 use crate::queue::meshes::UploadedMeshes;
-use crate::queue::store::SetKind;
+use crate::queue::store::{SetBounds, SetKind};
 use crate::study::StudyRequest;
 use crate::study::queued::new_study;
 
 /// Queues a study: the cost of accuracy by several methods on one job.
 ///
 /// Its jobs are jobs like all others: a reference, and one for each method, relative error and seed; with `pictures` another
-/// reference, and one for each method and time and for each accuracy; at most 200 in all. They take turns with the jobs that have
+/// reference, and one for each method and time and for each accuracy; at most 200 in all, and not more than a client may have waiting
+/// here. They take turns with the jobs that have
 /// begun, so that new jobs need not wait for a study. `Idempotency-Key` makes a repeated post answer with the first study; a job
 /// may have the same key.
 #[utoipa::path(post, path = "/v1/studies", operation_id = "create_study", tag = "studies",
@@ -50,9 +51,9 @@ use crate::study::queued::new_study;
         (status = 429, description = "The jobs of the study would exceed the client's limit of waiting jobs"),
         (status = 503, description = "The queue has no room for all jobs of the study")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
-    let new = |request, files: &UploadedMeshes, bounds: &Bounds| {
+    let new = |request, files: &UploadedMeshes, bounds: &SetBounds| {
         let request = StudyRequest::from_value(request, files)?.within(bounds.most_seconds)?;
-        new_study(request, files, bounds.memory_bytes, bounds.most_seconds)
+        new_study(request, files, bounds)
     };
     let (study, is_replayed) = any_kind::post(&app, SetKind::Study, (client, &headers, body), new).await?;
     let path = format!("/v1/studies/{}", study.id);

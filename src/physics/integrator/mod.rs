@@ -6,11 +6,11 @@
 //!
 //! `diffuser_source` cuts paths at Lambertian diffusers: the flux that leaves them is computed once for the whole room.
 //!
-//! `method` is the interface between a method and the rest of the program, `pass` defines a pass, `pass_size` how large one is, `trial`
-//! extrapolates from a few small ones, `registry` lists the methods, `deterministic` has the parts shared by those without passes,
-//! `components` computes passes in parts of the light, `cross_check` pairs a method with another that checks it, `moments` adds many moments to
-//! the passes of a method. Every other module is a
-//! method: its settings, which declare what it computes, refuses and costs, its state and its pass.
+//! `method` is the interface between a method and the rest of the program, `pass` defines a pass, `pass_words` stores one, `pass_size` says
+//! how large one is, `trial` extrapolates from a few small ones, `registry` lists the methods, `deterministic` has the parts shared by
+//! those without passes, `components` computes passes in parts of the light, `cross_check` pairs a method with another that checks it,
+//! `moments` adds many moments to the passes of a method. Every other module is a method: its settings, which declare what it computes, refuses and
+//! costs, its state and its pass.
 //!
 //! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has the same bits on
 //! any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per point (`photon_map::progressive`)
@@ -29,6 +29,7 @@ pub mod method;
 pub mod moments;
 pub mod pass;
 pub mod pass_size;
+pub mod pass_words;
 pub mod path_tracing;
 pub mod photon;
 pub mod photon_map;

@@ -6,6 +6,8 @@ use bytes::Bytes;
 use tokio::sync::mpsc;
 
 use super::kept::Current;
+use super::open_chunks::{AheadOfChunk, OpenChunks};
+use crate::engine::ahead::{Outcome, RangeAhead, stored_outcomes};
 use crate::engine::cancel::{Stop, StopReason};
 use crate::engine::checkpoint;
 use crate::engine::convergence::{PREVIEW_PASSES, is_kept};
@@ -23,6 +25,8 @@ const CHUNK: Duration = Duration::from_secs(2);
 /// Chunk on the render pool: the next passes of a job, as many as fit its time.
 pub(super) struct ChunkRun {
     pub current: Current,
+    pub ahead: AheadOfChunk,
+    pub open: OpenChunks,
     pub stop: Stop,
     pub tell: mpsc::UnboundedSender<News>,
 }
@@ -38,7 +42,7 @@ pub(super) enum News {
 pub(super) enum Ended {
     Continue {
         state: Bytes,
-        next: std::ops::Range<u64>,
+        ahead: Vec<RangeAhead>,
     },
     Finish {
         stopped_by: StoppedBy,
@@ -52,14 +56,16 @@ pub(super) enum Ended {
 impl ChunkRun {
     /// Renders the chunk. Returns the job after it, and how the chunk ended: `None` when nothing of it counts.
     pub fn run(self) -> (Current, Result<Option<Ended>, RenderError>) {
-        let Self { mut current, stop, tell } = self;
-        let ended = render_chunk(&mut current, &stop, &tell);
+        let Self { mut current, ahead, open, stop, tell } = self;
+        let ended = render_chunk(&mut current, ahead, open, &stop, &tell);
         (current, ended)
     }
 }
 
 fn render_chunk(
     current: &mut Current,
+    ahead: AheadOfChunk,
+    open: OpenChunks,
     stop: &Stop,
     tell: &mpsc::UnboundedSender<News>,
 ) -> Result<Option<Ended>, RenderError> {
@@ -67,26 +73,35 @@ fn render_chunk(
         return finish(current, StoppedBy::Cancelled, tell).map(Some);
     }
     let (begun, most) = (Instant::now(), if current.is_loaded { FIRST_CHUNK } else { CHUNK });
+    let mut outcomes = ahead.outcomes.into_iter().flat_map(stored_outcomes).peekable();
     loop {
-        let stopped = one_pass(current, stop, tell)?;
+        let outcome = outcomes.next();
+        let was_ahead = outcome.is_some();
+        let stopped = one_pass(current, outcome, stop, tell)?;
         if stop.reason() == Some(StopReason::Abandoned) {
             return Ok(None);
         }
         if let Some(stopped) = stopped {
             return finish(current, stopped, tell).map(Some);
         }
-        if begun.elapsed() >= most || stop.reason().is_some() {
+        // outcomes are taken as they were kept, and those that follow them by the next chunk
+        let is_over = outcomes.peek().is_none() && (was_ahead || begun.elapsed() >= most);
+        if is_over || ahead.until == Some(current.merged.passes) || stop.reason().is_some() {
             let state = Bytes::from(checkpoint::encode(&current.merged));
             current.bytes = state.len() as u64;
             (current.next_chunk, current.is_loaded) = (current.next_chunk + 1, false);
-            return Ok(Some(Ended::Continue { state, next: current.prepared.passes_after(current.merged.passes) }));
+            let Current { prepared, merged, bytes, .. } = current;
+            let ahead = prepared.ranges_ahead(merged, *bytes, open.beside(prepared));
+            return Ok(Some(Ended::Continue { state, ahead }));
         }
     }
 }
 
-/// Adds a pass to the job and reports it; returns the reason why the job ends with it, if it does.
+/// Adds a pass, whose outcome may have been computed ahead, to the job and reports it; returns the reason why the job ends with it, if it
+/// does.
 fn one_pass(
     current: &mut Current,
+    outcome: Option<Outcome>,
     stop: &Stop,
     tell: &mpsc::UnboundedSender<News>,
 ) -> Result<Option<StoppedBy>, RenderError> {
@@ -105,7 +120,7 @@ fn one_pass(
             let _ = tell.send(News::Images { passes: report.passes, images });
         }
     };
-    prepared.render_pass(merged, spent, stop, &mut heard)
+    prepared.add_pass((merged, spent), outcome, stop, &mut heard)
 }
 
 fn finish(

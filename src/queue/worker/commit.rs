@@ -8,6 +8,7 @@ use futures::{FutureExt, StreamExt, TryStreamExt};
 use tokio::time::sleep;
 use tokio_util::task::TaskTracker;
 use tracing::Instrument;
+use uuid::Uuid;
 
 use super::chunk::{Ended, progress_of};
 use super::interrupted::Interrupted;
@@ -21,8 +22,13 @@ use crate::queue::store::*;
 /// Time without a heartbeat after which a worker loses its chunk.
 pub(super) const LEASE: Duration = Duration::from_secs(60);
 
+/// Time between two extensions of a lease.
+pub(super) const HEARTBEAT: Duration = Duration::from_secs(15);
+
 /// Pause after a failure of the store.
 pub(super) const RETRY_PAUSE: Duration = Duration::from_secs(5);
+/// Longest pause of an idle worker between two claims, for a lease that expired or a hint that was lost; otherwise hints wake it.
+pub(super) const IDLE_POLL: Duration = Duration::from_secs(60);
 /// Number of files of one job that are written at the same time.
 const FILES_AT_ONCE: usize = 8;
 
@@ -52,12 +58,12 @@ impl Commits {
     ) -> Result<Option<Lease>, Interrupted> {
         let progress = progress_of(current);
         let completion = match ended {
-            Ended::Continue { state, next } => {
+            Ended::Continue { state, ahead } => {
                 let files = [("state".to_owned(), "application/octet-stream", state)];
                 let state = self.put_all(lease, &files, &mut reports).await?.pop();
                 let state = state.map(|file| StateFile { key: file.key, hash: file.hash });
                 let state = state.ok_or_else(|| FileError::NotFound("the new checkpoint".into()))?;
-                Completion::Continue { state, progress, next_index: current.next_chunk, next }
+                Completion::Continue { state, progress, ahead }
             }
             Ended::Finish { stopped_by, summary, files, last_pass } => {
                 let reason = current.prepared.no_results(stopped_by, &current.merged);
@@ -138,6 +144,23 @@ impl Commits {
         retry(|| self.artifacts.sync(&keys)).await?;
         reports.files.clear();
         Ok(artifacts)
+    }
+
+    /// Goes back to the last sound state, after which passes are rendered again.
+    pub async fn rewind(&self, lease: &Lease, reason: &str) -> Result<(), StoreError> {
+        tracing::warn!(reason, "rendering again from the last undamaged checkpoint");
+        self.delete_obsolete(self.store.rewind(lease, reason).await?).await;
+        Ok(())
+    }
+
+    /// Deletes files that were stored after their job had been deleted with its other files.
+    pub async fn delete_files_of_deleted(&self, job: Uuid) -> Result<(), StoreError> {
+        if self.store.job_head(job).await?.is_none()
+            && let Err(error) = self.artifacts.delete_job(job).await
+        {
+            tracing::warn!(%error, "deleting files failed");
+        }
+        Ok(())
     }
 
     /// Deletes files that nothing points to any more; a failure costs only space, until a later start sweeps.

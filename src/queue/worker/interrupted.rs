@@ -4,6 +4,7 @@ use crate::queue::files::FileError;
 use crate::queue::store::{JobProblem, StoreError};
 
 /// Reason why a chunk was not committed.
+#[derive(Debug)]
 pub(super) enum Interrupted {
     /// Another worker has the chunk, or the job is gone.
     LeaseLost,

@@ -21,8 +21,9 @@ const LONG: Duration = Duration::from_millis(750);
 const SLICE: Duration = Duration::from_secs(8);
 /// Ratio of a slice to the one before it: together they are hardly longer than the last one.
 const GROWTH: u32 = 4;
-/// Fraction of the memory limit of a job that a job in the short lane may take, beside that of the main lane.
-const SHARE_OF_MEMORY: f64 = 0.125;
+/// Fraction of the memory limit of a job that a job in the short lane may take, beside that of the main lane, and that all passes ahead
+/// may take.
+pub(super) const SHARE_OF_MEMORY: f64 = 0.125;
 
 /// Lane of a worker.
 pub(super) enum Lane {

@@ -10,12 +10,14 @@
 //! the first such death the chunk is taken only by a process that has run for a while ([`turns`]); meanwhile other jobs are rendered. After
 //! [`MAX_DEATHS`] the next start fails the job.
 
+mod ahead;
 mod chunk;
 mod commit;
 mod equal;
 mod interrupted;
 mod kept;
 mod lanes;
+mod open_chunks;
 mod pool;
 mod reports;
 mod running;
@@ -30,11 +32,14 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
+use self::ahead::AheadWorker;
 use self::chunk::Ended;
-use self::commit::{Commits, LEASE, RETRY_PAUSE};
+use self::commit::{Commits, IDLE_POLL, LEASE, RETRY_PAUSE};
 use self::interrupted::{Interrupted, hopeless};
 use self::kept::{Current, KeptJobs};
 use self::lanes::{Lane, lanes};
+pub use self::open_chunks::WorkerLimits;
+use self::open_chunks::{AheadOfChunk, OpenChunks};
 use self::pool::RenderPool;
 use self::reports::Reports;
 use self::running::RunningChunk;
@@ -50,43 +55,45 @@ use crate::queue::live::{LiveJob, LiveJobs};
 use crate::queue::meshes::Meshes;
 use crate::queue::store::*;
 
-/// Longest pause of an idle worker between two claims, for a lease that expired or a hint that was lost; otherwise hints wake it.
-const IDLE_POLL: Duration = Duration::from_secs(60);
 /// Largest number of rows of the convergence table from which a forecast continues: more than there are.
 const MOST_TOLD: u32 = 1000;
 /// A job fails once one of its chunks has panicked this many times.
 const MAX_FAILURES: u64 = 3;
 
-/// Worker that renders the jobs of a store one at a time, and, beside one whose passes take long, others that are short.
+/// Worker that renders the jobs of a store one at a time, and, beside one whose passes take long, others that are short, and passes ahead.
 pub struct Worker {
     main: LaneWorker,
     short: LaneWorker,
+    ahead: Vec<AheadWorker>,
 }
 
 impl Worker {
-    /// Creates a worker with `RAYON_NUM_THREADS` threads, or as many as there are processors, and half as many more for the short lane.
-    /// One job may take `memory_bytes`.
+    /// Creates a worker with `RAYON_NUM_THREADS` threads, or as many as there are processors, and half as many more for the short lane, and
+    /// for each further open chunk of a job.
     pub fn new(
         store: Arc<dyn Store>,
         artifacts: Artifacts,
         meshes: Meshes,
         live: Arc<LiveJobs>,
-        memory_bytes: u64,
+        limits: WorkerLimits,
         shutdown: CancellationToken,
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let (main_lane, short_lane) = lanes(memory_bytes);
+        let (main_lane, short_lane) = lanes(limits.memory_bytes);
         let main_pool = RenderPool::new()?;
-        let short_pool = main_pool.beside()?;
+        let short_pool = main_pool.beside("short")?;
+        // each takes back its own chunks, and not those of another
+        let owner = |name: &str| format!("{}-{name}-{}", std::process::id(), Uuid::new_v4());
+        let commits = || Commits { store: store.clone(), artifacts: artifacts.clone(), ends: TaskTracker::new() };
         let worker = |lane: Lane, pool| {
             let name = if lane.is_short() { "short" } else { "main" };
             LaneWorker {
                 store: store.clone(),
-                commits: Commits { store: store.clone(), artifacts: artifacts.clone(), ends: TaskTracker::new() },
+                commits: commits(),
                 meshes: meshes.clone(),
                 live: live.clone(),
                 pool,
-                // each takes back its own chunks, and not those of the other
-                owner: format!("{}-{name}-{}", std::process::id(), Uuid::new_v4()),
+                owner: owner(name),
+                open: OpenChunks::new(limits),
                 shutdown: shutdown.clone(),
                 turns: Turns::new(Instant::now(), lane.is_short()),
                 lane,
@@ -94,12 +101,25 @@ impl Worker {
                 shown: None,
             }
         };
-        Ok(Self { main: worker(main_lane, main_pool), short: worker(short_lane, short_pool) })
+        let ahead_worker = |_| {
+            Ok(AheadWorker {
+                commits: commits(),
+                meshes: meshes.clone(),
+                live: live.clone(),
+                pool: main_pool.beside("ahead")?,
+                owner: owner("ahead"),
+                shutdown: shutdown.clone(),
+                prepared: None,
+            })
+        };
+        let ahead = (1..limits.open_chunks).map(ahead_worker).collect::<Result<_, _>>()?;
+        Ok(Self { main: worker(main_lane, main_pool), short: worker(short_lane, short_pool), ahead })
     }
 
     /// Runs until the service shuts down.
     pub async fn run(self) {
-        futures::future::join(self.main.run(), self.short.run()).await;
+        let ahead = futures::future::join_all(self.ahead.into_iter().map(AheadWorker::run));
+        futures::future::join3(self.main.run(), self.short.run(), ahead).await;
     }
 }
 
@@ -114,6 +134,7 @@ struct LaneWorker {
     owner: String,
     shutdown: CancellationToken,
     turns: Turns,
+    open: OpenChunks,
     kept: KeptJobs,
     /// Job that readers see as running.
     shown: Option<(Uuid, Arc<LiveJob>)>,
@@ -201,7 +222,10 @@ impl LaneWorker {
 
     async fn idle(&mut self, changes: &mut broadcast::Receiver<Change>) {
         self.hide();
-        self.kept.clear();
+        // a chunk that waits for passes ahead of it comes back soon
+        if !self.open.are_several() {
+            self.kept.clear();
+        }
         let poll = sleep(self.turns.until_steadier(Instant::now()).unwrap_or(IDLE_POLL));
         tokio::pin!(poll);
         loop {
@@ -211,7 +235,7 @@ impl LaneWorker {
                 () = &mut poll => return,
                 () = self.lane.stirs() => return,
                 change = changes.recv() => match change {
-                    Ok(Change::Queue | Change::Stop(_)) | Err(broadcast::error::RecvError::Lagged(_)) => return,
+                    Ok(Change::Queue | Change::Ahead | Change::Stop(_)) | Err(broadcast::error::RecvError::Lagged(_)) => return,
                     Ok(_) => {}
                     Err(broadcast::error::RecvError::Closed) => {
                         self.pause(IDLE_POLL).await;
@@ -239,13 +263,13 @@ impl LaneWorker {
         let after = match interrupted {
             Interrupted::LeaseLost => {
                 tracing::warn!("the lease is lost, or the job was deleted");
-                self.delete_files_of_deleted(lease.job).await
+                self.commits.delete_files_of_deleted(lease.job).await
             }
             Interrupted::Shutdown => self.store.release(lease).await,
             Interrupted::PutAside(slices) => self.store.put_aside(lease, slices).await,
             Interrupted::Store(error) => self.give_back_and_pause(lease, &error).await,
             Interrupted::Artifact(error) => self.give_back_and_pause(lease, &error).await,
-            Interrupted::Damaged(reason) => self.rewind(lease, reason).await,
+            Interrupted::Damaged(reason) => self.commits.rewind(lease, reason).await,
             Interrupted::Hopeless(problem) => self.fail_job(lease, problem).await,
             Interrupted::Panicked(message) => {
                 tracing::error!(message, "the render panicked");
@@ -284,23 +308,6 @@ impl LaneWorker {
         Ok(())
     }
 
-    /// Deletes files that were stored after their job had been deleted with its other files.
-    async fn delete_files_of_deleted(&self, job: Uuid) -> Result<(), StoreError> {
-        if self.store.job_head(job).await?.is_none()
-            && let Err(error) = self.commits.artifacts.delete_job(job).await
-        {
-            tracing::warn!(%error, "deleting files failed");
-        }
-        Ok(())
-    }
-
-    /// Goes back to the last sound state, after which passes are rendered again.
-    async fn rewind(&self, lease: &Lease, reason: &str) -> Result<(), StoreError> {
-        tracing::warn!(reason, "rendering again from the last undamaged checkpoint");
-        self.commits.delete_obsolete(self.store.rewind(lease, reason).await?).await;
-        Ok(())
-    }
-
     async fn render_and_commit(
         &mut self,
         lease: &Lease,
@@ -330,8 +337,13 @@ impl LaneWorker {
         if lease.cancel_requested {
             stop.raise(StopReason::Cancelled);
         }
+        let ahead = match self.open.beside(&current.prepared) {
+            0 => AheadOfChunk::default(),
+            _ => self.commits.ahead_of(lease, current.merged.passes).await?,
+        };
         let (commits, shutdown, reports) = (&self.commits, &self.shutdown, Reports::default());
-        let running = RunningChunk { lease, commits, shutdown, stop, reports, slice: self.lane.slice(lease.slices) };
+        let (open, slice) = (self.open, self.lane.slice(lease.slices));
+        let running = RunningChunk { lease, commits, shutdown, stop, reports, ahead, open, slice };
         let (current, ended, reports) = running.render(&self.pool, current, stops).await?;
         let finished = matches!(ended, Ended::Finish { .. });
         let (changes, stops) = (self.store.changes(), self.store.changes());

@@ -13,12 +13,12 @@ impl RenderPool {
         rayon::ThreadPoolBuilder::new().thread_name(|index| format!("render-{index}")).build().map(Self)
     }
 
-    /// Creates a pool with half as many threads as this one, for jobs that are rendered beside it.
-    pub fn beside(&self) -> Result<Self, rayon::ThreadPoolBuildError> {
+    /// Creates a pool of threads of this name, half as many as this one has, for passes that are rendered beside it.
+    pub fn beside(&self, name: &'static str) -> Result<Self, rayon::ThreadPoolBuildError> {
         let threads = (self.threads() / 2).max(1);
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
-            .thread_name(|index| format!("short-{index}"))
+            .thread_name(move |index| format!("{name}-{index}"))
             .build()
             .map(Self)
     }

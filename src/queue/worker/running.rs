@@ -7,16 +7,15 @@ use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until};
 use tokio_util::sync::CancellationToken;
 
 use super::chunk::{ChunkRun, Ended, News};
-use super::commit::{Commits, LEASE, RETRY_PAUSE, retry};
+use super::commit::{Commits, HEARTBEAT, LEASE, RETRY_PAUSE, retry};
 use super::interrupted::{Interrupted, hopeless};
 use super::kept::Current;
+use super::open_chunks::{AheadOfChunk, OpenChunks};
 use super::pool::RenderPool;
 use super::reports::{REPORT_DELAY, Reports};
 use crate::engine::cancel::{Stop, StopReason, deadline};
 use crate::present::outputs::progress_image;
 use crate::queue::store::*;
-
-const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// Leased chunk that is being rendered.
 pub(super) struct RunningChunk<'a> {
@@ -25,6 +24,8 @@ pub(super) struct RunningChunk<'a> {
     pub shutdown: &'a CancellationToken,
     pub stop: Stop,
     pub reports: Reports,
+    pub ahead: AheadOfChunk,
+    pub open: OpenChunks,
     /// Time after which the chunk is put aside; `None` where it is rendered to its end.
     pub slice: Option<Duration>,
 }
@@ -46,7 +47,8 @@ impl RunningChunk<'_> {
         }
         let slice_ends = self.slice.map(|slice| Instant::now() + slice);
         let mut put_aside = None;
-        let run = ChunkRun { current, stop: self.stop.clone(), tell };
+        let ahead = std::mem::take(&mut self.ahead);
+        let run = ChunkRun { current, ahead, open: self.open, stop: self.stop.clone(), tell };
         let mut rendering = Box::pin(pool.run(move || run.run()));
         // the lease is fresh
         let mut beat = interval_at(Instant::now() + HEARTBEAT, HEARTBEAT);

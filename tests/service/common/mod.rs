@@ -1,6 +1,5 @@
 //! A service on a free port with a data folder of its own, and a client.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use eventsource_stream::Eventsource;
@@ -9,9 +8,8 @@ use reqwest::{Method, RequestBuilder, Response, StatusCode};
 use serde_json::{Value, json};
 use skyduct::cli::config::{Config, Flags};
 use skyduct::cli::serve::RunningService;
-use skyduct::document::FileSource;
+use skyduct::document::NoFiles;
 use skyduct::document::result::PlanResult;
-use skyduct::geometry::TriangleMesh;
 use skyduct::present::prepared::prepare;
 use skyduct::queue::owner::Owner;
 use skyduct::queue::store::{MostWaiting, NewJob};
@@ -193,13 +191,7 @@ pub fn most(jobs: u64) -> MostWaiting {
 
 /// A small job as a store takes it.
 pub fn new_job() -> NewJob {
-    struct NoMeshes;
-    impl FileSource for NoMeshes {
-        fn load(&self, name: &str) -> Result<Arc<TriangleMesh>, String> {
-            Err(format!("there is no {name}"))
-        }
-    }
-    let prepared = prepare(small_job().to_string().as_bytes(), &NoMeshes).unwrap();
+    let prepared = prepare(small_job().to_string().as_bytes(), &NoFiles).unwrap();
     NewJob {
         id: Uuid::now_v7(),
         owner: Owner::default(),
@@ -215,6 +207,5 @@ pub fn new_job() -> NewJob {
         body_hash: "hash".into(),
         computation: None,
         uploads: Vec::new(),
-        first_chunk: 0..8,
     }
 }

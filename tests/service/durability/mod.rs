@@ -1,5 +1,6 @@
 //! Faults, crashes and full disks: what they may cost, and what stands after them.
 
+mod ahead;
 mod arrivals;
 mod backup;
 mod folder;

@@ -1,30 +1,20 @@
 //! A render that panics ends, and tells.
 
-use std::sync::Arc;
 use std::sync::mpsc;
 
 use crate::common::{PATIENCE, small_job};
-use skyduct::document::FileSource;
+use skyduct::document::NoFiles;
 use skyduct::engine::cancel::Stop;
 use skyduct::engine::passes::SoFar;
 use skyduct::engine::progress::PassReport;
 use skyduct::engine::spent::Spent;
-use skyduct::geometry::TriangleMesh;
 use skyduct::present::prepared::prepare;
-
-struct NoMeshes;
-
-impl FileSource for NoMeshes {
-    fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
-        Err("no meshes here".into())
-    }
-}
 
 #[test]
 fn a_panic_in_a_pass_does_not_hang_it() {
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
-        let prepared = prepare(small_job().to_string().as_bytes(), &NoMeshes).unwrap();
+        let prepared = prepare(small_job().to_string().as_bytes(), &NoFiles).unwrap();
         let (mut estimate, mut spent) = (prepared.empty_estimate(), Spent::NOTHING);
         let chunk = std::panic::AssertUnwindSafe(|| {
             let mut heard = |_: &PassReport, _: SoFar<'_>| panic!("in the middle of a job");

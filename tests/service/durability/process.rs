@@ -62,7 +62,7 @@ async fn a_job_that_kills_its_process_fails_after_three_deaths_and_the_next_one_
     assert!(!server.is_gone());
 }
 
-/// Kills far faster than a chunk takes, most of them before a pass is done.
+/// Kills far faster than a chunk takes, most of them before a pass is done, with one and more open chunks.
 #[tokio::test]
 async fn a_sound_job_survives_a_storm_of_kills_with_the_same_bits() {
     let mut document = small_job();
@@ -89,19 +89,22 @@ async fn a_sound_job_survives_a_storm_of_kills_with_the_same_bits() {
     let expected = result(&server, &path).await;
     drop(server);
 
-    let data = tempfile::tempdir().unwrap();
-    let mut server = Server::start(data.path(), &TWO_THREADS);
-    let path = server.submit(&document).await;
-    for kill in 0..25_u64 {
-        tokio::time::sleep(Duration::from_millis(10 + 37 * kill % 200)).await;
-        drop(server);
-        server = Server::start(data.path(), &TWO_THREADS);
+    for open in ["1", "2", "4"] {
+        let environment = [TWO_THREADS[0], ("SKYDUCT_LIMITS__OPEN_CHUNKS_PER_JOB", open)];
+        let data = tempfile::tempdir().unwrap();
+        let mut server = Server::start(data.path(), &environment);
+        let path = server.submit(&document).await;
+        for kill in 0..25_u64 {
+            tokio::time::sleep(Duration::from_millis(10 + 37 * kill % 200)).await;
+            drop(server);
+            server = Server::start(data.path(), &environment);
+        }
+        assert_eq!(result(&server, &path).await, expected, "{open} open chunks");
+        let table = server.job(&format!("{path}/convergence")).await.unwrap();
+        let passes: Vec<u64> =
+            table["passes"].as_array().unwrap().iter().map(|row| row["passes"].as_u64().unwrap()).collect();
+        assert_eq!(passes, (1..=40).collect::<Vec<_>>(), "{open} open chunks");
     }
-    assert_eq!(result(&server, &path).await, expected);
-    let table = server.job(&format!("{path}/convergence")).await.unwrap();
-    let passes: Vec<u64> =
-        table["passes"].as_array().unwrap().iter().map(|row| row["passes"].as_u64().unwrap()).collect();
-    assert_eq!(passes, (1..=40).collect::<Vec<_>>());
 }
 
 /// The limit on the size of files stands for a full disk: writes fail, and later they do not.

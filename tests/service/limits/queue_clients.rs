@@ -23,8 +23,7 @@ fn go_on(chunk: u64) -> Completion {
     Completion::Continue {
         state: StateFile { key: format!("state-{chunk}"), hash: "hash".into() },
         progress: Progress { passes: 8 * after, chunks: after, ..Progress::default() },
-        next_index: after,
-        next: 8 * after..8 * (after + 1),
+        ahead: Vec::new(),
     }
 }
 

@@ -185,6 +185,26 @@ async fn a_reference_may_be_given() {
     assert_eq!(problem["errors"][0]["pointer"], "/reference/grids/0/illuminance_lux");
 }
 
+/// A study of more jobs than may ever wait is refused for good, as a set of jobs is, and one that fits is queued.
+#[tokio::test]
+async fn a_study_larger_than_the_queue_is_refused_with_the_bound() {
+    for (queued_jobs, of_client) in [(4, 1000), (1000, 4)] {
+        let service = TestService::start_with(|config| {
+            (config.limits.queued_jobs, config.limits.queued_jobs_per_client) = (queued_jobs, of_client);
+        })
+        .await;
+        // a reference, and two methods at two errors; four wait when one of five is rendered
+        let mut request = request();
+        request["seeds"] = json!(1);
+        post(&service, &request).await;
+        request["seeds"] = json!(2);
+        let problem = common::problem(service.post("/v1/studies", &request).send().await.unwrap(), 422).await;
+        let error = &problem["errors"][0];
+        assert_eq!((&error["pointer"], &error["code"]), (&json!("/seeds"), &json!("too_many")), "{problem}");
+        assert!(error["detail"].as_str().unwrap().contains("at most 5 jobs on this service"), "{problem}");
+    }
+}
+
 /// Everything that is wrong is named by its place in the request, and nothing is queued.
 #[tokio::test]
 async fn what_is_wrong_is_named() {
@@ -264,11 +284,11 @@ async fn studies_are_queued_once_and_whole() {
     other["seeds"] = json!(1);
     assert_eq!(common::problem(post(&other).await, 422).await["type"], "/problems/key-reused");
     wait_for(&service.running.url(), &path(&first), &["finished"]).await;
-    let mut large = request();
-    large["seeds"] = json!(3);
-    let answer = service.post("/v1/studies", &large).send().await.unwrap();
+    let long = self::post(&service, &endless_request()).await;
+    let answer = service.post("/v1/studies", &request()).send().await.unwrap();
     assert_eq!(common::problem(answer, 503).await["type"], "/problems/queue-full");
-    assert_eq!(service.json("/v1/jobs").await["jobs"].as_array().unwrap().len(), 9);
+    assert_eq!(service.json("/v1/jobs").await["jobs"].as_array().unwrap().len(), 18);
+    assert_eq!(service.request(Method::DELETE, &path(&long)).send().await.unwrap().status(), StatusCode::NO_CONTENT);
     let delete = async || service.request(Method::DELETE, &path(&first)).send().await.unwrap();
     assert_eq!(delete().await.status(), StatusCode::NO_CONTENT);
     assert_eq!(service.json("/v1/jobs").await["jobs"], json!([]));
