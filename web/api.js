@@ -76,13 +76,16 @@ export const job = (id, signal) => /** @type {Promise<Job>} */ (get(`/v1/jobs/${
  */
 export const timeZone = (of) => get(`/v1/time_zone?${new URLSearchParams(of)}`);
 
+/** Of what a job has by names of grids, that of the document's first grid. @template T @param {Job} job @param {Record<string, T> | null | undefined} by_name @returns {T | undefined} */
+export const ofFirst = ({ document }, by_name) => by_name?.[document.grids?.[0]?.name ?? ""];
+
 /**
- * The job's first grid, as far as it is computed; null where it has none yet.
+ * The document's first grid, as far as it is computed; null where it has none yet.
  * @param {Job} job @param {AbortSignal} [signal]
  * @returns {Promise<Grid | null>}
  */
 export async function firstGrid(job, signal) {
-  const path = Object.values(job.links.grids ?? {})[0];
+  const path = ofFirst(job, job.links.grids);
   if (!path) return null;
   return get(path, signal).catch(() => null);
 }

@@ -180,20 +180,20 @@ export function removeTube(draft, index) {
 }
 
 /**
- * The place in a room with most space around it, between walls and tubes.
+ * The place in a room with most space around it, between walls and others, such as tubes.
  * @param {JobDocument["room"]} room
- * @param {Tube[]} tubes
+ * @param {number[][]} others
  * @returns {[number, number]}
  */
-export function roomiest(room, tubes) {
+export function roomiest(room, others) {
   const { west, south, width, depth } = extent(room);
   const walls = rings(room);
   let best = { distance: -Infinity, x: west + width / 2, y: south + depth / 2 };
   for (let i = 1; i < 8; i++) {
     for (let j = 1; j < 8; j++) {
       const [x, y] = [west + (width * i) / 8, south + (depth * j) / 8];
-      const toTubes = tubes.map((tube) => Math.hypot(tube.centre_m[0] - x, tube.centre_m[1] - y));
-      const distance = Math.min(...toTubes, 2 * clearance(walls, [x, y]));
+      const toOthers = others.map(([ofX = 0, ofY = 0]) => Math.hypot(ofX - x, ofY - y));
+      const distance = Math.min(...toOthers, 2 * clearance(walls, [x, y]));
       if (distance > best.distance + 1e-9) best = { distance, x, y };
     }
   }
@@ -203,7 +203,7 @@ export function roomiest(room, tubes) {
 /** Adds a usual tube where there is most room. @param {JobDocument} draft */
 export function addTube(draft) {
   const tubes = (draft.tubes ??= []);
-  const [x, y] = roomiest(draft.room, tubes);
+  const [x, y] = roomiest(draft.room, tubes.map(inPlan));
   const last = tubes.at(-1);
   const tube = last && !isMesh(last) ? structuredClone(last) : usualTube("straight", [0, 0]);
   tubes.push(tube);

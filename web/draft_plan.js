@@ -55,7 +55,7 @@ export function setShape(draft, shape) {
   // what lies beyond the new walls comes in
   for (const tube of draft.tubes ?? []) {
     if (clearance(rings(draft.room), inPlan(tube)) >= diameter(tube) / 2) continue;
-    tube.centre_m = roomiest(draft.room, draft.tubes?.filter((other) => other !== tube) ?? []);
+    tube.centre_m = roomiest(draft.room, (draft.tubes ?? []).filter((other) => other !== tube).map(inPlan));
   }
   asBox(draft);
 }

@@ -3,6 +3,7 @@ import { resize } from "./draft.js";
 import { addCorner, removeCorner, setCeiling, setLength, setRise, setShape, shape, stretch } from "./draft_plan.js";
 import { choice, number } from "./field.js";
 import { edit } from "./live.js";
+import { nameAfter } from "./names.js";
 import { lengthOf } from "./outline.js";
 import { extent, outline, planes } from "./room.js";
 import { set, state } from "./state.js";
@@ -33,7 +34,7 @@ export function shapes() {
           ["T", "T"],
           ["free", "free form"],
         ],
-        set: (to) => (edit((next) => setShape(next, to)), set({ corner: null })),
+        set: (to) => (edit((next) => (setShape(next, to), nameAfter(next, to))), set({ corner: null })),
       })}
       ${choice({
         pointer: "/room/ceiling/kind",

@@ -2,6 +2,7 @@
 import { number, words } from "./field.js";
 import { partitions } from "./form_partition.js";
 import { shapes } from "./form_plan.js";
+import { sensors } from "./form_sensors.js";
 import { edit } from "./live.js";
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -61,7 +62,7 @@ export function room() {
         set: (to) => edit((next) => (next.room.rotation_deg = to)),
       })}
     </div>
-    ${partitions()}
+    ${partitions()}${sensors()}
     ${
       also.length
         ? html`<p

@@ -144,7 +144,7 @@ function pipe(tube, index) {
       value: bent ? "bent" : "straight",
       options: [
         ["straight", "straight"],
-        ["bent", "with a bend"],
+        ["bent", "bent"],
       ],
       set: (kind) => change(index, (next) => (next.segments = usualSegments(kind, next))),
     })}
@@ -304,7 +304,7 @@ async function take(file) {
         mesh: id,
         unit: "m",
         opening_diameter_m: opening,
-        centre_m: draft.room.plan ? roomiest(draft.room, draft.tubes) : [extent(draft.room).width / 2, extent(draft.room).depth / 2],
+        centre_m: draft.room.plan ? roomiest(draft.room, draft.tubes.map(({ centre_m }) => centre_m)) : [extent(draft.room).width / 2, extent(draft.room).depth / 2],
         parts: Object.fromEntries(materials.map((name) => [name, guessed(name)])),
       }),
     );

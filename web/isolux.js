@@ -61,7 +61,7 @@ const JOINED = /** @type {const} */ ({
 
 /**
  * Lines on which the values are the level, in the unit of the places.
- * @param {Grid} grid
+ * @param {Pick<Grid, "x_m" | "y_m">} grid
  * @param {number[][]} values
  * @param {number} level
  * @returns {Point[][]}
@@ -92,6 +92,7 @@ export function lines(grid, values, level) {
       // no line beside what has no value
       if (corners.some(Number.isNaN)) continue;
       const above = corners.reduce((bits, value, bit) => bits + (value >= level ? 1 << bit : 0), 0);
+      if (above === 0 || above === 15) continue;
       /** @type {Record<string, () => [string, Point]>} */
       const edges = {
         w: () => [`w${i},${j}`, met(i, j, i, j + 1)],

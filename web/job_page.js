@@ -10,7 +10,7 @@ import { numbered } from "./plan_labels.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
-import { SMALL, axis, fitted, furniture, north, partitionLine, rim, ring } from "./room_plan.js";
+import { LARGE, SMALL, axis, fitted, furniture, north, partitionLine, rim, ring } from "./room_plan.js";
 import { scale } from "./scale.js";
 import { files, packed } from "./share.js";
 import { skyName } from "./sky.js";
@@ -21,6 +21,9 @@ import { html, nothing, render, svg } from "./vendor/lit-html.js";
  * What the page knows of its job.
  * @typedef {{ job: Job | null, grid: Grid | null, meshes: Schemas["MeshesResult"] | null, year: Schemas["AnnualResult"] | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} Seen
  */
+
+/** True where a drawing is no wider than a small one. */
+const narrow = matchMedia("(max-width: 500px)");
 
 /** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header */
 export async function jobPage(id, app, header) {
@@ -37,6 +40,7 @@ export async function jobPage(id, app, header) {
     seen.edit = `/#d=${await packed(seen.job.document)}`;
     set();
   };
+  narrow.addEventListener("change", () => set());
   drawnBy(() =>
     render(html`${header()}<main class="job">${jobs()}${page(seen)}</main><p class="said" role="status">${state.said}</p>`, app),
   );
@@ -145,7 +149,7 @@ function map(job, grid, meshes) {
   const { rows, unit } = values(grid, "lux");
   const { room, tubes = [] } = job.document;
   const { east, depth } = extent(room);
-  const at = fitted(room, SMALL);
+  const at = fitted(room, narrow.matches ? SMALL : LARGE);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
     ${lux(grid, reaching(grid, rows, room), at, end)}${isolines(grid, rows, at, room, tubes.map(inPlan))}

@@ -1,5 +1,5 @@
 // The jobs that keep the result up with the draft: a short one at every change, one at a time, and a sharper one when the hand rests.
-import { pauseAfter, problemOf } from "./api.js";
+import { ofFirst, pauseAfter, problemOf } from "./api.js";
 
 /** Error and time after which the first answer comes. */
 const FIRST = { relative_error: 0.05, max_seconds: 0.2 };
@@ -123,7 +123,7 @@ export class LiveJob {
 
   /** Returns a posted job with its grid, also one that takes longer than the answer. @param {FinishedJob} posted @param {AbortSignal} signal */
   async #ended(posted, signal) {
-    if (posted.grid_results) return { job: posted, grid: Object.values(posted.grid_results)[0] ?? null };
+    if (posted.grid_results) return { job: posted, grid: ofFirst(posted, posted.grid_results) ?? null };
     await this.#service.follow(posted.id, () => {}, signal);
     const job = await this.#service.job(posted.id, signal);
     return { job, grid: await this.#service.firstGrid(job, signal) };

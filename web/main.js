@@ -19,7 +19,7 @@ import { preset, presets } from "./presets.js";
 import { prediction } from "./prediction.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers, readOut } from "./results.js";
-import { section } from "./section.js";
+import { alongside, section } from "./section.js";
 import { forget, known, remember, share, take, unpacked } from "./share.js";
 import { sky } from "./sky.js";
 import { drawnBy, set, setYear, state } from "./state.js";
@@ -43,6 +43,7 @@ async function open(name) {
   opened = { name, draft };
   known(draft);
   history.replaceState(null, "", location.pathname);
+  set({ look: alongside(draft.room) });
   live.present(draft, answer);
 }
 
@@ -187,6 +188,7 @@ async function start() {
       if (weather) void find(weather);
     }
     known(linked.draft);
+    set({ look: alongside(linked.draft.room) });
     use(linked.draft);
   };
   addEventListener("dragover", (event) => event.preventDefault());

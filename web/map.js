@@ -2,6 +2,7 @@
 import { centimetres } from "./draft.js";
 import { carriedOut, labelled, lines } from "./isolux.js";
 import { path } from "./outline.js";
+import { refined } from "./refined.js";
 import { extent, hasPlan, rings } from "./room.js";
 import { picture, rising, scale, tidy } from "./scale.js";
 import { nothing, svg } from "./vendor/lit-html.js";
@@ -37,7 +38,7 @@ function numbers(rows) {
 /** Largest of the values. @param {number[][]} rows */
 export const largest = (rows) => Math.max(0, ...rows.flat().filter((value) => !Number.isNaN(value)));
 
-/** Edges of the map in metres: west, south, east, north. @param {Grid} grid @returns {[number, number, number, number]} */
+/** Edges of the map in metres: west, south, east, north. @param {Pick<Grid, "x_m" | "y_m">} grid @returns {[number, number, number, number]} */
 export function edges(grid) {
   const half = (/** @type {number[]} */ centres) =>
     centres.length > 1 ? ((centres[1] ?? 0) - (centres[0] ?? 0)) / 2 : (centres[0] ?? 0);
@@ -50,7 +51,7 @@ const NO_VALUE = { solid: [232, 232, 232], outside: [0, 0, 0, 0] };
 
 /**
  * Red, green, blue and opacity of each cell, which is 255 where it is left out.
- * @param {Grid} grid
+ * @param {Pick<Grid, "area_m2">} grid
  * @param {number[][]} rows
  * @param {(value: number) => [number, number, number]} colour
  */
@@ -64,19 +65,20 @@ const pictures = new WeakMap();
 
 /**
  * The cells as a picture; made once for each grid and scale.
- * @param {Grid} grid
+ * @param {Pick<Grid, "x_m" | "y_m" | "area_m2">} grid
  * @param {number[][]} rows
  * @param {Layout} at
  * @param {string} key
  * @param {(value: number) => [number, number, number]} colour
+ * @param {string} [style]
  */
-export function cells(grid, rows, at, key, colour) {
+export function cells(grid, rows, at, key, colour, style = "cells") {
   const known = pictures.get(rows) ?? new Map();
   pictures.set(rows, known);
   const address = known.get(key) ?? picture(coloured(grid, rows, colour));
   known.set(key, address);
   const [west, south, east, north] = edges(grid);
-  return svg`<image class="cells" href=${address} x=${across(at, west)} y=${down(at, north)} width=${at.k * (east - west)}
+  return svg`<image class=${style} href=${address} x=${across(at, west)} y=${down(at, north)} width=${at.k * (east - west)}
     height=${at.k * (north - south)} preserveAspectRatio="none"></image>`;
 }
 
@@ -92,13 +94,16 @@ export function reaching(grid, rows, room) {
 }
 
 /**
- * The cells in colours from 0 to the end of a scale.
+ * The values in colours from 0 to the end of a scale, smooth between the centres of cells.
  * @param {Grid} grid
  * @param {number[][]} rows
  * @param {Layout} at
  * @param {number} end
  */
-export const lux = (grid, rows, at, end) => cells(grid, rows, at, `lux ${end}`, (value) => rising(value / end));
+export function lux(grid, rows, at, end) {
+  const fine = refined(grid, rows);
+  return cells(fine.grid, fine.rows, at, `lux ${end}`, (value) => rising(value / end), "cells smooth");
+}
 
 /** Outline of a room, and the holes in it, as a path. @param {JobDocument["room"]} room @param {Layout} at */
 const drawn = (room, at) =>
@@ -132,6 +137,18 @@ export function outside(room, grid, at) {
   return svg`<path class="outside" fill-rule="evenodd" d=${around + drawn(room, at)}></path>`;
 }
 
+/** @type {WeakMap<number[][], Map<number, [number, number][][]>>} */
+const found = new WeakMap();
+
+/** Lines at a level, found once for each answer. @param {number[][]} rows @param {number} level @param {() => [number, number][][]} find @returns {[number, number][][]} */
+function once(rows, level, find) {
+  const of = found.get(rows) ?? new Map();
+  found.set(rows, of);
+  const all = of.get(level) ?? find();
+  of.set(level, all);
+  return all;
+}
+
 /**
  * Lines at levels people would write, labelled.
  * @param {Grid} grid
@@ -144,7 +161,8 @@ export function isolines(grid, rows, at, room, taken) {
   const { ticks } = scale(largest(rows) * 0.98, 7);
   const inTheWay = [...taken];
   const of = (/** @type {[number, number]} */ [x, y]) => `${across(at, x).toFixed(1)},${down(at, y).toFixed(1)}`;
-  const levels = ticks.slice(1).map((level) => ({ level, found: lines(grid, reaching(grid, rows, room), level) }));
+  const fine = refined(grid, reaching(grid, rows, room));
+  const levels = ticks.slice(1).map((level) => ({ level, found: once(fine.rows, level, () => lines(fine.grid, fine.rows, level)) }));
   const paths = levels.map(
     ({ found }) => svg`<path class="iso" d=${found.map((line) => `M${line.map(of).join("L")}`).join("")}></path>`,
   );

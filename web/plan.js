@@ -5,10 +5,12 @@ import { inPlan } from "./opening.js";
 import { cellAt, drag, draw, keys, moveCursor, still } from "./plan_hand.js";
 import { numbered } from "./plan_labels.js";
 import { partition } from "./plan_partitions.js";
+import { sensor } from "./plan_sensors.js";
 import { walls } from "./plan_walls.js";
 import { extent } from "./room.js";
 import { axis, furniture, layout, north, rim, ring } from "./room_plan.js";
 import { scale } from "./scale.js";
+import { sensorsOf } from "./sensor.js";
 import { set, setYear, state } from "./state.js";
 import { nothing, svg } from "./vendor/lit-html.js";
 import { mapOf, pin, pinnedAt } from "./year_plan.js";
@@ -65,6 +67,7 @@ export function plan() {
     ${(room.partitions ?? []).map((sheet, index) => partition(sheet, index, seen))}
     ${(draft.tubes ?? []).map((tube, index) => opening(tube, index, seen))}
     ${numbered((draft.tubes ?? []).map((tube) => ring(tube, seen)))}
+    ${sensorsOf(draft).points.map((one, index) => sensor(one, index, seen))}
     ${year && grid ? pin(year, seen) : nothing}
     ${measures(room, seen)}
     ${north(room.rotation_deg ?? 0)}
@@ -80,7 +83,8 @@ export function plan() {
 /** @param {NonNullable<ReturnType<typeof shown>>} of @param {import("./map.js").Layout} at */
 function map({ grid, rows, unit, end, ticks, room }, at) {
   const year = yearOnPlan();
-  const taken = [...(state.draft.tubes ?? []).map(inPlan), ...(year ? pinnedAt(year) : [])];
+  const sensors = sensorsOf(state.draft).points.map(([x, y]) => /** @type {[number, number]} */ ([x, y]));
+  const taken = [...(state.draft.tubes ?? []).map(inPlan), ...sensors, ...(year ? pinnedAt(year) : [])];
   const { east, north, depth } = extent(state.draft.room);
   const [column, row] = state.cursor ?? [-1, -1];
   const [x, y] = [grid.x_m[column], grid.y_m[row]];

@@ -2,8 +2,10 @@
 import { addTube, moveEdge, moveTube, removeTube } from "./draft.js";
 import { addPartition, isStub, movePartition, movePartitionEnd, removePartition } from "./draft_partition.js";
 import { addCorner, moveCorner, removeCorner } from "./draft_plan.js";
+import { moveSensor, removeSensor } from "./draft_sensors.js";
 import { edit, hold } from "./live.js";
 import { extent, outline } from "./room.js";
+import { sensorsOf } from "./sensor.js";
 import { set, state } from "./state.js";
 
 /** Steps of the arrow keys in metres, without and with Shift. */
@@ -125,6 +127,16 @@ export function partitionDrag(event, index, end, at) {
   };
 }
 
+/** Takes a sensor. @param {PointerEvent} event @param {number} index @param {Layout} at */
+export function sensorDrag(event, index, at) {
+  const sensor = sensorsOf(state.draft).points[index];
+  const drawing = sensor && taken(event);
+  if (!drawing) return;
+  const start = place(drawing, event);
+  const [x, y] = sensor;
+  drag.moved = (nowX, nowY) => edit((draft) => moveSensor(draft, index, x + (nowX - start.x) / at.k, y - (nowY - start.y) / at.k));
+}
+
 /** Draws a partition from where the pointer is. @param {PointerEvent} event @param {Layout} at */
 export function draw(event, at) {
   const drawing = taken(event);
@@ -157,7 +169,7 @@ export function addAt(event, edge, at) {
 /**
  * Moves what has the focus by the arrow keys.
  * @param {KeyboardEvent} event
- * @param {{ tube: number } | { edge: Edge } | { corner: number } | { partition: number, end: import("./draft_partition.js").End }} what
+ * @param {{ tube: number } | { edge: Edge } | { corner: number } | { sensor: number } | { partition: number, end: import("./draft_partition.js").End }} what
  */
 export function keys(event, what) {
   const step = event.shiftKey ? SMALL_STEP_M : STEP_M;
@@ -196,6 +208,14 @@ export function keys(event, what) {
       const [x, y] = outline(draft.room)[corner] ?? [0, 0];
       moveCorner(draft, corner, [x + move[0], y + move[1]], 0);
     });
+  } else if ("sensor" in what) {
+    const { sensor } = what;
+    edit((draft) => {
+      if (!move) return removeSensor(draft, sensor);
+      const [x, y] = sensorsOf(draft).points[sensor] ?? [0, 0];
+      moveSensor(draft, sensor, x + move[0], y + move[1]);
+    });
+    if (!move) set({ sensor: null });
   } else if ("partition" in what) {
     const { partition, end } = what;
     edit((draft) => {

@@ -51,9 +51,10 @@ const APART = 13;
 const LEAST = 3 * APART;
 const LEAST_IN_HOLES = 9 * APART;
 
-/** True of a wall on no side of the room's extent, beside which there is space for its length. @param {ReturnType<typeof extent>} sides @param {import("./outline.js").Segment} wall */
-function isInner({ west, east, south, north }, [[ax, ay], [bx, by]]) {
-  return !(ax === bx && (ax === west || ax === east)) && !(ay === by && (ay === south || ay === north));
+/** True of a wall beside which there is space for its length: on no side of the room's extent, or on a part of its northern one. @param {ReturnType<typeof extent>} sides @param {import("./outline.js").Segment} wall */
+function isInner({ west, east, south, north, width }, [[ax, ay], [bx, by]]) {
+  if (ay === by && ay === north) return Math.abs(bx - ax) < width - 1e-9;
+  return !(ax === bx && (ax === west || ax === east)) && !(ay === by && ay === south);
 }
 
 /** Length of a wall, outside the room beside it. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at @param {import("./outline.js").Segment} wall @param {number} least */

@@ -1,6 +1,8 @@
 // The numbers of a result, each with its interval.
+import { sensorLight } from "./job_files.js";
 import { values } from "./map.js";
 import { coverage, digits, halfWidth, thousands } from "./scale.js";
+import { faces } from "./sensor.js";
 import { state } from "./state.js";
 import { passed, verdicts } from "./year_tables.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -67,7 +69,7 @@ export function numbers({ job, grid }) {
   );
   return html`<div class="blocks"><dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
     <table class="above"><caption>Area that has at least</caption><thead><tr>${levels.map(({ lux }, at) => html`<th scope="col">${lux}${at === levels.length - 1 ? "\u202flx" : ""}</th>`)}</tr></thead><tbody><tr>${above}</tr></tbody></table>
-    ${tubes(job)}${origins({ job, grid })}</div>${criteria({ job, grid })}`;
+    ${sensors({ job, grid })}${tubes(job)}${origins({ job, grid })}</div>${criteria({ job, grid })}`;
 }
 
 /** Criteria that name the moment of the job. @param {Answer} answer */
@@ -76,24 +78,52 @@ function criteria({ job, grid }) {
   return of.length ? html`<details class="criteria"><summary><h2>Criteria of this moment</h2> <small>${passed(of)}</small></summary>${verdicts(of)}</details>` : nothing;
 }
 
-/** Fluxes of the tubes. @param {Job} job */
+/** Illuminances at single sensors. @param {Answer} answer */
+function sensors(answer) {
+  const light = sensorLight(answer);
+  if (!light?.points_m) return nothing;
+  const times = coverage(light.statistics, answer.job.progress.passes);
+  const lux = (/** @type {number} */ at) => {
+    const [value, error] = [light.illuminance_lux[0]?.[at], light.standard_error_lux[0]?.[at]];
+    return value === null || value === undefined ? "outside" : interval({ of: value, error }, times, "lx");
+  };
+  return html`<table class="fluxes at-sensors"><caption>At the sensors</caption>
+    <thead><tr><th scope="col">sensor</th><th scope="col">faces</th><th scope="col">illuminance</th></tr></thead>
+    <tbody>${light.points_m.map((point, at) => html`<tr><th scope="row">${at + 1}</th><td>${faces(/** @type {import("./sensor.js").Sensor} */ (point))}</td><td>${lux(at)}</td></tr>`)}</tbody></table>`;
+}
+
+/** Most tubes of which each has a row of its own at once. */
+const MOST_TUBES = 8;
+
+/** Fluxes of the tubes: of each, or of all with the least and the most, where each is folded. @param {Job} job */
 function tubes(job) {
   const of = job.tubes ?? [];
   if (!of.length) return nothing;
-  const lumens = (/** @type {Schemas["FluxResult"] | null | undefined} */ flux) =>
-    flux?.flux_lm === undefined || flux.flux_lm === null ? "–" : `${thousands(flux.flux_lm)}`;
-  const percent = (/** @type {number | null | undefined} */ share) =>
-    share === null || share === undefined ? "–" : `${(100 * share).toFixed(1)}\u202f%`;
-  return html`<table class="fluxes"><caption>Lumens through the tubes</caption>
-    <thead><tr><th scope="col">tube</th><th scope="col">arrives</th><th scope="col">leaves</th><th
-      scope="col">enters</th><th scope="col">share</th></tr></thead>
-    <tbody>${of.map(
-      (tube, index) => html`<tr><th scope="row">${index + 1}</th><td>${lumens(tube.at_collector)}</td>
-      <td>${lumens(tube.at_diffuser)}</td><td>${lumens(tube.into_room)}</td><td>${percent(tube.transmission_efficiency)}</td></tr>`,
-    )}</tbody></table>`;
+  const rows = of.map((tube, index) => ({
+    name: String(index + 1),
+    flux: [tube.at_collector, tube.at_diffuser, tube.into_room].map((of) => of?.flux_lm ?? null),
+    share: tube.transmission_efficiency ?? null,
+  }));
+  if (rows.length <= MOST_TUBES) return fluxes("Lumens through the tubes", rows);
+  const sums = [0, 1, 2].map((k) => rows.reduce((/** @type {number | null} */ sum, { flux }) => (sum === null || flux[k] === null ? null : sum + Number(flux[k])), 0));
+  const [arrives, , enters] = sums;
+  const all = { name: "all", flux: sums, share: arrives && typeof enters === "number" ? enters / arrives : null };
+  const sorted = rows.toSorted((one, other) => Number(one.flux[2]) - Number(other.flux[2]));
+  const [least, most] = [sorted[0], sorted.at(-1)];
+  const ends = [least ? { ...least, name: `least: ${least.name}` } : all, most ? { ...most, name: `most: ${most.name}` } : all];
+  return html`${fluxes("Lumens through the tubes", [all, ...ends])}<details class="each"><summary>Each of ${rows.length} tubes</summary>${fluxes("", rows)}</details>`;
 }
 
-/** The parts of the light of a grid that has them: its sources, and its tubes. @param {Grid} grid @returns {[string, Schemas["GridPart"]][]} */
+/** A table of fluxes. @param {string} caption @param {{ name: string, flux: (number | null)[], share: number | null }[]} rows */
+function fluxes(caption, rows) {
+  const percent = (/** @type {number | null} */ share) => (share === null ? "–" : `${(100 * share).toFixed(1)}\u202f%`);
+  return html`<table class="fluxes">${caption ? html`<caption>${caption}</caption>` : nothing}
+    <thead><tr><th scope="col">tube</th><th scope="col">arrives</th><th scope="col">leaves</th><th
+      scope="col">enters</th><th scope="col">share</th></tr></thead>
+    <tbody>${rows.map(({ name, flux, share }) => html`<tr><th scope="row">${name}</th>${flux.map((lumens) => html`<td>${lumens === null ? "–" : thousands(lumens)}</td>`)}<td>${percent(share)}</td></tr>`)}</tbody></table>`;
+}
+
+/** The parts of the light of a grid that has them: its tubes, and its sources. @param {Grid} grid */
 function parts({ components, by_tube }) {
   /** @type {[keyof NonNullable<Grid["components"]>, string][]} */
   const names = [
@@ -108,18 +138,21 @@ function parts({ components, by_tube }) {
     const part = components?.[name];
     return part ? [/** @type {[string, Schemas["GridPart"]]} */ ([words, part])] : [];
   });
-  return [...(by_tube ?? []).map((part, index) => /** @type {[string, Schemas["GridPart"]]} */ ([`tube ${index + 1}`, part])), ...sources];
+  const tubes = (by_tube ?? []).map((part, index) => /** @type {[string, Schemas["GridPart"]]} */ ([`tube ${index + 1}`, part]));
+  return { tubes, sources };
 }
 
 /** Where the light comes from, in the mean over the grid. @param {Answer} answer */
 function origins({ job, grid }) {
-  const all = grid ? parts(grid) : [];
+  const { tubes, sources } = grid ? parts(grid) : { tubes: [], sources: [] };
   const mean = grid?.statistics.mean_lux ?? 0;
-  if (!all.length || !(mean > 0)) return nothing;
+  if (!(tubes.length + sources.length) || !(mean > 0)) return nothing;
   const row = (/** @type {[string, Schemas["GridPart"]]} */ [name, part]) => html`<tr><th scope="row">${name}</th><td><meter min="0" max="100" value=${(100 * part.mean_lux) / mean}
       aria-label=${`share of ${name}`}></meter></td><td>${((100 * part.mean_lux) / mean).toFixed(0)}\u202f%</td>
-      <td>${interval({ of: part.mean_lux, error: part.mean_lux_standard_error }, coverage(grid?.statistics, job.progress.passes), "lx")}</td></tr>`;
-  return html`<table class="above origins"><caption>Where the light comes from, in the mean</caption><tbody>${all.map(row)}</tbody></table>`;
+      <td>${interval({ of: part.mean_lux, error: part.mean_lux_standard_error }, coverage(grid?.statistics, job.progress.passes), "")}</td></tr>`;
+  const folds = tubes.length > MOST_TUBES;
+  return html`<table class="above origins"><caption>Where the mean comes from, lx</caption><tbody>${[...(folds ? [] : tubes), ...sources].map(row)}</tbody></table>
+    ${folds ? html`<details class="each"><summary>From each of ${tubes.length} tubes</summary><table class="above origins"><tbody>${tubes.map(row)}</tbody></table></details>` : nothing}`;
 }
 
 /** The value under the pointer. */

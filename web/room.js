@@ -126,5 +126,22 @@ export function ceilings(room) {
   return parts.map((of) => of.filter((ring) => ring.length > 2).map((ring) => ring.map((point) => raised(room, point))));
 }
 
+/** What a ring encloses below it: its area in plan, and its volume down to the floor. @param {Place[]} ring */
+function enclosed(ring) {
+  const [first = [0, 0, 0]] = ring;
+  const parts = ring.slice(1).map((at, k) => [at, ring[k + 2] ?? first].map(([x, y, z]) => [x - first[0], y - first[1], z]));
+  const area = (/** @type {number[][]} */ [[ax = 0, ay = 0] = [], [bx = 0, by = 0] = []]) => (ax * by - bx * ay) / 2;
+  const sums = parts.map((part) => [area(part), (area(part) * (first[2] + Number(part[0]?.[2]) + Number(part[1]?.[2]))) / 3]);
+  const [plan, volume] = [0, 1].map((k) => Math.abs(sums.reduce((sum, of) => sum + Number(of[k]), 0)));
+  return { area: plan ?? 0, volume: volume ?? 0 };
+}
+
+/** Area of the floor, and volume, of a room that is no room of faces. @param {Room} room */
+export function contents(room) {
+  const all = ceilings(room).flatMap((rings) => rings.map((ring, k) => ({ ...enclosed(ring), sign: k ? -1 : 1 })));
+  const sum = (/** @type {"area" | "volume"} */ of) => all.reduce((total, one) => total + one.sign * one[of], 0);
+  return { area: sum("area"), volume: sum("volume") };
+}
+
 /** Walls and ceilings of a room, each a polygon. @param {Room} room @returns {Place[][]} */
 export const faces = (room) => [...walls(room), ...ceilings(room).flatMap(([ring]) => (ring ? [ring] : []))];

@@ -14,8 +14,10 @@ import { nothing, svg } from "./vendor/lit-html.js";
 /** Sides of a rim that is seen from the side. */
 const SIDES = 48;
 
-/** Size of a drawing that stands by itself. @type {[number, number]} */
+/** Sizes of a drawing that stands by itself, small and large. @type {[number, number]} */
 export const SMALL = [364, 400];
+/** @type {[number, number]} */
+export const LARGE = [560, 560];
 
 /** @param {Room} room @param {[number, number]} box size of the drawing @returns {Layout} */
 export function layout(room, box) {

@@ -6,7 +6,7 @@ import { objects as models, reach, tube as model } from "./models.js";
 import { still } from "./plan_hand.js";
 import { isInFace, isInWall, opening as openingOf, rim } from "./opening.js";
 import { joints, skyward, throughPipe } from "./ray.js";
-import { extent, faces } from "./room.js";
+import { contents, extent, faces } from "./room.js";
 import { AROUND } from "./stage.js";
 import { set, state } from "./state.js";
 import { diameter, isMesh, square } from "./tube.js";
@@ -64,6 +64,15 @@ const ABOVE_TUBES_M = { sun: 0.5, none: 0.15 };
 function sunUp() {
   const sun = state.answer?.job.provenance?.sun;
   return sun?.on && Number(sun.altitude_deg) > 0 ? sun : null;
+}
+
+/** How much longer than wide a room is whose section shows its length at first. */
+const LONG = 2;
+
+/** Where the section of a room looks at first. @param {JobDocument["room"]} room @returns {"north" | "west"} */
+export function alongside(room) {
+  const { width, depth } = extent(room);
+  return depth > LONG * width ? "west" : "north";
 }
 
 /** What a section shows: the draft, or the one before while it is refused; its tubes and their openings, and how far room and drawing reach in metres. */
@@ -129,7 +138,23 @@ export function section() {
       ${lowest < height ? svg`<text x=${beside} y=${y(lowest) + 4}>${centimetres(lowest)} m</text>` : nothing}
       <text class="measure" x=${x(from + across / 2)} y=${y(0) + 22}>${across} m</text>
       ${beams(draft, axis, openings, x, y)}
-    </svg>`}`;
+    </svg>`}${facts(draft)}`;
+}
+
+/** What the room holds and what its openings are to it, the most useful first: as many are seen as there is space for. @param {JobDocument} draft */
+function facts({ room, tubes = [] }) {
+  const { area, volume } = contents(room);
+  const { lowest, height } = extent(room);
+  const openings = tubes.reduce((sum, tube) => sum + (square(tube)?.side_m ?? (Math.sqrt(Math.PI) * diameter(tube)) / 2) ** 2, 0);
+  const short = (/** @type {number} */ value) => Number(value.toPrecision(3));
+  const rows = [
+    ["floor", `${short(area)}\u202fm²`],
+    ["openings", `${Number(((100 * openings) / area).toPrecision(2))}\u202f% of the floor`],
+    ["volume", `${short(volume)}\u202fm³`],
+    ["height", `${lowest < height ? `${centimetres(lowest)} to ` : ""}${centimetres(height)}\u202fm`],
+    ["tubes", String(tubes.length)],
+  ];
+  return html`<dl class="numbers facts">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>`;
 }
 
 /** A box in the room, as wide as it is seen. @param {Extract<Schemas["ObjectDocument"], { kind: "box" }>} object @param {0 | 1} axis @param {Scale} x @param {Scale} y */

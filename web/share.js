@@ -133,7 +133,7 @@ export function files(job) {
     [`${name}.exr`, exr],
     [`${name}.png`, png],
   ]);
-  const tubes = (links.tubes ?? []).map(({ svg }, index) => [`tube ${index + 1}`, svg]);
+  const tubes = (links.tubes ?? []).map(({ svg }, index) => html`<a href=${svg} aria-label=${`tube ${index + 1}`}>${index + 1}</a>`);
   return [
     ...grids,
     ...views,
@@ -144,8 +144,9 @@ export function files(job) {
     ...(links.surfaces ? [["surfaces.json", links.surfaces]] : []),
     ["job.json", links.self],
     ...(links.annual ?? []).map((path) => [yearFile(path), path]),
-    ...tubes,
-  ].map(([name = "", path = ""]) => html`<a href=${path} download=${name.startsWith("tube") ? nothing : name}>${name}</a>`);
+  ]
+    .map(([name = "", path = ""]) => html`<a href=${path} download=${name}>${name}</a>`)
+    .concat(tubes.length ? [html`<span>${tubes.length === 1 ? "tube" : "tubes"}</span>`, ...tubes] : []);
 }
 
 /** The part of the page about taking it away. */

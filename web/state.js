@@ -20,6 +20,7 @@
  * @property {number} tube the tube that the form shows
  * @property {number | null} corner the corner of the outline that is chosen
  * @property {number | null} partition the partition that is chosen
+ * @property {number | null} sensor the single sensor that is chosen
  * @property {boolean} draws whether the next drag on the plan draws a partition
  * @property {"moment" | "year"} tab what is computed: the light at a moment, or that of a year
  * @property {import("./year_job.js").YearView} year what is shown of the year
@@ -57,6 +58,7 @@ export const state = {
   tube: 0,
   corner: null,
   partition: null,
+  sensor: null,
   draws: false,
   tab: "moment",
   year: {

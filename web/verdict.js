@@ -84,7 +84,7 @@ export function judged(answer) {
 /** The form of the target. */
 export function target() {
   const { goal } = state;
-  return html`<div class="pair">
+  return html`<div class="pair goal">
     ${number({ pointer: "/target/lux", label: "Target", unit: "lx", value: goal.lux, step: 50, min: 1, set: (lux) => lux > 0 && set({ goal: { ...state.goal, lux } }) })}
     ${choice({ pointer: "/target/of", label: "To be met", value: goal.of, options: WORDS, set: (of) => set({ goal: { ...state.goal, of } }) })}</div>`;
 }

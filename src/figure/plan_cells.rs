@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::axes::Axes;
-use super::colour::{BLACK, WHITE};
+use super::colour::{BLACK, Colour, WHITE};
 use super::drawing::{Drawing, Line, Type};
 use super::isolines::Isoline;
 use super::labels::Taken;
@@ -12,6 +12,9 @@ use super::ticks::short;
 
 /// Shortest isoline with a label, in pixels.
 const LEAST_LABELLED: f64 = 70.0;
+
+/// Smallest width or height of a hatched cell, in pixels.
+const LEAST_HATCHED: f64 = 3.0;
 
 /// Cells of a grid in a figure.
 pub(super) struct Cells {
@@ -40,6 +43,35 @@ impl Cells {
         let share = point / self.count;
         let size = self.place.size();
         DVec2::new(self.place.from.x + share.x * size.x, self.place.to.y - share.y * size.y)
+    }
+
+    /// Returns two opposite corners of each cell that is chosen by its number: row by row from the south.
+    fn chosen(&self, choose: impl Fn(usize) -> bool) -> impl Iterator<Item = [DVec2; 2]> {
+        let [columns, rows] = [self.count.x, self.count.y].map(|count| count as usize);
+        (0..columns * rows).filter(move |cell| choose(*cell)).map(move |cell| {
+            let corner = DVec2::new((cell % columns) as f64, (cell / columns) as f64);
+            [self.at(corner), self.at(corner + 1.0)]
+        })
+    }
+
+    /// Draws a diagonal across each cell that is chosen.
+    pub fn hatch(&self, drawing: &mut Drawing, choose: impl Fn(usize) -> bool) {
+        let mut lines = Outline::default();
+        if self.size().min_element() >= LEAST_HATCHED {
+            self.chosen(choose).for_each(|ends| lines.add_polyline(ends));
+        }
+        if !lines.0.is_empty() {
+            drawing.line(lines, Line::new(Colour::Muted, 1.0));
+        }
+    }
+
+    /// Leaves the cells empty that are chosen.
+    pub fn clear(&self, drawing: &mut Drawing, choose: impl Fn(usize) -> bool) {
+        let mut empty = Outline::default();
+        self.chosen(choose).for_each(|[from, to]| empty.0.extend(Outline::rectangle(from, to).0));
+        if !empty.0.is_empty() {
+            drawing.fill(empty, Colour::Paper, 1.0);
+        }
     }
 }
 

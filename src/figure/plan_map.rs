@@ -47,9 +47,6 @@ const POINT_RADIUS: f64 = 6.0;
 /// Largest number of points with numbers beside them.
 const MOST_NUMBERED: usize = 100;
 
-/// Smallest width or height of a hatched cell, in pixels.
-const LEAST_HATCHED: f64 = 3.0;
-
 /// Values in the cells of a grid, row by row from the south, or at points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridValues {
@@ -63,9 +60,16 @@ pub struct GridValues {
     pub values: Vec<f64>,
     /// Places of points in metres; empty for cells.
     pub points: Vec<DVec2>,
+    /// True for cells without a value that are outside of the room or too near a wall, not in a solid; empty where there are none.
+    pub outside: Vec<bool>,
 }
 
 impl GridValues {
+    /// True of a cell outside of the room or too near a wall.
+    fn is_outside(&self, cell: usize) -> bool {
+        self.outside.get(cell) == Some(&true)
+    }
+
     /// Places the cells within axes.
     fn cells_in(&self, axes: &Axes) -> Cells {
         Cells::new(axes, [self.from_m, self.to_m], self.cells)
@@ -135,10 +139,12 @@ impl PlanMap {
                 true => drawing.picture(cells.place, colours),
                 false => drawing.smooth_picture(cells.place, colours),
             }
-            self.hatch(&mut drawing, &cells);
+            cells.hatch(&mut drawing, |cell| !self.grid.values[cell].is_finite() && !self.grid.is_outside(cell));
+            cells.clear(&mut drawing, |cell| self.grid.is_outside(cell));
         }
-        // cells at the walls may reach beyond the room
-        let covered = Rectangle { from: within.from.min(cells.place.from), to: within.to.max(cells.place.to) };
+        // cells at the walls may reach beyond the room, with the ends of hatches
+        let covered =
+            Rectangle { from: within.from.min(cells.place.from) - 1.0, to: within.to.max(cells.place.to) + 1.0 };
         self.room.cover_outside(&mut drawing, &axes, covered);
         axes.draw_frame(&mut drawing);
         self.heading.draw(&mut drawing);
@@ -203,22 +209,6 @@ impl PlanMap {
             raster.set(cell % columns, rows - 1 - cell / columns, colour);
         }
         Ok(raster)
-    }
-
-    /// Draws a diagonal across each cell without a value.
-    fn hatch(&self, drawing: &mut Drawing, cells: &Cells) {
-        if cells.size().min_element() < LEAST_HATCHED {
-            return;
-        }
-        let columns = self.grid.cells[0];
-        let mut lines = Outline::default();
-        for (cell, _) in self.grid.values.iter().enumerate().filter(|(_, value)| !value.is_finite()) {
-            let corner = DVec2::new((cell % columns) as f64, (cell / columns) as f64);
-            lines.add_polyline([cells.at(corner), cells.at(corner + 1.0)]);
-        }
-        if !lines.0.is_empty() {
-            drawing.line(lines, Line::new(Colour::Muted, 1.0));
-        }
     }
 
     /// Marks the least and the greatest value, and writes both below the axes.
@@ -296,7 +286,14 @@ mod tests {
                 )],
                 objects: vec![[(0.2, 4.0), (1.8, 4.0), (1.8, 5.8), (0.2, 5.8)].map(DVec2::from).to_vec()],
             },
-            grid: GridValues { cells, from_m: DVec2::ZERO, to_m: DVec2::new(4.0, 6.0), values, points: Vec::new() },
+            grid: GridValues {
+                cells,
+                from_m: DVec2::ZERO,
+                to_m: DVec2::new(4.0, 6.0),
+                values,
+                points: Vec::new(),
+                outside: Vec::new(),
+            },
             scale: ColourScale::from_zero(600.0, Palette::Viridis),
             unit: "lx",
             levels: vec![100.0, 200.0, 300.0, 500.0],
@@ -394,6 +391,28 @@ mod tests {
         let picture = kinds.iter().position(|kind| *kind == "picture").unwrap();
         let title = cut.items.iter().position(|item| matches!(item, Item::Words(words) if words.text == "floor"));
         assert!(title.unwrap() > picture + 1);
+    }
+
+    /// Cells in solids are hatched, those outside of the room or too near a wall are left empty.
+    #[test]
+    fn cells_near_walls_are_empty() {
+        let hatched = |outside: Vec<bool>| {
+            let mut map = map([16, 24], Numbers::Hidden);
+            for cell in 0..16 {
+                map.grid.values[cell] = f64::NAN;
+            }
+            map.grid.outside = outside;
+            let drawing = map.draw().unwrap();
+            let shapes = drawing.items.iter().filter_map(|item| match item {
+                Item::Shape(shape) => Some(shape.outline.0.len()),
+                Item::Words(_) | Item::Picture(_) => None,
+            });
+            // a diagonal has a start and an end, a rectangle four corners and a close
+            shapes.fold((0, 0), |(lines, cells), parts| {
+                (lines + usize::from(parts == 32), cells + usize::from(parts == 80))
+            })
+        };
+        assert_eq!([hatched(Vec::new()), hatched((0..384).map(|cell| cell < 16).collect())], [(1, 0), (0, 1)]);
     }
 
     /// An L-shaped plan covers the cells outside, and points are drawn as discs with their values.

@@ -181,7 +181,8 @@ fn placed(subject: &Subject, grid: &GridResult, values: Vec<f64>) -> GridValues 
         }
     };
     let points = grid.points_m.iter().flatten().map(|[x, y, ..]| DVec2::new(*x, *y)).collect();
-    GridValues { cells: grid.cells, from_m, to_m, values, points }
+    let outside = grid.area_m2.iter().flatten().flatten().map(|area| *area == 0.0).collect();
+    GridValues { cells: grid.cells, from_m, to_m, values, points, outside }
 }
 
 /// Returns the outer ends of a row of cells with these centres.

@@ -22,5 +22,6 @@ mod coverage;
 mod far;
 mod generator;
 mod invariance;
+mod kinds;
 mod mutated;
 mod render;

@@ -79,19 +79,43 @@ export async function numbersTubes({ page }) {
   }
 }
 
-/** Plan, section and numbers fit into the middle of the page, in rooms of any proportion. */
+/** Plan, section and numbers fit into the middle of the page, in rooms of any proportion: numbers have the height that they need, and the plan is no small part. */
 export async function sharesTheMiddle({ page }) {
   const rooms = [[4, 6], [2, 12], [12, 2], [2, 2], [30, 20]];
-  const grids = await page.evaluate(async (rooms) => {
+  const stages = await page.evaluate(async (rooms) => {
     const { stage } = await import("/web/stage.js");
-    return rooms.map(([width, height]) => stage({ width, height }, { width, height: 4.4 }, { width: 804, height: 827 }, false));
+    const ways = [[0, 1, 480], [0, 2, 420], [530, 1, 270], [530, 2, 240], [790, 1, 200]].map(([from, tight, height], k) => ({ from, columns: [1, 1, 2, 2, 3][k], tight, height, filled: 1 }));
+    return [[804, 827], [1096, 990]].flatMap(([width, height]) =>
+      rooms.map(([wide, deep]) => {
+        const found = stage({ width: wide, height: deep }, { width: wide, height: 4.4 }, { width, height }, false, (at) => ways.filter(({ from }) => at >= from));
+        return { ...found, space: height, needed: ways.find((way) => way.columns === found.columns && way.tight === found.tight).height };
+      }),
+    );
   }, rooms);
-  for (const [index, { template, height, most }] of grids.entries()) {
-    const [rows, columns] = template.split(" / ").map((part) => [...part.matchAll(/(\d+)px/g)].map(([, px]) => Number(px)));
-    // the first row has its least height when the numbers have their greatest
-    assert(height <= 828 && rows[0] >= 230 && rows[0] + 12 + most <= height, `${rooms[index]}: ${template}, ${height}, ${most}`);
-    assert((columns.at(-1) ?? 0) <= 804 - 12 - 282, `${rooms[index]}: ${template}`);
+  for (const { template, height, most, needed, space } of stages) {
+    assert(height <= space + 1 && most >= needed - 1, `${template}, ${height} of ${space}: ${most} for numbers of ${needed}`);
+    assert(/^("plan section"|"plan plan"|"plan numbers")/.test(template), template);
   }
+}
+
+/** Of many tubes the sum, the least and the most are told at once, and each is folded; of few each has a row. */
+export async function foldsManyTubes({ page }) {
+  const rows = await page.evaluate(async () => {
+    const [{ numbers }, { render }] = [await import("/web/results.js"), await import("/web/vendor/lit-html.js")];
+    const grid = seen.answer.grid;
+    const flux = (flux_lm) => ({ flux_lm });
+    return [8, 40].map((count) => {
+      const tubes = Array.from({ length: count }, (_, i) => ({ at_collector: flux(1000), at_diffuser: flux(800), into_room: flux(500 + ((7 * i) % count)), transmission_efficiency: 0.5 }));
+      const host = document.createElement("div");
+      render(numbers({ job: { ...seen.answer.job, tubes, grids: [] }, grid }), host);
+      const told = (table) => [...table.querySelectorAll("tbody tr")].map((row) => row.textContent.replaceAll(/[\s\u202f]+/g, " ").trim());
+      return { shown: told(host.querySelector(".fluxes")), folded: [...host.querySelectorAll("details.each")].map((details) => [details.querySelectorAll("tbody tr").length, details.open]) };
+    });
+  });
+  assert.deepEqual([rows[0].shown.length, rows[0].folded], [8, []]);
+  // 500 to 539 lm into the room, the last one for the tube before the one that 7 i brings round to 0
+  assert.deepEqual(rows[1].folded, [[40, false]]);
+  assert.deepEqual(rows[1].shown.map((row) => row.replaceAll(" ", "")), ["all40000320002078051.9%", "least:1100080050050.0%", "most:18100080053950.0%"]);
 }
 
 /** A target is typed, judged, and kept in the address; an address without one opens, too. */

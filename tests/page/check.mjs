@@ -4,12 +4,14 @@ import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import * as answers from "./answers.mjs";
+import { fills } from "./fills.mjs";
 import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
 import * as openings from "./openings.mjs";
 import * as outlines from "./outlines.mjs";
 import * as outside from "./outside.mjs";
 import { drawsAHall, drawsPartitions, touches, types, typesAPlace } from "./plans.mjs";
+import * as sensors from "./sensors.mjs";
 import * as view3d from "./view3d.mjs";
 import { Visitor, browser, middle, until } from "./visit.mjs";
 import * as year from "./year.mjs";
@@ -17,36 +19,6 @@ import * as year from "./year.mjs";
 const [, , url, folder] = process.argv;
 const shot = (name) => join(folder, `${name}.png`);
 const chromium = await browser();
-
-/** No panel of the first screen is empty by more than a tenth, and no column of panels. */
-async function fills(visitor) {
-  const { page } = visitor;
-  await visitor.open("/");
-  await page.locator("#mean").waitFor();
-  await visitor.rests();
-  const before = page.viewportSize();
-  for (const colorScheme of ["dark", "light"]) {
-    await page.emulateMedia({ colorScheme });
-    for (const [width, height] of [[1500, 900], [390, 844]]) {
-      await page.setViewportSize({ width, height });
-      await page.waitForFunction(() => Math.abs(document.querySelector(".plan").getBoundingClientRect().width - seen.sizes.plan[0]) < 1);
-      await visitor.looksAsIn(shot(`editor-${width}-${colorScheme}`));
-      assert.deepEqual(await visitor.emptiness(), [], `${width} x ${height}`);
-      const below = await page.evaluate(() => document.documentElement.scrollHeight - innerHeight);
-      assert(width < 1200 || below <= 1, `the page ends ${below} px below the screen`);
-    }
-  }
-  // beside and below plans of any proportions
-  await page.setViewportSize({ width: 1500, height: 900 });
-  for (const name of ["corridor", "office", "thesis"]) {
-    const { draft } = JSON.parse(readFileSync(`web/presets/${name}.json`, "utf8"));
-    await page.locator("#preset").selectOption(name);
-    await page.waitForFunction((of) => seen.draft.name === of && seen.answer, draft.name);
-    const fits = () => page.locator(".all-numbers").evaluate((panel) => panel.scrollHeight <= panel.clientHeight && panel.querySelectorAll("tr").length > 3);
-    await until(fits, `the numbers of the ${name} scroll`);
-  }
-  await page.setViewportSize(before);
-}
 
 /** A tube that follows the hand; a last number that a fresh job gives, too. */
 async function drags(visitor) {
@@ -414,6 +386,7 @@ try {
     ...Object.values(answers),
     ...Object.values(outside),
     ...Object.values(openings),
+    ...Object.values(sensors),
     ...Object.values(view3d),
     ...Object.values(year),
     types,

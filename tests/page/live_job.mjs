@@ -10,6 +10,7 @@ const prepare = (page) =>
     const set = (values) => Object.assign(state, values);
     const told = (id, relative_error) => ({
       ...{ id, status: "succeeded", accuracy: { relative_error }, grid_results: { workplane: { of: id } } },
+      document: { grids: [{ name: "workplane" }] },
       progress: { passes: 1, seconds: 0.1, relative_error },
     });
     const ends = (signal, make) =>

@@ -30,6 +30,31 @@ export async function drawsIsoluxLines({ page }) {
   );
 }
 
+/** A map is smooth between the centres of cells: planes stay planes up to the walls, peaks keep their height, lines of a coarse bowl are nearly circles. */
+export async function smoothsMaps({ page }) {
+  const { plane, peak, ring, hole } = await page.evaluate(async () => {
+    const [{ lines }, { refined }] = [await import("/web/isolux.js"), await import("/web/refined.js")];
+    const centres = Array.from({ length: 8 }, (_, i) => i / 2 + 0.25);
+    const grid = { x_m: centres, y_m: centres };
+    const of = (value) => refined(grid, centres.map((y) => centres.map((x) => value(x, y))));
+    const plane = of((x, y) => 3 * x - y);
+    const bowl = of((x, y) => (x - 2) ** 2 + (y - 2) ** 2);
+    const peak = of((x, y) => (x === 2.25 && y === 2.25 ? 100 : 0));
+    const hole = of((x, y) => (x > 3.5 && y > 3.5 ? NaN : x));
+    return {
+      plane: plane.rows.flatMap((row, j) => row.map((value, i) => value - 3 * plane.grid.x_m[i] + plane.grid.y_m[j])),
+      peak: [Math.min(...peak.rows.flat()), Math.max(...peak.rows.flat())],
+      ring: lines(bowl.grid, bowl.rows, 1)[0].map(([x, y]) => Math.hypot(x - 2, y - 2)),
+      hole: hole.rows.flat().filter(Number.isNaN).length,
+    };
+  });
+  assert(Math.max(...plane.map(Math.abs)) < 1e-9, "a plane");
+  assert(peak[0] >= 0 && peak[1] <= 100 && peak[1] > 85, `a peak from ${peak}`);
+  assert(ring.every((radius) => Math.abs(radius - 1) < 2e-3), `radii from ${Math.min(...ring)} to ${Math.max(...ring)}`);
+  // one of 64 cells, in 6 x 6 parts
+  assert.equal(hole, 36);
+}
+
 /** Scales have ticks that people would write, and values the digits that their intervals leave. */
 export async function writesNumbers({ page }) {
   const of = await page.evaluate(async () => {

@@ -139,6 +139,8 @@ export async function drawsAHall(visitor, shot) {
   await visitor.open("/");
   await page.locator("#mean").waitFor();
   await page.getByLabel("Shape", { exact: true }).selectOption("L");
+  const name = page.getByLabel("Name", { exact: true });
+  assert.equal(await name.inputValue(), "L-shaped hall", "a room to begin with is called after its shape");
   const type = async (label, value) => {
     await page.getByLabel(label, { exact: true }).first().fill(value);
     await page.getByLabel(label, { exact: true }).first().press("Enter");
@@ -147,6 +149,8 @@ export async function drawsAHall(visitor, shot) {
   await type("Depth, m", "6");
   const outline = () => page.evaluate(() => seen.draft.room.plan.outline_m);
   assert.deepEqual(await outline(), [[0, 0], [8, 0], [8, 2.4], [3.2, 2.4], [3.2, 6], [0, 6]]);
+  const lengths = (await page.locator(".plan .length").allTextContents()).sort();
+  assert.deepEqual(lengths, ["3.2 m", "3.6 m", "4.8 m"], "walls that are no side of the whole tell their lengths");
   // where a place of the room is on the page
   const at = async ([x, y]) => {
     await page.evaluate(() => scrollTo(0, 0));
@@ -210,8 +214,10 @@ export async function drawsAHall(visitor, shot) {
   await looks(visitor, shot, "gable");
   await page.getByRole("button", { name: "looking north" }).click();
   await page.getByLabel("Ceiling shape").selectOption("flat");
+  await type("Name", "Foyer");
   await page.getByLabel("Shape", { exact: true }).selectOption("rectangle");
   await visitor.rests();
+  assert.equal(await name.inputValue(), "Foyer", "a name that was typed stays");
   assert.deepEqual((await visitor.state()).draft.room.size_m.slice(0, 2), [8, 6]);
   console.log(`  an L-shaped hall of one's own with two tubes: ${seconds.toFixed(1)} s`);
 }

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::Kind;
+use super::faces::ByFaces;
 use super::values::three;
 
 /// Where the openings of a document are.
@@ -25,8 +26,8 @@ pub fn lie(kind: Kind) -> BoxedStrategy<Lie> {
     prop_oneof![5 => Just(Lie::Level), 2 => slope, 2 => (0.0..=1.0f64).prop_map(Lie::Wall)].boxed()
 }
 
-/// Moves the openings of a document to where they are; its room is a box until then.
-pub fn place(document: &mut Value, lie: Lie) {
+/// Moves the openings of a document to where they are; its room is a box until then, and is given by its faces afterwards where it is to be.
+pub fn place(document: &mut Value, lie: Lie, by_faces: Option<ByFaces>) {
     let size = three(&document["room"]["size_m"]);
     let tubes = document["tubes"].as_array_mut().unwrap();
     match lie {
@@ -45,7 +46,9 @@ pub fn place(document: &mut Value, lie: Lie) {
                     segments.truncate(1);
                 }
             }
-            slope(&mut document["room"], size, pitch_deg);
+            if by_faces.is_none() {
+                slope(&mut document["room"], size, pitch_deg);
+            }
         }
         Lie::Wall(share) => {
             tubes.truncate(1);
@@ -61,6 +64,9 @@ pub fn place(document: &mut Value, lie: Lie) {
                 segment["azimuth_deg"] = json!(90.0 + azimuth.rem_euclid(180.0));
             }
         }
+    }
+    if let Some(by_faces) = by_faces {
+        by_faces.write(document, size, lie);
     }
 }
 

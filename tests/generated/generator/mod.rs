@@ -3,6 +3,7 @@
 //! Values are drawn as shares of what they have to fit into, so that each document is valid as it is made; smaller and
 //! simpler ones are what proptest shrinks to.
 
+mod faces;
 mod lies;
 mod meshes;
 mod outputs;
@@ -19,6 +20,7 @@ pub use meshes::{MeshName, Meshes, UNITS};
 pub use room::{placed, turned};
 pub use values::three;
 
+use faces::by_faces;
 use lies::{lie, place};
 use outputs::{in_room, outputs, view_in};
 use room::room;
@@ -45,12 +47,12 @@ pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
         let everything = (
             room(kind, coloured),
             tubes(kind, coloured),
-            (sky(kind), surroundings(kind), lie(kind)),
+            (sky(kind), surroundings(kind), lie(kind), by_faces(kind)),
             outputs(kind),
             effects(kind),
             any::<u32>(),
         );
-        everything.prop_map(move |(room, tubes, ((sky, located), surroundings, lie), outputs, effects, seed)| {
+        everything.prop_map(move |(room, tubes, ((sky, located), surroundings, lie, by_faces), outputs, effects, seed)| {
             let size = sizes(&room);
             let objects = room["objects"].as_array().unwrap();
             let lit = !room["luminaires"].as_array().unwrap().is_empty();
@@ -76,7 +78,7 @@ pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
                 document["location"] = location;
                 document["time"] = json!(time);
             }
-            place(&mut document, lie);
+            place(&mut document, lie, by_faces);
             document
         })
     })
