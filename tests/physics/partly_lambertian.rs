@@ -183,6 +183,33 @@ fn points_beside_a_box_are_computed_alone() {
     }
 }
 
+/// Checks that sensors placed one by one, whose paths are connected to sky and sun through clear zones, get what light tracing brings to
+/// the level grid at the same places, below closures that are clear in part and as a whole; fluxes agree too, and the energy balance closes.
+#[test]
+fn placed_sensors_see_sky_and_sun_through_clear_zones() {
+    let clear = Diffuser::Clear { transmittance: [0.9; 3] };
+    for (number, diffuser) in
+        [mixed(DiffuserZone::Clear), mixed(DiffuserZone::Lambertian), clear].into_iter().enumerate()
+    {
+        let mut scene =
+            cube(0.3, 0.5, 0.7, vec![straight(0.8, 0.95, diffuser)], daylight(12, 5000.0, 40.0, 120.0), Point);
+        with_sun(&mut scene, 6_000.0, 65.0);
+        scene.grids = vec![Grid::new("level".into(), 0.3, [5, 5], 0.1, [SIDE, SIDE], Point)];
+        let level = run(&scene, &*light_tracing(&scene, 16_384, 7), 64);
+        let placed = (0..scene.grids[0].len()).map(|sensor| scene.grids[0].sensor(sensor)).collect();
+        scene.grids = vec![Grid::points("placed".into(), placed)];
+        assert!(Settings::default().refuses(&Task::whole(&scene, &traceable(&scene))).is_none());
+        let found = run(&scene, &*scenes::built(&scene, &Settings::default(), 5), 64);
+        let (truth, error) = values(&level);
+        assert_grid(&found, &truth, &error, 4.0, 0.0, &format!("placed {number}"));
+        for (flux, other) in found.tubes.iter().zip(&level.tubes) {
+            let error = flux.into_room.standard_error().hypot(other.into_room.standard_error());
+            assert!((flux.into_room.mean - other.into_room.mean).abs() <= 4.0 * error, "{number}");
+        }
+        assert!(found.energy.relative_closure_error().abs() < 1e-12, "{number}: {:?}", found.energy);
+    }
+}
+
 fn bits(method: &dyn Integrator, passes: u64) -> Vec<u64> {
     let of = |pass| method.pass(pass, &AtomicBool::new(false)).unwrap().grids[0].illuminance.clone();
     let values = (0..passes).flat_map(of).map(f64::to_bits);
@@ -307,6 +334,23 @@ fn prepared(edit: impl FnOnce(&mut Value)) -> Result<Prepared, DocumentErrors> {
                                                "lambertian_transmittance": 0.6, "clear_transmittance": 0.9 });
     edit(&mut document);
     prepare_document(&JobDocument::parse(document.to_string().as_bytes())?, &Folder)
+}
+
+/// Checks that sensors placed below a mixed closure of a bent tube are refused in the sun, which no method would bring to them, and computed
+/// below a straight one.
+#[test]
+fn placed_sensors_below_clear_zones_of_bent_tubes_are_refused() {
+    let placed = |segments: Value| {
+        prepared(|document| {
+            document["sky"]["direct_normal_illuminance_lux"] = json!(50_000);
+            document["tubes"][0]["segments"] = segments;
+            document["grids"] = json!([{ "name": "wall", "points_m": [[0.0, 1.0, 1.0, 1, 0, 0]] }]);
+        })
+    };
+    let straight = placed(json!([{ "length_m": 0.8 }])).unwrap();
+    assert_eq!(straight.plan.methods.names(), ["two_stage"]);
+    let bent = placed(json!([{ "length_m": 0.5 }, { "length_m": 0.4, "tilt_deg": 30 }])).err().unwrap().0.remove(0);
+    assert_eq!((&*bent.pointer, bent.refusal.unwrap().0), ("/method", RefusalCode::SunThroughClearClosures));
 }
 
 /// Who asks for responses below a mixed closure reads of which share of the flux they speak; where its rest cannot be followed, why not.

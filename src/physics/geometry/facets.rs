@@ -36,10 +36,7 @@ impl Facets {
             let [a, b, c] = corners(triangle);
             (b - a).cross(c - a)
         };
-        let mut shared: Vec<([u32; 2], u32)> = (0..triangles.len() as u32)
-            .flat_map(|triangle| sides(triangles[triangle as usize]).map(|side| (unordered(side), triangle)))
-            .collect();
-        shared.sort_unstable();
+        let neighbours = Neighbours::new(triangles);
         let mut seeds: Vec<u32> = (0..triangles.len() as u32).collect();
         seeds
             .sort_by(|a, b| twice_area(*b).length_squared().total_cmp(&twice_area(*a).length_squared()).then(a.cmp(b)));
@@ -62,14 +59,11 @@ impl Facets {
             let mut members = vec![seed];
             let mut open = VecDeque::from([seed]);
             while let Some(triangle) = open.pop_front() {
-                for side in sides(triangles[triangle as usize]).map(unordered) {
-                    let from = shared.partition_point(|(other, _)| *other < side);
-                    for (_, next) in shared[from..].iter().take_while(|(other, _)| *other == side) {
-                        if facets.of_triangle[*next as usize] == u32::MAX && fits(*next) {
-                            facets.of_triangle[*next as usize] = number;
-                            members.push(*next);
-                            open.push_back(*next);
-                        }
+                for next in neighbours.of(triangle) {
+                    if facets.of_triangle[next as usize] == u32::MAX && fits(next) {
+                        facets.of_triangle[next as usize] = number;
+                        members.push(next);
+                        open.push_back(next);
                     }
                 }
             }
@@ -108,6 +102,36 @@ impl Facets {
         let (u, v) = (warp::around(normal, DVec3::X), warp::around(normal, DVec3::Y));
         let flat = |p: DVec3| DVec2::new((p - centre).dot(u), (p - centre).dot(v));
         self.edges(facet).iter().map(|[a, b]| disc_edge_area(radius, flat(*a), flat(*b))).sum::<f64>().max(0.0)
+    }
+}
+
+/// Triangles that share a side.
+struct Neighbours {
+    /// Sides of triangles, three each in their order, sorted by their corners.
+    sorted: Vec<u32>,
+    /// Range of `sorted` with the same corners, by sides.
+    alike: Vec<[u32; 2]>,
+}
+
+impl Neighbours {
+    fn new(triangles: &[[u32; 3]]) -> Self {
+        let corners = triangles.iter().flat_map(|triangle| sides(*triangle).map(unordered));
+        let mut all: Vec<([u32; 2], u32)> = corners.zip(0..).collect();
+        all.sort_unstable();
+        let mut alike = vec![[0; 2]; all.len()];
+        let mut first = 0;
+        for group in all.chunk_by(|one, other| one.0 == other.0) {
+            let next = first + group.len() as u32;
+            group.iter().for_each(|(_, side)| alike[*side as usize] = [first, next]);
+            first = next;
+        }
+        Self { sorted: all.into_iter().map(|(_, side)| side).collect(), alike }
+    }
+
+    /// Iterates over the triangles that share a side with this one, which is among them.
+    fn of(&self, triangle: u32) -> impl Iterator<Item = u32> {
+        let ranges = self.alike[3 * triangle as usize..3 * triangle as usize + 3].iter();
+        ranges.flat_map(|[from, to]| self.sorted[*from as usize..*to as usize].iter().map(|side| side / 3))
     }
 }
 

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::integrator::components::Component;
-use crate::integrator::diffuser_source::closure_source::all_lambertian;
+use crate::integrator::diffuser_source::closure_source::{Beside, all_lambertian};
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::moments;
 use crate::integrator::photon::close_points::dishonest_points;
@@ -97,19 +97,19 @@ impl Methods {
     pub fn choose(scene: &Scene, traceable: &Arc<TraceableScene>, request: &MethodRequest) -> Result<Self, Refusal> {
         let task = Task::whole(scene, traceable);
         match request {
-            MethodRequest::Auto => Ok(Self::best(&task)),
+            MethodRequest::Auto => Self::best(&task),
             MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) => match refuses(method, &task) {
                 None => Ok(Self::requested(method, request, &task)),
-                Some(refusal) => Err(with_advice(refusal, method, &Self::best(&task))),
+                Some(refusal) => Err(with_advice(refusal, method, Self::best(&task).ok())),
             },
         }
     }
 
-    /// Returns the methods that `auto` picks; they do not refuse the task.
-    fn best(task: &Task) -> Self {
-        let grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
+    /// Returns the methods that `auto` picks, which do not refuse the task, or the refusal of the last method where all refuse it.
+    fn best(task: &Task) -> Result<Self, Refusal> {
+        let grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views())).transpose()?;
         let views = (!task.views.is_empty()).then(|| for_views(&task.without_grids()));
-        Self { grids, views, parts: None, check: None, year: None }
+        Ok(Self { grids, views, parts: None, check: None, year: None })
     }
 
     fn requested(method: &Method, request: &MethodRequest, task: &Task) -> Self {
@@ -226,16 +226,25 @@ impl Methods {
     }
 }
 
-/// Returns the best method for grids: the first candidate that fits.
-fn for_grids(task: &Task) -> MethodChoice {
+/// Returns the best method for grids, the first candidate that fits, or a refusal where none computes sensors that do not look up.
+fn for_grids(task: &Task) -> Result<MethodChoice, Refusal> {
     let paths = two_stage::Settings::default();
     if paths.refuses(task).is_none() && paths.warns(task).is_none() {
-        return MethodChoice { method: Method::TwoStage(paths), reason: two_stage_reason(task.traceable) };
+        return Ok(MethodChoice { method: Method::TwoStage(paths), reason: two_stage_reason(task) });
     }
     if task.has_placed_sensors() {
+        let path_tracing = path_tracing::Settings::default();
+        if let Some(refusal) = path_tracing.refuses(task) {
+            let detail = format!(
+                "only {} computes `points_m` here, but {}; use a level grid, or closures that scatter all light",
+                path_tracing.name(),
+                refusal.detail
+            );
+            return Err(Refusal { detail, ..refusal });
+        }
         let reason = "unbiased at sensors of any position and direction, also for light that closures pass unscattered"
             .to_owned();
-        return MethodChoice { method: Method::PathTracing(path_tracing::Settings::default()), reason };
+        return Ok(MethodChoice { method: Method::PathTracing(path_tracing), reason });
     }
     let unseen = || light_tracing::refuses_points(task.traceable).map(|refusal| refusal.detail);
     let noisy = || light_tracing::noisy_points(task.traceable).map(str::to_owned);
@@ -254,11 +263,12 @@ fn for_grids(task: &Task) -> MethodChoice {
             (Method::PhotonMapping(photon_mapping::Settings::default()), reason)
         }
     };
-    MethodChoice { method, reason }
+    Ok(MethodChoice { method, reason })
 }
 
-/// Describes in words how light from openings and luminaires is computed in two stages in this scene.
-fn two_stage_reason(scene: &TraceableScene) -> String {
+/// Describes in words how light from openings and luminaires is computed in two stages for this task.
+fn two_stage_reason(task: &Task) -> String {
+    let (scene, beside) = (task.traceable, Beside::of(task));
     let (found, beside) = if scene.tubes.is_empty() {
         ("luminaires alone light the room", "")
     } else if all_lambertian(&scene.tubes) {
@@ -266,7 +276,10 @@ fn two_stage_reason(scene: &TraceableScene) -> String {
     } else {
         (
             "light that leaves the Lambertian zones of the closures is computed once for all sensors",
-            "; light that passes unscattered is traced separately",
+            match beside {
+                Beside::Connected => "; sensors and paths are connected to the light that passes unscattered",
+                Beside::Traced | Beside::Nothing => "; light that passes unscattered is traced separately",
+            },
         )
     };
     let reflected = "sensors gather reflected light from a coarse radiosity solution, and paths compute what that \
@@ -336,10 +349,10 @@ pub fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
 }
 
 /// Completes a refusal for the user, with the name of the method and what to ask for instead.
-fn with_advice(refusal: Refusal, method: &Method, best: &Methods) -> Refusal {
-    let instead = refusal.instead.map_or(String::new(), |instead| format!("{instead}, or "));
-    let (name, best) = (method.name(), best.names().join(" and "));
-    let detail =
-        format!("{name} cannot compute this: {}; use {instead}auto, which chooses {best} here", refusal.detail);
+fn with_advice(refusal: Refusal, method: &Method, best: Option<Methods>) -> Refusal {
+    let auto = best.map(|best| format!("auto, which chooses {} here", best.names().join(" and ")));
+    let advice: Vec<String> = refusal.instead.map(str::to_owned).into_iter().chain(auto).collect();
+    let advice = if advice.is_empty() { String::new() } else { format!("; use {}", advice.join(", or ")) };
+    let detail = format!("{} cannot compute this: {}{advice}", method.name(), refusal.detail);
     Refusal { detail, ..refusal }
 }

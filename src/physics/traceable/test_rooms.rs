@@ -1,10 +1,10 @@
 //! Rooms for the tests of several files.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{Follow, TraceableScene};
-use crate::optics::Surface;
-use crate::scene::{Channels, Enclosure, Room, Scene};
+use crate::optics::{Collector, Diffuser, Surface};
+use crate::scene::{Channels, Enclosure, Face, OpeningPlane, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
 
 /// Returns an empty and dark room of `size` m, all faces of one surface; without one they are open.
 pub fn empty(size: DVec3, surface: Option<Surface>) -> Scene {
@@ -24,4 +24,23 @@ pub fn empty(size: DVec3, surface: Option<Surface>) -> Scene {
 pub fn compiled(scene: &Scene) -> TraceableScene {
     let follow = Follow { interreflection: true, guide_return: true, objects: true };
     TraceableScene::new(scene, follow).unwrap()
+}
+
+/// Makes a straight tube of 1 m and 60 cm diameter in the ceiling.
+pub fn straight_tube(centre: DVec2, reflectance: [f64; 3], diffuser: Diffuser) -> Tube {
+    Tube {
+        face: Face::Ceiling as usize,
+        plane: OpeningPlane::Level { drop_m: 0.0 },
+        centre,
+        opening_radius: 0.3,
+        transition: None,
+        shape: TubeShape::Cylinders(StraightOrBent {
+            reflectance: reflectance.into(),
+            segments: vec![Segment { length_m: 1.0, tilt: 0.0, azimuth: 0.0 }],
+            collector: Collector::Open,
+            cut: None,
+        }),
+        diffuser,
+        surroundings: None,
+    }
 }

@@ -10,7 +10,9 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::clear_zones::through_clear_zones;
 use super::opening::DaylightWeights;
+use super::through_opening::Receiver;
 use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
 use crate::integrator::radiosity::{BrightPatches, Solution};
@@ -45,6 +47,11 @@ pub trait Daylight<const C: usize>: Sync {
 
     /// Adds the light that openings send to a vertex by a chain of mirrors.
     fn connect_by_mirrors(&self, _walk: &mut Walk<'_, C>, _vertex: &Vertex<'_, C>, _chain: usize) {}
+
+    /// True if vertices are connected to sky and sun through the clear zones of all closures; sensors have another estimator of these.
+    fn counts_clear_zones(&self) -> bool {
+        false
+    }
 
     /// Returns the openings with the flux that each sends; `None` where the fluxes are not computed.
     fn openings(&self) -> Option<&Openings> {
@@ -183,6 +190,9 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
                     self.0.connect(walk, &Vertex { weight, ..*vertex }, tube);
                 }
             }
+            if self.0.counts_clear_zones() {
+                connect_to_clear_zones(walk, vertex);
+            }
         }
         if vertex.is_sensor() && self.0.luminaires_at_sensor().is_some() {
             return;
@@ -294,6 +304,14 @@ impl<D> NextEvent<'_, D> {
             }
         }
     }
+}
+
+/// Adds the light that comes straight through clear zones to a vertex.
+fn connect_to_clear_zones<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>) {
+    let Vertex { position, normal, surface, .. } = *vertex;
+    let at = Receiver { position, normal, surface };
+    let numbers = (walk.samples.pair(), &mut walk.samples.random);
+    walk.sum += through_clear_zones(walk.scene, at, |toward| vertex.response(toward).0, numbers, &mut walk.rays);
 }
 
 /// Converts a density per m2 of points on a surface to one per sr of directions, seen from a place whose ray meets the surface at `hit`.

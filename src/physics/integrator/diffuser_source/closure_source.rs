@@ -2,8 +2,9 @@
 //!
 //! Light is linear. The Lambertian part of the light leaving a closure is all of it for a Lambertian closure, the light leaving the
 //! Lambertian zone of a mixed one, and for a measured table the largest Lambertian sheet that it holds at each angle of incidence. The
-//! rest, which passes unscattered or which a table scatters beside its sheet, is followed by light tracing ([`light_tracing`]); both come
-//! from the same photons down the tubes.
+//! rest passes unscattered, or a table scatters it beside its sheet. It is followed by light tracing ([`light_tracing`]), by the same
+//! photons down the tubes; for sensors that do not look up, vertices of paths are connected to the clear zones instead, and only what comes
+//! straight to the sensors is added here ([`Beside`]).
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -11,8 +12,10 @@ use std::sync::atomic::AtomicBool;
 use super::cells::Emitted;
 use super::directional::{DirectionalPart, LambertianExit};
 use super::light::DiffuserLight;
+use super::room_balance::add_room_balance;
 use crate::integrator::GridPass;
-use crate::integrator::light_tracing;
+use crate::integrator::backward::clear_zones::clear_zones_are_connected;
+use crate::integrator::light_tracing::{self, LightTracing};
 use crate::integrator::method::{Load, Refusal, RefusalCode, Task};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::concurrent_sums;
@@ -71,16 +74,40 @@ const DIRECTIONAL: PassSize = PassSize { for_one_percent: 4096.0, growth: 1.5, f
 const GROWTH_BY_TUBES: f64 = 0.75;
 
 /// Returns the number of photons of a pass for a relative standard error `target` where some tubes send light beside the Lambertian
-/// part; 0 where there is none.
+/// part that is traced, or rays straight to cells; 0 where there is none.
 pub fn directional_photons(tubes: &[TraceableTube], target: f64) -> f64 {
     let directional = tubes.iter().filter(|tube| !is_lambertian(tube)).count() as f64;
     if directional > 0.0 { DIRECTIONAL.of(target, libm::pow(directional, GROWTH_BY_TUBES)) } else { 0.0 }
 }
 
-/// Returns the largest number of sensors of a trial that is limited to `places` where all closures are Lambertian. Other light is divided
-/// among the sensors: with fewer of them, each would have more of it, so that all are tried.
-pub fn most_places(tubes: &[TraceableTube], places: usize) -> usize {
-    if all_lambertian(tubes) { places } else { usize::MAX }
+/// Estimator of the light beside that of Lambertian closures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beside {
+    /// There is no such light.
+    Nothing,
+    /// Photons are traced through the room, and connected to the sensors.
+    Traced,
+    /// Vertices of paths are connected to clear zones.
+    Connected,
+}
+
+impl Beside {
+    /// Chooses the estimator for a task: a photon serves all sensors at once that look up, but no others.
+    pub fn of(task: &Task) -> Self {
+        let scene = task.traceable;
+        let is_connected = || task.views.is_empty() && task.has_placed_sensors() && clear_zones_are_connected(scene);
+        match all_lambertian(&scene.tubes) {
+            true => Self::Nothing,
+            false if is_connected() => Self::Connected,
+            false => Self::Traced,
+        }
+    }
+
+    /// Returns the largest number of sensors of a trial that is limited to `places` where no photons are traced. Traced light is divided
+    /// among the sensors: with fewer of them, each would have more of it, so that all are tried.
+    pub fn most_places(self, places: usize) -> usize {
+        if self == Self::Traced { usize::MAX } else { places }
+    }
 }
 
 /// Returns the bytes of the sums over all sensors that chunks of the `photons` of a pass hold at the same time, where light enters beside
@@ -95,10 +122,10 @@ pub struct ClosureSource<const C: usize>(Mode<C>);
 
 #[derive(Debug)]
 enum Mode<const C: usize> {
-    /// Photons for scenes where all closures are Lambertian.
-    Lambertian(Emission),
-    /// Light tracing for scenes where light enters beside the Lambertian part.
-    Directional(DirectionalPart<C>),
+    /// Photons down the tubes alone; the method computes what comes straight through clear zones to the sensors.
+    Connected(Emission, Option<LightTracing<C>>),
+    /// Light tracing where other light enters beside the Lambertian part.
+    Traced(DirectionalPart<C>),
 }
 
 /// Light of one pass.
@@ -115,37 +142,54 @@ pub struct ClosureLight<const C: usize> {
 impl<const C: usize> ClosureSource<C> {
     /// Divides the photons of a pass for a relative standard error among sky and sun of the tubes; equal seeds give equal bits. `grids` are
     /// those that get light from beside the Lambertian part.
-    pub fn new(scene: &Arc<TraceableScene>, grids: &[Grid], (photons, target): (u64, f64), seed: u64) -> Self {
-        Self(match all_lambertian(&scene.tubes) {
-            true => Mode::Lambertian(Emission::of_daylight(scene, photons)),
-            false => Mode::Directional(DirectionalPart::new(scene.clone(), grids, (photons, target), seed)),
+    pub fn new(
+        (scene, beside): (&Arc<TraceableScene>, Beside),
+        grids: &[Grid],
+        (photons, target): (u64, f64),
+        seed: u64,
+    ) -> Self {
+        let emission = || Emission::of_daylight(scene, photons);
+        Self(match beside {
+            Beside::Nothing => Mode::Connected(emission(), None),
+            Beside::Traced => Mode::Traced(DirectionalPart::new(scene.clone(), grids, (photons, target), seed)),
+            Beside::Connected => {
+                let rays = directional_photons(&scene.tubes, target) as u64;
+                let straight = LightTracing::directional(scene.clone(), grids, (rays, target), false, seed);
+                Mode::Connected(emission(), Some(straight))
+            }
         })
     }
 
     /// Returns the number of photons per pass.
     pub fn photons(&self) -> u64 {
         match &self.0 {
-            Mode::Lambertian(emission) => emission.photons(),
-            Mode::Directional(directional) => directional.photons(),
+            Mode::Connected(emission, _) => emission.photons(),
+            Mode::Traced(directional) => directional.photons(),
         }
     }
 
     /// Computes the light of one pass; `None` when cancelled.
     pub fn pass(&self, scene: &TraceableScene, pass: Key, cancel: &AtomicBool) -> Option<ClosureLight<C>> {
         match &self.0 {
-            Mode::Lambertian(emission) => {
-                let (lambertian, totals) = DiffuserLight::trace(scene, emission, pass, cancel)?;
-                Some(ClosureLight { lambertian, directional: Vec::new(), totals })
+            Mode::Connected(emission, straight) => {
+                let (lambertian, mut totals) = DiffuserLight::trace(scene, emission, pass, cancel)?;
+                let Some(straight) = straight else {
+                    return Some(ClosureLight { lambertian, directional: Vec::new(), totals });
+                };
+                let (directional, rays) = straight.unscattered_alone(pass, cancel)?;
+                totals.rays += rays;
+                Some(ClosureLight { lambertian: lambertian.with_clear_zones(), directional, totals })
             }
-            Mode::Directional(directional) => {
+            Mode::Traced(directional) => {
                 let found = directional.pass(pass, cancel)?;
                 let mut totals = found.totals;
                 let by_tubes = found.lambertian.into_iter().zip(&scene.tubes);
                 let of_tube = |(exits, tube): (Vec<LambertianExit<C>>, &TraceableTube)| {
                     exits.into_iter().map(|(position, flux)| Emitted::new(position, flux, &tube.frame)).collect()
                 };
-                let all = by_tubes.map(of_tube).collect();
-                let lambertian = DiffuserLight::of(scene, all, pass, &mut totals);
+                let all: Vec<_> = by_tubes.map(of_tube).collect();
+                add_room_balance(scene, (&all, &[]), pass, &mut totals);
+                let lambertian = DiffuserLight::of(scene, all, pass);
                 Some(ClosureLight { lambertian, directional: found.grids, totals })
             }
         }

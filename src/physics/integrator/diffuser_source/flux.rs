@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use super::cells::Emitted;
 use super::closure_source::is_lambertian;
-use super::light::{EmittedPart, emitted};
+use super::light::{EmittedPart, EmittedSums, emitted};
 use super::patches::{CELLS, cell, middle};
 use crate::integrator::photon::emission::Emission;
 use crate::sampling::{Key, Stream};
@@ -87,7 +87,7 @@ pub fn patched_flux(
     for pass in 0..MOST_PASSES {
         let key = key.stream(Stream::Pass, pass);
         let traced = |part: EmittedPart| emitted::<3>(scene, &emission, key, part, cancel).ok_or(NoFlux::Cancelled);
-        let (photons, totals) = traced(EmittedPart::All)?;
+        let EmittedSums { photons, totals, .. } = traced(EmittedPart::All)?;
         if let Some(photon) = totals.not_finite {
             return Err(NoFlux::NotFinite { pass, photon });
         }
@@ -101,7 +101,7 @@ pub fn patched_flux(
         };
         let patches = by_patches(&photons);
         // the same photons are traced once more
-        let evenly = if is_lambertian(tube) { patches } else { by_patches(&traced(EmittedPart::Evenly)?.0) };
+        let evenly = if is_lambertian(tube) { patches } else { by_patches(&traced(EmittedPart::Evenly)?.photons) };
         sum.patches.iter_mut().zip(patches).for_each(|(moments, flux)| moments.push(flux));
         sum.patches_evenly.iter_mut().zip(evenly).for_each(|(moments, flux)| moments.push(flux));
         let [fluxes, ..] = &totals.tubes[..] else { return Ok(sum) };

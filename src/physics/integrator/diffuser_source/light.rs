@@ -19,7 +19,7 @@ use glam::{DVec2, DVec3};
 
 use super::cells::{Emitted, TubeLight};
 use super::opening_visibility::{OpeningVisibility, opening_visibility};
-use super::room_balance;
+use super::room_balance::{self, Unscattered};
 use crate::integrator::backward::daylight::ScatteredDaylight;
 use crate::integrator::backward::next_event::{Daylight, PathState};
 use crate::integrator::backward::vertex::Vertex;
@@ -43,13 +43,27 @@ const LEAST_POWER: f64 = 1e-3;
 /// Number of photons that go down a tube together.
 const PACKET: usize = 64;
 
-/// Photons that leave the closure of each tube, for some of a pass' photons, and their totals.
-pub type EmittedSums<const C: usize> = (Vec<Vec<Emitted<C>>>, PhotonTotals);
+/// Light that leaves the closures, for some of a pass' photons.
+pub struct EmittedSums<const C: usize> {
+    /// Photons that leave each tube's closure as from a Lambertian surface; where all light is asked for, the others too.
+    pub photons: Vec<Vec<Emitted<C>>>,
+    /// Photons that pass clear zones.
+    pub unscattered: Vec<Unscattered<C>>,
+    /// Fluxes of the tubes, and the energy balance of all but the light that enters the room.
+    pub totals: PhotonTotals,
+}
+
+impl<const C: usize> EmittedSums<C> {
+    fn new(tubes: usize) -> Self {
+        Self { photons: vec![Vec::new(); tubes], unscattered: Vec::new(), totals: PhotonTotals::new(tubes) }
+    }
+}
 
 impl<const C: usize> Tally for EmittedSums<C> {
     fn is_finite(&self) -> bool {
         let is_finite = |photon: &Emitted<C>| photon.position.is_finite() && photon.flux.is_finite();
-        self.0.iter().flatten().all(is_finite) && self.1.is_finite()
+        let passed = |photon: &Unscattered<C>| photon.flux.is_finite();
+        self.photons.iter().flatten().all(is_finite) && self.unscattered.iter().all(passed) && self.totals.is_finite()
     }
 }
 
@@ -62,8 +76,7 @@ pub enum EmittedPart {
     Evenly,
 }
 
-/// Computes the light that leaves the closure of each tube in one pass, all or a part of it, with the fluxes of the tubes, and the energy
-/// balance of all but the light that enters the room; `None` when cancelled.
+/// Computes the light that leaves the closures in one pass, all or a part of it as [`EmittedSums::photons`]; `None` when cancelled.
 pub fn emitted<const C: usize>(
     scene: &TraceableScene,
     emission: &Emission,
@@ -72,7 +85,7 @@ pub fn emitted<const C: usize>(
     cancel: &AtomicBool,
 ) -> Option<EmittedSums<C>> {
     let chunk = |numbers: Range<u64>| {
-        let mut sums = (vec![Vec::new(); scene.tubes.len()], PhotonTotals::new(scene.tubes.len()));
+        let mut sums = EmittedSums::new(scene.tubes.len());
         let mut tube_photons = |tube, photons: &mut Vec<_>| {
             add_emitted(scene, part, tube, photons, &mut sums);
             photons.clear();
@@ -92,20 +105,15 @@ pub fn emitted<const C: usize>(
         tube_photons(tube_before, &mut photons);
         sums
     };
-    let mut totals = PhotonTotals::new(scene.tubes.len());
-    let mut all: Vec<Vec<Emitted<C>>> = vec![Vec::new(); scene.tubes.len()];
-    let folded = fold_chunks(
-        Chunks::of_short_paths(emission.photons()),
-        0,
-        cancel,
-        chunk,
-        |(emitted, of_chunk): EmittedSums<C>| {
-            totals.add(&of_chunk);
-            all.iter_mut().zip(emitted).for_each(|(all, emitted)| all.extend(emitted));
-        },
-    )?;
-    totals.not_finite = folded.not_finite;
-    Some((all, totals))
+    let mut all = EmittedSums::new(scene.tubes.len());
+    let chunks = Chunks::of_short_paths(emission.photons());
+    let folded = fold_chunks(chunks, 0, cancel, chunk, |of_chunk: EmittedSums<C>| {
+        all.totals.add(&of_chunk.totals);
+        all.photons.iter_mut().zip(of_chunk.photons).for_each(|(all, photons)| all.extend(photons));
+        all.unscattered.extend(of_chunk.unscattered);
+    })?;
+    all.totals.not_finite = folded.not_finite;
+    Some(all)
 }
 
 /// Adds the light that some photons send from the closure of the tube with number `tube` to the sums.
@@ -114,10 +122,10 @@ fn add_emitted<const C: usize>(
     part: EmittedPart,
     tube: usize,
     photons: &mut [(Entering, PathSamples)],
-    (emitted, totals): &mut EmittedSums<C>,
+    sums: &mut EmittedSums<C>,
 ) {
-    let PhotonTotals { tubes: fluxes, rays, energy, .. } = totals;
-    let (of_tube, emitted, fluxes) = (&scene.tubes[tube], &mut emitted[tube], &mut fluxes[tube]);
+    let PhotonTotals { tubes: fluxes, rays, energy, .. } = &mut sums.totals;
+    let (of_tube, emitted, fluxes) = (&scene.tubes[tube], &mut sums.photons[tube], &mut fluxes[tube]);
     let entering: Vec<_> = photons.iter().map(|(entering, _)| (entering.position, entering.direction)).collect();
     let transits = of_tube.guide.down_packet(&entering);
     for (number, (entering, samples)) in photons.iter_mut().enumerate() {
@@ -131,6 +139,11 @@ fn add_emitted<const C: usize>(
             let through = exit.into_room();
             into_room += through.luminance();
             evenly += exit.evenly().luminance();
+            if part == EmittedPart::Evenly && exit.closure.unscattered::<C>().is_some() {
+                let (position, direction) = (exit.position, -exit.from);
+                sums.unscattered.push(Unscattered { position, direction, flux: through });
+                return;
+            }
             let flux = if part == EmittedPart::All { through } else { exit.evenly() };
             emitted.push(Emitted::new(exit.position, flux, &of_tube.frame));
         };
@@ -147,26 +160,29 @@ fn add_emitted<const C: usize>(
 pub struct DiffuserLight<const C: usize> {
     tubes: Vec<TubeLight<C>>,
     openings: Openings,
+    /// True if vertices are connected to the light through clear zones, too.
+    with_clear_zones: bool,
     /// Coarse solution of the reflected light, and the factor by which this light exceeds that of the solution.
     reflected: Option<(Arc<Solution<C>>, f64)>,
 }
 
 impl<const C: usize> DiffuserLight<C> {
-    /// Computes the light of one pass, with the fluxes of the tubes and the whole energy balance; `None` when cancelled. All closures are
-    /// Lambertian.
+    /// Computes the Lambertian light of one pass, with the fluxes of the tubes and the whole energy balance; `None` when cancelled. The
+    /// rest passes clear zones.
     pub fn trace(
         scene: &TraceableScene,
         emission: &Emission,
         pass: Key,
         cancel: &AtomicBool,
     ) -> Option<(Self, PhotonTotals)> {
-        let (all, mut totals) = emitted(scene, emission, pass, EmittedPart::All, cancel)?;
-        Some((Self::of(scene, all, pass, &mut totals), totals))
+        let EmittedSums { photons, unscattered, mut totals } =
+            emitted(scene, emission, pass, EmittedPart::Evenly, cancel)?;
+        room_balance::add_room_balance(scene, (&photons, &unscattered), pass, &mut totals);
+        Some((Self::of(scene, photons, pass), totals))
     }
 
-    /// Makes the light of one pass from the photons that leave each closure evenly; their energy balance in the room is added to `totals`.
-    pub fn of(scene: &TraceableScene, all: Vec<Vec<Emitted<C>>>, pass: Key, totals: &mut PhotonTotals) -> Self {
-        room_balance::add_room_balance(scene, &all, pass, totals);
+    /// Makes the light of one pass from the photons that leave each closure evenly.
+    pub fn of(scene: &TraceableScene, all: Vec<Vec<Emitted<C>>>, pass: Key) -> Self {
         let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Emitted<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };
@@ -175,12 +191,17 @@ impl<const C: usize> DiffuserLight<C> {
         let fluxes: Vec<f64> = tubes.iter().map(|tube| tube.flux().luminance()).collect();
         let least = LEAST_POWER * fluxes.iter().copied().fold(0.0, f64::max);
         let openings = Openings::new(&scene.tubes, fluxes.into_iter().map(|flux| flux.max(least)));
-        Self { tubes, openings, reflected: None }
+        Self { tubes, openings, with_clear_zones: false, reflected: None }
     }
 
     /// Returns the flux that leaves each opening, in lm.
     pub fn fluxes(&self) -> Vec<Spectrum<C>> {
         self.tubes.iter().map(TubeLight::flux).collect()
+    }
+
+    /// Connects vertices to the light through clear zones, too.
+    pub fn with_clear_zones(self) -> Self {
+        Self { with_clear_zones: true, ..self }
     }
 
     /// Adds a coarse solution of the reflected light, computed for light with about the same distribution among the tubes.
@@ -292,6 +313,10 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         self.reflected.as_ref().map(|(solution, _)| &**solution)
     }
 
+    fn counts_clear_zones(&self) -> bool {
+        self.with_clear_zones
+    }
+
     fn counts_mirrors(&self) -> bool {
         true
     }
@@ -358,7 +383,9 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
             Some(last) if last.is_sensor => None,
             Some(_) => Daylight::<C>::sky_weight(&self.tubes[tube].followed(), scene, tube, state, position),
             // light that passes unscattered is not Lambertian light
-            None if scene.tubes[tube].closure_at(position).unscattered::<C>().is_some() => None,
+            None if scene.tubes[tube].closure_at(position).unscattered::<C>().is_some() => {
+                self.with_clear_zones.then_some(1.0)
+            }
             // photons are connected to the eye directly, but not by mirrors
             None => (!state.from_eye).then_some(1.0),
         }
@@ -388,6 +415,10 @@ impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
 
     fn lights_sensor(&self, tube: usize) -> bool {
         !self.light.tubes[tube].is_far(self.centre, self.reach)
+    }
+
+    fn counts_clear_zones(&self) -> bool {
+        Daylight::counts_clear_zones(self.light)
     }
 
     fn counts_mirrors(&self) -> bool {

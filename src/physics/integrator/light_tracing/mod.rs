@@ -37,7 +37,6 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::guide::RayCount;
@@ -52,7 +51,7 @@ use crate::integrator::photon::path::trace;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
 use crate::sampling::{Key, Stream};
-use crate::scene::{Channels, Grid, Sensor};
+use crate::scene::{Channels, Grid};
 use crate::traceable::TraceableScene;
 
 pub(crate) use beams::add_some_beams;
@@ -234,8 +233,7 @@ impl<const C: usize> LightTracing<C> {
 
     /// Computes the direct unscattered light at sensor `index` of a point grid, in lx, and the number of rays.
     fn unscattered(&self, plane: &SensorPlane, index: usize, stream: Key) -> (f64, RayCount) {
-        let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
-        unscattered(&self.scene, Sensor { position: sensor, normal: DVec3::Z }, stream, self.looks_up, |_| true)
+        unscattered(&self.scene, plane.grid.sensor(index), stream, self.looks_up, |_| true)
     }
 }
 
@@ -311,6 +309,16 @@ impl<const C: usize> LightTracing<C> {
             }
         }
         Some(rays)
+    }
+
+    /// Computes the light of one pass that comes straight through clear closures to the sensors, and the number of rays; `None` when
+    /// cancelled. The key is that of a pass of a two-stage method.
+    pub(crate) fn unscattered_alone(&self, pass: Key, cancel: &AtomicBool) -> Option<(Vec<GridPass>, RayCount)> {
+        let mut lux = vec![0.0; self.sensor_count()];
+        let stream = |sensor: u64| pass.stream(Stream::UnscatteredTwoStage, sensor);
+        let rays = self.add_unscattered(stream, cancel, &mut lux)?;
+        let counts = vec![PhotonCount::default(); lux.len()];
+        Some((self.by_grids(&lux, &counts), rays))
     }
 
     /// Divides the values and counts of all sensors into grids.

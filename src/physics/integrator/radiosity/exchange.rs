@@ -9,6 +9,9 @@ use rayon::prelude::*;
 use super::bright_patches::{Area, BrightPatches};
 use super::gradients::of_opening;
 use super::patches::Patches;
+use crate::guide::RayCount;
+use crate::integrator::backward::clear_zones::through_clear_zones;
+use crate::integrator::backward::through_opening::Receiver;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, warp};
@@ -61,8 +64,8 @@ pub struct Exchange<const C: usize> {
     pub(super) met: Vec<(u32, f64)>,
     /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
     pub(super) of_openings: Vec<(u32, f64)>,
-    /// Illuminances by luminaires in lx.
-    pub(super) of_luminaires: Vec<Spectrum<C>>,
+    /// Illuminances by luminaires, and by sky and sun through clear zones, in lx.
+    pub(super) of_others: Vec<Spectrum<C>>,
 }
 
 /// Points of a patch that rays have met.
@@ -73,12 +76,13 @@ struct MetPatch {
 
 impl<const C: usize> Exchange<C> {
     /// Finds the patches that rays from `starts` meet, directly or after reflections; always the same for the same scene and starts. `edge`
-    /// is the approximate length of an edge of a patch in m. `None` where no light is reflected.
-    pub fn new(scene: &TraceableScene, starts: &[SurfacePoint], edge: f64) -> Option<Self> {
+    /// is the approximate length of an edge of a patch in m. The light of sky and sun through clear zones counts if this is asked for; they
+    /// are those of straight tubes. `None` where no light is reflected.
+    pub fn new((scene, with_clear_zones): (&TraceableScene, bool), starts: &[SurfacePoint], edge: f64) -> Option<Self> {
         if !scene.interreflection {
             return None;
         }
-        let patches = Patches::new(scene, edge);
+        let patches = Patches::new((scene, with_clear_zones), edge);
         let mut numbers = vec![NOT_FOUND; patches.count];
         let mut found: Vec<MetPatch> = Vec::new();
         let key = Key::new(0);
@@ -123,7 +127,7 @@ impl<const C: usize> Exchange<C> {
         }
         let of_patch = |(number, patch): (usize, &MetPatch)| {
             let mut random = PathRandom::new(key.child(2).child(number as u64));
-            PatchRays::of(scene, patch, &mut random)
+            PatchRays::of((scene, with_clear_zones), patch, &mut random)
         };
         let lit: Vec<PatchRays<C>> = found.par_iter().enumerate().map(of_patch).collect();
         let number = |end: &Option<RayEnd>| {
@@ -132,7 +136,7 @@ impl<const C: usize> Exchange<C> {
         };
         let met = lit.iter().flat_map(|lit| lit.met.iter().map(number)).collect();
         let of_openings = lit.iter().flat_map(|lit| lit.of_openings.iter().copied()).collect();
-        let of_luminaires = lit.iter().map(|lit| lit.of_luminaires).collect();
+        let of_others = lit.iter().map(|lit| lit.of_others).collect();
         let reflectance =
             |patch: &MetPatch| scene.optics(patch.surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
         let reflectances = found.iter().map(reflectance).collect();
@@ -146,7 +150,7 @@ impl<const C: usize> Exchange<C> {
         }
         let seen =
             first_seen.iter().filter_map(|point| Some(numbers[patches.at(point.surface?, point.position)?])).collect();
-        let exchange = Self { numbers, areas, reflectances, seen, met, of_openings, of_luminaires, patches };
+        let exchange = Self { numbers, areas, reflectances, seen, met, of_openings, of_others, patches };
         (!found.is_empty()).then_some(exchange)
     }
 
@@ -159,10 +163,10 @@ impl<const C: usize> Exchange<C> {
     pub fn solve(self: &Arc<Self>, fluxes: &[Spectrum<C>]) -> Solution<C> {
         let straight: Vec<Spectrum<C>> = self
             .of_openings
-            .chunks_exact(self.of_openings.len() / self.of_luminaires.len())
-            .zip(&self.of_luminaires)
-            .map(|(of_openings, of_luminaires)| {
-                let mut lux = *of_luminaires;
+            .chunks_exact(self.of_openings.len() / self.of_others.len())
+            .zip(&self.of_others)
+            .map(|(of_openings, of_others)| {
+                let mut lux = *of_others;
                 of_openings.iter().for_each(|(tube, per_lumen)| {
                     lux += fluxes.get(*tube as usize).map_or(Spectrum::ZERO, |flux| *flux * *per_lumen);
                 });
@@ -191,8 +195,8 @@ impl<const C: usize> Exchange<C> {
             }
         }
         radiosities.iter_mut().for_each(|radiosity| *radiosity = *radiosity * (1.0 / PI));
-        // the solution scales with the flux of the openings only where luminaires add nothing
-        let alone = self.of_luminaires.iter().all(|lux| lux.max() <= 0.0);
+        // the solution scales with the flux of the openings only where other light adds nothing
+        let alone = self.of_others.iter().all(|lux| lux.max() <= 0.0);
         let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
         let seen = self.seen.iter().filter_map(|number| Some(radiosities.get(*number as usize)?.luminance()));
         let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
@@ -214,11 +218,11 @@ struct PatchRays<const C: usize> {
     /// Ends of its rays.
     met: [Option<RayEnd>; RAYS],
     of_openings: Vec<(u32, f64)>,
-    of_luminaires: Spectrum<C>,
+    of_others: Spectrum<C>,
 }
 
 impl<const C: usize> PatchRays<C> {
-    fn of(scene: &TraceableScene, patch: &MetPatch, random: &mut PathRandom) -> Self {
+    fn of((scene, with_clear_zones): (&TraceableScene, bool), patch: &MetPatch, random: &mut PathRandom) -> Self {
         let point = |number: usize| &patch.points[number % patch.points.len()];
         let met = std::array::from_fn(|number| ray(scene, point(number), number, random));
         let start = random.uniform();
@@ -242,18 +246,25 @@ impl<const C: usize> PatchRays<C> {
         if !scene.mirrors.is_empty() {
             of_openings.extend((0..RAYS).map(|number| by_mirrors::<C>(scene, point(number), random)));
         }
-        let mut of_luminaires = Spectrum::ZERO;
+        let mut of_others = Spectrum::ZERO;
         for number in 0..patch.points.len() {
             let point = point(number);
+            if with_clear_zones {
+                let SurfacePoint { position, normal, surface } = *point;
+                let at = Receiver { position, normal, surface };
+                let numbers = (random.uniform2(), &mut *random);
+                let lux = through_clear_zones::<C>(scene, at, |to| at.cosine(to), numbers, &mut RayCount::default());
+                of_others += lux * (1.0 / patch.points.len() as f64);
+            }
             for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
                 let source = luminaire.point(random.uniform2());
                 if scene.visible(source, Some(luminaire.surface), point.position, point.surface) {
                     let lux: Spectrum<C> = luminaire.irradiance(point.position, point.normal);
-                    of_luminaires += lux * (1.0 / patch.points.len() as f64);
+                    of_others += lux * (1.0 / patch.points.len() as f64);
                 }
             }
         }
-        Self { met, of_openings, of_luminaires }
+        Self { met, of_openings, of_others }
     }
 }
 

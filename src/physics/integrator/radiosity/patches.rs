@@ -139,17 +139,18 @@ impl DividedRectangle {
 type Cluster = (u32, [i32; 3], u8, [u64; 3]);
 
 impl Patches {
-    /// Divides all surfaces that reflect diffusely into patches with edges of about `edge` m.
-    pub fn new(scene: &TraceableScene, edge: f64) -> Self {
+    /// Divides all surfaces that reflect diffusely into patches with edges of about `edge` m, finer ones in sunbeams through clear zones if
+    /// these count.
+    pub fn new((scene, with_clear_zones): (&TraceableScene, bool), edge: f64) -> Self {
         let rectangles: Vec<(SurfaceId, DVec3, [DVec3; 2])> = rectangles(scene).collect();
         let area: f64 = rectangles.iter().map(|(.., [u, v])| u.cross(*v).length()).sum();
         let edge = edge.max((area / MOST_OF_FACES).sqrt());
         let mut patches = Self { layouts: vec![Layout::None; scene.surfaces_count()], planes: Vec::new(), count: 0 };
-        let gradients = Gradients::new(scene, area);
+        let gradients = Gradients::new((scene, with_clear_zones), area);
         for (surface, corner, edges) in rectangles {
             let mut plane = DividedRectangle::new(corner, edges, edge);
             let normal = plane_normal(scene, surface);
-            plane.divide_cells(|corner, edges| gradients.parts(corner, edges, normal));
+            plane.divide_cells(|corner, edges| gradients.parts((corner, edges), normal, Some(surface)));
             patches.divide(scene, [surface], plane);
         }
         if let Some(meshes) = &scene.meshes {

@@ -24,7 +24,7 @@ impl<const C: usize> Exchange<C> {
         let straight = |(tube, per_lumen): &(u32, f64)| {
             fluxes.get(*tube as usize).map_or(0.0, |flux| flux.luminance() * per_lumen / PI)
         };
-        let connections = self.of_openings.len() / self.of_luminaires.len();
+        let connections = self.of_openings.len() / self.of_others.len();
         let patches = self.met.chunks_exact(RAYS).zip(self.of_openings.chunks_exact(connections));
         patches
             .zip(&self.reflectances)

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::guide::RayCount;
 use crate::integrator::bidirectional::{self, Bidirectional};
-use crate::integrator::diffuser_source::closure_source::all_lambertian;
+use crate::integrator::diffuser_source::closure_source::Beside;
 use crate::integrator::method::{Described, Refusal, Task};
 use crate::integrator::photon::close_points::{close_sensors, dishonest_points};
 use crate::integrator::{GridPass, Integrator};
@@ -38,8 +38,13 @@ pub fn refuses_close(task: &Task) -> Option<Refusal> {
 impl<const C: usize> CloseSensors<C> {
     /// Finds the close sensors of a scene with traced light beside that of Lambertian closures; `None` where there is none. `target` is the
     /// relative standard error.
-    pub fn new(scene: &Arc<TraceableScene>, grids: &[Grid], seed: u64, target: f64) -> Option<Self> {
-        if all_lambertian(&scene.tubes) {
+    pub fn new(
+        (scene, beside): (&Arc<TraceableScene>, Beside),
+        grids: &[Grid],
+        seed: u64,
+        target: f64,
+    ) -> Option<Self> {
+        if beside != Beside::Traced {
             return None;
         }
         let places: Vec<(usize, usize)> = close_sensors(scene, grids).collect();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::integrator::backward::pass::lifted;
-use crate::integrator::diffuser_source::closure_source::{ClosureLight, ClosureSource};
+use crate::integrator::diffuser_source::closure_source::{Beside, ClosureLight, ClosureSource};
 use crate::integrator::method::Task;
 use crate::integrator::radiosity::{Exchange, Solution, SurfacePoint};
 use crate::sampling::{Key, Stream};
@@ -34,7 +34,7 @@ const SENSORS: usize = 36;
 pub struct Coarse<const C: usize> {
     pub solution: Arc<Solution<C>>,
     /// Variances by which the residuals of sensors are expected to differ, relative to their squared gathered light, by grid; empty in
-    /// rooms with objects, lobes or mirrors, where they are not known.
+    /// rooms with objects, lobes, mirrors or clear zones, where they are not known.
     pub spreads: Vec<f64>,
     /// Number of rays and connections of which it was computed.
     pub rays: f64,
@@ -42,12 +42,19 @@ pub struct Coarse<const C: usize> {
 
 impl<const C: usize> Coarse<C> {
     /// Computes a coarse solution with patches of about `edge` m around the `starts` of paths; `None` where no light is reflected.
-    pub fn new(task: &Task, starts: &[SurfacePoint], edge: f64, (seed, target): (u64, f64)) -> Option<Self> {
+    pub fn new(
+        (task, beside): (&Task, Beside),
+        starts: &[SurfacePoint],
+        edge: f64,
+        (seed, target): (u64, f64),
+    ) -> Option<Self> {
         let scene = task.traceable;
-        let exchange = Arc::new(Exchange::new(scene, starts, edge)?);
+        let with_clear_zones = beside == Beside::Connected;
+        let exchange = Arc::new(Exchange::new((scene, with_clear_zones), starts, edge)?);
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
-        let lit = ClosureSource::new(scene, &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
+        let lit =
+            ClosureSource::new((scene, beside), &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
         let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
         let solution = exchange.solve(&fluxes);
         let spread = |(number, grid): (usize, &Grid)| {
@@ -56,8 +63,9 @@ impl<const C: usize> Coarse<C> {
             let sensors: Vec<Sensor> = valued.map(|sensor| lifted(scene, &some, sensor)).collect();
             solution.expected_spread(scene, &sensors, key.stream(Stream::Grid, number as u64))
         };
-        // light by lobes and mirrors makes sensors differ by more than their patches, and so do patches that lie in part below an object
-        let spreads = match scene.is_bare() {
+        // light by lobes and mirrors makes sensors differ by more than their patches, and so do patches that lie in part below an object or
+        // in a beam
+        let spreads = match scene.is_bare() && !with_clear_zones {
             true => task.grids.iter().enumerate().map(spread).collect(),
             false => Vec::new(),
         };

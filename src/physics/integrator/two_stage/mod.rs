@@ -20,8 +20,9 @@
 //! | `K t F S+ (V\|E)`, `M S+ (V\|E)` by plane mirrors | connections to images |
 //! | the same by other mirrors | chance |
 //! | `M ..` and interreflection, light sent up and back included | as path tracing, around the coarse solution |
-//! | `(K\|N) t C ..` of grids, below closures that are Lambertian in part | as light tracing ([`closure_source`](super::diffuser_source::closure_source)) |
+//! | `(K\|N) t C ..` of level grids, below closures that are Lambertian in part | as light tracing ([`closure_source`](super::diffuser_source::closure_source)) |
 //! | all light of points close to a surface, below such closures | as bidirectional path tracing ([`close`]) |
+//! | `(K\|N) t C V` of other sensors, below straight tubes in diffuse rooms | the sky by a ray through an opening, the sun by arcs |
 //!
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536) and
 //! `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second is each sensor's
@@ -29,9 +30,10 @@
 //! that about 8 passes reach it. Each pass estimates the daylight coefficients of a room from one replicate of its matrix
 //! ([`room_matrix`](super::room_matrix)).
 //!
-//! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, measured diffusers, and the sun reflected by
-//! lobes below a roughness of 0.2, by mirrors of meshes and by long chains of mirrors. Bad at diffusers that mirrors of meshes show (it
-//! warns). The fluxes of tubes are those of the first stage; a few photons estimate the energy balance of the room.
+//! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, both except where vertices are connected to
+//! clear zones; measured diffusers; and the sun reflected by lobes below a roughness of 0.2, by mirrors of meshes and by long chains of
+//! mirrors. Bad at diffusers that mirrors of meshes show (it warns). The fluxes of tubes are those of the first stage; a few photons
+//! estimate the energy balance of the room.
 //!
 //! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
 //! Guibas 1995.
@@ -50,7 +52,7 @@ pub use settings::Settings;
 
 use crate::integrator::backward::chance;
 use crate::integrator::diffuser_source::closure_source::{
-    all_lambertian, directional_bytes, most_places, of_light_tracing, refuses_all_but_lambertian, refuses_directional,
+    Beside, all_lambertian, directional_bytes, of_light_tracing, refuses_all_but_lambertian, refuses_directional,
 };
 use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Task, Trial};
 use crate::integrator::room_matrix::MatrixEstimator;
@@ -97,15 +99,13 @@ impl Described for Settings {
     }
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
-        let tubes = &task.traceable.tubes;
         if task.views.is_empty() && self.samples_per_sensor.is_none() {
-            let whole = Trial::whole(self.clone(), most_places(tubes, 49));
+            let whole = Trial::whole(self.clone(), Beside::of(task).most_places(49));
             return whole.with(TrialPasses::of_size(PATHS.of(target, 1.0), Powers::of_growth(PATHS.growth)));
         }
         // each place has the noise of its own paths, whose number does not change, and all share the noise of the photons
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
-        let photons =
-            self.photons_per_pass.unwrap_or_else(|| SampleCounts::photons(target, tubes, !task.views.is_empty()));
+        let photons = self.photons_per_pass.unwrap_or_else(|| SampleCounts::photons(target, task, Beside::of(task)));
         let tried = TrialPasses::fewer(photons, 0.125);
         let smaller = Self { photons_per_pass: Some(tried), ..self.clone() };
         let most_places = if task.views.is_empty() { 9 } else { 512 };
@@ -124,6 +124,9 @@ impl Described for Settings {
 /// level grids only, and near an opening paths would follow all light that a measured closure scatters.
 fn refuses_closures(task: &Task) -> Option<Refusal> {
     let tubes = &task.traceable.tubes;
+    if Beside::of(task) == Beside::Connected {
+        return None;
+    }
     let measured = tubes.iter().any(|tube| tube.diffuser.measured().is_some());
     let by_lambertian = measured || !task.views.is_empty() || task.has_placed_sensors();
     if by_lambertian || all_lambertian(tubes) {
@@ -141,24 +144,25 @@ impl<const C: usize> TwoStage<C> {
     /// Builds the method for a relative standard error `target`; equal seeds give equal bits.
     pub fn new(task: &Task, settings: &Settings, seed: u64, target: f64) -> Self {
         let scene = task.traceable;
-        let starts = starts(scene, task.grids, task.views);
+        let (starts, beside) = (starts(scene, task.grids, task.views), Beside::of(task));
         let mut edge = EDGE * scene.enclosure.shortest_edge_m();
         let by = (seed, target);
-        let mut coarse = Coarse::new(task, &starts, edge, by);
-        let (mut counts, variances) = Self::counts(task, settings, coarse.as_ref(), by);
+        let mut coarse = Coarse::new((task, beside), &starts, edge, by);
+        let (mut counts, variances) = Self::counts((task, beside), settings, coarse.as_ref(), by);
         if let Some(Coarse { rays, .. }) = coarse {
             let numbers = (valued(task.grids), pixels(task.views), scene.tubes.len());
             let finer = counts.finer(target, variances, rays, numbers);
             if finer < WORTHWHILE {
                 edge *= finer;
-                coarse = Coarse::new(task, &starts, edge, by);
-                (counts, _) = Self::counts(task, settings, coarse.as_ref(), by);
+                coarse = Coarse::new((task, beside), &starts, edge, by);
+                (counts, _) = Self::counts((task, beside), settings, coarse.as_ref(), by);
             }
         }
-        let shares = Self::divided(task, settings, coarse.as_ref(), by, &mut counts);
+        let shares = Self::divided((task, beside), settings, coarse.as_ref(), by, &mut counts);
         let room = MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor, (seed, target));
-        let close = CloseSensors::new(scene, task.grids, seed, target);
-        let made = Self::with_counts(scene, (task.grids, task.views), (counts, target), coarse.as_ref(), seed);
+        let close = CloseSensors::new((scene, beside), task.grids, seed, target);
+        let outputs = (task.grids, task.views);
+        let made = Self::with_counts((scene, beside), outputs, (counts, target), coarse.as_ref(), seed);
         Self { room, close, shares, ..made }
     }
 }

@@ -1,13 +1,13 @@
 //! Numbers of photons and paths of a pass, chosen from a small trial in the room so that about eight passes reach the requested accuracy.
 
 use crate::integrator::GridPass;
-use crate::integrator::diffuser_source::closure_source::directional_photons;
+use crate::integrator::diffuser_source::closure_source::{Beside, directional_photons};
 use crate::integrator::diffuser_source::photon_counts::photons_for;
+use crate::integrator::method::Task;
 use crate::integrator::pass::LEAST_SENSORS;
 use crate::integrator::pass_size::PassSize;
 use crate::sampling::power_of_two;
 use crate::statistics::Moments;
-use crate::traceable::TraceableTube;
 
 /// Fewest and most photons of a pass unless the document sets their number; with views the most.
 const FEWEST_PHOTONS: f64 = 64.0;
@@ -84,10 +84,12 @@ pub struct SampleCounts {
 
 impl SampleCounts {
     /// Returns the number of photons of a pass for a relative standard error `target`, or with views.
-    pub fn photons(target: f64, tubes: &[TraceableTube], views: bool) -> u64 {
+    pub fn photons(target: f64, task: &Task, beside: Beside) -> u64 {
+        let tubes = &task.traceable.tubes;
         let of_lambertian = photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS);
-        let directional = directional_photons(tubes, target).min(MOST_DIRECTIONAL);
-        power_of_two(if views { MOST_PHOTONS } else { of_lambertian.max(directional) })
+        let traced = if beside == Beside::Traced { directional_photons(tubes, target) } else { 0.0 };
+        let directional = traced.min(MOST_DIRECTIONAL);
+        power_of_two(if task.views.is_empty() { of_lambertian.max(directional) } else { MOST_PHOTONS })
     }
 
     /// Returns the largest number of photons of a pass, where the document does not set it.
@@ -220,10 +222,10 @@ impl TrialValues {
         (self.lux.mean > 0.0).then(|| [part.m2 / freedom / self.lux.mean.powi(2), freedom])
     }
 
-    /// Adds the values of a sensor in one pass.
-    pub fn push(&mut self, grid: &GridPass, sensor: usize) {
+    /// Adds the values of a sensor in one pass, and the light in lx that comes to it beside them.
+    pub fn push(&mut self, grid: &GridPass, sensor: usize, beside: f64) {
         let [lux, gathered, beyond] = [&grid.illuminance, &grid.gathered, &grid.residual].map(|values| values[sensor]);
-        self.lux.push(lux);
+        self.lux.push(lux + beside);
         self.gathered.push(gathered);
         self.beyond.push(beyond);
         self.straight.push(lux - gathered - beyond);

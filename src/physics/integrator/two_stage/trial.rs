@@ -8,6 +8,7 @@ use super::passes::TwoStage;
 use super::sample_counts::{PATHS, RelativeVariances, SampleCounts, Share, TrialValues};
 use super::settings::Settings;
 use super::straight::GridSensors;
+use crate::integrator::diffuser_source::closure_source::Beside;
 use crate::integrator::method::Task;
 use crate::sampling::Stream;
 use crate::scene::Grid;
@@ -19,13 +20,13 @@ const TRIED_SENSORS: usize = 36;
 impl<const C: usize> TwoStage<C> {
     /// Chooses the sizes of a pass, by a small trial where the document does not set the number of paths.
     pub(super) fn counts(
-        task: &Task,
+        (task, beside): (&Task, Beside),
         settings: &Settings,
         coarse: Option<&Coarse<C>>,
         (seed, target): (u64, f64),
     ) -> (SampleCounts, Option<RelativeVariances>) {
         let scene = task.traceable;
-        let photons = SampleCounts::photons(target, &scene.tubes, !task.views.is_empty());
+        let photons = SampleCounts::photons(target, task, beside);
         let counts = SampleCounts {
             photons: settings.photons_per_pass.unwrap_or(photons),
             per_sensor: 1,
@@ -37,7 +38,7 @@ impl<const C: usize> TwoStage<C> {
             Some(paths) => (counts.with_paths(paths), None),
             None => {
                 let some: Vec<Grid> = task.grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
-                let values = Self::tried(scene, &some, coarse, (seed, target, TRIED_PASSES));
+                let values = Self::tried((scene, beside), &some, coarse, (seed, target, TRIED_PASSES));
                 let spread = values.and_then(|values| RelativeVariances::of(values.into_iter().flatten()));
                 let sized = spread.map_or_else(
                     || counts.with_paths(PATHS.power_of_two(target) as u32),
@@ -63,14 +64,14 @@ impl<const C: usize> TwoStage<C> {
     /// Divides the paths of a long job among its sensors, by a trial of all of them; `None` where the document sets their number, and in
     /// jobs that are too short to gain by it.
     pub(super) fn divided(
-        task: &Task,
+        (task, beside): (&Task, Beside),
         settings: &Settings,
         coarse: Option<&Coarse<C>>,
         (seed, target): (u64, f64),
         counts: &mut SampleCounts,
     ) -> Option<Vec<Vec<Share>>> {
         let passes = counts.trial_of_all().filter(|_| settings.samples_per_sensor.is_none())?;
-        let values = Self::tried(task.traceable, task.grids, coarse, (seed, target, passes))?;
+        let values = Self::tried((task.traceable, beside), task.grids, coarse, (seed, target, passes))?;
         let (spread, shares) = RelativeVariances::of_shares(&values.concat())?;
         *counts = Self::sized(*counts, task, settings, target, spread);
         let mut shares = shares.into_iter();
@@ -79,14 +80,14 @@ impl<const C: usize> TwoStage<C> {
 
     /// Computes trial passes of the sensors of some grids; `None` without sensors.
     fn tried(
-        scene: &Arc<TraceableScene>,
+        (scene, beside): (&Arc<TraceableScene>, Beside),
         grids: &[Grid],
         coarse: Option<&Coarse<C>>,
         (seed, target, passes): (u64, f64, u64),
     ) -> Option<Vec<Vec<TrialValues>>> {
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let counts = SampleCounts { photons, ..SampleCounts::TRIAL };
-        let method = Self::with_counts(scene, (grids, &[]), (counts, target), coarse, seed);
+        let method = Self::with_counts((scene, beside), (grids, &[]), (counts, target), coarse, seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // all passes have the same light, because its variance does not depend on paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;
@@ -104,9 +105,10 @@ impl<const C: usize> TwoStage<C> {
         let mut values: Vec<Vec<TrialValues>> = grids.iter().enumerate().map(of_grid).collect();
         for pass in 0..passes {
             let (found, _) = method.grids(&light.lambertian, key(pass), pass, &AtomicBool::new(false))?;
-            for (values, grid) in values.iter_mut().zip(&found) {
+            for (number, (values, grid)) in values.iter_mut().zip(&found).enumerate() {
+                let straight = light.directional.get(number).filter(|_| beside == Beside::Connected);
                 for (sensor, tried) in values.iter_mut().enumerate() {
-                    tried.push(grid, sensor);
+                    tried.push(grid, sensor, straight.map_or(0.0, |grid| grid.illuminance[sensor]));
                 }
             }
         }
