@@ -236,7 +236,7 @@ fn for_grids(task: &Task) -> Result<MethodChoice, Refusal> {
         let path_tracing = path_tracing::Settings::default();
         if let Some(refusal) = path_tracing.refuses(task) {
             let detail = format!(
-                "only {} computes `points_m` here, but {}; use a level grid, or closures that scatter all light",
+                "only {} computes `points_m` here, but {}; use a level grid",
                 path_tracing.name(),
                 refusal.detail
             );
