@@ -33,8 +33,8 @@ pub struct ErrorHistory {
     pub times: Vec<TimeToAccuracy>,
     /// Times that were predicted for the planned method before the job ran, as if it were to compute these outputs alone: to relative
     /// errors of 10, 5, 2, 1, 0.5 and 0.1 percent, and last to the requested one. Empty where no prediction was requested.
-    #[serde(default)]
-    pub foretold: Vec<PredictedTime>,
+    #[serde(default, alias = "foretold")]
+    pub predicted_times: Vec<PredictedTime>,
 }
 
 /// Power law `error ~ seconds^exponent`, fitted with regard to the correlation of successive errors.
@@ -85,7 +85,7 @@ impl Outputs {
         }
     }
 
-    fn foretold(self, predictions: &Predictions) -> Option<&OutputPredictions> {
+    fn predicted(self, predictions: &Predictions) -> Option<&OutputPredictions> {
         match self {
             Self::Grids => predictions.grids.as_ref(),
             Self::Views => predictions.views.as_ref(),
@@ -127,9 +127,9 @@ fn history(subject: &Subject, outputs: Outputs, passes: &[PassReport]) -> Option
     let mut forecaster = Forecaster::new(stop, Some(0), Some(0));
     passes.iter().filter(|pass| pass.passes <= last).for_each(|pass| forecaster.take(pass));
     let times = ACCURACIES.iter().map(|accuracy| time_to(*accuracy, outputs, passes, &forecaster)).collect();
-    let foretold = subject.predictions.as_ref().and_then(|predictions| outputs.foretold(predictions));
-    let foretold = foretold.map_or_else(Vec::new, |table| table.of_plan().cloned().collect());
-    Some((ErrorHistory { asked_relative_error, fit, times, foretold }, forecaster))
+    let predicted = subject.predictions.as_ref().and_then(|predictions| outputs.predicted(predictions));
+    let predicted_times = predicted.map_or_else(Vec::new, |table| table.of_plan().cloned().collect());
+    Some((ErrorHistory { asked_relative_error, fit, times, predicted_times }, forecaster))
 }
 
 /// Selects the passes that computed these outputs and reported their error: where a further pass leaves the error as it is to the last bit,
@@ -229,7 +229,7 @@ pub fn convergence_figure(subject: &Subject, passes: &[PassReport]) -> Drawing {
             seconds: time.seconds,
             known: if time.known == TimeKnown::Met { Known::Met } else { Known::Extrapolated },
         });
-        let foretold = history.foretold.iter().filter_map(|time| {
+        let foretold = history.predicted_times.iter().filter_map(|time| {
             let (seconds, from) = (time.seconds?, time.seconds_from?);
             Some(Foretold { error: time.relative_error, seconds, from, to: time.seconds_to })
         });

@@ -67,12 +67,12 @@ impl Study {
     /// Returns a table of the runs, grouped by method and error, as CSV with one line for each group.
     pub fn csv(&self) -> String {
         let mut text =
-            "method,asked_relative_error,cpu_seconds,cpu_seconds_lower,cpu_seconds_upper,seconds,told_relative_error,\
+            "method,asked_relative_error,cpu_seconds,cpu_seconds_lower,cpu_seconds_upper,seconds,reported_relative_error,\
                         actual_relative_error,covered,met,cheapest\n"
                 .to_owned();
         let or_empty = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         for cell in self.cells() {
-            let Cell { method, asked, cpu_seconds, seconds, told, actual, covered, met, cheapest, .. } = cell;
+            let Cell { method, asked, cpu_seconds, seconds, reported, actual, covered, met, cheapest, .. } = cell;
             // writing to a string cannot fail
             let _ = writeln!(
                 text,
@@ -81,7 +81,7 @@ impl Study {
                 cpu_seconds.lower,
                 cpu_seconds.upper,
                 seconds.median,
-                or_empty(told),
+                or_empty(reported),
                 or_empty(covered)
             );
         }

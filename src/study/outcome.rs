@@ -29,8 +29,8 @@ pub struct Run {
     /// Number of passes.
     pub passes: u64,
     /// Relative error that the job reports, at its confidence; null if it has no estimate of it.
-    #[serde(rename = "told_relative_error")]
-    pub told: Option<f64>,
+    #[serde(rename = "reported_relative_error")]
+    pub reported: Option<f64>,
     /// Mean square of the relative deviations from the reference, including the reference's variance.
     pub squared_error: f64,
     /// Fraction of the sensors whose interval contains the reference; null if the run has no errors.
@@ -56,7 +56,7 @@ impl Run {
     /// Returns a run that has ended with values, from its deviation from the reference; `None` if the job is no run.
     pub fn new(part: &StudyPart, ended: &Ended, deviation: Deviation) -> Option<Self> {
         let (RunKey { method, relative_error, seed }, stopped_by) = (part.key.run.clone()?, ended.stopped_by?);
-        let Progress { seconds, passes, relative_error: told, cpu_seconds, .. } = ended.progress;
+        let Progress { seconds, passes, relative_error: reported, cpu_seconds, .. } = ended.progress;
         Some(Self {
             method,
             computed_by: part.computed_by.clone(),
@@ -66,11 +66,11 @@ impl Run {
             seconds,
             cpu_seconds: cpu_seconds.unwrap_or(seconds),
             passes,
-            told,
+            reported,
             squared_error: deviation.squared_error,
             covered: deviation.covered,
             stopped_by,
-            met: stopped_by.is_as_asked() && told.is_some(),
+            met: stopped_by.is_as_asked() && reported.is_some(),
         })
     }
 }
@@ -108,8 +108,8 @@ pub struct Cell {
     /// Seconds of the runs, set-up included.
     pub seconds: Quartiles,
     /// Median of the relative errors that the runs report, at the job's confidence; null if none does.
-    #[serde(rename = "told_relative_error")]
-    pub told: Option<f64>,
+    #[serde(rename = "reported_relative_error")]
+    pub reported: Option<f64>,
     /// Root mean square of the relative deviations of all runs from the reference, with the reference's own variance subtracted.
     #[serde(rename = "actual_relative_error")]
     pub actual: f64,
@@ -174,18 +174,18 @@ impl Study {
         let runs: Vec<&Run> = self.runs.iter().filter(|run| run.method == method && run.asked == asked).collect();
         let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let squared = mean(runs.iter().map(|run| run.squared_error).collect());
-        let told: Vec<f64> = runs.iter().filter_map(|run| run.told).collect();
+        let reported: Vec<f64> = runs.iter().filter_map(|run| run.reported).collect();
         let covered: Vec<f64> = runs.iter().filter_map(|run| run.covered).collect();
         Cell {
             method: method.to_owned(),
             asked,
             cpu_seconds: Quartiles::of(runs.iter().map(|run| run.cpu_seconds)),
             seconds: Quartiles::of(runs.iter().map(|run| run.set_up_seconds + run.seconds)),
-            told: (!told.is_empty()).then(|| Quartiles::of(told).median),
+            reported: (!reported.is_empty()).then(|| Quartiles::of(reported).median),
             actual: (squared - self.reference_variance.unwrap_or(0.0)).max(0.0).sqrt(),
             covered: (!covered.is_empty()).then(|| mean(covered)),
             met: runs.iter().all(|run| run.met),
-            formula: runs.iter().all(|run| run.stopped_by == StoppedBy::Exact && run.told.is_none()),
+            formula: runs.iter().all(|run| run.stopped_by == StoppedBy::Exact && run.reported.is_none()),
             cheapest: false,
         }
     }
@@ -220,7 +220,7 @@ pub(super) mod tests {
             seconds: cpu_seconds,
             cpu_seconds,
             passes: 8,
-            told: Some(asked),
+            reported: Some(asked),
             squared_error: error * error,
             covered: Some(0.95),
             stopped_by: StoppedBy::RelativeError,

@@ -78,7 +78,7 @@ pub struct Picture {
     /// Number of passes.
     pub passes: u64,
     /// Relative error that the job reports, at its confidence; null if it has no estimate of it.
-    pub told_relative_error: Option<f64>,
+    pub reported_relative_error: Option<f64>,
     /// Root mean square of the relative deviations of the blocks of 8 x 8 pixels from the reference, with the reference's own
     /// variance subtracted; null if no pass ended in time.
     pub actual_relative_error: Option<f64>,
@@ -249,7 +249,7 @@ impl Picture {
             PictureKey::EqualTime { method, seconds } => (method, Some(seconds), None),
             PictureKey::Accuracy { relative_error } => (part.computed_by.clone(), None, Some(relative_error)),
         };
-        let Progress { seconds, passes, view_relative_error: told_relative_error, .. } = ended.progress;
+        let Progress { seconds, passes, view_relative_error: reported_relative_error, .. } = ended.progress;
         Some(Self {
             view,
             method,
@@ -257,7 +257,7 @@ impl Picture {
             asked_relative_error,
             seconds,
             passes,
-            told_relative_error,
+            reported_relative_error,
             actual_relative_error: error,
         })
     }

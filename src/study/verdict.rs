@@ -78,7 +78,7 @@ fn others(cells: &[Cell]) -> Option<String> {
 /// Returns the range of the ratios of actual errors (root mean squares) to reported ones, and the fraction of intervals that
 /// contain the reference.
 fn honesty(study: &Study, cells: &[Cell]) -> Option<String> {
-    let shares = cells.iter().filter_map(|cell| Some(cell.actual / cell.told?)).filter(|share| share.is_finite());
+    let shares = cells.iter().filter_map(|cell| Some(cell.actual / cell.reported?)).filter(|share| share.is_finite());
     let (least, most) =
         shares.fold((f64::INFINITY, 0.0_f64), |(least, most), share| (least.min(share), most.max(share)));
     let covered: Vec<f64> = cells.iter().filter_map(|cell| cell.covered).collect();
@@ -133,7 +133,7 @@ mod tests {
     fn the_cheapest_is_named_with_what_the_others_cost() {
         let mut late = run("c", 0.01, 9.0, 0.02);
         late.met = false;
-        let formula = Run { told: None, met: false, stopped_by: StoppedBy::Exact, ..run("e", 0.01, 0.001, 0.3) };
+        let formula = Run { reported: None, met: false, stopped_by: StoppedBy::Exact, ..run("e", 0.01, 0.001, 0.3) };
         let study = Study {
             reference: Some(RenderedReference { method: "a".to_owned(), seconds: 3.0 }),
             confidence: 0.95,

@@ -204,7 +204,7 @@ fn table(study: &Study) -> Table {
             (true, false) => seconds,
             (false, _) => "not met".to_owned(),
         };
-        let told = cell.told.map_or("unknown".to_owned(), percent);
+        let told = cell.reported.map_or("unknown".to_owned(), percent);
         format!("{seconds}; {told}, {}", percent(cell.actual))
     };
     let mut rows: Vec<Vec<String>> = Vec::new();

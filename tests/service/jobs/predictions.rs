@@ -100,12 +100,12 @@ async fn what_was_foretold_stays_with_the_job() {
     for output in ["grids", "views"] {
         let rows = predicted["predictions"][output]["methods"].as_array().unwrap();
         let own = rows.iter().find(|row| row["planned"] == true).unwrap();
-        let foretold = history[output]["foretold"].as_array().unwrap();
+        let foretold = history[output]["predicted_times"].as_array().unwrap();
         let (asked, accuracies) = foretold.split_last().unwrap();
         assert_eq!((accuracies, asked), (&own["accuracies"].as_array().unwrap()[..], &own["asked"]));
         assert_eq!(asked["relative_error"], history[output]["asked_relative_error"]);
     }
-    assert_eq!(service.json(&told(&bare, "convergence")).await["grids"]["foretold"], json!([]));
+    assert_eq!(service.json(&told(&bare, "convergence")).await["grids"]["predicted_times"], json!([]));
     for (job, is_drawn) in [(&predicted, true), (&bare, false)] {
         let svg = service.get(&told(job, "convergence_svg")).send().await.unwrap().text().await.unwrap();
         assert_eq!(svg.contains("predicted before"), is_drawn);
@@ -181,5 +181,5 @@ fn a_rendered_job_keeps_what_was_foretold() {
     check_table(&result["predictions"]["grids"], "sppm");
     assert!(read("convergence.svg").contains("predicted before"));
     let history: Value = serde_json::from_str(&read("convergence.json")).unwrap();
-    assert_eq!(history["grids"]["foretold"].as_array().unwrap().len(), 7);
+    assert_eq!(history["grids"]["predicted_times"].as_array().unwrap().len(), 7);
 }

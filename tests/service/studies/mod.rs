@@ -65,7 +65,7 @@ async fn a_study_says_what_accuracy_costs() {
     assert_eq!((results["cells"].as_array().unwrap().len(), results["runs"].as_array().unwrap().len()), (4, 8));
     for cell in results["cells"].as_array().unwrap() {
         assert!(
-            cell["met"] == true && cell["told_relative_error"].as_f64() <= cell["asked_relative_error"].as_f64(),
+            cell["met"] == true && cell["reported_relative_error"].as_f64() <= cell["asked_relative_error"].as_f64(),
             "{cell}"
         );
         // four sensors that fail together, and three sigma
@@ -80,7 +80,10 @@ async fn a_study_says_what_accuracy_costs() {
     let job = service.json(first["link"].as_str().unwrap()).await;
     let run = &results["runs"][0];
     assert_eq!((&run["cpu_seconds"], &run["passes"]), (&job["progress"]["cpu_seconds"], &job["progress"]["passes"]));
-    assert_eq!((&run["told_relative_error"], &run["method"]), (&job["progress"]["relative_error"], &first["method"]));
+    assert_eq!(
+        (&run["reported_relative_error"], &run["method"]),
+        (&job["progress"]["relative_error"], &first["method"])
+    );
     let file = async |link: &str| {
         let answer = service.get(study["links"][link].as_str().unwrap()).send().await.unwrap();
         assert_eq!(answer.status(), StatusCode::OK, "{link}");
@@ -136,7 +139,7 @@ async fn a_study_makes_pictures_of_views() {
     for picture in &pictures[1..] {
         assert!(picture["passes"].as_u64().unwrap() > 0 && picture["view"] == view, "{picture}");
         let [told, actual] =
-            ["told_relative_error", "actual_relative_error"].map(|error| picture[error].as_f64().unwrap());
+            ["reported_relative_error", "actual_relative_error"].map(|error| picture[error].as_f64().unwrap());
         // told at 95 %: two standard errors
         assert!(actual > 0.0 && actual < 1.5 * told, "{picture}");
     }
