@@ -140,8 +140,10 @@ mod tests {
 
     use super::*;
     use crate::optics::Diffuser;
-    use crate::scene::Scene;
+    use crate::scene::{Face, Scene};
     use crate::traceable::test_rooms::{compiled, empty, straight_tube};
+
+    const CEILING: usize = Face::Ceiling as usize;
 
     /// Checks that the probability of each opening, of one and of many, is its share of all weights, and that the numbers that choose it make
     /// up this probability.
@@ -151,7 +153,7 @@ mod tests {
             let mut scene: Scene = empty(DVec3::new(70.0, 10.0, 3.0), None);
             let tube = |number: u32| {
                 let centre = DVec2::new(0.5 + f64::from(number % 69), 0.5 + f64::from(number / 69));
-                straight_tube(centre, [0.9; 3], Diffuser::Clear { transmittance: [0.9; 3] })
+                straight_tube((CEILING, centre), [0.9; 3], Diffuser::Clear { transmittance: [0.9; 3] })
             };
             scene.tubes = (0..count).map(tube).collect();
             let tubes = &compiled(&scene).tubes;

@@ -26,10 +26,10 @@ pub fn compiled(scene: &Scene) -> TraceableScene {
     TraceableScene::new(scene, follow).unwrap()
 }
 
-/// Makes a straight tube of 1 m and 60 cm diameter in the ceiling.
-pub fn straight_tube(centre: DVec2, reflectance: [f64; 3], diffuser: Diffuser) -> Tube {
+/// Makes a straight tube of 1 m and 60 cm diameter in a face.
+pub fn straight_tube((face, centre): (usize, DVec2), reflectance: [f64; 3], diffuser: Diffuser) -> Tube {
     Tube {
-        face: Face::Ceiling as usize,
+        face,
         plane: OpeningPlane::Level { drop_m: 0.0 },
         centre,
         opening_radius: 0.3,

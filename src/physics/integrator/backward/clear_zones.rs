@@ -87,11 +87,13 @@ mod tests {
     use crate::integrator::photon::energy_balance::EnergyBalance;
     use crate::optics::{Diffuser, Surface};
     use crate::sampling::Key;
-    use crate::scene::Daylight;
+    use crate::scene::{Daylight, Face};
     use crate::sky::zenith::ZenithFormula;
     use crate::sky::{CieType, Sky, SkyDistribution, Sun};
     use crate::statistics::Moments;
     use crate::traceable::test_rooms::{compiled, empty, straight_tube};
+
+    const CEILING: usize = Face::Ceiling as usize;
 
     /// Checks that below a lossless pipe a clear opening is as bright as a uniform sky: points that look up, sideways and askew get what a
     /// disc sends them in closed form, in every channel, within four standard errors.
@@ -100,7 +102,7 @@ mod tests {
         let (luminance, transmittance) = (3000.0, [0.9, 0.8, 0.5]);
         let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
         let sky = Some(Sky::new(distribution, luminance));
-        let tube = straight_tube(DVec2::new(1.0, 1.2), [1.0; 3], Diffuser::Clear { transmittance });
+        let tube = straight_tube((CEILING, DVec2::new(1.0, 1.2)), [1.0; 3], Diffuser::Clear { transmittance });
         let mut scene = empty(DVec3::new(3.0, 2.0, 2.5), None);
         scene.daylight = Some(Daylight { sky, sun: None, formula: ZenithFormula::GivenZenithLuminance });
         scene.tubes = vec![tube];
@@ -147,7 +149,11 @@ mod tests {
         let sun = Sun { direction: DVec3::new(0.5, 0.2, 0.7).normalize(), normal_illuminance_lux: 50_000.0 };
         let sky = Some(Sky::new(SkyDistribution::new(CieType::UNIFORM, DVec3::Z), 3000.0));
         scene.daylight = Some(Daylight { sky, sun: Some(sun), formula: ZenithFormula::GivenZenithLuminance });
-        scene.tubes = vec![straight_tube(DVec2::new(0.9, 1.1), [0.95; 3], Diffuser::Clear { transmittance: [0.9; 3] })];
+        scene.tubes = vec![straight_tube(
+            (CEILING, DVec2::new(0.9, 1.1)),
+            [0.95; 3],
+            Diffuser::Clear { transmittance: [0.9; 3] },
+        )];
         let scene = compiled(&scene);
         let rectangles = [
             (DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 2.0, DVec3::Z),
