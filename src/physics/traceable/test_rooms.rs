@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Follow, TraceableScene};
 use crate::optics::{Collector, Diffuser, Surface};
-use crate::scene::{Channels, Enclosure, Face, OpeningPlane, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
+use crate::scene::{Channels, Enclosure, OpeningPlane, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
 
 /// Returns an empty and dark room of `size` m, all faces of one surface; without one they are open.
 pub fn empty(size: DVec3, surface: Option<Surface>) -> Scene {
