@@ -57,7 +57,7 @@ fn errors_of_runs_are_what_they_tell() {
     let (held, runs) = (held.iter().sum::<f64>() / held.len() as f64, held.len() as f64);
     assert!(held > 0.95 - 4.0 * (0.95_f64 * 0.05 / runs).sqrt(), "{held} of the intervals of {runs} runs");
     for run in &study.runs {
-        assert!(run.told.unwrap() <= run.asked, "{run:?}");
+        assert!(run.reported.unwrap() <= run.asked, "{run:?}");
     }
 }
 
