@@ -30,9 +30,9 @@ export async function middle(locator) {
   return [x + width / 2, y + height / 2];
 }
 
-/** Until what comes soon is there. */
+/** Until what comes soon is there; beside other tests of this machine that may be seconds. */
 export async function until(there, otherwise) {
-  for (let look = 0; look < 50; look++) {
+  for (let look = 0; look < 200; look++) {
     if (await there()) return;
     await new Promise((resolve) => setTimeout(resolve, 100));
   }
