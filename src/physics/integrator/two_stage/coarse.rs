@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::diffuser_source::closure_source::{Beside, ClosureLight, ClosureSource};
 use crate::integrator::method::Task;
+use crate::integrator::photon::close_points::points_nearer_than;
 use crate::integrator::radiosity::{Exchange, Solution, SurfacePoint};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Grid, Sensor, View};
@@ -29,12 +30,16 @@ pub fn pixels(views: &[View]) -> usize {
 /// Largest number of sensors of a grid by which the spread of its residuals is expected.
 const SENSORS: usize = 36;
 
+/// Distance of a sensor from a surface, as a fraction of the edge of a patch, below which the spread of residuals is not known. In the
+/// corners of a room, a tenth of an edge from two walls, intervals of 95 % held the truth in 71 and 26 % of the jobs to 5 and 1 %.
+const NEAR_OF_EDGE: f64 = 0.25;
+
 /// Coarse solution of the light that surfaces reflect, from a few photons.
 #[derive(Debug)]
 pub struct Coarse<const C: usize> {
     pub solution: Arc<Solution<C>>,
     /// Variances by which the residuals of sensors are expected to differ, relative to their squared gathered light, by grid; empty in
-    /// rooms with objects, lobes, mirrors or clear zones, where they are not known.
+    /// rooms with objects, lobes, mirrors or clear zones and with sensors close to a surface, where they are not known.
     pub spreads: Vec<f64>,
     /// Number of rays and connections of which it was computed.
     pub rays: f64,
@@ -63,12 +68,11 @@ impl<const C: usize> Coarse<C> {
             let sensors: Vec<Sensor> = valued.map(|sensor| lifted(scene, &some, sensor)).collect();
             solution.expected_spread(scene, &sensors, key.stream(Stream::Grid, number as u64))
         };
-        // light by lobes and mirrors makes sensors differ by more than their patches, and so do patches that lie in part below an object or
-        // in a beam
-        let spreads = match scene.is_bare() && !with_clear_zones {
-            true => task.grids.iter().enumerate().map(spread).collect(),
-            false => Vec::new(),
-        };
+        // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
+        // an object or in a beam, and the gradient within a patch that is close
+        let is_known =
+            scene.is_bare() && !with_clear_zones && !points_nearer_than(scene, task.grids, NEAR_OF_EDGE * edge);
+        let spreads = if is_known { task.grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
         Some(Self { spreads, rays: exchange.rays(), solution: Arc::new(solution) })
     }
 }
