@@ -110,14 +110,11 @@ impl Packet {
     fn weights(&self, position: DVec3, normal: DVec3) -> [f64; LANES] {
         let mut weights = [0.0; LANES];
         for (lane, weight) in weights.iter_mut().enumerate() {
-            let [x, y, z] = [0, 1, 2].map(|axis| self.origin[axis][lane] - position[axis]);
-            let [up_x, up_y, up_z] = [0, 1, 2].map(|axis| self.up[axis][lane]);
-            let upright = normal.x * up_x + normal.y * up_y + normal.z * up_z;
-            let reach = self.radius[lane] * (1.0 - upright * upright).max(0.0).sqrt();
-            let squared = x * x + y * y + z * z + self.radius[lane] * self.radius[lane];
-            let facing = (x * normal.x + y * normal.y + z * normal.z + reach).max(0.0);
-            let depth = (x * up_x + y * up_y + z * up_z).max(0.0);
-            *weight = self.power[lane] * facing * depth / (squared * squared);
+            let [to_opening, up] = [
+                [0, 1, 2].map(|axis| self.origin[axis][lane] - position[axis]),
+                [0, 1, 2].map(|axis| self.up[axis][lane]),
+            ];
+            *weight = self.power[lane] * weight_along(to_opening, up, self.radius[lane], normal);
         }
         weights
     }
@@ -127,11 +124,18 @@ impl Packet {
 /// wherever there is any.
 #[inline]
 pub fn opening_weight(frame: &OpeningFrame, radius: f64, position: DVec3, normal: DVec3) -> f64 {
-    let to_opening = frame.levelled_direction(frame.origin - position);
-    let normal = frame.levelled_direction(normal);
-    let reach = radius * normal.truncate().length();
-    let squared = to_opening.length_squared() + radius * radius;
-    (to_opening.dot(normal) + reach).max(0.0) * to_opening.z.max(0.0) / (squared * squared)
+    weight_along((frame.origin - position).to_array(), frame.outward().to_array(), radius, normal)
+}
+
+/// Computes [`opening_weight`] by the vector to the opening's centre and the unit vector out of the room.
+#[inline(always)]
+fn weight_along([x, y, z]: [f64; 3], [up_x, up_y, up_z]: [f64; 3], radius: f64, normal: DVec3) -> f64 {
+    let upright = normal.x * up_x + normal.y * up_y + normal.z * up_z;
+    let reach = radius * (1.0 - upright * upright).max(0.0).sqrt();
+    let squared = x * x + y * y + z * z + radius * radius;
+    let facing = (x * normal.x + y * normal.y + z * normal.z + reach).max(0.0);
+    let depth = (x * up_x + y * up_y + z * up_z).max(0.0);
+    facing * depth / (squared * squared)
 }
 
 #[cfg(test)]

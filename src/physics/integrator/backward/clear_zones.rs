@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-use super::through_opening::{Backward, Choice, Receiver};
+use super::through_opening::{Backward, Choice};
 use crate::guide::{Guide, RayCount};
+use crate::integrator::radiosity::SurfacePoint;
 use crate::optics::Spectrum;
 use crate::sampling::PathRandom;
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -27,7 +28,7 @@ const SUN_NODES_OF_VERTEX: usize = 2;
 /// each that show it. Adds the number of rays to `rays`.
 pub fn through_clear_zones<const C: usize>(
     scene: &TraceableScene,
-    at: Receiver,
+    at: SurfacePoint,
     response: impl Fn(DVec3) -> Spectrum<C>,
     (point, random): ([f64; 2], &mut PathRandom),
     rays: &mut RayCount,
@@ -65,7 +66,7 @@ pub fn through_clear_zones<const C: usize>(
 }
 
 /// Computes the sunlight that comes straight through clear zones of straight tubes to a point, in lx, at fixed zenith angles of the disc.
-pub fn sun_through_clear_zones(scene: &TraceableScene, at: Receiver) -> f64 {
+pub fn sun_through_clear_zones(scene: &TraceableScene, at: SurfacePoint) -> f64 {
     let of_tube = |tube| {
         let backward = Backward::new(scene, tube, at)?;
         let sun = tube.sun.as_ref().filter(|sun| backward.may_show(sun))?;
@@ -113,7 +114,7 @@ mod tests {
             let toward_axis = away.truncate().normalize().extend(0.0);
             for normal in [DVec3::Z, toward_axis, (toward_axis + 0.5 * DVec3::Z).normalize()] {
                 let mut sums = [Moments::default(); 3];
-                let at = Receiver { position, normal, surface: None };
+                let at = SurfacePoint { position, normal, surface: None };
                 for _ in 0..4000 {
                     number += 1;
                     let mut random = PathRandom::new(stream.child(number));
@@ -185,7 +186,7 @@ mod tests {
                 let places = 4000;
                 let lux = (0..places).map(|_| {
                     let [s, t, ..] = [random.uniform(), random.uniform()];
-                    let at = Receiver { position: corner + u * s + v * t, normal, surface: None };
+                    let at = SurfacePoint { position: corner + u * s + v * t, normal, surface: None };
                     let numbers = (random.uniform2(), &mut random);
                     let cosine = |toward| at.cosine::<1>(toward);
                     through_clear_zones(&scene, at, cosine, numbers, &mut RayCount::default()).luminance()

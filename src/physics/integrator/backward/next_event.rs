@@ -12,10 +12,9 @@ use glam::DVec3;
 
 use super::clear_zones::through_clear_zones;
 use super::opening::DaylightWeights;
-use super::through_opening::Receiver;
 use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
-use crate::integrator::radiosity::{BrightPatches, Solution};
+use crate::integrator::radiosity::{BrightPatches, Solution, SurfacePoint};
 use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Openings, Place, RoomHit, SurfaceId, TraceableScene};
@@ -309,7 +308,7 @@ impl<D> NextEvent<'_, D> {
 /// Adds the light that comes straight through clear zones to a vertex.
 fn connect_to_clear_zones<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>) {
     let Vertex { position, normal, surface, .. } = *vertex;
-    let at = Receiver { position, normal, surface };
+    let at = SurfacePoint { position, normal, surface };
     let numbers = (walk.samples.pair(), &mut walk.samples.random);
     walk.sum += through_clear_zones(walk.scene, at, |toward| vertex.response(toward).0, numbers, &mut walk.rays);
 }

@@ -8,39 +8,15 @@ use glam::{DVec2, DVec3};
 use crate::guide::sun_arcs::PointBelow;
 use crate::guide::{End, Guide, RayCount, Transit};
 use crate::integrator::photon::close_points::is_near_opening;
+use crate::integrator::radiosity::SurfacePoint;
 use crate::optics::Spectrum;
 use crate::sampling::{PathRandom, warp};
-use crate::scene::Sensor;
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
-use crate::traceable::{SurfaceId, TraceableScene, TraceableTube, opening_weight};
+use crate::traceable::{TraceableScene, TraceableTube, opening_weight};
 
 /// Number of steps along the arc of each zenith angle.
 const SUN_STEPS: usize = 8;
-
-/// Point that receives light.
-#[derive(Clone, Copy, Debug)]
-pub struct Receiver {
-    /// Position in m.
-    pub position: DVec3,
-    /// Unit normal toward the light.
-    pub normal: DVec3,
-    /// Surface of the point; `None` for a sensor.
-    pub surface: Option<SurfaceId>,
-}
-
-impl From<Sensor> for Receiver {
-    fn from(Sensor { position, normal }: Sensor) -> Self {
-        Self { position, normal, surface: None }
-    }
-}
-
-impl Receiver {
-    /// Returns the response of a sensor to light from a direction, per sr: the cosine.
-    pub fn cosine<const C: usize>(&self, toward: DVec3) -> Spectrum<C> {
-        Spectrum::ONE * toward.dot(self.normal).max(0.0)
-    }
-}
 
 /// Choice of the point of an opening through which a ray goes to the sky.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,14 +34,14 @@ pub(super) enum Choice {
 pub(super) struct Backward<'a> {
     scene: &'a TraceableScene,
     pub tube: &'a TraceableTube,
-    pub at: Receiver,
+    pub at: SurfacePoint,
     /// Inner and outer radius of the diffuser's clear zone in m.
     zone: (f64, f64),
 }
 
 impl<'a> Backward<'a> {
     /// Returns the light of a tube's clear zone at a point; `None` without a clear zone, and behind its plane.
-    pub fn new(scene: &'a TraceableScene, tube: &'a TraceableTube, at: Receiver) -> Option<Self> {
+    pub fn new(scene: &'a TraceableScene, tube: &'a TraceableTube, at: SurfacePoint) -> Option<Self> {
         let zone = tube.specular_zone().filter(|_| tube.frame.depth(at.position) > 0.0)?;
         Some(Self { scene, tube, at, zone })
     }
@@ -84,8 +60,9 @@ impl<'a> Backward<'a> {
     pub fn may_show(&self, sun: &Sun) -> bool {
         let below = self.at.position - self.tube.frame.origin;
         let (depth, distance) = (-below.z, below.truncate().length());
-        let (tangent, half) = (sun.direction.truncate().length() / sun.direction.z, HALF_ANGLE);
-        let [low, high] = [(tangent - half) / (1.0 + tangent * half), (tangent + half) / (1.0 - tangent * half)];
+        let (level, rise, half) = (sun.direction.truncate().length(), sun.direction.z, HALF_ANGLE);
+        let [low, high] =
+            [(level - rise * half) / (rise + level * half), (level + rise * half) / (rise - level * half)];
         let reaches_beyond = high <= 0.0 || depth * high >= distance - self.zone.1;
         reaches_beyond && depth * low <= distance + self.zone.1
     }
@@ -145,7 +122,7 @@ impl<'a> Backward<'a> {
         [node, step]: [f64; 2],
     ) -> (Spectrum<C>, RayCount) {
         let Guide::Straight(guide) = &self.tube.guide else { return (Spectrum::ZERO, RayCount::default()) };
-        let Receiver { position, surface, .. } = self.at;
+        let SurfacePoint { position, surface, .. } = self.at;
         let below = position - self.tube.frame.origin;
         let point = PointBelow { guide, zone: self.zone, depth: -below.z, foot: below.truncate() };
         let arrives = |offset: DVec2, direction: DVec3| -> Spectrum<C> {

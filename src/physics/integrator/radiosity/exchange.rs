@@ -11,10 +11,10 @@ use super::gradients::of_opening;
 use super::patches::Patches;
 use crate::guide::RayCount;
 use crate::integrator::backward::clear_zones::through_clear_zones;
-use crate::integrator::backward::through_opening::Receiver;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, warp};
+use crate::scene::Sensor;
 use crate::traceable::{Place, SurfaceId, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions.
@@ -46,6 +46,19 @@ pub struct SurfacePoint {
     pub normal: DVec3,
     /// Surface of the point; `None` for a sensor.
     pub surface: Option<SurfaceId>,
+}
+
+impl From<Sensor> for SurfacePoint {
+    fn from(Sensor { position, normal }: Sensor) -> Self {
+        Self { position, normal, surface: None }
+    }
+}
+
+impl SurfacePoint {
+    /// Returns the response of a sensor there to light from a direction, per sr: the cosine.
+    pub fn cosine<const C: usize>(&self, toward: DVec3) -> Spectrum<C> {
+        Spectrum::ONE * toward.dot(self.normal).max(0.0)
+    }
 }
 
 /// Exchange of light between patches, and their direct light: everything that depends on the room alone.
@@ -250,10 +263,9 @@ impl<const C: usize> PatchRays<C> {
         for number in 0..patch.points.len() {
             let point = point(number);
             if with_clear_zones {
-                let SurfacePoint { position, normal, surface } = *point;
-                let at = Receiver { position, normal, surface };
                 let numbers = (random.uniform2(), &mut *random);
-                let lux = through_clear_zones::<C>(scene, at, |to| at.cosine(to), numbers, &mut RayCount::default());
+                let cosine = |toward| point.cosine(toward);
+                let lux = through_clear_zones::<C>(scene, *point, cosine, numbers, &mut RayCount::default());
                 of_others += lux * (1.0 / patch.points.len() as f64);
             }
             for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::exchange::SurfacePoint;
 use crate::geometry::disc::disc_irradiance;
 use crate::geometry::lambert::quadrilateral_irradiance;
 use crate::integrator::backward::clear_zones::sun_through_clear_zones;
-use crate::integrator::backward::through_opening::Receiver;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
@@ -69,7 +69,8 @@ impl<'a> Gradients<'a> {
         let of_luminaires = |place: DVec3| {
             luminaires.iter().map(|luminaire| luminaire.irradiance::<1>(place, normal).luminance()).sum()
         };
-        let of_beams = |position: DVec3| sun_through_clear_zones(self.scene, Receiver { position, normal, surface });
+        let of_beams =
+            |position: DVec3| sun_through_clear_zones(self.scene, SurfacePoint { position, normal, surface });
         let spreads = [
             if tubes.is_empty() { 0.0 } else { spread(places().map(of_tubes)) },
             if luminaires.is_empty() { 0.0 } else { spread(places().map(of_luminaires)) },

@@ -3,7 +3,7 @@
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::radiosity::SurfacePoint;
-use crate::scene::{Grid, Sensor, View};
+use crate::scene::{Grid, View};
 use crate::traceable::{Place, TraceableScene};
 
 /// Largest number of sensors of a grid, and of pixels of a row, from which patches are found.
@@ -15,11 +15,7 @@ pub fn starts(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Vec<Sur
     let mut starts = Vec::new();
     for grid in grids.iter().map(|grid| grid.thinned(STARTS_OF_GRID)) {
         let valued = (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor));
-        let sensor = |sensor| {
-            let Sensor { position, normal } = lifted(scene, &grid, sensor);
-            SurfacePoint { position, normal, surface: None }
-        };
-        starts.extend(valued.map(sensor));
+        starts.extend(valued.map(|sensor| SurfacePoint::from(lifted(scene, &grid, sensor))));
     }
     for view in views {
         let [columns, rows] = view.size_px;
