@@ -87,9 +87,9 @@ impl SampleCounts {
     pub fn photons(target: f64, task: &Task, beside: Beside) -> u64 {
         let tubes = &task.traceable.tubes;
         let of_lambertian = photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS);
-        let traced = if beside == Beside::Traced { directional_photons(tubes, target) } else { 0.0 };
-        let directional = traced.min(MOST_DIRECTIONAL);
-        power_of_two(if task.views.is_empty() { of_lambertian.max(directional) } else { MOST_PHOTONS })
+        let traced =
+            if beside == Beside::Traced { directional_photons(tubes, target).min(MOST_DIRECTIONAL) } else { 0.0 };
+        power_of_two(if task.views.is_empty() { of_lambertian.max(traced) } else { MOST_PHOTONS })
     }
 
     /// Returns the largest number of photons of a pass, where the document does not set it.
