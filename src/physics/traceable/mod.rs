@@ -17,6 +17,7 @@ mod scene;
 pub mod solids;
 mod source;
 mod surface_id;
+mod surface_point;
 #[cfg(test)]
 pub(crate) mod test_rooms;
 mod tube;
@@ -31,4 +32,5 @@ pub use rays::{Place, RoomHit};
 pub use scene::{Follow, TraceableScene};
 pub use source::Source;
 pub use surface_id::{Numbering, RoomObject, Side, SurfaceId};
+pub use surface_point::SurfacePoint;
 pub use tube::{TraceableTube, TubeError, cylinder_guide};

@@ -4,10 +4,9 @@ use glam::DVec3;
 
 use super::through_opening::{Backward, Choice};
 use crate::guide::{Guide, RayCount};
-use crate::integrator::radiosity::SurfacePoint;
 use crate::optics::Spectrum;
 use crate::sampling::PathRandom;
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::{SurfacePoint, TraceableScene, TraceableTube};
 
 /// True if vertices of paths can be connected to all light that enters a scene through clear zones: some closures have one, all of these
 /// belong to straight upright tubes, and every surface is diffuse.

@@ -14,10 +14,10 @@ use super::clear_zones::through_clear_zones;
 use super::opening::DaylightWeights;
 use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
-use crate::integrator::radiosity::{BrightPatches, Solution, SurfacePoint};
+use crate::integrator::radiosity::{BrightPatches, Solution};
 use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{Openings, Place, RoomHit, SurfaceId, TraceableScene};
+use crate::traceable::{Openings, Place, RoomHit, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Largest number of openings that a vertex is connected to one by one if their fluxes are not computed; otherwise it is connected to one
 /// opening, chosen by its estimated contribution.

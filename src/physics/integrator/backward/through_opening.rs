@@ -8,12 +8,11 @@ use glam::{DVec2, DVec3};
 use crate::guide::sun_arcs::PointBelow;
 use crate::guide::{End, Guide, RayCount, Transit};
 use crate::integrator::photon::close_points::is_near_opening;
-use crate::integrator::radiosity::SurfacePoint;
 use crate::optics::Spectrum;
 use crate::sampling::{PathRandom, warp};
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
-use crate::traceable::{TraceableScene, TraceableTube, opening_weight};
+use crate::traceable::{SurfacePoint, TraceableScene, TraceableTube, opening_weight};
 
 /// Number of steps along the arc of each zenith angle.
 const SUN_STEPS: usize = 8;

@@ -14,8 +14,7 @@ use crate::integrator::backward::clear_zones::through_clear_zones;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, warp};
-use crate::scene::Sensor;
-use crate::traceable::{Place, SurfaceId, TraceableScene};
+use crate::traceable::{Place, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions.
 pub(super) const RAYS: usize = STRATA * STRATA;
@@ -36,30 +35,6 @@ const SWEEPS: usize = 64;
 const NONE: u32 = u32::MAX;
 /// Mark of a ray that ends in a patch which was not found: it is left out of the mean.
 const NOT_FOUND: u32 = u32::MAX - 1;
-
-/// Point of a surface, or a sensor.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint {
-    /// Position in m.
-    pub position: DVec3,
-    /// Unit normal toward the room.
-    pub normal: DVec3,
-    /// Surface of the point; `None` for a sensor.
-    pub surface: Option<SurfaceId>,
-}
-
-impl From<Sensor> for SurfacePoint {
-    fn from(Sensor { position, normal }: Sensor) -> Self {
-        Self { position, normal, surface: None }
-    }
-}
-
-impl SurfacePoint {
-    /// Returns the response of a sensor there to light from a direction, per sr: the cosine.
-    pub fn cosine<const C: usize>(&self, toward: DVec3) -> Spectrum<C> {
-        Spectrum::ONE * toward.dot(self.normal).max(0.0)
-    }
-}
 
 /// Exchange of light between patches, and their direct light: everything that depends on the room alone.
 #[derive(Debug)]

@@ -4,12 +4,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::exchange::SurfacePoint;
 use crate::geometry::disc::disc_irradiance;
 use crate::geometry::lambert::quadrilateral_irradiance;
 use crate::integrator::backward::clear_zones::sun_through_clear_zones;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
+use crate::traceable::{SurfaceId, SurfacePoint, TraceableScene, TraceableTube};
 
 /// Largest tolerated spread of the direct light over a part of a cell, relative to the room's mean, times the root of the cell's fraction
 /// of the area.

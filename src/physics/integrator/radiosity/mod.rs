@@ -20,4 +20,4 @@ mod patches;
 mod spread;
 
 pub use bright_patches::{Aim, BrightPatches};
-pub use exchange::{Exchange, Solution, SurfacePoint};
+pub use exchange::{Exchange, Solution};

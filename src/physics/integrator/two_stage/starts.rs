@@ -2,9 +2,8 @@
 
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::backward::room_entry::enter_room;
-use crate::integrator::radiosity::SurfacePoint;
 use crate::scene::{Grid, View};
-use crate::traceable::{Place, TraceableScene};
+use crate::traceable::{Place, SurfacePoint, TraceableScene};
 
 /// Largest number of sensors of a grid, and of pixels of a row, from which patches are found.
 const STARTS_OF_GRID: usize = 256;
