@@ -90,7 +90,7 @@ impl GridEstimate {
     pub fn begin(&mut self, start: &GridPass) {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];
         self.moments = vec![Moments::default(); start.moments.len()];
-        self.residuals = Residuals::of_sensors(start.residual.len(), start.sharing.clone());
+        self.residuals = Residuals::of_sensors(start.residual.len(), start.expected_spread);
         let sensors = self.sensors.len();
         let begun = |start: &GridPass| {
             let mut estimate = Self { free: self.free.clone(), area: self.area.clone(), ..Self::empty(sensors) };

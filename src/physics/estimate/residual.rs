@@ -16,7 +16,7 @@
 use std::f64::consts::PI;
 
 use crate::integrator::GridPass;
-use crate::integrator::pass::{LEAST_SCALE, LEAST_SENSORS, Sharing};
+use crate::integrator::pass::{LEAST_SCALE, LEAST_SENSORS};
 use crate::statistics::Moments;
 
 /// Factor by which the true spread of residuals may exceed the expected one: patches are not equally bright everywhere, and their errors
@@ -35,9 +35,9 @@ pub struct Residuals {
     beyond: Vec<Moments>,
     /// Illuminance in lx by the coarse solution, without direct light.
     gathered: Vec<Moments>,
-    sharing: Sharing,
-    /// Residual that sensors have in common, by the number of surfaces close to them.
-    pooled: Vec<Option<Pooled>>,
+    /// Variance by which residuals are expected to differ, relative to the squared scale of a sensor.
+    expected_spread: Option<f64>,
+    pooled: Option<Pooled>,
 }
 
 /// Residual that sensors have in common.
@@ -56,9 +56,9 @@ struct Pooled {
 
 impl Residuals {
     /// Creates the residuals of `count` sensors, without any pass.
-    pub fn of_sensors(count: usize, sharing: Sharing) -> Self {
+    pub fn of_sensors(count: usize, expected_spread: Option<f64>) -> Self {
         let none = vec![Moments::default(); count];
-        Self { coarse: none.clone(), beyond: none.clone(), gathered: none, sharing, pooled: Vec::new() }
+        Self { coarse: none.clone(), beyond: none.clone(), gathered: none, expected_spread, pooled: None }
     }
 
     /// True if the method reports no residuals.
@@ -93,7 +93,7 @@ impl Residuals {
         if !self.is_lit(sensor) {
             return (coarse.mean, coarse.variance_of_mean());
         }
-        let Some(Some(pooled)) = self.pooled.get(usize::from(self.close_surfaces(sensor))) else {
+        let Some(pooled) = &self.pooled else {
             return (coarse.mean + beyond.mean, coarse.variance_of_mean() + beyond.variance_of_mean());
         };
         let scale = self.gathered[sensor].mean.max(pooled.least_scale);
@@ -109,21 +109,14 @@ impl Residuals {
         self.beyond[sensor].m2 > 0.0
     }
 
-    /// Returns the number of surfaces close to a sensor.
-    fn close_surfaces(&self, sensor: usize) -> u8 {
-        self.sharing.close_surfaces.get(sensor).copied().unwrap_or(0)
-    }
-
-    /// Updates the residuals that sensors have in common.
+    /// Updates the residual that all sensors have in common.
     fn pool(&mut self) {
-        let most = self.sharing.close_surfaces.iter().copied().max().unwrap_or(0);
-        self.pooled = (0..=most).map(|surfaces| self.in_common(surfaces)).collect();
+        self.pooled = self.in_common();
     }
 
-    /// Returns the residual that the sensors close to this number of surfaces have in common; `None` if these are too few, or have no light.
-    fn in_common(&self, surfaces: u8) -> Option<Pooled> {
-        let is_member = |sensor: &usize| self.close_surfaces(*sensor) == surfaces && self.is_lit(*sensor);
-        let members = || (0..self.coarse.len()).filter(is_member);
+    /// Returns the residual that sensors have in common; `None` if these are too few, or have no light.
+    fn in_common(&self) -> Option<Pooled> {
+        let members = || (0..self.coarse.len()).filter(|sensor| self.is_lit(*sensor));
         let count = members().count() as f64;
         if count < LEAST_SENSORS as f64 || members().any(|sensor| self.beyond[sensor].count < 2.0) {
             return None;
@@ -147,8 +140,7 @@ impl Residuals {
         let noise = members().map(noise).sum::<f64>() / count;
         let deviation = excess.standard_error();
         // an exponential distribution of the spread about zero moves the maximum of the normal one
-        let expected = self.sharing.expected_spread.filter(|_| surfaces == 0);
-        let expected = CAUTION * expected.map_or(f64::INFINITY, |expected| expected.max(f64::MIN_POSITIVE));
+        let expected = CAUTION * self.expected_spread.map_or(f64::INFINITY, |expected| expected.max(f64::MIN_POSITIVE));
         let spread = mean_above_zero(excess.mean - deviation * deviation / expected, deviation);
         // what many paths have seen counts, however little was expected
         let spread = spread.max(excess.mean - CERTAIN * deviation);
@@ -198,8 +190,7 @@ mod tests {
         let mut random = PathRandom::new(Key::new(3));
         let (mut actual, mut reported) = (Moments::default(), Moments::default());
         for _ in 0..200 {
-            let mut residuals =
-                Residuals::of_sensors(sensors, Sharing { expected_spread: expected, ..Sharing::default() });
+            let mut residuals = Residuals::of_sensors(sensors, expected);
             let truth: Vec<f64> = (0..sensors).map(|_| 1.0 + spread * normal(&mut random)).collect();
             for _ in 0..8 {
                 let beyond: Vec<f64> = truth.iter().map(|mean| mean + 10.0 * normal(&mut random)).collect();
@@ -238,39 +229,11 @@ mod tests {
         }
     }
 
-    /// Checks sensors of which one surface is close to 9, and two surfaces to 4: each kind has its own common residual, and the few of the
-    /// last kind keep their own.
-    #[test]
-    fn sensors_close_to_surfaces_share_among_themselves() {
-        let close_surfaces: Vec<u8> =
-            (0..81).map(|sensor| [2, 1, 0][usize::from(sensor >= 4) + usize::from(sensor >= 13)]).collect();
-        let truth = [1.0, 40.0, 90.0];
-        let sharing = Sharing { close_surfaces: close_surfaces.clone(), expected_spread: Some(0.0) };
-        let mut residuals = Residuals::of_sensors(81, sharing);
-        let mut random = PathRandom::new(Key::new(5));
-        let mut own = [Moments::default(); 4];
-        for _ in 0..8 {
-            let beyond: Vec<f64> =
-                close_surfaces.iter().map(|kind| truth[usize::from(*kind)] + 10.0 * normal(&mut random)).collect();
-            own.iter_mut().zip(&beyond).for_each(|(own, beyond)| own.push(*beyond));
-            residuals.push(&pass_of(beyond.iter().map(|beyond| 100.0 + beyond).collect(), beyond));
-        }
-        for (sensor, kind) in close_surfaces.iter().enumerate() {
-            let (value, variance) = residuals.value_and_variance(sensor);
-            assert!((value - 100.0 - truth[usize::from(*kind)]).powi(2) < 16.0 * variance, "{sensor}: {value}");
-            // the noise of one sensor is 3.5 lx
-            match own.get(sensor) {
-                Some(own) => assert!((value - 100.0 - own.mean).abs() < 1e-9 && variance == own.variance_of_mean()),
-                None => assert!(variance < 3.0_f64.powi(2), "{sensor}: {variance}"),
-            }
-        }
-    }
-
     /// Few sensors, and sensors without light by the coarse solution, count their own residuals whole.
     #[test]
     fn few_sensors_stay_apart() {
         for (coarse, sensors) in [(100.0, LEAST_SENSORS - 1), (0.0, 100)] {
-            let mut residuals = Residuals::of_sensors(sensors, Sharing::default());
+            let mut residuals = Residuals::of_sensors(sensors, None);
             for pass in 0..4 {
                 let beyond: Vec<f64> = (0..sensors).map(|sensor| f64::from(pass) * sensor as f64).collect();
                 let whole: Vec<f64> = beyond.iter().map(|beyond| coarse + beyond).collect();

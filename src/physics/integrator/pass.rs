@@ -57,16 +57,6 @@ pub const LEAST_SENSORS: usize = 8;
 /// Least scale of a sensor's residual, as a fraction of the mean over the grid.
 pub const LEAST_SCALE: f64 = 0.1;
 
-/// Rules by which the sensors of a grid share the residuals that a coarse solution leaves out.
-#[derive(Clone, Debug, Default)]
-pub struct Sharing {
-    /// Number of surfaces close to each sensor; only sensors with equally many share their residuals. Empty where none is close to any.
-    pub close_surfaces: Vec<u8>,
-    /// Variance by which the residuals of sensors that no surface is close to are expected to differ, relative to their squared gathered
-    /// light; `None` where it is unknown.
-    pub expected_spread: Option<f64>,
-}
-
 /// Illuminances of a grid in lx, one per sensor, with what their errors are computed from.
 #[derive(Clone, Debug, Default)]
 pub struct GridPass {
@@ -82,8 +72,9 @@ pub struct GridPass {
     pub residual: Vec<f64>,
     /// Part of each sensor's illuminance in lx that the coarse solution gives; as long as `residual`.
     pub gathered: Vec<f64>,
-    /// Rules by which the sensors share their residuals; in the state before the first pass.
-    pub sharing: Sharing,
+    /// Variance by which the residuals of sensors are expected to differ, relative to their squared gathered light; in the state before the
+    /// first pass.
+    pub expected_spread: Option<f64>,
     /// Number of photons behind each sensor's value; empty where the method's errors do not depend on it.
     pub photons: Vec<PhotonCount>,
     /// Illuminances in lx at many moments, with what is summed over them, sensor by sensor; empty where they are not requested.
@@ -134,7 +125,7 @@ impl GridPass {
             }
         });
         Self {
-            sharing: self.sharing.clone(),
+            expected_spread: self.expected_spread,
             illuminance: scaled(&self.illuminance),
             bias: scaled(&self.bias),
             contrasts: scaled(&self.contrasts),

@@ -41,10 +41,12 @@ impl Pass {
 
 impl GridPass {
     fn each_word<W: Words>(&mut self, words: &mut W) {
-        let Self { illuminance, bias, contrasts, residual, gathered, sharing: _, photons, moments, companions } = self;
+        let Self { illuminance, bias, contrasts, residual, gathered, expected_spread, photons, moments, companions } =
+            self;
         for values in [illuminance, bias, contrasts, residual, gathered, moments] {
             numbers(words, values);
         }
+        optional(words, expected_spread, |spread, words| words.number(spread));
         list(words, photons, |count, words| {
             let PhotonCount { found, one_lux, brightest_lux } = count;
             [found, one_lux, brightest_lux].into_iter().for_each(|value| words.number(value));

@@ -126,7 +126,10 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     #[inline]
     fn reflected(&self, ray: &Ray<C, PathState>, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
         // what the eye sees straight shows the edges of patches
-        if ray.trace.from_eye { None } else { self.0.reflected(surface, point) }
+        if ray.trace.from_eye || self.is_close_to_sensor(&ray.trace, point) {
+            return None;
+        }
+        self.0.reflected(surface, point)
     }
 
     #[inline]
@@ -276,6 +279,16 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
 }
 
 impl<D> NextEvent<'_, D> {
+    /// True if a point is so close to the sensor from which a ray comes that the sensor sees the gradient within the point's patch.
+    #[inline]
+    fn is_close_to_sensor<const C: usize>(&self, state: &PathState, point: DVec3) -> bool
+    where
+        D: Daylight<C>,
+    {
+        let (Some(last), Some(solution)) = (state.last, self.0.coarse_solution()) else { return false };
+        last.is_sensor && (point - last.position).length_squared() < solution.close_m().powi(2)
+    }
+
     /// Connects a vertex to openings and luminaires by one randomly chosen chain of mirrors.
     fn connect_by_mirrors<const C: usize>(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>)
     where

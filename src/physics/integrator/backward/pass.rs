@@ -211,7 +211,8 @@ impl<const C: usize> FirstHitLight<C> {
             if weight.max() <= 0.0 {
                 return true;
             }
-            let Some(coarse) = daylight.reflected(surface, hit.position) else { return false };
+            let coarse = NextEvent(daylight).reflected(&self.ray, surface, hit.position);
+            let Some(coarse) = coarse else { return false };
             self.rays += 1;
             self.sum += weight * coarse;
             let Some(optics) = scene.optics(surface).filter(|optics| optics.is_mirror()) else { return true };

@@ -74,16 +74,6 @@ fn points(grids: &[Grid]) -> impl Iterator<Item = (SensorPlace, DVec3)> {
     })
 }
 
-/// Counts the surfaces, nearer than `near` m, that rise above each sensor of a grid of points; empty where there is none.
-pub fn close_surfaces(scene: &TraceableScene, grid: &Grid, near: f64) -> Vec<u8> {
-    if grid.estimate != EstimateKind::Point {
-        return Vec::new();
-    }
-    let counts = (0..grid.len()).map(|sensor| surfaces_near(scene, grid.centre(sensor), near).len().min(255) as u8);
-    let counts: Vec<u8> = counts.collect();
-    if counts.iter().any(|count| *count > 0) { counts } else { Vec::new() }
-}
-
 /// True if a point sensor is nearer than `near` m to a surface that rises above it.
 pub fn points_nearer_than(scene: &TraceableScene, grids: &[Grid], near: f64) -> bool {
     points(grids).any(|(_, point)| distance_to_surface(scene, point, near).is_some())
@@ -122,11 +112,6 @@ fn opening_reach(scene: &TraceableScene, tube: &TraceableTube) -> f64 {
 /// Returns the distance in metres from a point to the nearest surface that rises above it and from which photons may be connected, and the
 /// name of the surface; `None` if that distance is `near` or more.
 pub fn distance_to_surface(scene: &TraceableScene, point: DVec3, near: f64) -> Option<(f64, &'static str)> {
-    surfaces_near(scene, point, near).into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
-}
-
-/// Returns the distances in m to the surfaces nearer than `near` m that rise above a point, and their names; all meshes count as one.
-fn surfaces_near(scene: &TraceableScene, point: DVec3, near: f64) -> Vec<(f64, &'static str)> {
     let mut found = Vec::new();
     if scene.interreflection {
         let rising = scene.enclosure.polygons.iter().filter(|face| face.bounds()[1].z > point.z);
@@ -146,6 +131,5 @@ fn surfaces_near(scene: &TraceableScene, point: DVec3, near: f64) -> Vec<(f64, &
         let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits());
         found.extend(luminaires.map(|luminaire| (luminaire.horizontal_distance(point), "a luminaire")));
     }
-    found.retain(|(distance, _)| *distance < near);
-    found
+    found.into_iter().filter(|(distance, _)| *distance < near).min_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -26,6 +26,12 @@ const FINDING: usize = 4;
 /// Number of rays from each start of paths by which the first patches are found.
 const FROM_STARTS: usize = 16;
 
+/// Distance of a surface from a sensor, as a fraction of the edge of a patch, below which the sensor sees the gradient within the patch. With
+/// 900 points in a small room, the outer ones a tenth of an edge from the walls, intervals of 95 % held the truth in corners in 26 % of the
+/// jobs to 1 % where sensors counted close patches (0), and in 94 % with both 0.5 and 1; with 1 jobs below tubes beside walls took half as
+/// long as with 0.5.
+const CLOSE: f64 = 1.0;
+
 /// Change, as a fraction of all radiosities, below which the iteration ends, and the largest number of sweeps: a remaining error costs
 /// time, but adds no bias.
 const CHANGED: f64 = 1e-3;
@@ -40,6 +46,8 @@ const NOT_FOUND: u32 = u32::MAX - 1;
 #[derive(Debug)]
 pub struct Exchange<const C: usize> {
     patches: Patches,
+    /// Distance in m of a surface from a sensor below which the sensor sees the gradient within a patch.
+    close_m: f64,
     /// Number of each patch among those that rays meet.
     numbers: Vec<u32>,
     /// Rectangles of the patches, by these numbers; `None` for those of facets.
@@ -138,7 +146,8 @@ impl<const C: usize> Exchange<C> {
         }
         let seen =
             first_seen.iter().filter_map(|point| Some(numbers[patches.at(point.surface?, point.position)?])).collect();
-        let exchange = Self { numbers, areas, reflectances, seen, met, of_openings, of_others, patches };
+        let exchange =
+            Self { close_m: CLOSE * edge, numbers, areas, reflectances, seen, met, of_openings, of_others, patches };
         (!found.is_empty()).then_some(exchange)
     }
 
@@ -324,6 +333,12 @@ pub struct Solution<const C: usize> {
 }
 
 impl<const C: usize> Solution<C> {
+    /// Returns the distance in m below which a patch is too close to a sensor to count as even.
+    #[inline]
+    pub fn close_m(&self) -> f64 {
+        self.exchange.close_m
+    }
+
     /// Returns the factor of all luminances where openings send `flux` lm in all, with the same distribution among them.
     pub fn times(&self, flux: f64) -> f64 {
         self.flux.map_or(1.0, |own| flux / own)

@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::exchange::{Exchange, RAYS, Solution};
@@ -47,24 +48,23 @@ impl<const C: usize> Solution<C> {
     pub fn expected_spread(&self, scene: &TraceableScene, sensors: &[Sensor], key: Key) -> f64 {
         let of_sensor = |(number, sensor): (usize, &Sensor)| {
             let mut random = PathRandom::new(key.child(number as u64));
-            let [first, second] = [0, 1].map(|_| -> Vec<u32> {
+            let [first, second] = [0, 1].map(|_| -> Vec<(u32, f64)> {
                 let shift = random.uniform2();
                 let met = |direction: usize| {
                     let point = lattice::point(direction as f64, DIRECTIONS as f64, shift);
                     let direction = warp::around(sensor.normal, warp::cosine_hemisphere(point));
-                    let hit = scene.intersect(sensor.position, direction, None);
-                    match hit.place {
-                        Place::Surface(surface) => self.number(surface, hit.position),
-                        Place::Opening(_) => None,
-                    }
+                    self.met(scene, (sensor.position, direction), &mut random)
                 };
-                (0..DIRECTIONS).filter_map(met).filter(|patch| (*patch as usize) < self.luminances.len()).collect()
+                (0..DIRECTIONS).filter_map(met).filter(|(patch, _)| (*patch as usize) < self.luminances.len()).collect()
             });
-            let light: f64 =
-                first.iter().chain(&second).map(|patch| self.luminances[*patch as usize].luminance()).sum();
-            let both = |patch: &u32| {
-                let times = second.iter().filter(|other| *other == patch).count();
-                times as f64 * self.variances[*patch as usize]
+            let light: f64 = first
+                .iter()
+                .chain(&second)
+                .map(|(patch, weight)| weight * self.luminances[*patch as usize].luminance())
+                .sum();
+            let both = |(patch, weight): &(u32, f64)| {
+                let times: f64 = second.iter().filter(|(other, _)| other == patch).map(|(_, weight)| weight).sum();
+                weight * times * self.variances[*patch as usize]
             };
             [light / (2 * DIRECTIONS) as f64, first.iter().map(both).sum::<f64>() / (DIRECTIONS * DIRECTIONS) as f64]
         };
@@ -75,5 +75,25 @@ impl<const C: usize> Solution<C> {
             return 0.0;
         }
         found.iter().map(|[light, variance]| variance / light.max(least).powi(2)).sum::<f64>() / count
+    }
+
+    /// Finds the patch by which a ray from a sensor counts reflected light, and its weight: the first that it meets, or the next one after a
+    /// reflection by a close surface. `None` where it has no patch.
+    fn met(
+        &self,
+        scene: &TraceableScene,
+        (from, direction): (DVec3, DVec3),
+        random: &mut PathRandom,
+    ) -> Option<(u32, f64)> {
+        let hit = scene.intersect(from, direction, None);
+        let Place::Surface(surface) = hit.place else { return None };
+        if (hit.position - from).length() >= self.close_m() {
+            return Some((self.number(surface, hit.position)?, 1.0));
+        }
+        let reflectance = scene.optics(surface)?.diffuse::<3>().luminance();
+        let direction = warp::around(hit.normal, warp::cosine_hemisphere(random.uniform2()));
+        let next = scene.intersect(hit.position, direction, Some(surface));
+        let Place::Surface(surface) = next.place else { return None };
+        Some((self.number(surface, next.position)?, reflectance))
     }
 }

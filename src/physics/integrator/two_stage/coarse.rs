@@ -6,8 +6,6 @@ use std::sync::atomic::AtomicBool;
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::diffuser_source::closure_source::{Beside, ClosureLight, ClosureSource};
 use crate::integrator::method::Task;
-use crate::integrator::pass::Sharing;
-use crate::integrator::photon::close_points::close_surfaces;
 use crate::integrator::radiosity::{Exchange, Solution};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Grid, Sensor, View};
@@ -32,17 +30,13 @@ pub fn pixels(views: &[View]) -> usize {
 /// Largest number of sensors of a grid by which the spread of its residuals is expected.
 const SENSORS: usize = 36;
 
-/// Distance of a sensor from a surface, as a fraction of the edge of a patch, below which the sensor sees the gradient within the patch, and
-/// its residual is not like those of others. In the corners of a room, a tenth of an edge from two walls, intervals of 95 % held the truth
-/// in 71 and 26 % of the jobs to 5 and 1 % where all sensors shared their residuals.
-const NEAR_OF_EDGE: f64 = 0.25;
-
 /// Coarse solution of the light that surfaces reflect, from a few photons.
 #[derive(Debug)]
 pub struct Coarse<const C: usize> {
     pub solution: Arc<Solution<C>>,
-    /// Rules by which sensors share their residuals, by grid. Their differences are not known in rooms with objects, lobes, mirrors or clear zones.
-    pub sharing: Vec<Sharing>,
+    /// Variances by which the residuals of sensors are expected to differ, relative to their squared gathered light, by grid; empty in
+    /// rooms with objects, lobes, mirrors or clear zones, where they are not known.
+    pub spreads: Vec<f64>,
     /// Number of rays and connections of which it was computed.
     pub rays: f64,
 }
@@ -64,20 +58,16 @@ impl<const C: usize> Coarse<C> {
             ClosureSource::new((scene, beside), &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
         let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
         let solution = exchange.solve(&fluxes);
-        // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
-        // an object or in a beam
-        let is_known = scene.is_bare() && !with_clear_zones;
         let spread = |(number, grid): (usize, &Grid)| {
             let some = grid.thinned(SENSORS);
             let valued = (0..some.len()).filter(|sensor| !some.is_inside(*sensor));
             let sensors: Vec<Sensor> = valued.map(|sensor| lifted(scene, &some, sensor)).collect();
             solution.expected_spread(scene, &sensors, key.stream(Stream::Grid, number as u64))
         };
-        let sharing = |(number, grid): (usize, &Grid)| Sharing {
-            close_surfaces: close_surfaces(scene, grid, NEAR_OF_EDGE * edge),
-            expected_spread: is_known.then(|| spread((number, grid))),
-        };
-        let sharing = task.grids.iter().enumerate().map(sharing).collect();
-        Some(Self { sharing, rays: exchange.rays(), solution: Arc::new(solution) })
+        // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
+        // an object or in a beam
+        let is_known = scene.is_bare() && !with_clear_zones;
+        let spreads = if is_known { task.grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
+        Some(Self { spreads, rays: exchange.rays(), solution: Arc::new(solution) })
     }
 }

@@ -16,7 +16,6 @@ use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::diffuser_source::closure_source::{Beside, ClosureLight, ClosureSource, add_directional};
 use crate::integrator::diffuser_source::light::{DiffuserLight, SensorLit};
 use crate::integrator::diffuser_source::visible_parts::reach;
-use crate::integrator::pass::Sharing;
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::radiosity::Solution;
@@ -50,8 +49,8 @@ pub struct TwoStage<const C: usize> {
     pub(super) connections: OpeningConnections,
     /// Coarse solution of the light that surfaces reflect; `None` where they reflect none.
     pub(super) reflected: Option<Arc<Solution<C>>>,
-    /// Rules by which sensors share their residuals, by grid; empty where surfaces reflect no light.
-    pub(super) sharing: Vec<Sharing>,
+    /// Variances by which the residuals of sensors are expected to differ, by grid; empty where they are not known.
+    pub(super) spreads: Vec<f64>,
     /// Sensors close to surfaces, which another method computes.
     pub(super) close: Option<CloseSensors<C>>,
     /// Matrix of the room, where daylight coefficients are requested.
@@ -79,7 +78,7 @@ impl<const C: usize> TwoStage<C> {
             counts,
             connections,
             reflected: coarse.map(|coarse| coarse.solution.clone()),
-            sharing: coarse.map_or_else(Vec::new, |coarse| coarse.sharing.clone()),
+            spreads: coarse.map_or_else(Vec::new, |coarse| coarse.spreads.clone()),
             close: None,
             room: None,
             shares: None,
@@ -185,8 +184,8 @@ impl<const C: usize> Integrator for TwoStage<C> {
         let nothing = |grid: &Grid| vec![0.0; if self.reflected.is_some() { grid.len() } else { 0 }];
         let grid = |(number, grid): (usize, &Grid)| {
             let companions = vec![GridPass::default(); self.room.as_ref().map_or(0, |room| room.columns(grid))];
-            let sharing = self.sharing.get(number).cloned().unwrap_or_default();
-            GridPass { residual: nothing(grid), sharing, companions, ..GridPass::default() }
+            let expected_spread = self.spreads.get(number).copied();
+            GridPass { residual: nothing(grid), expected_spread, companions, ..GridPass::default() }
         };
         Pass { grids: self.grids.iter().enumerate().map(grid).collect(), ..Pass::default() }
     }

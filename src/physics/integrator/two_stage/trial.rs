@@ -10,7 +10,6 @@ use super::settings::Settings;
 use super::straight::GridSensors;
 use crate::integrator::diffuser_source::closure_source::Beside;
 use crate::integrator::method::Task;
-use crate::integrator::pass::Sharing;
 use crate::sampling::Stream;
 use crate::scene::Grid;
 use crate::traceable::TraceableScene;
@@ -92,12 +91,11 @@ impl<const C: usize> TwoStage<C> {
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // all passes have the same light, because its variance does not depend on paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;
-        let expected = |sharing: &Sharing| sharing.expected_spread;
         let tried = |number: usize, sensor: usize| {
             let sensors = GridSensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
             let straight = method.connections.straight(scene, &light.lambertian, sensors, sensor);
             TrialValues {
-                expected_spread: method.sharing.get(number).and_then(expected).unwrap_or(f64::INFINITY),
+                expected_spread: method.spreads.get(number).copied().unwrap_or(f64::INFINITY),
                 hidden_sources: method.connections.hidden_sources(scene, number, sensor) as f64,
                 by_one_photon: straight.by_one_photon,
                 ..TrialValues::default()
