@@ -12,7 +12,8 @@ use skyduct::document::{DocumentErrors, FieldErrorCode, JobDocument, ValidJob, t
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::photon::emission::Emission;
 use skyduct::integrator::photon::energy_balance::PhotonTotals;
-use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
+use skyduct::integrator::photon::events::{Flight, Origin, Scattering, Visitor};
+use skyduct::integrator::photon::path::trace;
 use skyduct::integrator::sppm::Settings;
 use skyduct::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum, Specular, Surface};
 use skyduct::plan::EffectKind;

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::weight::{Edge, MisWeight};
 use crate::integrator::photon::emission::{EmittedPhoton, Start};
-use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
+use crate::integrator::photon::events::{Flight, Origin, Scattering, Visitor};
 use crate::optics::{Oriented, Scatter, Scatterer, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
 use crate::traceable::{SurfaceId, TraceableScene};

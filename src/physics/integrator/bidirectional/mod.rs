@@ -56,7 +56,8 @@ use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, R
 use crate::integrator::photon::chunks::{Chunks, Tally, concurrent_sums, fold_chunks};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::energy_balance::PhotonTotals;
-use crate::integrator::photon::path::{Flight, trace};
+use crate::integrator::photon::events::Flight;
+use crate::integrator::photon::path::trace;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};

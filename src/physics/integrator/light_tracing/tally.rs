@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::integrator::photon::connect::{Connection, SensorPlane};
 use crate::integrator::photon::emission::{EmittedPhoton, Start};
-use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
+use crate::integrator::photon::events::{Flight, Origin, Scattering, Visitor};
 use crate::optics::Spectrum;
 use crate::sampling::PathSamples;
 use crate::traceable::obstacles::Shadow;
@@ -162,7 +162,7 @@ impl SensorTally<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::photon::path::Lobe;
+    use crate::integrator::photon::events::Lobe;
     use crate::optics::reflection::Lobes;
     use crate::optics::{Oriented, Scatterer, Surface};
     use crate::sampling::Key;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::integrator::photon::path::Lobe;
+use crate::integrator::photon::events::Lobe;
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::obstacles::Shadow;
 

@@ -6,4 +6,5 @@ pub(crate) mod connect;
 pub mod descent;
 pub mod emission;
 pub mod energy_balance;
+pub mod events;
 pub mod path;

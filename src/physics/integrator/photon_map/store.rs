@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::grid::{LiesOn, Photon};
 use crate::integrator::photon::emission::{EmittedPhoton, Start};
-use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
+use crate::integrator::photon::events::{Flight, Origin, Scattering, Visitor};
 use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::PathSamples;
 use crate::scene::{EstimateKind, Grid};

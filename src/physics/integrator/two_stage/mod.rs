@@ -46,6 +46,7 @@ mod settings;
 mod starts;
 mod straight;
 mod trial;
+mod variances;
 
 pub use passes::TwoStage;
 pub use settings::Settings;

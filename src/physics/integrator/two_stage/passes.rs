@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::close::CloseSensors;
 use super::coarse::Coarse;
-use super::sample_counts::{SampleCounts, Share};
+use super::sample_counts::SampleCounts;
 use super::straight::{GridSensors, OpeningConnections, Straight, by_mirrors, of_luminaires};
+use super::variances::Share;
 use crate::guide::RayCount;
 use crate::integrator::backward;
 use crate::integrator::backward::pass::{Lux, Sampling, each, lifted};

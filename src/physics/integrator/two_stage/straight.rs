@@ -14,7 +14,7 @@ use std::ops::AddAssign;
 
 use glam::{DVec2, DVec3};
 
-use super::sample_counts::PASSES;
+use super::variances::PASSES;
 use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{luminaire_density, power_heuristic};
 use crate::integrator::backward::pass::lifted;

@@ -5,9 +5,10 @@ use std::sync::atomic::AtomicBool;
 
 use super::coarse::{Coarse, PHOTONS_DOWN_EACH, TRIED_PASSES, valued};
 use super::passes::TwoStage;
-use super::sample_counts::{PATHS, RelativeVariances, SampleCounts, Share, TrialValues};
+use super::sample_counts::{PATHS, SampleCounts};
 use super::settings::Settings;
 use super::straight::GridSensors;
+use super::variances::{RelativeVariances, Share, TrialValues};
 use crate::integrator::diffuser_source::closure_source::Beside;
 use crate::integrator::method::Task;
 use crate::sampling::Stream;
