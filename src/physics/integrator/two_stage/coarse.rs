@@ -17,11 +17,6 @@ pub const PHOTONS_DOWN_EACH: u64 = 64;
 /// Number of passes of the trial; the random numbers of the coarse solution follow theirs.
 pub const TRIED_PASSES: u64 = 4;
 
-/// Counts the sensors of some grids that have a value.
-pub fn valued(grids: &[Grid]) -> usize {
-    grids.iter().map(Grid::valued).sum()
-}
-
 /// Counts the pixels of some views.
 pub fn pixels(views: &[View]) -> usize {
     views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum()

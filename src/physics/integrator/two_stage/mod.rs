@@ -43,6 +43,7 @@ mod coarse;
 mod passes;
 mod sample_counts;
 mod settings;
+mod sizes;
 mod starts;
 mod straight;
 mod trial;
@@ -58,9 +59,9 @@ use crate::integrator::diffuser_source::closure_source::{
 use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Task, Trial};
 use crate::integrator::room_matrix::MatrixEstimator;
 use crate::integrator::trial::{Powers, TrialPasses};
-use crate::scene::Channels;
+use crate::scene::{Channels, Grid};
 use close::{CloseSensors, refuses_close};
-use coarse::{Coarse, pixels, valued};
+use coarse::{Coarse, pixels};
 use sample_counts::{PATHS, SampleCounts};
 use starts::starts;
 
@@ -149,21 +150,21 @@ impl<const C: usize> TwoStage<C> {
         let mut edge = EDGE * scene.enclosure.shortest_edge_m();
         let by = (seed, target);
         let mut coarse = Coarse::new((task, beside), &starts, edge, by);
-        let (mut counts, variances) = Self::counts((task, beside), settings, coarse.as_ref(), by);
+        let (mut sizes, variances) = Self::sizes((task, beside), settings, coarse.as_ref(), by);
         if let Some(Coarse { rays, .. }) = coarse {
-            let numbers = (valued(task.grids), pixels(task.views), scene.tubes.len());
-            let finer = counts.finer(target, variances, rays, numbers);
+            let sensors: Vec<usize> = task.grids.iter().map(Grid::valued).collect();
+            let finer = sizes.finer(target, &variances, rays, (&sensors, pixels(task.views)));
             if finer < WORTHWHILE {
                 edge *= finer;
                 coarse = Coarse::new((task, beside), &starts, edge, by);
-                (counts, _) = Self::counts((task, beside), settings, coarse.as_ref(), by);
+                (sizes, _) = Self::sizes((task, beside), settings, coarse.as_ref(), by);
             }
         }
-        let shares = Self::divided((task, beside), settings, coarse.as_ref(), by, &mut counts);
+        let shares = Self::divided((task, beside), settings, coarse.as_ref(), by, &mut sizes);
         let room = MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor, (seed, target));
         let close = CloseSensors::new((scene, beside), task.grids, seed, target);
         let outputs = (task.grids, task.views);
-        let made = Self::with_counts((scene, beside), outputs, (counts, target), coarse.as_ref(), seed);
+        let made = Self::with_sizes((scene, beside), outputs, (sizes, target), coarse.as_ref(), seed);
         Self { room, close, shares, ..made }
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::close::CloseSensors;
 use super::coarse::Coarse;
-use super::sample_counts::SampleCounts;
+use super::sizes::Sizes;
 use super::straight::{GridSensors, OpeningConnections, Straight, by_mirrors, of_luminaires};
 use super::variances::Share;
 use crate::guide::RayCount;
@@ -44,7 +44,7 @@ pub struct TwoStage<const C: usize> {
     pub(super) closures: ClosureSource<C>,
     pub(super) grids: Vec<Grid>,
     pub(super) views: Vec<View>,
-    pub(super) counts: SampleCounts,
+    pub(super) sizes: Sizes,
     /// Share of the paths that each sensor has, grid by grid; `None` where all have equally many.
     pub(super) shares: Option<Vec<Vec<Share>>>,
     pub(super) connections: OpeningConnections,
@@ -61,22 +61,22 @@ pub struct TwoStage<const C: usize> {
 
 impl<const C: usize> TwoStage<C> {
     /// Builds the method with given sizes, and divides the photons of a pass among sky and sun of the tubes.
-    pub(super) fn with_counts(
+    pub(super) fn with_sizes(
         (scene, beside): (&Arc<TraceableScene>, Beside),
         (grids, views): (&[Grid], &[View]),
-        (counts, target): (SampleCounts, f64),
+        (sizes, target): (Sizes, f64),
         coarse: Option<&Coarse<C>>,
         seed: u64,
     ) -> Self {
-        let closures = ClosureSource::new((scene, beside), grids, (counts.photons, target), seed);
+        let closures = ClosureSource::new((scene, beside), grids, (sizes.photons, target), seed);
         let seed = Key::new(seed);
-        let connections = OpeningConnections::new(scene, grids, counts.per_opening, seed);
+        let connections = OpeningConnections::new(scene, grids, &sizes.grids, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());
         Self {
             closures,
             grids,
             views,
-            counts,
+            sizes,
             connections,
             reflected: coarse.map(|coarse| coarse.solution.clone()),
             spreads: coarse.map_or_else(Vec::new, |coarse| coarse.spreads.clone()),
@@ -101,7 +101,8 @@ impl<const C: usize> TwoStage<C> {
             if grid.is_inside(sensor) {
                 return (Straight::default(), Lux::default(), RayCount::default());
             }
-            let counts = shares.map_or(self.counts, |shares| self.counts.of_sensor(shares[sensor]));
+            let counts = self.sizes.grids[sensors.number];
+            let counts = shares.map_or(counts, |shares| counts.of_sensor(shares[sensor]));
             let sampling = Sampling {
                 paths: counts.per_sensor,
                 beyond: self.reflected.is_some().then_some(counts.beyond),
@@ -209,7 +210,7 @@ impl<const C: usize> Integrator for TwoStage<C> {
         }
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);
-            let paths = self.counts.per_pixel;
+            let paths = self.sizes.per_pixel;
             let sampling = Sampling { paths, beyond: None, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS_SEEN };
             let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {
@@ -217,7 +218,7 @@ impl<const C: usize> Integrator for TwoStage<C> {
             }
             self.add_diffusers(&light, view, &mut luminance);
             result.totals.rays += rays;
-            let rays = vec![f64::from(self.counts.per_pixel)];
+            let rays = vec![f64::from(self.sizes.per_pixel)];
             result.views.push(ViewPass { luminance, rays, ..ViewPass::default() });
         }
         Some(result)

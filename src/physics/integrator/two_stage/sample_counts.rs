@@ -37,36 +37,17 @@ const GAIN_OF_CONNECTIONS: f64 = 1.5;
 const TIME_OF_CONNECTION: f64 = 0.5;
 
 /// Time of a path beyond its first surface, in that of a ray that ends there.
-const TIME_BEYOND: f64 = 6.0;
+pub const TIME_BEYOND: f64 = 6.0;
 
-/// Time of a trial of every sensor as a fraction of that of the passes, and its fewest and most passes: with fewer than the first the job
-/// is too short to gain by it.
-const SHARE_OF_TRIAL: f64 = 0.1;
-const TRIAL_PASSES: [f64; 2] = [4.0, 64.0];
-
-/// Rays of a coarse solution as a fraction of those of all passes of views.
-const SHARE_OF_PATCHES: f64 = 0.25;
-
-/// Time of a ray or connection of a coarse solution, in that of a sensor's ray that ends at the first surface.
-const TIME_OF_EXCHANGE: f64 = 1.5;
-
-/// Smallest factor by which edges of patches get shorter than at first, and the number of factors that are compared.
-const FINEST: f64 = 0.15;
-const FACTORS: u32 = 16;
-
-/// Numbers of photons, paths and connections of a pass.
+/// Numbers of paths and connections of the sensors of a grid in a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleCounts {
-    /// Number of photons down the tubes.
-    pub photons: u64,
     /// Number of paths from each sensor.
     pub per_sensor: u32,
     /// Number of these that continue beyond the first surface with a coarse solution.
     pub beyond: u32,
     /// Number of connections of a sensor to photons of an opening that something may hide.
     pub per_opening: u32,
-    /// Number of paths from each pixel.
-    pub per_pixel: u32,
 }
 
 impl SampleCounts {
@@ -85,28 +66,27 @@ impl SampleCounts {
     }
 
     /// Returns the number of connections to an opening that something may hide.
-    pub fn per_opening(target: f64) -> u32 {
+    fn per_opening(target: f64) -> u32 {
         PER_OPENING.of(target, 1.0).round() as u32
     }
 
-    /// Returns these sizes with the number of paths from each sensor that a document sets.
-    pub fn with_paths(self, per_sensor: u32) -> Self {
-        Self { per_sensor, beyond: per_sensor.div_ceil(PATHS_OF_ONE_BEYOND), ..self }
+    /// Returns the numbers for a relative standard error `target` with a number of paths from each sensor that the document sets.
+    pub fn with_paths(per_sensor: u32, target: f64) -> Self {
+        let beyond = per_sensor.div_ceil(PATHS_OF_ONE_BEYOND);
+        Self { per_sensor, beyond, per_opening: Self::per_opening(target) }
     }
 
-    /// Sizes of a small trial of how much sensors differ from pass to pass.
-    pub const TRIAL: Self = Self { photons: 0, per_sensor: 16, beyond: BEYOND_IN_TRIAL, per_opening: 4, per_pixel: 0 };
+    /// Returns the numbers in an average room.
+    pub fn usual(target: f64) -> Self {
+        Self::with_paths(PATHS.power_of_two(target) as u32, target)
+    }
+
+    /// Numbers of a small trial of how much sensors differ from pass to pass.
+    pub const TRIAL: Self = Self { per_sensor: 16, beyond: BEYOND_IN_TRIAL, per_opening: 4 };
 
     /// Returns the time of a pass of a sensor, in that of a ray that ends at the first surface.
-    fn time_of_sensor(self) -> f64 {
+    pub fn time_of_sensor(self) -> f64 {
         f64::from(self.per_sensor) + TIME_BEYOND * f64::from(self.beyond)
-    }
-
-    /// Returns the number of passes of a trial of every sensor; `None` where jobs with these sizes are too short for it.
-    pub fn trial_of_all(self) -> Option<u64> {
-        let [fewest, most] = TRIAL_PASSES;
-        let passes = SHARE_OF_TRIAL * PASSES * self.time_of_sensor() / Self::TRIAL.time_of_sensor();
-        (passes >= fewest).then_some(passes.min(most) as u64)
     }
 
     /// Returns the sizes for a sensor with this share of the paths.
@@ -117,40 +97,16 @@ impl SampleCounts {
         Self { per_sensor: of(self.per_sensor, share.gathering, FEWEST_PATHS).max(beyond), beyond, ..self }
     }
 
-    /// Returns the factor, at most 1, by which edges of patches should be shorter than those of a coarse solution that took `rays` rays, so
-    /// that a job with this number of sensors, pixels and tubes takes the least time: with the edges e the rays grow by e^-2, and the
-    /// expected spread of residuals falls by e^2. For pixels, and where no spread is known, the coarse solution has a fraction of the time.
-    pub fn finer(
-        self,
-        target: f64,
-        variances: Option<RelativeVariances>,
-        rays: f64,
-        (sensors, pixels, tubes): (usize, usize, usize),
-    ) -> f64 {
-        let known = variances.filter(|variances| variances.spread.is_finite());
-        let of_pixels = f64::from(self.per_pixel) * TIME_BEYOND * pixels as f64;
-        let of_sensors = if known.is_some() { 0.0 } else { self.time_of_sensor() * sensors as f64 };
-        let by_share = (rays / (SHARE_OF_PATCHES * PASSES * (of_pixels + of_sensors))).sqrt().clamp(FINEST, 1.0);
-        let Some(variances) = known else { return by_share };
-        let time = |finer: &f64| {
-            let squared = finer * finer;
-            let sizes = self.tried(
-                target,
-                RelativeVariances { spread: variances.spread * squared, ..variances },
-                (sensors, tubes),
-            );
-            TIME_OF_EXCHANGE * rays / squared + PASSES * sizes.time_of_sensor() * sensors as f64
-        };
-        let factors = (0..FACTORS).map(|step| libm::pow(FINEST, f64::from(step) / f64::from(FACTORS - 1)));
-        factors.min_by(|one, other| time(one).total_cmp(&time(other))).unwrap_or(1.0).min(by_share)
+    /// Returns the number of photons that the light of openings requires which boxes hide in part.
+    pub fn photons_for_hidden(target: f64, spread: RelativeVariances, tubes: usize) -> u64 {
+        power_of_two((spread.by_one_photon / part_of_variance(target, 1) * tubes as f64).min(MOST_PHOTONS))
     }
 
-    /// Returns these sizes with the paths, connections and photons that the spread of the tried sensors, some of `all` below this number of
-    /// `tubes`, requires: of all divisions of the squared error between gathered, residual and partly hidden light, the one that takes the
-    /// least time.
-    pub fn tried(self, target: f64, spread: RelativeVariances, (all, tubes): (usize, usize)) -> Self {
-        let variance = PASSES * SHARE_OF_PATHS * target * target;
-        let of = |part: u32| variance * f64::from(part) / f64::from(DIVISIONS);
+    /// Returns the numbers of paths and connections that the variances of the tried sensors, some of `all` of a grid, require: of all
+    /// divisions of the squared error between gathered, residual and partly hidden light, the one that takes the least time.
+    pub fn tried(target: f64, spread: RelativeVariances, all: usize) -> Self {
+        let of = |part: u32| part_of_variance(target, part);
+        let fewest_connections = f64::from(Self::per_opening(target));
         let divided = |[gathered, residual]: [u32; 2]| {
             let fewer = libm::pow(spread.gathered / of(gathered), 1.0 / GAIN_OF_EVEN);
             let beyond = spread.beyond / spread.noise_of_residual(of(residual), all);
@@ -163,7 +119,7 @@ impl SampleCounts {
                     f64::from(Self::TRIAL.per_opening) * fewer
                 }
             };
-            [paths, beyond, connections.clamp(f64::from(self.per_opening), MOST_PER_OPENING)]
+            [paths, beyond, connections.clamp(fewest_connections, MOST_PER_OPENING)]
         };
         let time = |[paths, beyond, connections]: &[f64; 3]| {
             paths + TIME_BEYOND * beyond + TIME_OF_CONNECTION * spread.hidden_sources * connections
@@ -174,19 +130,21 @@ impl SampleCounts {
         let least = all.min_by(|one, other| time(one).total_cmp(&time(other)));
         let [per_sensor, beyond, per_opening] =
             least.unwrap_or([FEWEST_PATHS, 1.0, PER_OPENING.fewest]).map(|number| number.round() as u32);
-        let photons = (spread.by_one_photon / of(1) * tubes as f64).min(MOST_PHOTONS);
-        Self { photons: self.photons.max(power_of_two(photons)), per_sensor, beyond, per_opening, ..self }
+        Self { per_sensor, beyond, per_opening }
     }
 }
 
 /// Number of parts into which the squared error is divided.
 const DIVISIONS: u32 = 16;
 
+/// Returns the relative variance that some parts of the squared error leave to one pass.
+fn part_of_variance(target: f64, parts: u32) -> f64 {
+    PASSES * SHARE_OF_PATHS * target * target * f64::from(parts) / f64::from(DIVISIONS)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const NONE: SampleCounts = SampleCounts { photons: 64, per_sensor: 1, beyond: 1, per_opening: 4, per_pixel: 1 };
 
     /// Checks values computed by hand: 4.8 (1 %)^2 may be divided; gathered light alone takes 15/16 of it, and (16/15)^(1/1.4) as many
     /// paths as were tried, which would be enough if it had all; half the error takes 4^(1/1.4) as many; a residual that many sensors share
@@ -201,30 +159,30 @@ mod tests {
             hidden_sources: 0.0,
             by_one_photon: 0.0,
         };
-        let tried = |target: f64, spread: RelativeVariances, all: usize| NONE.tried(target, spread, (all, 1));
+        let tried = SampleCounts::tried;
         assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [17, 45]);
-        assert_eq!(tried(0.1, spread, 81), SampleCounts { per_sensor: 4, beyond: 1, ..NONE });
+        assert_eq!(tried(0.1, spread, 81), SampleCounts { per_sensor: 4, beyond: 1, per_opening: 4 });
         let noisy = RelativeVariances { beyond: 0.1, ..spread };
         let [one, many] = [1, 10_000].map(|all| tried(0.02, noisy, all));
         assert!(one.beyond > 3 * many.beyond && one.per_sensor >= many.per_sensor, "{one:?} {many:?}");
-        assert_eq!(tried(1e-6, noisy, 1), SampleCounts { per_sensor: 1024, beyond: 1024, ..NONE });
+        assert_eq!(tried(1e-6, noisy, 1), SampleCounts { per_sensor: 1024, beyond: 1024, per_opening: 64 });
         // connections that cost nothing are many and leave the error to paths; dear ones are few
         let hidden = RelativeVariances { hidden: 4.8e-4, hidden_sources: 1e-9, ..spread };
         let [free, dear] =
             [hidden, RelativeVariances { hidden_sources: 40.0, ..hidden }].map(|spread| tried(0.005, spread, 81));
         assert!(free.per_opening > dear.per_opening && free.per_sensor < dear.per_sensor, "{free:?} {dear:?}");
         // by hand: a sixteenth of the error for what boxes hide in part
-        let many_photons = tried(0.01, RelativeVariances { by_one_photon: 4.8e-4 / 16.0 * 100.0, ..spread }, 81);
-        assert_eq!(many_photons, SampleCounts { photons: 128, ..tried(0.01, spread, 81) });
-        assert!(dear.per_opening >= 4 && tried(0.01, spread, 81).per_opening == 4);
+        let by_one_photon = 4.8e-4 / 16.0 * 100.0;
+        assert_eq!(SampleCounts::photons_for_hidden(0.01, RelativeVariances { by_one_photon, ..spread }, 1), 128);
+        assert!(dear.per_opening >= 16 && tried(0.01, spread, 81).per_opening == 8);
     }
 
     /// Checks two sensors by hand, and one without any share: each has a few paths, and of these one that continues.
     #[test]
     fn sensors_have_their_share() {
-        let counts = SampleCounts { per_sensor: 20, beyond: 10, ..NONE };
+        let counts = SampleCounts { per_sensor: 20, beyond: 10, per_opening: 4 };
         let of = |gathering: f64, beyond: f64| counts.of_sensor(Share { gathering, beyond });
-        assert_eq!(of(0.4, 1.6), SampleCounts { per_sensor: 16, beyond: 16, ..NONE });
-        assert_eq!(of(0.0, 0.0), SampleCounts { per_sensor: 4, beyond: 1, ..NONE });
+        assert_eq!(of(0.4, 1.6), SampleCounts { per_sensor: 16, beyond: 16, ..counts });
+        assert_eq!(of(0.0, 0.0), SampleCounts { per_sensor: 4, beyond: 1, ..counts });
     }
 }

@@ -14,6 +14,7 @@ use std::ops::AddAssign;
 
 use glam::{DVec2, DVec3};
 
+use super::sample_counts::SampleCounts;
 use super::variances::PASSES;
 use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{luminaire_density, power_heuristic};
@@ -52,8 +53,8 @@ impl AddAssign for Straight {
 pub struct OpeningConnections {
     /// Part of each opening that each sensor sees, grid by grid, and tube by tube.
     seen: Vec<Vec<VisiblePart>>,
-    /// Number of connections to an opening that something may hide.
-    per_opening: u32,
+    /// Number of connections to an opening that something may hide, by grid.
+    per_opening: Vec<u32>,
     seed: Key,
 }
 
@@ -73,7 +74,8 @@ pub struct GridSensors<'a> {
 
 impl OpeningConnections {
     /// Finds the openings that the sensors of the grids see whole, and those that they do not see at all.
-    pub fn new(scene: &TraceableScene, grids: &[Grid], per_opening: u32, seed: Key) -> Self {
+    pub fn new(scene: &TraceableScene, grids: &[Grid], counts: &[SampleCounts], seed: Key) -> Self {
+        let per_opening = counts.iter().map(|counts| counts.per_opening).collect();
         Self { seen: grids.iter().map(|grid| visible_parts(scene, grid)).collect(), per_opening, seed }
     }
 
@@ -120,7 +122,7 @@ impl OpeningConnections {
                 VisiblePart::InPart => {}
             }
             let start = PathRandom::new(key.child(tube as u64)).uniform();
-            let connections = self.per_opening;
+            let connections = self.per_opening[sensors.number];
             let fraction = 1.0 / f64::from(connections);
             let mut unhidden = 0.0;
             for connection in 0..connections {

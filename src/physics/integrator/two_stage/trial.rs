@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::coarse::{Coarse, PHOTONS_DOWN_EACH, TRIED_PASSES, valued};
+use super::coarse::{Coarse, PHOTONS_DOWN_EACH, TRIED_PASSES};
 use super::passes::TwoStage;
-use super::sample_counts::{PATHS, SampleCounts};
+use super::sample_counts::SampleCounts;
 use super::settings::Settings;
+use super::sizes::Sizes;
 use super::straight::GridSensors;
 use super::variances::{RelativeVariances, Share, TrialValues};
 use crate::integrator::diffuser_source::closure_source::Beside;
@@ -19,64 +20,67 @@ use crate::traceable::TraceableScene;
 const TRIED_SENSORS: usize = 36;
 
 impl<const C: usize> TwoStage<C> {
-    /// Chooses the sizes of a pass, by a small trial where the document does not set the number of paths.
-    pub(super) fn counts(
+    /// Chooses the sizes of a pass, by a small trial where the document does not set the number of paths; returns the variances that the
+    /// trial found in each grid, too.
+    pub(super) fn sizes(
         (task, beside): (&Task, Beside),
         settings: &Settings,
         coarse: Option<&Coarse<C>>,
         (seed, target): (u64, f64),
-    ) -> (SampleCounts, Option<RelativeVariances>) {
-        let scene = task.traceable;
-        let photons = SampleCounts::photons(target, task, beside);
-        let counts = SampleCounts {
-            photons: settings.photons_per_pass.unwrap_or(photons),
-            per_sensor: 1,
-            beyond: 1,
-            per_opening: SampleCounts::per_opening(target),
-            per_pixel: settings.samples_per_pixel,
+    ) -> (Sizes, Vec<Option<RelativeVariances>>) {
+        let untried = vec![None; task.grids.len()];
+        if settings.samples_per_sensor.is_some() {
+            return (Self::sized((task, beside), settings, target, &untried), untried);
+        }
+        let some: Vec<Grid> = task.grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
+        let values = Self::tried((task.traceable, beside), &some, coarse, (seed, target, TRIED_PASSES));
+        let variances = values.map_or(untried, |grids| grids.into_iter().map(RelativeVariances::of).collect());
+        (Self::sized((task, beside), settings, target, &variances), variances)
+    }
+
+    /// Returns the sizes of a pass that the variances of the sensors of each grid require, with the numbers that the document sets.
+    fn sized(
+        (task, beside): (&Task, Beside),
+        settings: &Settings,
+        target: f64,
+        variances: &[Option<RelativeVariances>],
+    ) -> Sizes {
+        let tubes = task.traceable.tubes.len();
+        let hidden = variances.iter().flatten().map(|of| SampleCounts::photons_for_hidden(target, *of, tubes));
+        let photons = hidden.fold(SampleCounts::photons(target, task, beside), u64::max);
+        let of_grid = |(variances, grid): (&Option<RelativeVariances>, &Grid)| match settings.samples_per_sensor {
+            Some(paths) => SampleCounts::with_paths(paths, target),
+            None => variances.map_or_else(
+                || SampleCounts::usual(target),
+                |variances| SampleCounts::tried(target, variances, grid.valued()),
+            ),
         };
-        match settings.samples_per_sensor {
-            Some(paths) => (counts.with_paths(paths), None),
-            None => {
-                let some: Vec<Grid> = task.grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
-                let values = Self::tried((scene, beside), &some, coarse, (seed, target, TRIED_PASSES));
-                let spread = values.and_then(|values| RelativeVariances::of(values.into_iter().flatten()));
-                let sized = spread.map_or_else(
-                    || counts.with_paths(PATHS.power_of_two(target) as u32),
-                    |spread| Self::sized(counts, task, settings, target, spread),
-                );
-                (sized, spread)
-            }
+        Sizes {
+            photons: settings.photons_per_pass.unwrap_or(photons),
+            grids: variances.iter().zip(task.grids).map(of_grid).collect(),
+            per_pixel: settings.samples_per_pixel,
         }
     }
 
-    /// Returns the sizes of a pass that the spread of tried sensors requires, with the number of photons that the document sets.
-    fn sized(
-        counts: SampleCounts,
-        task: &Task,
-        settings: &Settings,
-        target: f64,
-        spread: RelativeVariances,
-    ) -> SampleCounts {
-        let tried = counts.tried(target, spread, (valued(task.grids), task.traceable.tubes.len()));
-        SampleCounts { photons: settings.photons_per_pass.unwrap_or(tried.photons), ..tried }
-    }
-
-    /// Divides the paths of a long job among its sensors, by a trial of all of them; `None` where the document sets their number, and in
-    /// jobs that are too short to gain by it.
+    /// Divides the paths of a long job among the sensors of each grid, by a trial of all of them; `None` where the document sets their
+    /// number, and in jobs that are too short to gain by it.
     pub(super) fn divided(
         (task, beside): (&Task, Beside),
         settings: &Settings,
         coarse: Option<&Coarse<C>>,
         (seed, target): (u64, f64),
-        counts: &mut SampleCounts,
+        sizes: &mut Sizes,
     ) -> Option<Vec<Vec<Share>>> {
-        let passes = counts.trial_of_all().filter(|_| settings.samples_per_sensor.is_none())?;
+        let sensors: Vec<usize> = task.grids.iter().map(Grid::valued).collect();
+        let passes = sizes.trial_of_all(&sensors).filter(|_| settings.samples_per_sensor.is_none())?;
         let values = Self::tried((task.traceable, beside), task.grids, coarse, (seed, target, passes))?;
-        let (spread, shares) = RelativeVariances::of_shares(&values.concat())?;
-        *counts = Self::sized(*counts, task, settings, target, spread);
-        let mut shares = shares.into_iter();
-        Some(values.iter().map(|of_grid| shares.by_ref().take(of_grid.len()).collect()).collect())
+        let divided = values.iter().map(|of_grid| match RelativeVariances::of_shares(of_grid) {
+            Some((variances, shares)) => (Some(variances), shares),
+            None => (None, vec![Share::EQUAL; of_grid.len()]),
+        });
+        let (variances, shares): (Vec<_>, Vec<_>) = divided.unzip();
+        *sizes = Self::sized((task, beside), settings, target, &variances);
+        Some(shares)
     }
 
     /// Computes trial passes of the sensors of some grids; `None` without sensors.
@@ -87,8 +91,8 @@ impl<const C: usize> TwoStage<C> {
         (seed, target, passes): (u64, f64, u64),
     ) -> Option<Vec<Vec<TrialValues>>> {
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
-        let counts = SampleCounts { photons, ..SampleCounts::TRIAL };
-        let method = Self::with_counts((scene, beside), (grids, &[]), (counts, target), coarse, seed);
+        let sizes = Sizes { photons, grids: vec![SampleCounts::TRIAL; grids.len()], per_pixel: 0 };
+        let method = Self::with_sizes((scene, beside), (grids, &[]), (sizes, target), coarse, seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // all passes have the same light, because its variance does not depend on paths
         let light = method.lit(key(0), &AtomicBool::new(false))?;

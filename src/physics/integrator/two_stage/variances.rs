@@ -65,6 +65,11 @@ pub struct Share {
     pub beyond: f64,
 }
 
+impl Share {
+    /// Share of a sensor that has as many as others.
+    pub const EQUAL: Self = Self { gathering: 1.0, beyond: 1.0 };
+}
+
 /// Variances relative to the squared illuminance of a sensor: means over some sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeVariances {
@@ -102,10 +107,10 @@ impl RelativeVariances {
     }
 
     /// Computes the spread of sensors; `None` if none of them is lit.
-    pub fn of(sensors: impl Iterator<Item = TrialValues>) -> Option<Self> {
+    pub fn of(sensors: impl IntoIterator<Item = TrialValues>) -> Option<Self> {
         let [mut gathered, mut beyond, mut spread, mut hidden, mut hidden_sources, mut by_one_photon] =
             [Moments::default(); 6];
-        for tried in sensors.filter(|tried| tried.lux.mean > 0.0) {
+        for tried in sensors.into_iter().filter(|tried| tried.lux.mean > 0.0) {
             let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.lux.mean.powi(2);
             gathered.push(relative(tried.gathered));
             beyond.push(relative(tried.beyond) * f64::from(BEYOND_IN_TRIAL));
@@ -229,7 +234,7 @@ mod tests {
             hidden_sources: 3.0,
             by_one_photon: 2.0,
         };
-        assert_eq!(RelativeVariances::of([lit, dark].into_iter()).unwrap(), spread);
-        assert_eq!(RelativeVariances::of(std::iter::once(dark)), None);
+        assert_eq!(RelativeVariances::of([lit, dark]).unwrap(), spread);
+        assert_eq!(RelativeVariances::of([dark]), None);
     }
 }
