@@ -106,6 +106,22 @@ pub enum SheetPart {
     },
 }
 
+/// Cell of a table for a value that does not exist, or is not known.
+pub const NO_VALUE: &str = "–";
+
+impl SheetPart {
+    /// Creates a table without the columns that have a value in no row. Rows may be shorter than the head.
+    pub fn table(title: String, head: Vec<String>, mut rows: Vec<Vec<String>>) -> Self {
+        let has_value = |column: usize| rows.iter().filter_map(|row| row.get(column)).any(|cell| cell != NO_VALUE);
+        let kept: Vec<bool> = (0..head.len()).map(has_value).collect();
+        let keep = |cells: Vec<String>| {
+            cells.into_iter().zip(&kept).filter(|(_, kept)| **kept).map(|(cell, _)| cell).collect()
+        };
+        rows = rows.into_iter().map(keep).collect();
+        Self::Table { title, head: keep(head), rows }
+    }
+}
+
 impl Sheet {
     /// Draws the figures alone, side by side and equally high, below the title and its lines.
     pub fn overview(&self) -> Drawing {
@@ -318,6 +334,23 @@ mod tests {
             details: vec![SheetPart::Facts { title: "Simulated".to_owned(), facts: (0..facts).map(fact).collect() }],
             footer: "skyduct".to_owned(),
         }
+    }
+
+    #[test]
+    fn columns_without_a_value_are_left_out() {
+        let texts = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
+        let rows = vec![
+            texts(&["a", NO_VALUE, "1", NO_VALUE]),
+            texts(&["b", NO_VALUE, NO_VALUE, "2"]),
+            texts(&["and 3 more"]),
+        ];
+        let SheetPart::Table { head, rows, .. } =
+            SheetPart::table(String::new(), texts(&["grid", "target", "mean", "least"]), rows)
+        else {
+            panic!("no table")
+        };
+        assert_eq!(head, ["grid", "mean", "least"]);
+        assert_eq!(rows, [texts(&["a", "1", NO_VALUE]), texts(&["b", NO_VALUE, "2"]), texts(&["and 3 more"])]);
     }
 
     #[test]

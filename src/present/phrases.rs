@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use crate::figure::sheet::NO_VALUE;
 use crate::figure::ticks::{significant, with_error};
 
 /// Suffixes of field names that are units, each with its written form; a suffix stands before shorter ones with which it ends.
@@ -34,7 +35,7 @@ pub fn text(value: &Value) -> &str {
 
 /// Writes a value with half the width of its interval.
 pub fn with_interval(value: &Value, standard_error: &Value, coverage_factor: &Value) -> String {
-    let Some(value) = value.as_f64() else { return "–".to_owned() };
+    let Some(value) = value.as_f64() else { return NO_VALUE.to_owned() };
     let half = standard_error.as_f64().zip(coverage_factor.as_f64()).map(|(error, factor)| factor * error);
     half.filter(|half| *half > 0.0).map_or_else(|| significant(value, 4), |half| with_error(value, half))
 }
@@ -62,7 +63,7 @@ pub fn in_words(value: &Value) -> String {
         Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), number_in_words),
         Value::Bool(true) => "yes".to_owned(),
         Value::Bool(false) => "no".to_owned(),
-        Value::Null => "–".to_owned(),
+        Value::Null => NO_VALUE.to_owned(),
     }
 }
 

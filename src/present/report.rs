@@ -14,7 +14,7 @@ use crate::document::result::Verdict;
 use crate::document::result::annual::VerdictResult;
 use crate::engine::passes::RenderError;
 use crate::figure::plan_map::PlanMap;
-use crate::figure::sheet::{Sheet, SheetFigure, SheetPart};
+use crate::figure::sheet::{NO_VALUE, Sheet, SheetFigure, SheetPart};
 use crate::figure::ticks::{duration, short, significant};
 use crate::figure::view_picture;
 
@@ -74,7 +74,7 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
 }
 
 fn percent(share: &Value) -> String {
-    share.as_f64().map_or_else(|| "–".to_owned(), |share| format!("{} %", significant(100.0 * share, 3)))
+    share.as_f64().map_or_else(|| NO_VALUE.to_owned(), |share| format!("{} %", significant(100.0 * share, 3)))
 }
 
 /// Makes a table of the first rows, with the number of the others.
@@ -84,7 +84,7 @@ fn table(title: String, head: &[&str], rows: impl ExactSizeIterator<Item = Vec<S
     if more > 0 {
         rows.push(vec![format!("and {more} more")]);
     }
-    SheetPart::Table { title, head: head.iter().map(|name| (*name).to_owned()).collect(), rows }
+    SheetPart::table(title, head.iter().map(|name| (*name).to_owned()).collect(), rows)
 }
 
 fn grids(job: &Value) -> SheetPart {
@@ -94,13 +94,13 @@ fn grids(job: &Value) -> SheetPart {
             |name: &str| with_interval(&of[name], &of[format!("{name}_standard_error")], &of["coverage_factor"]);
         let factor = |name: &str| {
             let factor = of["daylight_factor_percent"][name].as_f64();
-            factor.map_or_else(|| "–".to_owned(), |factor| significant(factor, 3))
+            factor.map_or_else(|| NO_VALUE.to_owned(), |factor| significant(factor, 3))
         };
         let target = match Verdict::deserialize(&of["target"]["verdict"]) {
             Ok(Verdict::Met) => "met",
             Ok(Verdict::NotMet) => "not met",
             Ok(Verdict::Undecided) => "undecided",
-            Err(_) => "–",
+            Err(_) => NO_VALUE,
         };
         vec![
             text(&grid["name"]).to_owned(),

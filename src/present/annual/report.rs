@@ -71,7 +71,7 @@ impl JobYear {
             summary.site.name,
             short(summary.conventions.occupied_hours)
         );
-        SheetPart::Table { title, head: head.collect(), rows: summary.grids.iter().take(MOST_GRIDS).map(row).collect() }
+        SheetPart::table(title, head.collect(), summary.grids.iter().take(MOST_GRIDS).map(row).collect())
     }
 
     /// Makes the table of the criteria of standards and schemes for the first grid.
