@@ -119,8 +119,15 @@ export function yearFile(path) {
   return name.includes(".") ? name : "annual.json";
 }
 
-/** Links of a job's files. @param {Job} job */
-export function files(job) {
+/** The part of a report's address that asks for a verdict on a target, as the page gives it. @param {import("./goal.js").Goal} goal */
+const judgedBy = ({ lux, of }) => `?target_lux=${lux}&target_of=${of}`;
+
+/**
+ * Links of a job's files, in whose report the first grid is compared with a target, if given.
+ * @param {Job} job
+ * @param {import("./goal.js").Goal} [goal]
+ */
+export function files(job, goal) {
   const { links } = job;
   const grids = Object.entries(links.grid_files ?? {}).flatMap(([name, { csv, json, png, svg, pdf }]) => [
     [`${name}.csv`, csv],
@@ -139,7 +146,7 @@ export function files(job) {
     ...views,
     ["convergence.csv", links.convergence_csv],
     ["convergence.png", links.convergence_png],
-    ["report.pdf", links.report_pdf],
+    ["report.pdf", `${links.report_pdf}${goal ? judgedBy(goal) : ""}`],
     ...(links.scene ? [["scene.glb", links.scene]] : []),
     ...(links.surfaces ? [["surfaces.json", links.surfaces]] : []),
     ["job.json", links.self],
@@ -151,7 +158,7 @@ export function files(job) {
 
 /** The part of the page about taking it away. */
 export function take() {
-  const { answer, draft, code } = state;
+  const { answer, draft, code, goal } = state;
   const button = (/** @type {"curl" | "Python"} */ language) =>
     html`<button type="button" aria-pressed=${code === language}
       @click=${() => set({ code: code === language ? null : language })}>${language}</button>`;
@@ -159,8 +166,8 @@ export function take() {
   return html`<h2>Take it away</h2>
     ${
       answer && state.current && !answer.stored
-        ? html`<p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files(answer.job)}<a
-      href=${`/jobs/${answer.job.id}`}>page of this job</a><a href=${answer.job.links.report}>report</a></p>`
+        ? html`<p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files(answer.job, goal)}<a
+      href=${`/jobs/${answer.job.id}`}>page of this job</a><a href=${`${answer.job.links.report}${judgedBy(goal)}`}>report</a></p>`
         : html`<p class="note">Files are there once the result is.</p>`
     }
     <div class="group"><button type="button"

@@ -42,7 +42,7 @@ pub async fn figure(
     let (name, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &FORMATS)));
     let format = format.of_figure(query.density()?).unwrap_or(FigureFormat::Svg);
     let drawn = match name {
-        OVERVIEW => sheet(&app, id, move |sheet| format.write(&sheet.overview())).await?,
+        OVERVIEW => sheet(&app, id, None, move |sheet| format.write(&sheet.overview())).await?,
         name => of_site(&app, id, name, format).await?,
     };
     let answer = content::made(&headers, drawn, format.media_type())?;

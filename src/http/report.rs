@@ -1,31 +1,71 @@
 //! Report on a job that prints well, as a page and as PDF.
 
+use axum::extract::RawQuery;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
+use serde::Deserialize;
 use serde_json::{Value, json};
+use utoipa::IntoParams;
 use uuid::Uuid;
 
+use crate::document::limits::TARGET_LUX;
 use crate::figure::FigureFormat;
 use crate::figure::pdf::pdf as pages;
 use crate::figure::sheet::{Sheet, SheetPart, Tone};
 use crate::figure::svg::escaped;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format};
-use crate::http::problem::{Path, Problem};
+use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::{grid_names, kept_of_year, read};
 use crate::http::{App, Service};
 use crate::output::OutputError;
 use crate::present::outputs::Output;
 use crate::present::report;
+use crate::present::target::{TargetPart, WantedTarget};
 use crate::queue::store::Job;
 
 /// Content security policy of the page: its style and its figures come from this service, and nothing runs.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; img-src 'self'; frame-ancestors 'none'; \
     base-uri 'none'; form-action 'none'";
 
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct TargetQuery {
+    /// Illuminance in lux with which the first grid is compared, in place of the `target_lux` of its document. Not for jobs with `annual`.
+    #[param(exclusive_minimum = 0, maximum = 1_000_000)]
+    target_lux: Option<f64>,
+    /// Part of the grid that should have `target_lux`: the mean, which is meant when absent, half of the area, or 95 % of it.
+    #[param(inline)]
+    target_of: Option<TargetPart>,
+}
+
+impl TargetQuery {
+    /// Returns the target that is asked for.
+    fn wanted(&self) -> Result<Option<WantedTarget>, Problem> {
+        let Some(lux) = self.target_lux else {
+            return match self.target_of {
+                Some(_) => Err(Problem::invalid_parameter("target_of", "is allowed only with target_lux")),
+                None => Ok(None),
+            };
+        };
+        if !TARGET_LUX.contains(lux) {
+            return Err(Problem::invalid_parameter("target_lux", format!("must be {TARGET_LUX}, but is {lux}")));
+        }
+        Ok(Some(WantedTarget { lux, part: self.target_of.unwrap_or_default() }))
+    }
+}
+
 /// Answers `/jobs/ID/report` with the report as a page.
-pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    let html = sheet(&app, id, move |sheet| Ok(html(&sheet, id))).await?;
+pub async fn page(
+    app: App,
+    Path(id): Path<Uuid>,
+    Query(query): Query<TargetQuery>,
+    RawQuery(written): RawQuery,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let written = written.map_or_else(String::new, |written| format!("?{written}"));
+    let html = sheet(&app, id, query.wanted()?, move |sheet| Ok(html(&sheet, id, &written))).await?;
     let mut response = content::made(&headers, html, "text/html; charset=utf-8")?;
     let policy = HeaderValue::from_static(CONTENT_SECURITY_POLICY);
     response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, policy);
@@ -34,23 +74,37 @@ pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<
 
 /// Returns the report on a job on two sheets of A4: the results in sentences, the map and the inputs; then fluxes, method and its reason,
 /// effects, warnings, and the program that made it.
-#[utoipa::path(get, path = "/v1/jobs/{id}/report.pdf", operation_id = "get_report_pdf", tag = "results", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/v1/jobs/{id}/report.pdf", operation_id = "get_report_pdf", tag = "results", params(("id" = Uuid, Path), TargetQuery),
     responses(
         (status = 200, description = "The report", body = inline(Binary), content_type = "application/pdf"),
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
+        (status = 422, description = "A parameter is not valid"),
         (status = 404, description = "No such job")))]
-pub async fn pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    let written = sheet(&app, id, |sheet| pages(&sheet.draw())).await?;
+pub async fn pdf(
+    app: App,
+    Path(id): Path<Uuid>,
+    Query(query): Query<TargetQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let written = sheet(&app, id, query.wanted()?, |sheet| pages(&sheet.draw())).await?;
     Ok(formats::named(content::made(&headers, written, FigureFormat::Pdf.media_type())?, report::REPORT))
 }
 
-/// Makes the report on a job from everything computed so far, and runs `write` on it.
+/// Makes the report on a job from everything computed so far, its first grid compared with `wanted`, and runs `write` on it.
 pub(super) async fn sheet<T: Send + 'static>(
     app: &Service,
     id: Uuid,
+    wanted: Option<WantedTarget>,
     write: impl FnOnce(Sheet) -> Result<T, OutputError> + Send + 'static,
 ) -> Result<T, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let has_grid = job.document["grids"][0].is_object() && !job.document["annual"].is_object();
+    if wanted.is_some() && !has_grid {
+        return Err(Problem::invalid_parameter(
+            "target_lux",
+            "is allowed only for jobs with a grid and without a year",
+        ));
+    }
     let first = |outputs: &str| job.document[outputs][0]["name"].as_str().map(str::to_owned);
     let grid = first("grids").map(|name| Output::Grid(name, Format::Json));
     let view = first("views").map(|name| Output::View(name, Format::Png));
@@ -61,7 +115,7 @@ pub(super) async fn sheet<T: Send + 'static>(
     let made = read(app, id, kept, move |results, job| {
         let job = answered(job);
         let footer = format!("{} · job {id}", results.subject().origin);
-        Ok(write(report::report(results, &job, footer)?)?)
+        Ok(write(report::report(results, &job, wanted, footer)?)?)
     });
     made.await
 }
@@ -76,7 +130,8 @@ fn answered(job: Job) -> Value {
     fields
 }
 
-fn html(sheet: &Sheet, id: Uuid) -> String {
+/// Writes the report on a job as a page; `query` is that of the page, with its question mark.
+fn html(sheet: &Sheet, id: Uuid, query: &str) -> String {
     let title = escaped(&sheet.title);
     let lines = sheet.lines.iter().filter(|line| !line.is_empty());
     let lines: String = lines.map(|line| format!("<p>{}</p>\n", escaped(line))).collect();
@@ -95,14 +150,14 @@ fn html(sheet: &Sheet, id: Uuid) -> String {
     };
     let sentences: String = sheet.sentences.iter().map(sentence).collect();
     let [parts, details] = [&sheet.parts, &sheet.details].map(|parts| parts.iter().map(part).collect::<String>());
-    let footer = escaped(&sheet.footer);
+    let [footer, query] = [&sheet.footer, query].map(escaped);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}, report</title>\n\
          <link rel=\"icon\" href=\"/web/icon.svg\" type=\"image/svg+xml\">\n\
          <link rel=\"stylesheet\" href=\"/web/report.css\">\n</head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n{lines}\
-         <nav><a href=\"/jobs/{id}\">the job</a> <a href=\"/v1/jobs/{id}/report.pdf\">PDF</a></nav>\n</header>\n\
+         <nav><a href=\"/jobs/{id}\">the job</a> <a href=\"/v1/jobs/{id}/report.pdf{query}\">PDF</a></nav>\n</header>\n\
          {sentences}<div class=\"figures\">\n{figures}</div>\n{parts}<div class=\"details\">\n{details}</div>\n<footer><p>{footer}</p></footer>\n</main>\n</body>\n</html>\n"
     )
 }
@@ -156,9 +211,10 @@ mod tests {
             details: Vec::new(),
             footer: String::new(),
         };
-        let html = html(&sheet, Uuid::nil());
+        let html = html(&sheet, Uuid::nil(), "?a=1&b=\"");
         assert!(!html.contains("<script") && !html.contains("<b>"), "{html}");
         assert!(html.contains("<p class=\"sentence bad\">5 &lt; 6</p>"), "{html}");
+        assert!(html.contains("report.pdf?a=1&amp;b=&quot;\">PDF"), "{html}");
         assert!(html.contains("<p>a &amp; b</p>") && html.contains("<dd>&quot;&gt;&lt;b&gt;</dd>"), "{html}");
     }
 }

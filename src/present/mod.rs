@@ -21,6 +21,7 @@ pub(crate) mod sentences;
 pub(crate) mod site_figure;
 pub(crate) mod subject;
 pub(crate) mod summary;
+pub(crate) mod target;
 pub(crate) mod tube_figure;
 pub(crate) mod tube_flux;
 pub(crate) mod tube_performance;

@@ -9,6 +9,7 @@ use super::phrases::{in_words, list, quantity, text, with_interval};
 use super::reader::{ResultReader, failed};
 use super::sentences::sentences;
 use super::site_figure::longer_section;
+use super::target::{JudgedTarget, WantedTarget};
 use super::verdict_words::verdict_in_words;
 use crate::document::result::Verdict;
 use crate::document::result::annual::VerdictResult;
@@ -33,10 +34,16 @@ const MOST_ROWS: usize = 8;
 /// Makes the report on a job with the first of its grids and views, as far as they are computed.
 ///
 /// `job` is the job as the service returns it (document, plan, warnings, `stopped_by`, and the results as far as they are known), `footer`
-/// names the program that made the report.
-pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result<Sheet, RenderError> {
+/// names the program that made the report. The first grid is compared with `wanted`, if given, in place of its document's target.
+pub fn report(
+    results: &dyn ResultReader,
+    job: &Value,
+    wanted: Option<WantedTarget>,
+    footer: String,
+) -> Result<Sheet, RenderError> {
     let (subject, document) = (results.subject(), &job["document"]);
     let mut figures = Vec::new();
+    let mut targets = targets(job);
     let year = results.year()?;
     let [grid, view] = ["grids", "views"].map(|outputs| document[outputs][0]["name"].as_str());
     let mut of_year = year.iter().flat_map(|year| year.report_figures(subject));
@@ -47,6 +54,9 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
         let map = plan_map(subject, &grid, GridWishes::default());
         let drawing = PlanMap { heading, ..map }.draw().map_err(|error| failed(REPORT, error))?;
         figures.push(SheetFigure { name: format!("grids/{}", grid.name), drawing });
+        if let (Some(wanted), Some(target)) = (wanted, targets.first_mut()) {
+            *target = Some(JudgedTarget::of_reader(wanted, &grid, daylight_alone(job)));
+        }
     }
     if let Some((section, drawing)) = longer_section(subject, job) {
         figures.push(SheetFigure { name: format!("figures/{}", section.name()), drawing });
@@ -61,9 +71,13 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
     Ok(Sheet {
         title: subject.name().to_owned(),
         lines: vec![year.as_ref().map_or_else(|| subject.circumstances(), |year| year.circumstances())],
-        sentences: year.as_ref().map_or_else(|| sentences(job), |year| year.sentences()),
+        sentences: year.as_ref().map_or_else(|| sentences(job, &targets), |year| year.sentences()),
         figures,
-        parts: year.iter().map(|year| year.metrics_table()).chain([grids(job), inputs(subject, job)]).collect(),
+        parts: year
+            .iter()
+            .map(|year| year.metrics_table())
+            .chain([grids(job, &targets), inputs(subject, job)])
+            .collect(),
         details: year
             .iter()
             .map(|year| year.criteria_table())
@@ -71,6 +85,18 @@ pub fn report(results: &dyn ResultReader, job: &Value, footer: String) -> Result
             .collect(),
         footer,
     })
+}
+
+/// Compares each grid of a job with the target of its document.
+fn targets(job: &Value) -> Vec<Option<JudgedTarget>> {
+    list(&job["grids"]).iter().map(|grid| JudgedTarget::of_document(&grid["statistics"])).collect()
+}
+
+/// Returns the unobstructed horizontal illuminance in lux if the room has no other light.
+fn daylight_alone(job: &Value) -> Option<f64> {
+    let outdoors = &job["external_horizontal_illuminance_lux"];
+    let lux = outdoors["sky"].as_f64()? + outdoors["sun"].as_f64()?;
+    (lux > 0.0 && list(&job["document"]["room"]["luminaires"]).is_empty()).then_some(lux)
 }
 
 fn percent(share: &Value) -> String {
@@ -87,20 +113,14 @@ fn table(title: String, head: &[&str], rows: impl ExactSizeIterator<Item = Vec<S
     SheetPart::table(title, head.iter().map(|name| (*name).to_owned()).collect(), rows)
 }
 
-fn grids(job: &Value) -> SheetPart {
-    let rows = list(&job["grids"]).iter().map(|grid| {
+fn grids(job: &Value, targets: &[Option<JudgedTarget>]) -> SheetPart {
+    let rows = list(&job["grids"]).iter().zip(targets).map(|(grid, target)| {
         let of = &grid["statistics"];
         let of_name =
             |name: &str| with_interval(&of[name], &of[format!("{name}_standard_error")], &of["coverage_factor"]);
         let factor = |name: &str| {
             let factor = of["daylight_factor_percent"][name].as_f64();
             factor.map_or_else(|| NO_VALUE.to_owned(), |factor| significant(factor, 3))
-        };
-        let target = match Verdict::deserialize(&of["target"]["verdict"]) {
-            Ok(Verdict::Met) => "met",
-            Ok(Verdict::NotMet) => "not met",
-            Ok(Verdict::Undecided) => "undecided",
-            Err(_) => NO_VALUE,
         };
         vec![
             text(&grid["name"]).to_owned(),
@@ -110,15 +130,22 @@ fn grids(job: &Value) -> SheetPart {
             of_name("max_lux"),
             of_name("uniformity"),
             factor("mean"),
-            of["target"]["lux"]
-                .as_f64()
-                .map_or_else(|| target.to_owned(), |lux| format!("{} lx: {target}", short(lux))),
+            target.map_or_else(|| NO_VALUE.to_owned(), target_in_words),
         ]
     });
     let head =
         ["grid", "mean, lx", "median, lx", "minimum, lx", "maximum, lx", "uniformity", "daylight factor, %", "target"];
     let sky = if job["document"]["annual"].is_object() { " below an overcast sky of 10 000 lx" } else { "" };
     table(format!("Illuminance{sky}; ± is the half-width of the 95 % confidence interval"), &head, rows)
+}
+
+fn target_in_words(JudgedTarget { part, result }: JudgedTarget) -> String {
+    let verdict = match result.verdict {
+        Verdict::Met => "met",
+        Verdict::NotMet => "not met",
+        Verdict::Undecided => "undecided",
+    };
+    format!("{} lx{}: {verdict}", short(result.lux), part.in_words())
 }
 
 /// Makes the table of the criteria that name the moment of the job.
@@ -268,7 +295,7 @@ mod tests {
             year: None,
             years: None,
         };
-        let sheet = report(&nothing, &job, "skyduct".to_owned()).unwrap();
+        let sheet = report(&nothing, &job, None, "skyduct".to_owned()).unwrap();
         let said: Vec<String> = sheet
             .parts
             .iter()

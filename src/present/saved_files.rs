@@ -135,7 +135,7 @@ impl Saved<'_> {
             },
             Part::Convergence => convergence_files(subject, self.passes, figures.formats())?,
             Part::Report => {
-                let sheet = report(&self.reader, self.results, self.reader.subject().origin.clone())?;
+                let sheet = report(&self.reader, self.results, None, self.reader.subject().origin.clone())?;
                 let mut files = drawn(OVERVIEW, &sheet.overview(), figures)?;
                 if figures.has_report() {
                     let pdf = pdf(&sheet.draw());

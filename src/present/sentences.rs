@@ -1,31 +1,31 @@
 //! Sentences of a report: what the light in the room is, and whether it is enough.
 
-use serde::Deserialize;
 use serde_json::Value;
 
 use super::phrases::{list, text, with_interval};
-use crate::document::result::{TargetResult, Verdict};
+use super::target::{JudgedTarget, TargetPart};
+use crate::document::result::Verdict;
 use crate::figure::sheet::Tone;
 use crate::figure::ticks::{fixed, short, significant};
 
 /// Largest number of grids that have a sentence.
 const MOST: usize = 3;
 
-/// Returns a sentence for each of the first grids of a job, which is given as the service returns it.
-pub fn sentences(job: &Value) -> Vec<(Tone, String)> {
+/// Returns a sentence for each of the first grids of a job, which is given as the service returns it; `targets` are those of its grids.
+pub fn sentences(job: &Value, targets: &[Option<JudgedTarget>]) -> Vec<(Tone, String)> {
     let outdoors = &job["external_horizontal_illuminance_lux"];
     let outdoors = outdoors["sky"].as_f64().zip(outdoors["sun"].as_f64()).map(|(sky, sun)| sky + sun);
-    let of_grid = |grid: &Value| {
+    let of_grid = |(grid, target): (&Value, &Option<JudgedTarget>)| {
         let of = &grid["statistics"];
         let place = place(&job["document"], text(&grid["name"]));
         let mean = with_interval(&of["mean_lux"], &of["mean_lux_standard_error"], &of["coverage_factor"]);
         let mean = format!("{mean} lx{}", if mean.contains('±') { " (95 % interval)" } else { "" });
-        match TargetResult::deserialize(&of["target"]) {
-            Ok(target) => on_target(&target, &place, &mean, outdoors),
-            Err(_) => (Tone::Plain, without_target(of, &place, &mean)),
+        match target {
+            Some(target) => on_target(target, &place, &mean, outdoors),
+            None => (Tone::Plain, without_target(of, &place, &mean)),
         }
     };
-    list(&job["grids"]).iter().take(MOST).map(of_grid).collect()
+    list(&job["grids"]).iter().zip(targets).take(MOST).map(of_grid).collect()
 }
 
 /// Describes a grid by its name and its height above the floor.
@@ -37,25 +37,30 @@ fn place(document: &Value, name: &str) -> String {
     }
 }
 
-fn on_target(target: &TargetResult, place: &str, mean: &str, outdoors: Option<f64>) -> (Tone, String) {
-    let lux = short(target.lux);
+fn on_target(target: &JudgedTarget, place: &str, mean: &str, outdoors: Option<f64>) -> (Tone, String) {
+    let JudgedTarget { part: of, result: target } = target;
+    let (lux, part) = (short(target.lux), of.in_words());
     let area = match target.area_percent {
         0.0 => "no part".to_owned(),
         100.0 => "all".to_owned(),
         percent => format!("{} %", fixed(percent.clamp(1.0, 99.0), 0)),
     };
-    let found = format!("the mean at {place} is {mean}, and {area} of the area has {lux} lx");
+    let (mean, area) = (format!("the mean at {place} is {mean}"), format!("{area} of the area has {lux} lx"));
+    let found = match of {
+        TargetPart::Mean => format!("{mean}, and {area}"),
+        TargetPart::Half | TargetPart::Most => format!("{area}, and {mean}"),
+    };
     match target.verdict {
-        Verdict::Met => (Tone::Good, format!("The target of {lux} lx is met: {found}.")),
+        Verdict::Met => (Tone::Good, format!("The target of {lux} lx{part} is met: {found}.")),
         Verdict::NotMet => {
             let needed = target.external_lux.zip(outdoors).map(|(needed, outdoors)| {
                 let [needed, outdoors] = [needed, outdoors].map(|lux| significant(lux, 3));
                 format!(" It would take {needed} lx outdoors, in place of {outdoors} lx.")
             });
-            (Tone::Bad, format!("The target of {lux} lx is not met: {found}.{}", needed.unwrap_or_default()))
+            (Tone::Bad, format!("The target of {lux} lx{part} is not met: {found}.{}", needed.unwrap_or_default()))
         }
         Verdict::Undecided => {
-            let text = format!("Whether the target of {lux} lx is met is not decided at this accuracy: {found}.");
+            let text = format!("Whether the target of {lux} lx{part} is met is not decided at this accuracy: {found}.");
             (Tone::Plain, text)
         }
     }
@@ -77,6 +82,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::document::result::TargetResult;
 
     fn said(statistics: Value) -> (Tone, String) {
         let job = json!({
@@ -84,7 +90,8 @@ mod tests {
             "external_horizontal_illuminance_lux": { "sky": 9000.0, "sun": 1000.0 },
             "grids": [{ "name": "desk", "statistics": statistics }]
         });
-        sentences(&job).remove(0)
+        let target = JudgedTarget::of_document(&job["grids"][0]["statistics"]);
+        sentences(&job, &[target]).remove(0)
     }
 
     #[test]
@@ -104,6 +111,15 @@ mod tests {
             (Tone::Bad, format!("The target of 150 lx is not met: {found} no part of the area has 150 lx."))
         );
         assert_eq!(of("undecided", 50.0).0, Tone::Plain);
+    }
+
+    #[test]
+    fn a_target_of_a_part_of_the_area_tells_the_area_first() {
+        let job = json!({ "document": {}, "grids": [{ "name": "desk", "statistics": { "mean_lux": 200.0 } }] });
+        let result = TargetResult { lux: 150.0, verdict: Verdict::Met, area_percent: 61.6, external_lux: None };
+        let said = sentences(&job, &[Some(JudgedTarget { part: TargetPart::Half, result })]);
+        let words = "The target of 150 lx on half of the area is met: 62 % of the area has 150 lx, and the mean at desk is 200.0 lx.";
+        assert_eq!(said, [(Tone::Good, words.to_owned())]);
     }
 
     #[test]

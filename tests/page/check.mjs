@@ -305,6 +305,11 @@ async function shares(visitor) {
     assert.equal(status, 0, stderr);
     assert.match(stdout, language === "Python" ? /^workplane [\d.]+ lx/ : /"grid_results":\{"workplane"/);
   }
+  // the report judges the target of the page
+  const reported = await page.locator(".take").getByRole("link", { name: "report", exact: true }).getAttribute("href");
+  const goal = await page.evaluate(() => seen.goal);
+  const report = await (await fetch(visitor.url + reported)).text();
+  assert.match(report, new RegExp(`<p class="sentence \\w+">(The|Whether the) target of ${goal.lux} lx[^:]* is `));
   await page.getByRole("button", { name: "Jobs" }).click();
   await page.locator(".jobs tbody tr").first().waitFor();
   await visitor.looksAsIn(shot("editor-wide-light"));

@@ -33,17 +33,27 @@ pub enum Verdict {
     Undecided,
 }
 
+impl Verdict {
+    /// Compares an interval of 95 %, from its lower to its upper end, with the `least` value that is asked for, in the same unit.
+    pub fn of_interval([from, to]: [f64; 2], least: f64) -> Self {
+        if from >= least {
+            Self::Met
+        } else if to < least {
+            Self::NotMet
+        } else {
+            Self::Undecided
+        }
+    }
+}
+
 impl TargetResult {
     /// Compares a grid of this `mean` with its target in lux. `external_lux` is the unobstructed horizontal illuminance, where it alone
     /// lights the room.
     pub fn new(lux: f64, estimate: &GridEstimate, mean: Statistic, external_lux: Option<f64>) -> Self {
         let passes = estimate.sensors.first().map_or(0.0, |sensor| sensor.count);
         let half = coverage_factor(passes, estimate.numerical).map(|factor| factor * mean.standard_error);
-        let verdict = match half.filter(|half| half.is_finite()) {
-            Some(half) if mean.value - half >= lux => Verdict::Met,
-            Some(half) if mean.value + half < lux => Verdict::NotMet,
-            _ => Verdict::Undecided,
-        };
+        let half = half.filter(|half| half.is_finite()).unwrap_or(f64::INFINITY);
+        let verdict = Verdict::of_interval([mean.value - half, mean.value + half], lux);
         let external_lux = external_lux.and_then(|external| finite(external * lux / mean.value));
         Self { lux, verdict, area_percent: percent_at_least(estimate, lux), external_lux }
     }

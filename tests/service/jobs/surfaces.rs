@@ -54,6 +54,23 @@ async fn faces_absorb_the_flux_and_targets_have_verdicts() {
     assert_eq!((&target["verdict"], number(&target["area_percent"])), (&json!("not_met"), 0.0));
     let report = service.get(job["links"]["report"].as_str().unwrap()).send().await.unwrap().text().await.unwrap();
     assert!(report.contains("<p class=\"sentence bad\">The target of 90\u{a0}000 lx is not met"), "{report}");
+    let path_of_report = job["links"]["report"].as_str().unwrap();
+    let report = service
+        .get(&format!("{path_of_report}?target_lux=1&target_of=most"))
+        .send()
+        .await
+        .unwrap()
+        .text()
+        .await
+        .unwrap();
+    assert!(
+        report.contains("<p class=\"sentence good\">The target of 1 lx on 95 % of the area is met: all of the area"),
+        "{report}"
+    );
+    assert!(report.contains(&format!("{path}/report.pdf?target_lux=1&amp;target_of=most")), "{report}");
+    for query in ["target_lux=0", "target_of=half", "target_lux=1&target_of=all"] {
+        problem(service.get(&format!("{path}/report.pdf?{query}")).send().await.unwrap(), 422).await;
+    }
 
     let table = service.get(&format!("{path}/grids/workplane.csv?decimal=comma")).send().await.unwrap();
     let table = table.text().await.unwrap();
