@@ -8,6 +8,7 @@ mod ahead;
 mod artifacts;
 pub(crate) mod backup;
 mod change;
+mod chunk_end;
 mod commit;
 mod equal;
 mod guard;
@@ -33,6 +34,7 @@ use std::time::Duration;
 use sqlx::sqlite::{SqliteAutoVacuum, SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 use sqlx::{AssertSqlSafe, ConnectOptions, Connection, Executor, Sqlite, SqlitePool, Transaction};
 use tokio::sync::broadcast;
+use uuid::Uuid;
 
 use self::guard::{check_names, check_version, lock};
 use self::log::Log;
@@ -42,6 +44,7 @@ use crate::queue::durability::Durability;
 use crate::queue::file_lock::FileLock;
 use crate::queue::owner::Owner;
 use crate::queue::store::*;
+use crate::queue::to_its_end::to_its_end;
 
 /// Number of changes kept for a slow listener; one that is further behind gets an error and reads the store instead.
 const CHANGES_KEPT: usize = 1024;
@@ -123,6 +126,18 @@ impl SqliteStore {
         let changes = broadcast::channel(CHANGES_KEPT).0;
         let lock = Arc::new(Mutex::new(Some(lock)));
         Ok(Self { owner: None, writer, readers, log, changes, lock, most_pages: Arc::default() })
+    }
+
+    /// Commits a buffered write of a job, which readers of the job see once it is durable.
+    async fn commit_held(&self, tx: Transaction<'static, Sqlite>, job: Uuid) -> Result<(), StoreError> {
+        let log = self.log.clone();
+        let commit = async move {
+            let commit = log.hold(job);
+            let committed = tx.commit().await.map_err(store_error);
+            log.committed(job, commit);
+            committed
+        };
+        to_its_end(commit).await
     }
 
     /// Begins a transaction that takes the write lock at once, so that no other write comes between a read and the write that

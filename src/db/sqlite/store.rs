@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use serde_json::Value;
-use sqlx::{Sqlite, Transaction};
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
@@ -16,56 +15,11 @@ use crate::engine::progress::PassReport;
 use crate::queue::durability::Durability;
 use crate::queue::owner::Owner;
 use crate::queue::store::*;
-use crate::queue::to_its_end::to_its_end;
 
 /// Statement by which a deletion gives up to 1024 free pages (4 kB each) back to the disk; later deletions give back the rest.
 const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";
 
 impl SqliteStore {
-    /// Ends a chunk, and claims another one for the same owner in the same transaction if `next` is given.
-    async fn end_chunk(
-        &self,
-        lease: &Lease,
-        reports: &[Report],
-        completion: &Completion,
-        next: Option<(Duration, Turn)>,
-    ) -> Result<(Committed, Option<Lease>), StoreError> {
-        let mut tx = self.begin(Durability::Buffered).await?;
-        let committed = commit::complete(&mut tx, lease, reports, completion).await?;
-        if committed == Committed::LeaseLost {
-            tx.rollback().await.map_err(store_error)?;
-            return Ok((committed, None));
-        }
-        let claimed = match next {
-            Some((duration, turn)) => queue::claim(&mut tx, &lease.owner, duration, turn).await?,
-            None => None,
-        };
-        self.commit_held(tx, lease.job).await?;
-        // listeners that read the job now wait until the commit is durable
-        match completion {
-            Completion::Finish(_) => self.tell(Change::Ended(lease.job)),
-            Completion::Continue { ahead, .. } if !ahead.is_empty() => self.tell(Change::Ahead),
-            Completion::Continue { .. } => {}
-        }
-        self.tell(Change::Job(lease.job));
-        if let Some(claimed) = &claimed {
-            self.tell(Change::Job(claimed.job));
-        }
-        Ok((committed, claimed))
-    }
-
-    /// Commits a buffered write of a job, which readers of the job see once it is durable.
-    async fn commit_held(&self, tx: Transaction<'static, Sqlite>, job: Uuid) -> Result<(), StoreError> {
-        let log = self.log.clone();
-        let commit = async move {
-            let commit = log.hold(job);
-            let committed = tx.commit().await.map_err(store_error);
-            log.committed(job, commit);
-            committed
-        };
-        to_its_end(commit).await
-    }
-
     fn scope(&self) -> Scope<'_> {
         self.owner.as_ref()
     }
