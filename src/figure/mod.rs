@@ -21,7 +21,7 @@ pub mod montage;
 pub mod outline;
 pub mod paint;
 pub mod pdf;
-mod plan_cells;
+pub mod plan_cells;
 pub mod plan_map;
 pub mod refined;
 pub mod room_plan;

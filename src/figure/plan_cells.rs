@@ -1,4 +1,4 @@
-//! Cells of a grid in a plan, and the isolines over them.
+//! Values of a grid, its cells in a plan, and the isolines over them.
 
 use glam::DVec2;
 
@@ -8,13 +8,69 @@ use super::drawing::{Drawing, Line, Type};
 use super::isolines::Isoline;
 use super::labels::Taken;
 use super::outline::{Outline, Rectangle};
+use super::refined::refined;
+use super::scale::ColourScale;
 use super::ticks::short;
+use crate::output::{OutputError, Raster};
 
 /// Shortest isoline with a label, in pixels.
 const LEAST_LABELLED: f64 = 70.0;
 
 /// Smallest width or height of a hatched cell, in pixels.
 const LEAST_HATCHED: f64 = 3.0;
+
+/// Colour of cells without a value, which are hatched.
+pub(super) const NO_VALUE: [u8; 3] = [232; 3];
+
+/// Values in the cells of a grid, row by row from the south, or at points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridValues {
+    /// Number of columns and of rows; points are one row.
+    pub cells: [usize; 2],
+    /// South-western corner of the first cell in metres.
+    pub from_m: DVec2,
+    /// North-eastern corner of the last cell in metres.
+    pub to_m: DVec2,
+    /// Values of the cells or points; not a number where there is none.
+    pub values: Vec<f64>,
+    /// Places of points in metres; empty for cells.
+    pub points: Vec<DVec2>,
+    /// True for cells without a value that are outside of the room or too near a wall, not in a solid; empty where there are none.
+    pub outside: Vec<bool>,
+}
+
+impl GridValues {
+    /// True of a cell outside of the room or too near a wall.
+    pub(super) fn is_outside(&self, cell: usize) -> bool {
+        self.outside.get(cell) == Some(&true)
+    }
+
+    /// Places the cells within axes.
+    pub(super) fn cells_in(&self, axes: &Axes) -> Cells {
+        Cells::new(axes, [self.from_m, self.to_m], self.cells)
+    }
+
+    /// Returns the grid with values between the centres of its cells.
+    pub(super) fn refined(&self) -> Self {
+        let (cells, values) = refined(self.cells, &self.values);
+        Self { cells, values, ..self.clone() }
+    }
+
+    /// Returns a picture of one pixel per cell, north up, by the colours of a scale; an error if the number of values is not that of the cells.
+    pub(super) fn colours(&self, scale: &ColourScale) -> Result<Raster, OutputError> {
+        let [columns, rows] = self.cells;
+        let values = &self.values;
+        if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(values.len()) {
+            return Err(OutputError::Size { values: values.len(), width: columns, height: rows, channels: 1 });
+        }
+        let mut raster = Raster::filled(columns, rows, [0; 3]);
+        for (cell, value) in values.iter().enumerate() {
+            let colour = if value.is_finite() { scale.colour(*value) } else { NO_VALUE };
+            raster.set(cell % columns, rows - 1 - cell / columns, colour);
+        }
+        Ok(raster)
+    }
+}
 
 /// Cells of a grid in a figure.
 pub(super) struct Cells {

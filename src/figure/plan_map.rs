@@ -10,12 +10,11 @@ use super::isolines::isolines;
 use super::labels::Taken;
 use super::letters;
 use super::outline::{Outline, Rectangle};
-use super::plan_cells::{Cells, draw_lines, label_lines};
-use super::refined::refined;
+use super::plan_cells::{Cells, GridValues, NO_VALUE, draw_lines, label_lines};
 use super::room_plan::{RoomPlan, draw_north};
 use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH};
 use super::ticks::{Steps, significant};
-use crate::output::{OutputError, Raster};
+use crate::output::OutputError;
 
 /// Largest width and height of the room in a figure, in pixels.
 const MOST: DVec2 = DVec2::new(560.0, 620.0);
@@ -38,49 +37,11 @@ const MARK: f64 = 5.5;
 /// Smallest cell in which its value is written, in pixels.
 const LEAST_NUMBERED: DVec2 = DVec2::new(20.0, 11.0);
 
-/// Colour of cells without a value, which are hatched.
-const NO_VALUE: [u8; 3] = [232; 3];
-
 /// Radius of the disc of a point, in pixels.
 const POINT_RADIUS: f64 = 6.0;
 
 /// Largest number of points with numbers beside them.
 const MOST_NUMBERED: usize = 100;
-
-/// Values in the cells of a grid, row by row from the south, or at points.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GridValues {
-    /// Number of columns and of rows; points are one row.
-    pub cells: [usize; 2],
-    /// South-western corner of the first cell in metres.
-    pub from_m: DVec2,
-    /// North-eastern corner of the last cell in metres.
-    pub to_m: DVec2,
-    /// Values of the cells or points; not a number where there is none.
-    pub values: Vec<f64>,
-    /// Places of points in metres; empty for cells.
-    pub points: Vec<DVec2>,
-    /// True for cells without a value that are outside of the room or too near a wall, not in a solid; empty where there are none.
-    pub outside: Vec<bool>,
-}
-
-impl GridValues {
-    /// True of a cell outside of the room or too near a wall.
-    fn is_outside(&self, cell: usize) -> bool {
-        self.outside.get(cell) == Some(&true)
-    }
-
-    /// Places the cells within axes.
-    fn cells_in(&self, axes: &Axes) -> Cells {
-        Cells::new(axes, [self.from_m, self.to_m], self.cells)
-    }
-
-    /// Returns the grid with values between the centres of its cells.
-    fn refined(&self) -> Self {
-        let (cells, values) = refined(self.cells, &self.values);
-        Self { cells, values, ..self.clone() }
-    }
-}
 
 /// Display of the values in cells as numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,7 +94,7 @@ impl PlanMap {
         let cells = self.grid.cells_in(&axes);
         let has_numbers = self.numbers == Numbers::Shown && cells.size().cmpge(LEAST_NUMBERED).all();
         let smooth = if has_numbers { self.grid.clone() } else { self.grid.refined() };
-        let colours = self.colours(&smooth)?;
+        let colours = smooth.colours(&self.scale)?;
         if self.grid.points.is_empty() {
             match has_numbers {
                 true => drawing.picture(cells.place, colours),
@@ -194,21 +155,6 @@ impl PlanMap {
                 drawing.text_centred(at + DVec2::new(0.0, POINT_RADIUS + 8.0), significant(*value, 3), look);
             }
         }
-    }
-
-    /// Returns a picture of one pixel per cell of a grid, north up.
-    fn colours(&self, grid: &GridValues) -> Result<Raster, OutputError> {
-        let [columns, rows] = grid.cells;
-        let values = &grid.values;
-        if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(values.len()) {
-            return Err(OutputError::Size { values: values.len(), width: columns, height: rows, channels: 1 });
-        }
-        let mut raster = Raster::filled(columns, rows, [0; 3]);
-        for (cell, value) in values.iter().enumerate() {
-            let colour = if value.is_finite() { self.scale.colour(*value) } else { NO_VALUE };
-            raster.set(cell % columns, rows - 1 - cell / columns, colour);
-        }
-        Ok(raster)
     }
 
     /// Marks the least and the greatest value, and writes both below the axes.
