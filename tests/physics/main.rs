@@ -73,4 +73,5 @@ mod sun_on_gloss;
 mod surfaces;
 mod tables;
 mod tilted_openings;
+mod turned_rooms;
 mod two_stage;
