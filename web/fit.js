@@ -70,9 +70,11 @@ function measured(panel, width, columns, tight) {
 function inColumns(panel, columns, tight) {
   Object.assign(panel.dataset, { columns, tight });
   panel.style.setProperty("--columns", String(columns));
-  // rows of one column share what is left of its height
-  for (const block of /** @type {HTMLElement[]} */ ([...(panel.querySelector(".blocks")?.children ?? [])]))
-    block.style.flexGrow = String(block.querySelectorAll("div, tbody tr, .above:not(.origins) th").length);
+  // rows of one column share what is left of its height, but for those that are folded
+  for (const block of /** @type {HTMLElement[]} */ ([...(panel.querySelector(".blocks")?.children ?? [])])) {
+    const rows = block.matches("details:not([open])") ? 0 : block.querySelectorAll("div, tbody tr, .above:not(.origins) th").length;
+    block.style.flexGrow = String(rows);
+  }
 }
 
 /**

@@ -16,6 +16,9 @@ const RADIANS = Math.PI / 180;
 /** How much of a tube stands out of the roof. */
 const ABOVE_ROOF_M = 0.15;
 
+/** Share of the height that the drawing leaves which is put below it: above it there is more space already. */
+const BELOW = 0.65;
+
 /** Sides of a rim, and length in metres of a model that is not known yet. */
 const SIDES = 48;
 const MODEL_M = 1;
@@ -114,7 +117,7 @@ export function section() {
   const around = AROUND.section;
   const free = [boxWidth - around.left - around.right, boxHeight - around.top - around.bottom];
   const k = Math.max(1, Math.min((free[0] ?? 0) / (east - west), (free[1] ?? 0) / top));
-  const [left, bottom] = [around.left + ((free[0] ?? 0) - k * (east - west)) / 2, boxHeight - around.bottom - ((free[1] ?? 0) - k * top) / 2];
+  const [left, bottom] = [around.left + ((free[0] ?? 0) - k * (east - west)) / 2, boxHeight - around.bottom - BELOW * ((free[1] ?? 0) - k * top)];
   const x = (/** @type {number} */ metres) => left + k * (metres - west);
   const y = (/** @type {number} */ metres) => bottom - k * metres;
   const end = from + across;

@@ -25,7 +25,7 @@ const SPREAD = 96;
 /** Share of a panel that should be filled either way. */
 const FULL = 0.92;
 /** Height that may be left of a panel beside its drawing before it looks empty, and what looks so then in addition. */
-const LEFT = { plan: 30, section: 30, seen: 24 };
+const LEFT = { plan: 30, section: 24, seen: 24 };
 /** What it costs that a panel is not full, that numbers would be spread too far beside that, that their rows are close or their columns uneven, that they scroll, and that the plan is smaller than it could be. */
 const COST = { notFull: 2, spread: 1.6, tight: 0.02, uneven: 0.3, scrolls: 20, plan: 3 };
 

@@ -1,6 +1,7 @@
 // How full the page is: no panel of a screen is empty, and numbers do not scroll.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { deflateRawSync } from "node:zlib";
 import { until } from "./visit.mjs";
 
 /** No panel of the first screen is empty by more than a tenth, and no column of panels. */
@@ -22,23 +23,37 @@ export async function fills(visitor, shot) {
     }
   }
   // beside and below plans of any proportions, with the light of each tube, too
+  const sizes = [[1500, 900], [1920, 1080]];
   const fits = () => page.locator(".all-numbers").evaluate((panel) => panel.scrollHeight <= panel.clientHeight && panel.querySelectorAll("tr").length > 3);
   for (const name of ["corridor", "office", "attic", "thesis"]) {
     const { draft } = JSON.parse(readFileSync(`web/presets/${name}.json`, "utf8"));
     await page.locator("#preset").selectOption(name);
     await page.waitForFunction((of) => seen.draft.name === of && seen.answer, draft.name);
     await visitor.rests();
-    for (const [width, height] of [[1500, 900], [1920, 1080]]) {
-      await page.setViewportSize({ width, height });
-      await until(fits, `the numbers of the ${name} scroll`);
-      await until(async () => !(await visitor.emptiness()).length, `${name}, ${width} x ${height}: ${await visitor.emptiness()}`);
-    }
-    await page.setViewportSize({ width: 1500, height: 900 });
+    const isFull = async (what) => {
+      for (const [width, height] of sizes) {
+        await page.setViewportSize({ width, height });
+        await until(fits, `the numbers of the ${what} scroll`);
+        await until(async () => !(await visitor.emptiness()).length, `${what}, ${width} x ${height}: ${await visitor.emptiness()}`);
+      }
+      await page.setViewportSize({ width: 1500, height: 900 });
+    };
+    await isFull(name);
     await page.getByRole("button", { name: "By tube" }).click();
     await page.waitForFunction(() => seen.current && seen.answer?.grid?.by_tube);
     await page.locator(".origins").waitFor();
-    await until(fits, `the numbers of the ${name} scroll by tube`);
+    await isFull(`${name} by tube`);
     await visitor.looksAsIn(shot(`by-tube-${name}`));
   }
+  // of many tubes each is folded, and what is folded takes no space
+  const { views, ...office } = JSON.parse(readFileSync("examples/office_of_40_tubes.json", "utf8"));
+  await page.goto("about:blank");
+  await visitor.open(`/#d=${deflateRawSync(JSON.stringify(office)).toString("base64url")}`);
+  await page.waitForFunction(() => seen.current && seen.answer?.job.tubes?.length === 40);
+  for (const [width, height] of sizes) {
+    await page.setViewportSize({ width, height });
+    await until(async () => !(await visitor.emptiness()).length, `40 tubes, ${width} x ${height}: ${await visitor.emptiness()}`);
+  }
+  await visitor.open("/");
   await page.setViewportSize(before);
 }
