@@ -14,8 +14,8 @@ use crate::integrator::photon_map::progressive::Carried;
 use crate::integrator::{Integrator, Pass};
 use crate::plan::{MethodChoice, Methods};
 use crate::scene::Scene;
-use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{Source, TraceableScene};
 
 /// Number of the cross-check among the seeds of a job; parts of the light count from 1.
 const CHECK: u64 = 0;
@@ -62,6 +62,13 @@ fn seed_of(seed: u64, number: u64) -> u64 {
     seed.wrapping_add((number + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15))
 }
 
+/// Returns the number n of parts that the light of grids is the sum of: each source, and daylight through each tube. The sum has a relative
+/// error that is smaller than theirs: by n^(1/2) where all give the same light, and by more where a sensor has most of its light from few.
+fn lights(scene: &TraceableScene) -> f64 {
+    let of = |source: Source| if source.is_daylight() { scene.tubes.len() } else { 1 };
+    scene.sources().map(of).sum::<usize>() as f64
+}
+
 impl Engine {
     pub(super) fn new(
         traceable: &Arc<TraceableScene>,
@@ -77,33 +84,38 @@ impl Engine {
         }
         let target = stop.target();
         let task = Task::whole(scene, traceable);
-        let build = |choice: &MethodChoice, task: Task, seed: u64| choice.method.described().build(&task, seed, target);
+        let build = |choice: &MethodChoice, task: Task, seed: u64, target: f64| {
+            choice.method.described().build(&task, seed, target)
+        };
         if let Some(of_both) = methods.grids.as_ref().filter(|_| methods.passes_are_common()) {
-            return match build(of_both, task, seed) {
+            return match build(of_both, task, seed, target) {
                 Computation::Passes(integrator) => Self::Shared(integrator),
                 Computation::Solution(solver) => Self::Solver(solver),
             };
         }
-        let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64| {
-            build(choice, Task { traceable, ..task.without_views() }, seed)
+        let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64, target: f64| {
+            build(choice, Task { traceable, ..task.without_views() }, seed, target)
         };
         let mut grids = None;
         if let Some(choice) = &methods.grids {
             let count = scene.grids.len();
-            let of_part = |part: Arc<TraceableScene>, number| match of_grids(choice, &part, seed_of(seed, number)) {
-                Computation::Passes(integrator) => Some(integrator),
-                Computation::Solution(_) => None,
-            };
+            let of_each = target * lights(traceable);
+            let of_part =
+                |part: Arc<TraceableScene>, number| match of_grids(choice, &part, seed_of(seed, number), of_each) {
+                    Computation::Passes(integrator) => Some(integrator),
+                    Computation::Solution(_) => None,
+                };
             let in_parts = methods.parts.and_then(|_| InParts::new(traceable, count, of_part));
             let checked: Box<dyn Integrator> = match in_parts {
                 Some(parts) => Box::new(parts),
-                None => match of_grids(choice, traceable, seed) {
+                None => match of_grids(choice, traceable, seed, target) {
                     Computation::Passes(integrator) => integrator,
                     Computation::Solution(solver) => return Self::Solver(solver),
                 },
             };
             let checked = at_moments(checked, &task, seed_of(seed, MOMENTS), target);
-            let check = methods.check.as_ref().map(|check| build(check, task.without_views(), seed_of(seed, CHECK)));
+            let check =
+                methods.check.as_ref().map(|check| build(check, task.without_views(), seed_of(seed, CHECK), target));
             grids = Some(match check {
                 Some(Computation::Passes(check)) => Box::new(CrossChecked { checked, check, grids: count }),
                 // no solver checks passes
@@ -111,7 +123,7 @@ impl Engine {
             });
         }
         let of_views = methods.views.as_ref();
-        let views = match of_views.map(|choice| build(choice, task.without_grids(), seed)) {
+        let views = match of_views.map(|choice| build(choice, task.without_grids(), seed, target)) {
             Some(Computation::Passes(integrator)) => Some(integrator),
             // no method without passes computes views
             Some(Computation::Solution(_)) | None => None,
