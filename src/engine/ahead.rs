@@ -48,7 +48,7 @@ pub struct Outcomes {
 impl RenderJob {
     /// True if no pass depends on what earlier ones left, so that passes can be computed in any order.
     pub fn passes_are_independent(&self) -> bool {
-        self.engine.passes_are_independent()
+        self.engine().passes_are_independent()
     }
 
     /// Returns the next `count` ranges of passes after the one that the next pass of an estimate lies in, none where passes depend on each
@@ -71,11 +71,12 @@ impl RenderJob {
     /// Computes the passes of a range on the current rayon pool, until it has taken the time `most`, but at least one; `None` where `stop`
     /// ended it.
     pub fn compute_ahead(&self, range: &RangeAhead, stop: &Stop, most: Duration) -> Option<Outcomes> {
+        let engine = self.engine();
         let (begun, mut passes) = (Instant::now(), range.passes.start..range.passes.start);
         let mut writer = Writer(MAGIC.to_vec());
         while passes.end < range.passes.end && (passes.is_empty() || begun.elapsed() < most) {
             let clocks = Clocks::start();
-            let results = self.engine.results(passes.end, &Carried::default(), range.wanted, stop.flag())?;
+            let results = engine.results(passes.end, &Carried::default(), range.wanted, stop.flag())?;
             Outcome { results, spent: clocks.spent() }.each_word(&mut writer);
             passes.end += 1;
         }

@@ -70,6 +70,13 @@ fn lights(scene: &TraceableScene) -> f64 {
 }
 
 impl Engine {
+    /// True of a scene without light, of which no responses are wanted either.
+    pub(super) fn is_dark(traceable: &TraceableScene, scene: &Scene) -> bool {
+        let electric = traceable.luminaires.iter().any(TraceableLuminaire::emits);
+        let responses = scene.grids.iter().any(|grid| grid.responses.are_reported());
+        !traceable.has_sky() && !traceable.has_sun() && !electric && !responses
+    }
+
     pub(super) fn new(
         traceable: &Arc<TraceableScene>,
         scene: &Scene,
@@ -77,9 +84,7 @@ impl Engine {
         stop: &StopRule,
         seed: u64,
     ) -> Self {
-        let electric = traceable.luminaires.iter().any(TraceableLuminaire::emits);
-        let responses = scene.grids.iter().any(|grid| grid.responses.are_reported());
-        if !traceable.has_sky() && !traceable.has_sun() && !electric && !responses {
+        if Self::is_dark(traceable, scene) {
             return Self::Dark;
         }
         let target = stop.target();

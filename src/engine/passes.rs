@@ -110,6 +110,8 @@ impl RenderJob {
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
         ends: Ends,
     ) -> Result<Option<StoppedBy>, RenderError> {
+        // built before the clocks start
+        let engine = self.engine();
         let (ahead, spent_ahead) = ahead.map_or((None, Spent::NOTHING), |ahead| (Some(ahead.results), ahead.spent));
         let (clocks, spent_before, pass) = (Clocks::start(), spent.and(spent_ahead), estimate.passes);
         let wanted = match ends {
@@ -117,7 +119,7 @@ impl RenderJob {
             Ends::WithTheLast => Wanted::ALL,
         };
         let added = match stop.reason() {
-            None => self.engine.add_pass(pass, estimate, wanted, ahead, stop.flag()),
+            None => engine.add_pass(pass, estimate, wanted, ahead, stop.flag()),
             Some(_) => Added::Nothing,
         };
         let ended = (added != Added::Pass).then(|| stop.reason().map(StoppedBy::from)).flatten();
@@ -154,6 +156,7 @@ impl RenderJob {
 
     /// Renders pass after pass on the current rayon pool until the job's own rule, its seconds or `stop` ends it.
     pub fn render(&self, stop: &Stop, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Rendered, RenderError> {
+        self.make_ready();
         stop.within(self.stop.max_seconds, || {
             self.render_while(|estimate, spent| self.render_pass(estimate, spent, stop, heard))
         })
@@ -223,6 +226,24 @@ mod tests {
         }
     }
 
+    /// A job in parts is prepared without a trial of its room for each part; what is known of it does not ask for one.
+    #[test]
+    fn a_job_is_made_ready_when_it_is_rendered() {
+        let document = r#"{
+            "sky": { "cie_type": 5, "sun_position": { "altitude_deg": 40, "azimuth_deg": 200 } },
+            "room": { "size_m": [3, 3, 3] },
+            "tubes": [{ "centre_m": [1.5, 1.5], "diameter_m": 0.3, "reflectance": 0.98,
+                        "segments": [{ "length_m": 1 }], "collector": { "kind": "open" },
+                        "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }],
+            "grids": [{ "name": "g", "height_m": 0.8, "cells": [2, 2], "components": true }]
+        }"#;
+        let prepared = prepare(document.as_bytes(), &NoFiles).unwrap();
+        assert!(!prepared.is_dark() && !prepared.is_complete(1) && prepared.memory().total() > 0.0);
+        assert!(prepared.engine.get().is_none());
+        prepared.make_ready();
+        assert!(prepared.engine.get().is_some());
+    }
+
     /// A partial solution counts when its job ends, and the job ends for the reason that was given; a worker that has lost the job gets no
     /// report.
     #[test]
@@ -244,7 +265,7 @@ mod tests {
             }"#;
             let stop = Stop::default();
             let mut prepared = prepare(document.as_bytes(), &NoFiles).unwrap();
-            prepared.engine = Engine::Solver(Box::new(EndsWithin(stop.clone(), reason)));
+            prepared.engine = Engine::Solver(Box::new(EndsWithin(stop.clone(), reason))).into();
             let mut heard = 0;
             let rendered = prepared.render(&stop, &mut |_, _| heard += 1).unwrap();
             assert_eq!((rendered.stopped_by, heard > 0), (stopped_by, is_heard), "{reason:?}");

@@ -1,6 +1,6 @@
 //! Preparation of a job: from a document to a scene and a plan that are ready to render.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::annual::AnnualJob;
 use super::integrators::Engine;
@@ -16,7 +16,7 @@ use crate::estimate::stopping::{WaitingFor, grid_without_light, is_judged, least
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::Method;
 use crate::integrator::components::Component;
-use crate::integrator::method::Task;
+use crate::integrator::method::{Passes, Task};
 use crate::plan::{self, EffectKind, Effects, Methods, Plan};
 use crate::scene::{Grid, MeshObject, Scene, TubeShape};
 use crate::traceable::TraceableScene;
@@ -36,7 +36,8 @@ pub struct RenderJob {
     pub(crate) scene: Scene,
     pub(crate) provenance: Provenance,
     pub(crate) traceable: Arc<TraceableScene>,
-    pub(super) engine: Engine,
+    /// Integrators of the plan, built by the first pass or by [`Self::make_ready`].
+    pub(super) engine: OnceLock<Engine>,
     /// Year of the job.
     pub(crate) annual: Option<AnnualJob>,
     /// Parts of the light that are estimated separately for each grid; empty where none are.
@@ -139,7 +140,6 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
             warnings.push(warning);
         }
     }
-    let engine = Engine::new(&traceable, &scene, &plan.methods, &stop, document.seed);
     let components = plan.methods.parts.map_or_else(Vec::new, |_| Component::of_scene(&traceable));
     Ok(RenderJob {
         document: serde_json::to_value(document).unwrap_or_default(),
@@ -152,13 +152,25 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
         scene,
         provenance,
         traceable,
-        engine,
+        engine: OnceLock::new(),
         annual,
         components,
     })
 }
 
 impl RenderJob {
+    /// Builds the integrators of the plan, which try the room for the sizes of their passes. The first pass would do so, too, but within the
+    /// time of the job.
+    pub fn make_ready(&self) {
+        self.engine();
+    }
+
+    /// Returns the integrators of the plan.
+    pub(super) fn engine(&self) -> &Engine {
+        let built = || Engine::new(&self.traceable, &self.scene, &self.plan.methods, &self.stop, self.seed);
+        self.engine.get_or_init(built)
+    }
+
     /// Refuses a job that may be rendered for more than `most` seconds.
     pub fn check_seconds(&self, most: f64) -> Result<(), DocumentErrors> {
         let asked = self.stop.max_seconds;
@@ -240,22 +252,22 @@ impl RenderJob {
         &self.scene.grids
     }
 
-    /// Returns an estimate of no passes.
+    /// Returns an estimate of no passes; the integrators are built for it.
     pub fn empty_estimate(&self) -> Estimate {
         let mut estimate = Estimate::empty(&self.scene);
-        self.engine.begin(&mut estimate);
+        self.engine().begin(&mut estimate);
         estimate
     }
 
     /// True after the last pass that the job can have.
     pub(crate) fn is_complete(&self, passes: u64) -> bool {
-        passes >= self.stop.max_passes || matches!(self.engine, Engine::Solver(_))
+        passes >= self.stop.max_passes || self.has_solver()
     }
 
     /// Returns the reason why the job is done after the passes of `merged`; `None` when it is not.
     pub fn stop_after(&self, merged: &Estimate) -> Option<StoppedBy> {
         let is_complete = self.is_complete(merged.passes);
-        if matches!(self.engine, Engine::Solver(_)) {
+        if self.has_solver() {
             // the error of a formula is not known
             let within = self.accuracy(merged).grids.is_none_or(|error| error <= self.stop.relative_error);
             Some(if within { StoppedBy::Exact } else { StoppedBy::MaxPasses })
@@ -282,7 +294,13 @@ impl RenderJob {
 
     /// True if nothing is lit, so that every value is exactly zero.
     pub(crate) fn is_dark(&self) -> bool {
-        matches!(self.engine, Engine::Dark)
+        Engine::is_dark(&self.traceable, &self.scene)
+    }
+
+    /// True if one computation gives all results, and no passes.
+    fn has_solver(&self) -> bool {
+        let grids = self.plan.methods.grids.as_ref();
+        !self.is_dark() && grids.is_some_and(|choice| choice.method.described().passes() == Passes::None)
     }
 
     /// Returns the relative errors of `merged` at the confidence of the job's stop rule.

@@ -17,6 +17,7 @@ mod equal;
 mod interrupted;
 mod kept;
 mod lanes;
+mod leased;
 mod open_chunks;
 mod pool;
 mod reports;
@@ -327,7 +328,7 @@ impl LaneWorker {
                 let live = if shown { current.live } else { self.live.start(job, current.prepared.clone()) };
                 Current { live, ..current }
             }
-            None => self.load(lease).await?,
+            None => self.commits.leased(lease, &self.shutdown, self.load(lease)).await?,
         };
         self.shown = Some((job, current.live.clone()));
         if !lease.cancel_requested && current.prepared.memory().total() > self.lane.most_memory() {
@@ -365,7 +366,8 @@ impl LaneWorker {
         if lease.chunk == 0
             && let Some(prepared) = self.live.take_prepared(lease.job)
         {
-            let merged = prepared.empty_estimate();
+            let begun = self.pool.run(move || (prepared.empty_estimate(), prepared));
+            let (merged, prepared) = begun.await?;
             return Ok(self.begin(lease, prepared, merged, 0, Spent::NOTHING));
         }
         let source = self.store.job_source(lease.job).await?.ok_or(Interrupted::LeaseLost)?;

@@ -95,7 +95,7 @@ impl Case {
 
     /// Renders the case on the current pool.
     pub fn run(&self) -> Result<Run, ReportError> {
-        let (prepared, set_up) = processor_seconds(|| self.prepare());
+        let (prepared, set_up) = processor_seconds(|| self.prepare().inspect(|prepared| prepared.make_ready()));
         Run::of(&prepared?, set_up)
     }
 

@@ -60,7 +60,8 @@ pub fn jobs(settings: &Settings) -> Result<Vec<WholeJob>, ReportError> {
 
 /// Renders a job, makes the files that `render` saves, and returns the cost of both; this process must do nothing else.
 pub fn measure(document: Value, meshes: &Path) -> Result<Parts, ReportError> {
-    let (prepared, set_up) = processor_seconds(|| Case::beside(document, meshes).prepare());
+    let (prepared, set_up) =
+        processor_seconds(|| Case::beside(document, meshes).prepare().inspect(|prepared| prepared.make_ready()));
     let prepared = prepared?;
     let mut passes = Vec::new();
     let rendered = prepared.render(&Stop::default(), &mut |pass, _| passes.push(*pass))?;
