@@ -56,6 +56,9 @@ pub(super) struct Results {
     pub views: Option<Pass>,
 }
 
+/// Factor of the requested error where a method computes all light of an output.
+const WHOLE: f64 = 1.0;
+
 /// Derives the seed of a part of a job, far from that of the job and of other jobs; methods hash it to random numbers.
 fn seed_of(seed: u64, number: u64) -> u64 {
     // the odd number next to 2^64 over the golden ratio
@@ -87,24 +90,23 @@ impl Engine {
         if Self::is_dark(traceable, scene) {
             return Self::Dark;
         }
-        let target = stop.target();
         let task = Task::whole(scene, traceable);
-        let build = |choice: &MethodChoice, task: Task, seed: u64, target: f64| {
-            choice.method.described().build(&task, seed, target)
+        let build = |choice: &MethodChoice, task: Task, seed: u64, share: f64| {
+            choice.method.described().build(&task, seed, share * stop.target(task.grids, task.views))
         };
         if let Some(of_both) = methods.grids.as_ref().filter(|_| methods.passes_are_common()) {
-            return match build(of_both, task, seed, target) {
+            return match build(of_both, task, seed, WHOLE) {
                 Computation::Passes(integrator) => Self::Shared(integrator),
                 Computation::Solution(solver) => Self::Solver(solver),
             };
         }
-        let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64, target: f64| {
-            build(choice, Task { traceable, ..task.without_views() }, seed, target)
+        let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64, share: f64| {
+            build(choice, Task { traceable, ..task.without_views() }, seed, share)
         };
         let mut grids = None;
         if let Some(choice) = &methods.grids {
             let count = scene.grids.len();
-            let of_each = target * lights(traceable);
+            let of_each = lights(traceable);
             let of_part =
                 |part: Arc<TraceableScene>, number| match of_grids(choice, &part, seed_of(seed, number), of_each) {
                     Computation::Passes(integrator) => Some(integrator),
@@ -113,14 +115,14 @@ impl Engine {
             let in_parts = methods.parts.and_then(|_| InParts::new(traceable, count, of_part));
             let checked: Box<dyn Integrator> = match in_parts {
                 Some(parts) => Box::new(parts),
-                None => match of_grids(choice, traceable, seed, target) {
+                None => match of_grids(choice, traceable, seed, WHOLE) {
                     Computation::Passes(integrator) => integrator,
                     Computation::Solution(solver) => return Self::Solver(solver),
                 },
             };
-            let checked = at_moments(checked, &task, seed_of(seed, MOMENTS), target);
+            let checked = at_moments(checked, &task, seed_of(seed, MOMENTS), stop.target(task.grids, &[]));
             let check =
-                methods.check.as_ref().map(|check| build(check, task.without_views(), seed_of(seed, CHECK), target));
+                methods.check.as_ref().map(|check| build(check, task.without_views(), seed_of(seed, CHECK), WHOLE));
             grids = Some(match check {
                 Some(Computation::Passes(check)) => Box::new(CrossChecked { checked, check, grids: count }),
                 // no solver checks passes
@@ -128,7 +130,7 @@ impl Engine {
             });
         }
         let of_views = methods.views.as_ref();
-        let views = match of_views.map(|choice| build(choice, task.without_grids(), seed, target)) {
+        let views = match of_views.map(|choice| build(choice, task.without_grids(), seed, WHOLE)) {
             Some(Computation::Passes(integrator)) => Some(integrator),
             // no method without passes computes views
             Some(Computation::Solution(_)) | None => None,

@@ -11,8 +11,9 @@ use crate::document::read;
 use crate::document::{
     self, DocumentErrors, FieldError, FieldErrorCode, FileSource, JobDocument, Provenance, ValidJob, Warning,
 };
-use crate::estimate::film::block_count;
-use crate::estimate::stopping::{WaitingFor, grid_without_light, is_judged, least_passes};
+use crate::estimate::stopping::{
+    WaitingFor, grid_without_light, is_judged, least_passes_of_grids, least_passes_of_views,
+};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::Method;
 use crate::integrator::components::Component;
@@ -205,14 +206,9 @@ impl RenderJob {
         self.stop.waiting_for(merged, accuracy).filter(|_| !self.is_complete(merged.passes))
     }
 
-    /// Returns the number of passes below which the error of the grids is not trusted; `None` without grids.
-    pub(crate) fn least_passes_of_grids(&self) -> Option<u64> {
-        self.scene.grids.iter().map(|grid| least_passes(grid.valued())).max()
-    }
-
-    /// Returns the number of passes below which the error of the views is not trusted; `None` without views.
-    pub(crate) fn least_passes_of_views(&self) -> Option<u64> {
-        self.scene.views.iter().map(|view| least_passes(block_count(view.size_px))).max()
+    /// Returns the numbers of passes below which the errors of the grids, and of the views, are not trusted; `None` without such outputs.
+    pub(crate) fn least_passes(&self) -> [Option<u64>; 2] {
+        [least_passes_of_grids(&self.scene.grids), least_passes_of_views(&self.scene.views)]
     }
 
     /// Returns the names of the plan's methods: that of the grids, and that of the views where it is another one.

@@ -290,7 +290,8 @@ impl Forecaster {
 impl RenderJob {
     /// Returns a forecaster of the job's end, to be used from the first pass on.
     pub fn forecaster(&self) -> Forecaster {
-        Forecaster::new(self.stop, self.least_passes_of_grids(), self.least_passes_of_views())
+        let [grids, views] = self.least_passes();
+        Forecaster::new(self.stop, grids, views)
     }
 }
 

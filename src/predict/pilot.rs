@@ -99,7 +99,8 @@ fn predict_within(prepared: &RenderJob, cancel: &AtomicBool, most: Duration) -> 
         }
     }
     trials.sort_by_key(|tried| !tried.is_planned);
-    let judged = [prepared.least_passes_of_grids(), prepared.least_passes_of_views()]
+    let judged = prepared
+        .least_passes()
         .map(|least| Judged { confidence: prepared.stop.confidence, least_passes: least.unwrap_or(1) });
     let asked = [prepared.stop.relative_error, prepared.stop.view_relative_error];
     let pilot = Pilot { prepared, threads, end: start + most, cancel, asked, judged };
@@ -149,7 +150,7 @@ impl<'a> Tried<'a> {
         task: Task<'a>,
         is_planned: bool,
     ) -> Self {
-        let target = prepared.stop.target();
+        let target = prepared.stop.target(task.grids, task.views);
         let trial = method.described().trial(&task, target);
         let sample = Sample::new(&task, trial.most_places);
         Self { output, row, method, task, sample, is_planned }
@@ -184,7 +185,7 @@ pub fn laws(prepared: &RenderJob, method: &str, passes: usize) -> Option<Vec<Err
     let is_meant = |offered: &Method| offered.name() == method && refuses(offered, &task).is_none();
     let (method, _) = methods(prepared, planned.as_ref()).find(|(offered, _)| is_meant(offered))?;
     let tried = Tried::new(prepared, 0, 0, method, task, false);
-    let (target, sample) = (prepared.stop.target(), &tried.sample);
+    let (target, sample) = (prepared.stop.target(task.grids, task.views), &tried.sample);
     let trial = tried.trial(target);
     let Computation::Passes(integrator) = trial.method.build(&sample.task(&task), prepared.seed ^ PILOT, target) else {
         return None;
@@ -282,9 +283,9 @@ impl Pilot<'_> {
         self.prepared.seed ^ PILOT
     }
 
-    /// Converts a relative error at the job's confidence to a relative standard error.
-    fn target(&self, relative_error: f64) -> f64 {
-        relative_error / two_sided_normal_quantile(self.prepared.stop.confidence)
+    /// Returns the relative standard error for which the passes of a trial are sized that reach a relative error at the confidence of the job.
+    fn target(&self, tried: &Tried, relative_error: f64) -> f64 {
+        self.prepared.stop.target_of(relative_error, tried.task.grids, tried.task.views)
     }
 
     /// Returns the wall-clock seconds of a job's work of this number of processor seconds, divided among its threads.
@@ -298,7 +299,7 @@ impl Pilot<'_> {
         let runs = self.runs(tried, accuracies, clock);
         let mut outcome = Outcome::default();
         for accuracy in accuracies {
-            let trial = tried.trial(self.target(*accuracy));
+            let trial = tried.trial(self.target(tried, *accuracy));
             let apart = |run: &Run| libm::log(run.size / trial.passes.tried).abs();
             let Some(run) = runs.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) else { break };
             let Some(measured) = self.measured(tried, run, &trial) else { break };
@@ -314,7 +315,7 @@ impl Pilot<'_> {
         let mut runs: Vec<Run> = Vec::new();
         let smallest_and_asked = accuracies.first().into_iter().chain([&self.asked[tried.output]]);
         for accuracy in smallest_and_asked.chain(accuracies) {
-            let trial = tried.trial(self.target(*accuracy));
+            let trial = tried.trial(self.target(tried, *accuracy));
             if runs.iter().any(|run| run.size == trial.passes.tried) {
                 continue;
             }
@@ -332,10 +333,11 @@ impl Pilot<'_> {
     fn run_of(&self, tried: &Tried<'_>, trial: &Trial, accuracy: f64, most: usize, clock: &Clock<'_>) -> Option<Run> {
         let Tried { task, sample, .. } = tried;
         let clocks = Clocks::start();
-        let build = |sample: &Sample| match trial.method.build(&sample.task(task), self.seed(), self.target(accuracy)) {
-            Computation::Passes(integrator) => Some(integrator),
-            Computation::Solution(_) => None,
-        };
+        let build =
+            |sample: &Sample| match trial.method.build(&sample.task(task), self.seed(), self.target(tried, accuracy)) {
+                Computation::Passes(integrator) => Some(integrator),
+                Computation::Solution(_) => None,
+            };
         let integrator = build(sample)?;
         let setup_seconds = clocks.spent().cpu();
         let mut passes = Passes::default();
@@ -379,7 +381,7 @@ impl Pilot<'_> {
             let reaches = solved.is_some_and(|(_, error)| error.is_none_or(|error| error <= *accuracy));
             if !reaches {
                 let clocks = Clocks::start();
-                let built = tried.method.described().build(&tried.task, self.seed(), self.target(*accuracy));
+                let built = tried.method.described().build(&tried.task, self.seed(), self.target(tried, *accuracy));
                 let Computation::Solution(solver) = built else { break };
                 let Some(solution) = (!clock.is_over()).then(|| solver.solve(clock.stop.flag())).flatten() else {
                     break;

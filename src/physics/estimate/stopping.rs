@@ -1,6 +1,8 @@
 //! Stopping rule: the accuracy at which a job ends.
 
+use super::film::block_count;
 use super::{Estimate, FilmEstimate, GridEstimate};
+use crate::scene::{Grid, View};
 use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
 
 /// Value of the document's `stop`.
@@ -78,6 +80,16 @@ pub fn least_passes(values: usize) -> u64 {
     VALUES_TIMES_PASSES.div_ceil(values.max(1) as u64).clamp(LEAST_PASSES, ENOUGH_PASSES)
 }
 
+/// Returns the number of passes below which the error of some grids is not trusted; `None` without grids.
+pub fn least_passes_of_grids(grids: &[Grid]) -> Option<u64> {
+    grids.iter().map(|grid| least_passes(grid.valued())).max()
+}
+
+/// Returns the number of passes below which the error of some views is not trusted; `None` without views.
+pub fn least_passes_of_views(views: &[View]) -> Option<u64> {
+    views.iter().map(|view| least_passes(block_count(view.size_px))).max()
+}
+
 /// True if a job that may end early checks after this number of passes whether it is accurate enough: after 8, and then after each increase
 /// by an eighth, so that it never computes much more than needed.
 ///
@@ -123,9 +135,17 @@ pub enum WaitingFor {
 pub const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
 impl StopRule {
-    /// Returns the relative standard error that is requested for the grids: the relative error over the normal quantile.
-    pub fn target(&self) -> f64 {
-        self.relative_error / two_sided_normal_quantile(self.confidence)
+    /// Returns the relative standard error for which methods size the passes of these outputs.
+    pub fn target(&self, grids: &[Grid], views: &[View]) -> f64 {
+        self.target_of(self.relative_error, grids, views)
+    }
+
+    /// Returns the target of passes as [`Self::target`] does, for another relative error: this over the normal quantile is reached by about
+    /// eight passes; outputs of few values have more passes in any case ([`least_passes`]), each of them as much smaller.
+    pub fn target_of(&self, relative_error: f64, grids: &[Grid], views: &[View]) -> f64 {
+        let least = least_passes_of_grids(grids).max(least_passes_of_views(views)).unwrap_or(LEAST_PASSES);
+        let fewer = least as f64 / LEAST_PASSES as f64;
+        relative_error / two_sided_normal_quantile(self.confidence) * fewer.sqrt()
     }
 
     /// Returns the root mean square over sensors of t se / max(E, 0.01 mean E), for the worst grid and the worst view; t is Student's
