@@ -25,17 +25,12 @@ pub fn pixels(views: &[View]) -> usize {
 /// Largest number of sensors of a grid by which the spread of its residuals is expected.
 const SENSORS: usize = 36;
 
-/// Factor of the expected spread in rooms with objects, where sensors see different parts of patches that lie partly below or behind one.
-/// In an office with desks and cabinets intervals of 95 % held the truth in 97 % of all cases to 1 % with 1, in 98 to 99 % with 3; with 10
-/// jobs took as long as where nothing was expected.
-const FURNISHED: f64 = 3.0;
-
 /// Coarse solution of the light that surfaces reflect, from a few photons.
 #[derive(Debug)]
 pub struct Coarse<const C: usize> {
     pub solution: Arc<Solution<C>>,
     /// Variances by which the residuals of sensors are expected to differ, relative to their squared gathered light, by grid; empty in
-    /// rooms with lobes, mirrors or clear zones, where they are not known.
+    /// rooms with objects, lobes, mirrors or clear zones, where they are not known.
     pub spreads: Vec<f64>,
     /// Number of rays and connections of which it was computed.
     pub rays: f64,
@@ -62,12 +57,11 @@ impl<const C: usize> Coarse<C> {
             let some = grid.thinned(SENSORS);
             let valued = (0..some.len()).filter(|sensor| !some.is_inside(*sensor));
             let sensors: Vec<Sensor> = valued.map(|sensor| lifted(scene, &some, sensor)).collect();
-            let expected = solution.expected_spread(scene, &sensors, key.stream(Stream::Grid, number as u64));
-            if scene.is_bare() { expected } else { FURNISHED * expected }
+            solution.expected_spread(scene, &sensors, key.stream(Stream::Grid, number as u64))
         };
-        // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part in a
-        // beam
-        let is_known = scene.specular_surfaces().next().is_none() && !with_clear_zones;
+        // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
+        // an object or in a beam
+        let is_known = scene.is_bare() && !with_clear_zones;
         let spreads = if is_known { task.grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
         Some(Self { spreads, rays: exchange.rays(), solution: Arc::new(solution) })
     }
