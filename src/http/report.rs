@@ -35,7 +35,8 @@ pub struct TargetQuery {
     /// Illuminance in lux with which the first grid is compared, in place of the `target_lux` of its document. Not for jobs with `annual`.
     #[param(exclusive_minimum = 0, maximum = 1_000_000)]
     target_lux: Option<f64>,
-    /// Part of the grid that should have `target_lux`: the mean, which is meant when absent, half of the area, or 95 % of it.
+    /// Part of the grid that should have `target_lux`: the mean, which is meant when absent, half of the area, or 95 % of it. It has
+    /// no effect without `target_lux`.
     #[param(inline)]
     target_of: Option<TargetPart>,
 }
@@ -43,12 +44,7 @@ pub struct TargetQuery {
 impl TargetQuery {
     /// Returns the target that is asked for.
     fn wanted(&self) -> Result<Option<WantedTarget>, Problem> {
-        let Some(lux) = self.target_lux else {
-            return match self.target_of {
-                Some(_) => Err(Problem::invalid_parameter("target_of", "is allowed only with target_lux")),
-                None => Ok(None),
-            };
-        };
+        let Some(lux) = self.target_lux else { return Ok(None) };
         if !TARGET_LUX.contains(lux) {
             return Err(Problem::invalid_parameter("target_lux", format!("must be {TARGET_LUX}, but is {lux}")));
         }

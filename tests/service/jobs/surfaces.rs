@@ -68,7 +68,7 @@ async fn faces_absorb_the_flux_and_targets_have_verdicts() {
         "{report}"
     );
     assert!(report.contains(&format!("{path}/report.pdf?target_lux=1&amp;target_of=most")), "{report}");
-    for query in ["target_lux=0", "target_of=half", "target_lux=1&target_of=all"] {
+    for query in ["target_lux=0", "target_of=all", "target_lux=1&target_of=all"] {
         problem(service.get(&format!("{path}/report.pdf?{query}")).send().await.unwrap(), 422).await;
     }
 
