@@ -57,8 +57,9 @@ pub trait Daylight<const C: usize>: Sync {
         None
     }
 
-    /// Returns the luminance in cd/m2 that a surface reflects diffusely at a point, by a coarse solution; `None` where there is none.
-    fn reflected(&self, _surface: SurfaceId, _point: DVec3) -> Option<Spectrum<C>> {
+    /// Returns the luminance in cd/m2 that a surface reflects diffusely at a point, by a coarse solution; `None` where there is none, and
+    /// where the point's patch is too close to the `sensor` from which a ray comes.
+    fn reflected(&self, _surface: SurfaceId, _point: DVec3, _sensor: Option<DVec3>) -> Option<Spectrum<C>> {
         None
     }
 
@@ -126,10 +127,11 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     #[inline]
     fn reflected(&self, ray: &Ray<C, PathState>, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
         // what the eye sees straight shows the edges of patches
-        if ray.trace.from_eye || self.is_close_to_sensor(&ray.trace, point) {
+        if ray.trace.from_eye {
             return None;
         }
-        self.0.reflected(surface, point)
+        let sensor = ray.trace.last.filter(|last| last.is_sensor).map(|last| last.position);
+        self.0.reflected(surface, point, sensor)
     }
 
     #[inline]
@@ -279,16 +281,6 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
 }
 
 impl<D> NextEvent<'_, D> {
-    /// True if a point is so close to the sensor from which a ray comes that the sensor sees the gradient within the point's patch.
-    #[inline]
-    fn is_close_to_sensor<const C: usize>(&self, state: &PathState, point: DVec3) -> bool
-    where
-        D: Daylight<C>,
-    {
-        let (Some(last), Some(solution)) = (state.last, self.0.coarse_solution()) else { return false };
-        last.is_sensor && (point - last.position).length_squared() < solution.close_m().powi(2)
-    }
-
     /// Connects a vertex to openings and luminaires by one randomly chosen chain of mirrors.
     fn connect_by_mirrors<const C: usize>(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>)
     where

@@ -336,9 +336,9 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     }
 
     #[inline]
-    fn reflected(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
+    fn reflected(&self, surface: SurfaceId, point: DVec3, sensor: Option<DVec3>) -> Option<Spectrum<C>> {
         let (solution, times) = self.reflected.as_ref()?;
-        Some(solution.luminance(surface, point)? * *times)
+        Some(solution.luminance(surface, point, sensor)? * *times)
     }
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
@@ -438,8 +438,8 @@ impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
     }
 
     #[inline]
-    fn reflected(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
-        Daylight::reflected(self.light, surface, point)
+    fn reflected(&self, surface: SurfaceId, point: DVec3, sensor: Option<DVec3>) -> Option<Spectrum<C>> {
+        Daylight::reflected(self.light, surface, point, sensor)
     }
 
     fn sky_weight(&self, scene: &TraceableScene, tube: usize, state: &PathState, position: DVec3) -> Option<f64> {

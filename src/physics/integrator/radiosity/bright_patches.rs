@@ -21,6 +21,11 @@ impl Area {
     pub fn area_m2(&self) -> f64 {
         self.edges[0].cross(self.edges[1]).length()
     }
+
+    /// Returns the squared length of the longer edges in m2.
+    pub fn length_squared(&self) -> f64 {
+        self.edges[0].length_squared().max(self.edges[1].length_squared())
+    }
 }
 
 /// Bright patches, each with the probability with which it is chosen, in proportion to its flux.

@@ -26,12 +26,6 @@ const FINDING: usize = 4;
 /// Number of rays from each start of paths by which the first patches are found.
 const FROM_STARTS: usize = 16;
 
-/// Distance of a surface from a sensor, as a fraction of the edge of a patch, below which the sensor sees the gradient within the patch. With
-/// 900 points in a small room, the outer ones a tenth of an edge from the walls, intervals of 95 % held the truth in corners in 26 % of the
-/// jobs to 1 % where sensors counted close patches (0), and in 94 % with both 0.5 and 1; with 1 jobs below tubes beside walls took half as
-/// long as with 0.5.
-const CLOSE: f64 = 1.0;
-
 /// Change, as a fraction of all radiosities, below which the iteration ends, and the largest number of sweeps: a remaining error costs
 /// time, but adds no bias.
 const CHANGED: f64 = 1e-3;
@@ -46,10 +40,10 @@ const NOT_FOUND: u32 = u32::MAX - 1;
 #[derive(Debug)]
 pub struct Exchange<const C: usize> {
     patches: Patches,
-    /// Distance in m of a surface from a sensor below which the sensor sees the gradient within a patch.
-    close_m: f64,
     /// Number of each patch among those that rays meet.
     numbers: Vec<u32>,
+    /// Squared lengths of the patches in m2, by these numbers: a sensor that is closer sees the gradient within a patch.
+    lengths_squared: Vec<f64>,
     /// Rectangles of the patches, by these numbers; `None` for those of facets.
     areas: Vec<Option<Area>>,
     /// Diffuse reflectances, by these numbers.
@@ -144,10 +138,12 @@ impl<const C: usize> Exchange<C> {
         for (number, area) in numbers.iter().enumerate().filter_map(area) {
             areas[number as usize] = area;
         }
+        let length = |area: &Option<Area>| area.map_or(edge * edge, |area| area.length_squared());
+        let lengths_squared = areas.iter().map(length).collect();
         let seen =
             first_seen.iter().filter_map(|point| Some(numbers[patches.at(point.surface?, point.position)?])).collect();
         let exchange =
-            Self { close_m: CLOSE * edge, numbers, areas, reflectances, seen, met, of_openings, of_others, patches };
+            Self { lengths_squared, numbers, areas, reflectances, seen, met, of_openings, of_others, patches };
         (!found.is_empty()).then_some(exchange)
     }
 
@@ -333,21 +329,24 @@ pub struct Solution<const C: usize> {
 }
 
 impl<const C: usize> Solution<C> {
-    /// Returns the distance in m below which a patch is too close to a sensor to count as even.
-    #[inline]
-    pub fn close_m(&self) -> f64 {
-        self.exchange.close_m
-    }
-
     /// Returns the factor of all luminances where openings send `flux` lm in all, with the same distribution among them.
     pub fn times(&self, flux: f64) -> f64 {
         self.flux.map_or(1.0, |own| flux / own)
     }
 
-    /// Returns the luminance in cd/m2 that a surface reflects diffusely at a point, by its patch; `None` where it has no solution.
+    /// Returns the luminance in cd/m2 that a surface reflects diffusely at a point, by its patch; `None` where it has no solution, and where
+    /// a `sensor` sees the gradient within the patch.
     #[inline]
-    pub fn luminance(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
-        self.luminances.get(self.number(surface, point)? as usize).copied()
+    pub fn luminance(&self, surface: SurfaceId, point: DVec3, sensor: Option<DVec3>) -> Option<Spectrum<C>> {
+        let number = self.number(surface, point)?;
+        let is_close = |sensor: DVec3| self.is_close(number, (point - sensor).length_squared());
+        if sensor.is_some_and(is_close) { None } else { self.luminances.get(number as usize).copied() }
+    }
+
+    /// True if a sensor at this squared distance in m2 from a point of a patch is closer to it than the patch is long.
+    #[inline]
+    pub(super) fn is_close(&self, patch: u32, squared: f64) -> bool {
+        self.exchange.lengths_squared.get(patch as usize).is_some_and(|length| squared < *length)
     }
 
     #[inline]

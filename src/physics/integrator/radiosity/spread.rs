@@ -87,8 +87,9 @@ impl<const C: usize> Solution<C> {
     ) -> Option<(u32, f64)> {
         let hit = scene.intersect(from, direction, None);
         let Place::Surface(surface) = hit.place else { return None };
-        if (hit.position - from).length() >= self.close_m() {
-            return Some((self.number(surface, hit.position)?, 1.0));
+        let patch = self.number(surface, hit.position)?;
+        if !self.is_close(patch, (hit.position - from).length_squared()) {
+            return Some((patch, 1.0));
         }
         let reflectance = scene.optics(surface)?.diffuse::<3>().luminance();
         let direction = warp::around(hit.normal, warp::cosine_hemisphere(random.uniform2()));
