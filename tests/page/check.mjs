@@ -85,7 +85,7 @@ async function opensRooms(visitor) {
   for (const name of ["corridor", "office", "attic", "thesis", "bathroom"]) {
     const { draft, grid } = JSON.parse(readFileSync(`web/presets/${name}.json`, "utf8"));
     await page.locator("#preset").selectOption(name);
-    await page.waitForFunction((of) => seen.draft.name === of && seen.answer.stored !== true, draft.name);
+    await visitor.holds((of) => seen.draft.name === of && seen.answer.stored !== true, draft.name);
     await visitor.rests();
     const [stored, fresh] = [grid.statistics, (await visitor.state()).grid.statistics];
     const error = Math.hypot(fresh.mean_lux_standard_error, stored.mean_lux_standard_error);
@@ -204,7 +204,7 @@ async function sharpens(visitor) {
 async function seesParts(visitor) {
   const { page } = visitor;
   await page.getByRole("button", { name: "By tube" }).click();
-  await page.waitForFunction(() => seen.current && !seen.running && seen.answer?.grid?.by_tube);
+  await visitor.holds(() => seen.current && !seen.running && seen.answer?.grid?.by_tube);
   const { draft, grid } = await visitor.state();
   const sum = (parts) => parts.reduce((all, { mean_lux }) => all + mean_lux, 0);
   for (const parts of [grid.by_tube, Object.values(grid.components)])
@@ -259,7 +259,7 @@ async function cancels(visitor) {
   const id = await page.waitForFunction(() => seen.running?.id).then((handle) => handle.jsonValue());
   await page.waitForFunction(() => seen.passes.length > 3);
   await page.locator(".accurate").getByRole("button", { name: "Stop" }).click();
-  await page.waitForFunction(() => !seen.running);
+  await visitor.holds(() => !seen.running);
   const { body } = await visitor.get(`/v1/jobs/${id}`);
   assert.equal(body.status, "cancelled");
   assert(((await visitor.state()).job.progress.relative_error ?? Infinity) <= before, "a worse result took a better one's place");
@@ -287,7 +287,7 @@ async function bringsAModel(visitor) {
   );
   await page.getByLabel("Opening, m").fill("0.2544");
   await page.getByLabel("Opening, m").press("Enter");
-  await page.waitForFunction(() => seen.current && seen.answer?.job.tubes.length === seen.draft.tubes.length);
+  await visitor.holds(() => seen.current && seen.answer?.job.tubes.length === seen.draft.tubes.length);
   await page.locator(".section .models path.pipe:not(.edge)").waitFor();
   await page.getByRole("button", { name: `Remove tube ${draft.tubes.length}` }).click();
   await visitor.current();

@@ -15,7 +15,7 @@ export async function fills(visitor, shot) {
     await page.emulateMedia({ colorScheme });
     for (const [width, height] of [[1500, 900], [1920, 1080], [390, 844]]) {
       await page.setViewportSize({ width, height });
-      await page.waitForFunction(() => Math.abs(document.querySelector(".plan").getBoundingClientRect().width - seen.sizes.plan[0]) < 1);
+      await visitor.holds(() => Math.abs(document.querySelector(".plan").getBoundingClientRect().width - seen.sizes.plan[0]) < 1);
       await visitor.looksAsIn(shot(`editor-${width}-${colorScheme}`));
       assert.deepEqual(await visitor.emptiness(), [], `${width} x ${height}`);
       const below = await page.evaluate(() => document.documentElement.scrollHeight - innerHeight);
@@ -28,7 +28,7 @@ export async function fills(visitor, shot) {
   for (const name of ["corridor", "office", "attic", "thesis"]) {
     const { draft } = JSON.parse(readFileSync(`web/presets/${name}.json`, "utf8"));
     await page.locator("#preset").selectOption(name);
-    await page.waitForFunction((of) => seen.draft.name === of && seen.answer, draft.name);
+    await visitor.holds((of) => seen.draft.name === of && seen.answer, draft.name);
     await visitor.rests();
     const isFull = async (what) => {
       for (const [width, height] of sizes) {
@@ -40,7 +40,7 @@ export async function fills(visitor, shot) {
     };
     await isFull(name);
     await page.getByRole("button", { name: "By tube" }).click();
-    await page.waitForFunction(() => seen.current && seen.answer?.grid?.by_tube);
+    await visitor.holds(() => seen.current && seen.answer?.grid?.by_tube);
     await page.locator(".origins").waitFor();
     await isFull(`${name} by tube`);
     await visitor.looksAsIn(shot(`by-tube-${name}`));
@@ -49,7 +49,7 @@ export async function fills(visitor, shot) {
   const { views, ...office } = JSON.parse(readFileSync("examples/office_of_40_tubes.json", "utf8"));
   await page.goto("about:blank");
   await visitor.open(`/#d=${deflateRawSync(JSON.stringify(office)).toString("base64url")}`);
-  await page.waitForFunction(() => seen.current && seen.answer?.job.tubes?.length === 40);
+  await visitor.holds(() => seen.current && seen.answer?.job.tubes?.length === 40);
   for (const [width, height] of sizes) {
     await page.setViewportSize({ width, height });
     await until(async () => !(await visitor.emptiness()).length, `40 tubes, ${width} x ${height}: ${await visitor.emptiness()}`);

@@ -80,11 +80,15 @@ export class Visitor {
     return Number((await this.page.locator("#mean").innerText()).replace(/[^\d.]/g, ""));
   }
 
+  /** Until the page's state is as it should be, and is drawn: what is set is drawn in the next frame. */
+  async holds(is, of = null, options = {}) {
+    await this.page.waitForFunction(is, of, options);
+    await this.page.evaluate(() => new Promise((drawn) => requestAnimationFrame(drawn)));
+  }
+
   /** Until the result is the draft's, and nothing is computed any more. */
-  async rests() {
-    await this.page.waitForFunction(
-      () => seen.current && !seen.running && (seen.answer?.job.accuracy?.relative_error ?? 1) <= seen.target,
-    );
+  rests() {
+    return this.holds(() => seen.current && !seen.running && (seen.answer?.job.accuracy?.relative_error ?? 1) <= seen.target);
   }
 
   /** Opens a part of the page that is folded. */
@@ -95,7 +99,7 @@ export class Visitor {
 
   /** Until the result is the draft's. */
   current() {
-    return this.page.waitForFunction(() => seen.current, null, { polling: "raf" });
+    return this.holds(() => seen.current);
   }
 
   /** What the page holds: draft, job and grid. */

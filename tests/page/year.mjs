@@ -171,7 +171,7 @@ async function aims(page, lux, of) {
   await page.getByLabel("To be met").selectOption(of);
 }
 
-const yearRests = (page) => page.waitForFunction(() => seen.year.current && (!seen.year.search || seen.year.search.ended), null, { timeout: 120_000 });
+const yearRests = (visitor) => visitor.holds(() => seen.year.current && (!seen.year.search || seen.year.search.ended), null, { timeout: 120_000 });
 
 /** A weather file is dropped; the year is judged, more tubes are found and added; the hours are those of the service's array; a link holds it all. */
 export async function readsAYear(visitor, shot) {
@@ -195,19 +195,19 @@ export async function readsAYear(visitor, shot) {
   await page.getByRole("button", { name: "A moment" }).click();
   await page.dispatchEvent("main", "drop", { dataTransfer: file });
   await page.getByText("−30 min from the stamps, as taken").waitFor();
-  await page.waitForFunction(() => seen.year.current, null, { timeout: 60_000 });
+  await visitor.holds(() => seen.year.current, null, { timeout: 60_000 });
   const answer = await page.evaluate(() => ({ id: seen.year.answer.job.id, sda: seen.year.answer.of.sda_percent, across: seen.year.answer.hours.across }));
   const { body: summary } = await visitor.get(`/v1/jobs/${answer.id}/annual`);
   assert.deepEqual(summary.grids[0].sda_percent, answer.sda);
   const sentence = (await page.locator(".verdict").innerText()).replaceAll(/\s+/g, " ");
   assert.match(sentence, /^160 lx on half of the area for half of the daylight hours: fails, [\d.]+ % \[[\d.]+, [\d.]+\]\.$/);
-  await yearRests(page);
+  await yearRests(visitor);
   assert.match((await page.locator("#would-do").innerText()).replaceAll("\u202f", " "), /About \d more tubes? of 0.254 m would do \(tried/);
   await looks(visitor, (name) => shot(`year-${name}`));
   await readsHours(visitor, answer);
   await page.locator("#would-do button").click();
-  await page.waitForFunction(() => seen.draft.tubes.length > 1 && !seen.year.current);
-  await yearRests(page);
+  await visitor.holds(() => seen.draft.tubes.length > 1 && !seen.year.current);
+  await yearRests(visitor);
   assert.equal(await page.locator("#verdict").innerText(), "passes,");
   assert.equal(await page.locator("#would-do").count(), 0);
   await until(async () => (await visitor.get(`/v1/jobs/${answer.id}`)).status === 404, "the year before is left in the service");
@@ -249,7 +249,7 @@ async function readsHours({ page, url }, { id, across }) {
   });
   for (const [row, column] of [[0, 0], [7, 3]]) assert.equal(drawn[row][column], lux(column, row, 80, 9));
   await page.locator(".strip .sheet").click({ position: { x: 1, y: 1 } });
-  await page.waitForFunction(() => seen.year.day === 1 && seen.year.hour === 23);
+  await visitor.holds(() => seen.year.day === 1 && seen.year.hour === 23);
   page.off("request", heard);
   assert.deepEqual(asked, []);
 }
@@ -262,9 +262,9 @@ async function followsALink(visitor) {
   const before = await view();
   await page.reload();
   await visitor.arrived();
-  await page.waitForFunction(() => seen.tab === "year" && seen.year.weather);
+  await visitor.holds(() => seen.tab === "year" && seen.year.weather);
   assert.deepEqual(await view(), before);
-  await yearRests(page);
+  await yearRests(visitor);
   // equal weather is the same: nothing is computed anew
   const { id } = await page.evaluate(() => seen.year.answer.job);
   await page.locator("#synthetic").click();
