@@ -249,7 +249,7 @@ async function readsHours({ page, url }, { id, across }) {
   });
   for (const [row, column] of [[0, 0], [7, 3]]) assert.equal(drawn[row][column], lux(column, row, 80, 9));
   await page.locator(".strip .sheet").click({ position: { x: 1, y: 1 } });
-  await visitor.holds(() => seen.year.day === 1 && seen.year.hour === 23);
+  await page.waitForFunction(() => seen.year.day === 1 && seen.year.hour === 23);
   page.off("request", heard);
   assert.deepEqual(asked, []);
 }
