@@ -1,6 +1,6 @@
 // Openings in slopes and walls: their geometry, and the control that turns them.
 import assert from "node:assert/strict";
-import { Visitor } from "./visit.mjs";
+import { Visitor, until } from "./visit.mjs";
 
 const OUTLINE = [[0, 0], [5, 0], [5, 4], [0, 4]];
 const near = (value, expected, what) => assert(Math.abs(value - expected) < 1e-9, `${what}: ${value}, not ${expected}`);
@@ -162,7 +162,13 @@ export async function turnsOpenings(visitor) {
   await visitor.isAccessible("an opening in a wall");
   // the link has it
   const kept = await tube();
-  await page.waitForTimeout(600);
+  const isInLink = () =>
+    page.evaluate(async () => {
+      const { unpacked } = await import("/web/share.js");
+      const linked = await unpacked(location.hash);
+      return JSON.stringify(linked?.draft.tubes) === JSON.stringify(seen.draft.tubes);
+    });
+  await until(isInLink, "the link has another room");
   const { hash } = new URL(page.url());
   const second = await Visitor.of(visitor.context.browser(), visitor.url);
   await second.open(`/${hash}`);
