@@ -82,7 +82,7 @@ function criteria({ job, grid }) {
 function sensors(answer) {
   const light = sensorLight(answer);
   if (!light?.points_m) return nothing;
-  const times = coverage(light.statistics, answer.job.progress.passes);
+  const times = coverage(light, answer.job.progress.passes);
   const lux = (/** @type {number} */ at) => {
     const [value, error] = [light.illuminance_lux[0]?.[at], light.standard_error_lux[0]?.[at]];
     return value === null || value === undefined ? "outside" : interval({ of: value, error }, times, "lx");
@@ -168,7 +168,7 @@ export function readOut() {
   if (value === undefined) return html`<p class="readout note"></p>`;
   const { rows, unit } = values(grid, state.layer);
   const shown = unit === "%" ? html`, ${rows[row]?.[column]?.toPrecision(2)}\u202f%` : nothing;
-  return html`<p class="readout">${interval({ of: value, error }, coverage(grid.statistics, answer.job.progress.passes), "lx")}${shown}
+  return html`<p class="readout">${interval({ of: value, error }, coverage(grid, answer.job.progress.passes), "lx")}${shown}
     <small>${error ? "(95\u202f%) " : ""}at ${grid.x_m[column]?.toFixed(2)} m from west, ${grid.y_m[row]?.toFixed(2)} m from south${shares(grid, column, row)}</small></p>`;
 }
 

@@ -89,7 +89,7 @@ const STUDENT = [
 /**
  * How many standard errors the interval of 95 % has on either side: as a result says, or, of one that was kept before results said
  * so, after so many passes.
- * @param {{ coverage_factor?: number | null } | undefined} statistics
+ * @param {{ coverage_factor?: number | null } | undefined} of a grid, for its sensors, or its statistics
  * @param {number} passes
  */
-export const coverage = (statistics, passes) => statistics?.coverage_factor ?? STUDENT[Math.max(passes, 2) - 2] ?? 1.96;
+export const coverage = (of, passes) => of?.coverage_factor ?? STUDENT[Math.max(passes, 2) - 2] ?? 1.96;

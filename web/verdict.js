@@ -19,7 +19,7 @@ function mean({ job, grid }) {
 
 /** The percentage of the area that has an illuminance, and what it is if all cells lie at the lower or upper end of their intervals. @param {Answer} answer @param {number} lux */
 function share({ job, grid }, lux) {
-  const times = coverage(grid?.statistics, job.progress.passes);
+  const times = coverage(grid ?? undefined, job.progress.passes);
   const sums = { all: 0, value: 0, from: 0, to: 0 };
   for (const [j, row] of (grid?.illuminance_lux ?? []).entries())
     for (const [i, value] of row.entries()) {

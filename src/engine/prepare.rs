@@ -196,6 +196,7 @@ impl RenderJob {
             rays: merged.rays,
             relative_error: accuracy.grids.filter(|error| error.is_finite()),
             view_relative_error: accuracy.views.filter(|error| error.is_finite()),
+            degrees_of_freedom: accuracy.degrees_of_grids.filter(|degrees| degrees.is_finite()),
             mean_lux: merged.grids.first().map(|grid| grid.mean.mean),
             cpu_seconds: spent.cpu_seconds,
         }

@@ -60,6 +60,10 @@ pub struct PassReport {
     /// Relative error of the views at the requested confidence, to be compared with `stop.view_relative_error`; null before the second
     /// pass.
     pub view_relative_error: Option<f64>,
+    /// Degrees of freedom of `relative_error`, which is Student's quantile for these times a relative standard error: one less than passes,
+    /// or more where sensors share a residual. Null before the second pass, and for passes that an older version rendered.
+    #[serde(default)]
+    pub degrees_of_freedom: Option<f64>,
     /// Mean illuminance of the first grid in lux.
     pub mean_lux: Option<f64>,
     /// Processor seconds of the threads that rendered the passes so far, earlier chunks included: those of the render pool, on which one

@@ -66,6 +66,17 @@ pub enum Outputs {
     Views,
 }
 
+impl Outputs {
+    /// Returns the degrees of freedom of the error that a pass after the first one reports for these outputs.
+    pub fn degrees_of_freedom(self, pass: &PassReport) -> f64 {
+        let of_passes = pass.passes as f64 - 1.0;
+        match self {
+            Self::Grids => pass.degrees_of_freedom.unwrap_or(of_passes),
+            Self::Views => of_passes,
+        }
+    }
+}
+
 /// Number of points of an extrapolated course of errors.
 const COURSE_POINTS: u32 = 40;
 
@@ -118,6 +129,8 @@ struct Output {
     least: u64,
     /// Error that the last pass reported.
     error: Option<f64>,
+    /// Degrees of freedom of that error for each pass beyond the first.
+    freedom: f64,
     /// True if they are as accurate as requested and not computed any further.
     ended: bool,
     steps: ErrorSteps,
@@ -125,7 +138,7 @@ struct Output {
 
 impl Output {
     fn new(asked: f64, least: u64) -> Self {
-        Self { asked, least, error: None, ended: false, steps: ErrorSteps::default() }
+        Self { asked, least, error: None, freedom: 1.0, ended: false, steps: ErrorSteps::default() }
     }
 }
 
@@ -149,10 +162,14 @@ impl Forecaster {
             return;
         }
         let passes = report.passes as f64;
-        let t = two_sided_student_quantile(self.stop.confidence, passes - 1.0);
-        let told = [(&mut self.grids, report.relative_error), (&mut self.views, report.view_relative_error)];
-        for (output, error) in told {
+        let told = [
+            (Outputs::Grids, &mut self.grids, report.relative_error),
+            (Outputs::Views, &mut self.views, report.view_relative_error),
+        ];
+        for (outputs, output, error) in told {
             let Some(output) = output else { continue };
+            let degrees = outputs.degrees_of_freedom(report);
+            let t = two_sided_student_quantile(self.stop.confidence, degrees);
             // a further pass leaves the error as it is to the last bit only where it is not one of this output
             let ended = error.is_some() && error == output.error;
             if ended && !output.ended {
@@ -160,6 +177,7 @@ impl Forecaster {
             }
             (output.ended, output.error) = (ended, error);
             if let (Some(error), false) = (error, ended) {
+                output.freedom = degrees / (passes - 1.0);
                 // against the number of passes: each pass is one unit of time
                 output.steps.push(ErrorPoint { passes, seconds: passes, error: error / t });
             }
@@ -197,27 +215,28 @@ impl Forecaster {
         }
     }
 
-    /// Returns Student's quantile after a number of passes, on which it depends, but little.
-    fn quantile(&self, passes: f64) -> f64 {
-        student_quantile_near(self.normal, passes.max(LEAST_PASSES as f64) - 1.0)
+    /// Returns Student's quantile of an output after a number of passes, on which it depends, but little.
+    fn quantile(&self, output: &Output, passes: f64) -> f64 {
+        student_quantile_near(self.normal, output.freedom * (passes.max(LEAST_PASSES as f64) - 1.0))
     }
 
     /// Returns the standard error that an output has once its relative error is `error`.
-    fn standard_error(&self, error: f64, law: &PowerLaw) -> f64 {
-        let again = |t: f64| self.quantile(law.time_of(error / t));
+    fn standard_error(&self, output: &Output, error: f64, law: &PowerLaw) -> f64 {
+        let again = |t: f64| self.quantile(output, law.time_of(error / t));
         error / again(again(again(self.normal)))
     }
 
     /// Returns the number of passes after which an output has a relative error.
-    fn passes_to(&self, error: f64, law: &PowerLaw) -> f64 {
-        law.time_of(self.standard_error(error, law))
+    fn passes_to(&self, output: &Output, error: f64, law: &PowerLaw) -> f64 {
+        law.time_of(self.standard_error(output, error, law))
     }
 
     /// Predicts the time at which outputs have a relative error, in render seconds of the whole job, with an interval of [`CONFIDENCE`];
     /// `None` before a pass has reported an error.
     pub fn time_to(&self, outputs: Outputs, error: f64) -> Option<TimePrediction> {
-        let law = self.of(outputs)?.steps.predictive_law()?;
-        let TimePrediction { seconds, from, to } = law.seconds_to(self.standard_error(error, &law), CONFIDENCE);
+        let output = self.of(outputs)?;
+        let law = output.steps.predictive_law()?;
+        let TimePrediction { seconds, from, to } = law.seconds_to(self.standard_error(output, error, &law), CONFIDENCE);
         let [seconds, from, to] = [seconds, from, to].map(|passes| self.seconds_at(passes));
         Some(TimePrediction { seconds, from, to: to.min(WIDEST * seconds) }).filter(|foretold| foretold.to.is_finite())
     }
@@ -225,7 +244,8 @@ impl Forecaster {
     /// Predicts the error of outputs from half of the passes on, up to `beyond` times the seconds so far; `None` before a pass has reported
     /// an error, and where passes take no time.
     pub fn course(&self, outputs: Outputs, beyond: f64) -> Option<Course> {
-        let law = self.of(outputs)?.steps.predictive_law()?;
+        let output = self.of(outputs)?;
+        let law = output.steps.predictive_law()?;
         let (pace, passes) = (self.seconds_per_pass(), law.last.passes);
         let now = self.told.last().map(|(_, seconds)| *seconds).filter(|_| pace > 0.0)?;
         let begin = (now - 0.5 * passes * pace).max(0.25 * now);
@@ -233,7 +253,7 @@ impl Forecaster {
         let points = (0..=COURSE_POINTS).map(|step| {
             let seconds = begin * libm::exp(ratio * f64::from(step) / f64::from(COURSE_POINTS));
             let at = (passes + (seconds - now) / pace).max(0.5 * passes);
-            let t = self.quantile(at);
+            let t = self.quantile(output, at);
             let [from, to] = law.band_at(at, CONFIDENCE).map(|end| t * end);
             CoursePoint { seconds, error: t * law.error_at(at), from, to }
         });
@@ -253,10 +273,11 @@ impl Forecaster {
         let holds = |limit: f64| output.error.is_some_and(|error| error <= limit);
         let seconds_to = ACCURACIES.iter().map(|accuracy| {
             let passes = law.as_ref().filter(|_| !holds(*accuracy) && !output.ended);
-            let left = passes.and_then(|law| left(self.passes_to(*accuracy, law)));
+            let left = passes.and_then(|law| left(self.passes_to(output, *accuracy, law)));
             SecondsTo { relative_error: *accuracy, seconds: left.map(|left| report.seconds + left) }
         });
-        let asked = if holds(output.asked) { Some(0.0) } else { law.map(|law| self.passes_to(output.asked, &law)) };
+        let asked =
+            if holds(output.asked) { Some(0.0) } else { law.map(|law| self.passes_to(output, output.asked, &law)) };
         OutputForecast {
             exponent: output.steps.law().map(|law| law.exponent),
             seconds_left: match output.ended {
@@ -275,7 +296,7 @@ impl Forecaster {
             let error = output.error?;
             let accurate = match output.steps.predictive_law() {
                 _ if error <= output.asked => passes as f64,
-                Some(law) => self.passes_to(output.asked, &law).ceil(),
+                Some(law) => self.passes_to(output, output.asked, &law).ceil(),
                 None => f64::INFINITY,
             };
             // as large as the limit at most, which ends the search for the next judgement

@@ -114,7 +114,7 @@ fn history(subject: &Subject, outputs: Outputs, passes: &[PassReport]) -> Option
     let last = computed(outputs, passes).last()?.passes;
     // reported errors are half widths of intervals, whose quantile falls with the passes, too
     let points = computed(outputs, passes).map(|pass| {
-        let quantile = two_sided_student_quantile(stop.confidence, pass.passes as f64 - 1.0);
+        let quantile = two_sided_student_quantile(stop.confidence, outputs.degrees_of_freedom(pass));
         let error = outputs.error(pass).unwrap_or_default() / quantile;
         ErrorPoint { passes: pass.passes as f64, seconds: pass.seconds, error }
     });
@@ -209,11 +209,15 @@ pub fn convergence_files(
 
 /// Writes the passes of a job as CSV, one line each; an error that is not known yet is left empty.
 pub fn convergence_csv(passes: &[PassReport]) -> String {
-    let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux,cpu_seconds\n".to_owned();
+    let mut text =
+        "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux,cpu_seconds,degrees_of_freedom\n"
+            .to_owned();
     let field = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
     for pass in passes {
         let PassReport { passes, seconds, photons, rays, .. } = *pass;
-        let others = [pass.relative_error, pass.view_relative_error, pass.mean_lux, pass.cpu_seconds].map(field);
+        let others =
+            [pass.relative_error, pass.view_relative_error, pass.mean_lux, pass.cpu_seconds, pass.degrees_of_freedom];
+        let others = others.map(field);
         text += &format!("{passes},{seconds},{photons},{rays},{}\n", others.join(","));
     }
     text

@@ -4,6 +4,7 @@ use crate::annual::metrics::area::Area;
 use crate::annual::metrics::moment::GridAtMoment;
 use crate::annual::metrics::{CONFIDENT, Value};
 use crate::document::result::annual::VerdictResult;
+use crate::document::result::number::coverage_factor_of_sensors;
 use crate::document::sky::time::clock;
 use crate::document::sky::{SkyDocument, SkyPreset};
 use crate::estimate::GridEstimate;
@@ -16,16 +17,12 @@ const LEAST_CLEARNESS: f64 = 2.8;
 
 impl Prepared {
     /// Compares a grid with the criteria that name the job's moment; none at most moments, of jobs with a year, and before an error is known.
-    /// `factor` is the number of standard errors that are half an interval of 95 %.
-    pub(super) fn moment_verdicts(
-        &self,
-        grid: &Grid,
-        estimate: &GridEstimate,
-        factor: Option<f64>,
-    ) -> Vec<VerdictResult> {
+    pub(super) fn moment_verdicts(&self, grid: &Grid, estimate: &GridEstimate) -> Vec<VerdictResult> {
         let document = self.subject().document.as_ref().filter(|document| document.annual.is_none());
         let moment = document.and_then(|document| Some((document.sky.as_ref()?, clock(document.time.as_deref()?)?)));
-        let (Some((sky, clock)), Some(factor)) = (moment, factor) else { return Vec::new() };
+        let (Some((sky, clock)), Some(factor)) = (moment, coverage_factor_of_sensors(estimate)) else {
+            return Vec::new();
+        };
         let value = |sensor: usize| Value {
             value: estimate.illuminance_lux(sensor),
             standard_error: factor / CONFIDENT * estimate.standard_error_lux(sensor),

@@ -43,7 +43,7 @@ impl Prepared {
         let grids = grids.map(|(grid, estimate)| {
             let statistics = GridStatistics::new(grid, estimate, daylight, electric);
             let mean_standard_error_lux = statistics.mean_lux_standard_error;
-            let verdicts = self.moment_verdicts(grid, estimate, statistics.coverage_factor);
+            let verdicts = self.moment_verdicts(grid, estimate);
             GridInShort { name: grid.name.clone(), statistics, mean_standard_error_lux, verdicts }
         });
         let tubes = self.scene.tubes.iter().zip(&merged.tubes);

@@ -86,7 +86,7 @@ impl JudgedTarget {
 /// Returns the percentages of the area, 0..100, that have an illuminance in lux: if all cells lie at the lower ends of their intervals, as
 /// they are, and at the upper ends.
 fn percent_with(grid: &GridResult, lux: f64) -> [f64; 3] {
-    let times = grid.statistics.coverage_factor;
+    let times = grid.coverage_factor;
     let (mut all, mut having) = (0.0, [0.0; 3]);
     for (row, values) in grid.illuminance_lux.iter().enumerate() {
         for (column, value) in values.iter().enumerate() {
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn without_errors_nothing_is_decided() {
         let mut grid = grid();
-        grid.statistics.coverage_factor = None;
+        (grid.coverage_factor, grid.statistics.coverage_factor) = (None, None);
         for part in [TargetPart::Mean, TargetPart::Half, TargetPart::Most] {
             let judged = JudgedTarget::of_reader(WantedTarget { lux: 1.0, part }, &grid, None);
             assert_eq!(judged.result.verdict, Verdict::Undecided);

@@ -48,10 +48,9 @@ fn held(name: &str, seeds: u64) -> Held {
     let (lux, errors) = (numbers(&room["lux"]), numbers(&room["standard_error_lux"]));
     let mut held = Held::default();
     for seed in 1..=seeds {
-        let Estimate { grids, passes, .. } =
-            prepared(&room, seed).render(&Stop::default(), &mut |_, _| {}).unwrap().estimate;
+        let Estimate { grids, .. } = prepared(&room, seed).render(&Stop::default(), &mut |_, _| {}).unwrap().estimate;
         let grid = &grids[0];
-        let quantile = two_sided_student_quantile(0.95, passes as f64 - 1.0);
+        let quantile = two_sided_student_quantile(0.95, grid.degrees_of_freedom());
         let holds = |value: f64, error: f64, truth: f64, error_of_truth: f64| {
             f64::from((value - truth).abs() <= (quantile * error).hypot(1.96 * error_of_truth))
         };

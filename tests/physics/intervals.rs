@@ -77,7 +77,7 @@ fn intervals_beside_walls(target: f64, seeds: u64) {
             document["method"] = json!("auto");
             document["seed"] = json!(seed);
         });
-        let quantile = two_sided_student_quantile(0.95, found.passes as f64 - 1.0);
+        let quantile = two_sided_student_quantile(0.95, found.grids[0].degrees_of_freedom());
         let [found, exact] = [&found.grids[0], &exact.grids[0]];
         let mut holds = [Moments::default(); 3];
         for sensor in 0..SIDE * SIDE {
@@ -118,7 +118,7 @@ fn intervals_in_a_furnished_room(target: f64, seeds: u64, exact: f64) {
     let mut shares = Moments::default();
     for seed in 0..seeds {
         let found = job(target, seed);
-        let quantile = two_sided_student_quantile(0.95, found.passes as f64 - 1.0);
+        let quantile = two_sided_student_quantile(0.95, found.grids[0].degrees_of_freedom());
         let [found, truth] = [&found.grids[0], &truth.grids[0]];
         let holds = |sensor: usize| {
             let away = found.illuminance_lux(sensor) - truth.illuminance_lux(sensor);

@@ -90,16 +90,7 @@ impl Stores {
     /// Renders the next waiting job to its end, with one pass and one file.
     async fn render(&self) -> Uuid {
         let lease = self.all.claim("worker", Duration::from_secs(60), Turn::default()).await.unwrap().unwrap();
-        let pass = PassReport {
-            passes: 1,
-            seconds: 1.0,
-            photons: 1,
-            rays: 1,
-            relative_error: None,
-            view_relative_error: None,
-            mean_lux: None,
-            cpu_seconds: None,
-        };
+        let pass = PassReport { passes: 1, seconds: 1.0, photons: 1, rays: 1, ..PassReport::default() };
         let finish = Finish {
             end: JobEnd::Succeeded { stopped_by: StoppedBy::MaxPasses, progress: Progress::default() },
             summary: None,

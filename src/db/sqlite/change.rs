@@ -179,7 +179,7 @@ fn push_passes(sql: &mut QueryBuilder<Sqlite>, job: &str, passes: &[&PassReport]
     for passes in passes.chunks(ROWS_OF_A_STATEMENT) {
         sql.push(
             "; INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux, \
-             cpu_seconds) ",
+             cpu_seconds, degrees_of_freedom) ",
         );
         sql.push_values(passes, |mut row, pass| {
             row.push_bind(job.to_owned())
@@ -190,13 +190,14 @@ fn push_passes(sql: &mut QueryBuilder<Sqlite>, job: &str, passes: &[&PassReport]
                 .push_bind(pass.relative_error)
                 .push_bind(pass.view_relative_error)
                 .push_bind(pass.mean_lux)
-                .push_bind(pass.cpu_seconds);
+                .push_bind(pass.cpu_seconds)
+                .push_bind(pass.degrees_of_freedom);
         });
         sql.push(
             " ON CONFLICT (job_id, pass) DO UPDATE SET seconds = excluded.seconds, photons = excluded.photons, \
              rays = excluded.rays, relative_error = excluded.relative_error, \
              view_relative_error = excluded.view_relative_error, mean_lux = excluded.mean_lux, \
-             cpu_seconds = excluded.cpu_seconds",
+             cpu_seconds = excluded.cpu_seconds, degrees_of_freedom = excluded.degrees_of_freedom",
         );
     }
 }

@@ -46,7 +46,7 @@ pub(super) async fn events(
 /// Columns of a [`PassReport`].
 macro_rules! pass_columns {
     () => {
-        "pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux, cpu_seconds"
+        "pass, seconds, photons, rays, relative_error, view_relative_error, degrees_of_freedom, mean_lux, cpu_seconds"
     };
 }
 

@@ -4,7 +4,7 @@ use sqlx::SqlSafeStr;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 
 /// Name and SQL of every step. A step that has ever run must not be changed: its hash is kept in the database.
-const STEPS: [(&str, &str); 16] = [
+const STEPS: [(&str, &str); 17] = [
     ("0001_jobs", include_str!("../../../migrations/sqlite/0001_jobs.sql")),
     ("0002_reliability", include_str!("../../../migrations/sqlite/0002_reliability.sql")),
     ("0003_cpu_seconds", include_str!("../../../migrations/sqlite/0003_cpu_seconds.sql")),
@@ -21,6 +21,7 @@ const STEPS: [(&str, &str); 16] = [
     ("0014_uploads_and_lists", include_str!("../../../migrations/sqlite/0014_uploads_and_lists.sql")),
     ("0015_job_sets", include_str!("../../../migrations/sqlite/0015_job_sets.sql")),
     ("0016_passes_ahead", include_str!("../../../migrations/sqlite/0016_passes_ahead.sql")),
+    ("0017_degrees_of_freedom", include_str!("../../../migrations/sqlite/0017_degrees_of_freedom.sql")),
 ];
 
 /// Returns all steps; a database records those that it has run.

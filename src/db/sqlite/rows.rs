@@ -112,6 +112,7 @@ pub(super) fn pass(row: &SqliteRow) -> Result<PassReport, StoreError> {
         rays: unsigned(get(row, "rays")?),
         relative_error: get(row, "relative_error")?,
         view_relative_error: get(row, "view_relative_error")?,
+        degrees_of_freedom: get(row, "degrees_of_freedom")?,
         mean_lux: get(row, "mean_lux")?,
         cpu_seconds: get(row, "cpu_seconds")?,
     })

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::components::{GridComponents, GridPart};
-use super::number::{coverage_factor, error, finite, rows, value};
+use super::number::{coverage_factor, coverage_factor_of_sensors, error, finite, rows, value};
 use super::responses::{PatchResponse, TubeResponse};
 use super::target::{TargetResult, percent_at_least};
 use crate::document::outputs::EstimateDocument;
@@ -44,9 +44,9 @@ pub struct GridResult {
     /// its error. For a deterministic method it is the estimated numerical error. While a sensor has found fewer than ten
     /// photons, the error is not below Poisson's and at least what one photon more would add, even if none was found.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
-    /// Coverage factor of GUM: this number of standard errors is half an interval of 95 %, for this grid, its components and its
-    /// responses. It is Student's quantile for one degree of freedom less than passes, or 1.96 for numerical errors. Null before
-    /// the second pass.
+    /// Coverage factor of GUM: this number of `standard_error_lux` is half an interval of 95 %, for sensors of this grid, its components and
+    /// its responses. It is Student's quantile for the degrees of freedom of these errors: one less than passes, or more where sensors share a
+    /// residual (Welch and Satterthwaite); 1.96 for numerical errors. Null before the second pass.
     #[serde(default)]
     pub coverage_factor: Option<f64>,
     /// Illuminances in percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without
@@ -98,8 +98,8 @@ pub struct GridStatistics {
     /// Number of sensors inside solids, which have no value and count in none of these statistics.
     #[serde(default)]
     pub points_inside_solids: usize,
-    /// Coverage factor of the grid's standard errors: this number of them is half an interval of 95 %; null before the second
-    /// pass.
+    /// Coverage factor of GUM: this number of the standard errors of these statistics is half an interval of 95 %. It is Student's quantile for
+    /// one degree of freedom less than passes, or 1.96 for numerical errors. Null before the second pass.
     #[serde(default)]
     pub coverage_factor: Option<f64>,
     /// Mean over the sensors in lux, by the areas of their cells.
@@ -200,7 +200,7 @@ impl GridResult {
             area_m2: area.map(|area| area.chunks(columns.max(1)).map(<[f64]>::to_vec).collect()),
             illuminance_lux: rows(&values, columns),
             standard_error_lux: rows(&errors, columns),
-            coverage_factor: factor_of(estimate),
+            coverage_factor: coverage_factor_of_sensors(estimate),
             daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| ratios.clone()),
             illuminance_ratio_percent: ratios,
             external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
@@ -232,11 +232,6 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// Returns the coverage factor of the standard errors of an estimate.
-fn factor_of(estimate: &GridEstimate) -> Option<f64> {
-    coverage_factor(estimate.sensors.first().map_or(0.0, |sensor| sensor.count), estimate.numerical)
-}
-
 /// True if ratios to the unobstructed illuminance are daylight factors.
 fn has_daylight_factor(daylight: Option<&Daylight>, electric: bool) -> bool {
     let overcast = |sky: &Sky| sky.distribution.sky_type().is_sunless();
@@ -260,7 +255,7 @@ impl GridStatistics {
         Self {
             points_outside: outside,
             points_inside_solids: without_value - outside,
-            coverage_factor: factor_of(estimate),
+            coverage_factor: coverage_factor(estimate.passes(), estimate.numerical),
             mean_lux: mean.value,
             mean_lux_standard_error: finite(mean.standard_error),
             median_lux: median.value,

@@ -13,12 +13,24 @@ pub fn finite(value: f64) -> Option<f64> {
 /// `count` - 1 degrees of freedom (`count` passes), or the normal quantile for estimated `numerical` errors; `None` before the
 /// second pass.
 pub fn coverage_factor(count: f64, numerical: bool) -> Option<f64> {
+    with_degrees(count, count - 1.0, numerical)
+}
+
+/// Returns the coverage factor of the standard errors of the sensors of a grid: that of the fewest degrees of freedom of the whole and of its
+/// parts; `None` before the second pass.
+pub fn coverage_factor_of_sensors(estimate: &GridEstimate) -> Option<f64> {
+    let all = std::iter::once(estimate).chain(&estimate.companions);
+    let fewest = all.map(GridEstimate::degrees_of_freedom).fold(f64::INFINITY, f64::min);
+    with_degrees(estimate.passes(), fewest, estimate.numerical)
+}
+
+fn with_degrees(count: f64, degrees: f64, numerical: bool) -> Option<f64> {
     if count < 2.0 {
         None
     } else if numerical {
         finite(two_sided_normal_quantile(CONFIDENCE))
     } else {
-        finite(two_sided_student_quantile(CONFIDENCE, count - 1.0))
+        finite(two_sided_student_quantile(CONFIDENCE, degrees))
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::number::{coverage_factor, error, value};
+use super::number::{coverage_factor_of_sensors, error, value};
 use crate::estimate::GridEstimate;
 use crate::optics::Spectrum;
 use crate::scene::Enclosure;
@@ -78,9 +78,8 @@ impl SurfacesResult {
                     .collect(),
             }
         };
-        let passes = estimate.sensors.first().map_or(0.0, |sensor| sensor.count);
         Self {
-            coverage_factor: coverage_factor(passes, estimate.numerical),
+            coverage_factor: coverage_factor_of_sensors(estimate),
             faces: numbered.chunk_by(|a, b| a.1.face == b.1.face).map(of_face).collect(),
         }
     }

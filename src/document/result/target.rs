@@ -50,8 +50,7 @@ impl TargetResult {
     /// Compares a grid of this `mean` with its target in lux. `external_lux` is the unobstructed horizontal illuminance, where it alone
     /// lights the room.
     pub fn new(lux: f64, estimate: &GridEstimate, mean: Statistic, external_lux: Option<f64>) -> Self {
-        let passes = estimate.sensors.first().map_or(0.0, |sensor| sensor.count);
-        let half = coverage_factor(passes, estimate.numerical).map(|factor| factor * mean.standard_error);
+        let half = coverage_factor(estimate.passes(), estimate.numerical).map(|factor| factor * mean.standard_error);
         let half = half.filter(|half| half.is_finite()).unwrap_or(f64::INFINITY);
         let verdict = Verdict::of_interval([mean.value - half, mean.value + half], lux);
         let external_lux = external_lux.and_then(|external| finite(external * lux / mean.value));

@@ -163,6 +163,18 @@ impl GridEstimate {
         error.max(self.error_of_few_photons_lux(sensor)).max(self.brightest_photon_lux(sensor))
     }
 
+    /// Returns the degrees of freedom of the sensors' standard errors, for Student's quantiles: one less than passes; or, where sensors share
+    /// a residual, the harmonic mean of those of their variances.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        let of_passes = self.passes() - 1.0;
+        if self.residuals.is_empty() { of_passes } else { of_passes / self.residuals.share_of_few(self.valued()) }
+    }
+
+    /// Returns the number of passes that computed the grid.
+    pub fn passes(&self) -> f64 {
+        self.sensors.first().map_or(0.0, |sensor| sensor.count)
+    }
+
     /// Returns the standard error in lux by Poisson's distribution while a sensor has found few photons, and at least the effect of one
     /// photon: passes that find nothing agree to the last digit, whatever light they miss. Returns 0 with enough photons, and where no
     /// light can come.

@@ -47,9 +47,10 @@ impl GridStatistics {
         let values: Vec<f64> = sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect();
         let errors: Vec<f64> = sensors.clone().map(|sensor| estimate.standard_error_lux(sensor)).collect();
         let weights: Vec<f64> = sensors.map(|sensor| estimate.weight(sensor)).collect();
-        let count = estimate.sensors[estimate.valued().next()?].count;
+        estimate.valued().next()?;
+        let degrees = [estimate.passes() - 1.0, estimate.degrees_of_freedom()];
         let mean = mean(estimate);
-        let of = |order: &dyn Fn(&[f64]) -> f64| order_statistic(&values, &errors, count, estimate.numerical, order);
+        let of = |order: &dyn Fn(&[f64]) -> f64| order_statistic(&values, &errors, degrees, estimate.numerical, order);
         let min = of(&|values| values.iter().copied().fold(f64::INFINITY, f64::min));
         let uniformity = min.value / mean.value;
         Some(Self {
@@ -87,11 +88,12 @@ fn error_of_mean(estimate: &GridEstimate) -> f64 {
     (estimate.mean.variance_of_mean() + bias * bias + fixed_points / (total * total) + few_photons * few_photons).sqrt()
 }
 
-/// Returns the statistic `order` of the values, with an error that covers its interval; `count` is the number of replicates of each value.
+/// Returns the statistic `order` of the values, with an error that covers its interval; the degrees of freedom are those of the statistic's
+/// error, and of the `errors` of the values.
 fn order_statistic(
     values: &[f64],
     errors: &[f64],
-    count: f64,
+    [reported, degrees]: [f64; 2],
     numerical: bool,
     order: &dyn Fn(&[f64]) -> f64,
 ) -> Statistic {
@@ -106,25 +108,25 @@ fn order_statistic(
         // the errors of neighbours are similar: all values move together
         (1.0, 1.0)
     } else {
-        let quantile = |sensors: usize| {
+        let quantile = |sensors: usize, degrees: f64| {
             let confidence = 1.0 - (1.0 - CONFIDENCE) / sensors as f64;
-            if count > MANY {
+            if degrees >= MANY {
                 two_sided_normal_quantile(confidence)
             } else {
-                two_sided_student_quantile(confidence, count - 1.0)
+                two_sided_student_quantile(confidence, degrees)
             }
         };
-        let all = quantile(values.len());
+        let all = quantile(values.len(), degrees);
         let [low, high] = ends(all);
         let reaches = |(value, error): &(&f64, &f64)| *value - all * *error <= high && *value + all * *error >= low;
         let candidates = values.iter().zip(errors).filter(reaches).count();
-        (quantile(1), quantile(candidates.max(1)))
+        (quantile(1, reported), quantile(candidates.max(1), degrees))
     };
     let [low, high] = ends(joint);
     Statistic { value, standard_error: (value - low).max(high - value) / single }
 }
 
-/// Number of replicates from which on Student's quantiles are the normal ones, to a thousandth at any confidence that is used here.
+/// Degrees of freedom from which on Student's quantiles are the normal ones, to a thousandth at any confidence that is used here.
 const MANY: f64 = 10_000.0;
 
 /// Returns the median of at least one value: the least of which the values up to it have half of all weights; where they have exactly half,

@@ -89,19 +89,41 @@ impl Residuals {
 
     /// Returns the illuminance of a sensor in lx, and its variance; infinite with fewer than two passes.
     pub fn value_and_variance(&self, sensor: usize) -> (f64, f64) {
+        let (value, [coarse, own, of_others]) = self.value_and_variances(sensor);
+        (value, coarse + own + of_others)
+    }
+
+    /// Returns the ratio of the degrees of freedom of a variance by passes to those of the variances of some sensors, 0..1, by Welch and
+    /// Satterthwaite: a sensor's coarse part and its own residual have those of passes, what many sensors share has many more. Mean over the
+    /// sensors; 1 where none has an error.
+    pub fn share_of_few(&self, sensors: impl Iterator<Item = usize>) -> f64 {
+        let mut shares = Moments::default();
+        for sensor in sensors {
+            let (_, [coarse, own, of_others]) = self.value_and_variances(sensor);
+            let all = coarse + own + of_others;
+            if all > 0.0 && all.is_finite() {
+                shares.push((coarse * coarse + own * own) / (all * all));
+            }
+        }
+        if shares.count > 0.0 { shares.mean } else { 1.0 }
+    }
+
+    /// Returns the illuminance of a sensor in lx, and the parts of its variance: by the coarse part, by its own residual, and by the residual
+    /// that it shares with others.
+    fn value_and_variances(&self, sensor: usize) -> (f64, [f64; 3]) {
         let (coarse, beyond) = (&self.coarse[sensor], &self.beyond[sensor]);
         if !self.is_lit(sensor) {
-            return (coarse.mean, coarse.variance_of_mean());
+            return (coarse.mean, [coarse.variance_of_mean(), 0.0, 0.0]);
         }
         let Some(pooled) = &self.pooled else {
-            return (coarse.mean + beyond.mean, coarse.variance_of_mean() + beyond.variance_of_mean());
+            return (coarse.mean + beyond.mean, [coarse.variance_of_mean(), beyond.variance_of_mean(), 0.0]);
         };
         let scale = self.gathered[sensor].mean.max(pooled.least_scale);
         let others = 1.0 - pooled.own;
         let value = coarse.mean + pooled.own * beyond.mean + others * pooled.mean * scale;
         let own = pooled.own * pooled.own * beyond.variance_of_mean();
         let of_others = (others * scale).powi(2) * (pooled.spread + pooled.variance_of_mean);
-        (value, coarse.variance_of_mean() + own + of_others)
+        (value, [coarse.variance_of_mean(), own, of_others])
     }
 
     /// True if a sensor gets reflected light; otherwise its residual is zero, and is not pooled with others.
@@ -227,6 +249,26 @@ mod tests {
             assert!(actual < most, "{spread} {expected}: {actual}");
             assert!((0.85..1.8).contains(&(reported / actual)), "{spread} {expected}: {reported} {actual}");
         }
+    }
+
+    /// Checks shares by hand: sensors with their own residuals alone have the degrees of freedom of passes where one part has all the noise, and
+    /// twice these where two parts have half of it each; sensors that share a residual without noise of the coarse part have many more.
+    #[test]
+    fn what_many_share_has_many_degrees_of_freedom() {
+        let of = |sensors: usize, known: f64, noise: &dyn Fn(usize, usize) -> f64| {
+            let mut residuals = Residuals::of_sensors(sensors, Some(1e-9));
+            for pass in 0..4 {
+                let beyond: Vec<f64> = (0..sensors).map(|sensor| noise(pass, sensor)).collect();
+                let whole = (0..sensors).map(|sensor| 100.0 + known * noise(pass, sensor) + beyond[sensor]).collect();
+                residuals.push(&pass_of(whole, beyond));
+            }
+            residuals.share_of_few(0..sensors)
+        };
+        let alternates = |pass: usize, sensor: usize| if (pass + sensor).is_multiple_of(2) { 1.0 } else { -1.0 };
+        assert_eq!(of(1, 0.0, &alternates), 1.0);
+        assert!((of(1, 1.0, &alternates) - 0.5).abs() < 1e-12);
+        assert_eq!(of(1, 0.0, &|_, _| 0.0), 1.0);
+        assert!(of(1000, 0.0, &alternates) < 1e-3, "{}", of(1000, 0.0, &alternates));
     }
 
     /// Few sensors, and sensors without light by the coarse solution, count their own residuals whole.

@@ -50,6 +50,8 @@ impl Wanted {
 pub struct Accuracy {
     /// Relative error of the worst grid.
     pub grids: Option<f64>,
+    /// Degrees of freedom of the worst grid's standard errors ([`GridEstimate::degrees_of_freedom`]).
+    pub degrees_of_grids: Option<f64>,
     /// Relative error of the worst view.
     pub views: Option<f64>,
 }
@@ -149,21 +151,25 @@ impl StopRule {
     }
 
     /// Returns the root mean square over sensors of t se / max(E, 0.01 mean E), for the worst grid and the worst view; t is Student's
-    /// quantile for the number of passes that computed it, and that of the normal distribution for a solution.
+    /// quantile for the degrees of freedom of the standard errors, and that of the normal distribution for a solution.
     pub fn accuracy(&self, estimate: &Estimate) -> Accuracy {
-        let t = |passes: u64| match passes {
+        let t = |passes: u64, degrees: f64| match passes {
             0 | 1 => two_sided_normal_quantile(self.confidence),
-            passes => two_sided_student_quantile(self.confidence, passes as f64 - 1.0),
+            _ => two_sided_student_quantile(self.confidence, degrees),
         };
         // a single pass has no error, a single solution has one
         let known = |error: &f64| estimate.passes >= 2 || error.is_finite();
-        let worst = |passes: u64, errors: &mut dyn Iterator<Item = f64>| {
-            errors.reduce(f64::max).filter(known).map(|error| t(passes) * error)
-        };
-        let lit = estimate.grids.iter().filter(|grid| !found_nothing(grid, estimate.passes_of_grids()));
+        let passes = estimate.passes_of_grids();
+        let lit = estimate.grids.iter().filter(|grid| !found_nothing(grid, passes));
+        let of_grids = lit.map(|grid| (grid_error(grid), grid.degrees_of_freedom())).filter(|(error, _)| known(error));
+        let of_grids = of_grids.map(|(error, degrees)| (t(passes, degrees) * error, degrees));
+        let worst = of_grids.max_by(|one, other| one.0.total_cmp(&other.0));
+        let passes = estimate.passes_of_views();
+        let of_views = estimate.views.iter().map(film_error).filter(known);
         Accuracy {
-            grids: worst(estimate.passes_of_grids(), &mut lit.map(grid_error)),
-            views: worst(estimate.passes_of_views(), &mut estimate.views.iter().map(film_error)),
+            grids: worst.map(|(error, _)| error),
+            degrees_of_grids: worst.map(|(_, degrees)| degrees).filter(|degrees| *degrees > 0.0),
+            views: of_views.map(|error| t(passes, passes as f64 - 1.0) * error).reduce(f64::max),
         }
     }
 
@@ -288,7 +294,9 @@ mod tests {
         assert_eq!(after, [None, Some(WaitingFor::NextJudgement), None]);
         // if both are above, the one that is farther from its limit
         let few = estimate(&good, 8);
-        let waits = |grids, views| rule().waiting_for(&few, Accuracy { grids: Some(grids), views: Some(views) });
+        let waits = |grids, views| {
+            rule().waiting_for(&few, Accuracy { grids: Some(grids), views: Some(views), ..Accuracy::default() })
+        };
         assert_eq!(waits(0.04, 0.07), Some(WaitingFor::RelativeError));
         assert_eq!(waits(0.03, 0.10), Some(WaitingFor::ViewRelativeError));
         assert_eq!(waits(0.02, 0.06), Some(WaitingFor::ViewRelativeError));
