@@ -11,6 +11,7 @@ use crate::integrator::cross_check::CrossChecked;
 use crate::integrator::method::{Computation, Task};
 use crate::integrator::moments::at_moments;
 use crate::integrator::photon_map::progressive::Carried;
+use crate::integrator::radiosity::SharedExchanges;
 use crate::integrator::{Integrator, Pass};
 use crate::plan::{MethodChoice, Methods};
 use crate::scene::Scene;
@@ -100,8 +101,10 @@ impl Engine {
                 Computation::Solution(solver) => Self::Solver(solver),
             };
         }
+        let exchanges = SharedExchanges::new(traceable);
         let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64, share: f64| {
-            build(choice, Task { traceable, ..task.without_views() }, seed, share)
+            let exchanges = Some(&exchanges);
+            build(choice, Task { traceable, exchanges, ..task.without_views() }, seed, share)
         };
         let mut grids = None;
         if let Some(choice) = &methods.grids {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Integrator;
+use super::radiosity::SharedExchanges;
 use super::trial::TrialPasses;
 use crate::analytic::Solver;
 use crate::scene::{EstimateKind, Grid, Scene, View};
@@ -108,12 +109,14 @@ pub struct Task<'a> {
     pub grids: &'a [Grid],
     /// Views of the scene that the method has to compute.
     pub views: &'a [View],
+    /// Exchanges of the room that the method shares with others of the same grids and views.
+    pub exchanges: Option<&'a SharedExchanges>,
 }
 
 impl<'a> Task<'a> {
     /// Makes the task of all outputs of a scene.
     pub fn whole(scene: &'a Scene, traceable: &'a Arc<TraceableScene>) -> Self {
-        Self { scene, traceable, grids: &scene.grids, views: &scene.views }
+        Self { scene, traceable, grids: &scene.grids, views: &scene.views, exchanges: None }
     }
 
     /// Returns this task without its views.

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 
 use crate::guide::sun_arcs::PointBelow;
 use crate::guide::{End, Guide, RayCount, Transit};
-use crate::integrator::photon::close_points::is_near_opening;
+use crate::integrator::photon::nearness::is_near_opening;
 use crate::optics::Spectrum;
 use crate::sampling::{PathRandom, warp};
 use crate::sky::Sun;

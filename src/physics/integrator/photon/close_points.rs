@@ -2,16 +2,10 @@
 
 use glam::DVec3;
 
+use super::nearness::{distance_to_surface, is_near_opening, opening_reach, surface_reach};
 use crate::integrator::method::{Refusal, RefusalCode};
 use crate::scene::{EstimateKind, Grid};
-use crate::traceable::{TraceableScene, TraceableTube};
-
-/// Distance to a surface or an opening, as a fraction of the room's shortest edge, below which a point sensor is too near to it.
-const NEAR_SURFACE: f64 = 0.01;
-
-/// Distance to an opening, as a fraction of its radius, below which connections to its points are too noisy: at this distance the variance
-/// of each connection is 33 times the square of the mean, and it rises as one over the squared distance.
-const NEAR_OPENING: f64 = 0.1;
+use crate::traceable::TraceableScene;
 
 /// Returns the reason why point sensors would get a misleading standard error, or `None`. Near a surface that rises above them, and near an
 /// opening, connections are rare and bright, because the squared distance is small against the area per photon. The reason names the sensor
@@ -41,9 +35,6 @@ fn refusal_of_nearest(close: impl Iterator<Item = ClosePoint>, grids: &[Grid]) -
     );
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
-
-/// Largest |z| of a face's unit normal at which the face is called a wall, not the ceiling.
-const LEVEL: f64 = 0.1;
 
 const OPENING: &str = "an opening";
 
@@ -81,7 +72,7 @@ pub fn points_nearer_than(scene: &TraceableScene, grids: &[Grid], near: f64) -> 
 
 /// Returns the point sensors that are too near to a surface or an opening, with their distances.
 fn close_points<'a>(scene: &'a TraceableScene, grids: &'a [Grid]) -> impl Iterator<Item = ClosePoint> + 'a {
-    let near = NEAR_SURFACE * scene.enclosure.shortest_edge_m();
+    let near = surface_reach(scene);
     points(grids).filter_map(move |(place, point)| {
         let to_surface = distance_to_surface(scene, point, near);
         let to_surface = to_surface.map(|(distance, surface)| ClosePoint { distance, near, surface, place });
@@ -96,40 +87,4 @@ fn close_to_opening(scene: &TraceableScene, place: SensorPlace, point: DVec3) ->
         ClosePoint { distance, near, surface: OPENING, place }
     });
     close.min_by(|a, b| a.distance.total_cmp(&b.distance))
-}
-
-/// True if a point is so near to an opening that its light must be estimated by sampled directions, not by connections to points of the
-/// opening.
-#[inline]
-pub fn is_near_opening(scene: &TraceableScene, tube: &TraceableTube, point: DVec3) -> bool {
-    tube.distance_to_opening(point) < opening_reach(scene, tube)
-}
-
-fn opening_reach(scene: &TraceableScene, tube: &TraceableTube) -> f64 {
-    f64::max(NEAR_SURFACE * scene.enclosure.shortest_edge_m(), NEAR_OPENING * tube.opening.outer_radius())
-}
-
-/// Returns the distance in metres from a point to the nearest surface that rises above it and from which photons may be connected, and the
-/// name of the surface; `None` if that distance is `near` or more.
-pub fn distance_to_surface(scene: &TraceableScene, point: DVec3, near: f64) -> Option<(f64, &'static str)> {
-    let mut found = Vec::new();
-    if scene.interreflection {
-        let rising = scene.enclosure.polygons.iter().filter(|face| face.bounds()[1].z > point.z);
-        found.extend(rising.map(|face| {
-            let is_wall = face.normal().z.abs() < LEVEL;
-            (face.distance(point), if is_wall { "a wall" } else { "the ceiling" })
-        }));
-        let outside = scene.boxes.iter().filter(|object| !object.contains(point));
-        found.extend(outside.map(|object| (object.horizontal_distance(point), "a box")));
-        // a grid may lie on a mesh
-        let level = scene.coinciding();
-        let meshes = scene.meshes.as_ref().and_then(|meshes| meshes.horizontal_distance(point, level, near));
-        found.extend(meshes.map(|distance| (distance, "a mesh")));
-    }
-    // without anything in between their light has a closed form
-    if scene.luminaires_obstructed {
-        let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits());
-        found.extend(luminaires.map(|luminaire| (luminaire.horizontal_distance(point), "a luminaire")));
-    }
-    found.into_iter().filter(|(distance, _)| *distance < near).min_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -7,4 +7,5 @@ pub mod descent;
 pub mod emission;
 pub mod energy_balance;
 pub mod events;
+pub mod nearness;
 pub mod path;

@@ -9,7 +9,7 @@ use super::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA, densi
 use super::store::Tube;
 use crate::geometry::disc::disc_disc_area;
 use crate::integrator::backward::next_event::luminaire_density;
-use crate::integrator::photon::close_points::is_near_opening;
+use crate::integrator::photon::nearness::is_near_opening;
 use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::{PathRandom, warp};
 use crate::traceable::luminaire::TraceableLuminaire;

@@ -1,4 +1,4 @@
-//! Exchange of light between patches: where rays from each end, the direct light of each, and the radiosities that follow.
+//! Exchange of light between patches: where rays from each end, the direct light of openings, and the radiosities that follow.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -8,12 +8,12 @@ use rayon::prelude::*;
 
 use super::bright_patches::{Area, BrightPatches};
 use super::gradients::of_opening;
+use super::other_light::other_light;
 use super::patches::Patches;
-use crate::guide::RayCount;
-use crate::integrator::backward::clear_zones::through_clear_zones;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, warp};
+use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Place, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions.
@@ -36,9 +36,9 @@ const NONE: u32 = u32::MAX;
 /// Mark of a ray that ends in a patch which was not found: it is left out of the mean.
 const NOT_FOUND: u32 = u32::MAX - 1;
 
-/// Exchange of light between patches, and their direct light: everything that depends on the room alone.
+/// Exchange of light between patches, and the direct light of openings: everything that depends on the room alone.
 #[derive(Debug)]
-pub struct Exchange<const C: usize> {
+pub struct Exchange {
     patches: Patches,
     /// Number of each patch among those that rays meet.
     numbers: Vec<u32>,
@@ -46,16 +46,16 @@ pub struct Exchange<const C: usize> {
     lengths_squared: Vec<f64>,
     /// Rectangles of the patches, by these numbers; `None` for those of facets.
     areas: Vec<Option<Area>>,
-    /// Diffuse reflectances, by these numbers.
-    pub(super) reflectances: Vec<Spectrum<C>>,
+    /// Surfaces of the patches, by these numbers.
+    surfaces: Vec<SurfaceId>,
     /// Patches that rays from the starts of paths meet first, by these numbers.
     seen: Vec<u32>,
     /// Patches in which the rays of each patch end, by these numbers, with the reflectance of mirrors on the path.
     pub(super) met: Vec<(u32, f64)>,
     /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
     pub(super) of_openings: Vec<(u32, f64)>,
-    /// Illuminances by luminaires, and by sky and sun through clear zones, in lx.
-    pub(super) of_others: Vec<Spectrum<C>>,
+    /// Points of each patch, at which light that does not come from Lambertian openings is computed; empty where there is none.
+    points: Vec<Vec<SurfacePoint>>,
 }
 
 /// Points of a patch that rays have met.
@@ -64,10 +64,10 @@ struct MetPatch {
     points: Vec<SurfacePoint>,
 }
 
-impl<const C: usize> Exchange<C> {
+impl Exchange {
     /// Finds the patches that rays from `starts` meet, directly or after reflections; always the same for the same scene and starts. `edge`
-    /// is the approximate length of an edge of a patch in m. The light of sky and sun through clear zones counts if this is asked for; they
-    /// are those of straight tubes. `None` where no light is reflected.
+    /// is the approximate length of an edge of a patch in m. Edges are shorter where luminaires give light, and, if this is asked for, the sun
+    /// through clear zones. `None` where no light is reflected.
     pub fn new((scene, with_clear_zones): (&TraceableScene, bool), starts: &[SurfacePoint], edge: f64) -> Option<Self> {
         if !scene.interreflection {
             return None;
@@ -117,19 +117,16 @@ impl<const C: usize> Exchange<C> {
         }
         let of_patch = |(number, patch): (usize, &MetPatch)| {
             let mut random = PathRandom::new(key.child(2).child(number as u64));
-            PatchRays::of((scene, with_clear_zones), patch, &mut random)
+            PatchRays::of(scene, patch, &mut random)
         };
-        let lit: Vec<PatchRays<C>> = found.par_iter().enumerate().map(of_patch).collect();
+        let lit: Vec<PatchRays> = found.par_iter().enumerate().map(of_patch).collect();
         let number = |end: &Option<RayEnd>| {
             let patch = end.and_then(|end| Some((patches.at(end.point.surface?, end.point.position)?, end.weight)));
             patch.map_or((NONE, 0.0), |(patch, weight)| (numbers[patch], weight))
         };
         let met = lit.iter().flat_map(|lit| lit.met.iter().map(number)).collect();
         let of_openings = lit.iter().flat_map(|lit| lit.of_openings.iter().copied()).collect();
-        let of_others = lit.iter().map(|lit| lit.of_others).collect();
-        let reflectance =
-            |patch: &MetPatch| scene.optics(patch.surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
-        let reflectances = found.iter().map(reflectance).collect();
+        let surfaces: Vec<SurfaceId> = found.iter().map(|patch| patch.surface).collect();
         let area = |(patch, number): (usize, &u32)| {
             let found = found.get(*number as usize)?;
             Some((*number, patches.area(found.surface, patch)))
@@ -142,32 +139,43 @@ impl<const C: usize> Exchange<C> {
         let lengths_squared = areas.iter().map(length).collect();
         let seen =
             first_seen.iter().filter_map(|point| Some(numbers[patches.at(point.surface?, point.position)?])).collect();
-        let exchange =
-            Self { lengths_squared, numbers, areas, reflectances, seen, met, of_openings, of_others, patches };
-        (!found.is_empty()).then_some(exchange)
+        let is_lit = with_clear_zones || scene.luminaires.iter().any(TraceableLuminaire::emits);
+        let points = if is_lit { found.into_iter().map(|patch| patch.points).collect() } else { Vec::new() };
+        let exchange = Self { lengths_squared, numbers, areas, surfaces, seen, met, of_openings, points, patches };
+        (!exchange.surfaces.is_empty()).then_some(exchange)
     }
 
     /// Returns the number of rays and connections of which the exchange was computed.
     pub fn rays(&self) -> f64 {
-        (self.reflectances.len() * (FINDING + 2 * RAYS)) as f64
+        (self.surfaces.len() * (FINDING + 2 * RAYS)) as f64
     }
 
-    /// Computes the radiosities where openings send these fluxes in lm, as from Lambertian surfaces (Gauss and Seidel's sweeps).
-    pub fn solve(self: &Arc<Self>, fluxes: &[Spectrum<C>]) -> Solution<C> {
-        let straight: Vec<Spectrum<C>> = self
-            .of_openings
-            .chunks_exact(self.of_openings.len() / self.of_others.len())
-            .zip(&self.of_others)
-            .map(|(of_openings, of_others)| {
-                let mut lux = *of_others;
-                of_openings.iter().for_each(|(tube, per_lumen)| {
-                    lux += fluxes.get(*tube as usize).map_or(Spectrum::ZERO, |flux| *flux * *per_lumen);
-                });
-                lux
-            })
-            .collect();
+    /// Returns the illuminances of each patch by openings, in lx per lumen, with the number of the tube.
+    pub(super) fn openings_of_each(&self) -> impl Iterator<Item = &[(u32, f64)]> {
+        self.of_openings.chunks_exact(self.of_openings.len() / self.surfaces.len())
+    }
+
+    /// Computes the radiosities in a scene of this room where openings send these fluxes in lm, as from Lambertian surfaces (Gauss and
+    /// Seidel's sweeps). The light of sky and sun through clear zones of straight tubes counts if this is asked for.
+    pub fn solve<const C: usize>(
+        self: &Arc<Self>,
+        (scene, with_clear_zones): (&TraceableScene, bool),
+        fluxes: &[Spectrum<C>],
+    ) -> Solution<C> {
+        let mut straight = other_light((scene, with_clear_zones), &self.points);
+        straight.resize(self.surfaces.len(), Spectrum::ZERO);
+        // the solution scales with the flux of the openings only where other light adds nothing
+        let alone = straight.iter().all(|lux: &Spectrum<C>| lux.max() <= 0.0);
+        for (lux, of_openings) in straight.iter_mut().zip(self.openings_of_each()) {
+            of_openings.iter().for_each(|(tube, per_lumen)| {
+                *lux += fluxes.get(*tube as usize).map_or(Spectrum::ZERO, |flux| *flux * *per_lumen);
+            });
+        }
+        let reflectance =
+            |surface: &SurfaceId| scene.optics(*surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
+        let reflectances: Vec<Spectrum<C>> = self.surfaces.iter().map(reflectance).collect();
         let mut radiosities: Vec<Spectrum<C>> =
-            self.reflectances.iter().zip(&straight).map(|(by, lux)| *by * *lux).collect();
+            reflectances.iter().zip(&straight).map(|(by, lux)| *by * *lux).collect();
         for _ in 0..SWEEPS {
             let (mut changed, mut all) = (0.0, 0.0);
             for (patch, met) in self.met.chunks_exact(RAYS).enumerate() {
@@ -178,7 +186,7 @@ impl<const C: usize> Exchange<C> {
                     }
                     members += u32::from(*number != NOT_FOUND);
                 }
-                let radiosity = self.reflectances[patch] * (straight[patch] + sum * (1.0 / f64::from(members.max(1))));
+                let radiosity = reflectances[patch] * (straight[patch] + sum * (1.0 / f64::from(members.max(1))));
                 changed += (radiosity.max() - radiosities[patch].max()).abs();
                 all += radiosity.max();
                 radiosities[patch] = radiosity;
@@ -188,14 +196,12 @@ impl<const C: usize> Exchange<C> {
             }
         }
         radiosities.iter_mut().for_each(|radiosity| *radiosity = *radiosity * (1.0 / PI));
-        // the solution scales with the flux of the openings only where other light adds nothing
-        let alone = self.of_others.iter().all(|lux| lux.max() <= 0.0);
         let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
         let seen = self.seen.iter().filter_map(|number| Some(radiosities.get(*number as usize)?.luminance()));
         let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
         let bright_patches =
             BrightPatches::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()), mean);
-        let variances = self.variances(fluxes, &radiosities);
+        let variances = self.variances(&reflectances, fluxes, &radiosities);
         Solution {
             variances,
             exchange: self.clone(),
@@ -206,16 +212,15 @@ impl<const C: usize> Exchange<C> {
     }
 }
 
-/// Rays and direct light of one patch.
-struct PatchRays<const C: usize> {
+/// Rays of one patch, and its direct light by openings.
+struct PatchRays {
     /// Ends of its rays.
     met: [Option<RayEnd>; RAYS],
     of_openings: Vec<(u32, f64)>,
-    of_others: Spectrum<C>,
 }
 
-impl<const C: usize> PatchRays<C> {
-    fn of((scene, with_clear_zones): (&TraceableScene, bool), patch: &MetPatch, random: &mut PathRandom) -> Self {
+impl PatchRays {
+    fn of(scene: &TraceableScene, patch: &MetPatch, random: &mut PathRandom) -> Self {
         let point = |number: usize| &patch.points[number % patch.points.len()];
         let met = std::array::from_fn(|number| ray(scene, point(number), number, random));
         let start = random.uniform();
@@ -237,38 +242,21 @@ impl<const C: usize> PatchRays<C> {
             })
             .collect();
         if !scene.mirrors.is_empty() {
-            of_openings.extend((0..RAYS).map(|number| by_mirrors::<C>(scene, point(number), random)));
+            of_openings.extend((0..RAYS).map(|number| by_mirrors(scene, point(number), random)));
         }
-        let mut of_others = Spectrum::ZERO;
-        for number in 0..patch.points.len() {
-            let point = point(number);
-            if with_clear_zones {
-                let numbers = (random.uniform2(), &mut *random);
-                let cosine = |toward| point.cosine(toward);
-                let lux = through_clear_zones::<C>(scene, *point, cosine, numbers, &mut RayCount::default());
-                of_others += lux * (1.0 / patch.points.len() as f64);
-            }
-            for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
-                let source = luminaire.point(random.uniform2());
-                if scene.visible(source, Some(luminaire.surface), point.position, point.surface) {
-                    let lux: Spectrum<C> = luminaire.irradiance(point.position, point.normal);
-                    of_others += lux * (1.0 / patch.points.len() as f64);
-                }
-            }
-        }
-        Self { met, of_openings, of_others }
+        Self { met, of_openings }
     }
 }
 
 /// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
-fn by_mirrors<const C: usize>(scene: &TraceableScene, point: &SurfacePoint, random: &mut PathRandom) -> (u32, f64) {
+fn by_mirrors(scene: &TraceableScene, point: &SurfacePoint, random: &mut PathRandom) -> (u32, f64) {
     let mut found = || {
         let (chain, of_chain) = scene.mirrors.choose(point.position, random.uniform())?;
         let (image, normal) = scene.mirrors.image(chain, (point.position, point.normal));
         let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
         let of_opening = &scene.tubes[tube];
         let source = (of_opening.point(random.uniform2()), None);
-        let path = scene.mirror_path::<C>(chain, (point.position, point.surface), source)?;
+        let path = scene.mirror_path::<3>(chain, (point.position, point.surface), source)?;
         let [unfolded, normal] = [path.unfolded, normal].map(|v| of_opening.frame.levelled_direction(v));
         let lux = per_lumen(unfolded, normal).max(0.0) * path.reflectance.luminance();
         Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
@@ -317,7 +305,7 @@ const MOST_TURNS: usize = 8;
 /// Radiosities of patches.
 #[derive(Clone, Debug)]
 pub struct Solution<const C: usize> {
-    exchange: Arc<Exchange<C>>,
+    exchange: Arc<Exchange>,
     /// Luminances in cd/m2, by the number of the patch.
     pub(super) luminances: Vec<Spectrum<C>>,
     /// Variances of these luminances in (cd/m2)^2, by the chance of the rays and connections of each patch.

@@ -1,8 +1,9 @@
 //! Coarse radiosity solution of the room, by which paths estimate the light that surfaces reflect.
 //!
 //! Surfaces that paths can meet are divided into patches ([`patches`]). Rays from each patch find the others that it sees, and connections
-//! find the openings and luminaires that light it ([`exchange`]): all this depends on the room alone. The light of one pass then gives the
-//! radiosity of every patch by Gauss and Seidel's sweeps.
+//! find the openings that light it ([`exchange`]): all this depends on the room alone, and methods that compute the same room in other light
+//! share it ([`shared`]). The light of openings, and other light ([`other_light`]), then gives the radiosity of every patch by Gauss and
+//! Seidel's sweeps.
 //!
 //! Cells of surfaces on which direct light has a steep gradient are divided ([`gradients`]), and some rays are aimed at patches that are
 //! much brighter than most ([`bright_patches`]).
@@ -16,8 +17,11 @@
 mod bright_patches;
 mod exchange;
 mod gradients;
+mod other_light;
 mod patches;
+mod shared;
 mod spread;
 
 pub use bright_patches::{Aim, BrightPatches};
 pub use exchange::{Exchange, Solution};
+pub use shared::SharedExchanges;

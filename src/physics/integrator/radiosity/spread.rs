@@ -16,19 +16,24 @@ use crate::sampling::{Key, PathRandom, lattice, warp};
 use crate::scene::Sensor;
 use crate::traceable::{Place, TraceableScene};
 
-impl<const C: usize> Exchange<C> {
-    /// Estimates the variances of luminances, in (cd/m2)^2, by the differences between rays of neighbouring strata and between connections.
-    pub(super) fn variances(&self, fluxes: &[Spectrum<C>], luminances: &[Spectrum<C>]) -> Vec<f64> {
+impl Exchange {
+    /// Estimates the variances of luminances, in (cd/m2)^2, of patches of these reflectances, by the differences between rays of neighbouring
+    /// strata and between connections.
+    pub(super) fn variances<const C: usize>(
+        &self,
+        reflectances: &[Spectrum<C>],
+        fluxes: &[Spectrum<C>],
+        luminances: &[Spectrum<C>],
+    ) -> Vec<f64> {
         let found = |(number, weight): &(u32, f64)| {
             luminances.get(*number as usize).map_or(0.0, |luminance| luminance.luminance() * weight / RAYS as f64)
         };
         let straight = |(tube, per_lumen): &(u32, f64)| {
             fluxes.get(*tube as usize).map_or(0.0, |flux| flux.luminance() * per_lumen / PI)
         };
-        let connections = self.of_openings.len() / self.of_others.len();
-        let patches = self.met.chunks_exact(RAYS).zip(self.of_openings.chunks_exact(connections));
+        let patches = self.met.chunks_exact(RAYS).zip(self.openings_of_each());
         patches
-            .zip(&self.reflectances)
+            .zip(reflectances)
             .map(|((met, of_openings), reflectance)| {
                 let by_rays: f64 = met.chunks_exact(2).map(|pair| (found(&pair[0]) - found(&pair[1])).powi(2)).sum();
                 let by_connections: f64 =

@@ -46,13 +46,16 @@ impl<const C: usize> Coarse<C> {
     ) -> Option<Self> {
         let scene = task.traceable;
         let with_clear_zones = beside == Beside::Connected;
-        let exchange = Arc::new(Exchange::new((scene, with_clear_zones), starts, edge)?);
+        let exchange = match task.exchanges {
+            Some(shared) if scene.interreflection => shared.exchange(with_clear_zones, starts, edge)?,
+            _ => Arc::new(Exchange::new((scene, with_clear_zones), starts, edge)?),
+        };
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
         let lit =
             ClosureSource::new((scene, beside), &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
         let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
-        let solution = exchange.solve(&fluxes);
+        let solution = exchange.solve((scene, with_clear_zones), &fluxes);
         let spread = |(number, grid): (usize, &Grid)| {
             let some = grid.thinned(SENSORS);
             let valued = (0..some.len()).filter(|sensor| !some.is_inside(*sensor));

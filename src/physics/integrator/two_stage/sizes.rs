@@ -61,7 +61,9 @@ impl Sizes {
         let is_known = !variances.is_empty() && grids().all(is_known);
         let of_pixels = f64::from(self.per_pixel) * TIME_BEYOND * pixels as f64;
         let of_sensors = if is_known { 0.0 } else { self.time(sensors) };
-        let by_share = (rays / (SHARE_OF_PATCHES * PASSES * (of_pixels + of_sensors))).sqrt().clamp(FINEST, 1.0);
+        let factors = (0..FACTORS).map(|step| libm::pow(FINEST, f64::from(step) / f64::from(FACTORS - 1)));
+        let by_share = (rays / (SHARE_OF_PATCHES * PASSES * (of_pixels + of_sensors))).sqrt();
+        let by_share = factors.clone().take_while(|factor| *factor >= by_share).last().unwrap_or(1.0);
         if !is_known {
             return by_share;
         }
@@ -73,7 +75,6 @@ impl Sizes {
             };
             TIME_OF_EXCHANGE * rays / squared + PASSES * grids().filter_map(of_grid).sum::<f64>()
         };
-        let factors = (0..FACTORS).map(|step| libm::pow(FINEST, f64::from(step) / f64::from(FACTORS - 1)));
         factors.min_by(|one, other| time(one).total_cmp(&time(other))).unwrap_or(1.0).min(by_share)
     }
 }

@@ -1,0 +1,60 @@
+//! Exchanges of one room that several methods share: those of the parts of its light.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::Exchange;
+use crate::traceable::{SurfacePoint, TraceableScene};
+
+/// Exchanges of a room, each computed when it is first asked for.
+#[derive(Debug)]
+pub struct SharedExchanges {
+    scene: Arc<TraceableScene>,
+    /// Exchanges by what they are computed from; `None` where no light is reflected.
+    made: Mutex<Vec<(u64, Option<Arc<Exchange>>)>>,
+}
+
+impl SharedExchanges {
+    /// Makes exchanges of the room of a scene, which has all light that some of its users have.
+    pub fn new(scene: &Arc<TraceableScene>) -> Self {
+        Self { scene: scene.clone(), made: Mutex::default() }
+    }
+
+    /// Returns what [`Exchange::new`] computes for the room.
+    pub fn exchange(&self, with_clear_zones: bool, starts: &[SurfacePoint], edge: f64) -> Option<Arc<Exchange>> {
+        let mut hasher = DefaultHasher::new();
+        (with_clear_zones, edge.to_bits()).hash(&mut hasher);
+        for start in starts {
+            [start.position, start.normal].map(|of| of.to_array().map(f64::to_bits)).hash(&mut hasher);
+        }
+        let key = hasher.finish();
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, exchange)) = made.iter().find(|(of, _)| *of == key) {
+            return exchange.clone();
+        }
+        let exchange = Exchange::new((&self.scene, with_clear_zones), starts, edge).map(Arc::new);
+        made.push((key, exchange.clone()));
+        exchange
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::optics::Surface;
+    use crate::traceable::test_rooms::{compiled, empty};
+
+    /// Checks that what is asked for again is computed once, and other starts or edges are not taken for it.
+    #[test]
+    fn the_same_exchange_is_computed_once() {
+        let scene = Arc::new(compiled(&empty(DVec3::new(4.0, 3.0, 2.5), Some(Surface::diffuse([0.5; 3])))));
+        let shared = SharedExchanges::new(&scene);
+        let start = |x: f64| SurfacePoint { position: DVec3::new(x, 1.0, 0.8), normal: DVec3::Z, surface: None };
+        let of = |x: f64, edge: f64| shared.exchange(false, &[start(x)], edge).unwrap();
+        let first = of(1.0, 0.5);
+        assert!(Arc::ptr_eq(&first, &of(1.0, 0.5)));
+        assert!([of(1.5, 0.5), of(1.0, 0.4)].iter().all(|other| !Arc::ptr_eq(&first, other)));
+    }
+}
