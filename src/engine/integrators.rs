@@ -60,14 +60,18 @@ pub(super) struct Results {
 /// Factor of the requested error where a method computes all light of an output.
 const WHOLE: f64 = 1.0;
 
+/// Fraction of the mean of a part of the light below which sensors are judged as if they had this much of it: those that are far from a tube
+/// have the light of others.
+const OF_PARTS: f64 = 1.0;
+
 /// Derives the seed of a part of a job, far from that of the job and of other jobs; methods hash it to random numbers.
 fn seed_of(seed: u64, number: u64) -> u64 {
     // the odd number next to 2^64 over the golden ratio
     seed.wrapping_add((number + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15))
 }
 
-/// Returns the number n of parts that the light of grids is the sum of: each source, and daylight through each tube. The sum has a relative
-/// error that is smaller than theirs: by n^(1/2) where all give the same light, and by more where a sensor has most of its light from few.
+/// Returns the number n of parts that the light of grids is the sum of: each source, and daylight through each tube. Where all give the same
+/// light, the sum has n^(1/2) times the error of each relative to the mean of that, and n times the light.
 fn lights(scene: &TraceableScene) -> f64 {
     let of = |source: Source| if source.is_daylight() { scene.tubes.len() } else { 1 };
     scene.sources().map(of).sum::<usize>() as f64
@@ -101,20 +105,26 @@ impl Engine {
                 Computation::Solution(solver) => Self::Solver(solver),
             };
         }
-        let exchanges = SharedExchanges::new(traceable);
+        let of_each = lights(traceable);
+        let sharing = if methods.parts.is_some() { of_each } else { 1.0 };
+        let exchanges = SharedExchanges::new(traceable, sharing as usize);
         let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64, share: f64| {
-            let exchanges = Some(&exchanges);
-            build(choice, Task { traceable, exchanges, ..task.without_views() }, seed, share)
+            let least_share_of_mean = if share == WHOLE { task.least_share_of_mean } else { OF_PARTS };
+            let task = Task { traceable, exchanges: Some(&exchanges), least_share_of_mean, ..task.without_views() };
+            build(choice, task, seed, share)
         };
         let mut grids = None;
         if let Some(choice) = &methods.grids {
             let count = scene.grids.len();
-            let of_each = lights(traceable);
-            let of_part =
-                |part: Arc<TraceableScene>, number| match of_grids(choice, &part, seed_of(seed, number), of_each) {
-                    Computation::Passes(integrator) => Some(integrator),
-                    Computation::Solution(_) => None,
-                };
+            let of_part = |part: Arc<TraceableScene>, number| match of_grids(
+                choice,
+                &part,
+                seed_of(seed, number),
+                of_each.sqrt(),
+            ) {
+                Computation::Passes(integrator) => Some(integrator),
+                Computation::Solution(_) => None,
+            };
             let in_parts = methods.parts.and_then(|_| InParts::new(traceable, count, of_part));
             let checked: Box<dyn Integrator> = match in_parts {
                 Some(parts) => Box::new(parts),

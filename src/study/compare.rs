@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::document::result::GridResult;
-use crate::estimate::stopping::LEAST_SHARE_OF_MEAN;
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
+use crate::integrator::pass::LEAST_SHARE_OF_MEAN;
 use crate::statistics::interval::two_sided_student_quantile;
 
 /// Illuminances with their standard errors in lux, for all grids of a job in sequence.

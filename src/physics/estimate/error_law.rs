@@ -6,7 +6,8 @@
 //! estimated bias, less the variance of this estimate, if that is above zero: an uncertain estimate therefore adds to the error, too. Docs:
 //! docs/physics/statistics.md#what-a-pilot-foretells.
 
-use super::stopping::{LEAST_SHARE_OF_MEAN, next_judgement};
+use super::stopping::next_judgement;
+use crate::integrator::pass::LEAST_SHARE_OF_MEAN;
 use crate::integrator::photon_map::progressive::Radii;
 use crate::integrator::trial::Ratios;
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile};

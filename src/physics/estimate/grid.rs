@@ -21,6 +21,8 @@ pub struct GridEstimate {
     pub photons: Vec<PhotonCount>,
     /// Part of each sensor's illuminance from a coarse solution, and the residual beyond it, if the method separates them.
     pub residuals: Residuals,
+    /// True for a part of the light of another grid, with which it pools its residuals.
+    pub is_part: bool,
     /// The grid's mean illuminance.
     pub mean: Moments,
     /// True if the values come from a solver: errors are then numerical, and similar for neighbours.
@@ -52,6 +54,7 @@ impl GridEstimate {
             contrasts: Vec::new(),
             photons: vec![PhotonCount::default(); sensors],
             residuals: Residuals::default(),
+            is_part: false,
             mean: Moments::default(),
             numerical: false,
             moments: Vec::new(),
@@ -91,6 +94,7 @@ impl GridEstimate {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];
         self.moments = vec![Moments::default(); start.moments.len()];
         self.residuals = Residuals::of_sensors(start.residual.len(), start.expected_spread);
+        self.is_part = start.is_part;
         let sensors = self.sensors.len();
         let begun = |start: &GridPass| {
             let mut estimate = Self { free: self.free.clone(), area: self.area.clone(), ..Self::empty(sensors) };
@@ -113,6 +117,15 @@ impl GridEstimate {
         self.photons.iter_mut().zip(&pass.photons).for_each(|(all, of_pass)| all.add(of_pass));
         self.mean.push(self.mean_of(&pass.illuminance));
         self.companions.iter_mut().zip(companions).for_each(|(companions, pass)| companions.push(pass));
+        self.pool();
+    }
+
+    /// Updates the residuals that sensors have in common, and those of parts of the light with them.
+    fn pool(&mut self) {
+        let pooled = self.residuals.pool(None);
+        for part in self.companions.iter_mut().filter(|companion| companion.is_part) {
+            part.residuals.pool(Some(pooled));
+        }
     }
 
     /// Adds the result of a solver: as two replicates whose spread is the numerical error, or as one if the error is unknown.
@@ -211,6 +224,7 @@ impl GridEstimate {
             contrasts,
             photons,
             residuals,
+            is_part: _,
             mean,
             numerical: _,
             moments,
@@ -232,6 +246,7 @@ impl GridEstimate {
             .for_each(&mut *f);
         residuals.for_each_value(f);
         companions.iter_mut().for_each(|grid| grid.for_each_value(f));
+        self.pool();
     }
 }
 

@@ -11,9 +11,12 @@
 //! normal distribution about that excess, with the excess' standard error, cut off below zero. So a difference too small to be seen in the
 //! noise still has its part in the errors. Where the coarse solution tells how much sensors should differ, that counts, too.
 //!
+//! A part of the light has the scales and weights of the whole. Then values are linear in the passes, and parts add up to the whole.
+//!
 //! See docs/physics/statistics.md#residuals-of-a-coarse-solution.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::integrator::GridPass;
 use crate::integrator::pass::{LEAST_SCALE, LEAST_SENSORS};
@@ -37,28 +40,28 @@ pub struct Residuals {
     gathered: Vec<Moments>,
     /// Variance by which residuals are expected to differ, relative to the squared scale of a sensor.
     expected_spread: Option<f64>,
-    pooled: Option<Pooled>,
+    pooled: Pooled,
 }
 
 /// Residual that sensors have in common.
-#[derive(Clone, Copy, Debug)]
-struct Pooled {
+#[derive(Clone, Debug, Default)]
+pub struct Pooled {
+    /// Light in lx to which the residual of each sensor is relative; 0 where no light is reflected.
+    scales: Arc<[f64]>,
+    /// Weight of a sensor's own residual, 0..1.
+    own: f64,
     /// Mean residual, relative to the scale of a sensor.
     mean: f64,
     variance_of_mean: f64,
     /// Variance of true residuals about it.
     spread: f64,
-    /// Weight of a sensor's own residual, 0..1.
-    own: f64,
-    /// Least scale of a sensor in lx.
-    least_scale: f64,
 }
 
 impl Residuals {
     /// Creates the residuals of `count` sensors, without any pass.
     pub fn of_sensors(count: usize, expected_spread: Option<f64>) -> Self {
         let none = vec![Moments::default(); count];
-        Self { coarse: none.clone(), beyond: none.clone(), gathered: none, expected_spread, pooled: None }
+        Self { coarse: none.clone(), beyond: none.clone(), gathered: none, expected_spread, pooled: Pooled::default() }
     }
 
     /// True if the method reports no residuals.
@@ -66,7 +69,7 @@ impl Residuals {
         self.coarse.is_empty()
     }
 
-    /// Adds a pass.
+    /// Adds a pass; [`Self::pool`] must follow.
     pub fn push(&mut self, GridPass { illuminance, residual, gathered, .. }: &GridPass) {
         let of_pass = illuminance.iter().zip(residual).zip(gathered);
         for (place, ((whole, beyond), gathered)) in of_pass.enumerate().take(self.coarse.len()) {
@@ -74,17 +77,15 @@ impl Residuals {
             self.beyond[place].push(*beyond);
             self.gathered[place].push(*gathered);
         }
-        self.pool();
     }
 
-    /// Calls `f` on every number in a fixed order, to read or to replace them.
+    /// Calls `f` on every number in a fixed order, to read or to replace them; [`Self::pool`] must follow.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         self.coarse
             .iter_mut()
             .chain(&mut self.beyond)
             .chain(&mut self.gathered)
             .for_each(|moments| moments.for_each_value(f));
-        self.pool();
     }
 
     /// Returns the illuminance of a sensor in lx, and its variance; infinite with fewer than two passes.
@@ -112,51 +113,65 @@ impl Residuals {
     /// that it shares with others.
     fn value_and_variances(&self, sensor: usize) -> (f64, [f64; 3]) {
         let (coarse, beyond) = (&self.coarse[sensor], &self.beyond[sensor]);
-        if !self.is_lit(sensor) {
+        let Pooled { scales, own, mean, variance_of_mean, spread } = &self.pooled;
+        let scale = scales.get(sensor).copied().unwrap_or_default();
+        if scale <= 0.0 {
             return (coarse.mean, [coarse.variance_of_mean(), 0.0, 0.0]);
         }
-        let Some(pooled) = &self.pooled else {
-            return (coarse.mean + beyond.mean, [coarse.variance_of_mean(), beyond.variance_of_mean(), 0.0]);
+        let others = 1.0 - own;
+        let value = coarse.mean + own * beyond.mean + others * mean * scale;
+        let of_others = (others * scale).powi(2) * (spread + variance_of_mean);
+        // the own residual of a single pass has no variance yet
+        let of_own = if *own > 0.0 { own * own * beyond.variance_of_mean() } else { 0.0 };
+        (value, [coarse.variance_of_mean(), of_own, of_others])
+    }
+
+    /// Updates the residual that all sensors have in common, and returns it: that of a part of the light has the scales and weights of the
+    /// `whole`, so that the values of parts add up to those of the whole.
+    pub fn pool(&mut self, whole: Option<&Pooled>) -> &Pooled {
+        self.pooled = match whole {
+            Some(whole) if whole.scales.len() == self.coarse.len() => {
+                self.common(whole.scales.clone(), Some(whole.own))
+            }
+            _ => self.common(self.scales(), None),
         };
-        let scale = self.gathered[sensor].mean.max(pooled.least_scale);
-        let others = 1.0 - pooled.own;
-        let value = coarse.mean + pooled.own * beyond.mean + others * pooled.mean * scale;
-        let own = pooled.own * pooled.own * beyond.variance_of_mean();
-        let of_others = (others * scale).powi(2) * (pooled.spread + pooled.variance_of_mean);
-        (value, [coarse.variance_of_mean(), own, of_others])
+        &self.pooled
     }
 
-    /// True if a sensor gets reflected light; otherwise its residual is zero, and is not pooled with others.
-    fn is_lit(&self, sensor: usize) -> bool {
-        self.beyond[sensor].m2 > 0.0
+    /// Returns the scale of each sensor: its gathered light, or a share of the mean where this is more; 0 where no light is reflected.
+    fn scales(&self) -> Arc<[f64]> {
+        let is_lit = |sensor: usize| self.beyond[sensor].m2 > 0.0;
+        let lit: Vec<f64> =
+            (0..self.coarse.len()).filter(|sensor| is_lit(*sensor)).map(|sensor| self.gathered[sensor].mean).collect();
+        let least = LEAST_SCALE * lit.iter().sum::<f64>() / lit.len().max(1) as f64;
+        let scale = |sensor: usize| match is_lit(sensor) {
+            true if least > 0.0 => self.gathered[sensor].mean.max(least),
+            // without light by the coarse solution nothing is shared
+            true => 1.0,
+            false => 0.0,
+        };
+        (0..self.coarse.len()).map(scale).collect()
     }
 
-    /// Updates the residual that all sensors have in common.
-    fn pool(&mut self) {
-        self.pooled = self.in_common();
-    }
-
-    /// Returns the residual that sensors have in common; `None` if these are too few, or have no light.
-    fn in_common(&self) -> Option<Pooled> {
-        let members = || (0..self.coarse.len()).filter(|sensor| self.is_lit(*sensor));
+    /// Computes the residual that sensors of these scales have in common, with the weight of own residuals that is given, or that is best:
+    /// 1 where sensors are too few, or have no light by the coarse solution.
+    fn common(&self, scales: Arc<[f64]>, own: Option<f64>) -> Pooled {
+        let members = || (0..scales.len()).filter(|sensor| scales[*sensor] > 0.0);
         let count = members().count() as f64;
-        if count < LEAST_SENSORS as f64 || members().any(|sensor| self.beyond[sensor].count < 2.0) {
-            return None;
+        let is_dark = members().all(|sensor| self.gathered[sensor].mean <= 0.0);
+        let apart = count < LEAST_SENSORS as f64 || is_dark || members().any(|sensor| self.beyond[sensor].count < 2.0);
+        if apart && own.is_none_or(|own| own >= 1.0) {
+            return Pooled { scales, own: 1.0, ..Pooled::default() };
         }
-        let least_scale = LEAST_SCALE * members().map(|sensor| self.gathered[sensor].mean).sum::<f64>() / count;
-        if least_scale <= 0.0 {
-            return None;
-        }
-        let scale = |sensor: usize| self.gathered[sensor].mean.max(least_scale);
-        let all: f64 = members().map(scale).sum();
+        let all: f64 = members().map(|sensor| scales[sensor]).sum();
         let mean = members().map(|sensor| self.beyond[sensor].mean).sum::<f64>() / all;
         let variance_of_mean =
             members().map(|sensor| self.beyond[sensor].variance_of_mean()).sum::<f64>() / (all * all);
-        let noise = |sensor: usize| self.beyond[sensor].variance_of_mean() / scale(sensor).powi(2);
+        let noise = |sensor: usize| self.beyond[sensor].variance_of_mean() / scales[sensor].powi(2);
         let mut excess = Moments::default();
         for sensor in members() {
             // the mean takes part of a degree of freedom
-            let square = (self.beyond[sensor].mean / scale(sensor) - mean).powi(2) * count / (count - 1.0);
+            let square = (self.beyond[sensor].mean / scales[sensor] - mean).powi(2) * count / (count - 1.0);
             excess.push(square - noise(sensor));
         }
         let noise = members().map(noise).sum::<f64>() / count;
@@ -166,8 +181,8 @@ impl Residuals {
         let spread = mean_above_zero(excess.mean - deviation * deviation / expected, deviation);
         // what many paths have seen counts, however little was expected
         let spread = spread.max(excess.mean - CERTAIN * deviation);
-        let own = if spread + noise > 0.0 { spread / (spread + noise) } else { 1.0 };
-        Some(Pooled { mean, variance_of_mean, spread, own, least_scale })
+        let best = if spread + noise > 0.0 { spread / (spread + noise) } else { 1.0 };
+        Pooled { scales, own: own.unwrap_or(best), mean, variance_of_mean, spread }
     }
 }
 
@@ -218,6 +233,7 @@ mod tests {
                 let beyond: Vec<f64> = truth.iter().map(|mean| mean + 10.0 * normal(&mut random)).collect();
                 let whole: Vec<f64> = beyond.iter().map(|beyond| 100.0 + normal(&mut random) + beyond).collect();
                 residuals.push(&pass_of(whole, beyond));
+                residuals.pool(None);
             }
             for (sensor, truth) in truth.iter().enumerate() {
                 let (value, variance) = residuals.value_and_variance(sensor);
@@ -261,6 +277,7 @@ mod tests {
                 let beyond: Vec<f64> = (0..sensors).map(|sensor| noise(pass, sensor)).collect();
                 let whole = (0..sensors).map(|sensor| 100.0 + known * noise(pass, sensor) + beyond[sensor]).collect();
                 residuals.push(&pass_of(whole, beyond));
+                residuals.pool(None);
             }
             residuals.share_of_few(0..sensors)
         };
@@ -280,6 +297,7 @@ mod tests {
                 let beyond: Vec<f64> = (0..sensors).map(|sensor| f64::from(pass) * sensor as f64).collect();
                 let whole: Vec<f64> = beyond.iter().map(|beyond| coarse + beyond).collect();
                 residuals.push(&pass_of(whole, beyond));
+                residuals.pool(None);
             }
             for sensor in 0..sensors {
                 let (value, variance) = residuals.value_and_variance(sensor);

@@ -2,6 +2,7 @@
 
 use super::film::block_count;
 use super::{Estimate, FilmEstimate, GridEstimate};
+use crate::integrator::pass::LEAST_SHARE_OF_MEAN;
 use crate::scene::{Grid, View};
 use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
 
@@ -132,9 +133,6 @@ pub enum WaitingFor {
     /// All limits hold; the job ends at its next check ([`is_judged`]) if they still do.
     NextJudgement,
 }
-
-/// Fraction of the mean below which a value is judged as if it were this large.
-pub const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
 impl StopRule {
     /// Returns the relative standard error for which methods size the passes of these outputs.

@@ -129,8 +129,14 @@ impl Integrator for InParts {
         let mut grids = of_all.grids;
         grids.resize(self.grids, GridPass::default());
         for grid in &mut grids {
-            grid.residual.clear();
-            grid.companions = vec![grid.clone(); self.parts.len()];
+            // the expected spreads of parts are not that of their sum
+            grid.expected_spread = None;
+            let part = |component: &Component| {
+                let residual =
+                    if matches!(component, Component::Direct(_)) { Vec::new() } else { grid.residual.clone() };
+                GridPass { residual, is_part: true, ..grid.clone() }
+            };
+            grid.companions = self.parts.iter().map(part).collect();
         }
         Pass { grids, ..Pass::default() }
     }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Integrator;
+use super::pass::LEAST_SHARE_OF_MEAN;
 use super::radiosity::SharedExchanges;
 use super::trial::TrialPasses;
 use crate::analytic::Solver;
@@ -109,6 +110,8 @@ pub struct Task<'a> {
     pub grids: &'a [Grid],
     /// Views of the scene that the method has to compute.
     pub views: &'a [View],
+    /// Fraction of the mean of a grid below which the light of a sensor is judged as if it were this large.
+    pub least_share_of_mean: f64,
     /// Exchanges of the room that the method shares with others of the same grids and views.
     pub exchanges: Option<&'a SharedExchanges>,
 }
@@ -116,7 +119,14 @@ pub struct Task<'a> {
 impl<'a> Task<'a> {
     /// Makes the task of all outputs of a scene.
     pub fn whole(scene: &'a Scene, traceable: &'a Arc<TraceableScene>) -> Self {
-        Self { scene, traceable, grids: &scene.grids, views: &scene.views, exchanges: None }
+        Self {
+            scene,
+            traceable,
+            grids: &scene.grids,
+            views: &scene.views,
+            least_share_of_mean: LEAST_SHARE_OF_MEAN,
+            exchanges: None,
+        }
     }
 
     /// Returns this task without its views.

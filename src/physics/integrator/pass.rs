@@ -57,6 +57,9 @@ pub const LEAST_SENSORS: usize = 8;
 /// Least scale of a sensor's residual, as a fraction of the mean over the grid.
 pub const LEAST_SCALE: f64 = 0.1;
 
+/// Fraction of the mean of a grid below which the value of a sensor is judged as if it were this large.
+pub const LEAST_SHARE_OF_MEAN: f64 = 0.01;
+
 /// Illuminances of a grid in lx, one per sensor, with what their errors are computed from.
 #[derive(Clone, Debug, Default)]
 pub struct GridPass {
@@ -68,13 +71,15 @@ pub struct GridPass {
     /// sensor, and their squares add up to the variance of the choice of points. Empty elsewhere.
     pub contrasts: Vec<f64>,
     /// Residual of each sensor in lx: the part of its illuminance that a coarse solution leaves out; empty where the method does not
-    /// estimate it, or where this is one of several parts of the light.
+    /// estimate it.
     pub residual: Vec<f64>,
     /// Part of each sensor's illuminance in lx that the coarse solution gives; as long as `residual`.
     pub gathered: Vec<f64>,
     /// Variance by which the residuals of sensors are expected to differ, relative to their squared gathered light; in the state before the
     /// first pass.
     pub expected_spread: Option<f64>,
+    /// True for a part of the light of the grid that it is a companion of; in the state before the first pass.
+    pub is_part: bool,
     /// Number of photons behind each sensor's value; empty where the method's errors do not depend on it.
     pub photons: Vec<PhotonCount>,
     /// Illuminances in lx at many moments, with what is summed over them, sensor by sensor; empty where they are not requested.
@@ -84,8 +89,10 @@ pub struct GridPass {
 }
 
 impl GridPass {
-    /// Adds another part of the light on the same sensors, by the same method. The sum has no residual: residuals of parts cannot be added.
+    /// Adds another part of the light on the same sensors, by the same method.
     pub fn add(&mut self, other: &Self) {
+        add_each(&mut self.residual, &other.residual, 1.0);
+        add_each(&mut self.gathered, &other.gathered, 1.0);
         add_each(&mut self.illuminance, &other.illuminance, 1.0);
         add_each(&mut self.bias, &other.bias, 1.0);
         add_each(&mut self.contrasts, &other.contrasts, 1.0);
@@ -103,8 +110,9 @@ impl GridPass {
     pub fn make_room_for(&mut self, other: &Self) {
         let nothing = |values: &[f64]| vec![0.0; values.len()];
         let photons = vec![PhotonCount::default(); other.photons.len()];
-        let (illuminance, bias) = (nothing(&other.illuminance), nothing(&other.bias));
-        self.add(&Self { illuminance, bias, contrasts: nothing(&other.contrasts), photons, ..Self::default() });
+        let [illuminance, bias, contrasts] = [&other.illuminance, &other.bias, &other.contrasts].map(|of| nothing(of));
+        let [residual, gathered] = [&other.residual, &other.gathered].map(|of| nothing(of));
+        self.add(&Self { illuminance, bias, contrasts, residual, gathered, photons, ..Self::default() });
     }
 
     /// Converts means over whole sensors to means over their parts outside solids, of which `free` has the fractions of the area: the rest
@@ -126,6 +134,7 @@ impl GridPass {
         });
         Self {
             expected_spread: self.expected_spread,
+            is_part: self.is_part,
             illuminance: scaled(&self.illuminance),
             bias: scaled(&self.bias),
             contrasts: scaled(&self.contrasts),
@@ -137,9 +146,9 @@ impl GridPass {
         }
     }
 
-    /// Subtracts a part of the light. The photon counts stay: the same photons are behind the remainder.
+    /// Subtracts the direct light. The photon counts and the residual stay: the same photons are behind the remainder.
     pub fn without(&self, part: &Self) -> Self {
-        let mut left = Self { residual: Vec::new(), gathered: Vec::new(), ..self.clone() };
+        let mut left = self.clone();
         add_each(&mut left.illuminance, &part.illuminance, -1.0);
         add_each(&mut left.bias, &part.bias, -1.0);
         add_each(&mut left.contrasts, &part.contrasts, -1.0);

@@ -41,8 +41,18 @@ impl Pass {
 
 impl GridPass {
     fn each_word<W: Words>(&mut self, words: &mut W) {
-        let Self { illuminance, bias, contrasts, residual, gathered, expected_spread, photons, moments, companions } =
-            self;
+        let Self {
+            illuminance,
+            bias,
+            contrasts,
+            residual,
+            gathered,
+            expected_spread,
+            is_part: _,
+            photons,
+            moments,
+            companions,
+        } = self;
         for values in [illuminance, bias, contrasts, residual, gathered, moments] {
             numbers(words, values);
         }

@@ -6,18 +6,28 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::Exchange;
 use crate::traceable::{SurfacePoint, TraceableScene};
 
+/// Cost of a solution as a fraction of that of its exchange.
+const COST_OF_SOLUTION: f64 = 0.05;
+
 /// Exchanges of a room, each computed when it is first asked for.
 #[derive(Debug)]
 pub struct SharedExchanges {
     scene: Arc<TraceableScene>,
+    /// Number of methods that share them.
+    methods: f64,
     /// Exchanges by what they are computed from; `None` where no light is reflected.
     made: Mutex<Vec<(u64, Option<Arc<Exchange>>)>>,
 }
 
 impl SharedExchanges {
-    /// Makes exchanges of the room of a scene, which has all light that some of its users have.
-    pub fn new(scene: &Arc<TraceableScene>) -> Self {
-        Self { scene: scene.clone(), made: Mutex::default() }
+    /// Makes exchanges of the room of a scene, which has all light that some of these `methods` compute.
+    pub fn new(scene: &Arc<TraceableScene>, methods: usize) -> Self {
+        Self { scene: scene.clone(), methods: methods.max(1) as f64, made: Mutex::default() }
+    }
+
+    /// Returns the cost of an exchange of so many rays for each of its methods: its part of the rays, and a solution of its own.
+    pub fn cost(&self, rays: f64) -> f64 {
+        rays * (1.0 / self.methods + COST_OF_SOLUTION).min(1.0)
     }
 
     /// Returns what [`Exchange::new`] computes for the room.
@@ -50,7 +60,7 @@ mod tests {
     #[test]
     fn the_same_exchange_is_computed_once() {
         let scene = Arc::new(compiled(&empty(DVec3::new(4.0, 3.0, 2.5), Some(Surface::diffuse([0.5; 3])))));
-        let shared = SharedExchanges::new(&scene);
+        let shared = SharedExchanges::new(&scene, 2);
         let start = |x: f64| SurfacePoint { position: DVec3::new(x, 1.0, 0.8), normal: DVec3::Z, surface: None };
         let of = |x: f64, edge: f64| shared.exchange(false, &[start(x)], edge).unwrap();
         let first = of(1.0, 0.5);

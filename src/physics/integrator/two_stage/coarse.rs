@@ -32,7 +32,7 @@ pub struct Coarse<const C: usize> {
     /// Variances by which the residuals of sensors are expected to differ, relative to their squared gathered light, by grid; empty in
     /// rooms with objects, lobes, mirrors or clear zones, where they are not known.
     pub spreads: Vec<f64>,
-    /// Number of rays and connections of which it was computed.
+    /// Number of rays and connections that it costs.
     pub rays: f64,
 }
 
@@ -66,6 +66,10 @@ impl<const C: usize> Coarse<C> {
         // an object or in a beam
         let is_known = scene.is_bare() && !with_clear_zones;
         let spreads = if is_known { task.grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
-        Some(Self { spreads, rays: exchange.rays(), solution: Arc::new(solution) })
+        Some(Self {
+            spreads,
+            rays: task.exchanges.map_or(exchange.rays(), |shared| shared.cost(exchange.rays())),
+            solution: Arc::new(solution),
+        })
     }
 }

@@ -1,6 +1,5 @@
 //! Trials in the room, before the first pass: how many paths, connections and photons a pass has, and how sensors divide the paths.
 
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::coarse::{Coarse, PHOTONS_DOWN_EACH, TRIED_PASSES};
@@ -14,7 +13,6 @@ use crate::integrator::diffuser_source::closure_source::Beside;
 use crate::integrator::method::Task;
 use crate::sampling::Stream;
 use crate::scene::Grid;
-use crate::traceable::TraceableScene;
 
 /// Largest number of sensors of a grid in the first trial.
 const TRIED_SENSORS: usize = 36;
@@ -33,7 +31,7 @@ impl<const C: usize> TwoStage<C> {
             return (Self::sized((task, beside), settings, target, &untried), untried);
         }
         let some: Vec<Grid> = task.grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
-        let values = Self::tried((task.traceable, beside), &some, coarse, (seed, target, TRIED_PASSES));
+        let values = Self::tried((task, beside), &some, coarse, (seed, target, TRIED_PASSES));
         let variances = values.map_or(untried, |grids| grids.into_iter().map(RelativeVariances::of).collect());
         (Self::sized((task, beside), settings, target, &variances), variances)
     }
@@ -73,7 +71,7 @@ impl<const C: usize> TwoStage<C> {
     ) -> Option<Vec<Vec<Share>>> {
         let sensors: Vec<usize> = task.grids.iter().map(Grid::valued).collect();
         let passes = sizes.trial_of_all(&sensors).filter(|_| settings.samples_per_sensor.is_none())?;
-        let values = Self::tried((task.traceable, beside), task.grids, coarse, (seed, target, passes))?;
+        let values = Self::tried((task, beside), task.grids, coarse, (seed, target, passes))?;
         let divided = values.iter().map(|of_grid| match RelativeVariances::of_shares(of_grid) {
             Some((variances, shares)) => (Some(variances), shares),
             None => (None, vec![Share::EQUAL; of_grid.len()]),
@@ -85,11 +83,12 @@ impl<const C: usize> TwoStage<C> {
 
     /// Computes trial passes of the sensors of some grids; `None` without sensors.
     fn tried(
-        (scene, beside): (&Arc<TraceableScene>, Beside),
+        (task, beside): (&Task, Beside),
         grids: &[Grid],
         coarse: Option<&Coarse<C>>,
         (seed, target, passes): (u64, f64, u64),
     ) -> Option<Vec<Vec<TrialValues>>> {
+        let scene = task.traceable;
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let sizes = Sizes { photons, grids: vec![SampleCounts::TRIAL; grids.len()], per_pixel: 0 };
         let method = Self::with_sizes((scene, beside), (grids, &[]), (sizes, target), coarse, seed);
@@ -117,6 +116,7 @@ impl<const C: usize> TwoStage<C> {
                 }
             }
         }
+        values.iter_mut().for_each(|grid| TrialValues::set_scales(grid, task.least_share_of_mean));
         Some(values)
     }
 }

@@ -24,6 +24,8 @@ const PRIOR: f64 = 8.0;
 pub struct TrialValues {
     /// Illuminance by all light.
     pub lux: Moments,
+    /// Illuminance to which errors are relative.
+    pub scale: f64,
     /// Part that surfaces reflect by the coarse solution.
     pub gathered: Moments,
     /// Residual: the part that the coarse solution leaves out.
@@ -40,10 +42,17 @@ pub struct TrialValues {
 }
 
 impl TrialValues {
-    /// Returns the variance of a part, relative to the square of all light, with its degrees of freedom; `None` without light.
+    /// Returns the variance of a part, relative to the squared scale, with its degrees of freedom; `None` without light.
     fn relative_variance(&self, part: Moments) -> Option<[f64; 2]> {
         let freedom = part.count - 1.0;
-        (self.lux.mean > 0.0).then(|| [part.m2 / freedom / self.lux.mean.powi(2), freedom])
+        (self.lux.mean > 0.0).then(|| [part.m2 / freedom / self.scale.powi(2), freedom])
+    }
+
+    /// Sets the scales of the sensors of a grid: their light, or a share of the mean where this is more.
+    pub fn set_scales(sensors: &mut [Self], least_share_of_mean: f64) {
+        let least =
+            least_share_of_mean * sensors.iter().map(|tried| tried.lux.mean).sum::<f64>() / sensors.len().max(1) as f64;
+        sensors.iter_mut().for_each(|tried| tried.scale = tried.lux.mean.max(least));
     }
 
     /// Adds the values of a sensor in one pass, and the light in lx that comes to it beside them.
@@ -70,7 +79,7 @@ impl Share {
     pub const EQUAL: Self = Self { gathering: 1.0, beyond: 1.0 };
 }
 
-/// Variances relative to the squared illuminance of a sensor: means over some sensors.
+/// Variances relative to the squared scale of a sensor: means over some sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeVariances {
     /// Variance of the gathered part, by the number of paths of the trial.
@@ -111,13 +120,13 @@ impl RelativeVariances {
         let [mut gathered, mut beyond, mut spread, mut hidden, mut hidden_sources, mut by_one_photon] =
             [Moments::default(); 6];
         for tried in sensors.into_iter().filter(|tried| tried.lux.mean > 0.0) {
-            let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.lux.mean.powi(2);
+            let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.scale.powi(2);
             gathered.push(relative(tried.gathered));
             beyond.push(relative(tried.beyond) * f64::from(BEYOND_IN_TRIAL));
-            spread.push(tried.expected_spread * (tried.gathered.mean / tried.lux.mean).powi(2));
+            spread.push(tried.expected_spread * (tried.gathered.mean / tried.scale).powi(2));
             hidden.push(relative(tried.straight));
             hidden_sources.push(tried.hidden_sources);
-            by_one_photon.push(tried.by_one_photon / tried.lux.mean.powi(2));
+            by_one_photon.push(tried.by_one_photon / tried.scale.powi(2));
         }
         let is_lit = gathered.count > 0.0;
         let [gathered, beyond, spread, hidden, hidden_sources, by_one_photon] =
@@ -219,6 +228,7 @@ mod tests {
         let by_one_photon = 8.0;
         let lit = TrialValues {
             lux: of([2.0, 2.0]),
+            scale: 2.0,
             gathered: part,
             beyond: part,
             straight: part,
@@ -236,5 +246,9 @@ mod tests {
         };
         assert_eq!(RelativeVariances::of([lit, dark]).unwrap(), spread);
         assert_eq!(RelativeVariances::of([dark]), None);
+        // the mean of both is 1 lx, and three times that is more than either has
+        let mut sensors = [lit, dark];
+        TrialValues::set_scales(&mut sensors, 3.0);
+        assert_eq!(sensors.map(|tried| tried.scale), [3.0, 3.0]);
     }
 }
