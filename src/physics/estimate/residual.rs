@@ -19,12 +19,8 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::integrator::GridPass;
-use crate::integrator::pass::{LEAST_SCALE, LEAST_SENSORS};
+use crate::integrator::pass::{CAUTION, LEAST_SCALE, LEAST_SENSORS};
 use crate::statistics::Moments;
-
-/// Factor by which the true spread of residuals may exceed the expected one: patches are not equally bright everywhere, and their errors
-/// depend on each other. In ten rooms true variances were 0.25 to 4 times the expected ones.
-const CAUTION: f64 = 3.0;
 
 /// Number of standard errors beyond which a spread is certain.
 const CERTAIN: f64 = 2.0;

@@ -57,6 +57,10 @@ pub const LEAST_SENSORS: usize = 8;
 /// Least scale of a sensor's residual, as a fraction of the mean over the grid.
 pub const LEAST_SCALE: f64 = 0.1;
 
+/// Factor by which the true spread of residuals may exceed the expected one: patches are not equally bright everywhere, and their errors
+/// depend on each other. In ten rooms true variances were 0.25 to 4 times the expected ones.
+pub const CAUTION: f64 = 3.0;
+
 /// Fraction of the mean of a grid below which the value of a sensor is judged as if it were this large.
 pub const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 

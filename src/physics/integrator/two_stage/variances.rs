@@ -1,7 +1,7 @@
 //! Findings of a trial: variances of the parts of the light, and the shares of paths that sensors should have.
 
 use crate::integrator::GridPass;
-use crate::integrator::pass::LEAST_SENSORS;
+use crate::integrator::pass::{CAUTION, LEAST_SENSORS};
 use crate::statistics::Moments;
 
 /// Number of passes in which the accuracy should be reached.
@@ -99,7 +99,7 @@ pub struct RelativeVariances {
 impl RelativeVariances {
     /// Returns the variance of a sensor's residual in one pass by which the error of all passes is that of passes of this `variance`, where
     /// `sensors` share their residuals. With n sensors whose residuals differ by the spread S and have the noise y, the squared error is
-    /// S y / (S + y) + y / n (docs/physics/statistics.md#residuals-of-a-coarse-solution). Where S is unknown, passes can show no spread
+    /// S y / (S + y) + y / n, with the spread that errors take for the expected one (docs/physics/statistics.md#residuals-of-a-coarse-solution). Where S is unknown, passes can show no spread
     /// below y / n^(1/2).
     pub fn noise_of_residual(&self, variance: f64, sensors: usize) -> f64 {
         if sensors < LEAST_SENSORS {
@@ -108,7 +108,8 @@ impl RelativeVariances {
         if !self.spread.is_finite() {
             return variance / (DIFFERENT + 1.0 / (sensors as f64).sqrt()).min(1.0);
         }
-        let (spread, sensors) = (PASSES * self.spread, sensors as f64);
+        // errors count the expected spread with caution, until passes have seen it
+        let (spread, sensors) = (PASSES * CAUTION * self.spread, sensors as f64);
         let half = 0.5 * (spread * (sensors + 1.0) - variance * sensors);
         let root = (half * half + variance * sensors * spread).sqrt();
         // without cancellation
@@ -176,7 +177,7 @@ mod tests {
     #[test]
     fn noise_of_shared_residuals() {
         let of = |spread: f64, sensors: usize| {
-            let spread = spread / PASSES;
+            let spread = spread / (CAUTION * PASSES);
             let none = RelativeVariances {
                 gathered: 0.0,
                 beyond: 0.0,
