@@ -15,8 +15,8 @@ use crate::integrator::radiosity::SharedExchanges;
 use crate::integrator::{Integrator, Pass};
 use crate::plan::{MethodChoice, Methods};
 use crate::scene::Scene;
+use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{Source, TraceableScene};
 
 /// Number of the cross-check among the seeds of a job; parts of the light count from 1.
 const CHECK: u64 = 0;
@@ -60,10 +60,6 @@ pub(super) struct Results {
 /// Factor of the requested error where a method computes all light of an output.
 const WHOLE: f64 = 1.0;
 
-/// Fraction of the mean of a part of the light below which sensors are judged as if they had this much of it: those that are far from a tube
-/// have the light of others.
-const OF_PARTS: f64 = 1.0;
-
 /// Derives the seed of a part of a job, far from that of the job and of other jobs; methods hash it to random numbers.
 fn seed_of(seed: u64, number: u64) -> u64 {
     // the odd number next to 2^64 over the golden ratio
@@ -72,9 +68,8 @@ fn seed_of(seed: u64, number: u64) -> u64 {
 
 /// Returns the number n of parts that the light of grids is the sum of: each source, and daylight through each tube. Where all give the same
 /// light, the sum has n^(1/2) times the error of each relative to the mean of that, and n times the light.
-fn lights(scene: &TraceableScene) -> f64 {
-    let of = |source: Source| if source.is_daylight() { scene.tubes.len() } else { 1 };
-    scene.sources().map(of).sum::<usize>() as f64
+fn lights(scene: &TraceableScene) -> usize {
+    scene.sources().map(|source| if source.is_daylight() { scene.tubes.len() } else { 1 }).sum()
 }
 
 impl Engine {
@@ -105,37 +100,30 @@ impl Engine {
                 Computation::Solution(solver) => Self::Solver(solver),
             };
         }
-        let of_each = lights(traceable);
-        let sharing = if methods.parts.is_some() { of_each } else { 1.0 };
-        let exchanges = SharedExchanges::new(traceable, sharing as usize);
-        let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64, share: f64| {
-            let least_share_of_mean = if share == WHOLE { task.least_share_of_mean } else { OF_PARTS };
-            let task = Task { traceable, exchanges: Some(&exchanges), least_share_of_mean, ..task.without_views() };
-            build(choice, task, seed, share)
-        };
         let mut grids = None;
         if let Some(choice) = &methods.grids {
-            let count = scene.grids.len();
-            let of_part = |part: Arc<TraceableScene>, number| match of_grids(
-                choice,
-                &part,
-                seed_of(seed, number),
-                of_each.sqrt(),
-            ) {
-                Computation::Passes(integrator) => Some(integrator),
-                Computation::Solution(_) => None,
+            let (count, of_whole) = (scene.grids.len(), task.without_views());
+            let parts = lights(traceable);
+            let exchanges = SharedExchanges::new(traceable, parts);
+            // sensors that are far from a tube have the light of others
+            let least_share_of_mean = of_whole.least_share_of_mean.max(1.0 - 1.0 / parts as f64);
+            let of_part = |part: Arc<TraceableScene>, number| {
+                let task = Task { traceable: &part, exchanges: Some(&exchanges), least_share_of_mean, ..of_whole };
+                match build(choice, task, seed_of(seed, number), (parts as f64).sqrt()) {
+                    Computation::Passes(integrator) => Some(integrator),
+                    Computation::Solution(_) => None,
+                }
             };
             let in_parts = methods.parts.and_then(|_| InParts::new(traceable, count, of_part));
             let checked: Box<dyn Integrator> = match in_parts {
                 Some(parts) => Box::new(parts),
-                None => match of_grids(choice, traceable, seed, WHOLE) {
+                None => match build(choice, of_whole, seed, WHOLE) {
                     Computation::Passes(integrator) => integrator,
                     Computation::Solution(solver) => return Self::Solver(solver),
                 },
             };
             let checked = at_moments(checked, &task, seed_of(seed, MOMENTS), stop.target(task.grids, &[]));
-            let check =
-                methods.check.as_ref().map(|check| build(check, task.without_views(), seed_of(seed, CHECK), WHOLE));
+            let check = methods.check.as_ref().map(|check| build(check, of_whole, seed_of(seed, CHECK), WHOLE));
             grids = Some(match check {
                 Some(Computation::Passes(check)) => Box::new(CrossChecked { checked, check, grids: count }),
                 // no solver checks passes

@@ -16,8 +16,16 @@ pub struct Values {
     pub errors: Vec<f64>,
     /// Number of sensors of each grid.
     pub grids: Vec<usize>,
-    /// Number of passes from which the errors are estimated.
-    pub passes: u64,
+    /// Degrees of freedom of the errors; infinite for those that are not estimated from passes.
+    pub degrees_of_freedom: f64,
+}
+
+/// Degrees of freedom from which on Student's quantiles are the normal ones.
+const MANY: f64 = 1e9;
+
+/// Returns the fewest degrees of freedom of some grids.
+fn least(degrees: impl Iterator<Item = f64>) -> f64 {
+    degrees.fold(f64::INFINITY, f64::min)
 }
 
 /// Deviation of a job's values from those of a reference.
@@ -40,11 +48,11 @@ impl Values {
             lux: each(|grid, sensor| if grid.has_value(sensor) { grid.illuminance_lux(sensor) } else { f64::NAN }),
             errors: each(GridEstimate::standard_error_lux),
             grids: grids.iter().map(|grid| grid.sensors.len()).collect(),
-            passes: estimate.passes_of_grids(),
+            degrees_of_freedom: least(grids.iter().map(GridEstimate::degrees_of_freedom)),
         }
     }
 
-    /// Returns the values of the grids of a finished job, in the document's order, with the number of its passes.
+    /// Returns the values of the grids of a finished job of so many passes, in the document's order.
     pub fn of_results(results: &[GridResult], passes: u64) -> Self {
         let errors = results.iter().flat_map(|grid| grid.standard_error_lux.iter().flatten());
         Self {
@@ -54,7 +62,9 @@ impl Values {
                 .collect(),
             errors: errors.map(|error| error.unwrap_or(f64::INFINITY)).collect(),
             grids: results.iter().map(|grid| grid.illuminance_lux.iter().map(Vec::len).sum()).collect(),
-            passes,
+            degrees_of_freedom: least(
+                results.iter().map(|grid| grid.degrees_of_freedom.unwrap_or(passes.saturating_sub(1) as f64)),
+            ),
         }
     }
 
@@ -62,7 +72,7 @@ impl Values {
     pub fn of_view(film: &FilmEstimate) -> Self {
         let lux: Vec<f64> = film.blocks.iter().map(|block| block.mean).collect();
         let errors = (0..lux.len()).map(|block| film.block_standard_error_cd_m2(block)).collect();
-        Self { grids: vec![lux.len()], lux, errors, passes: film.passes as u64 }
+        Self { grids: vec![lux.len()], lux, errors, degrees_of_freedom: film.passes - 1.0 }
     }
 
     /// Returns the value in lux that the error of each sensor is divided by, if these are the values of a reference: the sensor's
@@ -103,7 +113,7 @@ impl Values {
     /// Returns the fraction of the sensors whose interval contains the reference, with the reference's error included in the
     /// interval; `None` if no errors are available.
     pub fn covered(&self, truth: &Self, confidence: f64) -> Option<f64> {
-        let quantile = two_sided_student_quantile(confidence, self.passes.max(2) as f64 - 1.0);
+        let quantile = two_sided_student_quantile(confidence, self.degrees_of_freedom.clamp(1.0, MANY));
         let sensors = self.lux.iter().zip(&self.errors).zip(truth.lux.iter().zip(&truth.errors));
         let told = sensors.filter(|((lux, error), (truth, _))| error.is_finite() && !lux.is_nan() && !truth.is_nan());
         let held: Vec<f64> =
@@ -134,7 +144,7 @@ mod tests {
     use super::*;
 
     fn values(lux: &[f64], error: f64) -> Values {
-        Values { lux: lux.to_vec(), errors: vec![error; lux.len()], grids: vec![lux.len()], passes: 1_000_000 }
+        Values { lux: lux.to_vec(), errors: vec![error; lux.len()], grids: vec![lux.len()], degrees_of_freedom: 1e6 }
     }
 
     /// Deviations of one percent at 100 lx and two at 50 lx; the error of a dark sensor is relative to a hundredth of the mean.

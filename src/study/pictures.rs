@@ -43,10 +43,11 @@ impl Film {
     /// `passes`; every block gets this relative error.
     pub fn of_image(image: Image<'_>, told: Option<f64>, confidence: f64, passes: u64) -> Self {
         let lux: Vec<f64> = block_means(image.size_px, &image.luminances());
-        let quantile = two_sided_student_quantile(confidence, passes.max(2) as f64 - 1.0);
+        let degrees_of_freedom = passes.max(2) as f64 - 1.0;
+        let quantile = two_sided_student_quantile(confidence, degrees_of_freedom);
         let error = |luminance: &f64| told.map_or(f64::INFINITY, |told| luminance * told / quantile);
         let errors = lux.iter().map(error).collect();
-        let blocks = Values { grids: vec![lux.len()], lux, errors, passes };
+        let blocks = Values { grids: vec![lux.len()], lux, errors, degrees_of_freedom };
         Self { size_px: image.size_px, channels: image.channels, values: image.values.to_vec(), blocks }
     }
 

@@ -98,7 +98,7 @@ pub fn values(grids: &[KnownGrid]) -> Values {
         lux: grids.iter().flat_map(|grid| -> Vec<f64> { numbers(&grid.illuminance_lux) }).collect(),
         errors: grids.iter().flat_map(errors).collect(),
         grids: grids.iter().map(|grid| grid.illuminance_lux.iter().map(Vec::len).sum()).collect(),
-        passes: 0,
+        degrees_of_freedom: f64::INFINITY,
     }
 }
 

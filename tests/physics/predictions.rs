@@ -21,7 +21,8 @@ fn check(prepared: &Prepared, method: &str, views: bool) {
     assert_eq!(estimate.passes, PASSES);
     let accuracy = prepared.accuracy(&estimate);
     let told = if views { accuracy.views } else { accuracy.grids }.unwrap();
-    let told = told / two_sided_student_quantile(0.95, PASSES as f64 - 1.0);
+    let degrees = accuracy.degrees_of_grids.filter(|_| !views).unwrap_or(PASSES as f64 - 1.0);
+    let told = told / two_sided_student_quantile(0.95, degrees);
     let own = (4.0 / (2.0 * 31.0 * 4.0f64).sqrt()).exp();
     let [least, expected, most] = [-4.0, 0.0, 4.0].map(predicted);
     println!("{method}: {told:.3e} predicted {expected:.3e} ({least:.3e}..{most:.3e}) {:.2}", told / expected);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::components::{GridComponents, GridPart};
-use super::number::{coverage_factor, coverage_factor_of_sensors, error, finite, rows, value};
+use super::number::{coverage_factor, coverage_factor_of_sensors, degrees_of_sensors, error, finite, rows, value};
 use super::responses::{PatchResponse, TubeResponse};
 use super::target::{TargetResult, percent_at_least};
 use crate::document::outputs::EstimateDocument;
@@ -49,6 +49,10 @@ pub struct GridResult {
     /// residual (Welch and Satterthwaite); 1.96 for numerical errors. Null before the second pass.
     #[serde(default)]
     pub coverage_factor: Option<f64>,
+    /// Degrees of freedom of `standard_error_lux`, for Student's quantiles of other confidences; null for numerical errors and before the second
+    /// pass.
+    #[serde(default)]
+    pub degrees_of_freedom: Option<f64>,
     /// Illuminances in percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without
     /// daylight, and inside solids.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
@@ -201,6 +205,8 @@ impl GridResult {
             illuminance_lux: rows(&values, columns),
             standard_error_lux: rows(&errors, columns),
             coverage_factor: coverage_factor_of_sensors(estimate),
+            degrees_of_freedom: finite(degrees_of_sensors(estimate))
+                .filter(|_| !estimate.numerical && estimate.passes() >= 2.0),
             daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| ratios.clone()),
             illuminance_ratio_percent: ratios,
             external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },

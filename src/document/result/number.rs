@@ -16,12 +16,15 @@ pub fn coverage_factor(count: f64, numerical: bool) -> Option<f64> {
     with_degrees(count, count - 1.0, numerical)
 }
 
-/// Returns the coverage factor of the standard errors of the sensors of a grid: that of the fewest degrees of freedom of the whole and of its
-/// parts; `None` before the second pass.
+/// Returns the coverage factor of the standard errors of the sensors of a grid; `None` before the second pass.
 pub fn coverage_factor_of_sensors(estimate: &GridEstimate) -> Option<f64> {
+    with_degrees(estimate.passes(), degrees_of_sensors(estimate), estimate.numerical)
+}
+
+/// Returns the degrees of freedom of the standard errors of the sensors of a grid: the fewest of the whole and of its parts.
+pub fn degrees_of_sensors(estimate: &GridEstimate) -> f64 {
     let all = std::iter::once(estimate).chain(&estimate.companions);
-    let fewest = all.map(GridEstimate::degrees_of_freedom).fold(f64::INFINITY, f64::min);
-    with_degrees(estimate.passes(), fewest, estimate.numerical)
+    all.map(GridEstimate::degrees_of_freedom).fold(f64::INFINITY, f64::min)
 }
 
 fn with_degrees(count: f64, degrees: f64, numerical: bool) -> Option<f64> {

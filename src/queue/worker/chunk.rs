@@ -33,7 +33,7 @@ pub(super) struct ChunkRun {
 
 /// Reports of the pool while it renders.
 pub(super) enum News {
-    Pass(Pass),
+    Pass(Box<Pass>),
     Images { passes: u64, images: Vec<(String, Vec<u8>)> },
     Phase(Phase),
 }
@@ -114,7 +114,7 @@ fn one_pass(
             false => Forecast::default(),
         };
         // the receiver outlives the render
-        let _ = tell.send(News::Pass(Pass { report: *report, forecast }));
+        let _ = tell.send(News::Pass(Box::new(Pass { report: *report, forecast })));
         if PREVIEW_PASSES.contains(&report.passes) && prepared.has_views() {
             let images = prepared.preview_images(so_far.estimate);
             let _ = tell.send(News::Images { passes: report.passes, images });

@@ -130,7 +130,7 @@ impl RunningChunk<'_> {
         match news {
             News::Pass(pass) => {
                 metrics::counter!("skyduct_passes_total").increment(1);
-                self.reports.push(Report::Pass(pass));
+                self.reports.push(Report::Pass(*pass));
             }
             News::Phase(phase) => self.reports.push(Report::Phase(phase)),
             News::Images { passes, images } => {

@@ -116,7 +116,10 @@ impl Run {
         let passes = rendered.estimate.passes;
         let t = match passes {
             0 | 1 => two_sided_normal_quantile(CONFIDENCE),
-            passes => two_sided_student_quantile(CONFIDENCE, passes as f64 - 1.0),
+            passes => {
+                let degrees = accuracy.degrees_of_grids.unwrap_or(passes as f64 - 1.0);
+                two_sided_student_quantile(CONFIDENCE, degrees)
+            }
         };
         Ok(Self {
             set_up,

@@ -67,6 +67,7 @@ struct Found {
     mean: f64,
     /// Standard error of the mean; `None` for a view, because the correlation of the errors of blocks is not estimated.
     mean_error: Option<f64>,
+    passes: u64,
     met: bool,
 }
 
@@ -261,7 +262,7 @@ impl Subject {
         // errors of the truth's sensors may be correlated
         let error =
             self.truth.errors.iter().map(|error| if error.is_finite() { *error } else { 0.0 }).sum::<f64>() / count;
-        let quantile = two_sided_student_quantile(CONFIDENCE, found.values.passes.max(2) as f64 - 1.0);
+        let quantile = two_sided_student_quantile(CONFIDENCE, found.passes.max(2) as f64 - 1.0);
         if let Some(of_mean) = found.mean_error.filter(|error| error.is_finite()) {
             held.means.push(f64::from(holds((found.mean, of_mean), (mean, error), quantile)));
         }
@@ -271,24 +272,30 @@ impl Subject {
 
     fn of_sensors(&self, all: &Values) -> Values {
         let pick = |values: &[f64]| self.sensors.iter().map(|sensor| values[*sensor]).collect();
-        Values { lux: pick(&all.lux), errors: pick(&all.errors), grids: vec![self.sensors.len()], passes: all.passes }
+        Values {
+            lux: pick(&all.lux),
+            errors: pick(&all.errors),
+            grids: vec![self.sensors.len()],
+            degrees_of_freedom: all.degrees_of_freedom,
+        }
     }
 }
 
 impl Found {
     fn of(estimate: &Estimate, met: bool) -> Self {
+        let passes = estimate.passes;
         match (estimate.grids.first(), estimate.views.first()) {
             (Some(grid), _) => {
                 let mean = grid_statistics::mean(grid);
                 let values = Values::of_estimate(estimate);
-                Self { values, mean: mean.value, mean_error: Some(mean.standard_error), met }
+                Self { values, mean: mean.value, mean_error: Some(mean.standard_error), passes, met }
             }
             (None, Some(film)) => {
                 let values = Values::of_view(film);
                 let mean = values.lux.iter().sum::<f64>() / values.lux.len().max(1) as f64;
-                Self { values, mean, mean_error: None, met }
+                Self { values, mean, mean_error: None, passes, met }
             }
-            (None, None) => Self { values: Values::default(), mean: 0.0, mean_error: None, met },
+            (None, None) => Self { values: Values::default(), mean: 0.0, mean_error: None, passes, met },
         }
     }
 }
@@ -319,13 +326,18 @@ mod tests {
             lux: lux.to_vec(),
             errors: vec![error; 4],
             grids: vec![4],
-            passes: 1000,
+            degrees_of_freedom: 999.0,
         };
         let case = Case::beside(json!({}), Path::new("."));
         let truth = values([100.0; 4], 0.0);
         let subject = Subject { name: "", what: "", case, truth, sensors: vec![1, 3] };
-        let found =
-            Found { values: values([0.0, 101.0, 0.0, 110.0], 1.0), mean: 99.0, mean_error: Some(1.0), met: true };
+        let found = Found {
+            values: values([0.0, 101.0, 0.0, 110.0], 1.0),
+            mean: 99.0,
+            mean_error: Some(1.0),
+            passes: 1000,
+            met: true,
+        };
         let mut held = Held::default();
         subject.add(&found, 0.05, &mut held);
         assert_eq!((held.sensors.mean, held.means.mean, held.far), (0.5, 1.0, 1.0));
