@@ -67,7 +67,7 @@ fn seed_of(seed: u64, number: u64) -> u64 {
 }
 
 /// Returns the number n of parts that the light of grids is the sum of: each source, and daylight through each tube. Where all give the same
-/// light, the sum has n^(1/2) times the error of each relative to the mean of that, and n times the light.
+/// light, their sum has n times the light and n^(1/2) times the error of each.
 fn lights(scene: &TraceableScene) -> usize {
     scene.sources().map(|source| if source.is_daylight() { scene.tubes.len() } else { 1 }).sum()
 }

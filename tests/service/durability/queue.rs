@@ -42,7 +42,7 @@ fn pass(passes: u64) -> PassReport {
         rays: 1000 * passes,
         relative_error: (passes > 1).then(|| 1.0 / passes as f64),
         view_relative_error: None,
-        degrees_of_freedom: (passes > 1).then(|| 3.5 * passes as f64),
+        degrees_of_freedom: (passes > 1).then_some(3.5 * passes as f64),
         mean_lux: Some(0.1 + 0.2),
         cpu_seconds: Some(0.2 * passes as f64),
     }
