@@ -107,12 +107,15 @@ async fn a_sound_job_survives_a_storm_of_kills_with_the_same_bits() {
     }
 }
 
+/// A soft limit on the size of files in blocks of 512 bytes, which can be taken away again: a new database fits, with all of its steps, and
+/// little more. The signal would end the process.
+const FULL_DISK: &str = "trap '' XFSZ; ulimit -S -f 1800";
+
 /// The limit on the size of files stands for a full disk: writes fail, and later they do not.
 #[tokio::test]
 async fn a_service_whose_disk_was_full_goes_on_by_itself() {
     let data = tempfile::tempdir().unwrap();
-    // a soft limit, which can be taken away again; the signal would end the process
-    let server = Server::start_after("trap '' XFSZ; ulimit -S -f 1400", data.path(), &TWO_THREADS);
+    let server = Server::start_after(FULL_DISK, data.path(), &TWO_THREADS);
     let mut document = small_job();
     document["stop"]["max_passes"] = 2.into();
     let begin = Instant::now();
@@ -158,7 +161,7 @@ async fn a_service_whose_disk_was_full_goes_on_by_itself() {
 #[tokio::test]
 async fn an_upload_on_a_full_disk_is_unavailable() {
     let data = tempfile::tempdir().unwrap();
-    let server = Server::start_after("trap '' XFSZ; ulimit -S -f 1400", data.path(), &TWO_THREADS);
+    let server = Server::start_after(FULL_DISK, data.path(), &TWO_THREADS);
     let mesh = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{}", "# a line\n".repeat(250_000));
     let upload =
         || client().post(format!("{}/v1/meshes", server.url)).header("content-type", "model/obj").body(mesh.clone());
