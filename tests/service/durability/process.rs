@@ -109,7 +109,7 @@ async fn a_sound_job_survives_a_storm_of_kills_with_the_same_bits() {
 
 /// A soft limit on the size of files in blocks of 512 bytes, which can be taken away again: a new database fits, with all of its steps, and
 /// little more. The signal would end the process.
-const FULL_DISK: &str = "trap '' XFSZ; ulimit -S -f 1550";
+const FULL_DISK: &str = "trap '' XFSZ; ulimit -S -f 1800";
 
 /// The limit on the size of files stands for a full disk: writes fail, and later they do not.
 #[tokio::test]
