@@ -6,7 +6,9 @@ use crate::estimate::grid::{contrasts_of, sampling_variance};
 use crate::estimate::{FilmEstimate, GridEstimate};
 use crate::integrator::Pass;
 use crate::integrator::method::Task;
+use crate::integrator::pass::remaining_noise;
 use crate::scene::{Channels, Grid, View};
+use crate::statistics::Moments;
 
 /// Number of windows of all views together; each is one block of pixels high.
 const WINDOWS: usize = 4;
@@ -22,6 +24,8 @@ pub struct Sample {
     views: Vec<usize>,
     /// Number of sensors of the job's grids, or of pixels of its views.
     pub all: usize,
+    /// Number of sensors of each of the job's grids that have a value.
+    sensors: Vec<usize>,
     channels: Channels,
 }
 
@@ -30,13 +34,15 @@ pub struct Places {
     values: Vec<Vec<f64>>,
     bias: Vec<Vec<f64>>,
     fixed: Vec<f64>,
+    residual: Vec<f64>,
     share: f64,
 }
 
 impl Places {
     /// Returns the values in the form from which error laws are derived.
     pub fn found(&self) -> PilotResults<'_> {
-        PilotResults { values: &self.values, bias: &self.bias, fixed: &self.fixed, fraction: self.share }
+        let Self { values, bias, fixed, residual, share } = self;
+        PilotResults { values, bias, fixed, residual, fraction: *share }
     }
 }
 
@@ -60,7 +66,9 @@ impl Sample {
             windows.extend((0..of_view).map(|window| (number, window_of(view, width, window, of_view))));
         }
         let (views, windows) = windows.into_iter().unzip();
-        Self { grids: grids.collect(), windows, views, all: sensors + pixels, channels: task.scene.channels }
+        let valued = task.grids.iter().map(Grid::valued).collect();
+        let (all, channels) = (sensors + pixels, task.scene.channels);
+        Self { grids: grids.collect(), windows, views, all, sensors: valued, channels }
     }
 
     /// Restricts a task to the places of this sample.
@@ -88,11 +96,31 @@ impl Sample {
                 valued.map(|sensor| values[sensor] / free.get(sensor).unwrap_or(&1.0)).collect()
             };
             let free = estimate.free.as_deref().unwrap_or_default();
-            let values = of_passes().map(|pass| of_valued(&pass.illuminance, free)).collect();
-            Places { values, bias: of_passes().map(|pass| of_valued(&pass.bias, free)).collect(), fixed, share }
+            let residuals: Vec<Vec<f64>> = of_passes().map(|pass| of_valued(&pass.residual, free)).collect();
+            let remaining = remaining_noise(self.sensors[number]);
+            let mut values: Vec<Vec<f64>> = of_passes().map(|pass| of_valued(&pass.illuminance, free)).collect();
+            // a few sensors keep their own residuals
+            let residual = if remaining < 1.0 {
+                let each = values.iter_mut().zip(&residuals);
+                each.for_each(|(values, residuals)| {
+                    values.iter_mut().zip(residuals).for_each(|(value, of)| *value -= of)
+                });
+                let places = residuals.first().map_or(0, Vec::len);
+                (0..places).map(|place| remaining * variance(residuals.iter().map(|of| of[place]))).collect()
+            } else {
+                Vec::new()
+            };
+            Places {
+                values,
+                bias: of_passes().map(|pass| of_valued(&pass.bias, free)).collect(),
+                fixed,
+                residual,
+                share,
+            }
         };
         let of_view = |view: usize| {
-            let mut places = Places { values: Vec::new(), bias: Vec::new(), fixed: Vec::new(), share };
+            let mut places =
+                Places { values: Vec::new(), bias: Vec::new(), fixed: Vec::new(), residual: Vec::new(), share };
             let windows = || (0..self.windows.len()).filter(move |window| self.views[*window] == view);
             let empty = |window: usize| FilmEstimate::empty(self.windows[window].size_px, self.channels.count());
             for pass in passes {
@@ -122,6 +150,13 @@ impl Sample {
         views.dedup();
         (0..self.grids.len()).map(of_grid).chain(views.into_iter().map(of_view)).collect()
     }
+}
+
+/// Returns the variance of some values, of which there are at least two.
+fn variance(values: impl Iterator<Item = f64>) -> f64 {
+    let mut moments = Moments::default();
+    values.for_each(|value| moments.push(value));
+    moments.m2 / (moments.count - 1.0)
 }
 
 /// Selects about `most` sensors of a grid at most, or as few more as it takes to include one that has a value.

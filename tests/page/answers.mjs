@@ -9,6 +9,7 @@ export async function judges({ page }) {
       job: { progress: { passes: 9 }, document: { time: "2026-12-21T12:00:00+01:00", sky: { cie_type: 1 } } },
       grid: {
         statistics: { mean_lux: 100, mean_lux_standard_error: error, coverage_factor: 2 },
+        coverage_factor: 2,
         illuminance_lux: [[90, 110], [130, null]],
         standard_error_lux: [[1, 1], [6, null]],
         area_m2: [[1, 1], [2, 0]],

@@ -61,6 +61,24 @@ fn a_pilot_foretells_the_errors_of_grids() {
     }
 }
 
+/// Sensors that share a residual have a fraction of its noise: what is predicted is what a job tells, within 40 %; the noise of each sensor by
+/// itself would be 1.76 times as much.
+#[test]
+fn a_pilot_foretells_what_sensors_share() {
+    let prepared = prepare("S1", |document| {
+        passes(document);
+        document["grids"][0]["cells"] = json!([9, 9]);
+        document["method"] = json!("two_stage");
+    });
+    let law = pilot::laws(&prepared, "two_stage", 8).unwrap()[0];
+    let estimate = prepared.render_all_passes(&mut |_, _| {}).unwrap();
+    let accuracy = prepared.accuracy(&estimate);
+    let told = accuracy.grids.unwrap() / two_sided_student_quantile(0.95, accuracy.degrees_of_grids.unwrap());
+    let ratio = law.standard_error(PASSES as f64) / told;
+    println!("{ratio}");
+    assert!((0.6..1.4).contains(&ratio), "{ratio}");
+}
+
 /// Through a clear closure rays seldom meet the bright patches, through bends and meshes photons differ, so that more of them help
 /// most: what a pass of fewer photons tells depends on whose noise it is.
 #[test]

@@ -48,6 +48,8 @@ pub struct PilotResults<'a> {
     pub bias: &'a [Vec<f64>],
     /// Variance of each place by the choice of fixed points; empty without fixed points.
     pub fixed: &'a [f64],
+    /// Variance of one pass at each place by a residual that sensors share, which is not part of the values; empty without one.
+    pub residual: &'a [f64],
     /// Fraction of all places that the pilot computed, up to 1.
     pub fraction: f64,
 }
@@ -105,7 +107,10 @@ impl Relative {
         };
         let of_means: f64 = kept().map(|pass| mean(&|place| deviation(pass, place)).powi(2)).sum();
         let shared = shared_part(noise, of_means / (passes - 1.0), places);
-        let mut relative = Self { noise: noise / inverse, shared: shared / inverse, spread, ..Self::default() };
+        let residual =
+            if found.residual.len() == places { mean(&|place| fraction(found.residual[place], place)) } else { 0.0 };
+        let mut relative =
+            Self { noise: (noise + residual) / inverse, shared: shared / inverse, spread, ..Self::default() };
         if found.bias.iter().all(|bias| bias.len() == places) && places > 0 {
             let bias: Vec<(f64, f64)> = (0..places).map(|place| moments(found.bias, place)).collect();
             let without_noise = |place: usize| fraction(bias[place].0.powi(2) - bias[place].1 / passes, place);
@@ -314,7 +319,8 @@ mod tests {
             let mut random = PathRandom::new(Key::new(seed));
             let pass = |random: &mut PathRandom| (0..20).map(|_| 10.0 + 2.0 * normal(random)).collect();
             let values: Vec<Vec<f64>> = (0..6).map(|_| pass(&mut random)).collect();
-            let found = PilotResults { values: &values, bias: &vec![Vec::new(); 6], fixed: &[], fraction: 1.0 };
+            let found =
+                PilotResults { values: &values, bias: &vec![Vec::new(); 6], fixed: &[], residual: &[], fraction: 1.0 };
             let law = ErrorLaw::of(&found, &ratios, None).unwrap();
             assert_eq!((law.squared_bias, law.bias_noise, law.fixed), (0.0, 0.0, 0.0));
             let off = (law.noise / (0.04 * 0.5)).ln();
@@ -340,7 +346,13 @@ mod tests {
                 (0..12).map(|_| 10.0 * (1.0 + common + own * normal(random))).collect()
             };
             let values: Vec<Vec<f64>> = (0..2000).map(|_| pass(&mut random)).collect();
-            let found = PilotResults { values: &values, bias: &vec![Vec::new(); 2000], fixed: &[], fraction: 1.0 };
+            let found = PilotResults {
+                values: &values,
+                bias: &vec![Vec::new(); 2000],
+                fixed: &[],
+                residual: &[],
+                fraction: 1.0,
+            };
             ErrorLaw::of(&found, ratios, None).unwrap().noise
         };
         let ratios = Ratios { shared_variance: 0.01, ..TrialPasses::WHOLE.ratios(1.0) };
@@ -360,7 +372,7 @@ mod tests {
             let mut pass = |mean: f64| -> Vec<f64> { (0..30).map(|_| mean + 0.5 * normal(&mut random)).collect() };
             let (values, bias): (Vec<_>, Vec<_>) = (0..6).map(|_| (pass(10.0), pass(bias))).unzip();
             ErrorLaw::of(
-                &PilotResults { values: &values, bias: &bias, fixed: &[0.01; 30], fraction: 1.0 },
+                &PilotResults { values: &values, bias: &bias, fixed: &[0.01; 30], residual: &[], fraction: 1.0 },
                 &ratios,
                 None,
             )
@@ -374,6 +386,7 @@ mod tests {
             values: &[vec![1.0], vec![2.0]],
             bias: &[Vec::new(), Vec::new()],
             fixed: &[],
+            residual: &[],
             fraction: 1.0,
         };
         assert_eq!(ErrorLaw::of(&two, &ratios, None), None);

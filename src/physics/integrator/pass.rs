@@ -54,6 +54,15 @@ impl Pass {
 /// Fewest sensors whose residuals are pooled: fewer contain too little information on how they differ.
 pub const LEAST_SENSORS: usize = 8;
 
+/// Fraction of the residual's variance that remains in each sensor however many share it, where nothing tells how much sensors differ.
+const DIFFERENT: f64 = 0.04;
+
+/// Returns the fraction of the variance of a sensor's residual that remains where so many `sensors` share theirs, and nothing tells how much
+/// they differ: with the noise y of each, n sensors show no spread below y / n^(1/2).
+pub fn remaining_noise(sensors: usize) -> f64 {
+    if sensors < LEAST_SENSORS { 1.0 } else { (DIFFERENT + 1.0 / (sensors as f64).sqrt()).min(1.0) }
+}
+
 /// Least scale of a sensor's residual, as a fraction of the mean over the grid.
 pub const LEAST_SCALE: f64 = 0.1;
 

@@ -1,7 +1,7 @@
 //! Findings of a trial: variances of the parts of the light, and the shares of paths that sensors should have.
 
 use crate::integrator::GridPass;
-use crate::integrator::pass::{CAUTION, LEAST_SENSORS};
+use crate::integrator::pass::{CAUTION, LEAST_SENSORS, remaining_noise};
 use crate::statistics::Moments;
 
 /// Number of passes in which the accuracy should be reached.
@@ -12,9 +12,6 @@ pub const GAIN_OF_EVEN: f64 = 1.4;
 
 /// Number of a sensor's paths that continue beyond the first surface in a pass of a trial.
 pub const BEYOND_IN_TRIAL: u32 = 4;
-
-/// Fraction of the residual's variance that remains in each sensor however many share it, where nothing tells how much sensors differ.
-const DIFFERENT: f64 = 0.04;
 
 /// Degrees of freedom of the mean over all sensors in the estimate of a sensor's variance, beside those of its own values.
 const PRIOR: f64 = 8.0;
@@ -106,7 +103,7 @@ impl RelativeVariances {
             return variance;
         }
         if !self.spread.is_finite() {
-            return variance / (DIFFERENT + 1.0 / (sensors as f64).sqrt()).min(1.0);
+            return variance / remaining_noise(sensors);
         }
         // errors count the expected spread with caution, until passes have seen it
         let (spread, sensors) = (PASSES * CAUTION * self.spread, sensors as f64);
