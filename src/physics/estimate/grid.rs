@@ -122,6 +122,10 @@ impl GridEstimate {
 
     /// Updates the residuals that sensors have in common, and those of parts of the light with them.
     fn pool(&mut self) {
+        // a part waits for its whole
+        if self.is_part {
+            return;
+        }
         let pooled = self.residuals.pool(None);
         for part in self.companions.iter_mut().filter(|companion| companion.is_part) {
             part.residuals.pool(Some(pooled));
