@@ -9,7 +9,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument};
 use skyduct::estimate::Estimate;
-use skyduct::geometry::disc::far_disc_illuminance;
+use skyduct::geometry::disc::disc_irradiance;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::diffuser_source::flux::patched_flux;
 use skyduct::integrator::method::{Described, RefusalCode, Task};
@@ -94,7 +94,7 @@ fn parts_of_patches_make_up_the_zone() {
         for sensor in 0..scene.grids[0].len() {
             let at = scene.grids[0].centre(sensor);
             let offset = (at - scene.tubes[0].centre.extend(0.0)).truncate().length();
-            let disc = |share: f64| far_disc_illuminance(share * RADIUS, SIDE, offset, [1.0, 0.0]);
+            let disc = |share: f64| disc_irradiance(share * RADIUS, SIDE, offset).vertical;
             let truth = (disc(zone[1]) - disc(zone[0])) / (PI * RADIUS * RADIUS * (to - from));
             let mut sum = 0.0;
             for patch in 0..PATCHES {

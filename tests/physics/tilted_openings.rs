@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use skyduct::geometry::OpeningFrame;
-use skyduct::geometry::disc::far_disc_illuminance;
+use skyduct::geometry::disc::disc_irradiance;
 use skyduct::integrator::method::{Described, RefusalCode, Task};
 use skyduct::integrator::{
     Integrator, bidirectional, holigilm, jenkins, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
@@ -105,7 +105,8 @@ fn a_disc_in_a_slope_has_a_closed_form() {
         let depth = away.dot(facing);
         let across = away - depth * facing;
         let components = [normal.dot(facing), normal.dot(across.normalize())];
-        0.6 * PI * luminance * far_disc_illuminance(RADIUS, depth, across.length(), components)
+        let seen = disc_irradiance(RADIUS, depth, across.length());
+        0.6 * PI * luminance * (components[0] * seen.vertical + components[1] * seen.toward_axis)
     };
     let truth: Vec<f64> = (0..12).map(of_sensor).collect();
     let none = vec![0.0; 12];

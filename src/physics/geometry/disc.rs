@@ -39,26 +39,6 @@ pub fn disc_irradiance(radius: f64, depth: f64, offset: f64) -> DiscIrradiance {
     DiscIrradiance { vertical, toward_axis }
 }
 
-/// Computes the illuminance in lx by a uniform Lambertian disc of unit exitance on a receiver whose normal has the components `[upward,
-/// toward_axis]`, outside the sphere around the disc: `depth`^2 + `offset`^2 >= `radius`^2.
-///
-/// Equals [`disc_irradiance`] for a receiver whose horizon does not cut the disc, with one division.
-///
-/// On the axis of a disc the form factor is r^2 / (r^2 + h^2):
-///
-/// ```
-/// let factor = skyduct_physics::geometry::disc::far_disc_illuminance(1.0, 3.0, 0.0, [1.0, 0.0]);
-/// assert!((factor - 0.1).abs() < 1e-15);
-/// ```
-#[inline(always)]
-pub fn far_disc_illuminance(radius: f64, depth: f64, offset: f64, [upward, toward_axis]: [f64; 2]) -> f64 {
-    let (h2, l2, r2) = (depth * depth, offset * offset, radius * radius);
-    let (near, far) = (offset - radius, offset + radius);
-    let d = ((h2 + near * near) * (h2 + far * far)).sqrt();
-    let (a, s) = (h2 + l2 - r2 + d, h2 + l2 + r2 + d);
-    2.0 * depth * r2 * (upward * depth * s + toward_axis * offset * a) / (d * a * s)
-}
-
 /// Computes the area of a disc of `radius` around `centre` inside a convex or concave simple polygon (counter-clockwise: positive).
 ///
 /// A corner of a square cuts a quarter out of a disc around it:
@@ -163,19 +143,6 @@ mod tests {
         assert!((disc_disc_area(1.0, 1.0, 1.0) - (2.0 * PI / 3.0 - 3f64.sqrt() / 2.0)).abs() < 1e-14);
         assert_eq!(disc_disc_area(2.0, 1.0, 0.5), PI);
         assert_eq!(disc_disc_area(2.0, 1.0, 3.0), 0.0);
-    }
-
-    #[test]
-    fn one_division_is_enough() {
-        for (radius, depth, offset) in [(0.127, 1.0, 0.3), (0.127, 0.13, 0.0), (0.001, 100.0, 100.0), (1.0, 1e-6, 1.5)]
-        {
-            let DiscIrradiance { vertical, toward_axis } = disc_irradiance(radius, depth, offset);
-            for normal in [[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]] {
-                let expected = normal[0] * vertical + normal[1] * toward_axis;
-                let found = far_disc_illuminance(radius, depth, offset, normal);
-                assert!((found - expected).abs() <= 1e-13 * expected, "{radius} {depth} {offset}: {found} {expected}");
-            }
-        }
     }
 
     /// Checks a source of one millimetre in a hall of 100 m, and a sensor that touches the source.

@@ -81,7 +81,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::geometry::disc::far_disc_illuminance;
+    use crate::geometry::disc::disc_irradiance;
     use crate::integrator::photon::descent::{Entering, descend};
     use crate::integrator::photon::emission::Emission;
     use crate::integrator::photon::energy_balance::EnergyBalance;
@@ -129,7 +129,8 @@ mod tests {
                     sums.iter_mut().zip(lux.0).for_each(|(sum, lux)| sum.push(lux));
                 }
                 let facing = [normal.z, normal.dot(toward_axis)];
-                let factor = far_disc_illuminance(0.3, away.z, away.truncate().length(), facing);
+                let seen = disc_irradiance(0.3, away.z, away.truncate().length());
+                let factor = facing[0] * seen.vertical + facing[1] * seen.toward_axis;
                 for (sum, transmittance) in sums.iter().zip(transmittance) {
                     let truth = PI * luminance * transmittance * factor;
                     assert!(

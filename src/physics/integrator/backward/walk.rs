@@ -142,8 +142,6 @@ pub struct Walk<'a, const C: usize> {
     pub rays: RayCount,
     /// Number of further reflections without Russian roulette, as long as the path's weight is large enough.
     pub certain: u32,
-    /// Number of surfaces met so far.
-    pub met: u32,
     /// Number of paths that this one represents beyond the first surface with a coarse solution, where the others end. 0 if this path ends
     /// there itself; `None` where roulette decides, as at all later surfaces.
     pub stands_for: Option<f64>,
@@ -159,7 +157,7 @@ impl<'a, const C: usize> Walk<'a, C> {
     /// Makes a path of these random numbers, whose first `certain` reflections are decided without Russian roulette.
     pub fn new(scene: &'a TraceableScene, samples: PathSamples, certain: u32) -> Self {
         let (rays, sum) = (RayCount::default(), Spectrum::ZERO);
-        Self { scene, samples, rays, certain, met: 0, stands_for: None, sum, beyond: Spectrum::ZERO, since: None }
+        Self { scene, samples, rays, certain, stands_for: None, sum, beyond: Spectrum::ZERO, since: None }
     }
 
     /// Adds one sample of the illuminance in lux of a sensor.
@@ -299,7 +297,6 @@ impl<'a, const C: usize> Walk<'a, C> {
     ) -> Option<Ray<C, M::Trace>> {
         let vertex = Vertex::surface(hit, surface, optics, -ray.direction, ray.weight);
         let arrival = meeting.arrives(&ray.trace, -ray.direction.dot(hit.normal));
-        self.met += 1;
         if optics.is_finite() {
             meeting.connect(self, &vertex, &arrival);
         }

@@ -1,13 +1,8 @@
 //! Light that Lambertian diffusers send into the room: stage one of two.
 //!
 //! Photons go from sky and sun down each guide to its closure. A Lambertian closure forgets where they came from: the points where they
-//! leave, with their fluxes, are all that the room sees of the sky. The light that they send to a vertex is divided in three:
-//! - rings of equal area have their mean exitance; a ring is the difference of two discs, whose irradiance has a closed form;
-//! - sectors differ from the mean of their rings, most in the sun: a few points represent these differences, which add up to nothing in
-//!   each ring;
-//! - one photon, chosen by its flux, represents the light that both leave out of it. So the whole is unbiased, and its noise is small.
-//!
-//! A vertex is connected to photons alone where something may stand between, where its own horizon cuts the disc, or where it has a lobe.
+//! leave, with their fluxes, are all that the room sees of the sky. A vertex that sees all of an opening is connected to one photon, chosen by
+//! its flux. Where something may stand between, where the vertex' own horizon cuts the opening, or where it has a lobe, it is connected to two.
 //! Connections to points that are very near have too much variance: there the path follows the light itself, as in path tracing.
 
 use std::f64::consts::PI;
@@ -34,7 +29,7 @@ use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::scene::Sensor;
 use crate::traceable::{MirrorPath, Openings, SurfaceId, TraceableScene, TraceableTube};
 
-/// Number of photons that a vertex is connected to where there is no closed form.
+/// Number of photons that a vertex is connected to where it may not see all of an opening, or has a lobe.
 const CONNECTIONS: usize = 2;
 
 /// Smallest flux by which an opening is chosen, as a fraction of the brightest one's.
@@ -264,7 +259,7 @@ impl<const C: usize> DiffuserLight<C> {
     /// 0..1 chooses it. `None` for sensors behind the opening's plane, and without light.
     pub fn of_photon(&self, tube: usize, Sensor { position, normal }: Sensor, number: f64) -> Option<(DVec3, f64)> {
         let light = &self.tubes[tube];
-        let (photon, _) = light.choice(number)?;
+        let photon = light.choice(number)?;
         let lux = photon.flux.luminance() * light.per_lumen(photon, position, normal).max(0.0);
         (light.frame.depth(position) > 0.0).then(|| (photon.in_room(&light.frame), lux))
     }
@@ -281,7 +276,7 @@ impl<const C: usize> DiffuserLight<C> {
         let (image, turned) = scene.mirrors.image(chain, (position, normal));
         let (tube, probability) = self.openings.choose(image, turned, opening)?;
         let light = &self.tubes[tube];
-        let (photon, _) = light.choice(photon)?;
+        let photon = light.choice(photon)?;
         let source = photon.in_room(&light.frame);
         let path = scene.mirror_path(chain, (position, surface), (source, None))?;
         let squared = path.unfolded.length_squared();
@@ -347,9 +342,9 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
             OpeningVisibility::ByRays => return FOLLOWED_WHOLE.connect(walk, vertex, tube),
             OpeningVisibility::Never => return,
             OpeningVisibility::Whole(albedo) => {
-                if !light.choices.is_empty() {
-                    let number = walk.samples.random.uniform();
-                    walk.sum += albedo * light.seen_by(walk.met, vertex.position, vertex.normal, number) * (1.0 / PI);
+                if let Some(photon) = light.choice(walk.samples.random.uniform()) {
+                    let per_lumen = light.per_lumen(photon, vertex.position, vertex.normal);
+                    walk.sum += albedo * photon.flux * (per_lumen / PI);
                 }
                 return;
             }
@@ -359,7 +354,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         Daylight::<C>::connect(&followed, walk, vertex, tube);
         let numbers: [f64; CONNECTIONS] = walk.samples.pair();
         for number in numbers {
-            let Some((photon, _)) = light.choice(number) else { continue };
+            let Some(photon) = light.choice(number) else { continue };
             let source = photon.in_room(&light.frame);
             let to_light = source - vertex.position;
             let distance_squared = to_light.length_squared();

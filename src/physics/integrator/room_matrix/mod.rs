@@ -25,7 +25,7 @@ use super::diffuser_source::closure_source::{is_lambertian, refuses_all_but_lamb
 use crate::guide::{Guide, RayCount, StraightGuide};
 use crate::integrator::backward::pass::{each, lifted};
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::diffuser_source::cells::{DiscReceiver, is_far};
+use crate::integrator::diffuser_source::cells::{OpeningReceiver, is_far};
 use crate::integrator::diffuser_source::patches::CELLS;
 use crate::integrator::diffuser_source::visible_parts::{VisiblePart, visible_parts};
 use crate::integrator::diffuser_source::zone::Zone;
@@ -216,7 +216,7 @@ impl<const C: usize> MatrixEstimator<C> {
             let numbers = samples.pair();
             for tube in &tubes {
                 let frame = &scene.tubes[*tube].frame;
-                let receiver = DiscReceiver::new(position, place.normal, frame);
+                let receiver = OpeningReceiver::new(position, place.normal, frame);
                 let patches = self.zones[*tube].within_each(numbers).into_iter().zip(self.zones[*tube].held());
                 for (lit, (point, held)) in lit[tube * CELLS..].iter_mut().zip(patches) {
                     let source = scene.tubes[*tube].at(point);
@@ -390,7 +390,7 @@ fn add_straight((tube, zone): (&TraceableTube, &Zone), (place, rules): (&SensorP
     for (number, (numbers, weight)) in rules.of(place, radii).iter().enumerate() {
         let mut samples = PathSamples::new(Key::new(0).stream(Stream::StraightFromPatches, 0), number as u64);
         let position = place.point(|| samples.pair());
-        let receiver = DiscReceiver::new(position, place.normal, &tube.frame);
+        let receiver = OpeningReceiver::new(position, place.normal, &tube.frame);
         for (lit, (point, held)) in lit.iter_mut().zip(zone.within_each(*numbers).into_iter().zip(held)) {
             *lit += held * weight * receiver.point(tube.frame.origin.truncate() + point).max(0.0);
         }

@@ -14,7 +14,7 @@ use crate::integrator::backward::next_event::{Daylight, NextEvent, PathState, po
 use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
-use crate::integrator::diffuser_source::cells::{DiscReceiver, is_far};
+use crate::integrator::diffuser_source::cells::{OpeningReceiver, is_far};
 use crate::integrator::diffuser_source::opening_visibility::{OpeningVisibility, opening_visibility};
 use crate::integrator::diffuser_source::patches::{CELLS, cell};
 use crate::integrator::diffuser_source::zone::Zone;
@@ -91,7 +91,7 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                     Some(points) => points.of(zone),
                     None => points.insert(PatchPoints::new(zone, walk.samples.pair())),
                 };
-                let receiver = DiscReceiver::new(vertex.position, vertex.normal, &tube.frame);
+                let receiver = OpeningReceiver::new(vertex.position, vertex.normal, &tube.frame);
                 let centre = tube.frame.origin.truncate();
                 let lit = PointIlluminances { receiver: &receiver, points, centre };
                 let lit = self.vectors.dispatch(lit);
@@ -145,7 +145,7 @@ impl PatchPoints {
 /// Vectorized computation of the illuminance in lx of a receiver by one lumen that leaves each of some points of an opening, where it
 /// emits.
 struct PointIlluminances<'a> {
-    receiver: &'a DiscReceiver,
+    receiver: &'a OpeningReceiver,
     points: &'a PatchPoints,
     centre: DVec2,
 }

@@ -1,7 +1,7 @@
 //! Two stages: the path is cut at Lambertian diffusers, which forget where light came from.
 //!
 //! **Idea.** In each pass photons first find the flux that leaves the diffusers ([`diffuser_source`](super::diffuser_source)). Then paths
-//! go backward from the sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A coarse
+//! go backward from the sensors and the eye (`backward::walk`), and every vertex is connected to it. A coarse
 //! solution of the light that surfaces reflect ([`radiosity`](super::radiosity)) is a control variate: rays count it, and some continue for
 //! its residual. The stages are independent, and the second is linear in the first: every pass is unbiased, one replicate. The sensors of a
 //! grid share one estimate of the residual as far as they do not differ; their possible differences are part of their errors
@@ -13,8 +13,7 @@
 //! | paths | estimator |
 //! | --- | --- |
 //! | `(K\|N) t F E`, far sensors that see all discs, and the eye | every photon, connected |
-//! | `(K\|N) t F V`, V the first, far, disc above the horizon, nothing between, no lobe | closed form of rings and sectors, one photon |
-//! | `(K\|N) t F V`, V a later one, else the same | one photon, chosen by its flux, connected |
+//! | `(K\|N) t F V`, far, disc above the horizon, nothing between, no lobe | one photon, chosen by its flux, connected |
 //! | `(K\|N) t F V`, else | two photons, connected; from within a quarter of the radius as path tracing |
 //! | `(K\|N) t F V`, a lobe below a roughness of 0.2 | as path tracing |
 //! | `K t F S+ (V\|E)`, `M S+ (V\|E)` by plane mirrors | connections to images |
