@@ -25,6 +25,7 @@ mod rooms;
 pub mod scenes;
 pub mod service;
 mod settings;
+mod shapes;
 pub mod studied;
 pub mod whole;
 
