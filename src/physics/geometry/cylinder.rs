@@ -81,7 +81,7 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
 }
 
 /// Largest number of bounces for which the rotation is computed by repeated squaring, whose rounding error grows with their number.
-pub(crate) const MOST_SQUARED: f64 = 256.0;
+const MOST_SQUARED: f64 = 256.0;
 
 /// Returns, as a unit vector, the rotation by 2 `bounces` times the angle of the vector `half_turn` of the given length.
 #[inline]

@@ -12,7 +12,6 @@ pub mod facets;
 pub mod lambert;
 pub(crate) mod lanes;
 pub mod merging;
-pub(crate) mod numbers;
 pub mod obj;
 pub mod opening_frame;
 pub mod placement;

@@ -384,7 +384,7 @@ fn sky_rays(guide: &Guide, passed: &Passed, side: f64, key: Key) -> Vec<SkyRay> 
     rays
 }
 
-/// Follows the rays of a replicate down a guide, by packets where that is faster. `direction` makes the unit vector toward the origin of each
+/// Follows the rays of a replicate down a guide. `direction` makes the unit vector toward the origin of each
 /// of two numbers in 0..1; `arrived` takes the number, the area in m2 of the entry, and the passage of each ray that reaches the opening.
 fn follow(
     guide: &Guide,
@@ -393,20 +393,14 @@ fn follow(
     direction: impl Fn([f64; 2]) -> DVec3,
     mut arrived: impl FnMut(usize, f64, &Transit<3>),
 ) {
-    let aim = |index: u64| {
+    let mut random = PathRandom::new(key.stream(Stream::ThroughputChoices, 0));
+    for index in 0..count {
         let [u, v, s, t] = point(key, index);
         let toward = direction([u, v]);
-        guide.entry([s, t], -toward).map(|entry| (index as usize, entry, -toward))
-    };
-    let aimed: Vec<_> = (0..count).filter_map(aim).collect();
-    let entering: Vec<_> = aimed.iter().map(|(_, entry, along)| (entry.position, *along)).collect();
-    let mut packet = guide.down_packet::<3>(&entering).map(Vec::into_iter);
-    let mut random = PathRandom::new(key.stream(Stream::ThroughputChoices, 0));
-    for (index, entry, along) in aimed {
-        let transit = packet.as_mut().and_then(Iterator::next);
-        let transit = transit.unwrap_or_else(|| guide.down(entry.position, along, &mut random));
+        let Some(entry) = guide.entry([s, t], -toward) else { continue };
+        let transit = guide.down(entry.position, -toward, &mut random);
         if transit.entered && transit.end == End::Opening {
-            arrived(index, entry.projected_area_m2, &transit);
+            arrived(index as usize, entry.projected_area_m2, &transit);
         }
     }
 }

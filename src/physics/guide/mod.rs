@@ -132,15 +132,6 @@ impl Guide {
         }
     }
 
-    /// Follows light downward from entry points, each `(position, unit direction)`, with the results of [`Guide::down`] in less time;
-    /// `None` for guides that gain nothing by it.
-    pub fn down_packet<const C: usize>(&self, rays: &[(DVec3, DVec3)]) -> Option<Vec<Transit<C>>> {
-        match self {
-            Self::Bent(guide) => Some(guide.down_packet(rays)),
-            Self::Straight(_) | Self::Domed(_) | Self::Mesh(_) => None,
-        }
-    }
-
     /// Follows light upward from a point of the opening (in a level one, z = 0).
     #[inline]
     pub fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {

@@ -19,9 +19,6 @@ const OPEN: f64 = 1.53;
 /// one finds an error that is small by chance), and at most, because the error of few rays is itself uncertain.
 const MORE_RAYS: [f64; 2] = [1.25, 2.0];
 
-/// Approximate number of rays that go down a guide as one batch.
-const PACKET: usize = 64;
-
 /// Number of rays to trace: `least` in each of 8 replicates, then repeatedly as many more as the error suggests, until the standard error
 /// of the transmission is at most `standard_error`, or `most` are traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,41 +179,26 @@ pub(super) fn follow<const N: usize>(
     aim: impl Fn(usize, [f64; 4]) -> Aim<N>,
 ) {
     debug_assert!(count <= REPLICATE_LEN, "{count} rays are more than one randomisation has");
-    let mut done = kinds.first().map_or(count, |rays| rays.count);
-    // rays of all replicates together, a batch at a time
-    let packet = (PACKET / (kinds.len() * REPLICATES as usize).max(1)).max(1) as u64;
-    let mut aimed = Vec::with_capacity(2 * PACKET);
-    while done < count {
-        let rays = done..(done + packet).min(count);
-        aimed.clear();
-        for (kind, Rays { key, .. }) in kinds.iter().enumerate() {
-            for number in 0..REPLICATES {
-                let stream = key.child(number);
-                for ray in rays.clone() {
-                    let (replicate, index) = Replicate::of(stream, ray);
-                    let aim = aim(kind, replicate.point(index, 0));
-                    let entry = guide.entry(aim.point, -aim.toward);
-                    aimed.extend(entry.map(|entry| (kind, number as usize, aim, entry)));
+    for (kind, Rays { key, replicates, count: done }) in kinds.iter_mut().enumerate() {
+        for (number, (random, sums)) in replicates.iter_mut().enumerate() {
+            let stream = key.child(number as u64);
+            for ray in *done..count {
+                let (replicate, index) = Replicate::of(stream, ray);
+                let aim = aim(kind, replicate.point(index, 0));
+                let Some(entry) = guide.entry(aim.point, -aim.toward) else { continue };
+                let transit = guide.down(entry.position, -aim.toward, random);
+                if !transit.entered {
+                    continue;
+                }
+                let fraction =
+                    if transit.end == End::Opening { Spectrum::<3>::luminance(&transit.weight()) } else { 0.0 };
+                for (sum, weight) in sums.iter_mut().zip(aim.weights) {
+                    sum.0 += weight * entry.projected_area_m2;
+                    sum.1 += weight * entry.projected_area_m2 * fraction;
                 }
             }
         }
-        let entering: Vec<_> = aimed.iter().map(|(_, _, aim, entry)| (entry.position, -aim.toward)).collect();
-        let mut transits = guide.down_packet::<3>(&entering).map(Vec::into_iter);
-        for (kind, number, aim, entry) in &aimed {
-            let (random, sums) = &mut kinds[*kind].replicates[*number];
-            let transit = transits.as_mut().and_then(Iterator::next);
-            let transit = transit.unwrap_or_else(|| guide.down(entry.position, -aim.toward, random));
-            if !transit.entered {
-                continue;
-            }
-            let fraction = if transit.end == End::Opening { Spectrum::luminance(&transit.weight()) } else { 0.0 };
-            for (sum, weight) in sums.iter_mut().zip(aim.weights) {
-                sum.0 += weight * entry.projected_area_m2;
-                sum.1 += weight * entry.projected_area_m2 * fraction;
-            }
-        }
-        done = rays.end;
-        kinds.iter_mut().for_each(|rays| rays.count = done);
+        *done = count;
     }
 }
 

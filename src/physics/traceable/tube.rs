@@ -116,7 +116,7 @@ impl TraceableTube {
 
     /// Follows light that went down the guide through the transition, if there is one, which spreads it evenly over the opening.
     #[inline]
-    pub fn spread<const C: usize>(&self, mut transit: Transit<C>, random: &mut PathRandom) -> Transit<C> {
+    fn spread<const C: usize>(&self, mut transit: Transit<C>, random: &mut PathRandom) -> Transit<C> {
         if self.opening.disc().is_none() && transit.end == End::Opening {
             transit.position = self.frame.direction_in_room(self.opening.point(random.uniform2()).extend(0.0));
             transit.mirrors = transit.mirrors * self.transition_transmittance;

@@ -20,7 +20,7 @@ use crate::integrator::backward::next_event::{Daylight, PathState};
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
-use crate::integrator::photon::descent::{Entering, Exit, descend_by};
+use crate::integrator::photon::descent::{Entering, Exit, descend};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::energy_balance::PhotonTotals;
 use crate::integrator::radiosity::Solution;
@@ -34,9 +34,6 @@ const CONNECTIONS: usize = 2;
 
 /// Smallest flux by which an opening is chosen, as a fraction of the brightest one's.
 const LEAST_POWER: f64 = 1e-3;
-
-/// Number of photons that go down a tube together.
-const PACKET: usize = 64;
 
 /// Light that leaves the closures, for some of a pass' photons.
 pub struct EmittedSums<const C: usize> {
@@ -81,23 +78,13 @@ pub fn emitted<const C: usize>(
 ) -> Option<EmittedSums<C>> {
     let chunk = |numbers: Range<u64>| {
         let mut sums = EmittedSums::new(scene.tubes.len());
-        let mut tube_photons = |tube, photons: &mut Vec<_>| {
-            add_emitted(scene, part, tube, photons, &mut sums);
-            photons.clear();
-        };
-        let (mut tube_before, mut photons) = (0, Vec::with_capacity(PACKET));
         for number in numbers {
-            if let (Some(EmittedPhoton { start: Start::Tube(tube), position, direction, flux, .. }), samples) =
+            if let (Some(EmittedPhoton { start: Start::Tube(tube), position, direction, flux, .. }), mut samples) =
                 emission.photon(scene, pass, number)
             {
-                if tube != tube_before || photons.len() == PACKET {
-                    tube_photons(tube_before, &mut photons);
-                    tube_before = tube;
-                }
-                photons.push((Entering { position, direction, flux }, samples));
+                add_emitted((scene, part, tube), Entering { position, direction, flux }, &mut samples, &mut sums);
             }
         }
-        tube_photons(tube_before, &mut photons);
         sums
     };
     let mut all = EmittedSums::new(scene.tubes.len());
@@ -111,43 +98,33 @@ pub fn emitted<const C: usize>(
     Some(all)
 }
 
-/// Adds the light that some photons send from the closure of the tube with number `tube` to the sums.
+/// Adds the light that a photon sends from the closure of the tube with number `tube` to the sums.
 fn add_emitted<const C: usize>(
-    scene: &TraceableScene,
-    part: EmittedPart,
-    tube: usize,
-    photons: &mut [(Entering, PathSamples)],
+    (scene, part, tube): (&TraceableScene, EmittedPart, usize),
+    entering: Entering,
+    samples: &mut PathSamples,
     sums: &mut EmittedSums<C>,
 ) {
     let PhotonTotals { tubes: fluxes, rays, energy, .. } = &mut sums.totals;
     let (of_tube, emitted, fluxes) = (&scene.tubes[tube], &mut sums.photons[tube], &mut fluxes[tube]);
-    let entering: Vec<_> = photons.iter().map(|(entering, _)| (entering.position, entering.direction)).collect();
-    let transits = of_tube.guide.down_packet(&entering);
-    for (number, (entering, samples)) in photons.iter_mut().enumerate() {
-        let random = &mut samples.random;
-        let transit = match transits.as_ref().and_then(|transits| transits.get(number)) {
-            Some(transit) => of_tube.spread(*transit, random),
-            None => of_tube.down(entering.position, entering.direction, random),
-        };
-        let (mut into_room, mut evenly) = (0.0, 0.0);
-        let at_diffuser = |exit: &Exit<'_, C>| {
-            let through = exit.into_room();
-            into_room += through.luminance();
-            evenly += exit.evenly().luminance();
-            if part == EmittedPart::Evenly && exit.closure.unscattered::<C>().is_some() {
-                let (position, direction) = (exit.position, -exit.from);
-                sums.unscattered.push(Unscattered { position, direction, flux: through });
-                return;
-            }
-            let flux = if part == EmittedPart::All { through } else { exit.evenly() };
-            emitted.push(Emitted::new(exit.position, flux, &of_tube.frame));
-        };
-        let descent = descend_by(transit, scene, of_tube, *entering, samples, (rays, energy), at_diffuser);
-        fluxes.into_room += into_room;
-        fluxes.evenly += evenly;
-        fluxes.at_collector += descent.entered.luminance();
-        fluxes.at_diffuser += descent.arrived.luminance();
-    }
+    let (mut into_room, mut evenly) = (0.0, 0.0);
+    let at_diffuser = |exit: &Exit<'_, C>| {
+        let through = exit.into_room();
+        into_room += through.luminance();
+        evenly += exit.evenly().luminance();
+        if part == EmittedPart::Evenly && exit.closure.unscattered::<C>().is_some() {
+            let (position, direction) = (exit.position, -exit.from);
+            sums.unscattered.push(Unscattered { position, direction, flux: through });
+            return;
+        }
+        let flux = if part == EmittedPart::All { through } else { exit.evenly() };
+        emitted.push(Emitted::new(exit.position, flux, &of_tube.frame));
+    };
+    let descent = descend(scene, of_tube, entering, samples, (rays, energy), at_diffuser);
+    fluxes.into_room += into_room;
+    fluxes.evenly += evenly;
+    fluxes.at_collector += descent.entered.luminance();
+    fluxes.at_diffuser += descent.arrived.luminance();
 }
 
 /// Light that leaves the diffusers in one pass.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::energy_balance::EnergyBalance;
-use crate::guide::{RayCount, Transit};
+use crate::guide::RayCount;
 use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::{Closure, Scatter, SheetSide, Spectrum, Travel};
 use crate::sampling::{PathSamples, warp};
@@ -71,23 +71,10 @@ pub fn descend<'a, const C: usize>(
     tube: &'a TraceableTube,
     entering: Entering,
     samples: &mut PathSamples,
-    sums: (&mut RayCount, &mut EnergyBalance),
-    at: impl FnMut(&Exit<'a, C>),
-) -> Descent<C> {
-    let transit = tube.down(entering.position, entering.direction, &mut samples.random);
-    descend_by(transit, scene, tube, entering, samples, sums, at)
-}
-
-/// Does what [`descend`] does, for light whose first transit down the guide is already computed.
-pub fn descend_by<'a, const C: usize>(
-    mut transit: Transit<C>,
-    scene: &TraceableScene,
-    tube: &'a TraceableTube,
-    entering: Entering,
-    samples: &mut PathSamples,
     (rays, energy): (&mut RayCount, &mut EnergyBalance),
     mut at: impl FnMut(&Exit<'a, C>),
 ) -> Descent<C> {
+    let mut transit = tube.down(entering.position, entering.direction, &mut samples.random);
     let entered = if transit.entered { Spectrum([entering.flux; C]) } else { Spectrum::ZERO };
     let (mut flux, mut arrived) = (entered, Spectrum::ZERO);
     energy.emitted += entered.luminance();

@@ -1,8 +1,5 @@
 //! Bent tubes: equal mirror cylinders that meet in mitred elbows.
 
-mod packet;
-mod vectors;
-
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
