@@ -108,6 +108,8 @@ pub struct Task<'a> {
     pub traceable: &'a Arc<TraceableScene>,
     /// Grids of the scene that the method has to compute.
     pub grids: &'a [Grid],
+    /// Grids that `grids` are, or are samples of: the method chooses patches and the sizes of its passes for all of their sensors.
+    pub all_grids: &'a [Grid],
     /// Views of the scene that the method has to compute.
     pub views: &'a [View],
     /// Fraction of the mean of a grid below which the light of a sensor is judged as if it were this large.
@@ -123,6 +125,7 @@ impl<'a> Task<'a> {
             scene,
             traceable,
             grids: &scene.grids,
+            all_grids: &scene.grids,
             views: &scene.views,
             least_share_of_mean: LEAST_SHARE_OF_MEAN,
             exchanges: None,
@@ -136,7 +139,7 @@ impl<'a> Task<'a> {
 
     /// Returns this task without its grids.
     pub fn without_grids(self) -> Self {
-        Self { grids: &[], ..self }
+        Self { grids: &[], all_grids: &[], ..self }
     }
 
     /// True if a grid requests the illuminance at points rather than averages over cells.

@@ -65,7 +65,7 @@ impl<const C: usize> Coarse<C> {
         // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
         // an object or in a beam
         let is_known = scene.is_bare() && !with_clear_zones;
-        let spreads = if is_known { task.grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
+        let spreads = if is_known { task.all_grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
         Some(Self {
             spreads,
             rays: task.exchanges.map_or(exchange.rays(), |shared| shared.cost(exchange.rays())),

@@ -146,13 +146,13 @@ impl<const C: usize> TwoStage<C> {
     /// Builds the method for a relative standard error `target`; equal seeds give equal bits.
     pub fn new(task: &Task, settings: &Settings, seed: u64, target: f64) -> Self {
         let scene = task.traceable;
-        let (starts, beside) = (starts(scene, task.grids, task.views), Beside::of(task));
+        let (starts, beside) = (starts(scene, task.all_grids, task.views), Beside::of(task));
         let mut edge = EDGE * scene.enclosure.shortest_edge_m();
         let by = (seed, target);
         let mut coarse = Coarse::new((task, beside), &starts, edge, by);
         let (mut sizes, variances) = Self::sizes((task, beside), settings, coarse.as_ref(), by);
         if let Some(Coarse { rays, .. }) = coarse {
-            let sensors: Vec<usize> = task.grids.iter().map(Grid::valued).collect();
+            let sensors: Vec<usize> = task.all_grids.iter().map(Grid::valued).collect();
             let finer = sizes.finer(target, &variances, rays, (&sensors, pixels(task.views)));
             if finer < WORTHWHILE {
                 edge *= finer;

@@ -30,7 +30,7 @@ impl<const C: usize> TwoStage<C> {
         if settings.samples_per_sensor.is_some() {
             return (Self::sized((task, beside), settings, target, &untried), untried);
         }
-        let some: Vec<Grid> = task.grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
+        let some: Vec<Grid> = task.all_grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
         let values = Self::tried((task, beside), &some, coarse, (seed, target, TRIED_PASSES));
         let variances = values.map_or(untried, |grids| grids.into_iter().map(RelativeVariances::of).collect());
         (Self::sized((task, beside), settings, target, &variances), variances)
@@ -55,7 +55,7 @@ impl<const C: usize> TwoStage<C> {
         };
         Sizes {
             photons: settings.photons_per_pass.unwrap_or(photons),
-            grids: variances.iter().zip(task.grids).map(of_grid).collect(),
+            grids: variances.iter().zip(task.all_grids).map(of_grid).collect(),
             per_pixel: settings.samples_per_pixel,
         }
     }
@@ -69,7 +69,7 @@ impl<const C: usize> TwoStage<C> {
         (seed, target): (u64, f64),
         sizes: &mut Sizes,
     ) -> Option<Vec<Vec<Share>>> {
-        let sensors: Vec<usize> = task.grids.iter().map(Grid::valued).collect();
+        let sensors: Vec<usize> = task.all_grids.iter().map(Grid::valued).collect();
         let passes = sizes.trial_of_all(&sensors).filter(|_| settings.samples_per_sensor.is_none())?;
         let values = Self::tried((task, beside), task.grids, coarse, (seed, target, passes))?;
         let divided = values.iter().map(|of_grid| match RelativeVariances::of_shares(of_grid) {
