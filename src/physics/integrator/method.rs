@@ -5,6 +5,7 @@
 
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 
@@ -116,7 +117,12 @@ pub struct Task<'a> {
     pub least_share_of_mean: f64,
     /// Exchanges of the room that the method shares with others of the same grids and views.
     pub exchanges: Option<&'a SharedExchanges>,
+    /// Flag that is raised when the method is no longer wanted: what is built from then on is not used, and may be incomplete.
+    pub cancel: &'a AtomicBool,
 }
+
+/// Flag of a task that is wanted in any case.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl<'a> Task<'a> {
     /// Makes the task of all outputs of a scene.
@@ -129,6 +135,7 @@ impl<'a> Task<'a> {
             views: &scene.views,
             least_share_of_mean: LEAST_SHARE_OF_MEAN,
             exchanges: None,
+            cancel: &NEVER,
         }
     }
 

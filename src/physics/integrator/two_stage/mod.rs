@@ -52,6 +52,8 @@ mod variances;
 pub use passes::TwoStage;
 pub use settings::Settings;
 
+use std::sync::atomic::Ordering;
+
 use crate::integrator::backward::chance;
 use crate::integrator::diffuser_source::closure_source::{
     Beside, all_lambertian, directional_bytes, of_light_tracing, refuses_all_but_lambertian, refuses_directional,
@@ -154,7 +156,7 @@ impl<const C: usize> TwoStage<C> {
         if let Some(Coarse { rays, .. }) = coarse {
             let sensors: Vec<usize> = task.all_grids.iter().map(Grid::valued).collect();
             let finer = sizes.finer(target, &variances, rays, (&sensors, pixels(task.views)));
-            if finer < WORTHWHILE {
+            if finer < WORTHWHILE && !task.cancel.load(Ordering::Relaxed) {
                 edge *= finer;
                 coarse = Coarse::new((task, beside), &starts, edge, by);
                 (sizes, _) = Self::sizes((task, beside), settings, coarse.as_ref(), by);
