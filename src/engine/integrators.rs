@@ -1,7 +1,7 @@
 //! The integrators of a plan, which add pass after pass to an estimate.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::analytic::{Ending, Solver};
 use crate::estimate::stopping::Wanted;
@@ -80,17 +80,19 @@ impl Engine {
         !traceable.has_sky() && !traceable.has_sun() && !electric && !responses
     }
 
+    /// Builds the integrators of a plan. What is returned once `cancel` is raised is not to be used: no further integrator is built then.
     pub(super) fn new(
-        traceable: &Arc<TraceableScene>,
-        scene: &Scene,
+        (scene, traceable): (&Scene, &Arc<TraceableScene>),
         methods: &Methods,
         stop: &StopRule,
         seed: u64,
+        cancel: &AtomicBool,
     ) -> Self {
         if Self::is_dark(traceable, scene) {
             return Self::Dark;
         }
-        let task = Task::whole(scene, traceable);
+        let task = Task { cancel, ..Task::whole(scene, traceable) };
+        let is_cancelled = || cancel.load(Ordering::Relaxed);
         let build = |choice: &MethodChoice, task: Task, seed: u64, share: f64| {
             choice.method.described().build(&task, seed, share * stop.target(task.grids, task.views))
         };
@@ -108,6 +110,9 @@ impl Engine {
             // sensors that are far from a tube have the light of others
             let least_share_of_mean = of_whole.least_share_of_mean.max(1.0 - 1.0 / parts as f64);
             let of_part = |part: Arc<TraceableScene>, number| {
+                if is_cancelled() {
+                    return None;
+                }
                 let task = Task { traceable: &part, exchanges: Some(&exchanges), least_share_of_mean, ..of_whole };
                 match build(choice, task, seed_of(seed, number), (parts as f64).sqrt()) {
                     Computation::Passes(integrator) => Some(integrator),
@@ -115,6 +120,9 @@ impl Engine {
                 }
             };
             let in_parts = methods.parts.and_then(|_| InParts::new(traceable, count, of_part));
+            if is_cancelled() {
+                return Self::Dark;
+            }
             let checked: Box<dyn Integrator> = match in_parts {
                 Some(parts) => Box::new(parts),
                 None => match build(choice, of_whole, seed, WHOLE) {
@@ -130,7 +138,7 @@ impl Engine {
                 Some(Computation::Solution(_)) | None => checked,
             });
         }
-        let of_views = methods.views.as_ref();
+        let of_views = methods.views.as_ref().filter(|_| !is_cancelled());
         let views = match of_views.map(|choice| build(choice, task.without_grids(), seed, WHOLE)) {
             Some(Computation::Passes(integrator)) => Some(integrator),
             // no method without passes computes views

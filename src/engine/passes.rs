@@ -156,7 +156,10 @@ impl RenderJob {
 
     /// Renders pass after pass on the current rayon pool until the job's own rule, its seconds or `stop` ends it.
     pub fn render(&self, stop: &Stop, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Rendered, RenderError> {
-        self.make_ready();
+        if !self.make_ready_unless(stop.flag()) {
+            let stopped_by = stop.reason().map_or(StoppedBy::Cancelled, StoppedBy::from);
+            return Ok(Rendered { estimate: Estimate::empty(&self.scene), spent: Spent::NOTHING, stopped_by });
+        }
         stop.within(self.stop.max_seconds, || {
             self.render_while(|estimate, spent| self.render_pass(estimate, spent, stop, heard))
         })
@@ -226,22 +229,46 @@ mod tests {
         }
     }
 
+    /// Writes the document of a room of 3 m with a tube and one grid, with further members of the job and of the grid.
+    fn document(of_job: &str, of_grid: &str) -> String {
+        format!(
+            r#"{{
+                "sky": {{ "cie_type": 5, "sun_position": {{ "altitude_deg": 40, "azimuth_deg": 200 }} }},
+                "room": {{ "size_m": [3, 3, 3] }},
+                "tubes": [{{ "centre_m": [1.5, 1.5], "diameter_m": 0.3, "reflectance": 0.98,
+                            "segments": [{{ "length_m": 1 }}], "collector": {{ "kind": "open" }},
+                            "diffuser": {{ "kind": "lambertian", "transmittance": 0.6 }} }}],
+                "grids": [{{ "name": "g", "height_m": 0.8, {of_grid} }}]
+                {of_job}
+            }}"#
+        )
+    }
+
     /// A job in parts is prepared without a trial of its room for each part; what is known of it does not ask for one.
     #[test]
     fn a_job_is_made_ready_when_it_is_rendered() {
-        let document = r#"{
-            "sky": { "cie_type": 5, "sun_position": { "altitude_deg": 40, "azimuth_deg": 200 } },
-            "room": { "size_m": [3, 3, 3] },
-            "tubes": [{ "centre_m": [1.5, 1.5], "diameter_m": 0.3, "reflectance": 0.98,
-                        "segments": [{ "length_m": 1 }], "collector": { "kind": "open" },
-                        "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }],
-            "grids": [{ "name": "g", "height_m": 0.8, "cells": [2, 2], "components": true }]
-        }"#;
+        let document = document("", r#""cells": [2, 2], "components": true"#);
         let prepared = prepare(document.as_bytes(), &NoFiles).unwrap();
         assert!(!prepared.is_dark() && !prepared.is_complete(1) && prepared.memory().total() > 0.0);
         assert!(prepared.engine.get().is_none());
         prepared.make_ready();
         assert!(prepared.engine.get().is_some());
+    }
+
+    /// A job that a user has cancelled builds no integrators, and keeps none that it has begun with: it can be rendered later.
+    #[test]
+    fn a_cancelled_job_is_not_made_ready() {
+        for of_grid in [r#""cells": [2, 2], "components": true"#, r#""cells": [2, 2]"#] {
+            let prepared = prepare(document("", of_grid).as_bytes(), &NoFiles).unwrap();
+            let stop = Stop::default();
+            stop.raise(StopReason::Cancelled);
+            let rendered = prepared.render(&stop, &mut |_, _| panic!("no pass is reported")).unwrap();
+            assert_eq!((rendered.stopped_by, rendered.estimate.passes), (StoppedBy::Cancelled, 0));
+            assert_eq!(prepared.empty_estimate_unless(stop.flag()).passes, 0);
+            assert!(prepared.engine.get().is_none());
+            let rendered = prepared.render(&Stop::default(), &mut |_, _| {}).unwrap();
+            assert!(rendered.estimate.passes > 0 && prepared.engine.get().is_some());
+        }
     }
 
     /// A partial solution counts when its job ends, and the job ends for the reason that was given; a worker that has lost the job gets no
@@ -254,15 +281,7 @@ mod tests {
             (StopReason::Abandoned, StoppedBy::Cancelled, false),
         ];
         for (reason, stopped_by, is_heard) in ends {
-            let document = r#"{
-                "sky": { "cie_type": 5, "sun_position": { "altitude_deg": 40, "azimuth_deg": 200 } },
-                "room": { "size_m": [3, 3, 3] },
-                "tubes": [{ "centre_m": [1.5, 1.5], "diameter_m": 0.3, "reflectance": 0.98,
-                            "segments": [{ "length_m": 1 }], "collector": { "kind": "open" },
-                            "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }],
-                "grids": [{ "name": "g", "height_m": 0.8, "cells": [1, 1] }],
-                "method": "holigilm"
-            }"#;
+            let document = document(r#", "method": "holigilm""#, r#""cells": [1, 1]"#);
             let stop = Stop::default();
             let mut prepared = prepare(document.as_bytes(), &NoFiles).unwrap();
             prepared.engine = Engine::Solver(Box::new(EndsWithin(stop.clone(), reason))).into();

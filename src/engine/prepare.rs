@@ -1,5 +1,6 @@
 //! Preparation of a job: from a document to a scene and a plan that are ready to render.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use super::annual::AnnualJob;
@@ -166,10 +167,26 @@ impl RenderJob {
         self.engine();
     }
 
+    /// Builds the integrators as [`Self::make_ready`] does, but for the rest of them once `cancel` is raised; returns false then.
+    pub fn make_ready_unless(&self, cancel: &AtomicBool) -> bool {
+        if self.engine.get().is_none() {
+            let built = self.built(cancel);
+            if cancel.load(Ordering::Relaxed) {
+                return false;
+            }
+            // where another thread was first, its integrators are the same
+            let _ = self.engine.set(built);
+        }
+        true
+    }
+
     /// Returns the integrators of the plan.
     pub(super) fn engine(&self) -> &Engine {
-        let built = || Engine::new(&self.traceable, &self.scene, &self.plan.methods, &self.stop, self.seed);
-        self.engine.get_or_init(built)
+        self.engine.get_or_init(|| self.built(&AtomicBool::new(false)))
+    }
+
+    fn built(&self, cancel: &AtomicBool) -> Engine {
+        Engine::new((&self.scene, &self.traceable), &self.plan.methods, &self.stop, self.seed, cancel)
     }
 
     /// Refuses a job that may be rendered for more than `most` seconds.
@@ -254,6 +271,12 @@ impl RenderJob {
         let mut estimate = Estimate::empty(&self.scene);
         self.engine().begin(&mut estimate);
         estimate
+    }
+
+    /// Returns an estimate of no passes as [`Self::empty_estimate`] does; if `cancel` is raised before the integrators are built, one that no
+    /// pass may be added to.
+    pub fn empty_estimate_unless(&self, cancel: &AtomicBool) -> Estimate {
+        if self.make_ready_unless(cancel) { self.empty_estimate() } else { Estimate::empty(&self.scene) }
     }
 
     /// True after the last pass that the job can have.

@@ -4,5 +4,6 @@ pub mod forecast;
 pub mod pilot;
 mod pilot_outcome;
 pub(crate) mod pilot_passes;
+mod pilot_run;
 pub(crate) mod pilot_sample;
 pub mod predictions;

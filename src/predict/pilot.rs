@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use super::pilot_outcome::{Outcome, cheapen_the_looser};
 use super::pilot_passes::{Clock, LEAST_PASSES, Passes};
+use super::pilot_run::Run;
 use super::pilot_sample::Sample;
 use super::predictions::{
     Measured, MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions,
@@ -25,6 +26,7 @@ use crate::estimate::Estimate;
 use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::Method;
 use crate::integrator::method::{self, Computation, Task, Trial};
+use crate::integrator::radiosity::SharedExchanges;
 use crate::plan::YearMethod;
 use crate::plan::choose::{MethodChoice, refuses};
 use crate::statistics::interval::two_sided_normal_quantile;
@@ -138,6 +140,7 @@ struct Tried<'a> {
     method: &'a Method,
     task: Task<'a>,
     sample: Sample,
+    exchanges: SharedExchanges,
     is_planned: bool,
 }
 
@@ -153,26 +156,14 @@ impl<'a> Tried<'a> {
         let target = prepared.stop.target(task.grids, task.views);
         let trial = method.described().trial(&task, target);
         let sample = Sample::new(&task, trial.most_places);
-        Self { output, row, method, task, sample, is_planned }
+        let exchanges = SharedExchanges::new(&prepared.traceable, 1);
+        Self { output, row, method, task, sample, exchanges, is_planned }
     }
 
     /// Returns the trial by which passes for a relative standard error `target` are predicted.
     fn trial(&self, target: f64) -> Trial {
         self.method.described().trial(&self.task, target)
     }
-}
-
-/// Passes of one size that were tried.
-struct Run {
-    /// Size of a pass.
-    size: f64,
-    passes: Passes,
-    setup_seconds: f64,
-    /// Processor seconds of a pass apart from its places, and of each place.
-    of_pass: f64,
-    of_place: f64,
-    /// Processor seconds of everything that was tried for this size.
-    spent: f64,
 }
 
 /// Derives the laws of the errors of a method's own passes, on the grids alone where there are any, or else on the views, from a number of
@@ -300,8 +291,7 @@ impl Pilot<'_> {
         let mut outcome = Outcome::default();
         for accuracy in accuracies {
             let trial = tried.trial(self.target(tried, *accuracy));
-            let apart = |run: &Run| libm::log(run.size / trial.passes.tried).abs();
-            let Some(run) = runs.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) else { break };
+            let Some(run) = Run::nearest(&runs, &trial.passes, *accuracy) else { break };
             let Some(measured) = self.measured(tried, run, &trial) else { break };
             outcome.first_number.get_or_insert(measured.seconds_to_first_number());
             outcome.times.push(measured.time_to(*accuracy, self.judged[tried.output]));
@@ -316,15 +306,17 @@ impl Pilot<'_> {
         let smallest_and_asked = accuracies.first().into_iter().chain([&self.asked[tried.output]]);
         for accuracy in smallest_and_asked.chain(accuracies) {
             let trial = tried.trial(self.target(tried, *accuracy));
-            if runs.iter().any(|run| run.size == trial.passes.tried) {
+            if runs.iter().any(|run| run.tells(&trial.passes, *accuracy, self.asked[tried.output])) {
                 continue;
             }
-            let expected = runs.last().map_or(0.0, |run| run.spent * trial.passes.tried / run.size);
-            if expected >= clock.left() {
+            if runs.last().is_some_and(|run| run.expected_seconds(trial.passes.tried) >= clock.left()) {
                 continue;
             }
             let most = if runs.is_empty() { MOST_PASSES } else { MOST_PASSES_EACH };
-            runs.extend(self.run_of(tried, &trial, *accuracy, most, clock));
+            let run = self.run_of(tried, &trial, *accuracy, most, clock);
+            // the first one has computed what later ones share
+            let first = runs.first().map_or(0.0, |run| run.setup_seconds);
+            runs.extend(run.map(|run| Run { setup_seconds: run.setup_seconds.max(first), ..run }));
         }
         runs
     }
@@ -332,14 +324,17 @@ impl Pilot<'_> {
     /// Runs at most `most` passes of the trial for an accuracy; `None` where there is no time for the least number.
     fn run_of(&self, tried: &Tried<'_>, trial: &Trial, accuracy: f64, most: usize, clock: &Clock<'_>) -> Option<Run> {
         let Tried { task, sample, .. } = tried;
-        let clocks = Clocks::start();
-        let build =
-            |sample: &Sample| match trial.method.build(&sample.task(task), self.seed(), self.target(tried, accuracy)) {
-                Computation::Passes(integrator) => Some(integrator),
+        let build = |sample: &Sample| {
+            let clocks = Clocks::start();
+            let task = Task { exchanges: Some(&tried.exchanges), ..sample.task(task) };
+            match trial.method.build(&task, self.seed(), self.target(tried, accuracy)) {
+                Computation::Passes(integrator) => Some((integrator, clocks.spent().cpu())),
                 Computation::Solution(_) => None,
-            };
-        let integrator = build(sample)?;
-        let setup_seconds = clocks.spent().cpu();
+            }
+        };
+        let clocks = Clocks::start();
+        let (integrator, setup_seconds) = build(sample)?;
+        let (mut built, mut rebuilding) = (setup_seconds, setup_seconds);
         let mut passes = Passes::default();
         passes.run(integrator.as_ref(), 1, clock);
         let few = Sample::new(task, sample.places() / FEW_PLACES);
@@ -348,15 +343,18 @@ impl Pilot<'_> {
             sample.places() < sample.all || trial.passes.powers.work_of_pass != trial.passes.powers.work_of_place;
         let needs_few = needs_few && few.places() < sample.places();
         if needs_few && !clock.is_over() {
-            of_few.run(build(&few)?.as_ref(), FEW_PLACES_PASSES, clock);
+            let (integrator, seconds) = build(&few)?;
+            (built, rebuilding) = (built + seconds, 2.0 * seconds);
+            of_few.run(integrator.as_ref(), FEW_PLACES_PASSES, clock);
         }
         passes.run(integrator.as_ref(), most - 1, clock);
         let cost = passes.cost()?;
         let of_place =
             if needs_few { ((cost - of_few.cost()?) / (sample.places() - few.places()) as f64).max(0.0) } else { 0.0 };
         let of_pass = (cost - of_place * sample.places() as f64).max(0.0);
-        let spent = clocks.spent().cpu();
-        let run = Run { size: trial.passes.tried, passes, setup_seconds, of_pass, of_place, spent };
+        let spent = clocks.spent().cpu() - built;
+        let size = trial.passes.tried;
+        let run = Run { size, accuracy, passes, setup_seconds, rebuilding, of_pass, of_place, spent };
         (run.passes.found.len() >= LEAST_PASSES).then_some(run)
     }
 

@@ -53,6 +53,7 @@ impl<'a> Clock<'a> {
 pub struct Passes {
     /// Passes in their order.
     pub found: Vec<Pass>,
+    start: Pass,
     seconds: Vec<f64>,
 }
 
@@ -62,10 +63,10 @@ pub const LEAST_PASSES: usize = 3;
 impl Passes {
     /// Adds at most `count` passes: the least number unless a running pass must end, and more of them as long as there is time.
     pub fn run(&mut self, integrator: &dyn Integrator, count: usize, clock: &Clock<'_>) {
-        let mut carried = match self.found.last() {
-            Some(pass) => pass.carried.clone(),
-            None => integrator.start().carried,
-        };
+        if self.found.is_empty() {
+            self.start = integrator.start();
+        }
+        let mut carried = self.found.last().unwrap_or(&self.start).carried.clone();
         for _ in 0..count {
             if clock.stop.reason().is_some() || (self.found.len() >= LEAST_PASSES && clock.is_over()) {
                 return;
@@ -103,6 +104,6 @@ impl Passes {
         if self.found.len() < LEAST_PASSES {
             return None;
         }
-        sample.values(&self.found).into_iter().map(each).collect()
+        sample.values(&self.start, &self.found).into_iter().map(each).collect()
     }
 }

@@ -3,10 +3,10 @@
 use crate::estimate::error_law::PilotResults;
 use crate::estimate::film::BLOCK_PX;
 use crate::estimate::grid::{contrasts_of, sampling_variance};
+use crate::estimate::residual::Sharing;
 use crate::estimate::{FilmEstimate, GridEstimate};
 use crate::integrator::Pass;
 use crate::integrator::method::Task;
-use crate::integrator::pass::remaining_noise;
 use crate::scene::{Channels, Grid, View};
 use crate::statistics::Moments;
 
@@ -30,19 +30,21 @@ pub struct Sample {
 }
 
 /// Values of passes at the sampled places of one grid, or of one view.
+#[derive(Default)]
 pub struct Places {
     values: Vec<Vec<f64>>,
     bias: Vec<Vec<f64>>,
     fixed: Vec<f64>,
-    residual: Vec<f64>,
+    residual: Vec<Vec<f64>>,
+    sharing: Sharing,
     share: f64,
 }
 
 impl Places {
     /// Returns the values in the form from which error laws are derived.
     pub fn found(&self) -> PilotResults<'_> {
-        let Self { values, bias, fixed, residual, share } = self;
-        PilotResults { values, bias, fixed, residual, fraction: *share }
+        let Self { values, bias, fixed, residual, sharing, share } = self;
+        PilotResults { values, bias, fixed, residual, sharing: *sharing, fraction: *share }
     }
 }
 
@@ -81,8 +83,8 @@ impl Sample {
         self.grids.iter().map(Grid::len).sum::<usize>() + self.windows.iter().map(pixels).sum::<usize>()
     }
 
-    /// Returns the values of passes, for every grid, or for every view that a window shows.
-    pub fn values(&self, passes: &[Pass]) -> Vec<Places> {
+    /// Returns the values of passes that follow `start`, for every grid, or for every view that a window shows.
+    pub fn values(&self, start: &Pass, passes: &[Pass]) -> Vec<Places> {
         let share = self.places() as f64 / self.all as f64;
         let of_grid = |number: usize| {
             let of_passes = || passes.iter().filter_map(move |pass| pass.grids.get(number));
@@ -96,31 +98,30 @@ impl Sample {
                 valued.map(|sensor| values[sensor] / free.get(sensor).unwrap_or(&1.0)).collect()
             };
             let free = estimate.free.as_deref().unwrap_or_default();
-            let residuals: Vec<Vec<f64>> = of_passes().map(|pass| of_valued(&pass.residual, free)).collect();
-            let remaining = remaining_noise(self.sensors[number]);
+            let residual: Vec<Vec<f64>> = of_passes().map(|pass| of_valued(&pass.residual, free)).collect();
             let mut values: Vec<Vec<f64>> = of_passes().map(|pass| of_valued(&pass.illuminance, free)).collect();
-            // a few sensors keep their own residuals
-            let residual = if remaining < 1.0 {
-                let each = values.iter_mut().zip(&residuals);
-                each.for_each(|(values, residuals)| {
-                    values.iter_mut().zip(residuals).for_each(|(value, of)| *value -= of)
-                });
-                let places = residuals.first().map_or(0, Vec::len);
-                (0..places).map(|place| remaining * variance(residuals.iter().map(|of| of[place]))).collect()
-            } else {
-                Vec::new()
-            };
+            for (values, residual) in values.iter_mut().zip(&residual) {
+                values.iter_mut().zip(residual).for_each(|(value, of)| *value -= of);
+            }
+            // residuals are expected to differ in proportion to the gathered light
+            let spread = start.grids.get(number).and_then(|grid| grid.expected_spread);
+            let squares = of_passes().flat_map(|pass| {
+                let valued = estimate.valued().filter(|sensor| *sensor < pass.gathered.len());
+                let lit = valued.filter(|sensor| pass.illuminance[*sensor] > 0.0);
+                lit.map(|sensor| (pass.gathered[sensor] / pass.illuminance[sensor]).powi(2))
+            });
+            let part = mean(squares);
             Places {
                 values,
                 bias: of_passes().map(|pass| of_valued(&pass.bias, free)).collect(),
                 fixed,
                 residual,
+                sharing: Sharing { sensors: self.sensors[number], expected_spread: spread.map(|spread| spread * part) },
                 share,
             }
         };
         let of_view = |view: usize| {
-            let mut places =
-                Places { values: Vec::new(), bias: Vec::new(), fixed: Vec::new(), residual: Vec::new(), share };
+            let mut places = Places { share, ..Places::default() };
             let windows = || (0..self.windows.len()).filter(move |window| self.views[*window] == view);
             let empty = |window: usize| FilmEstimate::empty(self.windows[window].size_px, self.channels.count());
             for pass in passes {
@@ -152,11 +153,11 @@ impl Sample {
     }
 }
 
-/// Returns the variance of some values, of which there are at least two.
-fn variance(values: impl Iterator<Item = f64>) -> f64 {
+/// Returns the mean of some values, 0 of none.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let mut moments = Moments::default();
     values.for_each(|value| moments.push(value));
-    moments.m2 / (moments.count - 1.0)
+    moments.mean
 }
 
 /// Selects about `most` sensors of a grid at most, or as few more as it takes to include one that has a value.
@@ -185,4 +186,40 @@ fn window_of(view: &View, width: usize, number: usize, count: usize) -> View {
 
 fn pixels(view: &View) -> usize {
     view.size_px[0] * view.size_px[1]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+    use crate::document::NoFiles;
+    use crate::engine::prepare::prepare;
+    use crate::integrator::method::Computation;
+
+    /// Passes of a sample have the sizes of the job's, although many sensors share a residual more than few: the rays that sensors add to a
+    /// pass are as many for each, within the 5 % by which their paths differ. By the numbers of their own sensors they would differ by
+    /// 28 %.
+    #[test]
+    fn samples_have_passes_of_the_jobs_size() {
+        let document = include_bytes!("../../tests/reference/scenes/S1.json");
+        let prepared = prepare(document, &NoFiles).unwrap();
+        let task = Task::whole(&prepared.scene, &prepared.traceable);
+        let method = prepared.offered.iter().find(|method| method.name() == "two_stage").unwrap();
+        let rays = |most: usize| {
+            let sample = Sample::new(&task, most);
+            let target = prepared.stop.target(task.grids, task.views);
+            let Computation::Passes(integrator) = method.described().build(&sample.task(&task), 7, target) else {
+                panic!("{} has passes", method.name());
+            };
+            let pass = integrator.pass(0, &AtomicBool::new(false)).unwrap();
+            (sample.places() as f64, pass.totals.rays.followed as f64)
+        };
+        let [few, some, all] = [4, 16, 81].map(rays);
+        let of_each =
+            |(fewer, of_fewer): (f64, f64), (more, of_more): (f64, f64)| (of_more - of_fewer) / (more - fewer);
+        let ratio = of_each(few, some) / of_each(some, all);
+        assert_eq!([few.0, some.0, all.0], [4.0, 16.0, 81.0]);
+        assert!((ratio - 1.0).abs() < 0.05, "{few:?} {some:?} {all:?}: {ratio}");
+    }
 }

@@ -82,6 +82,10 @@ pub struct PredictedTime {
     pub seconds_from: Option<f64>,
     /// Upper end of the interval of the seconds; null where they are, and where it is not certain that the error is reached at all.
     pub seconds_to: Option<f64>,
+    /// Part of the seconds before the first pass begins, which the render time of a job's result does not count; null where the seconds are,
+    /// and for a method without passes.
+    #[serde(default)]
+    pub setup_seconds: Option<f64>,
     /// Number of passes of the job; null for a method without passes, and where unknown.
     pub passes: Option<u64>,
     /// True if no other method is known to reach this error sooner.
@@ -100,6 +104,12 @@ impl PredictedTime {
     pub fn known(relative_error: f64, seconds: f64, from: f64, to: Option<f64>, passes: Option<u64>) -> Self {
         let (seconds, seconds_from) = (Some(seconds), Some(from));
         Self { relative_error, seconds, seconds_from, seconds_to: to, passes, ..Self::default() }
+    }
+
+    /// Returns the part of the seconds that passes take, 0..1, as the render time of a result counts it; `None` where no seconds are known.
+    pub fn part_of_passes(&self) -> Option<f64> {
+        let (seconds, setup) = (self.seconds?, self.setup_seconds.unwrap_or_default());
+        Some(if seconds > 0.0 { (seconds - setup) / seconds } else { 1.0 })
     }
 }
 
@@ -167,7 +177,8 @@ impl Measured {
         let seconds = |passes: u64| self.setup_seconds + passes as f64 * self.seconds_per_pass;
         let from = passes(-deviations).unwrap_or(expected).min(expected);
         let to = passes(deviations).map(|most| seconds(most.max(expected)) * factor);
-        PredictedTime::known(relative_error, seconds(expected), seconds(from) / factor, to, Some(expected))
+        let time = PredictedTime::known(relative_error, seconds(expected), seconds(from) / factor, to, Some(expected));
+        PredictedTime { setup_seconds: Some(self.setup_seconds), ..time }
     }
 }
 
@@ -185,6 +196,7 @@ mod tests {
         let time = measured.time_to(0.01, JUDGED);
         let passes = law.passes_to(0.01, JUDGED).unwrap();
         assert_eq!((time.seconds, time.passes), (Some(1.0 + 0.5 * passes as f64), Some(passes)));
+        assert_eq!(time.part_of_passes(), Some(0.5 * passes as f64 / (1.0 + 0.5 * passes as f64)));
         assert!(time.seconds_from < time.seconds && time.seconds_to > time.seconds);
         assert_eq!(measured.seconds_to_first_number(), 1.5);
         // the worst grid counts
@@ -192,7 +204,7 @@ mod tests {
         let both = Measured { laws: vec![law, worse], ..measured };
         assert_eq!(both.time_to(0.01, JUDGED).passes, worse.passes_to(0.01, JUDGED));
         let never = Measured { laws: vec![ErrorLaw { fixed: 1.0, ..law }], ..both }.time_to(0.01, JUDGED);
-        assert!(never.seconds.is_none() && never.reason.is_some());
+        assert!(never.seconds.is_none() && never.reason.is_some() && never.part_of_passes().is_none());
     }
 
     #[test]

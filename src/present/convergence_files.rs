@@ -234,8 +234,9 @@ pub fn convergence_figure(subject: &Subject, passes: &[PassReport]) -> Drawing {
             known: if time.known == TimeKnown::Met { Known::Met } else { Known::Extrapolated },
         });
         let foretold = history.predicted_times.iter().filter_map(|time| {
-            let (seconds, from) = (time.seconds?, time.seconds_from?);
-            Some(Foretold { error: time.relative_error, seconds, from, to: time.seconds_to })
+            let (seconds, from, part) = (time.seconds?, time.seconds_from?, time.part_of_passes()?);
+            let to = time.seconds_to.map(|to| part * to);
+            Some(Foretold { error: time.relative_error, seconds: part * seconds, from: part * from, to })
         });
         Some(ErrorSeries {
             name: outputs.name(),

@@ -3,10 +3,12 @@
 //! The variance of a job's mean after n passes has up to four parts, relative to the values and averaged over sensors or blocks of pixels.
 //! Noise falls as 1 / n; where gather radii shrink, as the mean of their inverse squares over n passes, divided by n. The bias of kernels
 //! stays, or falls as the mean of the squared radii. The error by the choice of fixed points stays. The job adds the square of its
-//! estimated bias, less the variance of this estimate, if that is above zero: an uncertain estimate therefore adds to the error, too. Docs:
+//! estimated bias, less the variance of this estimate, if that is above zero: an uncertain estimate therefore adds to the error, too. Noise
+//! of a residual that sensors share remains as far as the job counts it, with the degrees of freedom that it has. Docs:
 //! docs/physics/statistics.md#what-a-pilot-foretells.
 
-use super::stopping::next_judgement;
+use super::residual::Sharing;
+use super::stopping::{LEAST_PASSES, next_judgement};
 use crate::integrator::pass::LEAST_SHARE_OF_MEAN;
 use crate::integrator::photon_map::progressive::Radii;
 use crate::integrator::trial::Ratios;
@@ -26,7 +28,11 @@ pub struct Judged {
 pub struct ErrorLaw {
     /// Relative variance of one pass by noise, averaged over sensors or blocks; of the first pass if radii shrink.
     pub noise: f64,
-    /// Standard deviation of the logarithm of `noise`.
+    /// Relative variance of one pass by the residuals of sensors, each by itself; not part of `noise`.
+    pub residual: f64,
+    /// Sensors that share these residuals.
+    pub sharing: Sharing,
+    /// Standard deviation of the logarithm of the variance by noise and residuals.
     pub noise_deviation: f64,
     /// Relative squared bias of the first pass, averaged over sensors or blocks.
     pub squared_bias: f64,
@@ -48,8 +54,10 @@ pub struct PilotResults<'a> {
     pub bias: &'a [Vec<f64>],
     /// Variance of each place by the choice of fixed points; empty without fixed points.
     pub fixed: &'a [f64],
-    /// Variance of one pass at each place by a residual that sensors share, which is not part of the values; empty without one.
-    pub residual: &'a [f64],
+    /// Residuals of the places, for every pass, which are not part of the values; empty lists, or none, without them.
+    pub residual: &'a [Vec<f64>],
+    /// Sensors that share these residuals.
+    pub sharing: Sharing,
     /// Fraction of all places that the pilot computed, up to 1.
     pub fraction: f64,
 }
@@ -69,6 +77,7 @@ struct Relative {
     noise: f64,
     /// Part of `noise` that all places have in common.
     shared: f64,
+    residual: f64,
     squared_bias: f64,
     bias_noise: f64,
     fixed: f64,
@@ -107,11 +116,14 @@ impl Relative {
         };
         let of_means: f64 = kept().map(|pass| mean(&|place| deviation(pass, place)).powi(2)).sum();
         let shared = shared_part(noise, of_means / (passes - 1.0), places);
-        let residual =
-            if found.residual.len() == places { mean(&|place| fraction(found.residual[place], place)) } else { 0.0 };
-        let mut relative =
-            Self { noise: (noise + residual) / inverse, shared: shared / inverse, spread, ..Self::default() };
-        if found.bias.iter().all(|bias| bias.len() == places) && places > 0 {
+        let mut relative = Self { noise: noise / inverse, shared: shared / inverse, spread, ..Self::default() };
+        let are_given = |lists: &[Vec<f64>]| {
+            places > 0 && lists.len() == found.values.len() && lists.iter().all(|list| list.len() == places)
+        };
+        if are_given(found.residual) {
+            relative.residual = mean(&|place| fraction(moments(found.residual, place).1, place)) / inverse;
+        }
+        if are_given(found.bias) {
             let bias: Vec<(f64, f64)> = (0..places).map(|place| moments(found.bias, place)).collect();
             let without_noise = |place: usize| fraction(bias[place].0.powi(2) - bias[place].1 / passes, place);
             relative.squared_bias = mean(&without_noise) / (square * square);
@@ -151,34 +163,63 @@ impl ErrorLaw {
             let squares: f64 = without.iter().map(|relative| (of(relative) - mean).powi(2)).sum();
             (squares * (passes - 1) as f64 / passes as f64).sqrt()
         };
-        let noise = |relative: &Relative| {
-            (relative.noise - relative.shared) * ratios.variance + relative.shared * ratios.shared_variance
+        let law = |relative: &Relative| Self {
+            noise: (relative.noise - relative.shared) * ratios.variance + relative.shared * ratios.shared_variance,
+            residual: relative.residual * ratios.variance,
+            sharing: found.sharing,
+            alpha,
+            ..Self::default()
         };
+        let noise = |relative: &Relative| law(relative).by_passes(LEAST_PASSES as f64).iter().sum::<f64>();
         let by_passes = jackknife(&|relative| libm::log(noise(relative).max(f64::MIN_POSITIVE)));
         let by_places = all.spread * (1.0 - found.fraction.min(1.0)).sqrt();
         let by_size = if ratios.variance == 1.0 && ratios.shared_variance == 1.0 { 0.0 } else { OF_SMALLER_PASSES };
         let bias_deviation = jackknife(&|relative| relative.squared_bias);
         let is_significant = all.squared_bias > SIGNIFICANT * bias_deviation;
         let law = Self {
-            noise: noise(&all),
             noise_deviation: libm::hypot(libm::hypot(by_passes, by_places), by_size),
             squared_bias: if is_significant { all.squared_bias * ratios.squared_bias } else { 0.0 },
             bias_deviation: bias_deviation * ratios.squared_bias,
             bias_noise: all.bias_noise * ratios.shared_variance,
             fixed: all.fixed,
-            alpha,
+            ..law(&all)
         };
-        [law.noise, law.squared_bias, law.bias_noise, law.fixed].iter().all(|part| part.is_finite()).then_some(law)
+        [law.noise, law.residual, law.squared_bias, law.bias_noise, law.fixed]
+            .iter()
+            .all(|part| part.is_finite())
+            .then_some(law)
     }
 
-    /// Returns the relative standard error that a job estimates after `passes` passes, at least 1, averaged over its seeds.
-    pub fn standard_error(&self, passes: f64) -> f64 {
-        let (noise, square) = match self.alpha {
+    /// Returns the variance of the mean of `passes` passes in units of that of one, and the mean of their squared radii.
+    fn of_mean(&self, passes: f64) -> (f64, f64) {
+        match self.alpha {
             None => (1.0 / passes, 1.0),
             Some(alpha) => (Radii::mean_inverse_square(passes, alpha) / passes, Radii::mean_square(passes, alpha)),
-        };
+        }
+    }
+
+    /// Returns the parts of the squared error after `passes` passes that differ from pass to pass: by noise, by the own residuals of
+    /// sensors, and by the residual that they share.
+    fn by_passes(&self, passes: f64) -> [f64; 3] {
+        let [own, shared] = self.sharing.predicted_variances(self.residual, passes);
+        [self.noise * self.of_mean(passes).0, own, shared]
+    }
+
+    /// Returns the relative standard error that a job estimates after `passes` passes, at least 2, averaged over its seeds.
+    pub fn standard_error(&self, passes: f64) -> f64 {
+        let (noise, square) = self.of_mean(passes);
         let bias = reported_square(self.squared_bias.max(0.0) * square * square, self.bias_noise * noise);
-        (self.noise * noise + self.fixed + bias).sqrt()
+        (self.by_passes(passes).iter().sum::<f64>() + self.fixed + bias).sqrt()
+    }
+
+    /// Returns the degrees of freedom of this error after `passes` passes, at least 2, by Welch and Satterthwaite as a job computes them.
+    pub fn degrees_of_freedom(&self, passes: f64) -> f64 {
+        let [noise, own, shared] = self.by_passes(passes);
+        let of_passes = passes - 1.0;
+        if self.residual <= 0.0 {
+            return of_passes;
+        }
+        of_passes * (noise + own + shared).powi(2) / (noise * noise + own * own)
     }
 
     /// Returns the law with its uncertain parts shifted by `deviations` times their standard deviations.
@@ -186,6 +227,7 @@ impl ErrorLaw {
         let scale = libm::exp(deviations * self.noise_deviation);
         Self {
             noise: self.noise * scale,
+            residual: self.residual * scale,
             bias_noise: self.bias_noise * scale,
             squared_bias: (self.squared_bias + deviations * self.bias_deviation).max(0.0),
             ..*self
@@ -197,7 +239,7 @@ impl ErrorLaw {
         let z = two_sided_normal_quantile(judged.confidence);
         let error = |passes: u64| {
             let passes = passes as f64;
-            student_quantile_near(z, passes - 1.0) * self.standard_error(passes)
+            student_quantile_near(z, self.degrees_of_freedom(passes)) * self.standard_error(passes)
         };
         let (mut below, mut enough) = (judged.least_passes, judged.least_passes.max(2));
         while error(enough) > relative_error {
@@ -243,6 +285,15 @@ mod tests {
 
     const JUDGED: Judged = Judged { confidence: 0.95, least_passes: 8 };
 
+    const NOTHING_ELSE: PilotResults<'static> = PilotResults {
+        values: &[],
+        bias: &[],
+        fixed: &[],
+        residual: &[],
+        sharing: Sharing { sensors: 0, expected_spread: None },
+        fraction: 1.0,
+    };
+
     fn normal(random: &mut PathRandom) -> f64 {
         let [u, v] = random.uniform2();
         (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
@@ -262,6 +313,22 @@ mod tests {
         assert_eq!(law.passes_to(0.5, JUDGED), Some(8));
         let few = Judged { least_passes: 32, ..JUDGED };
         assert_eq!(law.passes_to(0.5, few), Some(next_judgement(32)));
+    }
+
+    /// Checks by hand: half of the variance by noise, and a residual that a million equal sensors share all but wholly, have the degrees of
+    /// freedom of the passes and of many; two equal parts that are not shared have twice those of the passes.
+    #[test]
+    fn what_sensors_share_has_many_degrees_of_freedom() {
+        let sharing = |sensors: usize| Sharing { sensors, expected_spread: Some(0.0) };
+        let law = ErrorLaw { noise: 0.04, residual: 0.04, sharing: sharing(1), ..ErrorLaw::default() };
+        assert!((law.degrees_of_freedom(9.0) - 16.0).abs() < 1e-12);
+        assert!((law.standard_error(8.0) - 0.1).abs() < 1e-12);
+        let shared = ErrorLaw { sharing: sharing(1_000_000), ..law };
+        assert!((shared.degrees_of_freedom(9.0) / 8.0 - 1.0).abs() < 0.01, "{}", shared.degrees_of_freedom(9.0));
+        assert!((shared.standard_error(8.0) / 0.005f64.sqrt() - 1.0).abs() < 0.01);
+        assert!(shared.passes_to(0.05, JUDGED) < law.passes_to(0.05, JUDGED));
+        let alone = ErrorLaw { residual: 0.0, ..law };
+        assert_eq!(alone.degrees_of_freedom(9.0), 8.0);
     }
 
     #[test]
@@ -319,8 +386,7 @@ mod tests {
             let mut random = PathRandom::new(Key::new(seed));
             let pass = |random: &mut PathRandom| (0..20).map(|_| 10.0 + 2.0 * normal(random)).collect();
             let values: Vec<Vec<f64>> = (0..6).map(|_| pass(&mut random)).collect();
-            let found =
-                PilotResults { values: &values, bias: &vec![Vec::new(); 6], fixed: &[], residual: &[], fraction: 1.0 };
+            let found = PilotResults { values: &values, bias: &vec![Vec::new(); 6], ..NOTHING_ELSE };
             let law = ErrorLaw::of(&found, &ratios, None).unwrap();
             assert_eq!((law.squared_bias, law.bias_noise, law.fixed), (0.0, 0.0, 0.0));
             let off = (law.noise / (0.04 * 0.5)).ln();
@@ -346,13 +412,7 @@ mod tests {
                 (0..12).map(|_| 10.0 * (1.0 + common + own * normal(random))).collect()
             };
             let values: Vec<Vec<f64>> = (0..2000).map(|_| pass(&mut random)).collect();
-            let found = PilotResults {
-                values: &values,
-                bias: &vec![Vec::new(); 2000],
-                fixed: &[],
-                residual: &[],
-                fraction: 1.0,
-            };
+            let found = PilotResults { values: &values, bias: &vec![Vec::new(); 2000], ..NOTHING_ELSE };
             ErrorLaw::of(&found, ratios, None).unwrap().noise
         };
         let ratios = Ratios { shared_variance: 0.01, ..TrialPasses::WHOLE.ratios(1.0) };
@@ -372,7 +432,7 @@ mod tests {
             let mut pass = |mean: f64| -> Vec<f64> { (0..30).map(|_| mean + 0.5 * normal(&mut random)).collect() };
             let (values, bias): (Vec<_>, Vec<_>) = (0..6).map(|_| (pass(10.0), pass(bias))).unzip();
             ErrorLaw::of(
-                &PilotResults { values: &values, bias: &bias, fixed: &[0.01; 30], residual: &[], fraction: 1.0 },
+                &PilotResults { values: &values, bias: &bias, fixed: &[0.01; 30], ..NOTHING_ELSE },
                 &ratios,
                 None,
             )
@@ -382,13 +442,7 @@ mod tests {
         let clear = law(2.0);
         assert!((clear.squared_bias / (0.04 * 0.0625) - 1.0).abs() < 0.2, "{clear:?}");
         assert!((clear.fixed / 1e-4 - 1.0).abs() < 0.1);
-        let two = PilotResults {
-            values: &[vec![1.0], vec![2.0]],
-            bias: &[Vec::new(), Vec::new()],
-            fixed: &[],
-            residual: &[],
-            fraction: 1.0,
-        };
+        let two = PilotResults { values: &[vec![1.0], vec![2.0]], bias: &[Vec::new(), Vec::new()], ..NOTHING_ELSE };
         assert_eq!(ErrorLaw::of(&two, &ratios, None), None);
     }
 }

@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::integrator::GridPass;
-use crate::integrator::pass::{CAUTION, LEAST_SCALE, LEAST_SENSORS};
+use crate::integrator::pass::{CAUTION, LEAST_SCALE, LEAST_SENSORS, remaining_noise};
 use crate::statistics::Moments;
 
 /// Number of standard errors beyond which a spread is certain.
@@ -172,13 +172,52 @@ impl Residuals {
         }
         let noise = members().map(noise).sum::<f64>() / count;
         let deviation = excess.standard_error();
-        // an exponential distribution of the spread about zero moves the maximum of the normal one
-        let expected = CAUTION * self.expected_spread.map_or(f64::INFINITY, |expected| expected.max(f64::MIN_POSITIVE));
-        let spread = mean_above_zero(excess.mean - deviation * deviation / expected, deviation);
-        // what many paths have seen counts, however little was expected
-        let spread = spread.max(excess.mean - CERTAIN * deviation);
+        let spread = spread_of(excess.mean, deviation, self.expected_spread);
         let best = if spread + noise > 0.0 { spread / (spread + noise) } else { 1.0 };
         Pooled { scales, own: own.unwrap_or(best), mean, variance_of_mean, spread }
+    }
+}
+
+/// Estimates the spread of residuals from the mean excess of their squares over their noise, the standard error `deviation` of this, and the
+/// expected spread.
+fn spread_of(excess: f64, deviation: f64, expected: Option<f64>) -> f64 {
+    // an exponential distribution of the spread about zero moves the maximum of the normal one
+    let expected = CAUTION * expected.map_or(f64::INFINITY, |expected| expected.max(f64::MIN_POSITIVE));
+    let spread = mean_above_zero(excess - deviation * deviation / expected, deviation);
+    // what many paths have seen counts, however little was expected
+    spread.max(excess - CERTAIN * deviation)
+}
+
+/// Sensors of a grid that share their residuals.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sharing {
+    /// Number of sensors.
+    pub sensors: usize,
+    /// Variance by which their residuals are expected to differ, relative to the squared light of a sensor; `None` where it is not known.
+    pub expected_spread: Option<f64>,
+}
+
+impl Sharing {
+    /// Predicts the parts of the variance of a sensor's residual that [`Residuals`] tells after this number of passes, at least 2: by its own
+    /// residual, and by that which it shares with others. `noise` is the variance of one pass, relative to the squared light of a sensor.
+    pub fn predicted_variances(self, noise: f64, passes: f64) -> [f64; 2] {
+        let (noise, sensors) = (noise / passes, self.sensors as f64);
+        if noise <= 0.0 || self.sensors < LEAST_SENSORS {
+            return [noise, 0.0];
+        }
+        let spread = match self.expected_spread {
+            Some(expected) => {
+                // squares of normal deviations, less a variance that is estimated from the passes
+                let squares = 2.0 * ((expected + noise).powi(2) + noise * noise / (passes - 1.0));
+                spread_of(expected, (squares / sensors).sqrt(), self.expected_spread)
+            }
+            None => {
+                let remaining = remaining_noise(self.sensors);
+                noise * remaining / (1.0 - remaining)
+            }
+        };
+        let own = spread / (spread + noise);
+        [own * own * noise, (1.0 - own).powi(2) * (spread + noise / sensors)]
     }
 }
 
@@ -261,6 +300,22 @@ mod tests {
             assert!(actual < most, "{spread} {expected}: {actual}");
             assert!((0.85..1.8).contains(&(reported / actual)), "{spread} {expected}: {reported} {actual}");
         }
+    }
+
+    /// Predicted errors are those that jobs tell, within 15 %. Where nothing is known of how sensors differ, a fraction of the noise remains.
+    #[test]
+    fn errors_are_predicted_before_any_pass() {
+        let [noise, passes] = [0.01, 8.0];
+        for (sensors, spread) in [(81, 1.0), (81, 0.2), (81, 4.0), (2400, 1.0), (LEAST_SENSORS - 1, 1.0)] {
+            let expected_spread = Some((spread / 100.0_f64).powi(2));
+            let [_, told] = errors(sensors, spread, expected_spread);
+            let residual = Sharing { sensors, expected_spread }.predicted_variances(noise, passes);
+            let predicted = (1.0 / passes + 1e4 * residual.iter().sum::<f64>()).sqrt();
+            assert!((predicted / told - 1.0).abs() < 0.15, "{sensors} {spread}: {predicted} {told}");
+        }
+        let [own, shared] = Sharing { sensors: 2400, expected_spread: None }.predicted_variances(noise, passes);
+        let remaining = remaining_noise(2400) * noise / passes;
+        assert!(((own + shared) / remaining - 1.0).abs() < 0.01 && own < 0.1 * shared, "{own} {shared} {remaining}");
     }
 
     /// Checks shares by hand: sensors with their own residuals alone have the degrees of freedom of passes where one part has all the noise, and

@@ -5,6 +5,7 @@
 
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 
@@ -108,13 +109,20 @@ pub struct Task<'a> {
     pub traceable: &'a Arc<TraceableScene>,
     /// Grids of the scene that the method has to compute.
     pub grids: &'a [Grid],
+    /// Grids that `grids` are, or are samples of: the method chooses patches and the sizes of its passes for all of their sensors.
+    pub all_grids: &'a [Grid],
     /// Views of the scene that the method has to compute.
     pub views: &'a [View],
     /// Fraction of the mean of a grid below which the light of a sensor is judged as if it were this large.
     pub least_share_of_mean: f64,
     /// Exchanges of the room that the method shares with others of the same grids and views.
     pub exchanges: Option<&'a SharedExchanges>,
+    /// Flag that is raised when the method is no longer wanted: what is built from then on is not used, and may be incomplete.
+    pub cancel: &'a AtomicBool,
 }
+
+/// Flag of a task that is wanted in any case.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl<'a> Task<'a> {
     /// Makes the task of all outputs of a scene.
@@ -123,9 +131,11 @@ impl<'a> Task<'a> {
             scene,
             traceable,
             grids: &scene.grids,
+            all_grids: &scene.grids,
             views: &scene.views,
             least_share_of_mean: LEAST_SHARE_OF_MEAN,
             exchanges: None,
+            cancel: &NEVER,
         }
     }
 
@@ -136,7 +146,7 @@ impl<'a> Task<'a> {
 
     /// Returns this task without its grids.
     pub fn without_grids(self) -> Self {
-        Self { grids: &[], ..self }
+        Self { grids: &[], all_grids: &[], ..self }
     }
 
     /// True if a grid requests the illuminance at points rather than averages over cells.

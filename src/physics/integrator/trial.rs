@@ -9,6 +9,8 @@ pub struct TrialPasses {
     pub size: f64,
     /// Powers of the size by which work and variance of a pass grow.
     pub powers: Powers,
+    /// True where the method sizes its passes by a trial in the room, so that these sizes are those of an average room alone.
+    pub by_room: bool,
     /// Factor of the variance of a pass by noise, relative to the trial's pass, where the kernels of the trial are wider.
     pub variance_of_kernels: f64,
     /// Squared bias of the kernels, relative to that of the trial's pass.
@@ -67,14 +69,15 @@ impl TrialPasses {
         tried: 1.0,
         size: 1.0,
         powers: Powers::OF_PHOTONS,
+        by_room: false,
         variance_of_kernels: 1.0,
         squared_bias: 1.0,
         alpha: None,
     };
 
-    /// Makes a trial of passes of full size.
+    /// Makes a trial of passes of full size, which the method chooses in the room about this usual `size`.
     pub fn of_size(size: f64, powers: Powers) -> Self {
-        Self { tried: size, size, powers, ..Self::WHOLE }
+        Self { tried: size, size, powers, by_room: true, ..Self::WHOLE }
     }
 
     /// Makes a trial of passes with `tried` photons, where the method's own have `photons`.

@@ -312,7 +312,7 @@ impl LaneWorker {
     async fn render_and_commit(
         &mut self,
         lease: &Lease,
-        stops: broadcast::Receiver<Change>,
+        mut stops: broadcast::Receiver<Change>,
     ) -> Result<Worked, Interrupted> {
         let job = lease.job;
         if self.commits.take_over(lease).await? {
@@ -323,20 +323,23 @@ impl LaneWorker {
         if !shown {
             self.hide();
         }
+        let stop = Stop::default();
+        if lease.cancel_requested {
+            stop.raise(StopReason::Cancelled);
+        }
         let current = match self.kept.take(job, lease.chunk) {
             Some(current) => {
                 let live = if shown { current.live } else { self.live.start(job, current.prepared.clone()) };
                 Current { live, ..current }
             }
-            None => self.commits.leased(lease, &self.shutdown, self.load(lease)).await?,
+            None => {
+                let load = self.load(lease, stop.clone());
+                self.commits.leased(lease, &self.shutdown, (&stop, &mut stops), load).await?
+            }
         };
         self.shown = Some((job, current.live.clone()));
         if !lease.cancel_requested && current.prepared.memory().total() > self.lane.most_memory() {
             return Err(Interrupted::PutAside(MOST_SLICES));
-        }
-        let stop = Stop::default();
-        if lease.cancel_requested {
-            stop.raise(StopReason::Cancelled);
         }
         let ahead = match self.open.beside(&current.prepared) {
             0 => AheadOfChunk::default(),
@@ -360,13 +363,13 @@ impl LaneWorker {
         Ok(Worked::MoreToDo)
     }
 
-    /// Loads the job of a lease with everything that was computed before.
-    async fn load(&self, lease: &Lease) -> Result<Current, Interrupted> {
+    /// Loads the job of a lease with everything that was computed before. A job without passes that `stop` ends meanwhile is not made ready.
+    async fn load(&self, lease: &Lease, stop: Stop) -> Result<Current, Interrupted> {
         // the store has nothing more of a new job that is prepared already
         if lease.chunk == 0
             && let Some(prepared) = self.live.take_prepared(lease.job)
         {
-            let begun = self.pool.run(move || (prepared.empty_estimate(), prepared));
+            let begun = self.pool.run(move || (prepared.empty_estimate_unless(stop.flag()), prepared));
             let (merged, prepared) = begun.await?;
             return Ok(self.begin(lease, prepared, merged, 0, Spent::NOTHING));
         }
@@ -396,7 +399,7 @@ impl LaneWorker {
             };
             let merged = match state {
                 Some(bytes) => checkpoint::decode(prepared.empty_estimate(), &bytes),
-                None => Ok(prepared.empty_estimate()),
+                None => Ok(prepared.empty_estimate_unless(stop.flag())),
             };
             Ok::<_, String>((prepared, merged))
         });

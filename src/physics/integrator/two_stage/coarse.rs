@@ -1,7 +1,6 @@
 //! Coarse solution of the light that surfaces reflect, which is computed before any path is followed.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::diffuser_source::closure_source::{Beside, ClosureLight, ClosureSource};
@@ -52,8 +51,7 @@ impl<const C: usize> Coarse<C> {
         };
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
-        let lit =
-            ClosureSource::new((scene, beside), &[], (photons, target), seed).pass(scene, key, &AtomicBool::new(false));
+        let lit = ClosureSource::new((scene, beside), &[], (photons, target), seed).pass(scene, key, task.cancel);
         let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
         let solution = exchange.solve((scene, with_clear_zones), &fluxes);
         let spread = |(number, grid): (usize, &Grid)| {
@@ -65,7 +63,7 @@ impl<const C: usize> Coarse<C> {
         // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
         // an object or in a beam
         let is_known = scene.is_bare() && !with_clear_zones;
-        let spreads = if is_known { task.grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
+        let spreads = if is_known { task.all_grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
         Some(Self {
             spreads,
             rays: task.exchanges.map_or(exchange.rays(), |shared| shared.cost(exchange.rays())),

@@ -51,6 +51,8 @@ mod variances;
 pub use passes::TwoStage;
 pub use settings::Settings;
 
+use std::sync::atomic::Ordering;
+
 use crate::integrator::backward::chance;
 use crate::integrator::diffuser_source::closure_source::{
     Beside, all_lambertian, directional_bytes, of_light_tracing, refuses_all_but_lambertian, refuses_directional,
@@ -145,15 +147,15 @@ impl<const C: usize> TwoStage<C> {
     /// Builds the method for a relative standard error `target`; equal seeds give equal bits.
     pub fn new(task: &Task, settings: &Settings, seed: u64, target: f64) -> Self {
         let scene = task.traceable;
-        let (starts, beside) = (starts(scene, task.grids, task.views), Beside::of(task));
+        let (starts, beside) = (starts(scene, task.all_grids, task.views), Beside::of(task));
         let mut edge = EDGE * scene.enclosure.shortest_edge_m();
         let by = (seed, target);
         let mut coarse = Coarse::new((task, beside), &starts, edge, by);
         let (mut sizes, variances) = Self::sizes((task, beside), settings, coarse.as_ref(), by);
         if let Some(Coarse { rays, .. }) = coarse {
-            let sensors: Vec<usize> = task.grids.iter().map(Grid::valued).collect();
+            let sensors: Vec<usize> = task.all_grids.iter().map(Grid::valued).collect();
             let finer = sizes.finer(target, &variances, rays, (&sensors, pixels(task.views)));
-            if finer < WORTHWHILE {
+            if finer < WORTHWHILE && !task.cancel.load(Ordering::Relaxed) {
                 edge *= finer;
                 coarse = Coarse::new((task, beside), &starts, edge, by);
                 (sizes, _) = Self::sizes((task, beside), settings, coarse.as_ref(), by);

@@ -1,7 +1,5 @@
 //! Trials in the room, before the first pass: how many paths, connections and photons a pass has, and how sensors divide the paths.
 
-use std::sync::atomic::AtomicBool;
-
 use super::coarse::{Coarse, PHOTONS_DOWN_EACH, TRIED_PASSES};
 use super::passes::TwoStage;
 use super::sample_counts::SampleCounts;
@@ -30,7 +28,7 @@ impl<const C: usize> TwoStage<C> {
         if settings.samples_per_sensor.is_some() {
             return (Self::sized((task, beside), settings, target, &untried), untried);
         }
-        let some: Vec<Grid> = task.grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
+        let some: Vec<Grid> = task.all_grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
         let values = Self::tried((task, beside), &some, coarse, (seed, target, TRIED_PASSES));
         let variances = values.map_or(untried, |grids| grids.into_iter().map(RelativeVariances::of).collect());
         (Self::sized((task, beside), settings, target, &variances), variances)
@@ -55,7 +53,7 @@ impl<const C: usize> TwoStage<C> {
         };
         Sizes {
             photons: settings.photons_per_pass.unwrap_or(photons),
-            grids: variances.iter().zip(task.grids).map(of_grid).collect(),
+            grids: variances.iter().zip(task.all_grids).map(of_grid).collect(),
             per_pixel: settings.samples_per_pixel,
         }
     }
@@ -69,7 +67,7 @@ impl<const C: usize> TwoStage<C> {
         (seed, target): (u64, f64),
         sizes: &mut Sizes,
     ) -> Option<Vec<Vec<Share>>> {
-        let sensors: Vec<usize> = task.grids.iter().map(Grid::valued).collect();
+        let sensors: Vec<usize> = task.all_grids.iter().map(Grid::valued).collect();
         let passes = sizes.trial_of_all(&sensors).filter(|_| settings.samples_per_sensor.is_none())?;
         let values = Self::tried((task, beside), task.grids, coarse, (seed, target, passes))?;
         let divided = values.iter().map(|of_grid| match RelativeVariances::of_shares(of_grid) {
@@ -94,7 +92,7 @@ impl<const C: usize> TwoStage<C> {
         let method = Self::with_sizes((scene, beside), (grids, &[]), (sizes, target), coarse, seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // all passes have the same light, because its variance does not depend on paths
-        let light = method.lit(key(0), &AtomicBool::new(false))?;
+        let light = method.lit(key(0), task.cancel)?;
         let tried = |number: usize, sensor: usize| {
             let sensors = GridSensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
             let straight = method.connections.straight(scene, &light.lambertian, sensors, sensor);
@@ -108,7 +106,7 @@ impl<const C: usize> TwoStage<C> {
         let of_grid = |(number, grid): (usize, &Grid)| (0..grid.len()).map(|sensor| tried(number, sensor)).collect();
         let mut values: Vec<Vec<TrialValues>> = grids.iter().enumerate().map(of_grid).collect();
         for pass in 0..passes {
-            let (found, _) = method.grids(&light.lambertian, key(pass), pass, &AtomicBool::new(false))?;
+            let (found, _) = method.grids(&light.lambertian, key(pass), pass, task.cancel)?;
             for (number, (values, grid)) in values.iter_mut().zip(&found).enumerate() {
                 let straight = light.directional.get(number).filter(|_| beside == Beside::Connected);
                 for (sensor, tried) in values.iter_mut().enumerate() {
