@@ -71,7 +71,7 @@ pub fn report(
     Ok(Sheet {
         title: subject.name().to_owned(),
         lines: vec![year.as_ref().map_or_else(|| subject.circumstances(), |year| year.circumstances())],
-        sentences: year.as_ref().map_or_else(|| sentences(job, &targets), |year| year.sentences()),
+        sentences: year.as_ref().map_or_else(|| sentences(job, &targets), |year| year.sentences(wanted)),
         figures,
         parts: year
             .iter()
