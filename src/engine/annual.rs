@@ -148,6 +148,7 @@ fn with_targets(annual: &AnnualDocument, grids: &[Grid]) -> AnnualDocument {
     for lux in grids.iter().filter_map(|grid| grid.target_lux) {
         if !document.thresholds_lux.contains(&lux) {
             document.thresholds_lux.push(lux);
+            document.thresholds_lux.sort_by(f64::total_cmp);
         }
     }
     document

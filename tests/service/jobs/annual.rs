@@ -60,6 +60,10 @@ async fn a_year_from_weather_to_files() {
     ] {
         assert!(report.contains(words), "{words}: {report}");
     }
+    assert!(
+        !report.contains("250 lx: "),
+        "the light of an overcast sky is compared with the target of a year: {report}"
+    );
     judges_targets(&service, &path, &summary["grids"][0]).await;
     other_hours(&service, &path, links[1]).await;
 
