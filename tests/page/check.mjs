@@ -330,6 +330,10 @@ async function shares(visitor) {
   for (const drawer of await second.page.locator(".drawer > summary, .sure > summary").all()) await drawer.click();
   await second.looksAsIn(shot("editor-narrow-dark"));
   await second.isAccessible("editor, narrow, dark");
+  await second.page.getByRole("button", { name: "Jobs" }).click();
+  await second.page.locator(".jobs tbody tr").first().waitFor();
+  await second.looksAsIn(shot("jobs-narrow-dark"));
+  await second.page.getByRole("button", { name: "Jobs" }).click();
   await second.page.emulateMedia({ colorScheme: "light" });
   await second.isAccessible("editor, narrow, light");
   const [path] = (await second.page.locator(".take").getByRole("link", { name: "page of this job" }).getAttribute("href")).split("?");
