@@ -83,11 +83,11 @@ export function times({ fit, times }) {
     const interval = seconds <= FARTHEST_SECONDS && from_seconds && to_seconds;
     return foretold(seconds) + (interval ? ` (${foretold(from_seconds)} to ${foretold(to_seconds)})` : "");
   };
-  const words = { met: "met", extrapolated: "foretold", unknown: "unknown" };
+  const words = { met: "met", extrapolated: "predicted", unknown: "unknown" };
   const row = (/** @type {Schemas["TimeToAccuracy"]} */ it) => html`<tr><th scope="row">${percent(it.relative_error)}</th>
     <td>${seconds(it)}</td><td>${words[it.known]}</td></tr>`;
-  return html`<table><caption>Time to an accuracy, met or as the passes foretell it</caption><tbody>${times.map(row)}</tbody></table>
-    ${fit ? html`<p class="note">So far the error falls with the ${fit.exponent.toFixed(2)} ± ${(fit.coverage_factor * fit.standard_error).toFixed(2)} (95\u202f%) power of the time.</p>` : nothing}`;
+  return html`<table><caption>Time to an accuracy, met or predicted from the passes</caption><tbody>${times.map(row)}</tbody></table>
+    ${fit ? html`<p class="note">So far the error falls with the ${fit.exponent.toFixed(2).replace("-", "\u2212")} ± ${(fit.coverage_factor * fit.standard_error).toFixed(2)} (95\u202f%) power of the time.</p>` : nothing}`;
 }
 
 /** The part of the page about accuracy. */
@@ -118,7 +118,7 @@ export function accuracy() {
     <p>${told}${running ? html` <span class="busy">sharpening to ${percent(running.asked)}${timeLeft(last?.seconds_left)}</span>` : nothing}</p>
     ${chart(passes, target)}
     <div class="targets" role="group" aria-label="Accuracy to sharpen to">${TARGETS.map(button)}</div>
-    <p class="note">The times are what the errors so far foretell.</p>
+    <p class="note">Times are predicted from the errors so far.</p>
     <button type="button" id="check" aria-pressed=${Boolean(state.draft?.cross_check)} title="A second, independent method computes the same"
       @click=${() => edit((draft) => (draft.cross_check = !draft.cross_check))}>Second opinion</button>
     <button type="button" class="cancel" ?disabled=${!running?.id} @click=${() => live.cancel()}>Stop</button>`;

@@ -43,7 +43,7 @@ export function place() {
   const altitude = Number(sunNow?.altitude_deg);
   return html`
     <div class="field"><label for="city">City</label><input id="city" list="cities" autocomplete="off"
-      .value=${city ? called(city) : ""} placeholder="type a name, or coordinates below" @change=${takeCity}></div>
+      .value=${city ? called(city) : ""} placeholder="name, or coordinates below" @change=${takeCity}></div>
     <div class="pair">
       ${number({
         pointer: "/location/latitude_deg",

@@ -18,5 +18,18 @@ export const WORDS = [
 /** The part of a room that is to have a target, in words. @param {Goal["of"]} of */
 export const words = (of) => WORDS.find(([name]) => name === of)?.[1] ?? "";
 
+/**
+ * The target that an address asks for, as that of a report does; null where it asks for none.
+ * @param {string} search @returns {Goal | null}
+ */
+export function asked(search) {
+  const fields = new URLSearchParams(search);
+  const [lux, of] = [Number(fields.get("target_lux")), fields.get("target_of") ?? "mean"];
+  return lux > 0 && isOf(of) ? { lux, of } : null;
+}
+
+/** The part of an address that asks for a verdict on a target; empty without one. @param {Goal | null} [goal] */
+export const judgedBy = (goal) => (goal ? `?target_lux=${goal.lux}&target_of=${goal.of}` : "");
+
 /** True of words for a target. @param {string} of @returns {of is Goal["of"]} */
 export const isOf = (of) => WORDS.some(([name]) => name === of);

@@ -1,8 +1,10 @@
 // One job, at an address of its own: what was asked for, how far it is, what came out.
 import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
+import { at as cityAt, called, listed } from "./cities.js";
 import { centimetres } from "./draft.js";
 import { across, bar, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
+import { asked, judgedBy } from "./goal.js";
 import { fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
 import { inPlan } from "./opening.js";
@@ -12,9 +14,10 @@ import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
 import { LARGE, SMALL, axis, fitted, furniture, north, partitionLine, rim, ring } from "./room_plan.js";
 import { scale } from "./scale.js";
-import { files, packed } from "./share.js";
+import { copyAddress, files } from "./share.js";
 import { skyName } from "./sky.js";
 import { drawnBy, set, state } from "./state.js";
+import { judged } from "./verdict.js";
 import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
 /**
@@ -37,10 +40,15 @@ export async function jobPage(id, app, header) {
     seen.year = await yearOfJob(seen.job);
     const { passes, grids, views } = await api.convergence(id);
     Object.assign(seen, { passes, history: grids ?? views ?? null });
-    seen.edit = `/#d=${await packed(seen.job.document)}`;
+    seen.edit = await copyAddress(seen.job.document, seen.year?.site ?? null, asked(location.search));
     set();
   };
   narrow.addEventListener("change", () => set());
+  // without their names places have coordinates alone
+  void listed().then(
+    (cities) => set({ cities }),
+    () => {},
+  );
   drawnBy(() =>
     render(html`${header()}<main class="job">${jobs()}${page(seen)}</main><p class="said" role="status">${state.said}</p>`, app),
   );
@@ -86,16 +94,19 @@ function page({ job, grid, meshes, year, passes, left: seconds, history, fault, 
   const why = job.stopped_by && job.stopped_by !== job.status ? `, stopped by ${job.stopped_by.replaceAll("_", " ")}` : "";
   const runs = job.status === "queued" || job.status === "running";
   const views = Object.entries(job.links.views ?? {});
+  const overcast = job.document.annual ? html`<p class="note">Below an overcast sky of 10\u202f000\u202flx, which daylight factors are for.</p>` : nothing;
+  const given = asked(location.search);
+  const goal = goalOf(job, grid?.name, given);
   return html`<section class="panel about" aria-label="Job"><h2>${job.name || "Job"}</h2>
       <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}${runs ? timeLeft(seconds) : ""}</p>
-      <dl class="numbers">${asked(job.document).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-      <p class="links">${job.document.room.faces ? nothing : html`<a href=${edit}>Edit a copy</a>`}<a href=${job.links.report}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
+      <dl class="numbers">${wanted(job.document, year).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+      <p class="links">${job.document.room.faces ? nothing : html`<a href=${edit}>Edit a copy</a>`}<a href=${`${job.links.report}${judgedBy(given)}`}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
       ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
-    ${year ? [yearOf(job, year, runs), fluxesOf(job, runs)] : nothing}
+    ${year ? [yearOf(job, year, runs, (name) => goalOf(job, name, given)), fluxesOf(job, runs)] : nothing}
     ${
       grid
-        ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${job.document.annual ? html`<p class="note">Below an overcast sky of 10\u202f000\u202flx, which daylight factors are for.</p>` : nothing}${map(job, grid, meshes)}</section><section
-      class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>`
+        ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${overcast}${map(job, grid, meshes)}</section><section
+      class="panel result" aria-label="Result">${job.document.annual ? overcast : goal ? judged({ job, grid }, goal) : nothing}${headline({ job, grid })}${numbers({ job, grid })}</section>`
         : nothing
     }
     ${runs ? nothing : section(job)}
@@ -110,7 +121,13 @@ function page({ job, grid, meshes, year, passes, left: seconds, history, fault, 
       <p>${job.progress.relative_error ? `${percent(job.progress.relative_error)} of the map at the end` : passes.length < 2 ? "One pass tells no error." : ""}</p>
       ${history ? times(history) : nothing}</section>
     <section class="panel why" aria-label="Reasons">${reasons(job)}</section>
-    <section class="panel take" aria-label="Files"><h2>Files</h2><p class="links">${files(job)}</p></section>`;
+    <section class="panel take" aria-label="Files"><h2>Files</h2><p class="links">${files(job, given)}</p></section>`;
+}
+
+/** The target of a grid: of the first one that of the address, else that of the document, which is for the mean. @param {Job} job @param {string | undefined} name @param {import("./goal.js").Goal | null} given by the address */
+function goalOf({ document: { grids = [] } }, name, given) {
+  const lux = grids.find((grid) => grid.name === name)?.target_lux;
+  return (name === grids[0]?.name && given) || (lux ? { lux, of: /** @type {const} */ ("mean") } : null);
 }
 
 /** The section along the longer side of the room. @param {Job} job */
@@ -120,16 +137,18 @@ function section({ document, links }) {
   return drawn ? html`<section class="panel view" aria-label="Section"><h2>Section</h2><img class="rendered" src=${drawn.svg} alt="A section through the room and its tubes"></section>` : nothing;
 }
 
-/** What was asked for, in words. @param {JobDocument} document @returns {[string, string][]} */
-function asked({ room, sky, time, location, tubes, annual }) {
+/** What was asked for, in words; weather files have names once the year is there. @param {JobDocument} document @param {Schemas["AnnualResult"] | null} year @returns {[string, string][]} */
+function wanted({ room, sky, time, location, tubes, annual }, year) {
   const named = skyName(sky);
+  const city = cityAt(state.cities, location);
+  const weather = year ? [year, ...(year.others ?? [])].map(({ site }) => site.name) : [annual?.weather ?? []].flat();
   return [
     ["room", size(room)],
     ["tubes", String(tubes?.length ?? 0)],
     ...(named ? [/** @type {[string, string]} */ (["sky", `${named}${sky?.cie_type ? ` (${sky.cie_type})` : ""}`])] : []),
-    ...(annual ? [/** @type {[string, string]} */ (["weather", [annual.weather].flat().join(", ")])] : []),
+    ...(annual ? [/** @type {[string, string]} */ (["weather", weather.join(", ")])] : []),
     ...(time ? [/** @type {[string, string]} */ (["time", time.replace("T", " ")])] : []),
-    ...(location ? [/** @type {[string, string]} */ (["place", coordinates(location)])] : []),
+    ...(location ? [/** @type {[string, string]} */ (["place", [...(city ? [called(city)] : []), coordinates(location)].join(", ")])] : []),
   ];
 }
 

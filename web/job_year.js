@@ -1,7 +1,9 @@
 // The year of a job at an address of its own: numbers, criteria and figures of each grid.
-import { bracketed } from "./year_sentence.js";
-import { passed, verdicts, yearNumbers } from "./year_tables.js";
+import { bracketed, judge, yearSentence } from "./year_sentence.js";
+import { CLASSES, passed, verdicts, yearNumbers } from "./year_tables.js";
 import { html, nothing } from "./vendor/lit-html.js";
+
+/** @typedef {import("./goal.js").Goal} Goal */
 
 /** The path of a figure of a grid's year. @param {Job} job @param {string} name */
 const path = (job, name) => (job.links.annual ?? []).find((path) => path.endsWith(`/annual/${name}.svg`));
@@ -12,13 +14,17 @@ function figure(job, name, words, seen) {
   return of ? html`<section class="panel view" aria-label=${words}><h2>${words}</h2><a href=${of}><img class="rendered" src=${`${of}${seen}`} alt=${words}></a></section>` : nothing;
 }
 
-/** Sentence about a grid's spatial autonomy. @param {Schemas["GridYearResult"]} of @param {JobDocument} document */
-function sentence(of, document) {
-  const sda = document.annual?.sda;
+/** Verdict on a grid's target, or else a sentence about its spatial autonomy. @param {Schemas["GridYearResult"]} of @param {JobDocument} document @param {Goal | null} goal */
+function sentence(of, document, goal) {
+  const { sda, schedule } = document.annual ?? {};
+  const note = html`<p class="note">In brackets: the interval of 95\u202f% of the numerical error.</p>`;
+  if (goal && !Number.isNaN(judge(of, goal, sda).value)) {
+    const { asked, is, found, outcome } = yearSentence(of, goal, schedule?.kind ?? "lm83", sda);
+    return html`<p class=${`verdict ${CLASSES[outcome]}`}>${asked}: <strong id="verdict">${is},</strong> ${found}</p>${note}`;
+  }
   const lux = sda?.threshold_lux ?? 300;
   const share = sda?.time_percent ?? 50;
-  return html`<p class="verdict"><strong>${bracketed({ ...of.sda_percent, limit: NaN }, "%")}</strong> of the area has ${lux}\u202flx in ${share}\u202f% of the hours that count.</p>
-    <p class="note">In brackets: the interval of 95\u202f% of the numerical error.</p>`;
+  return html`<p class="verdict"><strong>${bracketed({ ...of.sda_percent, limit: NaN }, "%")}</strong> of the area has ${lux}\u202flx in ${share}\u202f% of the hours that count.</p>${note}`;
 }
 
 /** How far the files of several years differ. @param {Schemas["AnnualResult"]} summary @param {string} name of the grid */
@@ -31,13 +37,13 @@ function spread({ others, over_files }, name) {
     scope="col">least</th><th scope="col">median</th><th scope="col">largest</th></tr></thead><tbody>${metrics.map(row)}</tbody></table></details>`;
 }
 
-/** Panels of a job's year. @param {Job} job @param {Schemas["AnnualResult"]} summary @param {boolean} runs whether the job runs on */
-export function yearOf(job, summary, runs) {
+/** Panels of a job's year. @param {Job} job @param {Schemas["AnnualResult"]} summary @param {boolean} runs whether the job runs on @param {(grid: string) => Goal | null} goalOf target of a grid */
+export function yearOf(job, summary, runs, goalOf) {
   const seen = runs ? `?${job.progress.passes}` : "";
   const file = summary.site;
   return summary.grids.map(
     (of) => html`<section class="panel criteria year" aria-label=${`Year of ${of.name}`}><h2>${of.name}, a year</h2>
-      <p>${file.name}</p>${sentence(of, job.document)}
+      <p>${file.name}</p>${sentence(of, job.document, goalOf(of.name))}
       ${yearNumbers(summary, of, of.autonomies.map(({ lux }) => lux))}
       <details><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details>${spread(summary, of.name)}</section>
       ${figure(job, `autonomy.${of.name}`, "Daylight autonomy", seen)}

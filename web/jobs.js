@@ -15,8 +15,13 @@ export async function toggle() {
 
 const again = async () => set({ jobs: (await api.get(`/v1/jobs?limit=${MOST}`)).jobs });
 
-/** @type {Intl.DateTimeFormatOptions} */
-const TIME = { hour: "2-digit", minute: "2-digit", second: "2-digit" };
+/** The time of a moment of today, the date of an earlier one. @param {Date} moment */
+function told(moment) {
+  const today = moment.toDateString() === new Date().toDateString();
+  return today
+    ? moment.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" })
+    : moment.toLocaleDateString([], { day: "numeric", month: "short", year: "numeric" });
+}
 
 /** @param {string} does @param {string} what @param {() => Promise<void>} ends */
 const button = (does, what, ends) =>
@@ -27,7 +32,7 @@ export function jobs() {
   const { jobs } = state;
   if (!jobs) return nothing;
   const row = (/** @type {JobSummary} */ { id, name, status, created_at, progress }) => html`<tr>
-    <td><a href=${`/jobs/${id}`}>${name || id.slice(-8)}</a></td><td>${status}</td><td>${created_at ? new Date(created_at).toLocaleTimeString([], TIME) : ""}</td>
+    <td><a href=${`/jobs/${id}`}>${name || id.slice(-8)}</a></td><td>${status}</td><td>${created_at ? told(new Date(created_at)) : ""}</td>
     <td>${progress.relative_error ? percent(progress.relative_error) : progress.view_relative_error ? percent(progress.view_relative_error) : "–"}</td>
     <td>${status === "queued" || status === "running" ? button("Stop", name || id, () => api.cancelJob(id)) : button("Delete", name || id, () => api.deleteJob(id))}</td></tr>`;
   return html`<section class="panel row" aria-label="Jobs"><div class="head"><h2>Jobs</h2><button type="button"

@@ -110,7 +110,7 @@ function momentLayers() {
 function result() {
   const { answer, current, running } = state;
   if (!answer?.grid) return html`<p class="note">${answer ? "The document has no grid." : "Computing …"}</p>`;
-  return html`<div class=${current ? "" : "old"}>${judged(answer)}</div>${target()}<div
+  return html`<div class=${current ? "" : "old"}>${judged(answer, state.goal)}</div>${target()}<div
     class=${current ? "" : "old"}>${headline(answer)}</div>${running ? html`<p class="note busy">sharpening to ${percent(running.asked)}</p>` : nothing}`;
 }
 

@@ -167,13 +167,16 @@ export function isolines(grid, rows, at, room, taken) {
     ({ found }) => svg`<path class="iso" d=${found.map((line) => `M${line.map(of).join("L")}`).join("")}></path>`,
   );
   const labels = levels.map(({ level, found }) => {
-    const place = labelled(found, inTheWay, rings(room), 26 / at.k);
+    const place = labelled(found, inTheWay, rings(room), Math.max(26, 9 * String(tidy(level)).length) / at.k);
     if (!place) return null;
     inTheWay.push(place);
     return svg`<text class="level" x=${across(at, place[0])} y=${down(at, place[1]) + 4}>${tidy(level)}</text>`;
   });
   return [paths, labels];
 }
+
+/** Illuminances from which on a scale is in klx: longer numbers have no room beside it. */
+const KLX = 10_000;
 
 /**
  * The scale beside the map.
@@ -186,6 +189,8 @@ export function isolines(grid, rows, at, room, taken) {
  */
 export function bar(end, ticks, unit, x, top, height) {
   const steps = 64;
+  const inKlx = unit === "lx" && end >= KLX;
+  const ends = inKlx ? "klx" : unit;
   const at = (/** @type {number} */ share) => top + height * (1 - share);
   const rects = Array.from({ length: steps }, (_, i) => {
     const colour = `rgb(${rising((i + 0.5) / steps)})`;
@@ -194,7 +199,7 @@ export function bar(end, ticks, unit, x, top, height) {
   return svg`<g class="scale">${rects}
     ${ticks.map(
       (tick, i) => svg`<text x=${x + 18}
-      y=${at(tick / end) + 4}>${tick}${i === ticks.length - 1 ? `\u202f${unit}` : ""}</text>`,
+      y=${at(tick / end) + 4}>${inKlx ? tick / 1000 : tick}${i === ticks.length - 1 ? `\u202f${ends}` : ""}</text>`,
     )}</g>`;
 }
 

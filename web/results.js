@@ -11,11 +11,12 @@ import { html, nothing } from "./vendor/lit-html.js";
 
 /** A value with the half of its interval of 95 %. @param {Estimate} estimate @param {number} factor @param {string} unit */
 export function interval({ of, error }, factor, unit) {
-  if (error === null || error === undefined) return html`${digits(of, unit ? 0.5 : 0.05)}\u202f${unit}`;
+  const ends = unit ? `\u202f${unit}` : "";
+  if (error === null || error === undefined) return `${digits(of, unit ? 0.5 : 0.05)}${ends}`;
   const half = factor * error;
   // an error as large as the value tells nothing but that it is not known yet
-  if (half > Math.abs(of)) return html`≈\u202f${digits(of, half)}\u202f${unit}`;
-  return html`${digits(of, half)} ±\u202f${halfWidth(half)}\u202f${unit}`;
+  if (half > Math.abs(of)) return `≈\u202f${digits(of, half)}${ends}`;
+  return `${digits(of, half)} ±\u202f${halfWidth(half)}${ends}`;
 }
 
 /** The large number. @param {Answer} answer */

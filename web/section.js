@@ -137,9 +137,9 @@ export function section() {
       ${room.plan ? nothing : svg`<path class="shell" d=${`M${x(from)} ${y(height)}V${y(0)}H${x(end)}V${y(height)}`}></path>`}
       <line class="workplane" x1=${x(from)} x2=${x(end)} y1=${y(workplane)} y2=${y(workplane)}></line>
       <text x=${beside} y=${y(workplane) + 4}>${workplane} m</text>
-      <text x=${beside} y=${y(height) + 14}>${room.plan ? centimetres(height) : height} m</text>
+      <text x=${beside} y=${y(height) + 14}>${centimetres(height)} m</text>
       ${lowest < height ? svg`<text x=${beside} y=${y(lowest) + 4}>${centimetres(lowest)} m</text>` : nothing}
-      <text class="measure" x=${x(from + across / 2)} y=${y(0) + 22}>${across} m</text>
+      <text class="measure" x=${x(from + across / 2)} y=${y(0) + 22}>${centimetres(across)} m</text>
       ${beams(draft, axis, openings, x, y)}
     </svg>`}${facts(draft)}`;
 }

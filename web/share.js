@@ -1,6 +1,6 @@
 // Document, target and year in the page's address; the document as a program, and as files.
 import { complete } from "./draft.js";
-import { isOf } from "./goal.js";
+import { isOf, judgedBy } from "./goal.js";
 import { live } from "./live.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -17,6 +17,25 @@ export async function packed(draft) {
     .replaceAll("+", "-")
     .replaceAll("/", "_")
     .replaceAll("=", "");
+}
+
+/** Noon of a day in June, with which the year of a copy begins. */
+const JUNE = "&day=172&hour=12&map=autonomy";
+
+/**
+ * The address of the editor with a copy of a job's document. That of a year has its first weather and hours that are like its own; the sky
+ * of its moment is that of daylight factors, at the place of the weather.
+ * @param {JobDocument} document @param {Schemas["SiteResult"] | null} site of the weather
+ * @param {import("./goal.js").Goal | null} goal
+ */
+export async function copyAddress({ annual, ...document }, site, goal) {
+  const target = goal ? `&lux=${goal.lux}&of=${goal.of}` : "";
+  if (!annual) return `/#d=${await packed(document)}${target}`;
+  const kind = annual.schedule?.kind === "weekly" ? "weekdays" : annual.schedule?.kind;
+  const hours = SCHEDULES.find(([name]) => name === kind)?.[0] ?? "lm83";
+  const place = site ? { location: { latitude_deg: site.latitude_deg, longitude_deg: site.longitude_deg } } : {};
+  const draft = { ...place, ...document, sky: { cie_type: 1, diffuse_horizontal_illuminance_lux: 10_000 } };
+  return `/#d=${await packed(draft)}${target}&hours=${hours}${JUNE}&weather=${encodeURIComponent([annual.weather].flat()[0] ?? "")}`;
 }
 
 /** The document of an address, its target, and its year with the name of the weather. @typedef {{ draft: JobDocument, goal: import("./goal.js").Goal | null, year: ReturnType<typeof yearOf> }} Linked */
@@ -119,13 +138,10 @@ export function yearFile(path) {
   return name.includes(".") ? name : "annual.json";
 }
 
-/** The part of a report's address that asks for a verdict on a target, as the page gives it. @param {import("./goal.js").Goal} goal */
-const judgedBy = ({ lux, of }) => `?target_lux=${lux}&target_of=${of}`;
-
 /**
  * Links of a job's files, in whose report the first grid is compared with a target, if given.
  * @param {Job} job
- * @param {import("./goal.js").Goal} [goal]
+ * @param {import("./goal.js").Goal | null} [goal]
  */
 export function files(job, goal) {
   const { links } = job;
@@ -146,7 +162,7 @@ export function files(job, goal) {
     ...views,
     ["convergence.csv", links.convergence_csv],
     ["convergence.png", links.convergence_png],
-    ["report.pdf", `${links.report_pdf}${goal ? judgedBy(goal) : ""}`],
+    ["report.pdf", `${links.report_pdf}${judgedBy(goal)}`],
     ...(links.scene ? [["scene.glb", links.scene]] : []),
     ...(links.surfaces ? [["surfaces.json", links.surfaces]] : []),
     ["job.json", links.self],
@@ -167,7 +183,7 @@ export function take() {
     ${
       answer && state.current && !answer.stored
         ? html`<p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files(answer.job, goal)}<a
-      href=${`/jobs/${answer.job.id}`}>page of this job</a><a href=${`${answer.job.links.report}${judgedBy(goal)}`}>report</a></p>`
+      href=${`/jobs/${answer.job.id}${judgedBy(goal)}`}>page of this job</a><a href=${`${answer.job.links.report}${judgedBy(goal)}`}>report</a></p>`
         : html`<p class="note">Files are there once the result is.</p>`
     }
     <div class="group"><button type="button"

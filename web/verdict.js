@@ -68,9 +68,8 @@ export function sentence(answer, goal) {
   return { asked: `${goal.lux}\u202flx${part}`, is, found: `${found}${when(answer.job.document)}.` };
 }
 
-/** The sentence, with what the verdict is by. @param {Answer} answer */
-export function judged(answer) {
-  const { goal } = state;
+/** The sentence, with what the verdict is by. @param {Answer} answer @param {import("./goal.js").Goal} goal */
+export function judged(answer, goal) {
   const { asked, is, found } = sentence(answer, goal);
   const { share, mean } = verdict(answer, goal);
   const by = Number.isFinite(mean.half)

@@ -1,6 +1,7 @@
 // What a year says: the sentence, what would do, numbers with their intervals, criteria, and files.
 import { TARGETS, percent } from "./accuracy.js";
 import { addTube } from "./draft.js";
+import { judgedBy } from "./goal.js";
 import { edit, year as job } from "./live.js";
 import { yearFile } from "./share.js";
 import { set, state } from "./state.js";
@@ -10,11 +11,14 @@ import { inWords } from "./year_search.js";
 import { yearSentence } from "./year_sentence.js";
 import { CLASSES, passed, verdicts, yearNumbers } from "./year_tables.js";
 
+/** The target by which a year is judged: its illuminance is that for which the year was computed. @param {import("./year_job.js").YearAnswer} answer */
+const goalOf = ({ wanted }) => ({ ...state.goal, lux: wanted.lux });
+
 /** The sentence about the year that is shown. */
 export function judgedYear() {
   const { answer } = state.year;
   if (!answer) return null;
-  return yearSentence(answer.of, { ...state.goal, lux: answer.wanted.lux }, answer.wanted.schedule);
+  return yearSentence(answer.of, goalOf(answer), answer.wanted.schedule);
 }
 
 /** The job that is on its way, and its faults. */
@@ -82,7 +86,8 @@ export function yearFiles() {
   const keeping = () => job.keep();
   if (!answer || !current) return html`<h2>Take it away</h2><p class="note">Files are there once the year is.</p>`;
   const { links, id } = answer.job;
+  const by = judgedBy(goalOf(answer));
   const files = (links.annual ?? []).map((path) => html`<a href=${path} download=${yearFile(path)}>${yearFile(path)}</a>`);
   return html`<h2>Take it away</h2><p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files}
-    <a href=${links.report_pdf} download="report.pdf">report.pdf</a><a href=${`/jobs/${id}`}>page of this job</a><a href=${links.report}>report</a></p>`;
+    <a href=${`${links.report_pdf}${by}`} download="report.pdf">report.pdf</a><a href=${`/jobs/${id}${by}`}>page of this job</a><a href=${`${links.report}${by}`}>report</a></p>`;
 }

@@ -33,13 +33,15 @@ export const asked = (weather, schedule, lux) => ({
 
 /**
  * Compares a grid's year with a target: the part of the area that has it in half of the hours, or, for a target in the mean, the part of
- * the hours in which a point has it, in the mean over the area.
- * @param {Schemas["GridYearResult"]} grid @param {Goal} goal @returns {Found}
+ * the hours in which a point has it, in the mean over the area. What the year has no number of is not a number.
+ * @param {Schemas["GridYearResult"]} grid @param {Goal} goal @param {Schemas["SdaDocument"]} [sda] what its year's autonomy of the area is by
+ * @returns {Found}
  */
-export function judge(grid, { lux, of }) {
+export function judge(grid, { lux, of }, sda = {}) {
   const autonomy = grid.autonomies.find((autonomy) => autonomy.lux === lux)?.da_percent;
-  const { value, low, high } = (of === "mean" ? autonomy : grid.sda_percent) ?? { value: NaN, low: NaN, high: NaN };
-  const limit = LIMITS[of];
+  const area = (sda.threshold_lux ?? lux) === lux ? grid.sda_percent : undefined;
+  const { value, low, high } = (of === "mean" ? autonomy : area) ?? { value: NaN, low: NaN, high: NaN };
+  const limit = of === "mean" ? (sda.time_percent ?? HALF) : LIMITS[of];
   return { value, low, high, limit, is: low >= limit ? "pass" : high < limit ? "fail" : "undecided" };
 }
 
@@ -53,12 +55,17 @@ export function bracketed({ value, low, high, limit }, unit) {
   return `${of}\u202f${unit} [${from},\u202f${to}]`;
 }
 
-/** The sentence in words: what is asked for, the outcome, and what is found. @param {Schemas["GridYearResult"]} grid @param {Goal} goal @param {Schedule} schedule */
-export function yearSentence(grid, goal, schedule) {
-  const found = judge(grid, goal);
-  const hours = SCHEDULES.find(([name]) => name === schedule)?.[1];
+/**
+ * The sentence in words: what is asked for, the outcome, and what is found.
+ * @param {Schemas["GridYearResult"]} grid @param {Goal} goal @param {string} schedule a name of a schedule, or a kind of them
+ * @param {Schemas["SdaDocument"]} [sda] what the autonomy of the area is by
+ */
+export function yearSentence(grid, goal, schedule, sda) {
+  const found = judge(grid, goal, sda);
+  const hours = SCHEDULES.find(([name]) => name === schedule)?.[1] ?? "hours that count";
+  const share = sda?.time_percent ?? HALF;
   const where = goal.of === "mean" ? ", in the mean over the area" : "";
-  const asked = `${goal.lux}\u202flx${goal.of === "mean" ? "" : ` ${words(goal.of)}`} for half of the ${hours}${where}`;
+  const asked = `${goal.lux}\u202flx${goal.of === "mean" ? "" : ` ${words(goal.of)}`} for ${share === HALF ? "half" : `${share}\u202f%`} of the ${hours}${where}`;
   const of = goal.of === "mean" ? " of the hours" : "";
   return { asked, is: OUTCOMES[found.is], found: `${bracketed(found, `%${of}`)}.`, outcome: found.is };
 }

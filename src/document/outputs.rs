@@ -57,7 +57,9 @@ pub struct GridDocument {
     /// grid's own values.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub responses: bool,
-    /// Illuminance in lux, > 0, that the mean of the grid should reach; statistics and reports tell whether it does.
+    /// Illuminance in lux, > 0, that the mean of the grid should reach; statistics and reports tell whether it does. With `annual`
+    /// it is one of the illuminances of the daylight autonomies, too, and reports tell whether the grid has it in `sda.time_percent` of the
+    /// occupied hours, averaged over the area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target_lux: Option<f64>,
 }

@@ -85,7 +85,8 @@ impl AnnualJob {
         let others = scene.grids.iter().map(|grid| other_daylight(annual, grid, records, files));
         let others = others.collect::<Result<_, _>>()?;
         let rotation = document.room.rotation_deg.to_radians();
-        Ok(Some(Self { document: annual.clone(), rotation, files: years, at_moments, by_responses, others }))
+        let document = with_targets(annual, &scene.grids);
+        Ok(Some(Self { document, rotation, files: years, at_moments, by_responses, others }))
     }
 
     /// Computes all light at every moment, if there are moments, because the room has no responses.
@@ -139,6 +140,18 @@ impl AnnualJob {
         let luminances = self.files.iter().map(|file| of_patches * file.lit.len());
         self.files.iter().map(of_file).chain(of_others).chain(luminances).sum()
     }
+}
+
+/// Adds the targets of the grids to the illuminances of the daylight autonomies, by which targets are judged over a year.
+fn with_targets(annual: &AnnualDocument, grids: &[Grid]) -> AnnualDocument {
+    let mut document = annual.clone();
+    for lux in grids.iter().filter_map(|grid| grid.target_lux) {
+        if !document.thresholds_lux.contains(&lux) {
+            document.thresholds_lux.push(lux);
+            document.thresholds_lux.sort_by(f64::total_cmp);
+        }
+    }
+    document
 }
 
 impl WeatherYear {

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use utoipa::IntoParams;
 use uuid::Uuid;
 
+use crate::document::annual::AnnualDocument;
 use crate::document::limits::TARGET_LUX;
 use crate::figure::FigureFormat;
 use crate::figure::pdf::pdf as pages;
@@ -32,7 +33,8 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; img
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct TargetQuery {
-    /// Illuminance in lux with which the first grid is compared, in place of the `target_lux` of its document. Not for jobs with `annual`.
+    /// Illuminance in lux with which the first grid is compared, in place of the `target_lux` of its document. For jobs with
+    /// `annual` one of its `thresholds_lux`, or its `sda.threshold_lux` for a part of the area.
     #[param(exclusive_minimum = 0, maximum = 1_000_000)]
     target_lux: Option<f64>,
     /// Part of the grid that should have `target_lux`: the mean, which is meant when absent, half of the area, or 95 % of it. It has
@@ -94,12 +96,8 @@ pub(super) async fn sheet<T: Send + 'static>(
     write: impl FnOnce(Sheet) -> Result<T, OutputError> + Send + 'static,
 ) -> Result<T, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
-    let has_grid = job.document["grids"][0].is_object() && !job.document["annual"].is_object();
-    if wanted.is_some() && !has_grid {
-        return Err(Problem::invalid_parameter(
-            "target_lux",
-            "is allowed only for jobs with a grid and without a year",
-        ));
+    if let Some(wanted) = wanted {
+        check(wanted, &job.document)?;
     }
     let first = |outputs: &str| job.document[outputs][0]["name"].as_str().map(str::to_owned);
     let grid = first("grids").map(|name| Output::Grid(name, Format::Json));
@@ -114,6 +112,24 @@ pub(super) async fn sheet<T: Send + 'static>(
         Ok(write(report::report(results, &job, wanted, footer)?)?)
     });
     made.await
+}
+
+/// Checks that a job can be compared with a target: a year can with its illuminances alone.
+fn check(wanted: WantedTarget, document: &Value) -> Result<(), Problem> {
+    let refused = |detail: String| Err(Problem::invalid_parameter("target_lux", detail));
+    if !document["grids"][0].is_object() {
+        return refused("is allowed only for jobs with a grid".to_owned());
+    }
+    let Ok(annual) = AnnualDocument::deserialize(&document["annual"]) else { return Ok(()) };
+    match wanted.part {
+        TargetPart::Mean if !annual.thresholds_lux.contains(&wanted.lux) => {
+            refused(format!("must be one of `annual.thresholds_lux`, {:?}", annual.thresholds_lux))
+        }
+        TargetPart::Half | TargetPart::Most if annual.sda.threshold_lux != wanted.lux => {
+            refused(format!("must be `annual.sda.threshold_lux`, {}, for a part of the area", annual.sda.threshold_lux))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Collects the fields of a job that a report needs, under their names in answers.
@@ -153,7 +169,7 @@ fn html(sheet: &Sheet, id: Uuid, query: &str) -> String {
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}, report</title>\n\
          <link rel=\"icon\" href=\"/web/icon.svg\" type=\"image/svg+xml\">\n\
          <link rel=\"stylesheet\" href=\"/web/report.css\">\n</head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n{lines}\
-         <nav><a href=\"/jobs/{id}\">the job</a> <a href=\"/v1/jobs/{id}/report.pdf{query}\">PDF</a></nav>\n</header>\n\
+         <nav><a href=\"/jobs/{id}{query}\">the job</a> <a href=\"/v1/jobs/{id}/report.pdf{query}\">PDF</a></nav>\n</header>\n\
          {sentences}<div class=\"figures\">\n{figures}</div>\n{parts}<div class=\"details\">\n{details}</div>\n<footer><p>{footer}</p></footer>\n</main>\n</body>\n</html>\n"
     )
 }

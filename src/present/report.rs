@@ -54,7 +54,7 @@ pub fn report(
         let map = plan_map(subject, &grid, GridWishes::default());
         let drawing = PlanMap { heading, ..map }.draw().map_err(|error| failed(REPORT, error))?;
         figures.push(SheetFigure { name: format!("grids/{}", grid.name), drawing });
-        if let (Some(wanted), Some(target)) = (wanted, targets.first_mut()) {
+        if let (Some(wanted), Some(target), false) = (wanted, targets.first_mut(), has_year(job)) {
             *target = Some(JudgedTarget::of_reader(wanted, &grid, daylight_alone(job)));
         }
     }
@@ -71,7 +71,7 @@ pub fn report(
     Ok(Sheet {
         title: subject.name().to_owned(),
         lines: vec![year.as_ref().map_or_else(|| subject.circumstances(), |year| year.circumstances())],
-        sentences: year.as_ref().map_or_else(|| sentences(job, &targets), |year| year.sentences()),
+        sentences: year.as_ref().map_or_else(|| sentences(job, &targets), |year| year.sentences(wanted)),
         figures,
         parts: year
             .iter()
@@ -87,9 +87,16 @@ pub fn report(
     })
 }
 
-/// Compares each grid of a job with the target of its document.
+/// Compares each grid of a job with the target of its document. A year is compared by its hours: its grids have the light of an overcast
+/// sky.
 fn targets(job: &Value) -> Vec<Option<JudgedTarget>> {
-    list(&job["grids"]).iter().map(|grid| JudgedTarget::of_document(&grid["statistics"])).collect()
+    let of_grid = |grid: &Value| JudgedTarget::of_document(&grid["statistics"]).filter(|_| !has_year(job));
+    list(&job["grids"]).iter().map(of_grid).collect()
+}
+
+/// Returns true for a job with a year, also before it is computed.
+fn has_year(job: &Value) -> bool {
+    job["document"]["annual"].is_object()
 }
 
 /// Returns the unobstructed horizontal illuminance in lux if the room has no other light.

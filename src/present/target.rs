@@ -21,7 +21,7 @@ pub enum TargetPart {
 
 impl TargetPart {
     /// Returns the percentage of the area that must have the target, 0..100; `None` where the mean must.
-    fn least_percent(self) -> Option<f64> {
+    pub fn least_percent(self) -> Option<f64> {
         match self {
             Self::Mean => None,
             Self::Half => Some(50.0),

@@ -330,9 +330,13 @@ async function shares(visitor) {
   for (const drawer of await second.page.locator(".drawer > summary, .sure > summary").all()) await drawer.click();
   await second.looksAsIn(shot("editor-narrow-dark"));
   await second.isAccessible("editor, narrow, dark");
+  await second.page.getByRole("button", { name: "Jobs" }).click();
+  await second.page.locator(".jobs tbody tr").first().waitFor();
+  await second.looksAsIn(shot("jobs-narrow-dark"));
+  await second.page.getByRole("button", { name: "Jobs" }).click();
   await second.page.emulateMedia({ colorScheme: "light" });
   await second.isAccessible("editor, narrow, light");
-  const path = await second.page.locator(".take").getByRole("link", { name: "page of this job" }).getAttribute("href");
+  const [path] = (await second.page.locator(".take").getByRole("link", { name: "page of this job" }).getAttribute("href")).split("?");
   await second.page.goto("about:blank");
   const gone = async () => (await visitor.get(`/v1${path}`)).status === 404;
   await until(gone, "a job that nobody refers to is left with its page");
@@ -342,9 +346,12 @@ async function shares(visitor) {
 async function readsAJob(visitor) {
   const { page } = visitor;
   const link = page.locator(".take").getByRole("link", { name: "page of this job" });
-  const path = await link.getAttribute("href");
+  const [path] = (await link.getAttribute("href")).split("?");
+  const judged = await page.locator(".verdict").innerText();
   await link.click();
   await page.locator(".about").waitFor();
+  const same = async () => (await page.locator(".verdict").innerText()) === judged;
+  await until(same, `the page of the job has another verdict than the editor: ${judged}`);
   const { body } = await visitor.get(`/v1${path}`);
   assert.equal(body.links.page, path);
   await page

@@ -55,6 +55,20 @@ export async function smoothsMaps({ page }) {
   assert.equal(hole, 36);
 }
 
+/** Long numbers have no room beside a map: from 10 000 lx on its scale is in klx. */
+export async function shortensScales({ page }) {
+  const told = await page.evaluate(async () => {
+    const [{ bar }, { render, svg }] = [await import("/web/map.js"), await import("/web/vendor/lit-html.js")];
+    const texts = (end, unit) => {
+      const host = document.createElement("div");
+      render(svg`<svg>${bar(end, [0, end / 4, end], unit, 0, 0, 100)}</svg>`, host);
+      return [...host.querySelectorAll("text")].map((text) => text.textContent.replaceAll("\u202f", " "));
+    };
+    return [texts(8000, "lx"), texts(10_000, "lx"), texts(20, "%")];
+  });
+  assert.deepEqual(told, [["0", "2000", "8000 lx"], ["0", "2.5", "10 klx"], ["0", "5", "20 %"]]);
+}
+
 /** Scales have ticks that people would write, and values the digits that their intervals leave. */
 export async function writesNumbers({ page }) {
   const of = await page.evaluate(async () => {

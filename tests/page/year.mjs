@@ -70,20 +70,24 @@ export async function arrangesHours({ page }) {
 /** A year is judged by the interval of its share, in words that tell it from the limit. */
 export async function judgesYears({ page }) {
   const told = await page.evaluate(async () => {
-    const { bracketed, criterion, yearSentence } = await import("/web/year_sentence.js");
+    const { bracketed, criterion, judge, yearSentence } = await import("/web/year_sentence.js");
     const grid = {
       autonomies: [{ lux: 300, da_percent: { value: 51, low: 50, high: 52 } }],
       sda_percent: { value: 71, low: 69, high: 73 },
     };
     const plain = (text) => text.replaceAll("\u202f", " ");
-    const of = (goal, schedule) => {
-      const { asked, is, found } = yearSentence(grid, { lux: 300, of: goal }, schedule);
+    const of = (goal, schedule, sda) => {
+      const { asked, is, found } = yearSentence(grid, { lux: 300, of: goal }, schedule, sda);
       return plain(`${asked}: ${is}, ${found}`);
     };
     return [
       of("most", "daylight_hours"),
       of("half", "weekdays"),
       of("mean", "lm83"),
+      of("mean", "hours", { threshold_lux: 500, time_percent: 60 }),
+      // no number of the year is on these targets
+      String(judge(grid, { lux: 300, of: "half" }, { threshold_lux: 500 }).value),
+      String(judge(grid, { lux: 400, of: "mean" }).value),
       plain(yearSentence({ ...grid, sda_percent: { value: 95, low: 94, high: 96 } }, { lux: 300, of: "most" }, "lm83").is),
       plain(bracketed({ value: 94.96, low: 94.9, high: 94.99, limit: 95 }, "%")),
       plain(criterion({ scheme: "BREEAM", clause: "hours", value: 1200, low: 1190, high: 1210, limit: 2000, verdict: "fail" }).found),
@@ -93,6 +97,9 @@ export async function judgesYears({ page }) {
     "300 lx on 95 % of the area for half of the daylight hours: fails, 71 % [69, 73].",
     "300 lx on half of the area for half of the hours from 8 to 18 on weekdays: passes, 71 % [69, 73].",
     "300 lx for half of the hours from 8 to 18, in the mean over the area: passes, 51 % of the hours [50, 52].",
+    "300 lx for 60 % of the hours that count, in the mean over the area: fails, 51 % of the hours [50, 52].",
+    "NaN",
+    "NaN",
     "undecided",
     "94.96 % [94.90, 94.99]",
     "1200 h [1190, 1210]",
@@ -272,13 +279,23 @@ async function followsALink(visitor) {
   assert.equal(await page.evaluate(() => seen.year.current && seen.year.answer.job.id), id);
 }
 
-/** The job of a year has a page with its numbers, criteria and figures. */
+/** The job of a year has a page with its verdict on the target, as the report has it, its numbers, criteria and figures. */
 async function readsItsJob(visitor, shot) {
   const { page } = visitor;
   const link = page.locator(".take").getByRole("link", { name: "page of this job" });
-  const path = await link.getAttribute("href");
+  const [path, query] = (await link.getAttribute("href")).split("?");
+  const judged = await page.locator(".verdict").innerText();
   await link.click();
   await page.locator(".year .verdict").waitFor();
+  assert.equal(await page.locator(".year .verdict").innerText(), judged);
+  const report = await page.getByRole("link", { name: "Report", exact: true }).getAttribute("href");
+  assert.equal(report, `${path}/report?${query}`);
+  const told = await (await fetch(visitor.url + report)).text();
+  assert.match(told, /<p class="sentence good">The target of 160 lx on half of the area in 50 % of the occupied hours is met over the year at /);
+  await isCopied(visitor, path);
+  // without a target the part of the area is told
+  await page.goto(visitor.url + path);
+  await page.locator(".year .verdict", { hasText: "of the area has 160" }).waitFor();
   const { body } = await visitor.get(`/v1${path}/annual`);
   const share = await page.locator(".year .verdict strong").innerText();
   const { value, low, high } = body.grids[0].sda_percent;
@@ -293,6 +310,24 @@ async function readsItsJob(visitor, shot) {
     await visitor.isAccessible(`job with a year, ${colorScheme}`);
     await visitor.looksAsIn(shot(`job-year-${colorScheme}`));
   }
+  const before = page.viewportSize();
+  await page.setViewportSize({ width: 390, height: 844 });
+  await visitor.looksAsIn(shot("job-year-390"));
+  await page.setViewportSize(before);
+}
+
+/** A year's job has the name of its weather, and a copy of it opens as a year, with its target, weather and hours. */
+async function isCopied(visitor, path) {
+  const { page } = visitor;
+  const { body } = await visitor.get(`/v1${path}`);
+  await page.locator(".about .numbers div", { hasText: /^weather\s*Synthetic$/ }).waitFor();
+  const edit = await page.getByRole("link", { name: "Edit a copy" }).getAttribute("href");
+  const { draft, goal, year } = await page.evaluate(async (hash) => (await import("/web/share.js")).unpacked(hash), edit.slice(1));
+  const { site } = (await visitor.get(`/v1${path}/annual`)).body;
+  assert.deepEqual(goal, { lux: 160, of: "half" });
+  assert.deepEqual([year.weather, year.schedule], [body.document.annual.weather, "daylight_hours"]);
+  assert.deepEqual(draft.location, { latitude_deg: site.latitude_deg, longitude_deg: site.longitude_deg });
+  assert(draft.sky && !("annual" in draft));
 }
 
 /** Screens of both sizes, light and dark, are full and accessible. */

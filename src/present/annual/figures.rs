@@ -124,11 +124,12 @@ pub(super) fn with_half_width(value: WithInterval, unit: &str) -> String {
     }
 }
 
-/// Formats a share of the area in percent with its interval where it has a width.
+/// Formats a share in percent with its interval where it has a width, with the digits that tell its ends apart.
 pub(super) fn percent(share: WithInterval) -> String {
     let WithInterval { value, low, high } = share;
-    match high - low > 0.05 {
-        true => format!("{value:.0} % ({low:.0} to {high:.0})"),
-        false => format!("{value:.0} %"),
+    if high - low <= 0.05 {
+        return format!("{value:.0} %");
     }
+    let digits = if format!("{low:.0}") == format!("{high:.0}") { 1 } else { 0 };
+    format!("{value:.digits$} % ({low:.digits$} to {high:.digits$})")
 }

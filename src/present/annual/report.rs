@@ -2,34 +2,73 @@
 
 use super::JobYear;
 use super::figures::{percent, with_half_width};
+use crate::document::result::Verdict;
 use crate::document::result::annual::{GridYearResult, WithInterval};
 use crate::figure::sheet::{SheetFigure, SheetPart, Tone};
 use crate::figure::ticks::{short, significant, with_error};
 use crate::present::subject::Subject;
+use crate::present::target::{TargetPart, WantedTarget};
 use crate::present::verdict_words::verdict_in_words;
 
 /// Largest number of grids that a report describes.
 const MOST_GRIDS: usize = 3;
 
 impl JobYear {
-    /// Returns a sentence for each of the first grids: on how much of the area the illuminance of the spatial daylight autonomy is there for
-    /// long enough.
-    pub fn sentences(&self) -> Vec<(Tone, String)> {
+    /// Returns a sentence for each of the first grids: whether it has its target for long enough, or else on how much of the area the
+    /// illuminance of the spatial daylight autonomy is there for so long. The first grid is compared with `wanted`, if given, in place of the
+    /// target of the document.
+    pub fn sentences(&self, wanted: Option<WantedTarget>) -> Vec<(Tone, String)> {
         let sda = &self.document.sda;
-        let (lux, share) = (short(sda.threshold_lux), short(sda.time_percent));
+        let share = short(sda.time_percent);
         let summary = self.summary().first;
-        let sentence = |(grid, of): (&GridYearResult, &super::GridOfYear)| {
-            let text = format!(
-                "Over the year at {}, {} of the area of {} has {lux} lx in {share} % of the occupied hours (95 % interval of the numerical \
-                 error); {}.",
-                summary.site.name,
-                percent(grid.sda_percent),
-                of.result.place_in_words(),
-                format_args!("the mean of these hours is {}", with_half_width(grid.mean_lux, "lx")),
-            );
-            (Tone::Plain, text)
+        let site = &summary.site.name;
+        let sentence = |(index, (grid, of)): (usize, (&GridYearResult, &super::GridOfYear))| {
+            let place = of.result.place_in_words();
+            let own = of.grid.target_lux.map(|lux| WantedTarget { lux, part: TargetPart::Mean });
+            let target = wanted.filter(|_| index == 0).or(own);
+            let (tone, found) = target.and_then(|target| self.on_target(target, grid, &place)).unwrap_or_else(|| {
+                let (area, lux) = (percent(grid.sda_percent), short(sda.threshold_lux));
+                let text = format!(
+                    "Over the year at {site}, {area} of the area of {place} has {lux} lx in {share} % of the occupied hours"
+                );
+                (Tone::Plain, text)
+            });
+            let mean = with_half_width(grid.mean_lux, "lx");
+            (tone, format!("{found} (95 % interval of the numerical error); the mean of these hours is {mean}."))
         };
-        summary.grids.iter().zip(&self.grids).take(MOST_GRIDS).map(sentence).collect()
+        summary.grids.iter().zip(&self.grids).take(MOST_GRIDS).enumerate().map(sentence).collect()
+    }
+
+    /// Says whether a grid at a `place` has a target over the year, and by which number: the daylight autonomy, averaged over the area, or
+    /// the part of the area that has the target for long enough. `None` if the year has no such number for this illuminance.
+    fn on_target(&self, target: WantedTarget, grid: &GridYearResult, place: &str) -> Option<(Tone, String)> {
+        let WantedTarget { lux, part } = target;
+        let sda = &self.document.sda;
+        let (found, least, words) = match part.least_percent() {
+            None => {
+                let found = grid.autonomies.iter().find(|autonomy| autonomy.lux == lux)?.da_percent;
+                let words = format!("{place}, has it in {} of them, averaged over the area", percent(found));
+                (found, sda.time_percent, words)
+            }
+            Some(_) if sda.threshold_lux != lux => return None,
+            Some(least) => {
+                let words = format!("{} of the area of {place}, has it", percent(grid.sda_percent));
+                (grid.sda_percent, least, words)
+            }
+        };
+        let (lux, part, share) = (short(lux), part.in_words(), short(sda.time_percent));
+        let asked = format!("target of {lux} lx{part} in {share} % of the occupied hours");
+        let site = &self.summary().first.site.name;
+        Some(match Verdict::of_interval([found.low, found.high], least) {
+            Verdict::Met => (Tone::Good, format!("The {asked} is met over the year at {site}: {words}")),
+            Verdict::NotMet => (Tone::Bad, format!("The {asked} is not met over the year at {site}: {words}")),
+            Verdict::Undecided => {
+                let text = format!(
+                    "Whether the {asked} is met over the year at {site} is not decided at this accuracy: {words}"
+                );
+                (Tone::Plain, text)
+            }
+        })
     }
 
     /// Draws the daylight autonomy of the first grid, and its mean by day and hour.

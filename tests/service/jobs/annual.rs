@@ -23,7 +23,9 @@ async fn a_year_from_weather_to_files() {
     let upload = service.request(Method::POST, "/v1/weather").header("content-type", "text/plain").body(SYNTHETIC);
     let weather: Value = upload.send().await.unwrap().json().await.unwrap();
     let id = weather["id"].as_str().unwrap();
-    let path = service.submit(&year(id)).await;
+    let mut document = year(id);
+    document["grids"][0]["target_lux"] = json!(250.0);
+    let path = service.submit(&document).await;
     let job = service.finished(&path).await;
     assert_eq!(job["status"], "succeeded", "{job}");
 
@@ -50,13 +52,19 @@ async fn a_year_from_weather_to_files() {
     let report = service.get(&format!("{}/report", job["links"]["page"].as_str().unwrap()));
     let report = report.send().await.unwrap().text().await.unwrap();
     for words in [
-        "Over the year at Synthetic, ",
+        "target of 250 lx in 50 % of the occupied hours is ",
+        " over the year at Synthetic",
         "The year at Synthetic, 3650 occupied hours; ",
         "LEED v4.1",
         "/annual/autonomy.",
     ] {
         assert!(report.contains(words), "{words}: {report}");
     }
+    assert!(
+        !report.contains("250 lx: "),
+        "the light of an overcast sky is compared with the target of a year: {report}"
+    );
+    judges_targets(&service, &path, &summary["grids"][0]).await;
     other_hours(&service, &path, links[1]).await;
 
     // files are made of the weather as long as the job is there
@@ -64,6 +72,31 @@ async fn a_year_from_weather_to_files() {
     problem(service.request(Method::DELETE, &weather).send().await.unwrap(), 409).await;
     assert_eq!(service.request(Method::DELETE, &path).send().await.unwrap().status(), StatusCode::NO_CONTENT);
     assert_eq!(service.request(Method::DELETE, &weather).send().await.unwrap().status(), StatusCode::NO_CONTENT);
+}
+
+/// The report judges a target by the autonomy, which the mean over the area has, or by the part of the area; others are refused.
+async fn judges_targets(service: &TestService, path: &str, grid: &Value) {
+    let page = path.trim_start_matches("/v1");
+    let autonomy = &grid["autonomies"][0];
+    let judged = |found: &Value, least: f64| match (found["low"].as_f64().unwrap(), found["high"].as_f64().unwrap()) {
+        (low, _) if low >= least => ("good", "The", "is met"),
+        (_, high) if high < least => ("bad", "The", "is not met"),
+        _ => ("plain", "Whether the", "is met"),
+    };
+    for (query, of, found, least) in [
+        ("target_lux=100", "", &autonomy["da_percent"], 50.0),
+        ("target_lux=300&target_of=most", " on 95 % of the area", &grid["sda_percent"], 95.0),
+    ] {
+        let report = service.get(&format!("{page}/report?{query}")).send().await.unwrap().text().await.unwrap();
+        let (tone, begins, is) = judged(found, least);
+        let lux = &query[11..14];
+        let words =
+            format!("<p class=\"sentence {tone}\">{begins} target of {lux} lx{of} in 50 % of the occupied hours {is} ");
+        assert!(report.contains(&words), "{words}: {report}");
+    }
+    for query in ["target_lux=301", "target_lux=100&target_of=half"] {
+        problem(service.get(&format!("{path}/report.pdf?{query}")).send().await.unwrap(), 422).await;
+    }
 }
 
 /// Numbers of an array of float32.
