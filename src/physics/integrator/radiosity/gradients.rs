@@ -12,7 +12,7 @@ use crate::traceable::{SurfaceId, SurfacePoint, TraceableScene, TraceableTube};
 
 /// Largest tolerated spread of the direct light over a part of a cell, relative to the room's mean, times the root of the cell's fraction
 /// of the area.
-const TOLERANCE: f64 = 0.4;
+const TOLERANCE: f64 = 0.1;
 
 /// Largest number of parts along an edge of a cell.
 const MOST_PARTS: f64 = 16.0;
