@@ -34,7 +34,7 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; img
 #[serde(deny_unknown_fields)]
 pub struct TargetQuery {
     /// Illuminance in lux with which the first grid is compared, in place of the `target_lux` of its document. For jobs with
-    /// `annual` one of its `thresholds_lux`, or its `sda.threshold_lux` for a part of the area.
+    /// `annual` one of its `thresholds_lux` or of the targets of its grids, or its `sda.threshold_lux` for a part of the area.
     #[param(exclusive_minimum = 0, maximum = 1_000_000)]
     target_lux: Option<f64>,
     /// Part of the grid that should have `target_lux`: the mean, which is meant when absent, half of the area, or 95 % of it. It has
@@ -121,8 +121,11 @@ fn check(wanted: WantedTarget, document: &Value) -> Result<(), Problem> {
         return refused("is allowed only for jobs with a grid".to_owned());
     }
     let Ok(annual) = AnnualDocument::deserialize(&document["annual"]) else { return Ok(()) };
+    // targets of the document are among the illuminances of its year
+    let is_of_document = |grid: &Value| grid["target_lux"].as_f64() == Some(wanted.lux);
+    let in_document = document["grids"].as_array().is_some_and(|grids| grids.iter().any(is_of_document));
     match wanted.part {
-        TargetPart::Mean if !annual.thresholds_lux.contains(&wanted.lux) => {
+        TargetPart::Mean if !in_document && !annual.thresholds_lux.contains(&wanted.lux) => {
             refused(format!("must be one of `annual.thresholds_lux`, {:?}", annual.thresholds_lux))
         }
         TargetPart::Half | TargetPart::Most if annual.sda.threshold_lux != wanted.lux => {

@@ -77,14 +77,17 @@ async fn a_year_from_weather_to_files() {
 /// The report judges a target by the autonomy, which the mean over the area has, or by the part of the area; others are refused.
 async fn judges_targets(service: &TestService, path: &str, grid: &Value) {
     let page = path.trim_start_matches("/v1");
-    let autonomy = &grid["autonomies"][0];
+    let autonomies = grid["autonomies"].as_array().unwrap();
+    let of = |lux: f64| &autonomies.iter().find(|autonomy| autonomy["lux"] == lux).unwrap()["da_percent"];
     let judged = |found: &Value, least: f64| match (found["low"].as_f64().unwrap(), found["high"].as_f64().unwrap()) {
         (low, _) if low >= least => ("good", "The", "is met"),
         (_, high) if high < least => ("bad", "The", "is not met"),
         _ => ("plain", "Whether the", "is met"),
     };
     for (query, of, found, least) in [
-        ("target_lux=100", "", &autonomy["da_percent"], 50.0),
+        ("target_lux=100", "", of(100.0), 50.0),
+        // that of the document
+        ("target_lux=250", "", of(250.0), 50.0),
         ("target_lux=300&target_of=most", " on 95 % of the area", &grid["sda_percent"], 95.0),
     ] {
         let report = service.get(&format!("{page}/report?{query}")).send().await.unwrap().text().await.unwrap();

@@ -1,7 +1,7 @@
 //! Two stages: the path is cut at Lambertian diffusers, which forget where light came from.
 //!
 //! **Idea.** In each pass photons first find the flux that leaves the diffusers ([`diffuser_source`](super::diffuser_source)). Then paths
-//! go backward from the sensors and the eye (`backward::walk`), and every vertex is connected to it. A coarse
+//! go backward from the sensors and the eye (`backward::walk`), and every vertex is connected to some of these photons. A coarse
 //! solution of the light that surfaces reflect ([`radiosity`](super::radiosity)) is a control variate: rays count it, and some continue for
 //! its residual. The stages are independent, and the second is linear in the first: every pass is unbiased, one replicate. The sensors of a
 //! grid share one estimate of the residual as far as they do not differ; their possible differences are part of their errors
