@@ -31,18 +31,18 @@ const button = (does, what, ends) =>
 export function jobs() {
   const { jobs } = state;
   if (!jobs) return nothing;
-  const row = (/** @type {JobSummary} */ { id, name, status, created_at, progress }) => html`<tr>
-    <td><a href=${`/jobs/${id}`}>${name || id.slice(-8)}</a></td><td>${status}</td><td>${created_at ? told(new Date(created_at)) : ""}</td>
-    <td>${progress.relative_error ? percent(progress.relative_error) : progress.view_relative_error ? percent(progress.view_relative_error) : "–"}</td>
-    <td>${status === "queued" || status === "running" ? button("Stop", name || id, () => api.cancelJob(id)) : button("Delete", name || id, () => api.deleteJob(id))}</td></tr>`;
+  // a phone shows rows as blocks, which would be no rows without their roles
+  const row = (/** @type {JobSummary} */ { id, name, status, created_at, progress }) => html`<tr role="row">
+    <td role="cell"><a href=${`/jobs/${id}`}>${name || id.slice(-8)}</a></td><td role="cell">${status}</td><td role="cell">${created_at ? told(new Date(created_at)) : ""}</td>
+    <td role="cell">${progress.relative_error ? percent(progress.relative_error) : progress.view_relative_error ? percent(progress.view_relative_error) : "–"}</td>
+    <td role="cell">${status === "queued" || status === "running" ? button("Stop", name || id, () => api.cancelJob(id)) : button("Delete", name || id, () => api.deleteJob(id))}</td></tr>`;
   return html`<section class="panel row" aria-label="Jobs"><div class="head"><h2>Jobs</h2><button type="button"
     @click=${() => void again()}>Look again</button><button type="button" @click=${() => set({ jobs: null })}>Close</button></div>
     ${
       jobs.length
         ? html`<div class="wide-table" tabindex="0" role="region" aria-label="Table of jobs"><table
-      class="jobs"><thead><tr><th scope="col">name</th><th scope="col">status</th><th scope="col">posted</th><th
-      scope="col">error</th><th scope="col"><span
-      class="unseen">end</span></th></tr></thead><tbody>${jobs.map(row)}</tbody></table></div>`
+      class="jobs" role="table"><thead role="rowgroup"><tr role="row">${["name", "status", "posted", "error"].map((name) => html`<th scope="col" role="columnheader">${name}</th>`)}<th
+      scope="col" role="columnheader"><span class="unseen">end</span></th></tr></thead><tbody role="rowgroup">${jobs.map(row)}</tbody></table></div>`
         : html`<p
       class="note">There are none.</p>`
     }</section>`;

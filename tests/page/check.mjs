@@ -332,6 +332,8 @@ async function shares(visitor) {
   await second.isAccessible("editor, narrow, dark");
   await second.page.getByRole("button", { name: "Jobs" }).click();
   await second.page.locator(".jobs tbody tr").first().waitFor();
+  const [name, table] = await second.page.locator(".jobs tbody").evaluate((body) => [body.querySelector("td"), body].map((one) => one.clientWidth));
+  assert(name > 0.95 * table, "a long name has the width of a phone");
   await second.looksAsIn(shot("jobs-narrow-dark"));
   await second.page.getByRole("button", { name: "Jobs" }).click();
   await second.page.emulateMedia({ colorScheme: "light" });
