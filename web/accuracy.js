@@ -6,7 +6,9 @@ import { html, nothing, svg } from "./vendor/lit-html.js";
 
 /** Relative errors to choose from. */
 export const TARGETS = [0.05, 0.02, 0.01, 0.005, 0.001];
-const CHART = { width: 300, height: 150, left: 46, right: 24, top: 10, bottom: 26 };
+const CHART = { width: 300, height: 150, right: 24, top: 10, bottom: 26 };
+/** Widths in the chart of a character beside it, and of the space around its labels. */
+const LABEL = { letter: 7, around: 11 };
 
 /** @param {number} share */
 export const percent = (share) => `${Number((100 * share).toPrecision(2))}\u202f%`;
@@ -46,17 +48,18 @@ export function chart(passes, target) {
     error && error > 0 && seconds > 0 ? [{ seconds, error }] : [],
   );
   if (!points.length) return nothing;
-  const { width, height, left, right, top, bottom } = CHART;
+  const { width, height, right, top, bottom } = CHART;
   const decades = (/** @type {number[]} */ values) => [
     Math.floor(Math.log10(Math.min(...values)) + 1e-9),
     Math.max(Math.ceil(Math.log10(Math.max(...values)) - 1e-9), Math.floor(Math.log10(Math.min(...values)) + 1e-9) + 1),
   ];
   const [t0 = 0, t1 = 1] = decades(points.map(({ seconds }) => seconds));
   const [e0 = -3, e1 = 0] = decades([...points.map(({ error }) => error), target ?? 0.01]);
-  const x = (/** @type {number} */ seconds) => left + ((width - left - right) * (Math.log10(seconds) - t0)) / (t1 - t0);
-  const y = (/** @type {number} */ error) => height - bottom - ((height - top - bottom) * (Math.log10(error) - e0)) / (e1 - e0);
   const powers = (/** @type {number} */ from, /** @type {number} */ to) =>
     Array.from({ length: to - from + 1 }, (_, i) => 10 ** (from + i));
+  const left = LABEL.around + LABEL.letter * Math.max(...powers(e0, e1).map((power) => percent(power).length));
+  const x = (/** @type {number} */ seconds) => left + ((width - left - right) * (Math.log10(seconds) - t0)) / (t1 - t0);
+  const y = (/** @type {number} */ error) => height - bottom - ((height - top - bottom) * (Math.log10(error) - e0)) / (e1 - e0);
   const last = points.at(-1);
   return svg`<svg class="chart" viewBox=${`0 0 ${width} ${height}`} role="img"
     aria-label=${`Error against time: ${percent(last?.error ?? 0)} after ${duration(last?.seconds ?? 0)}`}>
