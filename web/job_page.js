@@ -171,7 +171,7 @@ function map(job, grid, meshes) {
   const at = fitted(room, narrow.matches ? SMALL : LARGE);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
-    ${lux(grid, reaching(grid, rows, room), at, end)}${isolines(grid, rows, at, room, tubes.map(inPlan))}
+    ${lux(grid, reaching(grid, rows, room), at, end)}${isolines(grid, rows, at, room, tubes.map(inPlan), unit, end)}
     ${outside(room, grid, at)}${furniture(room, meshes, at)}${outlined(room, at, "frame")}
     ${(room.partitions ?? []).map((sheet) => svg`<g class="partition still">${partitionLine(sheet, at, "seen")}</g>`)}
     ${tubes.map((tube) => [axis(room, tube, at), rim(room, tube, at)])}${numbered(tubes.map((tube) => ring(tube, at)))}

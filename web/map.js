@@ -149,16 +149,26 @@ function once(rows, level, find) {
   return all;
 }
 
+/** Illuminances from which on a scale is in klx: longer numbers have no room beside it. */
+const KLX = 10_000;
+
+/** The unit in which a map is labelled, on its scale and its lines, and by what its values are divided. @param {string} unit of the values @param {number} end of the scale */
+const labelUnit = (unit, end) => (unit === "lx" && end >= KLX ? { ends: "klx", by: 1000 } : { ends: unit, by: 1 });
+
 /**
- * Lines at levels people would write, labelled.
+ * Lines at levels people would write, labelled in the unit of the scale.
  * @param {Grid} grid
  * @param {number[][]} rows
  * @param {Layout} at
  * @param {JobDocument["room"]} room
  * @param {[number, number][]} taken
+ * @param {string} unit of the values
+ * @param {number} end of the scale beside the map
  */
-export function isolines(grid, rows, at, room, taken) {
+export function isolines(grid, rows, at, room, taken, unit, end) {
   const { ticks } = scale(largest(rows) * 0.98, 7);
+  const { by } = labelUnit(unit, end);
+  const [west, south, east, north] = edges(grid);
   const inTheWay = [...taken];
   const of = (/** @type {[number, number]} */ [x, y]) => `${across(at, x).toFixed(1)},${down(at, y).toFixed(1)}`;
   const fine = refined(grid, reaching(grid, rows, room));
@@ -167,16 +177,17 @@ export function isolines(grid, rows, at, room, taken) {
     ({ found }) => svg`<path class="iso" d=${found.map((line) => `M${line.map(of).join("L")}`).join("")}></path>`,
   );
   const labels = levels.map(({ level, found }) => {
-    const place = labelled(found, inTheWay, rings(room), Math.max(26, 9 * String(tidy(level)).length) / at.k);
+    const text = String(tidy(level / by));
+    const gap = Math.max(26, 9 * text.length) / at.k;
+    // half of a label beyond the map would stand on nothing
+    const onMap = found.map((line) => line.filter(([x, y]) => Math.min(x - west, east - x, y - south, north - y) >= gap / 2));
+    const place = labelled(onMap, inTheWay, rings(room), gap);
     if (!place) return null;
     inTheWay.push(place);
-    return svg`<text class="level" x=${across(at, place[0])} y=${down(at, place[1]) + 4}>${tidy(level)}</text>`;
+    return svg`<text class="level" x=${across(at, place[0])} y=${down(at, place[1]) + 4}>${text}</text>`;
   });
   return [paths, labels];
 }
-
-/** Illuminances from which on a scale is in klx: longer numbers have no room beside it. */
-const KLX = 10_000;
 
 /**
  * The scale beside the map.
@@ -189,8 +200,7 @@ const KLX = 10_000;
  */
 export function bar(end, ticks, unit, x, top, height) {
   const steps = 64;
-  const inKlx = unit === "lx" && end >= KLX;
-  const ends = inKlx ? "klx" : unit;
+  const { ends, by } = labelUnit(unit, end);
   const at = (/** @type {number} */ share) => top + height * (1 - share);
   const rects = Array.from({ length: steps }, (_, i) => {
     const colour = `rgb(${rising((i + 0.5) / steps)})`;
@@ -199,7 +209,7 @@ export function bar(end, ticks, unit, x, top, height) {
   return svg`<g class="scale">${rects}
     ${ticks.map(
       (tick, i) => svg`<text x=${x + 18}
-      y=${at(tick / end) + 4}>${inKlx ? tick / 1000 : tick}${i === ticks.length - 1 ? `\u202f${ends}` : ""}</text>`,
+      y=${at(tick / end) + 4}>${tidy(tick / by)}${i === ticks.length - 1 ? `\u202f${ends}` : ""}</text>`,
     )}</g>`;
 }
 

@@ -90,7 +90,7 @@ function map({ grid, rows, unit, end, ticks, room }, at) {
   const [x, y] = [grid.x_m[column], grid.y_m[row]];
   return [
     lux(grid, reaching(grid, rows, room), at, end),
-    isolines(grid, rows, at, room, taken),
+    isolines(grid, rows, at, room, taken, unit, end),
     // the answer may be that of a draft before
     outside(room, grid, at),
     outside(state.draft.room, grid, at),

@@ -69,6 +69,40 @@ export async function shortensScales({ page }) {
   assert.deepEqual(told, [["0", "2000", "8000 lx"], ["0", "2.5", "10 klx"], ["0", "5", "20 %"]]);
 }
 
+/** Lines of a map are labelled in the unit of its scale. */
+export async function labelsLinesAsItsScale({ page }) {
+  const told = await page.evaluate(async () => {
+    const [{ isolines }, { layout }, { render, svg }] = [await import("/web/map.js"), await import("/web/room_plan.js"), await import("/web/vendor/lit-html.js")];
+    const centres = Array.from({ length: 20 }, (_, i) => (i + 0.5) / 4);
+    const room = { size_m: [5, 5, 3] };
+    const of = (most, unit, end) => {
+      const host = document.createElement("div");
+      const rows = centres.map((y) => centres.map((x) => most * Math.max(0.1, 1 - Math.hypot(x - 2.5, y - 2.5) / 3)));
+      render(svg`<svg>${isolines({ x_m: centres, y_m: centres }, rows, layout(room, [560, 560]), room, [], unit, end)}</svg>`, host);
+      return [...host.querySelectorAll(".level")].map((text) => Number(text.textContent));
+    };
+    return [of(18_000, "lx", 20_000), of(1800, "lx", 2000), of(1800, "lx", 20_000)];
+  });
+  // a variant beside it may have a greater scale
+  assert.deepEqual(told, [[5, 10, 15], [500, 1000, 1500], [0.5, 1, 1.5]]);
+}
+
+/** Errors of any size have their place beside the chart of errors. */
+export async function chartsAnyError({ page }) {
+  const lefts = await page.evaluate(async () => {
+    const [{ chart }, { render }] = [await import("/web/accuracy.js"), await import("/web/vendor/lit-html.js")];
+    const host = document.body.appendChild(document.createElement("div"));
+    const of = (errors) => {
+      render(chart(errors.map((relative_error, i) => ({ passes: i + 1, seconds: i + 1, relative_error })), null), host);
+      return Math.min(...[...host.querySelectorAll("text.end")].map((text) => text.getBBox().x));
+    };
+    const found = [of([300, 2, 0.02]), of([0.04, 0.01])];
+    host.remove();
+    return found;
+  });
+  assert(Math.min(...lefts) >= 0 && Math.max(...lefts) < 12, `labels begin at ${lefts}`);
+}
+
 /** Scales have ticks that people would write, and values the digits that their intervals leave. */
 export async function writesNumbers({ page }) {
   const of = await page.evaluate(async () => {
