@@ -2,6 +2,7 @@
 import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
 import { at as cityAt, called, listed } from "./cities.js";
+import { place } from "./columns.js";
 import { centimetres } from "./draft.js";
 import { across, bar, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
 import { asked, judgedBy } from "./goal.js";
@@ -49,9 +50,10 @@ export async function jobPage(id, app, header) {
     (cities) => set({ cities }),
     () => {},
   );
-  drawnBy(() =>
-    render(html`${header()}<main class="job">${jobs()}${page(seen)}</main><p class="said" role="status">${state.said}</p>`, app),
-  );
+  drawnBy(() => {
+    render(html`${header()}<main class="job">${jobs()}<div class="columns">${page(seen)}</div></main><p class="said" role="status">${state.said}</p>`, app);
+    place(/** @type {HTMLElement} */ (app.querySelector(".columns")));
+  });
   try {
     await look();
     const ended = () => seen.job?.status !== "queued" && seen.job?.status !== "running";
@@ -134,7 +136,7 @@ function goalOf({ document: { grids = [] } }, name, given) {
 function section({ document, links }) {
   const { width, depth } = extent(document.room);
   const drawn = links.figures?.[depth > width ? "section_y" : "section_x"];
-  return drawn ? html`<section class="panel view" aria-label="Section"><h2>Section</h2><img class="rendered" src=${drawn.svg} alt="A section through the room and its tubes"></section>` : nothing;
+  return drawn ? html`<section class="panel view" aria-label="Section"><h2>Section</h2><a href=${drawn.svg}><img class="rendered" src=${drawn.svg} alt="A section through the room and its tubes"></a></section>` : nothing;
 }
 
 /** What was asked for, in words; weather files have names once the year is there. @param {JobDocument} document @param {Schemas["AnnualResult"] | null} year @returns {[string, string][]} */
@@ -147,7 +149,7 @@ function wanted({ room, sky, time, location, tubes, annual }, year) {
     ["tubes", String(tubes?.length ?? 0)],
     ...(named ? [/** @type {[string, string]} */ (["sky", `${named}${sky?.cie_type ? ` (${sky.cie_type})` : ""}`])] : []),
     ...(annual ? [/** @type {[string, string]} */ (["weather", weather.join(", ")])] : []),
-    ...(time ? [/** @type {[string, string]} */ (["time", time.replace("T", " ")])] : []),
+    ...(time ? [/** @type {[string, string]} */ (["time", time.replace("T", " ").replace(/(:\d\d):00(?=\D|$)/, "$1 ")])] : []),
     ...(location ? [/** @type {[string, string]} */ (["place", [...(city ? [called(city)] : []), coordinates(location)].join(", ")])] : []),
   ];
 }

@@ -4,7 +4,7 @@ import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import * as answers from "./answers.mjs";
-import { fills } from "./fills.mjs";
+import { dividesColumns, fills, fillsAJob } from "./fills.mjs";
 import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
 import * as openings from "./openings.mjs";
@@ -394,6 +394,8 @@ try {
     opensRooms,
     drawsAHall,
     fills,
+    dividesColumns,
+    fillsAJob,
     drags,
     ...Object.values(modules),
     ...Object.values(outlines),

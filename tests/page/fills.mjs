@@ -57,3 +57,61 @@ export async function fills(visitor, shot) {
   await visitor.open("/");
   await page.setViewportSize(before);
 }
+
+/** Columns of a job's page end at about the same height by their widths, where moving panels cannot make them. */
+export async function dividesColumns({ page }) {
+  const found = await page.evaluate(async () => {
+    const { columns } = await import("/web/columns.js");
+    const ends = ({ widths, of }, height) => widths.map((width, at) => of.reduce((sum, column, panel) => sum + (column === at ? height(panel, width) + 12 : 0), 0));
+    const texts = [220, 380, 560, 290, 390, 240, 120];
+    // a text is the lower the wider it is; in equal columns these would end at 704 and 794
+    const text = (panel, width) => (texts[panel] * 481) / width;
+    // drawings are the higher the wider they are
+    const drawing = (panel, width) => (panel === 1 ? 1.35 : 0.9) * width;
+    return [
+      [columns(texts.length, 1468, text), text],
+      [columns(3, 1468, drawing), drawing],
+      [columns(2, 1248, drawing), drawing],
+    ].map(([of, height]) => ({ ...of, ends: ends(of, height) }));
+  });
+  for (const { widths, of, ends } of found) {
+    assert.equal(of[0], 0, "the first panel is the first of the page");
+    assert(Math.min(...ends) > 0.93 * Math.max(...ends), `columns of ${widths} end at ${ends}`);
+  }
+  assert.deepEqual(found.map(({ widths }) => widths.length), [3, 3, 2]);
+}
+
+/** No panel of a job's page is empty by more than a tenth, and no column, before and after a panel is unfolded. */
+export async function fillsAJob(visitor, shot) {
+  const { page } = visitor;
+  const before = page.viewportSize();
+  const hall = JSON.parse(readFileSync("examples/l_hall.json", "utf8"));
+  const answer = await fetch(`${visitor.url}/v1/jobs`, {
+    method: "POST",
+    headers: { "Content-Type": "application/json", Prefer: "wait=50" },
+    body: JSON.stringify({ ...hall, stop: { relative_error: 0.05 } }),
+  });
+  const { id } = await answer.json();
+  await page.goto(`${visitor.url}/jobs/${id}`);
+  await page.locator(".columns.beside > .view img").waitFor();
+  for (const [width, height] of [[1500, 900], [1920, 1080], [1280, 900], [390, 844]]) {
+    await page.setViewportSize({ width, height });
+    // the panels are as wide as the page
+    await visitor.holds(() => {
+      const panels = [...document.querySelectorAll(".columns > .panel")].map((panel) => panel.getBoundingClientRect());
+      return Math.abs(Math.max(...panels.map(({ right }) => right)) - document.querySelector(".columns").getBoundingClientRect().right) < 4;
+    });
+    await until(async () => !(await visitor.emptiness()).length, `${width} x ${height}: ${await visitor.emptiness()}`);
+    await visitor.looksAsIn(shot(`job-hall-${width}`));
+  }
+  await page.setViewportSize({ width: 1500, height: 900 });
+  const below = () => page.evaluate(() => {
+    const why = document.querySelector(".columns > .why").getBoundingClientRect();
+    const others = [...document.querySelectorAll(".columns > .panel")].map((panel) => panel.getBoundingClientRect());
+    return others.filter(({ left, top, bottom }) => left === why.left && top < why.bottom - 1 && bottom > why.bottom + 1).length;
+  });
+  await page.locator(".columns > .why summary").first().click();
+  await until(async () => (await below()) === 0, "an unfolded panel lies on the one below it");
+  await page.setViewportSize(before);
+  await visitor.open("/");
+}

@@ -163,6 +163,16 @@ export class Visitor {
         const end = Math.max(...[...column.querySelectorAll(".panel")].map((panel) => panel.getBoundingClientRect().bottom));
         if (end - top < 0.9 * (bottom - top)) found.push(`${column.className} ends at ${end} of ${bottom}`);
       }
+      // panels of a job's page that begin at one place are a column
+      for (const host of document.querySelectorAll(".columns.beside")) {
+        const ends = new Map();
+        for (const panel of host.querySelectorAll(":scope > .panel")) {
+          const { left, bottom } = panel.getBoundingClientRect();
+          ends.set(left, Math.max(ends.get(left) ?? 0, bottom));
+        }
+        const { top, bottom } = host.getBoundingClientRect();
+        for (const end of ends.values()) if (end - top < 0.9 * (bottom - top)) found.push(`a column ends at ${end} of ${bottom}`);
+      }
       return found;
     });
   }

@@ -311,6 +311,8 @@ async function readsItsJob(visitor, shot) {
     await visitor.looksAsIn(shot(`job-year-${colorScheme}`));
   }
   const before = page.viewportSize();
+  await page.setViewportSize({ width: 1500, height: 900 });
+  await until(async () => !(await visitor.emptiness()).length, `the page of a year: ${await visitor.emptiness()}`);
   await page.setViewportSize({ width: 390, height: 844 });
   await visitor.looksAsIn(shot("job-year-390"));
   await page.setViewportSize(before);
