@@ -179,25 +179,43 @@ export function removeTube(draft, index) {
   draft.tubes?.splice(index, 1);
 }
 
+/** Places of a raster over a room, with the space around each between walls and others, such as tubes. @param {JobDocument["room"]} room @param {number[][]} others @param {number} parts */
+function places(room, others, parts) {
+  const { west, south, width, depth } = extent(room);
+  const walls = rings(room);
+  const inner = Array.from({ length: parts - 1 }, (_, i) => (i + 1) / parts);
+  return inner.flatMap((i) =>
+    inner.map((j) => {
+      const place = /** @type {[number, number]} */ ([west + width * i, south + depth * j]);
+      const toOthers = others.map(([x = 0, y = 0]) => Math.hypot(x - place[0], y - place[1]));
+      return { place, space: Math.min(...toOthers, 2 * clearance(walls, place)) };
+    }),
+  );
+}
+
 /**
  * The place in a room with most space around it, between walls and others, such as tubes.
  * @param {JobDocument["room"]} room
  * @param {number[][]} others
  * @returns {[number, number]}
  */
-export function roomiest(room, others) {
-  const { west, south, width, depth } = extent(room);
-  const walls = rings(room);
-  let best = { distance: -Infinity, x: west + width / 2, y: south + depth / 2 };
-  for (let i = 1; i < 8; i++) {
-    for (let j = 1; j < 8; j++) {
-      const [x, y] = [west + (width * i) / 8, south + (depth * j) / 8];
-      const toOthers = others.map(([ofX = 0, ofY = 0]) => Math.hypot(ofX - x, ofY - y));
-      const distance = Math.min(...toOthers, 2 * clearance(walls, [x, y]));
-      if (distance > best.distance + 1e-9) best = { distance, x, y };
-    }
-  }
-  return [best.x, best.y];
+export const roomiest = (room, others) => places(room, others, 8).reduce((best, one) => (one.space > best.space + 1e-9 ? one : best)).place;
+
+/** Share of the most space there is that is enough beside a place that was left. */
+const ENOUGH = 0.7;
+
+/**
+ * The place in a room that is nearest to another one, with enough space around it.
+ * @param {JobDocument["room"]} room
+ * @param {number[][]} others
+ * @param {readonly [number, number]} to
+ * @returns {[number, number]}
+ */
+export function roomyBeside(room, others, [x, y]) {
+  const all = places(room, others, 20);
+  const most = Math.max(...all.map(({ space }) => space));
+  const away = (/** @type {{ place: [number, number] }} */ { place }) => Math.hypot(place[0] - x, place[1] - y);
+  return all.filter(({ space }) => space >= ENOUGH * most).reduce((nearest, one) => (away(one) < away(nearest) - 1e-9 ? one : nearest)).place;
 }
 
 /** Adds a usual tube where there is most room. @param {JobDocument} draft */

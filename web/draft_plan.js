@@ -1,5 +1,5 @@
 // Changes of a room above a plan, and from a box to one and back.
-import { centimetres, roomiest, shift } from "./draft.js";
+import { centimetres, roomyBeside, shift } from "./draft.js";
 import { clearance, outlineOf, shapeOf, snapped, withCorner, withLength } from "./outline.js";
 import { inPlan } from "./opening.js";
 import { ceilingAt, extent, outline, rings, toward } from "./room.js";
@@ -55,7 +55,7 @@ export function setShape(draft, shape) {
   // what lies beyond the new walls comes in
   for (const tube of draft.tubes ?? []) {
     if (clearance(rings(draft.room), inPlan(tube)) >= diameter(tube) / 2) continue;
-    tube.centre_m = roomiest(draft.room, (draft.tubes ?? []).filter((other) => other !== tube).map(inPlan));
+    tube.centre_m = roomyBeside(draft.room, (draft.tubes ?? []).filter((other) => other !== tube).map(inPlan), inPlan(tube));
   }
   asBox(draft);
 }

@@ -70,6 +70,8 @@ export async function choosesShapes({ page }) {
   assert.deepEqual(hall.grids, [{ name: "desk", height_m: 0.85, spacing_m: 0.4 }]);
   const [x, y] = hall.tubes[0].centre_m;
   assert(x < 3.2 || y < 2.4, "a tube in the notch comes in");
+  // it was at (7, 5)
+  assert(Math.hypot(x - 7, y - 5) < 4, `it comes to a far place: ${x}, ${y}`);
   const [drop, surfaces, box] = back;
   // 0.175 m at a rise of 1.73 m in 3 m
   assert.equal(drop, 0.11);
