@@ -14,7 +14,7 @@ pub fn verdict_in_words(verdict: &VerdictResult) -> [String; 4] {
     [
         format!("{}, {}", verdict.scheme, verdict.clause),
         interval_in_words(WithInterval { value, low, high }),
-        significant(verdict.limit, 4),
+        rounded(verdict.limit),
         outcome.to_owned(),
     ]
 }
@@ -22,7 +22,29 @@ pub fn verdict_in_words(verdict: &VerdictResult) -> [String; 4] {
 /// Formats a value with its interval of 95 % confidence where that has a width.
 pub fn interval_in_words(WithInterval { value, low, high }: WithInterval) -> String {
     match high - low > 1e-9 * value.abs() {
-        true => format!("{} ({} to {})", significant(value, 4), significant(low, 4), significant(high, 4)),
-        false => significant(value, 4),
+        true => format!("{} ({} to {})", rounded(value), rounded(low), rounded(high)),
+        false => rounded(value),
+    }
+}
+
+/// Formats a number with four digits at most: shares of few sensors are whole percents, and limits are round.
+fn rounded(value: f64) -> String {
+    let text = significant(value, 4);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_that_tell_nothing_are_left_out() {
+        let interval = |value, low, high| interval_in_words(WithInterval { value, low, high });
+        assert_eq!(interval(43.0, 36.0, 44.0), "43 (36 to 44)");
+        assert_eq!(interval(121.08, 119.5, 122.7), "121.1 (119.5 to 122.7)");
+        assert_eq!((interval(100.0, 100.0, 100.0), interval(0.0, 0.0, 0.0)), ("100".to_owned(), "0".to_owned()));
     }
 }
