@@ -1,5 +1,6 @@
 // Fields of the form. What the service says of a field of the document stands below it.
 import { hold } from "./live.js";
+import { prose } from "./prose.js";
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -21,8 +22,8 @@ export function otherFaults(forms) {
   const others = (problem.errors ?? []).filter((error) => !fields.some((field) => isOf(error, field)));
   if (problem.errors?.length && !others.length)
     return html`<p class="fault" role="alert">This room cannot be computed: see the fields that are marked.</p>`;
-  const told = others.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${detail}</p>`);
-  return html`<div class="fault" role="alert">${told.length ? told : html`<p>${problem.title}: ${problem.detail}</p>`}</div>`;
+  const told = others.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${prose(detail)}</p>`);
+  return html`<div class="fault" role="alert">${told.length ? told : html`<p>${problem.title}: ${prose(problem.detail)}</p>`}</div>`;
 }
 
 /** How a slider's value is typed where that is no number: as what, its text, and what takes an entered one. @typedef {{ type: "date" | "time", text: string, enter: (text: string) => void }} Typed */
@@ -45,7 +46,7 @@ function around(pointer, label, control, { id = idOf(pointer), fault = "" } = {}
     ${
       wrong.length
         ? html`<p class="fault"
-      id=${`${id}-fault`}>${wrong.join("; ")}</p>`
+      id=${`${id}-fault`}>${prose(wrong.join("; "))}</p>`
         : nothing
     }</div>`;
   return { ...drawn, pointer };

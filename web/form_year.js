@@ -1,5 +1,6 @@
 // The form of a year: its weather file, and the hours that count.
 import { choice, file } from "./field.js";
+import { prose } from "./prose.js";
 import { setYear, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 import { takeFile, trySynthetic } from "./weather.js";
@@ -35,6 +36,6 @@ export function weather() {
     ${synthetic && weather ? nothing : html`<button type="button" id="synthetic" ?disabled=${reading} @click=${() => void trySynthetic()}>Try the synthetic year</button>`}
     <p class="note">${synthetic && weather ? "Made from formulas; it is that of no real place." : html`Files of most places are at <a href="https://climate.onebuilding.org">climate.onebuilding.org</a>.`}
       ${reading ? html`<span class="busy">reading</span>` : nothing}</p>
-    ${fault ? html`<p class="fault" role="alert">${fault}</p>` : nothing}
+    ${fault ? html`<p class="fault" role="alert">${prose(fault)}</p>` : nothing}
     ${choice({ pointer: "/annual/schedule", label: "Hours that count", value: schedule, options: SCHEDULES, set: (to) => setYear({ schedule: to }) })}`;
 }

@@ -11,6 +11,7 @@ import { jobs } from "./jobs.js";
 import { inPlan } from "./opening.js";
 import { numbered } from "./plan_labels.js";
 import { reasons } from "./reasons.js";
+import { prose } from "./prose.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
 import { LARGE, SMALL, axis, fitted, furniture, north, partitionLine, rim, ring } from "./room_plan.js";
@@ -51,7 +52,7 @@ export async function jobPage(id, app, header) {
     () => {},
   );
   drawnBy(() => {
-    render(html`${header()}<main class="job">${jobs()}<div class="columns">${page(seen)}</div></main><p class="said" role="status">${state.said}</p>`, app);
+    render(html`${header()}<main class="job">${jobs()}<div class="columns">${page(seen)}</div></main><p class="said" role="status">${prose(state.said)}</p>`, app);
     place(/** @type {HTMLElement} */ (app.querySelector(".columns")));
   });
   try {
@@ -91,7 +92,7 @@ const meshesOf = async ({ links }) => (links.meshes ? api.get(links.meshes).catc
 /** @param {Seen} seen */
 function page({ job, grid, meshes, year, passes, left: seconds, history, fault, edit }) {
   if (!job)
-    return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a
+    return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${prose(fault || "…")}</p><p><a
       href="/">To the editor</a></p></section>`;
   const why = job.stopped_by && job.stopped_by !== job.status ? `, stopped by ${job.stopped_by.replaceAll("_", " ")}` : "";
   const runs = job.status === "queued" || job.status === "running";
@@ -103,7 +104,7 @@ function page({ job, grid, meshes, year, passes, left: seconds, history, fault, 
       <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}${runs ? timeLeft(seconds) : ""}</p>
       <dl class="numbers">${wanted(job.document, year).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
       <p class="links">${job.document.room.faces ? nothing : html`<a href=${edit}>Edit a copy</a>`}<a href=${`${job.links.report}${judgedBy(given)}`}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
-      ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
+      ${job.problem ? html`<p class="fault">${prose(job.problem.detail)}</p>` : nothing}</section>
     ${year ? [yearOf(job, year, runs, (name) => goalOf(job, name, given)), fluxesOf(job, runs)] : nothing}
     ${
       grid

@@ -17,6 +17,7 @@ import { picture } from "./picture.js";
 import { plan, yearOnPlan, yearShown } from "./plan.js";
 import { preset, presets } from "./presets.js";
 import { prediction } from "./prediction.js";
+import { prose } from "./prose.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers, readOut } from "./results.js";
 import { alongside, section } from "./section.js";
@@ -139,7 +140,7 @@ function editor() {
     <div class="column middle">${drawings(forms)}${year ? yearByHour(year) : below()}</div>
     <div class="column right"><section class="panel result" aria-label="Result">${inYear ? yearResult() : result()}</section>${forms[1]}
       ${inYear ? criteria() : sure()}<section class="panel take" aria-label="Files">${inYear ? yearFiles() : take()}</section></div></main><p class="unseen" role="status">${heard()}</p>
-    <p class="said" role="status">${state.said}</p>`;
+    <p class="said" role="status">${prose(state.said)}</p>`;
 }
 
 /** What people who do not see the page hear of a result, once it rests. */

@@ -21,7 +21,7 @@ const short = (seconds) => (seconds < 0.1 ? `${Math.max(1, Math.round(1000 * sec
 
 /** @param {Schemas["PredictedTime"] | undefined} time */
 function seconds(time) {
-  if (!time?.seconds) return html`<span title=${time?.reason ?? ""}>not known</span>`;
+  if (!time?.seconds) return html`<span title=${(time?.reason ?? "").replaceAll("`", "")}>not known</span>`;
   const from = short(time.seconds_from ?? time.seconds);
   const to = time.seconds_to ? short(time.seconds_to) : "more";
   return html`${short(time.seconds)} <small>${from} to ${to}</small>`;

@@ -291,7 +291,8 @@ impl Page {
         let width = PAPER.x - 2.0 * MARGIN - NAME_WIDTH;
         for (name, words) in facts {
             self.write(MARGIN, &letters::fitted(name, SIZE, NAME_WIDTH - 8.0), Type::new(SIZE, Colour::Muted));
-            for line in letters::wrapped(words, SIZE, width) {
+            // names of fields stand between backticks, which paper does not need
+            for line in letters::wrapped(&words.replace('`', ""), SIZE, width) {
                 self.write(MARGIN + NAME_WIDTH, &line, Type::new(SIZE, Colour::Ink));
                 self.advance(LINE_HEIGHT);
             }
@@ -313,7 +314,7 @@ mod tests {
     use crate::figure::drawing::Item;
 
     fn sheet(facts: usize) -> Sheet {
-        let fact = |index: usize| (format!("fact {index}"), "words that are said of it ".repeat(12));
+        let fact = |index: usize| (format!("fact {index}"), "words that are said of `it` ".repeat(12));
         let table = |title: &str, rows: Vec<Vec<String>>| SheetPart::Table {
             title: title.to_owned(),
             head: vec!["grid".to_owned(), "mean, lx".to_owned()],
@@ -379,6 +380,7 @@ mod tests {
             );
             for page in pages {
                 assert_eq!(page.size, PAPER);
+                assert!(page.texts().all(|text| !text.contains('`')), "{:?}", page.texts().collect::<Vec<_>>());
                 for item in &page.items {
                     let Item::Words(words) = item else { continue };
                     assert!(words.at.y < PAPER.y && words.at.x + words.width < PAPER.x, "{words:?}");

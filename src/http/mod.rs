@@ -33,6 +33,7 @@ mod prefer;
 mod problem;
 pub mod problem_kind;
 mod problem_page;
+mod prose;
 mod query_faults;
 mod readiness;
 mod report;

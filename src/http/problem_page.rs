@@ -9,6 +9,7 @@ use utoipa::ToSchema;
 use crate::http::formats::{self, Format};
 use crate::http::problem::{Path, Problem};
 use crate::http::problem_kind::ProblemKind;
+use crate::http::prose::prose;
 
 /// Explanation of a kind of problem.
 #[derive(Serialize, ToSchema)]
@@ -51,7 +52,8 @@ pub async fn problem_page(Path(name): Path<String>, headers: HeaderMap) -> Resul
 impl ProblemPage {
     fn html(&self) -> String {
         let Self { code, title, status, meaning, example } = self;
-        let [meaning, example] = [meaning, example].map(|text| text.replace('&', "&amp;").replace('<', "&lt;"));
+        let meaning = prose(meaning);
+        let example = example.replace('&', "&amp;").replace('<', "&lt;");
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{title}</title>\n<h1>{title}</h1>\n\
              <p>{meaning}</p>\n<p>Status {status}, <code>\"type\": \"{code}\"</code>. For example:</p>\n\

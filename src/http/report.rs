@@ -13,6 +13,7 @@ use crate::document::limits::TARGET_LUX;
 use crate::figure::FigureFormat;
 use crate::figure::pdf::pdf as pages;
 use crate::figure::sheet::{Sheet, SheetPart, Tone};
+use crate::http::prose::prose;
 use crate::figure::svg::escaped;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format};
@@ -194,6 +195,7 @@ fn part(part: &SheetPart) -> String {
             section(
                 title,
                 format!(
+        assert!(html.contains("<dd>needs <code>sky</code></dd>"), "{html}");
                     "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{name}\"><table>\n<thead><tr>{head}</tr></thead>\n\
                      <tbody>\n{rows}</tbody>\n</table></div>\n"
                 ),
@@ -201,7 +203,7 @@ fn part(part: &SheetPart) -> String {
         }
         SheetPart::Facts { title, facts } => {
             let fact = |(name, words): &(String, String)| {
-                format!("<div><dt>{}</dt><dd>{}</dd></div>\n", escaped(name), escaped(words))
+                format!("<div><dt>{}</dt><dd>{}</dd></div>\n", escaped(name), prose(words))
             };
             section(title, format!("<dl>\n{}</dl>\n", facts.iter().map(fact).collect::<String>()))
         }
@@ -221,7 +223,7 @@ mod tests {
             figures: Vec::new(),
             parts: vec![SheetPart::Facts {
                 title: "Inputs".to_owned(),
-                facts: vec![("room".to_owned(), "\"><b>".to_owned())],
+                facts: vec![("room".to_owned(), "\"><b>".to_owned()), ("sky".to_owned(), "needs `sky`".to_owned())],
             }],
             details: Vec::new(),
             footer: String::new(),

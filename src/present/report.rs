@@ -200,7 +200,7 @@ fn method(job: &Value) -> SheetPart {
     for name in ["grids", "views"] {
         let method = &methods[name];
         if let Some(kind) = method["name"].as_str() {
-            facts.push(fact(name, format!("{}: {}", kind.replace('_', " "), plain(&method["reason"]))));
+            facts.push(fact(name, format!("{}: {}", kind.replace('_', " "), text(&method["reason"]))));
         }
     }
     let stop = &job["document"]["stop"];
@@ -236,22 +236,18 @@ fn method(job: &Value) -> SheetPart {
     SheetPart::Facts { title: "Method".to_owned(), facts }
 }
 
-/// Returns a text of a result without the backticks around names of fields.
-fn plain(value: &Value) -> String {
-    text(value).replace('`', "")
-}
-
 fn effects(job: &Value) -> SheetPart {
     let facts = list(&job["plan"]["effects"]).iter().map(|effect| {
         let on = if effect["on"].as_bool() == Some(true) { "simulated" } else { "not simulated" };
-        (text(&effect["name"]).replace('_', " "), format!("{on}: {}", plain(&effect["reason"])))
+        (text(&effect["name"]).replace('_', " "), format!("{on}: {}", text(&effect["reason"])))
     });
     SheetPart::Facts { title: "Effects of light, simulated or not".to_owned(), facts: facts.collect() }
 }
 
 fn notes(job: &Value) -> SheetPart {
     let warnings = list(&job["warnings"]).iter().chain(list(&job["render_warnings"]));
-    let facts = warnings.map(|warning| (text(&warning["code"]).replace(['_', '-'], " "), plain(&warning["detail"])));
+    let facts =
+        warnings.map(|warning| (text(&warning["code"]).replace(['_', '-'], " "), text(&warning["detail"]).to_owned()));
     SheetPart::Facts { title: "Warnings".to_owned(), facts: facts.collect() }
 }
 

@@ -5,6 +5,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import * as answers from "./answers.mjs";
 import { dividesColumns, fills, fillsAJob } from "./fills.mjs";
+import * as jobPages from "./job_pages.mjs";
 import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
 import * as openings from "./openings.mjs";
@@ -395,6 +396,7 @@ try {
     drawsAHall,
     fills,
     dividesColumns,
+    ...Object.values(jobPages),
     fillsAJob,
     drags,
     ...Object.values(modules),
