@@ -7,15 +7,18 @@ use uuid::Uuid;
 use crate::document::annual::hours::HourListDocument;
 use crate::document::result::annual::PointsYearResult;
 use crate::document::result::weather_files::AnnualResult;
-use crate::http::content::Binary;
+use crate::figure::paint::Scale;
+use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format};
 use crate::http::jobs::posted::Body;
 use crate::http::limits::{off_thread, permit};
-use crate::http::problem::{Path, Problem};
+use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::{grid_names, kept_of_year, no_such_output, read, result_file};
+use crate::http::target_query::{TargetQuery, check};
 use crate::http::{App, Service};
 use crate::present::annual::HoursError;
 use crate::present::outputs::{Annual, Output, STATIC_APERTURES, annual_outputs, moments_outputs};
+use crate::present::target::WantedTarget;
 
 /// Returns the year of a job: light of the tubes, metrics of the grids, and verdicts.
 ///
@@ -33,11 +36,12 @@ pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Resul
 
 /// Returns a file of a year of a job.
 #[utoipa::path(get, path = "/v1/jobs/{id}/annual/{file}", operation_id = "get_annual_file", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path,
+    params(TargetQuery, ("id" = Uuid, Path), ("file" = String, Path,
         description = "One of the names in the job's `links.annual`: `hours.csv`, `fluxes.svg`, and for each grid \
                        `points.NAME.json`, `.csv`, `.npy` and `.ill`, `autonomy.NAME.svg`, `useful.NAME.svg` and `by_hour.NAME.svg`; \
                        figures also as `.png` and `.pdf`; `lighting.csv` with `dimming`")),
     responses(
+        (status = 422, description = "A parameter is not valid"),
         (status = 200, description = "The file",
             content((PointsYearResult = "application/json"), (String = "text/csv"), (String = "text/plain"),
                 (inline(Binary) = "application/octet-stream"), (String = "image/svg+xml"), (inline(Binary) = "image/png"),
@@ -46,8 +50,16 @@ pub async fn annual(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Resul
         (status = 304, description = "Not modified: the ETag in If-None-Match is still current"),
         (status = 416, description = "The range is not in the file"),
         (status = 404, description = "No such job or file, the job has no `annual`, or the first pass has not finished yet")))]
-pub async fn file(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
-    in_folder(&app, id, "annual", &file, &headers).await
+pub async fn file(
+    app: App,
+    Path((id, file)): Path<(Uuid, String)>,
+    Query(query): Query<TargetQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    match query.wanted()? {
+        Some(wanted) => autonomy_of(&app, id, &file, wanted, &headers).await,
+        None => in_folder(&app, id, "annual", &file, &headers).await,
+    }
 }
 
 /// Returns a file of a year for the post-processing of Honeybee.
@@ -128,6 +140,30 @@ pub async fn hours(app: App, Path((id, grid)): Path<(Uuid, String)>, body: Body)
     Ok(([(header::CONTENT_TYPE, Format::Npy.media_type())], array).into_response())
 }
 
+/// Draws the daylight autonomy of a grid for the target of a reader, which no other file of a year depends on.
+async fn autonomy_of(
+    app: &Service,
+    id: Uuid,
+    file: &str,
+    wanted: WantedTarget,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let grids = grid_names(app, id).await?;
+    let output = in_year(&grids, &format!("annual/{file}"))?;
+    let Output::Annual(Annual::Autonomy(name), format) = output else {
+        return Err(Problem::invalid_parameter("target_lux", "is allowed only for the figures `autonomy.NAME`"));
+    };
+    check(wanted, &job.document)?;
+    let format = format.of_figure(Scale::Single).ok_or_else(no_such_output)?;
+    let drawn = read(app, id, kept_of_year(&grids), move |results, _| {
+        let year = results.year()?.ok_or_else(no_such_output)?;
+        let drawing = year.autonomy_figure(results.subject(), &name, Some(wanted)).ok_or_else(no_such_output)??;
+        Ok(format.write(&drawing)?)
+    });
+    Ok(formats::named(content::made(headers, drawn.await?, format.media_type())?, file))
+}
+
 async fn in_folder(
     app: &Service,
     id: Uuid,
@@ -136,10 +172,13 @@ async fn in_folder(
     headers: &HeaderMap,
 ) -> Result<Response, Problem> {
     let grids = grid_names(app, id).await?;
-    let path = format!("{folder}/{file}");
-    // a file that the year does not have is not made
+    let output = in_year(&grids, &format!("{folder}/{file}"))?;
+    Ok(formats::named(result_file(app, id, headers, output).await?, file))
+}
+
+/// Returns the file of a year with grids of these names that has a path; a file that the year does not have is not made.
+fn in_year(grids: &[String], path: &str) -> Result<Output, Problem> {
     let names = || grids.iter().map(String::as_str);
     let mut outputs = annual_outputs(names(), true).into_iter().chain(moments_outputs(names()));
-    let output = outputs.find(|output| output.file() == path).ok_or_else(no_such_output)?;
-    Ok(formats::named(result_file(app, id, headers, output).await?, file))
+    outputs.find(|output| output.file() == path).ok_or_else(no_such_output)
 }

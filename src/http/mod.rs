@@ -44,6 +44,7 @@ mod service;
 mod skies;
 mod studies;
 mod surfaces;
+mod target_query;
 mod time_zone;
 mod tube_flux;
 mod tubes;

@@ -143,6 +143,9 @@ pub enum Annual {
     Honeybee(Honeybee),
 }
 
+/// Path of the figures of daylight autonomy below that of the job, before the name of the grid.
+pub const AUTONOMY: &str = "annual/autonomy.";
+
 /// Group of apertures without schedules, in folders for Honeybee.
 pub const STATIC_APERTURES: &str = "__static_apertures__";
 
@@ -186,7 +189,7 @@ impl Output {
                 Annual::Fluxes => format!("annual/fluxes.{suffix}"),
                 Annual::Points(name) => format!("annual/points.{name}.{suffix}"),
                 Annual::Moments(name) => format!("annual/moments.{name}.{suffix}"),
-                Annual::Autonomy(name) => format!("annual/autonomy.{name}.{suffix}"),
+                Annual::Autonomy(name) => format!("{AUTONOMY}{name}.{suffix}"),
                 Annual::Useful(name) => format!("annual/useful.{name}.{suffix}"),
                 Annual::ByHour(name) => format!("annual/by_hour.{name}.{suffix}"),
                 Annual::Lighting => format!("annual/lighting.{suffix}"),

@@ -46,7 +46,7 @@ pub fn report(
     let mut targets = targets(job);
     let year = results.year()?;
     let [grid, view] = ["grids", "views"].map(|outputs| document[outputs][0]["name"].as_str());
-    let mut of_year = year.iter().flat_map(|year| year.report_figures(subject));
+    let mut of_year = year.iter().flat_map(|year| year.report_figures(subject, wanted));
     if let Some(figure) = of_year.next() {
         figures.push(figure);
     } else if let Some(grid) = grid.map_or(Ok(None), |name| results.grid(name))? {

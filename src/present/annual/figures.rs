@@ -6,27 +6,47 @@ use crate::document::result::annual::WithInterval;
 use crate::figure::isolines::levels;
 use crate::figure::scale::{ColourScale, Palette};
 use crate::figure::temporal_map::TemporalMap;
-use crate::figure::ticks::{significant, with_error};
+use crate::figure::ticks::{short, significant, with_error};
 use crate::figure::{Drawing, Heading};
 use crate::output::OutputError;
 use crate::present::grid_figure::map_of_values;
 use crate::present::subject::{Subject, place};
+use crate::present::target::{TargetPart, WantedTarget};
 
 impl JobYear {
-    /// Draws the daylight autonomy of a grid over the plan, for the illuminance of the document's spatial daylight autonomy; `None` if
-    /// there is no grid of this name.
-    pub fn autonomy_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
-        let (number, _) = self.grid(name)?;
+    /// Draws the daylight autonomy of a grid over the plan: for the target `wanted`, else for that of the document, or else for the illuminance
+    /// of the document's spatial daylight autonomy. `None` if there is no grid of this name.
+    pub fn autonomy_figure(
+        &self,
+        subject: &Subject,
+        name: &str,
+        wanted: Option<WantedTarget>,
+    ) -> Option<Result<Drawing, OutputError>> {
+        let (number, of) = self.grid(name)?;
+        let year = &self.first.year.grids[number];
         let sda = &self.document.sda;
-        let share: WithInterval = self.first.year.grids[number].spatial_percent.into();
-        let title = format!("Daylight autonomy {} lx, {}", sda.threshold_lux, subject.name());
-        let found = format!(
-            "{} of the area has {} lx in {} % of the occupied hours",
-            percent(share),
-            sda.threshold_lux,
-            sda.time_percent
-        );
-        self.map_of_hours(subject, name, (title, found), |point| point.spatial_percent.value)
+        let target = wanted.or_else(|| of.own_target());
+        // the part of an area is judged by its spatial daylight autonomy, which has an illuminance of its own
+        let of_mean = target.filter(|target| target.part == TargetPart::Mean);
+        let threshold =
+            of_mean.and_then(|target| self.document.thresholds_lux.iter().position(|lux| *lux == target.lux));
+        let (lux, found) = match threshold {
+            Some(threshold) => {
+                let lux = self.document.thresholds_lux[threshold];
+                let share = with_half_width(year.autonomies_percent[threshold].into(), "%");
+                (lux, format!("{} lx in {share} of the occupied hours, mean of the area", short(lux)))
+            }
+            None => {
+                let area = percent(year.spatial_percent.into());
+                let (lux, time) = (short(sda.threshold_lux), short(sda.time_percent));
+                (sda.threshold_lux, format!("{area} of the area has {lux} lx in {time} % of the occupied hours"))
+            }
+        };
+        let title = format!("Daylight autonomy {} lx, {}", short(lux), subject.name());
+        self.map_of_hours(subject, name, (title, found), |point| match threshold {
+            Some(threshold) => point.autonomies_percent[threshold].value,
+            None => point.spatial_percent.value,
+        })
     }
 
     /// Draws the share of the occupied hours in which the light of a grid is useful without electric light, over the plan; `None` if there is

@@ -31,6 +31,7 @@ use crate::integrator::moments::{columns, columns_of_all};
 use crate::output::npy::Array;
 use crate::plan::YearMethod;
 use crate::plan::memory::mesh_bytes;
+use crate::present::target::{TargetPart, WantedTarget};
 use crate::scene::{EstimateKind, FaceKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -200,6 +201,11 @@ impl FileYear {
 }
 
 impl GridOfYear {
+    /// Returns the target of the document, which is for the mean of the area.
+    fn own_target(&self) -> Option<WantedTarget> {
+        self.grid.target_lux.map(|lux| WantedTarget { lux, part: TargetPart::Mean })
+    }
+
     fn new(
         grid: &Grid,
         result: GridResult,

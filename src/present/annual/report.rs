@@ -6,8 +6,9 @@ use crate::document::result::Verdict;
 use crate::document::result::annual::{GridYearResult, WithInterval};
 use crate::figure::sheet::{SheetFigure, SheetPart, Tone};
 use crate::figure::ticks::{short, significant, with_error};
+use crate::present::outputs::AUTONOMY;
 use crate::present::subject::Subject;
-use crate::present::target::{TargetPart, WantedTarget};
+use crate::present::target::WantedTarget;
 use crate::present::verdict_words::verdict_in_words;
 
 /// Largest number of grids that a report describes.
@@ -24,8 +25,7 @@ impl JobYear {
         let site = &summary.site.name;
         let sentence = |(index, (grid, of)): (usize, (&GridYearResult, &super::GridOfYear))| {
             let place = of.result.place_in_words();
-            let own = of.grid.target_lux.map(|lux| WantedTarget { lux, part: TargetPart::Mean });
-            let target = wanted.filter(|_| index == 0).or(own);
+            let target = wanted.filter(|_| index == 0).or_else(|| of.own_target());
             let (tone, found) = target.and_then(|target| self.on_target(target, grid, &place)).unwrap_or_else(|| {
                 let (area, lux) = (percent(grid.sda_percent), short(sda.threshold_lux));
                 let text = format!(
@@ -71,14 +71,16 @@ impl JobYear {
         })
     }
 
-    /// Draws the daylight autonomy of the first grid, and its mean by day and hour.
-    pub fn report_figures(&self, subject: &Subject) -> Vec<SheetFigure> {
+    /// Draws the daylight autonomy of the first grid, for the target `wanted` if given, and its mean by day and hour.
+    pub fn report_figures(&self, subject: &Subject, wanted: Option<WantedTarget>) -> Vec<SheetFigure> {
         let Some(of) = self.grids.first() else { return Vec::new() };
         let name = &of.grid.name;
-        let figures =
-            [("autonomy", self.autonomy_figure(subject, name)), ("by_hour", self.hours_figure(subject, name))];
-        let figure = |(kind, drawing): (&str, Option<Result<_, _>>)| {
-            Some(SheetFigure { name: format!("annual/{kind}.{name}"), drawing: drawing?.ok()? })
+        let figures = [
+            (AUTONOMY, self.autonomy_figure(subject, name, wanted)),
+            ("annual/by_hour.", self.hours_figure(subject, name)),
+        ];
+        let figure = |(path, drawing): (&str, Option<Result<_, _>>)| {
+            Some(SheetFigure { name: format!("{path}{name}"), drawing: drawing?.ok()? })
         };
         figures.into_iter().filter_map(figure).collect()
     }

@@ -138,7 +138,7 @@ fn of_year(
 ) -> Found<Result<Vec<u8>, RenderError>> {
     let drawing = match part {
         Annual::Fluxes => Some(year.fluxes_figure(subject)),
-        Annual::Autonomy(grid) => year.autonomy_figure(subject, grid),
+        Annual::Autonomy(grid) => year.autonomy_figure(subject, grid, None),
         Annual::Useful(grid) => year.useful_figure(subject, grid),
         Annual::ByHour(grid) => year.hours_figure(subject, grid),
         Annual::Summary

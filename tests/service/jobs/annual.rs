@@ -100,6 +100,31 @@ async fn judges_targets(service: &TestService, path: &str, grid: &Value) {
     for query in ["target_lux=301", "target_lux=100&target_of=half"] {
         problem(service.get(&format!("{path}/report.pdf?{query}")).send().await.unwrap(), 422).await;
     }
+    maps_targets(service, path, grid).await;
+}
+
+/// The map of a year is that of the target: of the address, else of the document; the report shows it.
+async fn maps_targets(service: &TestService, path: &str, grid: &Value) {
+    let name = grid["name"].as_str().unwrap();
+    for (query, lux, words) in [
+        ("", 250, "250 lx in "),
+        ("?target_lux=100", 100, "100 lx in "),
+        ("?target_lux=300&target_of=half", 300, " of the area has 300 lx in 50 % of the occupied hours"),
+    ] {
+        let figure = service.get(&format!("{path}/annual/autonomy.{name}.svg{query}")).send().await.unwrap();
+        let figure = figure.text().await.unwrap();
+        assert!(
+            figure.contains(&format!("Daylight autonomy {lux} lx, ")) && figure.contains(words),
+            "{query}: {figure}"
+        );
+        let page = path.trim_start_matches("/v1");
+        let report = service.get(&format!("{page}/report{query}")).send().await.unwrap().text().await.unwrap();
+        let shown = format!("src=\"{path}/annual/autonomy.{name}.svg{}\"", query.replace('&', "&amp;"));
+        assert!(report.contains(&shown), "{shown}: {report}");
+    }
+    for file in [format!("autonomy.{name}.svg?target_lux=301"), "hours.csv?target_lux=100".to_owned()] {
+        problem(service.get(&format!("{path}/annual/{file}")).send().await.unwrap(), 422).await;
+    }
 }
 
 /// Numbers of an array of float32.
