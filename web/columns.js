@@ -138,5 +138,7 @@ function found(panels, width) {
     panels.forEach((panel) => (panel.style.width = `${of}px`));
     return [of, panels.map(({ offsetHeight }) => offsetHeight)];
   }));
-  return columns(panels.length, width, (panel, of) => heights.get(of)?.[panel] ?? 0, panels.findIndex((one) => one.matches(".map")));
+  // of a year its autonomy comes before the map of an overcast sky
+  const map = panels.findIndex((one) => one.matches(".map, [aria-label='Daylight autonomy']"));
+  return columns(panels.length, width, (panel, of) => heights.get(of)?.[panel] ?? 0, map);
 }

@@ -5,13 +5,14 @@ import { at as cityAt, called, listed } from "./cities.js";
 import { place } from "./columns.js";
 import { centimetres } from "./draft.js";
 import { across, bar, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
+import { fresh } from "./fresh.js";
 import { asked, judgedBy } from "./goal.js";
 import { fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
 import { inPlan } from "./opening.js";
 import { numbered } from "./plan_labels.js";
-import { reasons } from "./reasons.js";
 import { prose } from "./prose.js";
+import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
 import { extent, outline } from "./room.js";
 import { LARGE, SMALL, axis, fitted, furniture, north, partitionLine, rim, ring } from "./room_plan.js";
@@ -34,12 +35,15 @@ const narrow = matchMedia("(max-width: 500px)");
 export async function jobPage(id, app, header) {
   /** @type {Seen} */
   const seen = { job: null, grid: null, meshes: null, year: null, passes: [], left: null, history: null, fault: "", edit: "/" };
+  const ended = () => seen.job?.status !== "queued" && seen.job?.status !== "running";
   const look = async () => {
     seen.job = await api.job(id);
     document.title = `${seen.job.name ?? "Job"}, skyduct`;
-    seen.grid = await api.firstGrid(seen.job);
+    // before the first pass there is nothing
+    const begun = seen.job.progress.passes > 0 || ended();
+    seen.grid = begun ? await api.firstGrid(seen.job) : null;
     seen.meshes ??= await meshesOf(seen.job);
-    seen.year = await yearOfJob(seen.job);
+    seen.year = begun ? await yearOfJob(seen.job) : null;
     const { passes, grids, views } = await api.convergence(id);
     Object.assign(seen, { passes, history: grids ?? views ?? null });
     seen.edit = await copyAddress(seen.job.document, seen.year?.site ?? null, asked(location.search));
@@ -57,7 +61,6 @@ export async function jobPage(id, app, header) {
   });
   try {
     await look();
-    const ended = () => seen.job?.status !== "queued" && seen.job?.status !== "running";
     let looked = performance.now();
     if (!ended()) {
       await api.follow(
@@ -114,8 +117,11 @@ function page({ job, grid, meshes, year, passes, left: seconds, history, fault, 
     }
     ${runs ? nothing : section(job)}
     ${views.map(
-      ([name, { png }]) => html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2><img
-      class="rendered" src=${`${png}${runs ? `?${job.progress.passes}` : ""}`} alt=${`The view ${name} of the room`}></section>`,
+      ([name, { png }]) => {
+        const address = runs ? fresh(png, job.progress.passes) : png;
+        return html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2>${address ? html`<img
+          class="rendered" src=${address} alt=${`The view ${name} of the room`}>` : nothing}</section>`;
+      },
     )}
     <section class="panel accurate" aria-label="Accuracy"><h2>Error against time</h2>${chart(
       passes.map((pass) => ({ ...pass, relative_error: pass.relative_error ?? /** @type {any} */ (pass).view_relative_error })),

@@ -1,4 +1,6 @@
 // The year of a job at an address of its own: numbers, criteria and figures of each grid.
+import { fresh } from "./fresh.js";
+import { judgedBy } from "./goal.js";
 import { bracketed, judge, yearSentence } from "./year_sentence.js";
 import { CLASSES, passed, verdicts, yearNumbers } from "./year_tables.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -8,17 +10,23 @@ import { html, nothing } from "./vendor/lit-html.js";
 /** The path of a figure of a grid's year. @param {Job} job @param {string} name */
 const path = (job, name) => (job.links.annual ?? []).find((path) => path.endsWith(`/annual/${name}.svg`));
 
-/** A figure that the service draws; `seen` changes with its content. @param {Job} job @param {string} name @param {string} words @param {string} seen */
-function figure(job, name, words, seen) {
-  const of = path(job, name);
-  return of ? html`<section class="panel view" aria-label=${words}><h2>${words}</h2><a href=${of}><img class="rendered" src=${`${of}${seen}`} alt=${words}></a></section>` : nothing;
+/** A figure that the service draws. @param {Job} job @param {boolean} runs whether the job runs on @param {string} name @param {string} words @param {string} [query] what of it is asked for */
+function figure(job, runs, name, words, query = "") {
+  const known = path(job, name);
+  if (!known) return nothing;
+  const of = `${known}${query}`;
+  const address = runs ? fresh(of, job.progress.passes) : of;
+  return html`<section class="panel view" aria-label=${words}><h2>${words}</h2>${address ? html`<a href=${of}><img class="rendered" src=${address} alt=${words}></a>` : nothing}</section>`;
 }
+
+/** True of a target of which a grid's year has a number. @param {Schemas["GridYearResult"]} of @param {Goal} goal @param {Schemas["SdaDocument"]} [sda] */
+const isKnown = (of, goal, sda) => !Number.isNaN(judge(of, goal, sda).value);
 
 /** Verdict on a grid's target, or else a sentence about its spatial autonomy. @param {Schemas["GridYearResult"]} of @param {JobDocument} document @param {Goal | null} goal */
 function sentence(of, document, goal) {
   const { sda, schedule } = document.annual ?? {};
   const note = html`<p class="note">In brackets: the interval of 95\u202f% of the numerical error.</p>`;
-  if (goal && !Number.isNaN(judge(of, goal, sda).value)) {
+  if (goal && isKnown(of, goal, sda)) {
     const { asked, is, found, outcome } = yearSentence(of, goal, schedule?.kind ?? "lm83", sda);
     return html`<p class=${`verdict ${CLASSES[outcome]}`}>${asked}: <strong id="verdict">${is},</strong> ${found}</p>${note}`;
   }
@@ -39,18 +47,21 @@ function spread({ others, over_files }, name) {
 
 /** Panels of a job's year. @param {Job} job @param {Schemas["AnnualResult"]} summary @param {boolean} runs whether the job runs on @param {(grid: string) => Goal | null} goalOf target of a grid */
 export function yearOf(job, summary, runs, goalOf) {
-  const seen = runs ? `?${job.progress.passes}` : "";
+  const query = (/** @type {Schemas["GridYearResult"]} */ of) => {
+    const goal = goalOf(of.name);
+    return goal && isKnown(of, goal, job.document.annual?.sda) ? judgedBy(goal) : "";
+  };
   const file = summary.site;
   return summary.grids.map(
     (of) => html`<section class="panel criteria year" aria-label=${`Year of ${of.name}`}><h2>${of.name}, a year</h2>
       <p>${file.name}</p>${sentence(of, job.document, goalOf(of.name))}
       ${yearNumbers(summary, of, of.autonomies.map(({ lux }) => lux))}
       <details><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details>${spread(summary, of.name)}</section>
-      ${figure(job, `autonomy.${of.name}`, "Daylight autonomy", seen)}
-      ${figure(job, `useful.${of.name}`, "Useful daylight", seen)}
-      ${figure(job, `by_hour.${of.name}`, "Mean by day and hour", seen)}`,
+      ${figure(job, runs, `autonomy.${of.name}`, "Daylight autonomy", query(of))}
+      ${figure(job, runs, `useful.${of.name}`, "Useful daylight")}
+      ${figure(job, runs, `by_hour.${of.name}`, "Mean by day and hour")}`,
   );
 }
 
 /** The light of the tubes by month. @param {Job} job @param {boolean} runs */
-export const fluxesOf = (job, runs) => figure(job, "fluxes", "Light of the tubes by day and hour", runs ? `?${job.progress.passes}` : "");
+export const fluxesOf = (job, runs) => figure(job, runs, "fluxes", "Light of the tubes by day and hour");

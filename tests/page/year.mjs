@@ -288,6 +288,9 @@ async function readsItsJob(visitor, shot) {
   await link.click();
   await page.locator(".year .verdict").waitFor();
   assert.equal(await page.locator(".year .verdict").innerText(), judged);
+  // the map is that of the target
+  const map = await page.getByAltText("Daylight autonomy").getAttribute("src");
+  assert(map.endsWith(`.svg?${query}`), `${map} without ${query}`);
   const report = await page.getByRole("link", { name: "Report", exact: true }).getAttribute("href");
   assert.equal(report, `${path}/report?${query}`);
   const told = await (await fetch(visitor.url + report)).text();
