@@ -90,7 +90,9 @@ function shown() {
   const courses = tubes.map((_, index) => course(draft, index, axis));
   const openings = tubes.map((tube) => openingOf(room, tube).centre[2]);
   const above = openings.map((opening) => opening - height);
-  const top = Math.max(0.4, ...courses.flatMap(({ points }, i) => points.map(([, up]) => up + (above[i] ?? 0))));
+  // tubes below a slope may end below its ridge
+  const highest = Math.max(...courses.flatMap(({ points }, i) => points.map(([, up]) => up + (above[i] ?? 0))));
+  const top = Math.max(0.4, highest);
   const outside = courses.flatMap(({ points }, i) => {
     const tube = tubes[i];
     return tube && !isInWall(room, tube) ? [(points.at(-1)?.[1] ?? top) - (tube.drop_m ?? 0)] : [];
@@ -98,7 +100,7 @@ function shown() {
   const roof = Math.max(0.1, Math.min(...outside, top) - ABOVE_ROOF_M);
   const beside = courses.flatMap(({ points }, i) => points.flatMap(([x]) => [-1, 1].map((side) => x + (side * diameter(/** @type {Tube} */ (tubes[i]))) / 2)));
   const [left, right] = [Math.min(from, ...beside), Math.max(from + across, ...beside)];
-  return { draft, axis, from, across, left, right, courses, openings, roof, top: height + top + ABOVE_TUBES_M[sunUp() ? "sun" : "none"] };
+  return { draft, axis, from, across, left, right, courses, openings, roof, top: height + Math.max(roof + ABOVE_ROOF_M, highest + ABOVE_TUBES_M[sunUp() ? "sun" : "none"]) };
 }
 
 /** Width and height of the section in metres. @returns {import("./stage.js").Size} */

@@ -45,14 +45,17 @@ export async function fills(visitor, shot) {
     await isFull(`${name} by tube`);
     await visitor.looksAsIn(shot(`by-tube-${name}`));
   }
-  // of many tubes each is folded, and what is folded takes no space
-  const { views, ...office } = JSON.parse(readFileSync("examples/office_of_40_tubes.json", "utf8"));
-  await page.goto("about:blank");
-  await visitor.open(`/#d=${deflateRawSync(JSON.stringify(office)).toString("base64url")}`);
-  await visitor.holds(() => seen.current && seen.answer?.job.tubes?.length === 40);
-  for (const [width, height] of sizes) {
-    await page.setViewportSize({ width, height });
-    await until(async () => !(await visitor.emptiness()).length, `40 tubes, ${width} x ${height}: ${await visitor.emptiness()}`);
+  // of many tubes each is folded, and what is folded takes no space; a tube below a ridge leaves no space above it
+  for (const [name, tubes] of [["office_of_40_tubes", 40], ["attic", 1]]) {
+    const { views, ...document } = JSON.parse(readFileSync(`examples/${name}.json`, "utf8"));
+    await page.goto("about:blank");
+    await visitor.open(`/#d=${deflateRawSync(JSON.stringify(document)).toString("base64url")}`);
+    await visitor.holds((count) => seen.current && seen.answer?.job.tubes?.length === count, tubes);
+    for (const [width, height] of [...sizes, [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      await visitor.holds(() => Math.abs(document.querySelector(".plan").getBoundingClientRect().width - seen.sizes.plan[0]) < 1);
+      await until(async () => !(await visitor.emptiness()).length, `${name}, ${width} x ${height}: ${await visitor.emptiness()}`);
+    }
   }
   await visitor.open("/");
   await page.setViewportSize(before);
