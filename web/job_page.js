@@ -68,7 +68,9 @@ export async function jobPage(id, app, header) {
         (name, data) => {
           if (name === "pass") Object.assign(seen, { passes: [...seen.passes, data], left: data.seconds_left });
           set();
-          if (performance.now() - looked > 2000) {
+          // the first pass is looked at as soon as it is there
+          const isFirst = name === "pass" && !seen.job?.progress.passes;
+          if (isFirst || performance.now() - looked > 2000) {
             looked = performance.now();
             void look();
           }
@@ -103,6 +105,8 @@ function page({ job, grid, meshes, year, passes, left: seconds, history, fault, 
   const overcast = job.document.annual ? html`<p class="note">Below an overcast sky of 10\u202f000\u202flx, which daylight factors are for.</p>` : nothing;
   const given = asked(location.search);
   const goal = goalOf(job, grid?.name, given);
+  // passes are told sooner than the job
+  const error = (runs ? passes.at(-1)?.relative_error : null) ?? job.progress.relative_error;
   return html`<section class="panel about" aria-label="Job"><h2>${job.name || "Job"}</h2>
       <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}${runs ? timeLeft(seconds) : ""}</p>
       <dl class="numbers">${wanted(job.document, year).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
@@ -119,15 +123,15 @@ function page({ job, grid, meshes, year, passes, left: seconds, history, fault, 
     ${views.map(
       ([name, { png }]) => {
         const address = runs ? fresh(png, job.progress.passes) : png;
-        return html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2>${address ? html`<img
-          class="rendered" src=${address} alt=${`The view ${name} of the room`}>` : nothing}</section>`;
+        return address ? html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2><img
+          class="rendered" src=${address} alt=${`The view ${name} of the room`}></section>` : nothing;
       },
     )}
     <section class="panel accurate" aria-label="Accuracy"><h2>Error against time</h2>${chart(
       passes.map((pass) => ({ ...pass, relative_error: pass.relative_error ?? /** @type {any} */ (pass).view_relative_error })),
       null,
     )}
-      <p>${job.progress.relative_error ? `${percent(job.progress.relative_error)} of the map at the end` : passes.length < 2 ? "One pass tells no error." : ""}</p>
+      <p>${error ? `${percent(error)} of the map ${runs ? "so far" : "at the end"}` : passes.length < 2 ? "One pass tells no error." : ""}</p>
       ${history ? times(history) : nothing}</section>
     <section class="panel why" aria-label="Reasons">${reasons(job)}</section>
     <section class="panel take" aria-label="Files"><h2>Files</h2><p class="links">${files(job, given)}</p></section>`;

@@ -16,7 +16,7 @@ function figure(job, runs, name, words, query = "") {
   if (!known) return nothing;
   const of = `${known}${query}`;
   const address = runs ? fresh(of, job.progress.passes) : of;
-  return html`<section class="panel view" aria-label=${words}><h2>${words}</h2>${address ? html`<a href=${of}><img class="rendered" src=${address} alt=${words}></a>` : nothing}</section>`;
+  return address ? html`<section class="panel view" aria-label=${words}><h2>${words}</h2><a href=${of}><img class="rendered" src=${address} alt=${words}></a></section>` : nothing;
 }
 
 /** True of a target of which a grid's year has a number. @param {Schemas["GridYearResult"]} of @param {Goal} goal @param {Schemas["SdaDocument"]} [sda] */

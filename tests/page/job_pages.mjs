@@ -54,6 +54,7 @@ export async function seesARunningJob(visitor) {
   const picture = page.getByAltText("The view door of the room");
   const drawn = () => picture.evaluate((image) => (image.complete && image.naturalWidth === 80 ? image.src : ""));
   await picture.waitFor();
+  await page.locator(".accurate p", { hasText: "% of the map so far" }).waitFor();
   await until(drawn, "a job that runs has no picture");
   const first = await drawn();
   await until(async () => ![first, ""].includes(await drawn()), "a later pass has no picture of its own");
