@@ -35,13 +35,17 @@ function sides(room, at) {
 function lines(room, at) {
   const own = outline(room).length;
   const sides = extent(room);
+  /** @type {Length[]} */
+  const told = [];
   return rings(room)
     .flatMap(edges)
     .map((wall, edge) => {
       const [[ax, ay], [bx, by]] = wall;
       const [x1, y1, x2, y2] = [across(at, ax), down(at, ay), across(at, bx), down(at, by)];
       const add = (/** @type {MouseEvent} */ event) => edge < own && addAt(event, edge, at);
-      return svg`${isInner(sides, wall) ? length(room, at, wall, edge < own ? LEAST : LEAST_IN_HOLES) : nothing}<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
+      const of = isInner(sides, wall) ? length(room, at, wall, edge < own ? LEAST : LEAST_IN_HOLES, told) : null;
+      if (of) told.push(of);
+      return svg`${of ? svg`<text class="measure length" x=${of.x} y=${of.y}>${of.text}</text>` : nothing}<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
         class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`;
     });
 }
@@ -50,6 +54,10 @@ function lines(room, at) {
 const APART = 13;
 const LEAST = 3 * APART;
 const LEAST_IN_HOLES = 9 * APART;
+/** Width of a character of a length, and height of its line. */
+const LETTER = { width: 6.5, height: 13 };
+
+/** A wall's length where it stands. @typedef {{ text: string, x: number, y: number }} Length */
 
 /** True of a wall beside which there is space for its length: on no side of the room's extent, or on a part of its northern one. @param {ReturnType<typeof extent>} sides @param {import("./outline.js").Segment} wall */
 function isInner({ west, east, south, north, width }, [[ax, ay], [bx, by]]) {
@@ -57,13 +65,19 @@ function isInner({ west, east, south, north, width }, [[ax, ay], [bx, by]]) {
   return !(ax === bx && (ax === west || ax === east)) && !(ay === by && ay === south);
 }
 
-/** Length of a wall, outside the room beside it. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at @param {import("./outline.js").Segment} wall @param {number} least */
-function length(room, at, [[ax, ay], [bx, by]], least) {
+/** True of lengths that lie over each other. @param {Length} one @param {Length} other */
+const meet = (one, other) =>
+  Math.abs(one.x - other.x) < (LETTER.width * (one.text.length + other.text.length)) / 2 && Math.abs(one.y - other.y) < LETTER.height;
+
+/** Length of a wall, outside the room beside it, or a line away from others; null where there is no space. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at @param {import("./outline.js").Segment} wall @param {number} least @param {Length[]} others @returns {Length | null} */
+function length(room, at, [[ax, ay], [bx, by]], least, others) {
   const metres = Math.hypot(bx - ax, by - ay);
-  if (metres * at.k < least) return nothing;
+  if (metres * at.k < least) return null;
   const [x, y, east, north] = [(ax + bx) / 2, (ay + by) / 2, (by - ay) / metres, (ax - bx) / metres];
   const side = isInside(rings(room), [x + 0.01 * east, y + 0.01 * north]) ? -APART : APART;
-  return svg`<text class="measure length" x=${across(at, x) + 1.8 * side * east} y=${down(at, y) - side * north + 4}>${Number(metres.toFixed(2))} m</text>`;
+  const own = { text: `${Number(metres.toFixed(2))} m`, x: across(at, x) + 1.8 * side * east, y: down(at, y) - side * north + 4 };
+  const places = [0, 1, -1].map((lines) => ({ ...own, y: own.y + 1.2 * LETTER.height * lines }));
+  return places.find((place) => !others.some((other) => meet(place, other))) ?? null;
 }
 
 /** @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */

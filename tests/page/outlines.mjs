@@ -133,3 +133,20 @@ export async function readsRoomsOfFaces({ page }) {
   assert.deepEqual(of.extent, { west: 0, south: 0, east: 4, north: 5, width: 4, depth: 5, lowest: 2.4, height: 3.1 });
   assert.deepEqual([of.hasPlan, of.first[2], of.rings], [true, [4, 3], [4, 3, 4]]);
 }
+
+/** Lengths of walls that are near each other do not lie over each other. */
+export async function tellsLengthsApart({ page }) {
+  const boxes = await page.evaluate(async () => {
+    const [{ walls }, { layout }, { render, svg }] = [await import("/web/plan_walls.js"), await import("/web/room_plan.js"), await import("/web/vendor/lit-html.js")];
+    const room = { plan: { outline_m: [[0, 0], [4, 0], [4, 6], [2.6, 6], [2.6, 2.4], [1.4, 2.4], [1.4, 6], [0, 6]] }, ceiling: { kind: "flat", height_m: 2.7 } };
+    const host = document.body.appendChild(document.createElement("div"));
+    render(svg`<svg>${walls(room, layout(room, [340, 400]))}</svg>`, host);
+    const found = [...host.querySelectorAll(".length")].map((text) => [text.textContent, text.getBBox()].map((of) => (typeof of === "string" ? of : [of.x, of.y, of.x + of.width, of.y + of.height])));
+    host.remove();
+    return found;
+  });
+  assert.deepEqual(boxes.map(([text]) => text).sort(), ["1.2 m", "1.4 m", "1.4 m", "3.6 m", "3.6 m"]);
+  for (const [i, [a, [left, top, right, bottom]]] of boxes.entries())
+    for (const [b, [toLeft, toTop, toRight, toBottom]] of boxes.slice(i + 1))
+      assert(right <= toLeft || toRight <= left || bottom <= toTop + 2 || toBottom <= top + 2, `${a} lies over ${b}`);
+}
