@@ -107,6 +107,8 @@ export async function fillsAJob(visitor, shot) {
     await until(async () => !(await visitor.emptiness()).length, `${width} x ${height}: ${await visitor.emptiness()}`);
     await visitor.looksAsIn(shot(`job-hall-${width}`));
   }
+  const tops = await page.locator(".columns > .panel").evaluateAll((all) => all.map((panel) => panel.getBoundingClientRect().top));
+  assert.deepEqual(tops, tops.toSorted((a, b) => a - b), "on a phone panels stand in their order");
   await page.setViewportSize({ width: 1500, height: 900 });
   const below = () => page.evaluate(() => {
     const why = document.querySelector(".columns > .why").getBoundingClientRect();
