@@ -121,6 +121,7 @@ pub fn convergence(heading: &Heading, series: &[ErrorSeries]) -> Drawing {
     for (one, colour) in series.iter().zip(SERIES) {
         draw_series(&mut drawing, &axes, one, colour);
     }
+    draw_requested(&mut drawing, &axes, &series);
     draw_table(&mut drawing, &series, within);
     drawing
 }
@@ -179,9 +180,6 @@ fn draw_series(drawing: &mut Drawing, axes: &Axes, series: &ErrorSeries, colour:
     if let Some(asked) = series.asked {
         let line = axes.line([(axes.x.from, 100.0 * asked), (axes.x.to, 100.0 * asked)]);
         drawing.line(line, Line::new(colour, 1.0).dashed(&[10.0, 4.0]));
-        let at = axes.at(axes.x.to, 100.0 * asked) + DVec2::new(-6.0, -5.0);
-        let text = format!("requested for {}: {} %", series.name, short(rounded(100.0 * asked)));
-        drawing.text(at, text, Type::new(11.0, colour).anchored(Anchor::End).rimmed(Colour::Paper));
     }
     draw_foretold(drawing, axes, &series.foretold, colour);
     drawing.line(axes.line(series.points.iter().map(percent)), Line::new(colour, 2.0));
@@ -190,6 +188,22 @@ fn draw_series(drawing: &mut Drawing, axes: &Axes, series: &ErrorSeries, colour:
         marks.add_circle(place, MARK_RADIUS);
     }
     drawing.fill(marks, colour, 1.0);
+}
+
+/// Writes the requested errors above their lines; series with the same one share its words.
+fn draw_requested(drawing: &mut Drawing, axes: &Axes, series: &[ErrorSeries]) {
+    for (index, (one, colour)) in series.iter().zip(SERIES).enumerate() {
+        let Some(asked) = one.asked else { continue };
+        let is_same = |other: &&ErrorSeries| other.asked == Some(asked);
+        if series[..index].iter().any(|other| is_same(&other)) {
+            continue;
+        }
+        let names: Vec<&str> = series.iter().filter(is_same).map(|other| other.name).collect();
+        let colour = if names.len() > 1 { Colour::Muted } else { colour };
+        let at = axes.at(axes.x.to, 100.0 * asked) + DVec2::new(-6.0, -5.0);
+        let text = format!("requested for {}: {} %", names.join(" and "), short(rounded(100.0 * asked)));
+        drawing.text(at, text, Type::new(11.0, colour).anchored(Anchor::End).rimmed(Colour::Paper));
+    }
 }
 
 /// Draws predictions: a diamond at each accuracy, on the interval of its seconds.
@@ -283,6 +297,19 @@ mod tests {
         );
         let svg = svg(&with).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    }
+
+    /// Two series with the same requested error have it once, and not one over the other.
+    #[test]
+    fn requested_errors_are_written_once() {
+        let points: Vec<(f64, f64)> = (2..40).map(|k| (0.1 * f64::from(k), 0.1 / f64::from(k).sqrt())).collect();
+        let one = |name, asked| ErrorSeries { name, asked: Some(asked), ..series(points.clone()) };
+        let requested = |views| {
+            let drawing = convergence(&Heading::of("test"), &[one("grids", 0.05), one("views", views)]);
+            drawing.texts().filter(|text| text.starts_with("requested")).map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert_eq!(requested(0.05), ["requested for grids and views: 5 %"]);
+        assert_eq!(requested(0.02), ["requested for grids: 5 %", "requested for views: 2 %"]);
     }
 
     #[test]
