@@ -143,10 +143,12 @@ impl Study {
 
     /// Returns the figure of the study's series over two logarithmic axes.
     pub fn figure(&self, name: Option<&str>) -> Drawing {
-        let series = self.series();
+        let words = |method: &str| method.replace('_', " ");
+        let series: Vec<Series> =
+            self.series().into_iter().map(|one| Series { name: words(&one.name), ..one }).collect();
         let of = name.map_or(String::new(), |name| format!(": {name}"));
         let reference = match &self.reference {
-            Some(reference) => format!("reference by {}", reference.method),
+            Some(reference) => format!("reference by {}", words(&reference.method)),
             None => "given reference".to_owned(),
         };
         let error =
@@ -201,6 +203,13 @@ mod tests {
             "{table}"
         );
         assert!(lines[2].starts_with("b ") && lines[2].ends_with('-'), "{table}");
+    }
+
+    #[test]
+    fn the_figure_has_words_for_methods() {
+        let study = Study { runs: vec![run("path_tracing", 0.05, 0.25, 0.025)], ..Study::default() };
+        let figure = study.figure(None);
+        assert!(figure.texts().any(|text| text == "path tracing"), "{:?}", figure.texts().collect::<Vec<_>>());
     }
 
     #[test]
