@@ -229,7 +229,8 @@ fn method(job: &Value) -> SheetPart {
     }
     let provenance = &job["provenance"];
     for (name, of) in [("sky", "zenith"), ("sun", "sun")] {
-        if provenance[of].is_object() {
+        // where the sun is does not matter if it does not shine
+        if provenance[of].is_object() && provenance[of]["on"] != Value::Bool(false) {
             facts.push(fact(name, in_words(&provenance[of])));
         }
     }
@@ -281,6 +282,7 @@ mod tests {
                         "target": { "lux": 300.0, "verdict": "not_met", "area_percent": 12.6, "external_lux": 14215.0 } } }],
             "external_horizontal_illuminance_lux": { "sky": 10000.0, "sun": 0.0 },
             "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": null }, "transmission_efficiency": 0.481 }],
+            "provenance": { "zenith": { "formula": "given" }, "sun": { "altitude_deg": 45.0, "on": false } },
             "warnings": [{ "code": "low_sun", "detail": "the sun is low" }]
         })
     }
@@ -333,5 +335,6 @@ mod tests {
         ] {
             assert!(said.iter().any(|part| part.contains(words)), "{words} is not in {said:#?}");
         }
+        assert!(!said.iter().any(|part| part.starts_with("sun: altitude")), "a sun that does not shine: {said:#?}");
     }
 }
