@@ -90,7 +90,7 @@ export function times({ fit, times }) {
   const row = (/** @type {Schemas["TimeToAccuracy"]} */ it) => html`<tr><th scope="row">${percent(it.relative_error)}</th>
     <td>${seconds(it)}</td><td>${words[it.known]}</td></tr>`;
   return html`<table><caption>Time to an accuracy, met or predicted from the passes</caption><tbody>${times.map(row)}</tbody></table>
-    ${fit ? html`<p class="note">So far the error falls with the ${fit.exponent.toFixed(2).replace("-", "\u2212")} ± ${(fit.coverage_factor * fit.standard_error).toFixed(2)} (95\u202f%) power of the time.</p>` : nothing}`;
+    ${fit ? html`<p class="note">So far the standard error falls with the ${fit.exponent.toFixed(2).replace("-", "\u2212")} ± ${(fit.coverage_factor * fit.standard_error).toFixed(2)} (95\u202f%) power of the time.</p>` : nothing}`;
 }
 
 /** The part of the page about accuracy. */
