@@ -40,26 +40,46 @@ pub struct SunNode {
 /// Zenith angles from zenith to horizon, in radians.
 pub const ABOVE_HORIZON: [f64; 2] = [0.0, FRAC_PI_2];
 
-/// Returns the quadrature nodes of the part of the sun's disc within the zenith angles `low` to `high`: `count` intervals that crowd toward
-/// the ends, each with a node at the position `shift` (0..1).
-pub fn sun_nodes(sun: &Sun, (count, shift): (usize, f64), [low, high]: [f64; 2]) -> Vec<SunNode> {
-    let centre = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
-    let half_squared = libm::sin(0.5 * HALF_ANGLE).powi(2);
-    let (low, high) = ((centre - HALF_ANGLE).max(low), (centre + HALF_ANGLE).min(high));
-    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-    if half <= 0.0 {
-        return Vec::new();
+/// Part of the sun's disc within some zenith angles.
+#[derive(Clone, Copy, Debug)]
+pub struct SunDisc {
+    /// Zenith angle of the sun in radians.
+    centre: f64,
+    /// Middle and half width of the range of zenith angles, in radians.
+    middle: f64,
+    half: f64,
+}
+
+impl SunDisc {
+    /// Returns the part of the disc within the zenith angles `low` to `high`; `None` where there is none.
+    pub fn within(sun: &Sun, [low, high]: [f64; 2]) -> Option<Self> {
+        let centre = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
+        let (low, high) = ((centre - HALF_ANGLE).max(low), (centre + HALF_ANGLE).min(high));
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        (half > 0.0).then_some(Self { centre, middle, half })
     }
-    let node = |k: usize| {
-        let t = PI * ((k as f64 + shift) / count as f64 - 0.5);
-        let zenith_angle = middle + half * libm::sin(t);
+
+    /// Returns the node at a place in 0..1 of the range, where places crowd toward its ends, for an interval of places of this `width`;
+    /// `None` for zenith angles that no light from above has.
+    pub fn node(&self, place: f64, width: f64) -> Option<SunNode> {
+        let t = PI * (place - 0.5);
+        let zenith_angle = self.middle + self.half * libm::sin(t);
         // sin^2 of half the azimuth at which the disc ends, free of cancellation
-        let across = half_squared - libm::sin(0.5 * (zenith_angle - centre)).powi(2);
-        let fraction = across / (libm::sin(zenith_angle) * libm::sin(centre));
+        let half_squared = libm::sin(0.5 * HALF_ANGLE).powi(2);
+        let across = half_squared - libm::sin(0.5 * (zenith_angle - self.centre)).powi(2);
+        let fraction = across / (libm::sin(zenith_angle) * libm::sin(self.centre));
         let half_azimuth = if fraction >= 1.0 { PI } else { 2.0 * libm::asin(fraction.max(0.0).sqrt()) };
-        SunNode { zenith_angle, step: half * libm::cos(t) * PI / count as f64, half_azimuth }
-    };
-    (0..count).map(node).filter(|node| node.zenith_angle > 0.0 && node.zenith_angle < FRAC_PI_2).collect()
+        let step = self.half * libm::cos(t) * PI * width;
+        (zenith_angle > 0.0 && zenith_angle < FRAC_PI_2).then_some(SunNode { zenith_angle, step, half_azimuth })
+    }
+}
+
+/// Returns the quadrature nodes of the part of the sun's disc within some zenith angles: `count` intervals that crowd toward the ends,
+/// each with a node at the position `shift` (0..1).
+pub fn sun_nodes(sun: &Sun, (count, shift): (usize, f64), within: [f64; 2]) -> Vec<SunNode> {
+    let width = 1.0 / count as f64;
+    let node = |disc: SunDisc| (0..count).filter_map(move |k| disc.node((k as f64 + shift) * width, width));
+    SunDisc::within(sun, within).into_iter().flat_map(node).collect()
 }
 
 /// A point below the clear zone of a straight pipe.
@@ -86,15 +106,13 @@ pub struct SunReceived<const C: usize> {
 
 impl PointBelow<'_> {
     /// Returns the range of zenith angles in radians of light from the clear zone to the point.
-    fn zenith_angles(&self) -> [f64; 2] {
+    pub fn zenith_angles(&self) -> [f64; 2] {
         let distance = self.foot.length();
         [distance - self.zone.1, distance + self.zone.1].map(|reach| libm::atan2(reach.max(0.0), self.depth))
     }
 
-    /// Computes the illuminance by the sun with a number of nodes on the disc, at a position in their intervals, and a number of steps
-    /// along the arc of each, the first one ending at a fraction (above 0, to 1) of a step. `arrives` returns the factor on light through a
-    /// place of the opening, given from its centre, along a unit vector up from the point: the cosine at the receiver times the
-    /// transmittance of the closure, and zero if the path is occluded.
+    /// Computes the illuminance by the sun with a number of nodes on the disc, at a position in their intervals, as the sum of those of
+    /// [`Self::of_node`].
     pub fn sunlight<const C: usize>(
         &self,
         sun: &Sun,
@@ -102,49 +120,64 @@ impl PointBelow<'_> {
         steps: (usize, f64),
         mut arrives: impl FnMut(DVec2, DVec3) -> Spectrum<C>,
     ) -> SunReceived<C> {
+        let mut all = SunReceived { illuminance: Spectrum::ZERO, rays: 0 };
+        for node in sun_nodes(sun, nodes, self.zenith_angles()) {
+            let found = self.of_node(sun, node, steps, &mut arrives);
+            all.illuminance += found.illuminance;
+            all.rays += found.rays;
+        }
+        all
+    }
+
+    /// Computes the illuminance by the sun at one node of the disc, by a number of steps along the arc, the first one ending at a fraction
+    /// (above 0, to 1) of a step. `arrives` returns the factor on light through a place of the opening, given from its centre, along a unit
+    /// vector up from the point: the cosine at the receiver times the transmittance of the closure, and zero if the path is occluded.
+    pub fn of_node<const C: usize>(
+        &self,
+        sun: &Sun,
+        node: SunNode,
+        steps: (usize, f64),
+        mut arrives: impl FnMut(DVec2, DVec3) -> Spectrum<C>,
+    ) -> SunReceived<C> {
         let distance = self.foot.length();
         let inward = if distance > 0.0 { -self.foot / distance } else { DVec2::X };
         let sun_azimuth = angle_between(inward, sun.direction.truncate());
-        let (mut sum, mut rays) = (Spectrum::ZERO, 0);
-        for node in sun_nodes(sun, nodes, self.zenith_angles()) {
-            let reach = self.depth * libm::tan(node.zenith_angle);
-            // half the angle of the arc of this radius around the point's foot that lies within a circle around the axis
-            let half_arc = |radius: f64| {
-                if reach + distance <= radius {
-                    PI
-                } else if reach >= distance + radius || distance >= reach + radius {
-                    0.0
-                } else {
-                    let cosine = (reach * reach + distance * distance - radius * radius) / (2.0 * reach * distance);
-                    libm::acos(cosine.clamp(-1.0, 1.0))
-                }
-            };
-            let (near, far) = (if self.zone.0 > 0.0 { half_arc(self.zone.0) } else { 0.0 }, half_arc(self.zone.1));
-            if far <= near {
-                continue;
+        let reach = self.depth * libm::tan(node.zenith_angle);
+        // half the angle of the arc of this radius around the point's foot that lies within a circle around the axis
+        let half_arc = |radius: f64| {
+            if reach + distance <= radius {
+                PI
+            } else if reach >= distance + radius || distance >= reach + radius {
+                0.0
+            } else {
+                let cosine = (reach * reach + distance * distance - radius * radius) / (2.0 * reach * distance);
+                libm::acos(cosine.clamp(-1.0, 1.0))
             }
-            let (sin, cos) = libm::sincos(node.zenith_angle);
-            let half_azimuth = node.half_azimuth;
-            let mut arc =
-                Arc { guide: self.guide, reach, foot: self.foot, inward, sin, cos, sun_azimuth, half_azimuth, rays: 0 };
-            let mut of_node = Spectrum::ZERO;
-            let mut lit = |arc: &Arc, VisibleArc { angle, length, bounces }: VisibleArc| {
-                let (offset, direction) = arc.ray(angle);
-                let mirrors = arc.mirrors::<C>(offset, direction, bounces);
-                of_node += arrives(offset, direction) * mirrors * length;
-            };
-            match near > 0.0 {
-                true => {
-                    arc.for_each_lit(-far, -near, steps, &mut lit);
-                    arc.for_each_lit(near, far, steps, &mut lit);
-                }
-                false => arc.for_each_lit(-far, far, steps, &mut lit),
+        };
+        let (near, far) = (if self.zone.0 > 0.0 { half_arc(self.zone.0) } else { 0.0 }, half_arc(self.zone.1));
+        if far <= near {
+            return SunReceived { illuminance: Spectrum::ZERO, rays: 0 };
+        }
+        let (sin, cos) = libm::sincos(node.zenith_angle);
+        let half_azimuth = node.half_azimuth;
+        let mut arc =
+            Arc { guide: self.guide, reach, foot: self.foot, inward, sin, cos, sun_azimuth, half_azimuth, rays: 0 };
+        let mut sum = Spectrum::ZERO;
+        let mut lit = |arc: &Arc, VisibleArc { angle, length, bounces }: VisibleArc| {
+            let (offset, direction) = arc.ray(angle);
+            let mirrors = arc.mirrors::<C>(offset, direction, bounces);
+            sum += arrives(offset, direction) * mirrors * length;
+        };
+        match near > 0.0 {
+            true => {
+                arc.for_each_lit(-far, -near, steps, &mut lit);
+                arc.for_each_lit(near, far, steps, &mut lit);
             }
-            sum += of_node * (sin * node.step);
-            rays += arc.rays;
+            false => arc.for_each_lit(-far, far, steps, &mut lit),
         }
         let collector = Spectrum::<C>::from_rgb(self.guide.collector_transmittance);
-        SunReceived { illuminance: sum * collector * sun.luminance_cd_m2(), rays }
+        let illuminance = sum * collector * (sin * node.step * sun.luminance_cd_m2());
+        SunReceived { illuminance, rays: arc.rays }
     }
 }
 

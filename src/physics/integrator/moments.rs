@@ -16,7 +16,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::guide::{Guide, RayCount};
-use crate::integrator::backward::unscattered::{toward_outside, unscattered_sun};
+use crate::integrator::backward::unscattered::{LooksUp, toward_outside, unscattered_sun};
 use crate::integrator::diffuser_source::closure_source::is_lambertian;
 use crate::integrator::light_tracing::{LightTracing, add_some_beams, refuses_points};
 use crate::integrator::method::{Refusal, RefusalCode, Task};
@@ -96,6 +96,7 @@ pub fn columns_of_all(years: impl IntoIterator<Item = usize>) -> usize {
 struct AtMoments<const C: usize> {
     method: Box<dyn Integrator>,
     tracing: LightTracing<C>,
+    looks_up: LooksUp,
     moments: Arc<Moments>,
     patches: SkyPatches,
     /// Luminances in cd/m2 that the coefficients belong to, moment by moment; computed in the first pass.
@@ -126,6 +127,7 @@ impl<const C: usize> AtMoments<C> {
         Self {
             method,
             tracing: LightTracing::emitting(scene.clone(), Emission::default(), grids, target, seed),
+            looks_up: LooksUp::new(target),
             moments,
             patches: SkyPatches::new(DIVISION),
             luminances: OnceLock::new(),
@@ -171,7 +173,7 @@ impl<const C: usize> AtMoments<C> {
     /// the number of rays; `None` when cancelled.
     fn coefficients(&self, key: Key, cancel: &AtomicBool) -> Option<(Vec<Vec<f64>>, RayCount)> {
         let [_, photons] = self.photons;
-        let LightTracing { scene, sensors, looks_up, .. } = &self.tracing;
+        let (LightTracing { scene, sensors, .. }, looks_up) = (&self.tracing, self.looks_up);
         let mut rays = RayCount::default();
         let of_part = |part: OutsidePart| -> Option<Vec<Light>> {
             let of_patch = |(number, patch)| {
@@ -204,7 +206,7 @@ impl<const C: usize> AtMoments<C> {
                 true => RayCount::default(),
                 false => {
                     let stream = key.stream(Stream::Unscattered, sensor as u64);
-                    toward_outside(scene, sensor_of(plane, index), stream, *looks_up, |part, per_luminance, toward| {
+                    toward_outside(scene, sensor_of(plane, index), stream, looks_up, |part, per_luminance, toward| {
                         let number = match part {
                             OutsidePart::Sky => self.patches.number_at(toward),
                             OutsidePart::BelowHorizon => Some(PATCHES),
@@ -232,7 +234,7 @@ impl<const C: usize> AtMoments<C> {
 
     /// Computes the light of the sun of a moment.
     fn sunlight(&self, key: Key, moment: &SkyMoment) -> Light {
-        let LightTracing { scene, sensors, looks_up, .. } = &self.tracing;
+        let (LightTracing { scene, sensors, .. }, looks_up) = (&self.tracing, self.looks_up);
         if moment.direct_normal_lux <= 0.0 {
             return Light::default();
         }
@@ -243,7 +245,7 @@ impl<const C: usize> AtMoments<C> {
             for index in 0..plane.len() {
                 let sensor = plane.first + index;
                 let stream = key.stream(Stream::Unscattered, sensor as u64);
-                let (lux, rays) = unscattered_sun(scene, sensor_of(plane, index), stream, *looks_up, &sun);
+                let (lux, rays) = unscattered_sun(scene, sensor_of(plane, index), stream, looks_up, &sun);
                 light.unscattered[sensor] += lux;
                 light.rays += rays;
             }

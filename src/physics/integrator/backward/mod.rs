@@ -7,6 +7,7 @@ pub(super) mod next_event;
 pub(super) mod opening;
 pub(super) mod pass;
 pub mod room_entry;
+pub(super) mod sunlight;
 pub mod through_opening;
 pub mod unscattered;
 pub mod up_guide;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::guide::sun_arcs::PointBelow;
+use crate::guide::sun_arcs::{PointBelow, SunDisc, SunNode};
 use crate::guide::{End, Guide, RayCount, Transit};
 use crate::integrator::photon::nearness::is_near_opening;
 use crate::optics::Spectrum;
@@ -120,21 +120,52 @@ impl<'a> Backward<'a> {
         nodes: usize,
         [node, step]: [f64; 2],
     ) -> (Spectrum<C>, RayCount) {
-        let Guide::Straight(guide) = &self.tube.guide else { return (Spectrum::ZERO, RayCount::default()) };
-        let SurfacePoint { position, surface, .. } = self.at;
-        let below = position - self.tube.frame.origin;
-        let point = PointBelow { guide, zone: self.zone, depth: -below.z, foot: below.truncate() };
-        let arrives = |offset: DVec2, direction: DVec3| -> Spectrum<C> {
-            let (place, answer) = (self.tube.at(offset), response(direction));
-            match self.tube.closure_at(place).unscattered::<C>() {
-                Some(transmittance) if answer.max() > 0.0 && self.scene.visible(place, None, position, surface) => {
-                    answer * transmittance
-                }
-                _ => Spectrum::ZERO,
-            }
-        };
+        let Some(point) = self.below() else { return (Spectrum::ZERO, RayCount::default()) };
+        let arrives = |offset, direction| self.arrives(offset, direction, response);
         let found = point.sunlight(sun, (nodes, node), (SUN_STEPS, 1.0 - step), arrives);
         (found.illuminance, RayCount { followed: found.rays, ..RayCount::default() })
+    }
+
+    /// Returns the part of the sun's disc whose zenith angles light from the clear zone of a straight pipe to the point may have.
+    pub fn disc(&self, sun: &Sun) -> Option<SunDisc> {
+        SunDisc::within(sun, self.below()?.zenith_angles())
+    }
+
+    /// Computes the sunlight of one zenith angle through a straight pipe.
+    pub fn sun_of_node<const C: usize>(
+        &self,
+        sun: &Sun,
+        response: &impl Fn(DVec3) -> Spectrum<C>,
+        node: SunNode,
+    ) -> Spectrum<C> {
+        let arrives = |offset, direction| self.arrives(offset, direction, response);
+        let found = |point: PointBelow| point.of_node(sun, node, (SUN_STEPS, 1.0), arrives).illuminance;
+        self.below().map_or(Spectrum::ZERO, found)
+    }
+
+    /// Returns the point below a straight pipe; `None` below others.
+    fn below(&self) -> Option<PointBelow<'a>> {
+        let Guide::Straight(guide) = &self.tube.guide else { return None };
+        let below = self.at.position - self.tube.frame.origin;
+        Some(PointBelow { guide, zone: self.zone, depth: -below.z, foot: below.truncate() })
+    }
+
+    /// Returns the factor on light through a place of the opening, given from its centre, that comes along a unit vector up from the point:
+    /// 0 where something hides the place.
+    fn arrives<const C: usize>(
+        &self,
+        offset: DVec2,
+        direction: DVec3,
+        response: &impl Fn(DVec3) -> Spectrum<C>,
+    ) -> Spectrum<C> {
+        let (place, answer) = (self.tube.at(offset), response(direction));
+        let SurfacePoint { position, surface, .. } = self.at;
+        match self.tube.closure_at(place).unscattered::<C>() {
+            Some(transmittance) if answer.max() > 0.0 && self.scene.visible(place, None, position, surface) => {
+                answer * transmittance
+            }
+            _ => Spectrum::ZERO,
+        }
     }
 
     /// Follows a ray through `point` of the opening: returns response times geometry factor times transmittances, and the direction

@@ -23,7 +23,7 @@ const SUN_NODES: PassSize = PassSize { for_one_percent: 8.0, growth: 0.3, fewest
 const RAYS_PER_NODE: u64 = 4;
 const MOST_NODES_BY_RAYS: u64 = 16;
 
-/// Numbers of rays and zenith angles by which a sensor looks up through openings in a pass.
+/// Numbers of rays and zenith angles by which a sensor looks up through openings in a pass; without zenith angles the sun does not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LooksUp {
     sky_rays: f64,
@@ -33,7 +33,12 @@ pub struct LooksUp {
 impl LooksUp {
     /// Chooses the numbers for a relative standard error `target`.
     pub fn new(target: f64) -> Self {
-        Self { sky_rays: SKY_RAYS.of(target, 1.0), sun_nodes: SUN_NODES.of(target, 1.0).round() as usize }
+        Self { sun_nodes: SUN_NODES.of(target, 1.0).round() as usize, ..Self::to_the_sky(target) }
+    }
+
+    /// Chooses the numbers for a relative standard error `target` where the sun is computed otherwise.
+    pub fn to_the_sky(target: f64) -> Self {
+        Self { sky_rays: SKY_RAYS.of(target, 1.0), sun_nodes: 0 }
     }
 
     /// Chooses the numbers for about `rays` rays through each of the nearest openings.
@@ -64,7 +69,7 @@ pub fn unscattered(
     for ((number, backward), wanted) in all.iter().zip(wanted) {
         let stream = stream.child(*number as u64);
         let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), wanted);
-        let sun = backward.tube.sun;
+        let sun = backward.tube.sun.filter(|_| looks_up.sun_nodes > 0);
         let of_sun = |sun: &Sun| backward.sun_at_sensor(sun, stream, looks_up);
         let (sun, sun_rays) = sun.as_ref().map(of_sun).unwrap_or_default();
         lux += sky + sun;
@@ -114,7 +119,11 @@ pub fn toward_outside(
 }
 
 /// Finds the tubes that `by` selects whose clear zones may light a sensor; none inside solids.
-fn openings(scene: &TraceableScene, sensor: Sensor, by: impl Fn(&TraceableTube) -> bool) -> Vec<(usize, Backward<'_>)> {
+pub(super) fn openings(
+    scene: &TraceableScene,
+    sensor: Sensor,
+    by: impl Fn(&TraceableTube) -> bool,
+) -> Vec<(usize, Backward<'_>)> {
     if scene.is_in_solid(sensor.position) {
         return Vec::new();
     }

@@ -70,7 +70,7 @@ pub fn of_light_tracing(refusal: Refusal) -> Refusal {
 
 /// Number of photons of a pass with the directional light of one tube, and the power of the number of such tubes by
 /// which it grows: a sensor gets light of several, whose errors are independent.
-const DIRECTIONAL: PassSize = PassSize { for_one_percent: 4096.0, growth: 1.5, fewest: 512.0, most: f64::INFINITY };
+const DIRECTIONAL: PassSize = PassSize { for_one_percent: 2048.0, growth: 1.5, fewest: 512.0, most: f64::INFINITY };
 const GROWTH_BY_TUBES: f64 = 0.75;
 
 /// Returns the number of photons of a pass for a relative standard error `target` where some tubes send light beside the Lambertian

@@ -13,7 +13,7 @@
 //! | `L .. G E` | connection | crossing |
 //! | `L .. S E` | refused | crossing |
 //! | `K t C E` | backward through the opening, up the guide | crossing, by rays of their own (`beams`) |
-//! | `N t C E` | the arcs of the opening that show the sun | crossing, by rays of their own |
+//! | `N t C E` | the arcs of the opening that show the sun, once before the passes | crossing, by rays of their own |
 //! | `M E` | Lambert's closed form, or connection where something may stand between | the same at a random point |
 //!
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; by default 128 to 8192, by the requested accuracy) trades the number of replicates
@@ -40,6 +40,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::guide::RayCount;
+use crate::integrator::backward::sunlight::sunlight;
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::method::{Computation, Described, Outputs, Refusal, Retained, Task, Trial};
 use crate::integrator::photon::chunks::{self, Chunks, concurrent_sums, fold_chunks};
@@ -51,8 +52,8 @@ use crate::integrator::photon::path::trace;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
 use crate::sampling::{Key, Stream};
-use crate::scene::{Channels, Grid};
-use crate::traceable::TraceableScene;
+use crate::scene::{Channels, Grid, Sensor};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 pub(crate) use beams::add_some_beams;
 use beams::{BEAMS_PER_PHOTON, add_beams};
@@ -115,6 +116,8 @@ pub struct LightTracing<const C: usize> {
     seed: Key,
     /// Direct light of luminaires at the sensors of point grids, in lx; empty unless it has a closed form.
     direct: Vec<f64>,
+    /// Sunlight straight through clear zones at the sensors of point grids, in lx; empty without any.
+    sunlight: Vec<f64>,
     counting: Counting,
     /// Rays straight through clear closures to cells; `None` without any.
     pub(crate) beams: Option<Emission>,
@@ -131,6 +134,7 @@ impl<const C: usize> LightTracing<C> {
         if has_closed_form(&method.scene) {
             method.direct = at_points::<C>(&method.scene, &method.sensors);
         }
+        method.sunlight = method.sunlight(target);
         let from_diffusers = method.scene.tubes.iter().any(|tube| tube.scatters());
         let straight = from_diffusers || method.scene.luminaires_obstructed;
         method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
@@ -148,6 +152,7 @@ impl<const C: usize> LightTracing<C> {
     ) -> Self {
         let emission = Emission::of_daylight(&scene, photons);
         let mut method = Self::emitting(scene, emission, grids, target, seed);
+        method.sunlight = method.sunlight(target);
         method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
         method
     }
@@ -178,9 +183,10 @@ impl<const C: usize> LightTracing<C> {
             emission,
             sensors,
             beams,
-            looks_up: LooksUp::new(target),
+            looks_up: LooksUp::to_the_sky(target),
             seed: Key::new(seed),
             direct: Vec::new(),
+            sunlight: Vec::new(),
             counting: Counting::default(),
             vectors: pulp::Arch::new(),
         }
@@ -231,7 +237,22 @@ impl<const C: usize> LightTracing<C> {
         }
     }
 
-    /// Computes the direct unscattered light at sensor `index` of a point grid, in lx, and the number of rays.
+    /// Computes the sunlight straight through clear zones at the sensors of point grids, in lx, with an error far below the relative
+    /// standard error `target`; empty without any.
+    fn sunlight(&self, target: f64) -> Vec<f64> {
+        let shows_sun = |tube: &TraceableTube| tube.sun.is_some() && tube.specular_zone().is_some();
+        let mut all = Vec::new();
+        if self.scene.tubes.iter().any(shows_sun) {
+            all.resize(self.sensor_count(), 0.0);
+            for plane in self.sensors.iter().filter(|plane| !plane.average) {
+                let sensors: Vec<Sensor> = (0..plane.len()).map(|index| plane.grid.sensor(index)).collect();
+                all[plane.first..plane.first + plane.len()].copy_from_slice(&sunlight(&self.scene, &sensors, target));
+            }
+        }
+        all
+    }
+
+    /// Computes the sky's unscattered light at sensor `index` of a point grid, in lx, and the number of rays.
     fn unscattered(&self, plane: &SensorPlane, index: usize, stream: Key) -> (f64, RayCount) {
         unscattered(&self.scene, plane.grid.sensor(index), stream, self.looks_up, |_| true)
     }
@@ -292,6 +313,7 @@ impl<const C: usize> LightTracing<C> {
         cancel: &AtomicBool,
         lux: &mut [f64],
     ) -> Option<RayCount> {
+        lux.iter_mut().zip(&self.sunlight).for_each(|(sum, sunlight)| *sum += sunlight);
         let specular = self.scene.tubes.iter().any(|tube| tube.specular_zone().is_some());
         let mut rays = RayCount::default();
         if let (Some(beams), Some(plane)) = (&self.beams, self.sensors.iter().find(|plane| plane.average)) {

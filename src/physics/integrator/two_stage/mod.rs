@@ -55,7 +55,8 @@ use std::sync::atomic::Ordering;
 
 use crate::integrator::backward::chance;
 use crate::integrator::diffuser_source::closure_source::{
-    Beside, all_lambertian, directional_bytes, of_light_tracing, refuses_all_but_lambertian, refuses_directional,
+    Beside, ClosureSource, all_lambertian, directional_bytes, of_light_tracing, refuses_all_but_lambertian,
+    refuses_directional,
 };
 use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Task, Trial};
 use crate::integrator::room_matrix::MatrixEstimator;
@@ -165,7 +166,8 @@ impl<const C: usize> TwoStage<C> {
         let room = MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor, (seed, target));
         let close = CloseSensors::new((scene, beside), task.grids, seed, target);
         let outputs = (task.grids, task.views);
-        let made = Self::with_sizes((scene, beside), outputs, (sizes, target), coarse.as_ref(), seed);
+        let closures = ClosureSource::new((scene, beside), task.grids, (sizes.photons, target), seed);
+        let made = Self::with_sizes((scene, closures), outputs, sizes, coarse.as_ref(), seed);
         Self { room, close, shares, ..made }
     }
 }

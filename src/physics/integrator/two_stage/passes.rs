@@ -14,7 +14,7 @@ use crate::guide::RayCount;
 use crate::integrator::backward;
 use crate::integrator::backward::pass::{Lux, Sampling, each, lifted};
 use crate::integrator::backward::room_entry::exit_seen_by;
-use crate::integrator::diffuser_source::closure_source::{Beside, ClosureLight, ClosureSource, add_directional};
+use crate::integrator::diffuser_source::closure_source::{ClosureLight, ClosureSource, add_directional};
 use crate::integrator::diffuser_source::light::{DiffuserLight, SensorLit};
 use crate::integrator::diffuser_source::visible_parts::reach;
 use crate::integrator::photon::chunks::MOST_CHUNK;
@@ -60,15 +60,14 @@ pub struct TwoStage<const C: usize> {
 }
 
 impl<const C: usize> TwoStage<C> {
-    /// Builds the method with given sizes, and divides the photons of a pass among sky and sun of the tubes.
+    /// Builds the method with given sizes and a source of the light of closures.
     pub(super) fn with_sizes(
-        (scene, beside): (&Arc<TraceableScene>, Beside),
+        (scene, closures): (&Arc<TraceableScene>, ClosureSource<C>),
         (grids, views): (&[Grid], &[View]),
-        (sizes, target): (Sizes, f64),
+        sizes: Sizes,
         coarse: Option<&Coarse<C>>,
         seed: u64,
     ) -> Self {
-        let closures = ClosureSource::new((scene, beside), grids, (sizes.photons, target), seed);
         let seed = Key::new(seed);
         let connections = OpeningConnections::new(scene, grids, &sizes.grids, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());

@@ -22,7 +22,8 @@ use crate::integrator::backward::pass::lifted;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::integrator::diffuser_source::light::DiffuserLight;
 use crate::integrator::diffuser_source::visible_parts::{VisiblePart, point_of_cell, reach, visible_parts};
-use crate::sampling::{Key, PathRandom, Stream, lattice};
+use crate::sampling::lattice::{self, radical_inverse};
+use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{EstimateKind, Grid, Sensor};
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -277,23 +278,5 @@ fn weighted_connection(
         cosine * power_heuristic(connected, rays * cosine / PI) / connected
     } else {
         0.0
-    }
-}
-
-/// Mirrors the binary digits of a number at the point (radical inverse, van der Corput 1935): consecutive numbers are uniform in 0..1.
-fn radical_inverse(number: u64) -> f64 {
-    (number.reverse_bits() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_that_follow_each_other_are_even() {
-        assert_eq!([0, 1, 2, 3, 4].map(radical_inverse), [0.0, 0.5, 0.25, 0.75, 0.125]);
-        let mut seen = [0; 16];
-        (160..176).for_each(|number| seen[(radical_inverse(number) * 16.0) as usize] += 1);
-        assert_eq!(seen, [1; 16]);
     }
 }

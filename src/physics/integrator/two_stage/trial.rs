@@ -7,7 +7,7 @@ use super::settings::Settings;
 use super::sizes::Sizes;
 use super::straight::GridSensors;
 use super::variances::{RelativeVariances, Share, TrialValues};
-use crate::integrator::diffuser_source::closure_source::Beside;
+use crate::integrator::diffuser_source::closure_source::{Beside, ClosureSource};
 use crate::integrator::method::Task;
 use crate::sampling::Stream;
 use crate::scene::Grid;
@@ -89,7 +89,10 @@ impl<const C: usize> TwoStage<C> {
         let scene = task.traceable;
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let sizes = Sizes { photons, grids: vec![SampleCounts::TRIAL; grids.len()], per_pixel: 0 };
-        let method = Self::with_sizes((scene, beside), (grids, &[]), (sizes, target), coarse, seed);
+        // values of traced light are not needed: its variance does not depend on paths
+        let lit = if beside == Beside::Traced { &[] } else { grids };
+        let closures = ClosureSource::new((scene, beside), lit, (photons, target), seed);
+        let method = Self::with_sizes((scene, closures), (grids, &[]), sizes, coarse, seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // all passes have the same light, because its variance does not depend on paths
         let light = method.lit(key(0), task.cancel)?;

@@ -1,0 +1,177 @@
+//! Sunlight straight through the clear zones of straight pipes at point sensors, computed once before the passes.
+//!
+//! The arcs of an opening that show the sun ([`sun_arcs`](crate::guide::sun_arcs)) are integrated over the zenith angles of the disc by
+//! Simpson's rule, which halves the intervals where the integrand has a kink or a jump: where an edge cuts the visible disc, or the number
+//! of reflections changes.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use rayon::prelude::*;
+
+use super::through_opening::Backward;
+use super::unscattered::openings;
+use crate::guide::sun_arcs::SunDisc;
+use crate::optics::Spectrum;
+use crate::scene::Sensor;
+use crate::sky::Sun;
+use crate::traceable::TraceableScene;
+
+/// Number of intervals of zenith angles at first, and largest number of times that one is halved.
+const INTERVALS: usize = 4;
+const MOST_HALVINGS: u32 = 10;
+
+/// Tolerated error of a sensor's value, relative to the requested standard error, and at most.
+const TOLERANCE: f64 = 0.1;
+const LARGEST_ERROR: f64 = 2e-3;
+
+/// Computes the illuminances of sensors in lx by the sun straight through the clear zones of straight pipes. Their errors are a small fraction
+/// of the requested relative standard error `target`, and at most about 0.002; of a sensor with less than the mean sunlight of all,
+/// relative to this mean.
+pub fn sunlight(scene: &TraceableScene, sensors: &[Sensor], target: f64) -> Vec<f64> {
+    let sunlit: Vec<SunlitSensor> = sensors.par_iter().map(|sensor| SunlitSensor::new(scene, *sensor)).collect();
+    let mean = sunlit.iter().map(SunlitSensor::first).sum::<f64>() / sunlit.len().max(1) as f64;
+    let tolerance = (TOLERANCE * target).min(LARGEST_ERROR);
+    sunlit.into_par_iter().map(|sensor| sensor.lux(tolerance, mean)).collect()
+}
+
+/// Sensor with the openings that may show it the sun.
+struct SunlitSensor<'a>(Vec<ShownSun<'a>>);
+
+impl<'a> SunlitSensor<'a> {
+    fn new(scene: &'a TraceableScene, sensor: Sensor) -> Self {
+        let shown = |(_, backward): (usize, Backward<'a>)| {
+            let sun = backward.tube.sun.as_ref().filter(|sun| backward.may_show(sun))?;
+            Some(ShownSun::new(backward, sun, backward.disc(sun)?))
+        };
+        Self(openings(scene, sensor, |tube| tube.sun.is_some()).into_iter().filter_map(shown).collect())
+    }
+
+    /// Returns the illuminance in lx by the first intervals.
+    fn first(&self) -> f64 {
+        self.0.iter().flat_map(|shown| &shown.first).map(Interval::integral).sum()
+    }
+
+    /// Computes the illuminance in lx with this error, relative to it or to `least_scale` in lx if that is more.
+    fn lux(&self, tolerance: f64, least_scale: f64) -> f64 {
+        let tolerated = tolerance * self.first().max(least_scale);
+        let of_interval = tolerated / ((self.0.len() * INTERVALS).max(1) as f64).sqrt();
+        self.0.iter().flat_map(|shown| shown.first.map(|interval| shown.integral(interval, of_interval, 0))).sum()
+    }
+}
+
+/// Sun that an opening may show to a sensor.
+struct ShownSun<'a> {
+    backward: Backward<'a>,
+    sun: &'a Sun,
+    disc: SunDisc,
+    first: [Interval; INTERVALS],
+}
+
+/// Values of the integrand, in lx, at both ends of an interval of places on the disc and in its middle.
+#[derive(Clone, Copy, Default)]
+struct Interval {
+    from: f64,
+    width: f64,
+    values: [f64; 3],
+}
+
+impl Interval {
+    /// Returns the integral by Simpson's rule.
+    fn integral(&self) -> f64 {
+        let [low, middle, high] = self.values;
+        self.width / 6.0 * (low + 4.0 * middle + high)
+    }
+}
+
+impl<'a> ShownSun<'a> {
+    fn new(backward: Backward<'a>, sun: &'a Sun, disc: SunDisc) -> Self {
+        let mut shown = Self { backward, sun, disc, first: [Interval::default(); INTERVALS] };
+        let width = 1.0 / INTERVALS as f64;
+        let values: [f64; 2 * INTERVALS + 1] = std::array::from_fn(|number| shown.at(0.5 * width * number as f64));
+        shown.first = std::array::from_fn(|number| {
+            let values = [0, 1, 2].map(|place| values[2 * number + place]);
+            Interval { from: width * number as f64, width, values }
+        });
+        shown
+    }
+
+    /// Returns the illuminance in lx per place of the disc.
+    fn at(&self, place: f64) -> f64 {
+        let cosine = |toward| self.backward.at.cosine::<3>(toward);
+        let lux: Option<Spectrum<3>> =
+            self.disc.node(place, 1.0).map(|node| self.backward.sun_of_node(self.sun, &cosine, node));
+        lux.map_or(0.0, |lux| lux.luminance())
+    }
+
+    /// Computes the integral over an interval, with about this error in lx.
+    fn integral(&self, Interval { from, width, values }: Interval, tolerated: f64, halvings: u32) -> f64 {
+        let half = 0.5 * width;
+        let [low, middle, high] = values;
+        let halves = [(from, low, middle), (from + half, middle, high)].map(|(from, low, high)| Interval {
+            from,
+            width: half,
+            values: [low, self.at(from + 0.5 * half), high],
+        });
+        let both = halves.iter().map(Interval::integral).sum::<f64>();
+        let changed = both - Interval { from, width, values }.integral();
+        if changed.abs() <= tolerated || halvings == MOST_HALVINGS {
+            return both;
+        }
+        // errors of intervals are independent
+        halves.into_iter().map(|half| self.integral(half, FRAC_1_SQRT_2 * tolerated, halvings + 1)).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+
+    use super::*;
+    use crate::optics::Diffuser;
+    use crate::scene::{Daylight, Face};
+    use crate::sky::direction;
+    use crate::sky::zenith::ZenithFormula;
+    use crate::traceable::test_rooms::{compiled, empty, straight_tube};
+
+    /// Checks sensors below two tubes against hundreds of zenith angles: high and low suns with few and many reflections, seen as a whole, cut
+    /// by edges, and not at all. The deviations are a fraction of the requested error.
+    #[test]
+    fn errors_are_a_fraction_of_the_requested_one() {
+        for altitude_deg in [45.0, 60.0, 75.0] {
+            let tube = |x: f64| {
+                let clear = Diffuser::Clear { transmittance: [0.9; 3] };
+                straight_tube((Face::Ceiling as usize, DVec2::new(x, 1.3)), [0.95; 3], clear)
+            };
+            let mut scene = empty(DVec3::new(4.0, 3.0, 2.5), None);
+            let up = direction(f64::to_radians(altitude_deg), 2.0);
+            let sun = Some(Sun { direction: up, normal_illuminance_lux: 60_000.0 });
+            scene.daylight = Some(Daylight { sky: None, sun, formula: ZenithFormula::GivenZenithLuminance });
+            scene.tubes = vec![tube(1.1), tube(2.6)];
+            let scene = compiled(&scene);
+            let place = |number: u32| DVec3::new(0.2 * f64::from(number % 20), 0.2 * f64::from(number / 20), 0.4);
+            let sensors: Vec<Sensor> = (0..300)
+                .map(|number| Sensor { position: place(number) + DVec3::new(0.11, 0.07, 0.0), normal: DVec3::Z })
+                .collect();
+            let truth: Vec<f64> = sensors
+                .iter()
+                .map(|sensor| {
+                    let openings = openings(&scene, *sensor, |_| true);
+                    let cosine = |backward: &Backward, toward| backward.at.cosine::<3>(toward);
+                    let of_opening = |(_, backward): &(usize, Backward)| {
+                        let sun = backward.tube.sun.as_ref().unwrap();
+                        backward.sun(sun, &|toward| cosine(backward, toward), 1000, [0.5; 2]).0.luminance()
+                    };
+                    openings.iter().map(of_opening).sum()
+                })
+                .collect();
+            let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+            assert!(mean > 1.0 && truth.iter().any(|lux| *lux == 0.0), "{altitude_deg}: {mean}");
+            for target in [0.03, 0.01, 0.003] {
+                let found = sunlight(&scene, &sensors, target);
+                let squared = |(lux, truth): (&f64, &f64)| ((lux - truth) / truth.max(mean)).powi(2);
+                let deviation = (found.iter().zip(&truth).map(squared).sum::<f64>() / truth.len() as f64).sqrt();
+                assert!(deviation < 0.25 * target, "{altitude_deg} {target}: {deviation}");
+            }
+        }
+    }
+}
