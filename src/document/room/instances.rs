@@ -9,8 +9,8 @@ use crate::scene::{Instances, MeshObject};
 pub struct PlacedObject {
     /// Copies in the frame of the room.
     pub copies: Vec<MeshObject>,
-    /// True if parts of the mesh lie on others.
-    pub lies_on_itself: bool,
+    /// Triangles of the mesh that may overlap others of it, by their indices.
+    pub overlapping: Vec<u32>,
     /// Mesh and places of the copies; `None` for an object that stands once.
     pub instances: Option<Instances>,
 }
@@ -22,8 +22,8 @@ pub struct Copies {
     pub objects: Vec<MeshObject>,
     /// Number of the object of each copy in the document.
     pub numbers: Vec<usize>,
-    /// True for copies of meshes of which parts lie on others.
-    pub on_themselves: Vec<bool>,
+    /// Triangles of each copy that may overlap others of it, by their indices.
+    pub overlapping: Vec<Vec<u32>>,
     /// Instances of each object.
     instances: Vec<Option<Instances>>,
 }
@@ -31,9 +31,9 @@ pub struct Copies {
 impl Copies {
     /// Adds the object with this number in the document.
     pub fn add(&mut self, number: usize, object: PlacedObject) {
-        let PlacedObject { copies, lies_on_itself, instances } = object;
+        let PlacedObject { copies, overlapping, instances } = object;
         self.numbers.extend(copies.iter().map(|_| number));
-        self.on_themselves.extend(copies.iter().map(|_| lies_on_itself));
+        self.overlapping.extend(copies.iter().map(|_| overlapping.clone()));
         self.objects.extend(copies);
         self.instances.push(instances);
     }

@@ -78,7 +78,7 @@ pub(crate) fn mesh_objects(
         let placed = |(number, tube)| PlacedOpening::of(tube, enclosure).map(|opening| (number, opening));
         let openings: Vec<_> = tubes.iter().enumerate().filter_map(placed).collect();
         cover_no_opening(&openings, &copies.objects, &copies.numbers, checks);
-        let of_copies = (&copies.numbers[..], &copies.on_themselves[..]);
+        let of_copies = (&copies.numbers[..], &copies.overlapping[..]);
         changed = one_sheet_each(&mut copies.objects, of_copies, enclosure, checks);
     }
     let mut objects = copies.put_together(&changed);
@@ -109,7 +109,7 @@ fn placed_object(
     let once = |mesh: TriangleMesh, checks: &mut Checks| match without_repeats(&mesh, |a, b| {
         surfaces[a as usize] == surfaces[b as usize]
     }) {
-        Ok(once) => Some((once.mesh.unwrap_or(mesh), once.lies_on_itself)),
+        Ok(once) => Some((once.mesh.unwrap_or(mesh), once.overlapping)),
         Err(undetermined) => {
             checks.refuse(format!("{pointer}/mesh"), undetermined_words(undetermined, &mesh));
             None
@@ -133,13 +133,13 @@ fn placed_object(
         }
         (checks.errors.len() == errors_before).then_some(mesh)
     };
-    let (copies, lies_on_itself, instances) = match &object.instances {
+    let (copies, overlapping, instances) = match &object.instances {
         None => {
-            let (mesh, lies_on_itself) = once(at(places.first()?, mesh, checks)?, checks)?;
-            (vec![MeshObject::new(mesh, surfaces.clone())], lies_on_itself, None)
+            let (mesh, overlapping) = once(at(places.first()?, mesh, checks)?, checks)?;
+            (vec![MeshObject::new(mesh, surfaces.clone())], overlapping, None)
         }
         Some(_) => {
-            let (mesh, lies_on_itself) = once(mesh, checks)?;
+            let (mesh, overlapping) = once(mesh, checks)?;
             // rays toward a copy are rounded as coarsely as it is far from its own origin
             let middle = mesh.bounds().map_or(DVec3::ZERO, |(low, high)| low.midpoint(high));
             let mut own = mesh.clone();
@@ -149,10 +149,10 @@ fn placed_object(
                 copies.push(MeshObject::new(at(place, mesh.clone(), checks)?, surfaces.clone()));
                 placements.push(inside(place.placement(middle), &own, room.0));
             }
-            (copies, lies_on_itself, Some(Instances { mesh: own, placements }))
+            (copies, overlapping, Some(Instances { mesh: own, placements }))
         }
     };
-    Some(PlacedObject { copies, lies_on_itself, instances })
+    Some(PlacedObject { copies, overlapping, instances })
 }
 
 /// Returns the place moved by the rounding by which a copy of `mesh` there reaches behind a wall.

@@ -14,14 +14,14 @@ use crate::optics::Surface;
 use crate::scene::{Enclosure, EnclosureFace, MeshObject};
 
 /// Reduces coincident triangles of the objects in a room to single sheets. `numbers` are those of the objects in
-/// the document, and `on_themselves` is true for objects of which parts lie on others. Adds a fault where two materials face the
-/// same side. Returns which objects have changed.
+/// the document, and `overlapping` the triangles of each that may overlap others of the same object, by their indices. Adds a fault where
+/// two materials face the same side. Returns which objects have changed.
 ///
 /// Faces of two closed bodies that touch from outside are both kept. An open surface hides what it covers of a closed body, and
 /// of closed bodies with flush faces the first one's face is kept.
 pub fn one_sheet_each(
     objects: &mut [MeshObject],
-    (numbers, on_themselves): (&[usize], &[bool]),
+    (numbers, overlapping): (&[usize], &[Vec<u32>]),
     enclosure: &Enclosure,
     checks: &mut Checks,
 ) -> Vec<bool> {
@@ -35,30 +35,29 @@ pub fn one_sheet_each(
     all.sources = (0..all.triangles.len() as u32).collect();
     let near = rounding(&all.positions, &all.triangles);
     let mut changed = vec![false; objects.len()];
-    let told =
-        overlaps_of_objects(&all, (&owners, on_themselves), near).map_err(Undetermined::from).and_then(|found| {
-            if found.is_empty() {
-                return Ok(None);
+    let told = overlaps_of_objects(&all, (&owners, overlapping), near).map_err(Undetermined::from).and_then(|found| {
+        if found.is_empty() {
+            return Ok(None);
+        }
+        let closed = closed(objects, enclosure, near);
+        let is_closed = |number: u32| closed[number as usize];
+        let meeting = |first: u32, second: u32, turned: bool| match (is_closed(first), is_closed(second)) {
+            (true, true) if turned => Contact::Apart,
+            (false, false) => Contact::OneSheet,
+            _ => Contact::Hidden,
+        };
+        if found.iter().all(|pair| meeting(pair.triangles[0], pair.triangles[1], pair.turned) == Contact::Apart) {
+            return Ok(None);
+        }
+        for pair in &found {
+            let [first, second] = pair.triangles;
+            if meeting(first, second, pair.turned) != Contact::Apart {
+                pair.triangles.iter().for_each(|number| changed[owners[*number as usize]] = true);
             }
-            let closed = closed(objects, enclosure, near);
-            let is_closed = |number: u32| closed[number as usize];
-            let meeting = |first: u32, second: u32, turned: bool| match (is_closed(first), is_closed(second)) {
-                (true, true) if turned => Contact::Apart,
-                (false, false) => Contact::OneSheet,
-                _ => Contact::Hidden,
-            };
-            if found.iter().all(|pair| meeting(pair.triangles[0], pair.triangles[1], pair.turned) == Contact::Apart) {
-                return Ok(None);
-            }
-            for pair in &found {
-                let [first, second] = pair.triangles;
-                if meeting(first, second, pair.turned) != Contact::Apart {
-                    pair.triangles.iter().for_each(|number| changed[owners[*number as usize]] = true);
-                }
-            }
-            let is_same = |a: u32, b: u32| surfaces[a as usize] == surfaces[b as usize];
-            apart(all.clone(), &found, near, |number| u8::from(is_closed(number)), meeting, is_same).map(Some)
-        });
+        }
+        let is_same = |a: u32, b: u32| surfaces[a as usize] == surfaces[b as usize];
+        apart(all.clone(), &found, near, |number| u8::from(is_closed(number)), meeting, is_same).map(Some)
+    });
     match told {
         Ok(None) => {}
         Ok(Some(sheets)) => hand_back(objects, &owners, &sheets),
@@ -85,11 +84,11 @@ pub fn one_sheet_each(
     changed
 }
 
-/// Returns the pairs of triangles that overlap. An object none of whose parts lie on others is tested only with its triangles
-/// within the bounds of other objects.
+/// Returns the pairs of triangles that overlap. Only triangles that may overlap others of their object, and those within the bounds of
+/// other objects, are tested.
 fn overlaps_of_objects(
     all: &Sheets,
-    (owners, on_themselves): (&[usize], &[bool]),
+    (owners, overlapping): (&[usize], &[Vec<u32>]),
     near: f64,
 ) -> Result<Vec<Overlap>, TooMany> {
     let corners = |triangle: &[u32; 3]| triangle.map(|corner| all.positions[corner as usize]);
@@ -107,11 +106,16 @@ fn overlaps_of_objects(
         others.map(|(_, other)| *other).filter(|other| touch(*own, *other)).collect()
     };
     let others: Vec<Vec<[DVec3; 2]>> = bounds.iter().enumerate().map(others_of).collect();
+    let mut is_asked = vec![false; all.triangles.len()];
+    for (owner, own) in overlapping.iter().enumerate() {
+        let first = owners.partition_point(|of| *of < owner);
+        own.iter().for_each(|number| is_asked[first + *number as usize] = true);
+    }
     let meets_another = |number: &u32| {
         let [a, b, c] = corners(&all.triangles[*number as usize]);
         let own = [a.min(b).min(c), a.max(b).max(c)];
         let owner = owners[*number as usize];
-        on_themselves[owner] || others[owner].iter().any(|other| touch(own, *other))
+        is_asked[*number as usize] || others[owner].iter().any(|other| touch(own, *other))
     };
     let asked: Vec<u32> = (0..all.triangles.len() as u32).filter(meets_another).collect();
     let triangles: Vec<[u32; 3]> = asked.iter().map(|number| all.triangles[*number as usize]).collect();

@@ -15,8 +15,8 @@ use super::welded;
 pub struct Once {
     /// Mesh without repeats, with the material of each side; `None` if the given mesh has none to remove.
     pub mesh: Option<TriangleMesh>,
-    /// True if triangles of the given mesh overlapped; some may still.
-    pub lies_on_itself: bool,
+    /// Triangles of the mesh without repeats that may overlap others, by their indices.
+    pub overlapping: Vec<u32>,
 }
 
 /// Returns the mesh with every polygon once.
@@ -49,7 +49,9 @@ pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) 
     }
     let numbers: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|number| kept[*number as usize]).collect();
     if numbers.len() == kept.len() && !mixed.contains(&true) {
-        return Ok(Once { mesh: None, lies_on_itself: true });
+        let mut overlapping: Vec<u32> = layers.component.into_keys().collect();
+        overlapping.sort_unstable();
+        return Ok(Once { mesh: None, overlapping });
     }
     let given =
         Sheets { positions, triangles: mesh.triangles.clone(), sides, sources: (0..kept.len() as u32).collect() };
@@ -67,7 +69,8 @@ pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) 
     };
     once.set_sides(left.iter().map(|number| whole.sides[*number]));
     once.dropped.repeated += mesh.triangles.len() - numbers.len();
-    Ok(Once { mesh: Some(once), lies_on_itself: true })
+    let overlapping = (0..once.triangles.len() as u32).collect();
+    Ok(Once { mesh: Some(once), overlapping })
 }
 
 /// Overlapping triangles, with the number of times that their area is covered.
