@@ -5,6 +5,7 @@
 //! of reflections changes.
 
 use std::f64::consts::FRAC_1_SQRT_2;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
@@ -14,7 +15,7 @@ use crate::guide::sun_arcs::SunDisc;
 use crate::optics::Spectrum;
 use crate::scene::Sensor;
 use crate::sky::Sun;
-use crate::traceable::TraceableScene;
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Number of intervals of zenith angles at first, and largest number of times that one is halved.
 const INTERVALS: usize = 4;
@@ -26,24 +27,27 @@ const LARGEST_ERROR: f64 = 2e-3;
 
 /// Computes the illuminances of sensors in lx by the sun straight through the clear zones of straight pipes. Their errors are a small fraction
 /// of the requested relative standard error `target`, and at most about 0.002; of a sensor with less than the mean sunlight of all,
-/// relative to this mean.
-pub fn sunlight(scene: &TraceableScene, sensors: &[Sensor], target: f64) -> Vec<f64> {
-    let sunlit: Vec<SunlitSensor> = sensors.par_iter().map(|sensor| SunlitSensor::new(scene, *sensor)).collect();
+/// relative to this mean. Once `cancel` is raised, values are not used, and may be wrong.
+pub fn sunlight(scene: &TraceableScene, sensors: &[Sensor], target: f64, cancel: &AtomicBool) -> Vec<f64> {
+    let sunlit: Vec<SunlitSensor> =
+        sensors.par_iter().map(|sensor| SunlitSensor::new(scene, *sensor, cancel)).collect();
     let mean = sunlit.iter().map(SunlitSensor::first).sum::<f64>() / sunlit.len().max(1) as f64;
     let tolerance = (TOLERANCE * target).min(LARGEST_ERROR);
-    sunlit.into_par_iter().map(|sensor| sensor.lux(tolerance, mean)).collect()
+    let lux = |sensor: SunlitSensor| if cancel.load(Ordering::Relaxed) { 0.0 } else { sensor.lux(tolerance, mean) };
+    sunlit.into_par_iter().map(lux).collect()
 }
 
 /// Sensor with the openings that may show it the sun.
 struct SunlitSensor<'a>(Vec<ShownSun<'a>>);
 
 impl<'a> SunlitSensor<'a> {
-    fn new(scene: &'a TraceableScene, sensor: Sensor) -> Self {
+    fn new(scene: &'a TraceableScene, sensor: Sensor, cancel: &AtomicBool) -> Self {
+        let may_show = |tube: &TraceableTube| tube.sun.is_some() && !cancel.load(Ordering::Relaxed);
         let shown = |(_, backward): (usize, Backward<'a>)| {
             let sun = backward.tube.sun.as_ref().filter(|sun| backward.may_show(sun))?;
             Some(ShownSun::new(backward, sun, backward.disc(sun)?))
         };
-        Self(openings(scene, sensor, |tube| tube.sun.is_some()).into_iter().filter_map(shown).collect())
+        Self(openings(scene, sensor, may_show).into_iter().filter_map(shown).collect())
     }
 
     /// Returns the illuminance in lx by the first intervals.
@@ -167,7 +171,7 @@ mod tests {
             let mean = truth.iter().sum::<f64>() / truth.len() as f64;
             assert!(mean > 1.0 && truth.iter().any(|lux| *lux == 0.0), "{altitude_deg}: {mean}");
             for target in [0.03, 0.01, 0.003] {
-                let found = sunlight(&scene, &sensors, target);
+                let found = sunlight(&scene, &sensors, target, &AtomicBool::new(false));
                 let squared = |(lux, truth): (&f64, &f64)| ((lux - truth) / truth.max(mean)).powi(2);
                 let deviation = (found.iter().zip(&truth).map(squared).sum::<f64>() / truth.len() as f64).sqrt();
                 assert!(deviation < 0.25 * target, "{altitude_deg} {target}: {deviation}");

@@ -6,7 +6,6 @@
 //! photons down the tubes; for sensors that do not look up, vertices of paths are connected to the clear zones instead, and only what comes
 //! straight to the sensors is added here ([`Beside`]).
 
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::cells::Emitted;
@@ -142,19 +141,15 @@ pub struct ClosureLight<const C: usize> {
 impl<const C: usize> ClosureSource<C> {
     /// Divides the photons of a pass for a relative standard error among sky and sun of the tubes; equal seeds give equal bits. `grids` are
     /// those that get light from beside the Lambertian part.
-    pub fn new(
-        (scene, beside): (&Arc<TraceableScene>, Beside),
-        grids: &[Grid],
-        (photons, target): (u64, f64),
-        seed: u64,
-    ) -> Self {
+    pub fn new((task, beside): (&Task, Beside), grids: &[Grid], (photons, target): (u64, f64), seed: u64) -> Self {
+        let scene = task.traceable;
         let emission = || Emission::of_daylight(scene, photons);
         Self(match beside {
             Beside::Nothing => Mode::Connected(emission(), None),
-            Beside::Traced => Mode::Traced(DirectionalPart::new(scene.clone(), grids, (photons, target), seed)),
+            Beside::Traced => Mode::Traced(DirectionalPart::new(task, grids, (photons, target), seed)),
             Beside::Connected => {
                 let rays = directional_photons(&scene.tubes, target) as u64;
-                let straight = LightTracing::directional(scene.clone(), grids, (rays, target), false, seed);
+                let straight = LightTracing::directional(task, grids, (rays, target), false, seed);
                 Mode::Connected(emission(), Some(straight))
             }
         })

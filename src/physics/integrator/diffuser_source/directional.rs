@@ -1,13 +1,13 @@
 //! Light tracing where closures are Lambertian in part: their Lambertian light is collected, not followed, and the rest is traced as usual.
 
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 
 use crate::integrator::GridPass;
 use crate::integrator::light_tracing::{LightTracing, SensorTally};
+use crate::integrator::method::Task;
 use crate::integrator::photon::chunks::{self, Chunks, fold_chunks};
 use crate::integrator::photon::energy_balance::PhotonTotals;
 use crate::integrator::photon::events::{Flight, Origin, Scattering, Visitor};
@@ -15,7 +15,7 @@ use crate::integrator::photon::path::trace_directional;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::Grid;
-use crate::traceable::{SurfaceId, TraceableScene};
+use crate::traceable::SurfaceId;
 
 /// Light of sky and sun of a scene whose closures are Lambertian in part.
 #[derive(Debug)]
@@ -37,10 +37,10 @@ pub struct DirectionalPass<const C: usize> {
 
 impl<const C: usize> DirectionalPart<C> {
     /// Divides the photons of a pass for a relative standard error among sky and sun of the tubes; equal seeds give equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: (u64, f64), seed: u64) -> Self {
+    pub fn new(task: &Task, grids: &[Grid], photons: (u64, f64), seed: u64) -> Self {
         // here a Lambertian closure sends no light straight to sensors, except light of the room that has come back to it
-        let straight = scene.tubes.iter().any(|tube| tube.diffuser.measured().is_some());
-        Self(LightTracing::directional(scene, grids, photons, straight, seed))
+        let straight = task.traceable.tubes.iter().any(|tube| tube.diffuser.measured().is_some());
+        Self(LightTracing::directional(task, grids, photons, straight, seed))
     }
 
     /// Returns the number of photons per pass.

@@ -95,13 +95,10 @@ impl Described for Settings {
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
-        let scene = task.traceable.clone();
         let photons = self.photons(task, target);
         match task.scene.channels {
-            Channels::Photopic => {
-                Computation::passes(LightTracing::<1>::new(scene, task.grids, (photons, target), seed))
-            }
-            Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, (photons, target), seed)),
+            Channels::Photopic => Computation::passes(LightTracing::<1>::new(task, (photons, target), seed)),
+            Channels::Rgb => Computation::passes(LightTracing::<3>::new(task, (photons, target), seed)),
         }
     }
 }
@@ -128,31 +125,31 @@ pub struct LightTracing<const C: usize> {
 impl<const C: usize> LightTracing<C> {
     /// Builds the method: divides the photons of a pass for a relative standard error among the sources, and computes closed forms of
     /// luminaires once; equal seeds give equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], (photons, target): (u64, f64), seed: u64) -> Self {
-        let emission = Emission::new(&scene, photons);
-        let mut method = Self::emitting(scene, emission, grids, target, seed);
+    pub fn new(task: &Task, (photons, target): (u64, f64), seed: u64) -> Self {
+        let emission = Emission::new(task.traceable, photons);
+        let mut method = Self::emitting(task.traceable.clone(), emission, task.grids, target, seed);
         if has_closed_form(&method.scene) {
             method.direct = at_points::<C>(&method.scene, &method.sensors);
         }
-        method.sunlight = method.sunlight(target);
+        method.sunlight = method.sunlight(target, task.cancel);
         let from_diffusers = method.scene.tubes.iter().any(|tube| tube.scatters());
         let straight = from_diffusers || method.scene.luminaires_obstructed;
         method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
         method
     }
 
-    /// Builds the method for the light of sky and sun beside that of Lambertian closures; `straight` if some connections start where it
+    /// Builds the method for the light of sky and sun of a task's scene beside that of Lambertian closures; `straight` if some connections start where it
     /// enters the room.
     pub(crate) fn directional(
-        scene: Arc<TraceableScene>,
+        task: &Task,
         grids: &[Grid],
         (photons, target): (u64, f64),
         straight: bool,
         seed: u64,
     ) -> Self {
-        let emission = Emission::of_daylight(&scene, photons);
-        let mut method = Self::emitting(scene, emission, grids, target, seed);
-        method.sunlight = method.sunlight(target);
+        let emission = Emission::of_daylight(task.traceable, photons);
+        let mut method = Self::emitting(task.traceable.clone(), emission, grids, target, seed);
+        method.sunlight = method.sunlight(target, task.cancel);
         method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
         method
     }
@@ -239,14 +236,19 @@ impl<const C: usize> LightTracing<C> {
 
     /// Computes the sunlight straight through clear zones at the sensors of point grids, in lx, with an error far below the relative
     /// standard error `target`; empty without any.
-    fn sunlight(&self, target: f64) -> Vec<f64> {
+    fn sunlight(&self, target: f64, cancel: &AtomicBool) -> Vec<f64> {
         let shows_sun = |tube: &TraceableTube| tube.sun.is_some() && tube.specular_zone().is_some();
         let mut all = Vec::new();
         if self.scene.tubes.iter().any(shows_sun) {
             all.resize(self.sensor_count(), 0.0);
             for plane in self.sensors.iter().filter(|plane| !plane.average) {
                 let sensors: Vec<Sensor> = (0..plane.len()).map(|index| plane.grid.sensor(index)).collect();
-                all[plane.first..plane.first + plane.len()].copy_from_slice(&sunlight(&self.scene, &sensors, target));
+                all[plane.first..plane.first + plane.len()].copy_from_slice(&sunlight(
+                    &self.scene,
+                    &sensors,
+                    target,
+                    cancel,
+                ));
             }
         }
         all

@@ -51,7 +51,7 @@ impl<const C: usize> Coarse<C> {
         };
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
-        let lit = ClosureSource::new((scene, beside), &[], (photons, target), seed).pass(scene, key, task.cancel);
+        let lit = ClosureSource::new((task, beside), &[], (photons, target), seed).pass(scene, key, task.cancel);
         let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
         let solution = exchange.solve((scene, with_clear_zones), &fluxes);
         let spread = |(number, grid): (usize, &Grid)| {

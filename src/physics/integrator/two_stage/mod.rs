@@ -166,7 +166,7 @@ impl<const C: usize> TwoStage<C> {
         let room = MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor, (seed, target));
         let close = CloseSensors::new((scene, beside), task.grids, seed, target);
         let outputs = (task.grids, task.views);
-        let closures = ClosureSource::new((scene, beside), task.grids, (sizes.photons, target), seed);
+        let closures = ClosureSource::new((task, beside), task.grids, (sizes.photons, target), seed);
         let made = Self::with_sizes((scene, closures), outputs, sizes, coarse.as_ref(), seed);
         Self { room, close, shares, ..made }
     }

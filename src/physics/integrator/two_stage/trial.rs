@@ -91,7 +91,7 @@ impl<const C: usize> TwoStage<C> {
         let sizes = Sizes { photons, grids: vec![SampleCounts::TRIAL; grids.len()], per_pixel: 0 };
         // values of traced light are not needed: its variance does not depend on paths
         let lit = if beside == Beside::Traced { &[] } else { grids };
-        let closures = ClosureSource::new((scene, beside), lit, (photons, target), seed);
+        let closures = ClosureSource::new((task, beside), lit, (photons, target), seed);
         let method = Self::with_sizes((scene, closures), (grids, &[]), sizes, coarse, seed);
         let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
         // all passes have the same light, because its variance does not depend on paths
