@@ -17,14 +17,14 @@ use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
 
 /// Largest number of bisections of an interval in which the number of reflections changes or the azimuth is not linear.
-const MOST_HALVINGS: u32 = 9;
+const MOST_HALVINGS: u32 = 12;
 
 /// Change of azimuth between two places, in radians, above which the interval is bisected.
 const LARGEST_TURN: f64 = 0.3;
 
 /// Change of azimuth, in radians, above which an interval that sees the sun in part is bisected, as the slope gives the visible part; four
 /// half widths of the disc if that is more, up to [`LARGEST_TURN`].
-const LARGEST_TURN_LIT: f64 = 0.04;
+const LARGEST_TURN_LIT: f64 = 0.01;
 
 /// A quadrature node: one zenith angle on the solar disc.
 #[derive(Clone, Copy, Debug)]

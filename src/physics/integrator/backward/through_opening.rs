@@ -131,15 +131,16 @@ impl<'a> Backward<'a> {
         SunDisc::within(sun, self.below()?.zenith_angles())
     }
 
-    /// Computes the sunlight of one zenith angle through a straight pipe.
+    /// Computes the sunlight of one zenith angle through a straight pipe; `step`, in 0..1, is the position of the steps along its arc.
     pub fn sun_of_node<const C: usize>(
         &self,
         sun: &Sun,
         response: &impl Fn(DVec3) -> Spectrum<C>,
         node: SunNode,
+        step: f64,
     ) -> Spectrum<C> {
         let arrives = |offset, direction| self.arrives(offset, direction, response);
-        let found = |point: PointBelow| point.of_node(sun, node, (SUN_STEPS, 1.0), arrives).illuminance;
+        let found = |point: PointBelow| point.of_node(sun, node, (SUN_STEPS, 1.0 - step), arrives).illuminance;
         self.below().map_or(Spectrum::ZERO, found)
     }
 

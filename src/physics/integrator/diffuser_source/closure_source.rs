@@ -155,6 +155,14 @@ impl<const C: usize> ClosureSource<C> {
         })
     }
 
+    /// Returns zeros for the contrasts of the light beside the Lambertian part, by grid; nothing without such light.
+    pub fn no_contrasts(&self) -> Vec<Vec<f64>> {
+        match &self.0 {
+            Mode::Connected(_, straight) => straight.as_ref().map_or_else(Vec::new, LightTracing::no_contrasts),
+            Mode::Traced(directional) => directional.no_contrasts(),
+        }
+    }
+
     /// Returns the number of photons per pass.
     pub fn photons(&self) -> u64 {
         match &self.0 {

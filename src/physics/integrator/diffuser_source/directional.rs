@@ -43,6 +43,11 @@ impl<const C: usize> DirectionalPart<C> {
         Self(LightTracing::directional(task, grids, photons, straight, seed))
     }
 
+    /// Returns zeros for the contrasts of each grid.
+    pub fn no_contrasts(&self) -> Vec<Vec<f64>> {
+        self.0.no_contrasts()
+    }
+
     /// Returns the number of photons per pass.
     pub fn photons(&self) -> u64 {
         self.0.emission.photons()

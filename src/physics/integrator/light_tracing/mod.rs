@@ -40,7 +40,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::guide::RayCount;
-use crate::integrator::backward::sunlight::sunlight;
+use crate::integrator::backward::sunlight::{Sunlight, sunlight};
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::method::{Computation, Described, Outputs, Refusal, Retained, Task, Trial};
 use crate::integrator::photon::chunks::{self, Chunks, concurrent_sums, fold_chunks};
@@ -81,6 +81,7 @@ impl Described for Settings {
 
     fn retained_per_sensor(&self, grid: &Grid) -> Retained {
         Retained {
+            contrasts: 1.0,
             concurrent_sums: concurrent_sums(grid.len(), self.photons_per_pass.unwrap_or(MOST as u64)) as f64,
             ..Retained::MEANS
         }
@@ -113,8 +114,8 @@ pub struct LightTracing<const C: usize> {
     seed: Key,
     /// Direct light of luminaires at the sensors of point grids, in lx; empty unless it has a closed form.
     direct: Vec<f64>,
-    /// Sunlight straight through clear zones at the sensors of point grids, in lx; empty without any.
-    sunlight: Vec<f64>,
+    /// Sunlight straight through clear zones at the sensors of point grids; empty without any.
+    sunlight: Vec<Sunlight>,
     counting: Counting,
     /// Rays straight through clear closures to cells; `None` without any.
     pub(crate) beams: Option<Emission>,
@@ -234,13 +235,13 @@ impl<const C: usize> LightTracing<C> {
         }
     }
 
-    /// Computes the sunlight straight through clear zones at the sensors of point grids, in lx, with an error far below the relative
-    /// standard error `target`; empty without any.
-    fn sunlight(&self, target: f64, cancel: &AtomicBool) -> Vec<f64> {
+    /// Computes the sunlight straight through clear zones at the sensors of point grids, with an error far below the relative standard
+    /// error `target`; empty without any.
+    fn sunlight(&self, target: f64, cancel: &AtomicBool) -> Vec<Sunlight> {
         let shows_sun = |tube: &TraceableTube| tube.sun.is_some() && tube.specular_zone().is_some();
         let mut all = Vec::new();
         if self.scene.tubes.iter().any(shows_sun) {
-            all.resize(self.sensor_count(), 0.0);
+            all.resize(self.sensor_count(), Sunlight::default());
             for plane in self.sensors.iter().filter(|plane| !plane.average) {
                 let sensors: Vec<Sensor> = (0..plane.len()).map(|index| plane.grid.sensor(index)).collect();
                 all[plane.first..plane.first + plane.len()].copy_from_slice(&sunlight(
@@ -276,6 +277,11 @@ impl chunks::Tally for SensorSums {
 }
 
 impl<const C: usize> Integrator for LightTracing<C> {
+    fn start(&self) -> Pass {
+        let grid = |contrasts| GridPass { contrasts, ..GridPass::default() };
+        Pass { grids: self.no_contrasts().into_iter().map(grid).collect(), ..Pass::default() }
+    }
+
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
         let photons = self.emission.photons();
@@ -315,7 +321,7 @@ impl<const C: usize> LightTracing<C> {
         cancel: &AtomicBool,
         lux: &mut [f64],
     ) -> Option<RayCount> {
-        lux.iter_mut().zip(&self.sunlight).for_each(|(sum, sunlight)| *sum += sunlight);
+        lux.iter_mut().zip(&self.sunlight).for_each(|(sum, sunlight)| *sum += sunlight.lux);
         let specular = self.scene.tubes.iter().any(|tube| tube.specular_zone().is_some());
         let mut rays = RayCount::default();
         if let (Some(beams), Some(plane)) = (&self.beams, self.sensors.iter().find(|plane| plane.average)) {
@@ -350,8 +356,25 @@ impl<const C: usize> LightTracing<C> {
         let of = |plane: &SensorPlane| {
             let sensors = plane.first..plane.first + plane.len();
             let (illuminance, photons) = (lux[sensors.clone()].to_vec(), counts[sensors].to_vec());
-            GridPass { illuminance, photons, ..GridPass::default() }
+            GridPass {
+                illuminance,
+                photons,
+                contrasts: self.contrasts(plane, |found| found.error),
+                ..GridPass::default()
+            }
         };
         self.sensors.iter().map(of).collect()
+    }
+
+    /// Returns a value of the sunlight at each sensor of a plane of points, whose zenith angles are the same in every pass; nothing
+    /// without sunlight.
+    fn contrasts(&self, plane: &SensorPlane, of: impl Fn(&Sunlight) -> f64) -> Vec<f64> {
+        let own = if plane.average { None } else { self.sunlight.get(plane.first..plane.first + plane.len()) };
+        own.unwrap_or_default().iter().map(of).collect()
+    }
+
+    /// Returns zeros for the contrasts of each grid.
+    pub(crate) fn no_contrasts(&self) -> Vec<Vec<f64>> {
+        self.sensors.iter().map(|plane| self.contrasts(plane, |_| 0.0)).collect()
     }
 }

@@ -65,7 +65,7 @@ impl<const C: usize> CloseSensors<C> {
             for counts in grid.photons.get_mut(*sensor).into_iter() {
                 *counts = of_sensor.photons.first().copied().unwrap_or_default();
             }
-            for parts in [&mut grid.residual, &mut grid.gathered] {
+            for parts in [&mut grid.residual, &mut grid.gathered, &mut grid.contrasts] {
                 parts.get_mut(*sensor).into_iter().for_each(|part| *part = 0.0);
             }
         }

@@ -58,7 +58,7 @@ use crate::integrator::diffuser_source::closure_source::{
     Beside, ClosureSource, all_lambertian, directional_bytes, of_light_tracing, refuses_all_but_lambertian,
     refuses_directional,
 };
-use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Task, Trial};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Retained, Task, Trial};
 use crate::integrator::room_matrix::MatrixEstimator;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::scene::{Channels, Grid};
@@ -94,6 +94,10 @@ impl Described for Settings {
         // paths from sensors to patches find mirrors by chance
         let of_responses = || has_responses.then(|| chance::mirrors(self.name(), task.traceable)).flatten();
         chance::other_mirrors(self.name(), task.traceable).or_else(of_responses)
+    }
+
+    fn retained_per_sensor(&self, _: &Grid) -> Retained {
+        Retained { contrasts: 1.0, ..Retained::MEANS }
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {

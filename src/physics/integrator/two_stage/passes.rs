@@ -183,12 +183,14 @@ impl<const C: usize> TwoStage<C> {
 impl<const C: usize> Integrator for TwoStage<C> {
     fn start(&self) -> Pass {
         let nothing = |grid: &Grid| vec![0.0; if self.reflected.is_some() { grid.len() } else { 0 }];
-        let grid = |(number, grid): (usize, &Grid)| {
+        let mut contrasts = self.closures.no_contrasts();
+        contrasts.resize(self.grids.len(), Vec::new());
+        let grid = |((number, grid), contrasts): ((usize, &Grid), Vec<f64>)| {
             let companions = vec![GridPass::default(); self.room.as_ref().map_or(0, |room| room.columns(grid))];
             let expected_spread = self.spreads.get(number).copied();
-            GridPass { residual: nothing(grid), expected_spread, companions, ..GridPass::default() }
+            GridPass { residual: nothing(grid), expected_spread, companions, contrasts, ..GridPass::default() }
         };
-        Pass { grids: self.grids.iter().enumerate().map(grid).collect(), ..Pass::default() }
+        Pass { grids: self.grids.iter().enumerate().zip(contrasts).map(grid).collect(), ..Pass::default() }
     }
 
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
