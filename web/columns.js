@@ -61,9 +61,31 @@ function beside({ widths, of }) {
   return [...moved, ...changed].map((of) => ({ widths, of }));
 }
 
+/** Columns with each panel, in some order, in the shortest one. @param {number[]} order @param {number[]} widths @param {Height} height @returns {Columns} */
+function filled(order, widths, height) {
+  const ends = widths.map(() => 0);
+  const of = order.map(() => 0);
+  for (const panel of order) {
+    const column = ends.indexOf(Math.min(...ends));
+    ends[column] = (ends[column] ?? 0) + height(panel, widths[column] ?? 0) + GAP;
+    of[panel] = column;
+  }
+  return { widths, of };
+}
+
+/** Columns after as many steps as make them better. @param {Columns} from @param {Height} height @param {number} map */
+function bettered(from, height, map) {
+  let [best, least] = [from, cost(from, height, map)];
+  for (;;) {
+    const next = beside(best).map((one) => ({ one, of: cost(one, height, map) })).reduce((a, b) => (b.of < a.of ? b : a), { one: best, of: least });
+    if (next.of >= least) return { best, least };
+    [best, least] = [next.one, next.of];
+  }
+}
+
 /**
- * The columns for so many panels on a page of a width: of all widths, each panel after the other in the shortest column, and from there
- * as long as a step makes them better.
+ * The columns for so many panels on a page of a width: of all widths, each panel after the other, or the highest first, in the shortest
+ * column, and from there as long as a step makes them better.
  * @param {number} panels
  * @param {number} width
  * @param {Height} height
@@ -71,23 +93,11 @@ function beside({ widths, of }) {
  * @returns {Columns}
  */
 export function columns(panels, width, height, map = -1) {
-  const ways = allWidths(width).map((widths) => {
-    const ends = widths.map(() => 0);
-    /** @type {Columns} */
-    let best = {
-      widths,
-      of: Array.from({ length: panels }, (_, panel) => {
-        const column = ends.indexOf(Math.min(...ends));
-        ends[column] = (ends[column] ?? 0) + height(panel, widths[column] ?? 0) + GAP;
-        return column;
-      }),
-    };
-    let least = cost(best, height, map);
-    for (;;) {
-      const next = beside(best).map((one) => ({ one, of: cost(one, height, map) })).reduce((a, b) => (b.of < a.of ? b : a), { one: best, of: least });
-      if (next.of >= least) return { best, least };
-      [best, least] = [next.one, next.of];
-    }
+  const inOrder = Array.from({ length: panels }, (_, panel) => panel);
+  const ways = allWidths(width).flatMap((widths) => {
+    const [first = 0, ...others] = inOrder;
+    const byHeight = [first, ...others.toSorted((a, b) => height(b, widths[0] ?? 0) - height(a, widths[0] ?? 0))];
+    return [inOrder, byHeight].map((order) => bettered(filled(order, widths, height), height, map));
   });
   return ways.reduce((a, b) => (b.least < a.least ? b : a)).best;
 }
