@@ -134,7 +134,7 @@ export function place(host) {
   }
 }
 
-/** The columns for panels as high as they are; null where each takes the whole width. @param {HTMLElement[]} panels @param {number} width */
+/** The columns for panels as high as they are when folded; null where each takes the whole width. @param {HTMLElement[]} panels @param {number} width */
 function found(panels, width) {
   const host = /** @type {HTMLElement} */ (panels[0]?.parentElement);
   const widths = allWidths(width);
@@ -144,10 +144,13 @@ function found(panels, width) {
     for (const one of [host, ...panels]) Object.assign(one.style, { width: "", height: "", left: "", top: "" });
     return null;
   }
+  // columns do not depend on what is unfolded at the moment
+  host.classList.add("folded");
   const heights = new Map([...new Set(widths.flat())].map((of) => {
     panels.forEach((panel) => (panel.style.width = `${of}px`));
     return [of, panels.map(({ offsetHeight }) => offsetHeight)];
   }));
+  host.classList.remove("folded");
   // of a year its autonomy comes before the map of an overcast sky
   const map = panels.findIndex((one) => one.matches(".map, [aria-label='Daylight autonomy']"));
   return columns(panels.length, width, (panel, of) => heights.get(of)?.[panel] ?? 0, map);

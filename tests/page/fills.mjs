@@ -99,11 +99,7 @@ export async function fillsAJob(visitor, shot) {
   await page.locator(".columns.beside > .view img").waitFor();
   for (const [width, height] of [[1500, 900], [1920, 1080], [1280, 900], [390, 844]]) {
     await page.setViewportSize({ width, height });
-    // the panels are as wide as the page
-    await visitor.holds(() => {
-      const panels = [...document.querySelectorAll(".columns > .panel")].map((panel) => panel.getBoundingClientRect());
-      return Math.abs(Math.max(...panels.map(({ right }) => right)) - document.querySelector(".columns").getBoundingClientRect().right) < 4;
-    });
+    await visitor.fitsColumns();
     await until(async () => !(await visitor.emptiness()).length, `${width} x ${height}: ${await visitor.emptiness()}`);
     await visitor.looksAsIn(shot(`job-hall-${width}`));
   }

@@ -177,6 +177,14 @@ export class Visitor {
     });
   }
 
+  /** Waits until the panels of a job's page are as wide as the page. */
+  async fitsColumns() {
+    await this.holds(() => {
+      const panels = [...document.querySelectorAll(".columns > .panel")].map((panel) => panel.getBoundingClientRect());
+      return Math.abs(Math.max(...panels.map(({ right }) => right)) - document.querySelector(".columns").getBoundingClientRect().right) < 4;
+    });
+  }
+
   /** Keeps what is to be looked at, and finds nothing that is wider than the window. */
   async looksAsIn(file) {
     const wide = await this.page.evaluate(() => document.documentElement.scrollWidth - innerWidth);

@@ -314,9 +314,12 @@ async function readsItsJob(visitor, shot) {
     await visitor.looksAsIn(shot(`job-year-${colorScheme}`));
   }
   const before = page.viewportSize();
+  // columns are those of folded panels, whenever they were unfolded
+  await page.locator(".year summary").click();
   await page.setViewportSize({ width: 1500, height: 900 });
   await until(async () => !(await visitor.emptiness()).length, `the page of a year: ${await visitor.emptiness()}`);
   await page.setViewportSize({ width: 390, height: 844 });
+  await visitor.fitsColumns();
   await visitor.looksAsIn(shot("job-year-390"));
   await page.setViewportSize(before);
 }
