@@ -25,6 +25,9 @@ const MOST_HALVINGS: u32 = 10;
 /// are those of independent places.
 const STEPS_TURNED: f64 = 618.033_988_7;
 
+/// Largest number of sensors whose mean is a scale of errors.
+const OF_MEAN: usize = 256;
+
 /// Tolerated error of a sensor's value, relative to the requested standard error.
 const TOLERANCE: f64 = 0.1;
 
@@ -38,16 +41,17 @@ pub struct Sunlight {
 }
 
 /// Computes the illuminances of sensors by the sun straight through the clear zones of straight pipes. Their errors are a small fraction
-/// of the requested relative standard error `target`; of a sensor with less than the mean sunlight of all, relative to this mean. Once `cancel` is raised, values are not used, and may be wrong.
+/// of the requested relative standard error `target`; of a sensor with less than the mean sunlight of some of them, relative to this mean.
+/// Once `cancel` is raised, values are not used, and may be wrong.
 pub fn sunlight(scene: &TraceableScene, sensors: &[Sensor], target: f64, cancel: &AtomicBool) -> Vec<Sunlight> {
-    let sunlit: Vec<SunlitSensor> =
-        sensors.par_iter().map(|sensor| SunlitSensor::new(scene, *sensor, cancel)).collect();
-    let mean = sunlit.iter().map(SunlitSensor::first).sum::<f64>() / sunlit.len().max(1) as f64;
-    let found = |sensor: SunlitSensor| match cancel.load(Ordering::Relaxed) {
-        true => Sunlight::default(),
-        false => sensor.sunlight(TOLERANCE * target, mean),
-    };
-    sunlit.into_par_iter().map(found).collect()
+    let sunlit = |sensor: &Sensor| SunlitSensor::new(scene, *sensor, cancel);
+    let some: Vec<f64> = sensors
+        .par_iter()
+        .step_by(sensors.len().div_ceil(OF_MEAN).max(1))
+        .map(|sensor| sunlit(sensor).first())
+        .collect();
+    let mean = some.iter().sum::<f64>() / some.len().max(1) as f64;
+    sensors.par_iter().map(|sensor| sunlit(sensor).sunlight(TOLERANCE * target, mean)).collect()
 }
 
 /// Sensor with the openings that may show it the sun.

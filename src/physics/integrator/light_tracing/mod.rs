@@ -139,8 +139,8 @@ impl<const C: usize> LightTracing<C> {
         method
     }
 
-    /// Builds the method for the light of sky and sun of a task's scene beside that of Lambertian closures; `straight` if some connections start where it
-    /// enters the room.
+    /// Builds the method for the light of sky and sun of a task's scene beside that of Lambertian closures; `straight` if some connections
+    /// start where it enters the room.
     pub(crate) fn directional(
         task: &Task,
         grids: &[Grid],
