@@ -81,7 +81,8 @@ pub struct GridPass {
     /// Estimated bias per sensor in lx; empty when the method has none.
     pub bias: Vec<f64>,
     /// Contrasts (differences in lx) among the points of each sensor, where points are the same in every pass: equally many for each
-    /// sensor, and their squares add up to the variance of the choice of points. Empty elsewhere.
+    /// sensor, and their squares add up to the variance of the choice of points. Of sunlight that is computed once it is the estimated error.
+    /// Empty elsewhere.
     pub contrasts: Vec<f64>,
     /// Residual of each sensor in lx: the part of its illuminance that a coarse solution leaves out; empty where the method does not
     /// estimate it.

@@ -161,8 +161,8 @@ mod tests {
     use crate::sky::zenith::ZenithFormula;
     use crate::traceable::test_rooms::{compiled, empty, straight_tube};
 
-    /// Checks sensors below two tubes against hundreds of zenith angles: high and low suns with few and many reflections, seen as a whole, cut
-    /// by edges, and not at all. The deviations are a small fraction of the requested error, and of the order of those reported.
+    /// Checks sensors below two tubes against a thousand zenith angles: high and low suns with few and many reflections, seen as a whole,
+    /// cut by edges, and not at all. The deviations are a small fraction of the requested error, and of the order of those reported.
     #[test]
     fn errors_are_a_small_fraction_of_the_requested_one() {
         for altitude_deg in [45.0, 60.0, 75.0] {
