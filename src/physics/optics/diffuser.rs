@@ -112,15 +112,6 @@ impl Diffuser {
         (zone.1 > zone.0).then_some(zone)
     }
 
-    /// Returns the fraction of light that the closure scatters back, linear Rec.709, 0..=1; `None` unless all of it is one Lambertian
-    /// sheet.
-    pub fn sheet_reflectance(&self) -> Option<[f64; 3]> {
-        match *self {
-            Self::Lambertian { reflectance, .. } => Some(reflectance),
-            _ => None,
-        }
-    }
-
     /// Returns a closure that reflects like this one and passes nothing, for light from below that is lost once it has passed.
     pub fn opaque(&self) -> Self {
         let black = [0.0; 3];

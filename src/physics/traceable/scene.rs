@@ -271,11 +271,6 @@ impl TraceableScene {
         !self.furnished && self.specular_surfaces().next().is_none()
     }
 
-    /// True if the room is convex, without objects and luminaires, its faces are diffuse, and interreflection is followed.
-    pub fn is_plain(&self) -> bool {
-        self.is_bare() && self.enclosure.is_convex() && self.interreflection
-    }
-
     /// Returns the height in m above a plane within which a segment that ends there has reached it: hits on a mesh lie slightly before
     /// it, and a grid may lie on the mesh.
     pub fn contact(&self) -> f64 {

@@ -11,11 +11,6 @@ const STRAIGHT: PassSize = PassSize { for_one_percent: 128.0, growth: 1.5, fewes
 const BENT: PassSize = PassSize { for_one_percent: 512.0, ..STRAIGHT };
 const OF_OTHER_GUIDES: PassSize = PassSize { for_one_percent: 256.0, ..STRAIGHT };
 
-/// True if all guides are straight, so that a few photons estimate their flux well.
-pub fn are_straight(tubes: &[TraceableTube]) -> bool {
-    tubes.iter().all(|tube| matches!(tube.guide, Guide::Straight(_)))
-}
-
 /// Returns the number of photons of a pass such that a few to a dozen passes find the light of sensors to a relative standard error
 /// `target`. A sensor gets light from several tubes, whose errors are independent: each may exceed the target by the root of their number.
 pub fn photons_for(tubes: &[TraceableTube], target: f64) -> f64 {

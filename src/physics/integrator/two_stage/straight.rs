@@ -35,6 +35,8 @@ pub struct Straight {
     pub lux: f64,
     /// Error in lx by obstacles that all connections may have missed, times the number of passes.
     pub missed: f64,
+    /// Part of this error by obstacles that connections to some photons may have missed.
+    pub missed_by_connections: f64,
     /// Variance in lx2 by light that boxes partly hide, with one photon of each opening in place of all.
     pub by_one_photon: f64,
     pub rays: RayCount,
@@ -44,6 +46,7 @@ impl AddAssign for Straight {
     fn add_assign(&mut self, other: Self) {
         self.lux += other.lux;
         self.missed += other.missed;
+        self.missed_by_connections += other.missed_by_connections;
         self.by_one_photon += other.by_one_photon;
         self.rays += other.rays;
     }
@@ -106,7 +109,7 @@ impl OpeningConnections {
         let key = self.seed.stream(Stream::EvenConnections, sensors.number as u64).child(sensor as u64);
         let mut random =
             PathRandom::new(sensors.stream.stream(Stream::Sensor, sensor as u64).stream(Stream::PartlySeen, 0));
-        let (mut straight, mut squares) = (Straight::default(), 0.0);
+        let (mut straight, [mut by_photons, mut by_connections]) = (Straight::default(), [0.0; 2]);
         for tube in (0..tubes).filter(|tube| light.tubes()[*tube].is_far(position, reach)) {
             match self.seen[sensors.number][sensor * tubes + tube] {
                 VisiblePart::Whole => {
@@ -117,7 +120,7 @@ impl OpeningConnections {
                 VisiblePart::PastBoxes => {
                     let of_tube = past_boxes(scene, light, tube, Sensor { position, normal });
                     straight += Straight { missed: 0.0, ..of_tube };
-                    squares += of_tube.missed.powi(2);
+                    by_photons += of_tube.missed.powi(2);
                     continue;
                 }
                 VisiblePart::InPart => {}
@@ -139,9 +142,10 @@ impl OpeningConnections {
                     straight.lux += lux * fraction;
                 }
             }
-            squares += (unhidden / (f64::from(connections).powi(3) * PASSES).sqrt()).powi(2);
+            by_connections += (unhidden / (f64::from(connections).powi(3) * PASSES).sqrt()).powi(2);
         }
-        Straight { missed: squares.sqrt(), ..straight }
+        let [missed, missed_by_connections] = [by_photons + by_connections, by_connections].map(f64::sqrt);
+        Straight { missed, missed_by_connections, ..straight }
     }
 }
 

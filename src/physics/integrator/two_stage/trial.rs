@@ -6,7 +6,7 @@ use super::sample_counts::SampleCounts;
 use super::settings::Settings;
 use super::sizes::Sizes;
 use super::straight::GridSensors;
-use super::variances::{RelativeVariances, Share, TrialValues};
+use super::variances::{PASSES, RelativeVariances, Share, TrialValues};
 use crate::integrator::diffuser_source::closure_source::{Beside, ClosureSource};
 use crate::integrator::method::Task;
 use crate::sampling::Stream;
@@ -103,6 +103,7 @@ impl<const C: usize> TwoStage<C> {
                 expected_spread: method.spreads.get(number).copied().unwrap_or(f64::INFINITY),
                 hidden_sources: method.connections.hidden_sources(scene, number, sensor) as f64,
                 by_one_photon: straight.by_one_photon,
+                missed: straight.missed_by_connections / PASSES,
                 ..TrialValues::default()
             }
         };

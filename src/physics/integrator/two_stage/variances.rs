@@ -34,7 +34,9 @@ pub struct TrialValues {
     pub expected_spread: f64,
     /// Variance in lx2 by light that boxes partly hide, with one photon of each opening.
     pub by_one_photon: f64,
-    /// Number of openings, luminaires and chains of mirrors to each of which the sensor has several connections.
+    /// Error in lx by obstacles that all connections of a job of such passes may have missed.
+    pub missed: f64,
+    /// Number of openings, luminaires and chains of mirrors to which the sensor has connections of their own.
     pub hidden_sources: f64,
 }
 
@@ -87,7 +89,9 @@ pub struct RelativeVariances {
     pub spread: f64,
     /// Variance of the direct light, by the number of connections of the trial.
     pub hidden: f64,
-    /// Number of openings, luminaires and chains of mirrors to each of which a sensor has several connections.
+    /// Variance of the direct light by obstacles that all connections of a job with those of the trial may have missed, in one pass.
+    pub missed: f64,
+    /// Number of openings, luminaires and chains of mirrors to which a sensor has connections of their own.
     pub hidden_sources: f64,
     /// Variance by light that boxes partly hide, with one photon of each opening.
     pub by_one_photon: f64,
@@ -115,21 +119,22 @@ impl RelativeVariances {
 
     /// Computes the spread of sensors; `None` if none of them is lit.
     pub fn of(sensors: impl IntoIterator<Item = TrialValues>) -> Option<Self> {
-        let [mut gathered, mut beyond, mut spread, mut hidden, mut hidden_sources, mut by_one_photon] =
-            [Moments::default(); 6];
+        let [mut gathered, mut beyond, mut spread, mut hidden, mut missed, mut hidden_sources, mut by_one_photon] =
+            [Moments::default(); 7];
         for tried in sensors.into_iter().filter(|tried| tried.lux.mean > 0.0) {
             let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.scale.powi(2);
             gathered.push(relative(tried.gathered));
             beyond.push(relative(tried.beyond) * f64::from(BEYOND_IN_TRIAL));
             spread.push(tried.expected_spread * (tried.gathered.mean / tried.scale).powi(2));
             hidden.push(relative(tried.straight));
+            missed.push(PASSES * (tried.missed / tried.scale).powi(2));
             hidden_sources.push(tried.hidden_sources);
             by_one_photon.push(tried.by_one_photon / tried.scale.powi(2));
         }
         let is_lit = gathered.count > 0.0;
-        let [gathered, beyond, spread, hidden, hidden_sources, by_one_photon] =
-            [gathered, beyond, spread, hidden, hidden_sources, by_one_photon].map(|all| all.mean);
-        is_lit.then_some(Self { gathered, beyond, spread, hidden, hidden_sources, by_one_photon })
+        let [gathered, beyond, spread, hidden, missed, hidden_sources, by_one_photon] =
+            [gathered, beyond, spread, hidden, missed, hidden_sources, by_one_photon].map(|all| all.mean);
+        is_lit.then_some(Self { gathered, beyond, spread, hidden, missed, hidden_sources, by_one_photon })
     }
 
     /// Divides the paths among sensors so that their squared errors have the least sum for the same time, and computes the variances by
@@ -180,6 +185,7 @@ mod tests {
                 beyond: 0.0,
                 spread,
                 hidden: 0.0,
+                missed: 0.0,
                 hidden_sources: 0.0,
                 by_one_photon: 0.0,
             };
@@ -213,7 +219,8 @@ mod tests {
         assert_eq!(divided([Some([0.0, known])].into_iter(), 0.5), (0.0, vec![1.0]));
     }
 
-    /// Checks two passes at 1 and 3 lx: a variance of 2 lx2, over the square of 2 lx; of one of four paths four times that.
+    /// Checks two passes at 1 and 3 lx: a variance of 2 lx2, over the square of 2 lx; of one of four paths four times that; an
+    /// error of 0.5 lx, a quarter of that light, is eight times a sixteenth of its square in one of eight passes.
     #[test]
     fn spreads_are_relative_to_the_light() {
         let of = |values: [f64; 2]| {
@@ -231,6 +238,7 @@ mod tests {
             beyond: part,
             straight: part,
             expected_spread: 0.25,
+            missed: 0.5,
             hidden_sources: 3.0,
             by_one_photon,
         };
@@ -239,6 +247,7 @@ mod tests {
             beyond: 2.0,
             spread: 0.25,
             hidden: 0.5,
+            missed: 0.5,
             hidden_sources: 3.0,
             by_one_photon: 2.0,
         };
