@@ -260,7 +260,9 @@ pub enum StoreError {
 /// sets and uploads of other owners are not found there, listed, cancelled or deleted. Counts, chunks, totals and the store's
 /// record are those of the whole service anyway. A job takes the results of an equal one of its owner.
 #[async_trait]
-pub trait Store: PassesAhead + Send + Sync + 'static {
+pub trait Store:
+    JobStore + ResultStore + SetStore + UploadStore + ChunkStore + PassesAhead + Send + Sync + 'static
+{
     /// Returns this store as one owner sees it.
     fn of(&self, owner: Owner) -> Arc<dyn Store>;
     /// Writes everything out, and releases the store for other processes.
@@ -282,11 +284,15 @@ pub trait Store: PassesAhead + Send + Sync + 'static {
     async fn set_serving(&self, serving: bool) -> Result<(), StoreError>;
     /// Looks for damage in the whole store.
     async fn check(&self) -> Result<(), StoreError>;
+}
 
+/// Jobs of a [`Store`].
+#[async_trait]
+pub trait JobStore {
     /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `most` jobs may wait behind the one that is
     /// rendered. If the new job is buffered, its readers wait until it is durable, as [`Self::sync`] does.
     async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError>;
-    /// Returns once everything that was written of a job is durable. Nothing that its [`Self::complete`] made obsolete may be deleted
+    /// Returns once everything that was written of a job is durable. Nothing that its [`ChunkStore::complete`] made obsolete may be deleted
     /// before.
     async fn sync(&self, job: Uuid) -> Result<(), StoreError>;
     /// Finds the job that was posted with this key; `None` if there is none, or no more.
@@ -311,6 +317,13 @@ pub trait Store: PassesAhead + Send + Sync + 'static {
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError>;
     /// Deletes a job; true if there was one.
     async fn delete(&self, id: Uuid) -> Result<bool, StoreError>;
+    /// Returns single jobs that have ended, the earliest end first.
+    async fn ended_jobs(&self, filter: EndedFilter) -> Result<Vec<Ended>, StoreError>;
+}
+
+/// Events, passes and files of the jobs of a [`Store`].
+#[async_trait]
+pub trait ResultStore {
     /// Reads at most `limit` events after sequence number `after`, in order.
     async fn events(&self, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError>;
     /// Reads at most `limit` rows of the convergence table after pass `after`, in order.
@@ -321,7 +334,15 @@ pub trait Store: PassesAhead + Send + Sync + 'static {
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError>;
     /// Lists all files of a job.
     async fn artifacts(&self, id: Uuid) -> Result<Vec<Artifact>, StoreError>;
+    /// Returns the bytes of the files of all jobs, wherever they are kept.
+    async fn stored_bytes(&self) -> Result<u64, StoreError>;
+    /// Returns the keys of the object store that rows point to.
+    async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError>;
+}
 
+/// Sets of jobs of a [`Store`].
+#[async_trait]
+pub trait SetStore {
     /// Queues all jobs of a set behind the first chunks of other jobs, or none of them; at most `most` jobs may wait.
     async fn submit_set(&self, set: NewJobSet, most: MostWaiting) -> Result<SetSubmission, StoreError>;
     /// Finds the set of a kind that was posted with this key; `None` if there is none, or no more.
@@ -334,13 +355,20 @@ pub trait Store: PassesAhead + Send + Sync + 'static {
     async fn jobs_of_set(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError>;
     /// Reads how far a set's jobs are, and in which order they started and ended.
     async fn set_progress(&self, id: Uuid) -> Result<SetProgress, StoreError>;
-    /// Cancels all jobs of a set that have not ended, as [`Self::cancel`] does; returns their ids, none where all had ended.
+    /// Cancels all jobs of a set that have not ended, as [`JobStore::cancel`] does; returns their ids, none where all had ended.
     async fn cancel_set(&self, id: Uuid) -> Result<Vec<Uuid>, StoreError>;
     /// Keeps the results that a set has extracted from its jobs. This is buffered: they can be extracted again.
     async fn keep_found(&self, set: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError>;
     /// Deletes a set whose jobs are deleted, for they cannot be read without it; returns true if there was one.
     async fn delete_set(&self, id: Uuid) -> Result<bool, StoreError>;
+    /// Returns at most `limit` sets all of whose jobs have ended, before a time in milliseconds since 1970 if one is given, the earliest
+    /// end first.
+    async fn ended_sets(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError>;
+}
 
+/// Uploaded files of a [`Store`].
+#[async_trait]
+pub trait UploadStore {
     /// Adds an uploaded file; keeps and returns the one that is there already when the content was uploaded before.
     async fn add_upload(&self, file: UploadedFile) -> Result<UploadedFile, StoreError>;
     /// Reads the record of an uploaded file by its id; `None` if there is none of this kind.
@@ -351,7 +379,11 @@ pub trait Store: PassesAhead + Send + Sync + 'static {
     async fn delete_unused_uploads(&self, before: i64) -> Result<Vec<String>, StoreError>;
     /// Deletes an uploaded file of a kind, unless a job needs it: a mesh until the job ends, others as long as the job is there.
     async fn delete_upload(&self, kind: UploadKind, id: &str) -> Result<UploadDeletion, StoreError>;
+}
 
+/// Chunks of a [`Store`], which workers claim.
+#[async_trait]
+pub trait ChunkStore {
     /// Claims a chunk of any owner that is ready, whose lease is over, or that this owner had before and did not end.
     async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError>;
     /// Extends a lease by `extend` from now, and returns whether the job shall end.
@@ -359,20 +391,22 @@ pub trait Store: PassesAhead + Send + Sync + 'static {
     /// Writes convergence rows, progress and events of a running chunk; returns `false` when the lease is lost.
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError>;
     /// Ends a chunk: writes its last reports, progress, the next chunk or the job's end, and the event, in one transaction. This is
-    /// buffered; readers of the job wait until it is durable, as [`Self::sync`] does.
+    /// buffered; readers of the job wait until it is durable, as [`JobStore::sync`] does.
     async fn complete(
         &self,
         lease: &Lease,
         reports: &[Report],
         completion: &Completion,
-    ) -> Result<Committed, StoreError>;
-    /// Ends a chunk as [`Self::complete`] does, and claims another one by the same owner for some time, in one transaction.
+    ) -> Result<Committed, StoreError> {
+        Ok(self.complete_and_claim(lease, reports, completion, None).await?.0)
+    }
+    /// Ends a chunk as [`Self::complete`] does, and claims another one by the same owner for some time if `next` is given, in one transaction.
     async fn complete_and_claim(
         &self,
         lease: &Lease,
         reports: &[Report],
         completion: &Completion,
-        next: (Duration, Turn),
+        next: Option<(Duration, Turn)>,
     ) -> Result<(Committed, Option<Lease>), StoreError>;
     /// Goes back from a damaged state of the job to the state before it, or to the first pass, with the event `restarted`.
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError>;
@@ -385,17 +419,6 @@ pub trait Store: PassesAhead + Send + Sync + 'static {
     /// Makes every leased chunk ready again, at a start, when no other process can have a lease. `died`: the process that had them did not
     /// end by itself, which counts against chunks that got no further in it.
     async fn take_back(&self, died: bool) -> Result<TakenBack, StoreError>;
-
-    /// Returns single jobs that have ended, the earliest end first.
-    async fn ended_jobs(&self, filter: EndedFilter) -> Result<Vec<Ended>, StoreError>;
-    /// Returns at most `limit` sets all of whose jobs have ended, before a time in milliseconds since 1970 if one is given, the earliest
-    /// end first.
-    async fn ended_sets(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError>;
-    /// Returns the bytes of the files of all jobs, wherever they are kept.
-    async fn stored_bytes(&self) -> Result<u64, StoreError>;
-
-    /// Returns the keys of the object store that rows point to.
-    async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError>;
 }
 
 /// Store of ranges ahead. Every method is one transaction; what is lost of it in a power failure is computed again. A range whose

@@ -9,22 +9,22 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
 use super::SqliteStore;
-use super::rows::{self, signed, unsigned};
-use super::sql::{Statement, all, first, milliseconds, now_ms, one, run, store_error};
+use super::rows::{self, unsigned};
+use super::sql::{Statement, all, first, held, milliseconds, now_ms, of_lease, one, run, signed, store_error};
 use crate::engine::ahead::RangeAhead;
 use crate::estimate::stopping::Wanted;
 use crate::queue::durability::Durability;
 use crate::queue::store::*;
 
 /// SQL condition for the range that the owner $3 has claimed of the job $1 from pass $2.
-macro_rules! held {
+macro_rules! held_ahead {
     () => {
         "job_id = $1 AND pass_from = $2 AND owner = $3 AND state = 'leased'"
     };
 }
 
-/// Makes a statement with the condition `held!`.
-fn of_lease<'q>(sql: &'static str, lease: &'q AheadLease) -> Statement<'q> {
+/// Makes a statement with the condition `held_ahead!`.
+fn of_ahead<'q>(sql: &'static str, lease: &'q AheadLease) -> Statement<'q> {
     sqlx::query(sql).bind(lease.job.to_string()).bind(signed(lease.range.passes.start)).bind(&lease.owner)
 }
 
@@ -58,57 +58,50 @@ impl PassesAhead for SqliteStore {
             "UPDATE passes_ahead SET lease_until = ",
             now_ms!(),
             " + $4 WHERE ",
-            held!(),
+            held_ahead!(),
             " AND (SELECT cancel FROM jobs WHERE jobs.id = $1) = 0"
         );
-        let mut tx = self.begin(Durability::Buffered).await?;
-        let held = run(of_lease(sql, lease).bind(milliseconds(extend)), &mut *tx).await?;
-        tx.commit().await.map_err(store_error)?;
-        Ok(held > 0)
+        let query = of_ahead(sql, lease).bind(milliseconds(extend));
+        Ok(self.write(Durability::Buffered, query).await? > 0)
     }
 
     async fn keep_ahead(&self, lease: &AheadLease, end: u64, file: &StateFile) -> Result<bool, StoreError> {
         let rest = concat!(
             "INSERT INTO passes_ahead (job_id, pass_from, pass_to, grids, views, state) \
              SELECT job_id, $4, pass_to, grids, views, 'ready' FROM passes_ahead WHERE pass_to > $4 AND ",
-            held!()
+            held_ahead!()
         );
         let kept = concat!(
             "UPDATE passes_ahead SET state = 'done', owner = NULL, lease_until = NULL, pass_to = $4, key = $5, hash = $6 WHERE ",
-            held!()
+            held_ahead!()
         );
         let mut tx = self.begin(Durability::Buffered).await?;
-        run(of_lease(rest, lease).bind(signed(end)), &mut *tx).await?;
-        let kept = run(of_lease(kept, lease).bind(signed(end)).bind(&file.key).bind(&file.hash), &mut *tx).await?;
+        run(of_ahead(rest, lease).bind(signed(end)), &mut *tx).await?;
+        let kept = run(of_ahead(kept, lease).bind(signed(end)).bind(&file.key).bind(&file.hash), &mut *tx).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Ahead);
         Ok(kept > 0)
     }
 
     async fn return_ahead(&self, lease: &AheadLease, to: GivenBack) -> Result<(), StoreError> {
-        let sql = concat!("UPDATE passes_ahead SET state = $4, owner = NULL, lease_until = NULL WHERE ", held!());
+        let sql = concat!("UPDATE passes_ahead SET state = $4, owner = NULL, lease_until = NULL WHERE ", held_ahead!());
         let state = match to {
             GivenBack::ToWorkers => "ready",
             GivenBack::ToChunk => "left",
         };
-        let mut tx = self.begin(Durability::Buffered).await?;
-        run(of_lease(sql, lease).bind(state), &mut *tx).await?;
-        tx.commit().await.map_err(store_error)?;
+        self.write(Durability::Buffered, of_ahead(sql, lease).bind(state)).await?;
         self.tell(Change::Ahead);
         Ok(())
     }
 
     async fn ahead(&self, lease: &Lease, from: u64) -> Result<Ahead, StoreError> {
         let job = lease.job.to_string();
-        let taken = sqlx::query(
-            "DELETE FROM passes_ahead WHERE job_id = $1 AND pass_from = $2 AND state <> 'done' AND EXISTS \
-             (SELECT 1 FROM chunks WHERE job_id = $1 AND idx = $3 AND owner = $4 AND attempt = $5 AND state = 'leased')",
-        )
-        .bind(&job)
-        .bind(signed(from))
-        .bind(signed(lease.chunk))
-        .bind(&lease.owner)
-        .bind(lease.attempt);
+        let taken = concat!(
+            "DELETE FROM passes_ahead WHERE job_id = $1 AND pass_from = $5 AND state <> 'done' AND EXISTS \
+             (SELECT 1 FROM chunks WHERE ",
+            held!(),
+            ")"
+        );
         let outcomes =
             sqlx::query("SELECT key, hash FROM passes_ahead WHERE job_id = $1 AND pass_from = $2 AND state = 'done'")
                 .bind(&job)
@@ -118,7 +111,7 @@ impl PassesAhead for SqliteStore {
             .bind(signed(from));
         let file = |row: &SqliteRow| Ok(StateFile { key: rows::get(row, "key")?, hash: rows::get(row, "hash")? });
         let mut tx = self.begin(Durability::Buffered).await?;
-        run(taken, &mut *tx).await?;
+        run(of_lease(taken, lease).bind(signed(from)), &mut *tx).await?;
         let outcomes = one(outcomes, &mut *tx, file).await?;
         let until: Option<Option<i64>> = one(until, &mut *tx, first).await?;
         tx.commit().await.map_err(store_error)?;

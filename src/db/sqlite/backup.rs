@@ -8,7 +8,7 @@ use std::time::Duration;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
 
-use super::artifacts;
+use super::results;
 use super::sql::{now_ms, store_error};
 use crate::queue::store::StoreError;
 
@@ -45,7 +45,7 @@ impl DatabaseCopy {
 
     /// Returns the keys of the files to which rows of the copy refer.
     pub async fn referenced_keys(&mut self) -> Result<HashSet<String>, StoreError> {
-        artifacts::referenced_keys(&mut self.copy).await
+        results::referenced_keys(&mut self.copy).await
     }
 
     /// Counts the jobs in the copy.

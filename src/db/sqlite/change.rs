@@ -11,8 +11,8 @@ use crate::queue::events::EventData;
 use crate::queue::store::*;
 
 use super::ahead::push_ahead;
-use super::rows::{signed, to_json};
-use super::sql::{now_ms, store_error, waits_for_none};
+use super::rows::to_json;
+use super::sql::{now_ms, signed, store_error, waits_for_none};
 
 /// Largest number of rows that one statement inserts.
 const ROWS_OF_A_STATEMENT: usize = 500;

@@ -12,24 +12,21 @@ use crate::queue::store::*;
 
 use super::ahead::keys_before;
 use super::change::{JobChange, Line};
-use super::rows::{self, name_of, signed, to_json};
-use super::sql::{count_of, first, now_ms, one, run, store_error};
+use super::rows::{self, name_of, to_json};
+use super::sql::{count_of, first, held, now_ms, of_lease, one, run, signed, store_error};
 
 /// Writes rows and events of a running chunk; returns false when the lease is lost.
 pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
     let last = last_pass(reports);
-    let query = sqlx::query(
+    let query = concat!(
         "UPDATE chunks SET progressed = CASE WHEN reached < $5 THEN 1 ELSE progressed END, \
          deaths = CASE WHEN reached < $5 THEN 0 ELSE deaths END, reached = CASE WHEN reached < $5 THEN $5 ELSE reached END \
-         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
-         RETURNING (SELECT coalesce(max(pass), 0) FROM passes WHERE passes.job_id = chunks.job_id)",
-    )
-    .bind(lease.job.to_string())
-    .bind(signed(lease.chunk))
-    .bind(&lease.owner)
-    .bind(lease.attempt)
-    .bind(last.map_or(0, |pass| signed(pass.passes)));
-    let newest: Option<i64> = one(query, &mut *tx, first).await?;
+         WHERE ",
+        held!(),
+        " RETURNING (SELECT coalesce(max(pass), 0) FROM passes WHERE passes.job_id = chunks.job_id)"
+    );
+    let reached = last.map_or(0, |pass| signed(pass.passes));
+    let newest: Option<i64> = one(of_lease(query, lease).bind(reached), &mut *tx, first).await?;
     let Some(newest) = newest else { return Ok(false) };
     let job = lease.job.to_string();
     let mut change = JobChange::new(&job);
@@ -102,21 +99,15 @@ pub(super) async fn complete(
     reports: &[Report],
     completion: &Completion,
 ) -> Result<Committed, StoreError> {
-    let ended = sqlx::query(
-        "UPDATE chunks SET state = 'done', owner = NULL, lease_until = NULL, deaths = 0 \
-         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
-         RETURNING (SELECT coalesce(max(pass), 0) FROM passes WHERE passes.job_id = chunks.job_id), \
+    let query = concat!(
+        "UPDATE chunks SET state = 'done', owner = NULL, lease_until = NULL, deaths = 0 WHERE ",
+        held!(),
+        " RETURNING (SELECT coalesce(max(pass), 0) FROM passes WHERE passes.job_id = chunks.job_id), \
          (SELECT state_key FROM jobs WHERE jobs.id = chunks.job_id), \
          (SELECT previous_state_key FROM jobs WHERE jobs.id = chunks.job_id), \
-         EXISTS (SELECT 1 FROM passes_ahead WHERE passes_ahead.job_id = chunks.job_id)",
-    )
-    .bind(lease.job.to_string())
-    .bind(signed(lease.chunk))
-    .bind(&lease.owner)
-    .bind(lease.attempt)
-    .fetch_optional(&mut *tx)
-    .await
-    .map_err(store_error)?;
+         EXISTS (SELECT 1 FROM passes_ahead WHERE passes_ahead.job_id = chunks.job_id)"
+    );
+    let ended = of_lease(query, lease).fetch_optional(&mut *tx).await.map_err(store_error)?;
     let Some(ended) = ended else { return Ok(Committed::LeaseLost) };
     let newest: i64 = ended.try_get(0).map_err(store_error)?;
     let state: Option<String> = ended.try_get(1).map_err(store_error)?;
@@ -206,18 +197,13 @@ impl States {
 
 /// Reads the job's checkpoints; `None` when the lease is lost.
 async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<States>, StoreError> {
-    let row = sqlx::query(
+    let query = concat!(
         "SELECT state_key, state_hash, previous_state_key, previous_state_hash, previous_seconds, \
-         previous_cpu_seconds FROM jobs WHERE id = $1 AND EXISTS (SELECT 1 FROM chunks \
-         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased')",
-    )
-    .bind(lease.job.to_string())
-    .bind(signed(lease.chunk))
-    .bind(&lease.owner)
-    .bind(lease.attempt)
-    .fetch_optional(tx)
-    .await
-    .map_err(store_error)?;
+         previous_cpu_seconds FROM jobs WHERE id = $1 AND EXISTS (SELECT 1 FROM chunks WHERE ",
+        held!(),
+        ")"
+    );
+    let row = of_lease(query, lease).fetch_optional(tx).await.map_err(store_error)?;
     let Some(row) = row else { return Ok(None) };
     let file = |key: &str, hash: &str| -> Result<Option<StateFile>, StoreError> {
         let (key, hash): (Option<String>, Option<String>) = (rows::get(&row, key)?, rows::get(&row, hash)?);

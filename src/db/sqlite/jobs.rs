@@ -1,6 +1,7 @@
 //! Jobs: their rows.
 
-use sqlx::{QueryBuilder, SqliteConnection, SqliteExecutor, SqlitePool};
+use async_trait::async_trait;
+use sqlx::{QueryBuilder, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use crate::document::Warning;
@@ -11,15 +12,167 @@ use crate::queue::events::{Cancelled, PlannedBesidePlan, Queued};
 use crate::queue::owner::Owner;
 use crate::queue::store::*;
 
+use super::SqliteStore;
 use super::change::{JobChange, Line};
-use super::rows::{self, head_columns, job_columns, signed, to_json, to_value};
-use super::sql::{Scope, all, bound, count_of, first, in_scope, now_ms, of_job_in_scope, one, run};
+use super::rows::{self, head_columns, job_columns, to_json, to_value};
+use super::sql::{
+    Scope, all, bound, count_of, first, in_scope, now_ms, of_job_in_scope, one, run, signed, store_error,
+};
 
-pub(super) async fn submit(
-    tx: &mut SqliteConnection,
-    new: NewJob,
-    most: MostWaiting,
-) -> Result<Submission, StoreError> {
+/// Statement by which a deletion gives up to 1024 free pages (4 kB each) back to the disk; later deletions give back the rest.
+const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";
+
+/// Statement that finds a job of the same owner that has succeeded and whose results are also those of the job $1. A job that its time limit has
+/// ended would have other results at another time: it counts only if it ended after the job $1 was created. The newest by its id would be found
+/// by reading all jobs that have ended.
+const ENDED_EQUAL: &str = "SELECT e.id FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'succeeded' \
+     AND e.owner = j.owner WHERE j.id = $1 AND (e.stopped_by <> 'max_seconds' OR e.finished_at >= j.created_at) ORDER BY e.finished_at DESC LIMIT 1";
+
+#[async_trait]
+impl JobStore for SqliteStore {
+    async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError> {
+        let mut tx = self.begin(Durability::Buffered).await?;
+        let submission = submit(&mut tx, job, most).await?;
+        if let Submission::New(job, _) = &submission {
+            self.commit_held(tx, job.head.id).await?;
+            self.tell(Change::Job(job.head.id));
+            self.tell(Change::Queue);
+        } else {
+            tx.rollback().await.map_err(store_error)?;
+        }
+        if let Submission::Repeated(job) = &submission {
+            self.log.sync(job.head.id).await?;
+        }
+        Ok(submission)
+    }
+
+    async fn sync(&self, job: Uuid) -> Result<(), StoreError> {
+        self.log.sync(job).await
+    }
+
+    async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError> {
+        let job = job_of_key(&self.readers, self.scope(), idempotency_key).await?;
+        if let Some(job) = &job {
+            self.log.sync(job.head.id).await?;
+        }
+        Ok(job)
+    }
+
+    async fn ended_equal(&self, id: Uuid) -> Result<Option<Uuid>, StoreError> {
+        one(sqlx::query(ENDED_EQUAL).bind(id.to_string()), &self.readers, |row| rows::uuid(row, "id")).await
+    }
+
+    async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError> {
+        let query =
+            concat!("SELECT ", head_columns!(), ", ", job_columns!(), " FROM jobs WHERE id = $1 AND ", in_scope!());
+        let query = sqlx::query(query).bind(id.to_string()).bind(bound(self.scope()));
+        let job = one(query, &self.readers, rows::job).await?;
+        self.log.sync(id).await?;
+        Ok(job)
+    }
+
+    async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError> {
+        source(&self.readers, self.scope(), id).await
+    }
+
+    async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError> {
+        let query = concat!("SELECT ", head_columns!(), " FROM jobs WHERE id = $1 AND ", in_scope!());
+        let query = sqlx::query(query).bind(id.to_string()).bind(bound(self.scope()));
+        let head = one(query, &self.readers, rows::head).await?;
+        self.log.sync(id).await?;
+        Ok(head)
+    }
+
+    async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
+        // conditions that are not there cannot keep it from an index
+        let mut query = QueryBuilder::new(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id < "));
+        query.push_bind(filter.before.unwrap_or(Uuid::max()).to_string());
+        if let Some(owner) = self.scope() {
+            query.push(" AND owner = ").push_bind(owner.name());
+        }
+        if let Some(status) = filter.status {
+            query.push(" AND status = ").push_bind(status.name());
+        }
+        query.push(" ORDER BY id DESC LIMIT ").push_bind(i64::from(filter.limit));
+        let jobs = all(query.build(), &self.readers, rows::head).await?;
+        self.log.sync_all().await?;
+        Ok(jobs)
+    }
+
+    async fn ended_jobs(&self, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
+        let query = sqlx::query(concat!(
+            "SELECT id, finished_at FROM jobs WHERE finished_at IS NOT NULL AND finished_at < $1 AND set_id IS NULL \
+             AND NOT EXISTS (SELECT 1 FROM job_set_members m WHERE m.job_id = jobs.id) \
+             AND ($4 IS NULL OR status = $4) AND ",
+            in_scope!(),
+            " ORDER BY finished_at, id LIMIT $3"
+        ))
+        .bind(filter.before.unwrap_or(i64::MAX))
+        .bind(bound(self.scope()))
+        .bind(i64::from(filter.limit))
+        .bind(filter.status.map(JobStatus::name));
+        all(query, &self.readers, |row| Ok(Ended { id: rows::uuid(row, "id")?, at: rows::get(row, "finished_at")? }))
+            .await
+    }
+
+    async fn count(&self, status: JobStatus) -> Result<u64, StoreError> {
+        let query = sqlx::query("SELECT count(*) FROM jobs WHERE status = $1").bind(status.name());
+        let count = count_of(query, &self.readers).await?;
+        self.log.sync_all().await?;
+        Ok(count)
+    }
+
+    async fn unfinished(&self) -> Result<u64, StoreError> {
+        // a job that has not ended has one chunk that is not done
+        count_of(sqlx::query("SELECT count(*) FROM chunks WHERE state <> 'done'"), &self.readers).await
+    }
+
+    async fn unfinished_of(&self, client: &str) -> Result<u64, StoreError> {
+        unfinished_of(&self.readers, client).await
+    }
+
+    async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError> {
+        let mut tx = self.begin(Durability::Committed).await?;
+        let outcome = cancel(&mut tx, self.scope(), id).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.log.sync(id).await?;
+        if outcome == CancelOutcome::Accepted {
+            self.tell_cancelled(id);
+        }
+        Ok(outcome)
+    }
+
+    async fn delete(&self, id: Uuid) -> Result<bool, StoreError> {
+        // in pieces, so that others can write in between
+        let deleted = loop {
+            let mut tx = self.begin(Durability::Committed).await?;
+            let deleted = delete_some(&mut tx, self.scope(), id).await?;
+            tx.commit().await.map_err(store_error)?;
+            if let Some(deleted) = deleted {
+                break deleted;
+            }
+        };
+        if deleted {
+            self.tell(Change::Stop(id));
+            self.tell(Change::Job(id));
+            if let Err(error) = sqlx::query(PAGES_GIVEN_BACK).fetch_all(&self.writer).await {
+                tracing::warn!(%error, "giving pages back to the disk failed");
+            }
+        }
+        Ok(deleted)
+    }
+}
+
+impl SqliteStore {
+    /// Tells listeners that a job was cancelled.
+    pub(super) fn tell_cancelled(&self, job: Uuid) {
+        self.tell(Change::Stop(job));
+        self.tell(Change::Ended(job));
+        self.tell(Change::Job(job));
+    }
+}
+
+async fn submit(tx: &mut SqliteConnection, new: NewJob, most: MostWaiting) -> Result<Submission, StoreError> {
     if let Some(key) = &new.idempotency_key
         && let Some(job) = job_of_key(&mut *tx, Some(&new.owner), key).await?
     {
@@ -176,20 +329,6 @@ pub(super) async fn job_of_key(
     one(query, database, rows::job).await
 }
 
-pub(super) async fn job(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<Job>, StoreError> {
-    let query = sqlx::query(concat!(
-        "SELECT ",
-        head_columns!(),
-        ", ",
-        job_columns!(),
-        " FROM jobs WHERE id = $1 AND ",
-        in_scope!()
-    ))
-    .bind(id.to_string())
-    .bind(bound(scope));
-    one(query, pool, rows::job).await
-}
-
 pub(super) async fn source(
     database: impl SqliteExecutor<'_>,
     scope: Scope<'_>,
@@ -206,58 +345,8 @@ pub(super) async fn source(
     one(query, database, rows::job_source).await
 }
 
-pub(super) async fn head(pool: &SqlitePool, scope: Scope<'_>, id: Uuid) -> Result<Option<JobHead>, StoreError> {
-    let query = sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id = $1 AND ", in_scope!()))
-        .bind(id.to_string())
-        .bind(bound(scope));
-    one(query, pool, rows::head).await
-}
-
-pub(super) async fn list(pool: &SqlitePool, scope: Scope<'_>, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
-    // conditions that are not there cannot keep it from an index
-    let mut query = QueryBuilder::new(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id < "));
-    query.push_bind(before(filter.before));
-    if let Some(owner) = scope {
-        query.push(" AND owner = ").push_bind(owner.name());
-    }
-    if let Some(status) = filter.status {
-        query.push(" AND status = ").push_bind(status.name());
-    }
-    query.push(" ORDER BY id DESC LIMIT ").push_bind(i64::from(filter.limit));
-    all(query.build(), pool, rows::head).await
-}
-
-/// Single jobs that have ended, those that ended first first.
-pub(super) async fn ended(pool: &SqlitePool, scope: Scope<'_>, filter: EndedFilter) -> Result<Vec<Ended>, StoreError> {
-    let query = sqlx::query(concat!(
-        "SELECT id, finished_at FROM jobs WHERE finished_at IS NOT NULL AND finished_at < $1 AND set_id IS NULL \
-         AND NOT EXISTS (SELECT 1 FROM job_set_members m WHERE m.job_id = jobs.id) \
-         AND ($4 IS NULL OR status = $4) AND ",
-        in_scope!(),
-        " ORDER BY finished_at, id LIMIT $3"
-    ))
-    .bind(filter.before.unwrap_or(i64::MAX))
-    .bind(bound(scope))
-    .bind(i64::from(filter.limit))
-    .bind(filter.status.map(JobStatus::name));
-    all(query, pool, |row| Ok(Ended { id: rows::uuid(row, "id")?, at: rows::get(row, "finished_at")? })).await
-}
-
-fn before(id: Option<Uuid>) -> String {
-    id.unwrap_or(Uuid::max()).to_string()
-}
-
-pub(super) async fn count(pool: &SqlitePool, status: JobStatus) -> Result<u64, StoreError> {
-    count_of(sqlx::query("SELECT count(*) FROM jobs WHERE status = $1").bind(status.name()), pool).await
-}
-
-pub(super) async fn unfinished(pool: &SqlitePool) -> Result<u64, StoreError> {
-    // a job that has not ended has one chunk that is not done
-    count_of(sqlx::query("SELECT count(*) FROM chunks WHERE state <> 'done'"), pool).await
-}
-
-/// Counts the unfinished chunks of one client, as [`unfinished`] counts those of all.
-pub(super) async fn unfinished_of(database: impl SqliteExecutor<'_>, client: &str) -> Result<u64, StoreError> {
+/// Counts the chunks of one client that are not done.
+async fn unfinished_of(database: impl SqliteExecutor<'_>, client: &str) -> Result<u64, StoreError> {
     count_of(sqlx::query("SELECT count(*) FROM chunks WHERE state <> 'done' AND client = $1").bind(client), database)
         .await
 }
@@ -301,11 +390,7 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid
 const ROWS_AT_ONCE: i64 = 5000;
 
 /// Deletes some of a job's rows, oldest first. Returns `None` while rows remain, and once the job is gone whether it was there.
-pub(super) async fn delete_some(
-    tx: &mut SqliteConnection,
-    scope: Scope<'_>,
-    id: Uuid,
-) -> Result<Option<bool>, StoreError> {
+async fn delete_some(tx: &mut SqliteConnection, scope: Scope<'_>, id: Uuid) -> Result<Option<bool>, StoreError> {
     for statement in [
         concat!(
             "DELETE FROM passes WHERE ",
@@ -329,4 +414,26 @@ pub(super) async fn delete_some(
         .bind(bound(scope));
     let deleted = run(query, tx).await?;
     Ok(Some(deleted > 0))
+}
+
+#[cfg(test)]
+mod tests {
+    use sqlx::{AssertSqlSafe, Connection, Row, SqliteConnection};
+
+    use super::*;
+    use crate::db::sqlite::migrations::migrations;
+
+    /// Equal jobs are found by an index, so that other jobs that have ended are not read.
+    #[tokio::test]
+    async fn equal_jobs_are_found_by_their_index() {
+        let mut database = SqliteConnection::connect("sqlite::memory:").await.unwrap();
+        migrations().run(&mut database).await.unwrap();
+        let plan = sqlx::query(AssertSqlSafe(format!("EXPLAIN QUERY PLAN {ENDED_EQUAL}")))
+            .bind("")
+            .fetch_all(&mut database)
+            .await
+            .unwrap();
+        let plan: Vec<String> = plan.iter().map(|row| row.get("detail")).collect();
+        assert!(plan.iter().any(|step| step.contains("SEARCH e USING INDEX jobs_by_computation")), "{plan:?}");
+    }
 }

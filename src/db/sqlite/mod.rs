@@ -5,20 +5,16 @@
 //! claim differ between the two.
 
 mod ahead;
-mod artifacts;
 pub(crate) mod backup;
 mod change;
-mod chunk_end;
 mod commit;
-mod equal;
 mod guard;
-mod history;
 mod job_sets;
 mod jobs;
 mod log;
 mod migrations;
 mod queue;
-mod record;
+mod results;
 mod rows;
 mod sql;
 mod store;

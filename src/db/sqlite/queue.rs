@@ -1,19 +1,24 @@
 //! Queue of chunks: they are claimed with a lease, kept by heartbeats, and given back.
 //!
-//! Every statement on a leased chunk names its owner and attempt, so that a worker that has lost the lease changes no row.
+//! Every statement on a leased chunk names its owner and attempt (`held!`), so that a worker that has lost the lease changes no row.
 
 use std::time::Duration;
 
+use async_trait::async_trait;
 use sqlx::{Row, SqliteConnection};
 use uuid::Uuid;
 
+use crate::queue::durability::Durability;
 use crate::queue::store::*;
 
-use super::ahead;
 use super::change::JobChange;
 use super::commit::finish_job;
-use super::rows::{self, signed};
-use super::sql::{first, milliseconds, now_ms, one, run, store_error, waits_for_none};
+use super::rows;
+use super::sql::{
+    Statement, first, held, milliseconds, now_ms, of_lease, one, run, signed, store_error, waits_for_none,
+};
+use super::store::WRITTEN_NOW;
+use super::{SqliteStore, ahead, commit};
 
 /// Lock clause of the claim's inner query: empty for SQLite, `FOR UPDATE OF c SKIP LOCKED` for PostgreSQL.
 macro_rules! lock_clause {
@@ -85,7 +90,152 @@ macro_rules! claim {
 const CLAIM: &str = claim!("");
 const CLAIM_SHORT: &str = claim!("c.line > 0, (SELECT slices FROM jobs WHERE jobs.id = c.job_id), ");
 
-pub(super) async fn claim(
+#[async_trait]
+impl ChunkStore for SqliteStore {
+    async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError> {
+        let mut tx = self.begin(Durability::Buffered).await?;
+        let claimed = claim(&mut tx, owner, lease, turn).await?;
+        tx.commit().await.map_err(store_error)?;
+        if let Some(lease) = &claimed {
+            self.tell(Change::Job(lease.job));
+        }
+        Ok(claimed)
+    }
+
+    async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError> {
+        let query = concat!(
+            "UPDATE chunks SET lease_until = ",
+            now_ms!(),
+            " + $5 WHERE ",
+            held!(),
+            " RETURNING coalesce((SELECT cancel FROM jobs WHERE jobs.id = chunks.job_id), 0)"
+        );
+        let mut tx = self.begin(Durability::Buffered).await?;
+        let cancel: Option<i64> = one(of_lease(query, lease).bind(milliseconds(extend)), &mut *tx, first).await?;
+        run(sqlx::query(WRITTEN_NOW), &mut *tx).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(match cancel {
+            None => Beat::Lost,
+            Some(0) => Beat::Keep,
+            Some(_) => Beat::Cancel,
+        })
+    }
+
+    async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
+        let mut tx = self.begin(Durability::Buffered).await?;
+        let held = commit::report(&mut tx, lease, reports).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Job(lease.job));
+        Ok(held)
+    }
+
+    async fn complete_and_claim(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+        next: Option<(Duration, Turn)>,
+    ) -> Result<(Committed, Option<Lease>), StoreError> {
+        let mut tx = self.begin(Durability::Buffered).await?;
+        let committed = commit::complete(&mut tx, lease, reports, completion).await?;
+        if committed == Committed::LeaseLost {
+            tx.rollback().await.map_err(store_error)?;
+            return Ok((committed, None));
+        }
+        let claimed = match next {
+            Some((duration, turn)) => claim(&mut tx, &lease.owner, duration, turn).await?,
+            None => None,
+        };
+        self.commit_held(tx, lease.job).await?;
+        // listeners that read the job now wait until the commit is durable
+        match completion {
+            Completion::Finish(_) => self.tell(Change::Ended(lease.job)),
+            Completion::Continue { ahead, .. } if !ahead.is_empty() => self.tell(Change::Ahead),
+            Completion::Continue { .. } => {}
+        }
+        self.tell(Change::Job(lease.job));
+        if let Some(claimed) = &claimed {
+            self.tell(Change::Job(claimed.job));
+        }
+        Ok((committed, claimed))
+    }
+
+    async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
+        let mut tx = self.begin(Durability::Committed).await?;
+        let committed = commit::rewind(&mut tx, lease, reason).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Job(lease.job));
+        self.tell(Change::Queue);
+        Ok(committed)
+    }
+
+    async fn put_aside(&self, lease: &Lease, slices: u64) -> Result<(), StoreError> {
+        let counted = sqlx::query("UPDATE jobs SET slices = slices + $2 WHERE id = $1");
+        let mut tx = self.begin(Durability::Buffered).await?;
+        run(of_lease(RELEASE, lease), &mut *tx).await?;
+        run(counted.bind(lease.job.to_string()).bind(signed(slices)), &mut *tx).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Queue);
+        Ok(())
+    }
+
+    async fn release(&self, lease: &Lease) -> Result<(), StoreError> {
+        self.give_back(of_lease(RELEASE, lease)).await
+    }
+
+    async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError> {
+        let query = concat!(
+            "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, failures = failures + 1, error = $5 WHERE ",
+            held!()
+        );
+        self.give_back(of_lease(query, lease).bind(error)).await
+    }
+
+    async fn take_back(&self, died: bool) -> Result<TakenBack, StoreError> {
+        let query = sqlx::query(
+            "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, \
+             deaths = CASE WHEN $1 = 0 THEN deaths WHEN progressed = 1 THEN 0 ELSE deaths + 1 END, \
+             turn = CASE WHEN $1 = 0 OR progressed = 1 THEN turn \
+             ELSE (SELECT max(o.turn) + 1 FROM chunks o WHERE o.state <> 'done') END \
+             WHERE state = 'leased' AND state <> 'done'",
+        );
+        let mut tx = self.begin(Durability::Committed).await?;
+        let ready = run(query.bind(i64::from(died)), &mut *tx).await?;
+        ahead::take_back(&mut tx, died).await?;
+        let given_up: Vec<String> = sqlx::query_scalar(
+            "UPDATE chunks SET state = 'done' WHERE state <> 'done' AND deaths >= $1 RETURNING job_id",
+        )
+        .bind(signed(MAX_DEATHS))
+        .fetch_all(&mut *tx)
+        .await
+        .map_err(store_error)?;
+        let mut failed = Vec::new();
+        for job in given_up {
+            let detail = format!("the process died {MAX_DEATHS} times while rendering this job");
+            let finish = Finish::failed("The process died", detail);
+            finish_job(&mut tx, JobChange::new(&job), &finish).await?;
+            failed.extend(Uuid::parse_str(&job));
+        }
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Queue);
+        Ok(TakenBack { ready: ready - failed.len() as u64, failed })
+    }
+}
+
+/// Statement that makes a leased chunk ready again.
+const RELEASE: &str = concat!("UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL WHERE ", held!());
+
+impl SqliteStore {
+    /// Runs a statement that gives a chunk back undone.
+    async fn give_back(&self, statement: Statement<'_>) -> Result<(), StoreError> {
+        self.write(Durability::Buffered, statement).await?;
+        self.tell(Change::Queue);
+        Ok(())
+    }
+}
+
+/// Claims the waiting chunk that comes next, and starts its job if it is the first one.
+async fn claim(
     tx: &mut SqliteConnection,
     owner: &str,
     lease: Duration,
@@ -126,87 +276,4 @@ pub(super) async fn claim(
     .bind(&job);
     run(query, &mut *tx).await?;
     Ok(Some(lease))
-}
-
-pub(super) async fn heartbeat(tx: &mut SqliteConnection, lease: &Lease, extend: Duration) -> Result<Beat, StoreError> {
-    let query = sqlx::query(concat!(
-        "UPDATE chunks SET lease_until = ",
-        now_ms!(),
-        " + $5 WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
-         RETURNING coalesce((SELECT cancel FROM jobs WHERE jobs.id = chunks.job_id), 0)"
-    ))
-    .bind(lease.job.to_string())
-    .bind(signed(lease.chunk))
-    .bind(&lease.owner)
-    .bind(lease.attempt)
-    .bind(milliseconds(extend));
-    let cancel: Option<i64> = one(query, tx, first).await?;
-    Ok(match cancel {
-        None => Beat::Lost,
-        Some(0) => Beat::Keep,
-        Some(_) => Beat::Cancel,
-    })
-}
-
-pub(super) async fn release(tx: &mut SqliteConnection, lease: &Lease) -> Result<(), StoreError> {
-    let query = sqlx::query(
-        "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL \
-         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'",
-    )
-    .bind(lease.job.to_string())
-    .bind(signed(lease.chunk))
-    .bind(&lease.owner)
-    .bind(lease.attempt);
-    run(query, tx).await?;
-    Ok(())
-}
-
-pub(super) async fn put_aside(tx: &mut SqliteConnection, lease: &Lease, slices: u64) -> Result<(), StoreError> {
-    release(tx, lease).await?;
-    let query = sqlx::query("UPDATE jobs SET slices = slices + $2 WHERE id = $1")
-        .bind(lease.job.to_string())
-        .bind(signed(slices));
-    run(query, tx).await?;
-    Ok(())
-}
-
-pub(super) async fn fail_attempt(tx: &mut SqliteConnection, lease: &Lease, error: &str) -> Result<(), StoreError> {
-    let query = sqlx::query(
-        "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, failures = failures + 1, error = $5 \
-         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'",
-    )
-    .bind(lease.job.to_string())
-    .bind(signed(lease.chunk))
-    .bind(&lease.owner)
-    .bind(lease.attempt)
-    .bind(error);
-    run(query, tx).await?;
-    Ok(())
-}
-
-pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<TakenBack, StoreError> {
-    let query = sqlx::query(
-        "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, \
-         deaths = CASE WHEN $1 = 0 THEN deaths WHEN progressed = 1 THEN 0 ELSE deaths + 1 END, \
-         turn = CASE WHEN $1 = 0 OR progressed = 1 THEN turn \
-         ELSE (SELECT max(o.turn) + 1 FROM chunks o WHERE o.state <> 'done') END \
-         WHERE state = 'leased' AND state <> 'done'",
-    )
-    .bind(i64::from(died));
-    let ready = run(query, &mut *tx).await?;
-    ahead::take_back(tx, died).await?;
-    let given_up: Vec<String> =
-        sqlx::query_scalar("UPDATE chunks SET state = 'done' WHERE state <> 'done' AND deaths >= $1 RETURNING job_id")
-            .bind(signed(MAX_DEATHS))
-            .fetch_all(&mut *tx)
-            .await
-            .map_err(store_error)?;
-    let mut failed = Vec::new();
-    for job in given_up {
-        let detail = format!("the process died {MAX_DEATHS} times while rendering this job");
-        let finish = Finish::failed("The process died", detail);
-        finish_job(tx, JobChange::new(&job), &finish).await?;
-        failed.extend(Uuid::parse_str(&job));
-    }
-    Ok(TakenBack { ready: ready - failed.len() as u64, failed })
 }

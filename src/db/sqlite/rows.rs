@@ -191,11 +191,6 @@ pub(super) fn to_value<T: Serialize>(value: &T) -> Result<Value, StoreError> {
         .map_err(|error| StoreError::Failed(format!("a value cannot be written as JSON: {error}")))
 }
 
-/// Converts a count for a column, which is signed; counts never come near 2^63.
-pub(super) fn signed(value: u64) -> i64 {
-    i64::try_from(value).unwrap_or(i64::MAX)
-}
-
 pub(super) fn unsigned(value: i64) -> u64 {
     u64::try_from(value).unwrap_or(0)
 }

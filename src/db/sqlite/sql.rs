@@ -7,7 +7,7 @@ use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{Decode, Row, Sqlite, SqliteExecutor, Type};
 
 use crate::queue::owner::Owner;
-use crate::queue::store::StoreError;
+use crate::queue::store::{Lease, StoreError};
 
 /// Statement with its bound values.
 pub(super) type Statement<'q> = Query<'q, Sqlite, SqliteArguments>;
@@ -65,6 +65,19 @@ macro_rules! of_job_in_scope {
 }
 pub(crate) use of_job_in_scope;
 
+/// SQL condition for the chunk of a lease, whose values [`of_lease`] binds to $1 to $4; false once the lease is lost.
+macro_rules! held {
+    () => {
+        "job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'"
+    };
+}
+pub(crate) use held;
+
+/// Makes a statement with the condition `held!`.
+pub(super) fn of_lease<'q>(sql: &'static str, lease: &'q Lease) -> Statement<'q> {
+    sqlx::query(sql).bind(lease.job.to_string()).bind(signed(lease.chunk)).bind(&lease.owner).bind(lease.attempt)
+}
+
 /// SQL expression for the milliseconds since 1970 by the database's clock, the only clock with which leases are compared.
 macro_rules! now_ms {
     () => {
@@ -85,6 +98,11 @@ pub(crate) use waits_for_none;
 /// Returns the value of $2 in statements with a scope.
 pub(super) fn bound(scope: Scope<'_>) -> Option<&str> {
     scope.map(Owner::name)
+}
+
+/// Converts a count for a column, which is signed; counts never come near 2^63.
+pub(super) fn signed(value: u64) -> i64 {
+    i64::try_from(value).unwrap_or(i64::MAX)
 }
 
 /// Returns a duration in the unit of the database's clock.

@@ -86,13 +86,8 @@ impl Commits {
         // retries only end the chunk, without a claim
         let mut turn = turn.filter(|_| matches!(completion, Completion::Finish(_)));
         let end_chunk = || {
-            let (turn, reports, completion) = (turn.take(), &reports.waiting, &completion);
-            async move {
-                match turn {
-                    Some(turn) => self.store.complete_and_claim(lease, reports, completion, (LEASE, turn)).await,
-                    None => Ok((self.store.complete(lease, reports, completion).await?, None)),
-                }
-            }
+            let next = turn.take().map(|turn| (LEASE, turn));
+            self.store.complete_and_claim(lease, &reports.waiting, &completion, next)
         };
         let (committed, claimed) = retry(end_chunk).await?;
         if committed == Committed::LeaseLost {

@@ -87,7 +87,7 @@ async fn stopping_ends_streams_and_gives_the_chunk_back() {
     assert!(start.elapsed().as_secs() < 10);
 
     let store = skyduct::db::SqliteStore::open(&data.path().join("skyduct.db")).await.unwrap();
-    use skyduct::queue::store::{Store, Turn};
+    use skyduct::queue::store::{ChunkStore, Turn};
     let lease = store.claim("test", PATIENCE, Turn::default()).await.unwrap().expect("the chunk is ready again");
     assert!(path.ends_with(&lease.job.to_string()));
     assert_eq!(lease.failures, 0);

@@ -7,7 +7,7 @@ use reqwest::StatusCode;
 use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::db::SqliteStore;
-use skyduct::queue::store::Store;
+use skyduct::queue::store::{SetStore, Store};
 use skyduct::study::StudyRequest;
 use skyduct::study::request::RunKey;
 
