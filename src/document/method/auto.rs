@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::settings::MethodSettings;
-use crate::integrator::Method;
 use crate::plan::MethodRequest;
 
 /// Automatic choice of the method by the plan, which states its reasons.
@@ -17,9 +16,5 @@ impl MethodSettings for AutoMethod {
 
     fn request(&self) -> MethodRequest {
         MethodRequest::Auto
-    }
-
-    fn of(_: &Method) -> Option<Self> {
-        None
     }
 }

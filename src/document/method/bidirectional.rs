@@ -51,13 +51,6 @@ impl MethodSettings for BidirectionalPathTracingMethod {
         }))
     }
 
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::Bidirectional(settings) => Some(settings.into()),
-            _ => None,
-        }
-    }
-
     fn numbers(&self) -> Vec<Setting> {
         vec![
             optional("photons_per_pass", self.photons_per_pass.map(|photons| photons as f64), KEPT_PHOTONS_PER_PASS),

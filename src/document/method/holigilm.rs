@@ -19,8 +19,4 @@ impl MethodSettings for HoligilmMethod {
     fn request(&self) -> MethodRequest {
         MethodRequest::Method(Method::Holigilm(Settings {}))
     }
-
-    fn of(method: &Method) -> Option<Self> {
-        matches!(method, Method::Holigilm(_)).then_some(Self {})
-    }
 }

@@ -45,13 +45,6 @@ impl MethodSettings for JenkinsMethod {
         MethodRequest::Method(Method::Jenkins(Settings { coefficient, pipe_transmittance, bend_factor }))
     }
 
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::Jenkins(settings) => Some(settings.into()),
-            _ => None,
-        }
-    }
-
     fn numbers(&self) -> Vec<Setting> {
         vec![
             setting("coefficient", self.coefficient, COEFFICIENT),

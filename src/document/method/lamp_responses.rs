@@ -28,10 +28,6 @@ impl MethodSettings for LampResponsesMethod {
         MethodRequest::InPlaceOf(Self::NAME, Method::TwoStage(settings))
     }
 
-    fn of(_: &Method) -> Option<Self> {
-        None
-    }
-
     fn numbers(&self) -> Vec<Setting> {
         vec![
             optional("photons_per_pass", self.photons_per_pass.map(|photons| photons as f64), PHOTONS_PER_PASS),

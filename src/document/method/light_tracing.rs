@@ -10,7 +10,7 @@ use crate::integrator::light_tracing::Settings;
 use crate::plan::MethodRequest;
 
 /// Light tracing: photons from the sources, whose vertices are connected to the sensors; grids only.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightTracingMethod {
     /// Photons emitted per pass, for all tubes and sources together; default: 128 to 8192, depending on the requested accuracy.
@@ -24,25 +24,12 @@ impl From<&Settings> for LightTracingMethod {
     }
 }
 
-impl Default for LightTracingMethod {
-    fn default() -> Self {
-        Self::from(&Settings::default())
-    }
-}
-
 impl MethodSettings for LightTracingMethod {
     const NAME: &'static str = "light_tracing";
 
     fn request(&self) -> MethodRequest {
         let Self { photons_per_pass } = *self;
         MethodRequest::Method(Method::LightTracing(Settings { photons_per_pass }))
-    }
-
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::LightTracing(settings) => Some(settings.into()),
-            _ => None,
-        }
     }
 
     fn numbers(&self) -> Vec<Setting> {

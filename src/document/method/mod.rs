@@ -1,6 +1,6 @@
 //! The method of a job document: a name, or an object with the method's settings.
 //!
-//! Each method has a file with its settings, their defaults and bounds, and one line in [`METHODS`].
+//! Each method has a file with its settings, their defaults and bounds, and one line in [`METHODS`] and in [`settings_json`].
 
 mod auto;
 mod bidirectional;
@@ -68,7 +68,6 @@ struct Entry {
     name: &'static str,
     read: Reader<Arc<dyn AnySettings>>,
     by_default: fn() -> Arc<dyn AnySettings>,
-    json_of: fn(&Method) -> Option<Value>,
     schema: fn() -> RefOr<Schema>,
     limits: fn() -> Vec<(&'static str, Limit)>,
 }
@@ -79,7 +78,6 @@ impl Entry {
             name: S::NAME,
             read: |fields, of| Ok(Arc::new(fields.read::<S>(of)?)),
             by_default: || Arc::new(S::default()),
-            json_of: |method| Some(S::of(method)?.json()),
             schema: S::schema,
             limits: || S::default().numbers().into_iter().map(|it| (it.name, Limit::Number(it.range))).collect(),
         }
@@ -157,7 +155,18 @@ impl MethodDocument {
 
 /// Returns a method's settings as results show them.
 pub fn settings_json(method: &Method) -> Value {
-    METHODS.iter().find_map(|entry| (entry.json_of)(method)).unwrap_or_default()
+    let settings: &dyn AnySettings = match method {
+        Method::PathTracing(settings) => &path_tracing::PathTracingMethod::from(settings),
+        Method::Bidirectional(settings) => &bidirectional::BidirectionalPathTracingMethod::from(settings),
+        Method::PhotonMapping(settings) => &photon_mapping::PhotonMappingMethod::from(settings),
+        Method::Ppm(settings) => &ppm::PpmMethod::from(settings),
+        Method::Sppm(settings) => &sppm::SppmMethod::from(settings),
+        Method::LightTracing(settings) => &light_tracing::LightTracingMethod::from(settings),
+        Method::TwoStage(settings) => &two_stage::TwoStageMethod::from(settings),
+        Method::Holigilm(_) => &holigilm::HoligilmMethod {},
+        Method::Jenkins(settings) => &jenkins::JenkinsMethod::from(settings),
+    };
+    settings.json()
 }
 
 impl Serialize for MethodDocument {

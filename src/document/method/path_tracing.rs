@@ -41,13 +41,6 @@ impl MethodSettings for PathTracingMethod {
         MethodRequest::Method(Method::PathTracing(Settings { samples_per_sensor, samples_per_pixel }))
     }
 
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::PathTracing(settings) => Some(settings.into()),
-            _ => None,
-        }
-    }
-
     fn numbers(&self) -> Vec<Setting> {
         vec![
             setting("samples_per_sensor", self.samples_per_sensor, SAMPLES_PER_SENSOR),

@@ -11,7 +11,7 @@ use crate::plan::MethodRequest;
 
 /// Photon mapping with a fixed gather radius and final gathering. The bias of the radius does not shrink with passes; its
 /// estimate is part of the standard error.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PhotonMappingMethod {
     /// Photons emitted per pass, for all tubes and sources together; default: as many as reach the requested accuracy in some ten
@@ -31,25 +31,12 @@ impl From<&Settings> for PhotonMappingMethod {
     }
 }
 
-impl Default for PhotonMappingMethod {
-    fn default() -> Self {
-        Self::from(&Settings::default())
-    }
-}
-
 impl MethodSettings for PhotonMappingMethod {
     const NAME: &'static str = "photon_mapping";
 
     fn request(&self) -> MethodRequest {
         let Self { photons_per_pass, initial_radius_m, gather_rays } = *self;
         MethodRequest::Method(Method::PhotonMapping(Settings { photons_per_pass, initial_radius_m, gather_rays }))
-    }
-
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::PhotonMapping(settings) => Some(settings.into()),
-            _ => None,
-        }
     }
 
     fn numbers(&self) -> Vec<Setting> {

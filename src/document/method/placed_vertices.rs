@@ -28,10 +28,6 @@ impl MethodSettings for PlacedVerticesMethod {
         MethodRequest::InPlaceOf(Self::NAME, Method::TwoStage(settings))
     }
 
-    fn of(_: &Method) -> Option<Self> {
-        None
-    }
-
     fn numbers(&self) -> Vec<Setting> {
         let number = |value: Option<u64>| value.map(|value| value as f64);
         vec![

@@ -67,13 +67,6 @@ impl MethodSettings for PpmMethod {
         }))
     }
 
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::Ppm(settings) => Some(settings.into()),
-            _ => None,
-        }
-    }
-
     fn numbers(&self) -> Vec<Setting> {
         vec![
             photons(self.photons_per_pass, PHOTONS_PER_PASS),

@@ -8,7 +8,6 @@ use utoipa::ToSchema;
 use super::bounds::Setting;
 use crate::document::errors::Checks;
 use crate::document::outputs::{GridDocument, ViewDocument};
-use crate::integrator::Method;
 use crate::plan::MethodRequest;
 
 /// Settings of one method, as documents write them; implemented in the method's file and registered by one line there.
@@ -18,9 +17,6 @@ pub trait MethodSettings: Default + Serialize + DeserializeOwned + ToSchema + Se
 
     /// Returns the request that the plan receives.
     fn request(&self) -> MethodRequest;
-
-    /// Returns the settings of `method`, if it is this one.
-    fn of(method: &Method) -> Option<Self>;
 
     /// Returns all numeric settings, for the checks and the schema.
     fn numbers(&self) -> Vec<Setting> {

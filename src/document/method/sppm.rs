@@ -55,13 +55,6 @@ impl MethodSettings for SppmMethod {
         }))
     }
 
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::Sppm(settings) => Some(settings.into()),
-            _ => None,
-        }
-    }
-
     fn numbers(&self) -> Vec<Setting> {
         vec![
             photons(self.photons_per_pass, PHOTONS_PER_PASS),

@@ -47,13 +47,6 @@ impl MethodSettings for TwoStageMethod {
         MethodRequest::Method(Method::TwoStage(Settings { photons_per_pass, samples_per_sensor, samples_per_pixel }))
     }
 
-    fn of(method: &Method) -> Option<Self> {
-        match method {
-            Method::TwoStage(settings) => Some(settings.into()),
-            _ => None,
-        }
-    }
-
     fn numbers(&self) -> Vec<Setting> {
         vec![
             optional("photons_per_pass", self.photons_per_pass.map(|photons| photons as f64), PHOTONS_PER_PASS),
