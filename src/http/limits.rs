@@ -14,6 +14,42 @@ use crate::queue::store::MostWaiting;
 /// Range of [`Limits::max_seconds`]; NaN is outside of it.
 const MAX_SECONDS: RangeInclusive<f64> = 1e-3..=1e9;
 
+const COUNT: RangeInclusive<u64> = 1..=1_000_000;
+const COUNT_OR_NONE: RangeInclusive<u64> = 0..=1_000_000;
+const BYTES: RangeInclusive<u64> = 1024..=1 << 40;
+const SECONDS: RangeInclusive<u64> = 1..=24 * 60 * 60;
+
+/// Ranges of all other limits.
+const RANGES: [(&str, RangeInclusive<u64>); 27] = [
+    ("document_bytes", BYTES),
+    ("mesh_bytes", BYTES),
+    ("queued_jobs", COUNT),
+    ("queued_jobs_per_client", COUNT),
+    ("connections", COUNT),
+    ("connections_per_client", COUNT),
+    ("streams", COUNT),
+    ("streams_per_client", COUNT),
+    ("waits", COUNT_OR_NONE),
+    ("waits_per_client", COUNT_OR_NONE),
+    ("body_bytes", BYTES),
+    ("body_bytes_per_client", BYTES),
+    ("preparing", 1..=1000),
+    ("uploads", COUNT),
+    ("uploads_per_client", COUNT),
+    ("upload_bytes", BYTES),
+    ("upload_bytes_per_client", BYTES),
+    ("upload_bytes_per_second", 1..=1 << 40),
+    ("upload_grace_seconds", SECONDS),
+    ("mesh_readers", 1..=1000),
+    ("memory_bytes", 1 << 20..=1 << 50),
+    ("open_chunks_per_job", 1..=16),
+    ("free_bytes", 0..=1 << 50),
+    ("header_seconds", SECONDS),
+    ("request_seconds", SECONDS),
+    ("flux_seconds", SECONDS),
+    ("write_seconds", SECONDS),
+];
+
 /// Limits of the service; `config/default.toml` has the defaults.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -83,76 +119,16 @@ pub struct Limits {
 impl Limits {
     /// Checks all limits; the error names one that is out of range, and its range.
     pub fn check(&self) -> Result<(), String> {
-        let seconds = 1..=24 * 60 * 60;
-        let count = 1..=1_000_000;
-        let bytes = 1024..=1 << 40;
-        let may_be_none = |range: &RangeInclusive<u64>| 0..=*range.end();
-        let wide = |value: usize| value as u64;
-        // names all fields, so that a new one cannot be forgotten here
-        let &Self {
-            document_bytes,
-            mesh_bytes,
-            max_seconds,
-            queued_jobs,
-            queued_jobs_per_client,
-            connections,
-            connections_per_client,
-            streams,
-            streams_per_client,
-            waits,
-            waits_per_client,
-            body_bytes,
-            body_bytes_per_client,
-            preparing,
-            uploads,
-            uploads_per_client,
-            upload_bytes,
-            upload_bytes_per_client,
-            upload_bytes_per_second,
-            upload_grace_seconds,
-            mesh_readers,
-            memory_bytes,
-            open_chunks_per_job,
-            free_bytes,
-            header_seconds,
-            request_seconds,
-            flux_seconds,
-            write_seconds,
-        } = self;
-        let ranges = [
-            ("document_bytes", wide(document_bytes), bytes.clone()),
-            ("mesh_bytes", wide(mesh_bytes), bytes.clone()),
-            ("queued_jobs", queued_jobs, count.clone()),
-            ("queued_jobs_per_client", queued_jobs_per_client, count.clone()),
-            ("connections", wide(connections), count.clone()),
-            ("connections_per_client", wide(connections_per_client), count.clone()),
-            ("streams", wide(streams), count.clone()),
-            ("streams_per_client", wide(streams_per_client), count.clone()),
-            ("waits", wide(waits), may_be_none(&count)),
-            ("waits_per_client", wide(waits_per_client), may_be_none(&count)),
-            ("body_bytes", wide(body_bytes), bytes.clone()),
-            ("body_bytes_per_client", wide(body_bytes_per_client), bytes.clone()),
-            ("preparing", wide(preparing), 1..=1000),
-            ("uploads", wide(uploads), count.clone()),
-            ("uploads_per_client", wide(uploads_per_client), count),
-            ("upload_bytes", wide(upload_bytes), bytes.clone()),
-            ("upload_bytes_per_client", wide(upload_bytes_per_client), bytes.clone()),
-            ("upload_bytes_per_second", upload_bytes_per_second, 1..=*bytes.end()),
-            ("upload_grace_seconds", upload_grace_seconds, seconds.clone()),
-            ("mesh_readers", wide(mesh_readers), 1..=1000),
-            ("memory_bytes", memory_bytes.unwrap_or(1 << 30), 1 << 20..=1 << 50),
-            ("open_chunks_per_job", wide(open_chunks_per_job), 1..=16),
-            ("free_bytes", free_bytes, 0..=1 << 50),
-            ("header_seconds", header_seconds, seconds.clone()),
-            ("request_seconds", request_seconds, seconds.clone()),
-            ("flux_seconds", flux_seconds, seconds.clone()),
-            ("write_seconds", write_seconds, seconds),
-        ];
-        for (name, value, range) in ranges {
-            if !range.contains(&value) {
+        // a field without a range is refused with every value
+        let fields = serde_json::to_value(self).unwrap_or_default();
+        for (name, value) in fields.as_object().into_iter().flatten().filter(|(name, _)| *name != "max_seconds") {
+            let range = RANGES.iter().find(|(known, _)| known == name).map_or(&(0..=0), |(_, range)| range);
+            if let Some(value) = value.as_u64().filter(|value| !range.contains(value)) {
                 return Err(format!("{name}: must be {} to {}, but is {value}", range.start(), range.end()));
             }
         }
+        let &Self { document_bytes, mesh_bytes, max_seconds, body_bytes, body_bytes_per_client, .. } = self;
+        let &Self { upload_bytes, upload_bytes_per_client, .. } = self;
         if !MAX_SECONDS.contains(&max_seconds) {
             return Err(format!(
                 "max_seconds: must be {} to {}, but is {max_seconds}",
