@@ -26,11 +26,11 @@ use crate::queue::deletion::Deletion;
 use crate::queue::file_lock::FileLock;
 use crate::queue::live::LiveJobs;
 use crate::queue::local_files::LocalFiles;
-use crate::queue::meshes::Meshes;
 use crate::queue::ownership;
 use crate::queue::private_folder::{create_private_folder, make_private_files};
 use crate::queue::retention::{self, Deleted, Retention};
 use crate::queue::store::Store;
+use crate::queue::uploads::Uploads;
 use crate::queue::worker::{Worker, WorkerLimits};
 
 /// Longest time in which a stopping service ends open requests and the running pass and gives back the lease.
@@ -173,20 +173,20 @@ impl RunningService {
         }
         let shutdown = CancellationToken::new();
         let live = Arc::new(LiveJobs::default());
-        let meshes = Meshes::new(store.clone(), artifacts.clone());
+        let uploads = Uploads::new(store.clone(), artifacts.clone());
         let limits = WorkerLimits {
             memory_bytes: config.limits.memory_limit_bytes(),
             open_chunks: config.limits.open_chunks_per_job,
         };
         let worker =
-            Worker::new(store.clone(), artifacts.clone(), meshes.clone(), live.clone(), limits, shutdown.clone())
+            Worker::new(store.clone(), artifacts.clone(), uploads.clone(), live.clone(), limits, shutdown.clone())
                 .context("the render threads cannot start")?;
         let worker = tokio::spawn(worker.run());
         let swept = artifacts.clone();
         tokio::spawn(async move { ownership::sweep(&swept, sweep).await });
         let shared = Arc::new(Shared {
             all: store.clone(),
-            all_meshes: meshes,
+            all_uploads: uploads,
             artifacts,
             live,
             metrics: metrics::handle()?,

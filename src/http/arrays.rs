@@ -2,8 +2,8 @@
 
 use axum::Json;
 use axum::extract::Request;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
+use axum::response::Response;
 use jiff::Timestamp;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -13,16 +13,8 @@ use crate::http::App;
 use crate::http::client::Client;
 use crate::http::content::Binary;
 use crate::http::problem::{Path, Problem};
-use crate::http::uploads::{self, Accepted, Upload, no_such};
+use crate::http::uploads::{self, Accepted, UploadResource};
 use crate::queue::store::{About, AboutArray, UploadKind, UploadedFile};
-use crate::queue::uploads::about_array;
-
-/// Bodies that are arrays of NumPy.
-const ARRAY: Accepted = Accepted {
-    media_types: &["application/octet-stream"],
-    refusal: "an array must be a file of NumPy (.npy), sent as application/octet-stream",
-    most_bytes: ARRAY_BYTES,
-};
 
 /// An uploaded array.
 #[derive(Serialize, ToSchema)]
@@ -38,13 +30,18 @@ pub struct ArrayResource {
     pub columns: u64,
 }
 
-impl ArrayResource {
-    fn of(file: UploadedFile) -> Result<Self, Problem> {
-        let About::Array(AboutArray { rows, columns }) = file.about else {
-            return Err(no_such(UploadKind::Array));
-        };
-        let created_at = Timestamp::from_millisecond(file.created_at).ok();
-        Ok(Self { id: file.id, bytes: file.size, created_at, rows, columns })
+impl UploadResource for ArrayResource {
+    const KIND: UploadKind = UploadKind::Array;
+    const PATH: &'static str = "/v1/arrays";
+    const ACCEPTED: Accepted = Accepted {
+        media_types: &["application/octet-stream"],
+        refusal: "an array must be a file of NumPy (.npy), sent as application/octet-stream",
+        most_bytes: ARRAY_BYTES,
+    };
+
+    fn of(file: UploadedFile, created_at: Option<Timestamp>) -> Option<Self> {
+        let About::Array(AboutArray { rows, columns }) = file.about else { return None };
+        Some(Self { id: file.id, bytes: file.size, created_at, rows, columns })
     }
 }
 
@@ -64,11 +61,7 @@ impl ArrayResource {
         (status = 429, description = "This client has too many uploads in progress"),
         (status = 503, description = "The service is busy reading other files, or its disk is full")))]
 pub async fn create(app: App, client: Client, request: Request) -> Result<Response, Problem> {
-    let Upload { bytes, places, turn } = Upload::receive(&app, client, request, ARRAY).await?;
-    let (uploads, permits) = (app.meshes.uploads(), (turn, places.clone()));
-    let array = uploads.add_described(app.owner.clone(), UploadKind::Array, bytes, permits, about_array).await?;
-    let location = [(header::LOCATION, format!("/v1/arrays/{}", array.id))];
-    Ok((StatusCode::CREATED, location, Json(ArrayResource::of(array)?)).into_response())
+    uploads::create::<ArrayResource>(&app, client, request).await
 }
 
 /// Describes an uploaded array.
@@ -77,8 +70,7 @@ pub async fn create(app: App, client: Client, request: Request) -> Result<Respon
         (status = 200, description = "The array", body = ArrayResource),
         (status = 404, description = "No such array")))]
 pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<ArrayResource>, Problem> {
-    let array = app.store.upload(UploadKind::Array, &id).await?.ok_or_else(|| no_such(UploadKind::Array))?;
-    Ok(Json(ArrayResource::of(array)?))
+    uploads::get(&app, &id).await
 }
 
 /// Deletes an array that no job uses.

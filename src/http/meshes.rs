@@ -2,8 +2,8 @@
 
 use axum::Json;
 use axum::extract::Request;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
+use axum::response::Response;
 use jiff::Timestamp;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -12,15 +12,8 @@ use crate::http::App;
 use crate::http::client::Client;
 use crate::http::content::Binary;
 use crate::http::problem::{Path, Problem};
-use crate::http::uploads::{self, Accepted, Upload, no_such};
+use crate::http::uploads::{self, Accepted, UploadResource};
 use crate::queue::store::{About, AboutMesh, UploadKind, UploadedFile};
-
-/// Bodies that are OBJ files.
-const OBJ: Accepted = Accepted {
-    media_types: &["model/obj", "text/plain", "application/octet-stream"],
-    refusal: "a mesh must be an OBJ file, sent as model/obj, text/plain or application/octet-stream",
-    most_bytes: usize::MAX,
-};
 
 /// An uploaded mesh.
 #[derive(Serialize, ToSchema)]
@@ -35,13 +28,18 @@ pub struct MeshResource {
     pub created_at: Option<Timestamp>,
 }
 
-impl MeshResource {
-    fn of(file: UploadedFile) -> Result<Self, Problem> {
-        let About::Mesh(AboutMesh { triangles, materials }) = file.about else {
-            return Err(no_such(UploadKind::Mesh));
-        };
-        let created_at = Timestamp::from_millisecond(file.created_at).ok();
-        Ok(Self { id: file.id, bytes: file.size, triangles, materials, created_at })
+impl UploadResource for MeshResource {
+    const KIND: UploadKind = UploadKind::Mesh;
+    const PATH: &'static str = "/v1/meshes";
+    const ACCEPTED: Accepted = Accepted {
+        media_types: &["model/obj", "text/plain", "application/octet-stream"],
+        refusal: "a mesh must be an OBJ file, sent as model/obj, text/plain or application/octet-stream",
+        most_bytes: usize::MAX,
+    };
+
+    fn of(file: UploadedFile, created_at: Option<Timestamp>) -> Option<Self> {
+        let About::Mesh(AboutMesh { triangles, materials }) = file.about else { return None };
+        Some(Self { id: file.id, bytes: file.size, triangles, materials, created_at })
     }
 }
 
@@ -62,10 +60,7 @@ impl MeshResource {
         (status = 429, description = "This client has too many uploads in progress"),
         (status = 503, description = "The service is busy reading other files, or its disk is full")))]
 pub async fn create(app: App, client: Client, request: Request) -> Result<Response, Problem> {
-    let Upload { bytes, places, turn } = Upload::receive(&app, client, request, OBJ).await?;
-    let mesh = app.meshes.upload(app.owner.clone(), bytes, (turn, places.clone())).await?;
-    let location = [(header::LOCATION, format!("/v1/meshes/{}", mesh.id))];
-    Ok((StatusCode::CREATED, location, Json(MeshResource::of(mesh)?)).into_response())
+    uploads::create::<MeshResource>(&app, client, request).await
 }
 
 /// Describes an uploaded mesh.
@@ -74,8 +69,7 @@ pub async fn create(app: App, client: Client, request: Request) -> Result<Respon
         (status = 200, description = "The mesh", body = MeshResource),
         (status = 404, description = "No such mesh")))]
 pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>, Problem> {
-    let mesh = app.store.upload(UploadKind::Mesh, &id).await?.ok_or_else(|| no_such(UploadKind::Mesh))?;
-    Ok(Json(MeshResource::of(mesh)?))
+    uploads::get(&app, &id).await
 }
 
 /// Deletes a mesh that no queued or running job uses.

@@ -2,8 +2,8 @@
 
 use axum::Json;
 use axum::extract::Request;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
+use axum::response::Response;
 use jiff::Timestamp;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -14,16 +14,8 @@ use crate::http::App;
 use crate::http::client::Client;
 use crate::http::content::Binary;
 use crate::http::problem::{Path, Problem};
-use crate::http::uploads::{self, Accepted, Upload, no_such};
+use crate::http::uploads::{self, Accepted, UploadResource};
 use crate::queue::store::{About, UploadKind, UploadedFile};
-use crate::queue::uploads::about_model;
-
-/// Bodies that are models.
-const HBJSON: Accepted = Accepted {
-    media_types: &["application/json", "text/plain", "application/octet-stream"],
-    refusal: "a model must be HBJSON, sent as application/json, text/plain or application/octet-stream",
-    most_bytes: MODEL_BYTES,
-};
 
 /// An uploaded model.
 #[derive(Serialize, ToSchema)]
@@ -37,13 +29,18 @@ pub struct ModelResource {
     pub report: ModelReport,
 }
 
-impl ModelResource {
-    fn of(file: UploadedFile) -> Result<Self, Problem> {
-        let About::Model(report) = file.about else {
-            return Err(no_such(UploadKind::Model));
-        };
-        let created_at = Timestamp::from_millisecond(file.created_at).ok();
-        Ok(Self { id: file.id, bytes: file.size, created_at, report })
+impl UploadResource for ModelResource {
+    const KIND: UploadKind = UploadKind::Model;
+    const PATH: &'static str = "/v1/models";
+    const ACCEPTED: Accepted = Accepted {
+        media_types: &["application/json", "text/plain", "application/octet-stream"],
+        refusal: "a model must be HBJSON, sent as application/json, text/plain or application/octet-stream",
+        most_bytes: MODEL_BYTES,
+    };
+
+    fn of(file: UploadedFile, created_at: Option<Timestamp>) -> Option<Self> {
+        let About::Model(report) = file.about else { return None };
+        Some(Self { id: file.id, bytes: file.size, created_at, report })
     }
 }
 
@@ -63,11 +60,7 @@ impl ModelResource {
         (status = 429, description = "This client has too many uploads in progress"),
         (status = 503, description = "The service is busy reading other files, or its disk is full")))]
 pub async fn create(app: App, client: Client, request: Request) -> Result<Response, Problem> {
-    let Upload { bytes, places, turn } = Upload::receive(&app, client, request, HBJSON).await?;
-    let (uploads, permits) = (app.meshes.uploads(), (turn, places.clone()));
-    let model = uploads.add_described(app.owner.clone(), UploadKind::Model, bytes, permits, about_model).await?;
-    let location = [(header::LOCATION, format!("/v1/models/{}", model.id))];
-    Ok((StatusCode::CREATED, location, Json(ModelResource::of(model)?)).into_response())
+    uploads::create::<ModelResource>(&app, client, request).await
 }
 
 /// Describes an uploaded model.
@@ -76,8 +69,7 @@ pub async fn create(app: App, client: Client, request: Request) -> Result<Respon
         (status = 200, description = "The model", body = ModelResource),
         (status = 404, description = "No such model")))]
 pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<ModelResource>, Problem> {
-    let model = app.store.upload(UploadKind::Model, &id).await?.ok_or_else(|| no_such(UploadKind::Model))?;
-    Ok(Json(ModelResource::of(model)?))
+    uploads::get(&app, &id).await
 }
 
 /// Deletes a model that no job uses.

@@ -115,10 +115,10 @@ pub(super) async fn read<T: Send + 'static>(
     }
     let turn = permit(&app.permits.reading).await?;
     let (submitted, state) = stored(app, id).await?;
-    let (meshes, years, runtime) = (app.meshes.clone(), app.years.clone(), tokio::runtime::Handle::current());
+    let (uploads, years, runtime) = (app.uploads.clone(), app.years.clone(), tokio::runtime::Handle::current());
     if let Some(bytes) = state {
         let made = off_thread(turn, move |cancel| {
-            let prepared = prepare(submitted.as_bytes(), &meshes.for_document(runtime, cancel));
+            let prepared = prepare(submitted.as_bytes(), &uploads.for_document(runtime, cancel));
             let prepared = prepared.map_err(|errors| internal("reading a job failed", &errors))?;
             let estimate = checkpoint::decode(prepared.empty_estimate(), &bytes);
             let estimate = estimate.map_err(|error| internal("reading a checkpoint failed", &error))?;
@@ -140,7 +140,7 @@ pub(super) async fn read<T: Send + 'static>(
     let subject = subject_with_meshes(app, &job).await?;
     let made = off_thread(turn, move |cancel| {
         let tubes = job.summary.as_ref().map(|known| Vec::<TubeResult>::deserialize(&known["tubes"]));
-        let prepare = move || prepare(submitted.as_bytes(), &meshes.for_document(runtime.clone(), cancel.clone()));
+        let prepare = move || prepare(submitted.as_bytes(), &uploads.for_document(runtime.clone(), cancel.clone()));
         let results = Kept {
             subject: subject.into(),
             files,

@@ -23,16 +23,16 @@ use crate::present::reader::MadeYears;
 use crate::queue::artifacts::Artifacts;
 use crate::queue::deletion::Deletion;
 use crate::queue::live::LiveJobs;
-use crate::queue::meshes::Meshes;
 use crate::queue::owner::Owner;
 use crate::queue::store::Store;
+use crate::queue::uploads::Uploads;
 
 /// State that all requests share.
 pub struct Shared {
     /// Store with the jobs, sets and uploads of all owners.
     pub all: Arc<dyn Store>,
-    /// Uploaded meshes of all owners.
-    pub all_meshes: Meshes,
+    /// Uploaded files of all owners.
+    pub all_uploads: Uploads,
     pub artifacts: Artifacts,
     pub live: Arc<LiveJobs>,
     pub limits: Limits,
@@ -53,18 +53,18 @@ pub struct Shared {
     pub readiness: Readiness,
 }
 
-/// Service as the owner of a request has it: nothing of other owners is found in its store and its meshes.
+/// Service as the owner of a request has it: nothing of other owners is found in its store and its uploads.
 pub struct Service {
     pub owner: Owner,
     pub store: Arc<dyn Store>,
-    pub meshes: Meshes,
+    pub uploads: Uploads,
     shared: Arc<Shared>,
 }
 
 impl Service {
     fn of(owner: Owner, shared: Arc<Shared>) -> Self {
         let store = shared.all.of(owner.clone());
-        Self { owner, meshes: shared.all_meshes.seen_by(store.clone()), store, shared }
+        Self { owner, uploads: shared.all_uploads.seen_by(store.clone()), store, shared }
     }
 
     /// Deletion from all places where a job is kept.

@@ -45,12 +45,12 @@ pub async fn flux(
     let turn = tokio::time::timeout(deadline.all.mul_f64(WAITING), permit(&app.permits.fluxes));
     let turn = turn.await.map_err(|_| busy())??;
     let posted = body.read(&turn).await?;
-    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
+    let (uploads, runtime) = (app.uploads.clone(), tokio::runtime::Handle::current());
     let left = deadline.at.saturating_duration_since(tokio::time::Instant::now());
     let time =
         TimeThereIs { until: Instant::now() + left.mul_f64(COMPUTING), at_best: deadline.all.mul_f64(COMPUTING) };
     let found = off_thread(turn, move |cancel| {
-        let meshes = meshes.for_document(runtime, cancel.clone());
+        let meshes = uploads.for_document(runtime, cancel.clone());
         tube_flux(&TubeFluxDocument::from_value(posted.value)?, &meshes, Some(time), &cancel)
     });
     found.await?.map(Json).map_err(|error| match error {

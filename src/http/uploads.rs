@@ -1,13 +1,17 @@
-//! Uploads: bodies are received as fast as they come, but no slower than a least rate; stored files are deleted.
+//! Uploads: bodies are received as fast as they come, but no slower than a least rate; stored files are described and deleted.
 
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::Json;
 use axum::body::HttpBody;
 use axum::extract::Request;
 use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use futures::StreamExt;
+use jiff::Timestamp;
+use serde::Serialize;
 use tokio::time::{Instant, timeout_at};
 
 use crate::http::Service;
@@ -18,7 +22,7 @@ use crate::http::places::Place;
 use crate::http::problem::{Problem, too_large};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::turns::Turn;
-use crate::queue::store::{UploadDeletion, UploadKind};
+use crate::queue::store::{UploadDeletion, UploadKind, UploadedFile};
 use crate::queue::uploads::UploadError;
 
 /// Longest time that an upload waits while other files are read.
@@ -35,24 +39,19 @@ pub struct Accepted {
 }
 
 /// Uploaded file in memory, with the places that it takes.
-pub struct Upload {
-    pub bytes: Bytes,
+struct Upload {
+    bytes: Bytes,
     /// Places of the upload and its bytes, held until the last copy of this is dropped.
-    pub places: Arc<[Place; 2]>,
+    places: Arc<[Place; 2]>,
     /// Permit to read the file.
-    pub turn: Turn,
+    turn: Turn,
 }
 
 impl Upload {
     /// Receives a body of at most `mesh_bytes`, within the client's places for uploads and their bytes, and no slower than
     /// `upload_bytes_per_second`, and waits for a turn to read it. Places for bytes are taken as bytes arrive, so that an announced length
     /// takes none.
-    pub async fn receive(
-        service: &Service,
-        client: Client,
-        request: Request,
-        accepted: Accepted,
-    ) -> Result<Self, Problem> {
+    async fn receive(service: &Service, client: Client, request: Request, accepted: Accepted) -> Result<Self, Problem> {
         check_type(&request, &accepted)?;
         check_coding(request.headers())?;
         let (limits, body) = (&service.limits, request.into_body());
@@ -92,6 +91,40 @@ fn check_type(request: &Request, accepted: &Accepted) -> Result<(), Problem> {
     taken.then_some(()).ok_or_else(|| Problem::unsupported_media_type(accepted.refusal))
 }
 
+/// Uploaded file of one kind in the form of JSON answers.
+pub trait UploadResource: Serialize + Sized {
+    /// Kind of the file.
+    const KIND: UploadKind;
+    /// Path of the files of this kind.
+    const PATH: &'static str;
+    /// Bodies that are such files.
+    const ACCEPTED: Accepted;
+
+    /// Describes a file that was created at a time; `None` if it is of another kind.
+    fn of(file: UploadedFile, created_at: Option<Timestamp>) -> Option<Self>;
+}
+
+/// Receives, checks and stores a file of a kind, and answers with its description.
+pub async fn create<R: UploadResource>(app: &Service, client: Client, request: Request) -> Result<Response, Problem> {
+    let Upload { bytes, places, turn } = Upload::receive(app, client, request, R::ACCEPTED).await?;
+    let file = app.uploads.add(app.owner.clone(), R::KIND, bytes, (turn, places.clone())).await?;
+    let location = [(header::LOCATION, format!("{}/{}", R::PATH, file.id))];
+    Ok((StatusCode::CREATED, location, Json(described::<R>(Some(file))?)).into_response())
+}
+
+/// Describes a file of a kind by its id.
+pub async fn get<R: UploadResource>(app: &Service, id: &str) -> Result<Json<R>, Problem> {
+    Ok(Json(described(app.store.upload(R::KIND, id).await?)?))
+}
+
+fn described<R: UploadResource>(file: Option<UploadedFile>) -> Result<R, Problem> {
+    let of = |file: UploadedFile| {
+        let created_at = Timestamp::from_millisecond(file.created_at).ok();
+        R::of(file, created_at)
+    };
+    file.and_then(of).ok_or_else(|| no_such(R::KIND))
+}
+
 /// Deletes an uploaded file of a kind.
 pub async fn delete(service: &Service, kind: UploadKind, id: String) -> Result<StatusCode, Problem> {
     match service.deletion().upload(kind, id).await? {
@@ -109,7 +142,7 @@ pub async fn delete(service: &Service, kind: UploadKind, id: String) -> Result<S
 }
 
 /// Returns the problem that there is no file of a kind with the id of a path.
-pub fn no_such(kind: UploadKind) -> Problem {
+fn no_such(kind: UploadKind) -> Problem {
     Problem::not_found(format!("there is no such {}", kind.noun()))
 }
 

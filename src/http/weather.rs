@@ -2,8 +2,8 @@
 
 use axum::Json;
 use axum::extract::Request;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
+use axum::response::Response;
 use jiff::Timestamp;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -14,16 +14,8 @@ use crate::http::App;
 use crate::http::client::Client;
 use crate::http::content::Binary;
 use crate::http::problem::{Path, Problem};
-use crate::http::uploads::{self, Accepted, Upload, no_such};
+use crate::http::uploads::{self, Accepted, UploadResource};
 use crate::queue::store::{About, UploadKind, UploadedFile};
-use crate::queue::uploads::about_weather;
-
-/// Bodies that are weather files: a year of minutes has 16 MiB in the shortest form.
-const WEATHER: Accepted = Accepted {
-    media_types: &["text/plain", "application/octet-stream"],
-    refusal: "weather must be an EPW or WEA file, sent as text/plain or application/octet-stream",
-    most_bytes: WEATHER_BYTES,
-};
 
 /// An uploaded weather file.
 #[derive(Serialize, ToSchema)]
@@ -37,13 +29,19 @@ pub struct WeatherResource {
     pub report: WeatherReport,
 }
 
-impl WeatherResource {
-    fn of(file: UploadedFile) -> Result<Self, Problem> {
-        let About::Weather(report) = file.about else {
-            return Err(no_such(UploadKind::Weather));
-        };
-        let created_at = Timestamp::from_millisecond(file.created_at).ok();
-        Ok(Self { id: file.id, bytes: file.size, created_at, report: *report })
+impl UploadResource for WeatherResource {
+    const KIND: UploadKind = UploadKind::Weather;
+    const PATH: &'static str = "/v1/weather";
+    // a year of minutes has 16 MiB in the shortest form
+    const ACCEPTED: Accepted = Accepted {
+        media_types: &["text/plain", "application/octet-stream"],
+        refusal: "weather must be an EPW or WEA file, sent as text/plain or application/octet-stream",
+        most_bytes: WEATHER_BYTES,
+    };
+
+    fn of(file: UploadedFile, created_at: Option<Timestamp>) -> Option<Self> {
+        let About::Weather(report) = file.about else { return None };
+        Some(Self { id: file.id, bytes: file.size, created_at, report: *report })
     }
 }
 
@@ -64,11 +62,7 @@ impl WeatherResource {
         (status = 429, description = "This client has too many uploads in progress"),
         (status = 503, description = "The service is busy reading other files, or its disk is full")))]
 pub async fn create(app: App, client: Client, request: Request) -> Result<Response, Problem> {
-    let Upload { bytes, places, turn } = Upload::receive(&app, client, request, WEATHER).await?;
-    let (uploads, permits) = (app.meshes.uploads(), (turn, places.clone()));
-    let weather = uploads.add_described(app.owner.clone(), UploadKind::Weather, bytes, permits, about_weather).await?;
-    let location = [(header::LOCATION, format!("/v1/weather/{}", weather.id))];
-    Ok((StatusCode::CREATED, location, Json(WeatherResource::of(weather)?)).into_response())
+    uploads::create::<WeatherResource>(&app, client, request).await
 }
 
 /// Describes an uploaded weather file.
@@ -77,8 +71,7 @@ pub async fn create(app: App, client: Client, request: Request) -> Result<Respon
         (status = 200, description = "The weather", body = WeatherResource),
         (status = 404, description = "No such weather")))]
 pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<WeatherResource>, Problem> {
-    let weather = app.store.upload(UploadKind::Weather, &id).await?.ok_or_else(|| no_such(UploadKind::Weather))?;
-    Ok(Json(WeatherResource::of(weather)?))
+    uploads::get(&app, &id).await
 }
 
 /// Deletes a weather file that no job uses.

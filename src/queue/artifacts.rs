@@ -21,7 +21,7 @@ pub struct Artifacts {
 }
 
 /// Folders of the files that rows point to; notes of the store lie beside them.
-const FOLDERS: [&str; 4] = ["jobs", "meshes", "weather", "arrays"];
+const FOLDERS: [&str; 5] = ["jobs", "meshes", "weather", "arrays", "models"];
 
 /// Size in bytes up to which a file is hashed each time it is served. A larger one is hashed once, and again when its size or time of
 /// change differs: a flipped bit that leaves both as they were is found in the smaller files only.
@@ -294,13 +294,13 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let artifacts = Artifacts::new(LocalFiles::open(directory.path()).unwrap());
         assert_eq!(artifacts.all().await.unwrap(), []);
-        for key in ["jobs/a/b", "meshes/c"] {
+        for key in ["jobs/a/b", "meshes/c", "models/d"] {
             artifacts.put(key, Bytes::from_static(b"x")).await.unwrap();
         }
         std::fs::write(directory.path().join("identity"), "").unwrap();
         artifacts.set_note("identity", "me").await.unwrap();
         let keys: Vec<String> = artifacts.all().await.unwrap().into_iter().map(|file| file.key).collect();
-        assert_eq!(keys, ["jobs/a/b", "meshes/c"]);
+        assert_eq!(keys, ["jobs/a/b", "meshes/c", "models/d"]);
         assert_eq!(artifacts.note("identity").await.unwrap().as_deref(), Some("me"));
         artifacts.ready().await.unwrap();
         assert!(artifacts.free_bytes().unwrap() > 0);

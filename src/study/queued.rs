@@ -12,9 +12,9 @@ use super::request::StudyRequest;
 use super::runner::{self, Runner, StudyPlan};
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
 use crate::present::prepared::{Prepared, prepare_document};
-use crate::queue::meshes::UploadedMeshes;
 use crate::queue::owner::Owner;
 use crate::queue::store::{NewJobSet, NewMember, NewMembers, SetBounds, SetKind};
+use crate::queue::uploaded_files::UploadedFiles;
 
 /// Fraction of the memory limit of a job that may be used to put pictures together: both may be in memory at the same time.
 const SHARE_OF_PICTURES: f64 = 0.25;
@@ -33,7 +33,7 @@ pub struct StudyRecord {
 /// Runner that collects the jobs of a study, to be queued together.
 struct Queued<'a> {
     request: &'a StudyRequest,
-    meshes: &'a UploadedMeshes,
+    meshes: &'a UploadedFiles,
     bounds: &'a SetBounds,
     refused: Vec<Refused>,
     confidence: f64,
@@ -45,7 +45,7 @@ struct Queued<'a> {
 /// Prepares a study with all of its jobs, within these bounds. The owner, the client and the key of the study are left empty.
 pub fn new_study(
     request: StudyRequest,
-    meshes: &UploadedMeshes,
+    meshes: &UploadedFiles,
     bounds: &SetBounds,
 ) -> Result<NewJobSet, DocumentErrors> {
     let (refused, members, parts) = (Vec::new(), NewMembers::default(), Vec::new());

@@ -20,8 +20,8 @@ use crate::http::jobs::submit::{
 };
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
-use crate::queue::meshes::UploadedMeshes;
 use crate::queue::store::*;
+use crate::queue::uploaded_files::UploadedFiles;
 
 const DEFAULT_PAGE: u32 = 20;
 const MAX_PAGE: u32 = 100;
@@ -72,7 +72,7 @@ pub async fn post(
     app: &Service,
     kind: SetKind,
     (client, headers, body): (Client, &HeaderMap, Body),
-    prepare: impl FnOnce(Value, &UploadedMeshes, &SetBounds) -> Result<NewJobSet, DocumentErrors> + Send + 'static,
+    prepare: impl FnOnce(Value, &UploadedFiles, &SetBounds) -> Result<NewJobSet, DocumentErrors> + Send + 'static,
 ) -> Result<(JobSet, bool), Problem> {
     let idempotency_key = idempotency_key(headers)?;
     let turn = permit(&app.permits.sets).await?;
@@ -86,14 +86,14 @@ pub async fn post(
     {
         return if set.body_hash == body_hash { Ok((set, true)) } else { Err(reused(kind)) };
     }
-    let (meshes, runtime) = (app.meshes.clone(), Handle::current());
+    let (uploads, runtime) = (app.uploads.clone(), Handle::current());
     let bounds = SetBounds {
         most: app.limits.most_waiting(),
         memory_bytes: app.limits.memory_limit_bytes(),
         most_seconds: app.limits.max_seconds,
     };
     let prepared = off_thread(turn, move |cancel| {
-        let files = meshes.for_document(runtime, cancel);
+        let files = uploads.for_document(runtime, cancel);
         prepare(value, &files, &bounds)
     });
     let new = prepared.await??;

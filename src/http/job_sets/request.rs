@@ -10,9 +10,9 @@ use crate::document::read::shape;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, FileSource, JobDocument};
 use crate::present::prepared::prepare_document;
 use crate::queue::computation::computation;
-use crate::queue::meshes::UploadedMeshes;
 use crate::queue::owner::Owner;
 use crate::queue::store::{MostWaiting, NewJobSet, NewMember, NewMembers, SetBounds, SetKind};
+use crate::queue::uploaded_files::UploadedFiles;
 
 /// Jobs to be queued together.
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
@@ -51,7 +51,7 @@ impl JobSetRequest {
 
     /// Prepares the set with all of its jobs. Errors have pointers into the request. The owner, the client and the key of the set are
     /// left empty.
-    pub fn prepared(self, meshes: &UploadedMeshes, bounds: &SetBounds) -> Result<NewJobSet, DocumentErrors> {
+    pub fn prepared(self, meshes: &UploadedFiles, bounds: &SetBounds) -> Result<NewJobSet, DocumentErrors> {
         let (mut jobs, mut errors) = (NewMembers::default(), Vec::new());
         for (index, document) in self.jobs.iter().enumerate() {
             match member(&mut jobs, document, meshes, bounds) {
@@ -88,7 +88,7 @@ impl JobSetRequest {
 fn member(
     jobs: &mut NewMembers,
     document: &Value,
-    meshes: &UploadedMeshes,
+    meshes: &UploadedFiles,
     bounds: &SetBounds,
 ) -> Result<NewMember, DocumentErrors> {
     let prepared = prepare_document(&JobDocument::from_files(document.clone(), meshes)?, meshes)?;

@@ -106,10 +106,10 @@ pub struct PreparedPost {
 
 /// Prepares a job off the async threads, because meshes can be large.
 pub async fn prepare(app: &Service, turn: &Turn, document: Value) -> Result<PreparedPost, Problem> {
-    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
+    let (uploads, runtime) = (app.uploads.clone(), tokio::runtime::Handle::current());
     let (memory_limit, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
     let prepared = off_thread(turn.clone(), move |cancel| {
-        let meshes = meshes.for_document(runtime, cancel);
+        let meshes = uploads.for_document(runtime, cancel);
         let prepared = prepare_document(&JobDocument::from_files(document, &meshes)?, &meshes)?;
         prepared.check_memory(memory_limit)?;
         prepared.check_seconds(most_seconds)?;

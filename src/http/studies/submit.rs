@@ -11,8 +11,8 @@ use crate::http::client::Client;
 use crate::http::job_sets::any_kind::{self, accepted};
 use crate::http::jobs::posted::Body;
 use crate::http::problem::Problem;
-use crate::queue::meshes::UploadedMeshes;
 use crate::queue::store::{SetBounds, SetKind};
+use crate::queue::uploaded_files::UploadedFiles;
 use crate::study::StudyRequest;
 use crate::study::queued::new_study;
 
@@ -51,7 +51,7 @@ use crate::study::queued::new_study;
         (status = 429, description = "The jobs of the study would exceed the client's limit of waiting jobs"),
         (status = 503, description = "The queue has no room for all jobs of the study")))]
 pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
-    let new = |request, files: &UploadedMeshes, bounds: &SetBounds| {
+    let new = |request, files: &UploadedFiles, bounds: &SetBounds| {
         let request = StudyRequest::from_value(request, files)?.within(bounds.most_seconds)?;
         new_study(request, files, bounds)
     };

@@ -18,8 +18,8 @@ use crate::engine::cancel::{Stop, StopReason};
 use crate::present::prepared::{Prepared, prepare};
 use crate::queue::files::FileError;
 use crate::queue::live::LiveJobs;
-use crate::queue::meshes::Meshes;
 use crate::queue::store::*;
+use crate::queue::uploads::Uploads;
 
 /// Time after which the outcomes of passes are kept: about this much work is lost when a process ends.
 const KEPT_AFTER: Duration = Duration::from_secs(2);
@@ -44,7 +44,7 @@ impl Commits {
 /// Worker that computes one range of passes after the other.
 pub(super) struct AheadWorker {
     pub commits: Commits,
-    pub meshes: Meshes,
+    pub uploads: Uploads,
     pub live: Arc<LiveJobs>,
     pub pool: RenderPool,
     pub owner: String,
@@ -134,7 +134,7 @@ impl AheadWorker {
             return Ok(live.prepared.clone());
         }
         let source = self.commits.store.job_source(job).await?.ok_or(Interrupted::LeaseLost)?;
-        let meshes = self.meshes.seen_by(self.commits.store.of(source.owner));
+        let meshes = self.uploads.seen_by(self.commits.store.of(source.owner));
         let meshes = meshes.for_document(Handle::current(), Arc::default());
         let prepared = self.pool.run(move || prepare(source.submitted.as_bytes(), &meshes)).await?;
         prepared.map(Arc::new).map_err(|errors| hopeless("The job cannot be prepared", errors.to_string()))

@@ -53,8 +53,8 @@ use crate::present::prepared::{Prepared, prepare};
 use crate::queue::artifacts::Artifacts;
 use crate::queue::files::FileError;
 use crate::queue::live::{LiveJob, LiveJobs};
-use crate::queue::meshes::Meshes;
 use crate::queue::store::*;
+use crate::queue::uploads::Uploads;
 
 /// Largest number of rows of the convergence table from which a forecast continues: more than there are.
 const MOST_TOLD: u32 = 1000;
@@ -74,7 +74,7 @@ impl Worker {
     pub fn new(
         store: Arc<dyn Store>,
         artifacts: Artifacts,
-        meshes: Meshes,
+        uploads: Uploads,
         live: Arc<LiveJobs>,
         limits: WorkerLimits,
         shutdown: CancellationToken,
@@ -90,7 +90,7 @@ impl Worker {
             LaneWorker {
                 store: store.clone(),
                 commits: commits(),
-                meshes: meshes.clone(),
+                uploads: uploads.clone(),
                 live: live.clone(),
                 pool,
                 owner: owner(name),
@@ -105,7 +105,7 @@ impl Worker {
         let ahead_worker = |_| {
             Ok(AheadWorker {
                 commits: commits(),
-                meshes: meshes.clone(),
+                uploads: uploads.clone(),
                 live: live.clone(),
                 pool: main_pool.beside("ahead")?,
                 owner: owner("ahead"),
@@ -129,7 +129,7 @@ struct LaneWorker {
     lane: Lane,
     store: Arc<dyn Store>,
     commits: Commits,
-    meshes: Meshes,
+    uploads: Uploads,
     live: Arc<LiveJobs>,
     pool: RenderPool,
     owner: String,
@@ -388,7 +388,7 @@ impl LaneWorker {
             None => None,
         };
         let bytes = state.as_ref().map_or(0, |state| state.len() as u64);
-        let meshes = self.meshes.seen_by(self.store.of(source.owner));
+        let meshes = self.uploads.seen_by(self.store.of(source.owner));
         let meshes = meshes.for_document(tokio::runtime::Handle::current(), Arc::default());
         let submitted = source.submitted;
         let handed_over = self.live.take_prepared(lease.job);
