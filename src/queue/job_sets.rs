@@ -101,22 +101,6 @@ pub struct SetMember {
     pub found: Option<Value>,
 }
 
-/// Outcome of queueing a set of jobs.
-pub enum SetSubmission {
-    /// All jobs of the set wait.
-    New(JobSet),
-    /// The key was used before with the same body.
-    Repeated(JobSet),
-    /// The key was used before with another body.
-    KeyReused,
-    /// There is no room for all jobs of the set; none waits.
-    QueueFull,
-    /// With all jobs of the set, more jobs of its client would wait than allowed; none waits.
-    ClientFull,
-    /// An uploaded file of the jobs was deleted meanwhile.
-    UploadGone(String),
-}
-
 /// Progress of the jobs of a set at one moment.
 pub struct SetProgress {
     /// Jobs of the set that were not deleted, oldest first.

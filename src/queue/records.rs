@@ -12,7 +12,6 @@ use crate::document::weather::WeatherReport;
 use crate::engine::progress::{Progress, StoppedBy};
 use crate::engine::spent::Spent;
 use crate::predict::predictions::Predictions;
-use crate::queue::durability::Durability;
 use crate::queue::owner::Owner;
 
 /// State of a job, from `queued` to one of the three final ones.
@@ -184,17 +183,24 @@ impl MostWaiting {
     }
 }
 
-/// Outcome of queueing a job.
-pub enum Submission {
-    /// The job waits; it may be buffered.
-    New(Job, Durability),
+/// Outcome of queueing a job, or a set of jobs.
+pub enum Submission<T> {
+    /// It waits.
+    New(T),
     /// The key was used before with the same body.
-    Repeated(Job),
+    Repeated(T),
+    /// Nothing is queued.
+    Refused(NotQueued),
+}
+
+/// Reason why a job, or a set of jobs, is not queued.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NotQueued {
     /// The key was used before with another body.
     KeyReused,
-    /// The largest allowed number of jobs waits already.
+    /// With it, more jobs would wait than allowed.
     QueueFull,
-    /// The largest allowed number of the client's jobs waits already.
+    /// With it, more jobs of its client would wait than allowed.
     ClientFull,
     /// An uploaded file of the document was deleted meanwhile.
     UploadGone(String),

@@ -290,8 +290,8 @@ pub trait Store:
 #[async_trait]
 pub trait JobStore {
     /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `most` jobs may wait behind the one that is
-    /// rendered. If the new job is buffered, its readers wait until it is durable, as [`Self::sync`] does.
-    async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError>;
+    /// rendered. The new job is buffered: its readers wait until it is durable, as [`Self::sync`] does.
+    async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission<Job>, StoreError>;
     /// Returns once everything that was written of a job is durable. Nothing that its [`ChunkStore::complete`] made obsolete may be deleted
     /// before.
     async fn sync(&self, job: Uuid) -> Result<(), StoreError>;
@@ -344,7 +344,7 @@ pub trait ResultStore {
 #[async_trait]
 pub trait SetStore {
     /// Queues all jobs of a set behind the first chunks of other jobs, or none of them; at most `most` jobs may wait.
-    async fn submit_set(&self, set: NewJobSet, most: MostWaiting) -> Result<SetSubmission, StoreError>;
+    async fn submit_set(&self, set: NewJobSet, most: MostWaiting) -> Result<Submission<JobSet>, StoreError>;
     /// Finds the set of a kind that was posted with this key; `None` if there is none, or no more.
     async fn set_of_key(&self, kind: SetKind, idempotency_key: &str) -> Result<Option<JobSet>, StoreError>;
     /// Reads a set of any kind by its id; `None` if there is none.

@@ -39,8 +39,8 @@ impl Stores {
 
     /// Queues a job of Ann, and one of Ben with the same key.
     async fn two_jobs(&self) -> [Uuid; 2] {
-        let id = |submission| match submission {
-            Submission::New(job, _) => job.head.id,
+        let id = |submission: Submission<Job>| match submission {
+            Submission::New(job) => job.head.id,
             _ => panic!("not new"),
         };
         let ann = id(self.ann.submit(self.keyed(0), most(10)).await.unwrap());
@@ -50,8 +50,8 @@ impl Stores {
 
     /// Queues a set of one job of Ann, and one of Ben with the same key.
     async fn two_sets(&self) -> [Uuid; 2] {
-        let id = |submission| match submission {
-            SetSubmission::New(set) => set.id,
+        let id = |submission: Submission<JobSet>| match submission {
+            Submission::New(set) => set.id,
             _ => panic!("not new"),
         };
         let ann = id(self.ann.submit_set(self.set(0), most(10)).await.unwrap());
@@ -135,7 +135,7 @@ async fn neither_meets_the_jobs_of_the_other() {
     let repeated = ann.submit(stores.keyed(0), most(10)).await.unwrap();
     assert!(matches!(repeated, Submission::Repeated(job) if job.head.id == of_ann));
     let other_body = NewJob { body_hash: "other".into(), ..stores.keyed(1) };
-    assert!(matches!(ben.submit(other_body, most(10)).await.unwrap(), Submission::KeyReused));
+    assert!(matches!(ben.submit(other_body, most(10)).await.unwrap(), Submission::Refused(NotQueued::KeyReused)));
     assert_eq!(ben.job_of_key("key").await.unwrap().unwrap().head.id, of_ben);
 
     assert_eq!([stores.render().await, stores.render().await], [of_ann, of_ben], "the worker renders the jobs of all");
@@ -161,7 +161,7 @@ async fn neither_meets_the_sets_of_the_other() {
     let [of_ann, of_ben] = stores.two_sets().await;
     for (store, number, own, other) in [(&stores.ann, 0, of_ann, of_ben), (&stores.ben, 1, of_ben, of_ann)] {
         let repeated = store.submit_set(stores.set(number), most(10)).await.unwrap();
-        assert!(matches!(repeated, SetSubmission::Repeated(set) if set.id == own));
+        assert!(matches!(repeated, Submission::Repeated(set) if set.id == own));
         assert_eq!(store.set_of_key(SetKind::Jobs, "key").await.unwrap().unwrap().id, own);
         assert!(store.set_of_key(SetKind::Study, "key").await.unwrap().is_none(), "each kind has its own keys");
         assert_eq!(store.job_sets(SetKind::Jobs, None, 10).await.unwrap(), [own]);
@@ -195,9 +195,9 @@ async fn neither_meets_the_meshes_of_the_other() {
     assert!(stores.ben.upload(UploadKind::Mesh, "m").await.unwrap().is_none());
     let using = NewJob { owner: ben.clone(), uploads: vec!["m".into()], ..new_job() };
     let refused = stores.ben.submit(using.clone(), most(10)).await.unwrap();
-    assert!(matches!(refused, Submission::UploadGone(id) if id == "m"));
+    assert!(matches!(refused, Submission::Refused(NotQueued::UploadGone(id)) if id == "m"));
     assert_eq!(stores.ben.add_upload(mesh(&ben, "of ben")).await.unwrap().key, "of ben");
-    assert!(matches!(stores.ben.submit(using, most(10)).await.unwrap(), Submission::New(..)));
+    assert!(matches!(stores.ben.submit(using, most(10)).await.unwrap(), Submission::New(_)));
     assert_eq!(stores.ben.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::InUse);
     assert_eq!(
         stores.ann.delete_upload(UploadKind::Mesh, "m").await.unwrap(),
@@ -217,7 +217,7 @@ async fn meshes_go_when_no_job_of_their_owner_is_left() {
         stores.all.add_upload(mesh(owner, owner.name())).await.unwrap();
     }
     let using = NewJob { owner: ben.clone(), uploads: vec!["m".into()], ..new_job() };
-    let Submission::New(job, _) = stores.ben.submit(using, most(10)).await.unwrap() else { panic!("not new") };
+    let Submission::New(job) = stores.ben.submit(using, most(10)).await.unwrap() else { panic!("not new") };
     stores.render().await;
     let created = stores.ann.upload(UploadKind::Mesh, "m").await.unwrap().unwrap().created_at;
     tokio::time::sleep(Duration::from_millis(5)).await;
@@ -247,7 +247,7 @@ async fn neither_takes_the_results_of_the_other() {
     let new = |owner: &Owner| NewJob { owner: owner.clone(), computation: Some("equal".into()), ..new_job() };
     let [ann, ben] = stores.owners.clone();
     for owner in [&ann, &ben, &ann] {
-        assert!(matches!(stores.all.submit(new(owner), most(10)).await.unwrap(), Submission::New(..)));
+        assert!(matches!(stores.all.submit(new(owner), most(10)).await.unwrap(), Submission::New(_)));
     }
     let claim = async || stores.all.claim("worker", Duration::from_secs(60), Turn::default()).await.unwrap();
     let claimed = [

@@ -17,10 +17,10 @@ use super::sql::{Scope, Statement, all, bound, in_scope, now_ms, one, run, signe
 
 #[async_trait]
 impl SetStore for SqliteStore {
-    async fn submit_set(&self, set: NewJobSet, most: MostWaiting) -> Result<SetSubmission, StoreError> {
+    async fn submit_set(&self, set: NewJobSet, most: MostWaiting) -> Result<Submission<JobSet>, StoreError> {
         let mut tx = self.begin(Durability::Committed).await?;
         let submission = submit(&mut tx, set, most).await?;
-        if let SetSubmission::New(set) = &submission {
+        if let Submission::New(set) = &submission {
             tx.commit().await.map_err(store_error)?;
             set.members.iter().for_each(|member| self.tell(Change::Job(member.job)));
             self.tell(Change::Queue);
@@ -123,12 +123,16 @@ impl SetStore for SqliteStore {
 }
 
 /// Queues a set with all of its jobs, and returns the outcome with the ids of these jobs.
-async fn submit(tx: &mut SqliteConnection, new: NewJobSet, most: MostWaiting) -> Result<SetSubmission, StoreError> {
+async fn submit(
+    tx: &mut SqliteConnection,
+    new: NewJobSet,
+    most: MostWaiting,
+) -> Result<Submission<JobSet>, StoreError> {
     if let Some(key) = &new.idempotency_key
         && let Some(set) = of_key(tx, Some(&new.owner), new.kind, key).await?
     {
         let same = set.body_hash == new.body_hash;
-        return Ok(if same { SetSubmission::Repeated(set) } else { SetSubmission::KeyReused });
+        return Ok(if same { Submission::Repeated(set) } else { Submission::Refused(NotQueued::KeyReused) });
     }
     let id = Uuid::now_v7();
     let created_at: i64 = sqlx::query_scalar(concat!(
@@ -178,10 +182,8 @@ async fn submit(tx: &mut SqliteConnection, new: NewJobSet, most: MostWaiting) ->
             uploads: &new.uploads,
         };
         let member = match jobs::insert(tx, row, most).await? {
-            jobs::Inserted::At(_) => SetMember { job: job_id, part: job.part, found: None },
-            jobs::Inserted::QueueFull => return Ok(SetSubmission::QueueFull),
-            jobs::Inserted::ClientFull => return Ok(SetSubmission::ClientFull),
-            jobs::Inserted::UploadGone(id) => return Ok(SetSubmission::UploadGone(id)),
+            Ok(_) => SetMember { job: job_id, part: job.part, found: None },
+            Err(refused) => return Ok(Submission::Refused(refused)),
         };
         let query = sqlx::query("INSERT INTO job_set_members (set_id, place, job_id, part) VALUES ($1, $2, $3, $4)")
             .bind(id.to_string())
@@ -192,7 +194,7 @@ async fn submit(tx: &mut SqliteConnection, new: NewJobSet, most: MostWaiting) ->
         members.push(member);
     }
     let NewJobSet { kind, name, about, body_hash, .. } = new;
-    Ok(SetSubmission::New(JobSet { id, kind, name, about, body_hash, created_at, members }))
+    Ok(Submission::New(JobSet { id, kind, name, about, body_hash, created_at, members }))
 }
 
 /// Columns of a [`JobSet`].

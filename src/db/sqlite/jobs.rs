@@ -30,10 +30,10 @@ const ENDED_EQUAL: &str = "SELECT e.id FROM jobs j JOIN jobs e ON e.computation 
 
 #[async_trait]
 impl JobStore for SqliteStore {
-    async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError> {
+    async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission<Job>, StoreError> {
         let mut tx = self.begin(Durability::Buffered).await?;
         let submission = submit(&mut tx, job, most).await?;
-        if let Submission::New(job, _) = &submission {
+        if let Submission::New(job) = &submission {
             self.commit_held(tx, job.head.id).await?;
             self.tell(Change::Job(job.head.id));
             self.tell(Change::Queue);
@@ -172,11 +172,12 @@ impl SqliteStore {
     }
 }
 
-async fn submit(tx: &mut SqliteConnection, new: NewJob, most: MostWaiting) -> Result<Submission, StoreError> {
+async fn submit(tx: &mut SqliteConnection, new: NewJob, most: MostWaiting) -> Result<Submission<Job>, StoreError> {
     if let Some(key) = &new.idempotency_key
         && let Some(job) = job_of_key(&mut *tx, Some(&new.owner), key).await?
     {
-        return Ok(if job.body_hash == new.body_hash { Submission::Repeated(job) } else { Submission::KeyReused });
+        let same = job.body_hash == new.body_hash;
+        return Ok(if same { Submission::Repeated(job) } else { Submission::Refused(NotQueued::KeyReused) });
     }
     let row = NewRow {
         id: new.id,
@@ -197,10 +198,8 @@ async fn submit(tx: &mut SqliteConnection, new: NewJob, most: MostWaiting) -> Re
         uploads: &new.uploads,
     };
     let created_at = match insert(tx, row, most).await? {
-        Inserted::At(created_at) => created_at,
-        Inserted::QueueFull => return Ok(Submission::QueueFull),
-        Inserted::ClientFull => return Ok(Submission::ClientFull),
-        Inserted::UploadGone(id) => return Ok(Submission::UploadGone(id)),
+        Ok(created_at) => created_at,
+        Err(refused) => return Ok(Submission::Refused(refused)),
     };
     let job = Job {
         head: JobHead {
@@ -223,7 +222,7 @@ async fn submit(tx: &mut SqliteConnection, new: NewJob, most: MostWaiting) -> Re
         predictions: new.predictions,
         problem: None,
     };
-    Ok(Submission::New(job, Durability::Buffered))
+    Ok(Submission::New(job))
 }
 
 /// Row of a job to be queued, with its long columns as they are stored.
@@ -247,21 +246,12 @@ pub(super) struct NewRow<'a> {
     pub uploads: &'a [String],
 }
 
-/// Outcome of the insertion of a job's row.
-pub(super) enum Inserted {
-    /// Time at which the job was queued, in milliseconds since 1970.
-    At(i64),
-    QueueFull,
-    ClientFull,
-    UploadGone(String),
-}
-
-/// Queues a job. Unless it returns [`Inserted::At`], the transaction must be rolled back.
+/// Queues a job, and returns the time of that in milliseconds since 1970. If it is refused, the transaction must be rolled back.
 pub(super) async fn insert(
     tx: &mut SqliteConnection,
     row: NewRow<'_>,
     most: MostWaiting,
-) -> Result<Inserted, StoreError> {
+) -> Result<Result<i64, NotQueued>, StoreError> {
     let id_text = row.id.to_string();
     let mut insert = QueryBuilder::new(
         "INSERT INTO jobs (id, owner, name, status, submitted, document, plan, set_id, warnings, idempotency_key, body_hash, \
@@ -293,7 +283,7 @@ pub(super) async fn insert(
     let created = change.write_and_fetch(tx).await?;
     let Some(created) = created.first() else {
         let full = unfinished_of(&mut *tx, row.client).await? > most.of_client;
-        return Ok(if full { Inserted::ClientFull } else { Inserted::QueueFull });
+        return Ok(Err(if full { NotQueued::ClientFull } else { NotQueued::QueueFull }));
     };
     let created_at: i64 = rows::get(created, "created_at")?;
     for upload in row.uploads {
@@ -301,14 +291,14 @@ pub(super) async fn insert(
             sqlx::query("SELECT 1 FROM uploads WHERE id = $1 AND owner = $2").bind(upload).bind(row.owner.name());
         let known: Option<i64> = one(query, &mut *tx, first).await?;
         if known.is_none() {
-            return Ok(Inserted::UploadGone(upload.clone()));
+            return Ok(Err(NotQueued::UploadGone(upload.clone())));
         }
         let query = sqlx::query("INSERT INTO job_uploads (job_id, upload_id) VALUES ($1, $2) ON CONFLICT DO NOTHING")
             .bind(&id_text)
             .bind(upload);
         run(query, &mut *tx).await?;
     }
-    Ok(Inserted::At(created_at))
+    Ok(Ok(created_at))
 }
 
 pub(super) async fn job_of_key(

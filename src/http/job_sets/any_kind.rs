@@ -15,9 +15,7 @@ use crate::document::DocumentErrors;
 use crate::http::Service;
 use crate::http::client::Client;
 use crate::http::jobs::posted::{Body, Posted};
-use crate::http::jobs::submit::{
-    POLL_SECONDS, client_full, idempotency_key, key_reused, queue_full, replayed, upload_gone,
-};
+use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, refused, replayed};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::queue::store::*;
@@ -84,7 +82,11 @@ pub async fn post(
     if let Some(key) = &idempotency_key
         && let Some(set) = app.store.set_of_key(kind, key).await?
     {
-        return if set.body_hash == body_hash { Ok((set, true)) } else { Err(reused(kind)) };
+        return if set.body_hash == body_hash {
+            Ok((set, true))
+        } else {
+            Err(not_queued(app, kind, NotQueued::KeyReused))
+        };
     }
     let (uploads, runtime) = (app.uploads.clone(), Handle::current());
     let bounds = SetBounds {
@@ -107,21 +109,18 @@ pub async fn post(
 async fn queue(app: &Service, new: NewJobSet) -> Result<(JobSet, bool), Problem> {
     let kind = new.kind;
     match app.store.submit_set(new, app.limits.most_waiting()).await? {
-        SetSubmission::New(set) => {
+        Submission::New(set) => {
             tracing::info!(set = %set.id, kind = kind.name(), jobs = set.members.len(), "set of jobs queued");
             metrics::counter!("skyduct_jobs_submitted_total").increment(set.members.len() as u64);
             Ok((set, false))
         }
-        SetSubmission::Repeated(set) => Ok((set, true)),
-        SetSubmission::KeyReused => Err(reused(kind)),
-        SetSubmission::QueueFull => Err(queue_full(app)),
-        SetSubmission::ClientFull => Err(client_full(app)),
-        SetSubmission::UploadGone(id) => Err(upload_gone(&id)),
+        Submission::Repeated(set) => Ok((set, true)),
+        Submission::Refused(reason) => Err(not_queued(app, kind, reason)),
     }
 }
 
-fn reused(kind: SetKind) -> Problem {
-    key_reused(&format!("another {}", kind.noun()))
+fn not_queued(app: &Service, kind: SetKind, reason: NotQueued) -> Problem {
+    refused(app, reason, &format!("another {}", kind.noun()))
 }
 
 /// Cancels all jobs of a set that have not ended, and returns the set; a problem where all have ended.

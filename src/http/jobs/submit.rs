@@ -22,7 +22,6 @@ use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
 use crate::present::prepared::Prepared;
-use crate::queue::durability::Durability;
 use crate::queue::owner::Owner;
 use crate::queue::store::*;
 use crate::queue::to_its_end::to_its_end;
@@ -87,17 +86,17 @@ pub async fn create(
             drop(turn);
             answer(&app, job, waiting).await.map(replayed)
         } else {
-            Err(key_reused(OTHER))
+            Err(refused(&app, NotQueued::KeyReused, OTHER))
         };
     }
     // preparing costs much and this check little, but not nothing: it pays when the last job found no place
     let (client, most) = (client.to_string(), app.limits.most_waiting());
     if app.queue_was_full.load(Ordering::Relaxed) {
         if app.store.unfinished_of(&client).await? > most.of_client {
-            return Err(client_full(&app));
+            return Err(refused(&app, NotQueued::ClientFull, OTHER));
         }
         if app.store.unfinished().await? > most.jobs {
-            return Err(queue_full(&app));
+            return Err(refused(&app, NotQueued::QueueFull, OTHER));
         }
     }
     let PreparedPost { prepared, meshes, computation } = prepare(&app, &turn, posted.value).await?;
@@ -108,38 +107,35 @@ pub async fn create(
     let submission = queue(&app, new, prepared).await?;
     drop(posted.held);
     match submission {
-        Submission::New(job, durability) => {
+        Submission::New(job) => {
             // where the answer comes with the job's end, the wait for the disk at that end is enough
-            if waiting.is_none() && durability == Durability::Buffered {
+            if waiting.is_none() {
                 app.store.sync(job.head.id).await?;
             }
             answer(&app, job, waiting).await
         }
         Submission::Repeated(job) => answer(&app, job, waiting).await.map(replayed),
-        Submission::KeyReused => Err(key_reused(OTHER)),
-        Submission::QueueFull => Err(queue_full(&app)),
-        Submission::ClientFull => Err(client_full(&app)),
-        Submission::UploadGone(id) => Err(upload_gone(&id)),
+        Submission::Refused(reason) => Err(refused(&app, reason, OTHER)),
     }
 }
 
 /// Queues a job, and hands its prepared form to the worker.
-async fn queue(app: &App, new: NewJob, prepared: Arc<Prepared>) -> Result<Submission, Problem> {
+async fn queue(app: &App, new: NewJob, prepared: Arc<Prepared>) -> Result<Submission<Job>, Problem> {
     let (service, id, most) = (app.0.clone(), new.id, app.limits.most_waiting());
     // a request that takes too long leaves no form of a job that is not queued
     let submission = to_its_end(async move {
         // before it is queued: it may begin at once
         service.live.hand_over(id, prepared);
         let submission = service.store.submit(new, most).await;
-        if !matches!(submission, Ok(Submission::New(..))) {
+        if !matches!(submission, Ok(Submission::New(_))) {
             service.live.forget(id);
         }
         submission
     });
     let submission = submission.await?;
-    let full = matches!(submission, Submission::QueueFull | Submission::ClientFull);
+    let full = matches!(submission, Submission::Refused(NotQueued::QueueFull | NotQueued::ClientFull));
     app.queue_was_full.store(full, Ordering::Relaxed);
-    if let Submission::New(job, _) = &submission {
+    if let Submission::New(job) = &submission {
         tracing::debug!(job = %job.head.id, "job queued");
         metrics::counter!("skyduct_jobs_submitted_total").increment(1);
     }
@@ -186,28 +182,29 @@ fn accepted(job: Job) -> Response {
     (StatusCode::ACCEPTED, headers, Json(JobResource::new(job))).into_response()
 }
 
-pub(in crate::http) fn queue_full(app: &Service) -> Problem {
-    count_refusal("queued_jobs", Whose::Service);
-    Problem::new(
-        ProblemKind::QueueFull,
-        format!("the queue is full with {} waiting jobs; try again later", app.limits.queued_jobs),
-    )
-    .retry_after(30)
-}
-
-pub(in crate::http) fn client_full(app: &Service) -> Problem {
-    let (setting, most) = ("queued_jobs_per_client", app.limits.queued_jobs_per_client);
-    count_refusal(setting, Whose::Client);
-    let detail = format!("this client has reached its limit of {most} waiting jobs ({setting}); try again later");
-    Problem::new(ProblemKind::TooMany, detail).retry_after(30)
-}
-
-pub(in crate::http) fn upload_gone(id: &str) -> Problem {
-    Problem::new(ProblemKind::InvalidDocument, format!("the uploaded file {id} was deleted; upload it again"))
-}
-
-pub(in crate::http) fn key_reused(other: &str) -> Problem {
-    Problem::new(ProblemKind::KeyReused, format!("the Idempotency-Key belongs to {other}; use a new key"))
+/// Returns the problem that a job or set is not queued; `other` is what its key belongs to, in words for clients.
+pub(in crate::http) fn refused(app: &Service, reason: NotQueued, other: &str) -> Problem {
+    let (waiting, of_client) = (app.limits.queued_jobs, app.limits.queued_jobs_per_client);
+    match reason {
+        NotQueued::KeyReused => {
+            Problem::new(ProblemKind::KeyReused, format!("the Idempotency-Key belongs to {other}; use a new key"))
+        }
+        NotQueued::QueueFull => {
+            count_refusal("queued_jobs", Whose::Service);
+            let detail = format!("the queue is full with {waiting} waiting jobs; try again later");
+            Problem::new(ProblemKind::QueueFull, detail).retry_after(30)
+        }
+        NotQueued::ClientFull => {
+            let setting = "queued_jobs_per_client";
+            count_refusal(setting, Whose::Client);
+            let detail =
+                format!("this client has reached its limit of {of_client} waiting jobs ({setting}); try again later");
+            Problem::new(ProblemKind::TooMany, detail).retry_after(30)
+        }
+        NotQueued::UploadGone(id) => {
+            Problem::new(ProblemKind::InvalidDocument, format!("the uploaded file {id} was deleted; upload it again"))
+        }
+    }
 }
 
 /// Marks an answer about the job or set of an earlier post with the same key.

@@ -27,7 +27,7 @@ const ALWAYS: Duration = Duration::from_secs(3600);
 async fn running() -> (SqliteStore, TempDir, Uuid) {
     let folder = tempfile::tempdir().unwrap();
     let store = SqliteStore::open(&folder.path().join("test.db")).await.unwrap();
-    let Submission::New(job, _) = store.submit(new_job(), most(10)).await.unwrap() else { panic!("not new") };
+    let Submission::New(job) = store.submit(new_job(), most(10)).await.unwrap() else { panic!("not new") };
     (store, folder, job.head.id)
 }
 

@@ -29,7 +29,7 @@ async fn submit(store: &SqliteStore) -> Uuid {
 
 async fn submit_of(store: &SqliteStore, client: &str) -> Uuid {
     match store.submit(NewJob { client: client.into(), ..new_job() }, most(1000)).await.unwrap() {
-        Submission::New(job, _) => job.head.id,
+        Submission::New(job) => job.head.id,
         _ => panic!("not new"),
     }
 }
@@ -267,8 +267,10 @@ async fn meshes_of_waiting_jobs_stay() {
     store.add_upload(mesh("m", "first")).await.unwrap();
     assert_eq!(store.add_upload(mesh("m", "second")).await.unwrap().key, "first");
     let using = |mesh: &str| NewJob { uploads: vec![mesh.into()], ..new_job() };
-    let Submission::New(job, _) = store.submit(using("m"), most(10)).await.unwrap() else { panic!("not new") };
-    assert!(matches!(store.submit(using("n"), most(10)).await.unwrap(), Submission::UploadGone(id) if id == "n"));
+    let Submission::New(job) = store.submit(using("m"), most(10)).await.unwrap() else { panic!("not new") };
+    assert!(
+        matches!(store.submit(using("n"), most(10)).await.unwrap(), Submission::Refused(NotQueued::UploadGone(id)) if id == "n")
+    );
     assert_eq!(store.jobs(JobFilter { limit: 10, ..JobFilter::default() }).await.unwrap().len(), 1);
     assert_eq!(store.delete_upload(UploadKind::Mesh, "m").await.unwrap(), UploadDeletion::InUse);
     assert_eq!(store.upload(UploadKind::Weather, "m").await.unwrap(), None);

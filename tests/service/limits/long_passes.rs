@@ -138,7 +138,7 @@ async fn a_job_that_is_put_aside_comes_back_and_is_the_main_lanes_in_the_end() {
     let store = SqliteStore::open(&folder.path().join("test.db")).await.unwrap();
     let mut jobs = Vec::new();
     for _ in 0..2 {
-        let Submission::New(job, _) = store.submit(new_job(), most(10)).await.unwrap() else { panic!("not new") };
+        let Submission::New(job) = store.submit(new_job(), most(10)).await.unwrap() else { panic!("not new") };
         jobs.push(job.head.id);
     }
     let short = Turn { short: true, ..Turn::default() };

@@ -32,13 +32,13 @@ fn end() -> Completion {
     Completion::Finish(Finish { end, summary: None, artifacts: Vec::new(), last_pass: None })
 }
 
-async fn submit_of(store: &SqliteStore, client: &str, most: MostWaiting) -> Submission {
+async fn submit_of(store: &SqliteStore, client: &str, most: MostWaiting) -> Submission<Job> {
     store.submit(NewJob { client: client.into(), ..new_job() }, most).await.unwrap()
 }
 
 async fn queued_of(store: &SqliteStore, client: &str) -> Uuid {
     match submit_of(store, client, most(1000)).await {
-        Submission::New(job, _) => job.head.id,
+        Submission::New(job) => job.head.id,
         _ => panic!("not new"),
     }
 }
@@ -123,17 +123,17 @@ async fn a_client_with_a_full_quota_waits_and_others_do_not() {
     let quota = MostWaiting { jobs: 5, of_client: 2 };
     let mut jobs = Vec::new();
     for _ in 0..3 {
-        let Submission::New(job, _) = submit_of(&store, "many", quota).await else { panic!("not new") };
+        let Submission::New(job) = submit_of(&store, "many", quota).await else { panic!("not new") };
         jobs.push(job.head.id);
     }
-    assert!(matches!(submit_of(&store, "many", quota).await, Submission::ClientFull));
+    assert!(matches!(submit_of(&store, "many", quota).await, Submission::Refused(NotQueued::ClientFull)));
     assert_eq!(store.unfinished_of("many").await.unwrap(), 3);
     for _ in 0..3 {
-        assert!(matches!(submit_of(&store, "one", quota).await, Submission::New(..)));
+        assert!(matches!(submit_of(&store, "one", quota).await, Submission::New(_)));
     }
-    assert!(matches!(submit_of(&store, "two", quota).await, Submission::QueueFull));
+    assert!(matches!(submit_of(&store, "two", quota).await, Submission::Refused(NotQueued::QueueFull)));
     store.cancel(jobs[0]).await.unwrap();
-    assert!(matches!(submit_of(&store, "many", quota).await, Submission::New(..)));
+    assert!(matches!(submit_of(&store, "many", quota).await, Submission::New(_)));
 }
 
 /// A turn that is offered to later chunks first is theirs, and no other one, whoever posts job after job.
