@@ -1,8 +1,8 @@
 //! `skyduct hbjson`: prints a room of a Honeybee model as the `room` of a job document.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
+use super::print::print;
 use crate::document::hbjson::{HbjsonRoom, read_room};
 use crate::document::{DocumentErrors, FieldError};
 
@@ -30,9 +30,5 @@ pub(super) fn run(args: HbjsonArgs) -> anyhow::Result<()> {
     // a line for each face, which serde's pretty form would spread over dozens
     let faces: Vec<String> = faces.iter().map(serde_json::to_string).collect::<Result<_, _>>()?;
     let text = format!("{{ \"faces\": [\n  {}\n] }}\n", faces.join(",\n  "));
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // the reader of the pipe has seen enough
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => Ok(written?),
-    }
+    print(&text)
 }

@@ -11,6 +11,7 @@ pub mod mesh_files;
 mod metrics;
 mod plan;
 mod predictions_table;
+mod print;
 mod progress;
 mod render;
 mod results_table;

@@ -1,12 +1,12 @@
 //! `skyduct plan`: prints the plan of a job with its reasons, and on request the predicted time of each method.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use super::mesh_files::MeshFiles;
 use super::predictions_table::predictions_table;
+use super::print::print;
 use super::render::read_job;
 use crate::document::Warning;
 use crate::document::result::{MethodResult, PlanResult};
@@ -43,11 +43,7 @@ pub fn run(args: PlanArgs) -> anyhow::Result<()> {
         text += &predictions.as_ref().map(predictions_table).unwrap_or_default();
         text
     };
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // the reader of the pipe has seen enough
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => Ok(written?),
-    }
+    print(&text)
 }
 
 fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
@@ -75,7 +71,7 @@ fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
         let _ = writeln!(text, "  year: {}: {}", year.name, year.reason);
     }
     for warning in warnings {
-        let _ = writeln!(text, "warning: {}: {}", warning.code.code(), warning.detail);
+        let _ = writeln!(text, "warning: {}: {}", warning.code, warning.detail);
     }
     text
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, bail};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::figures::FiguresArgs;
 use super::mesh_files::MeshFiles;
@@ -56,7 +56,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     let mut prepared = prepare(&document, &MeshFiles::beside(&args.job).with_weather(args.weather))?;
     prepared.check_memory(default_limit_bytes())?;
     for warning in &prepared.warnings {
-        eprintln!("warning: {}: {}", warning.code.code(), warning.detail);
+        eprintln!("warning: {}: {}", warning.code, warning.detail);
     }
     if args.predict {
         let predictions = pilot::predict(&prepared, &AtomicBool::new(false));
@@ -83,7 +83,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
         args.out.display()
     );
     for warning in prepared.render_warnings(estimate) {
-        eprintln!("warning: {}: {}", warning.code.code(), warning.detail);
+        eprintln!("warning: {}: {}", warning.code, warning.detail);
     }
     print_results(&result);
     if let Some(year) = prepared.results(estimate).year()? {
@@ -101,41 +101,39 @@ pub fn read_job(job: &Path) -> Result<Vec<u8>, DocumentErrors> {
     Ok(read_json::text(&bytes)?.into_owned().into_bytes())
 }
 
-/// Returns the document with another method; one that is not a JSON object is returned unchanged, for the parser to refuse.
-fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
-    let Some(method) = method else {
-        return document;
-    };
+/// Returns the document with changed fields; one that is not a JSON object is returned unchanged, for the parser to refuse.
+fn changed(document: Vec<u8>, change: impl FnOnce(&mut Map<String, Value>)) -> Vec<u8> {
     match serde_json::from_slice::<Value>(&document) {
         Ok(Value::Object(mut fields)) => {
-            fields.insert("method".to_owned(), method.into());
+            change(&mut fields);
             Value::Object(fields).to_string().into_bytes()
         }
         _ => document,
     }
 }
 
-/// Returns the document with a year by a weather file. Its fields of a year stay; sky, time and views are removed. A document that
-/// is not a JSON object is returned unchanged, for the parser to refuse.
-fn with_weather(document: Vec<u8>, weather: Option<&Path>) -> Vec<u8> {
-    let Some(weather) = weather else {
-        return document;
-    };
-    match serde_json::from_slice::<Value>(&document) {
-        Ok(Value::Object(mut fields)) => {
-            if !fields.contains_key("annual") {
-                for other in ["sky", "time", "location", "views"] {
-                    fields.remove(other);
-                }
-            }
-            let annual = fields.entry("annual").or_insert_with(|| json!({}));
-            if let Some(annual) = annual.as_object_mut() {
-                annual.insert("weather".to_owned(), weather.to_string_lossy().into());
-            }
-            Value::Object(fields).to_string().into_bytes()
-        }
-        _ => document,
+/// Returns the document with another method.
+fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
+    match method {
+        Some(method) => changed(document, |fields| drop(fields.insert("method".to_owned(), method.into()))),
+        None => document,
     }
+}
+
+/// Returns the document with a year by a weather file. Its fields of a year stay; sky, time and views are removed.
+fn with_weather(document: Vec<u8>, weather: Option<&Path>) -> Vec<u8> {
+    let Some(weather) = weather else { return document };
+    changed(document, |fields| {
+        if !fields.contains_key("annual") {
+            for other in ["sky", "time", "location", "views"] {
+                fields.remove(other);
+            }
+        }
+        let annual = fields.entry("annual").or_insert_with(|| json!({}));
+        if let Some(annual) = annual.as_object_mut() {
+            annual.insert("weather".to_owned(), weather.to_string_lossy().into());
+        }
+    })
 }
 
 /// Renders chunk after chunk until the job is done or cancelled; returns the reports of all passes, too.

@@ -1,9 +1,9 @@
 //! `skyduct weather`: reads a weather file and prints the report that an upload would give.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use super::mesh_files::read_at;
+use super::print::print;
 use crate::document::limits::WEATHER_BYTES;
 use crate::document::weather::read_weather;
 use crate::document::{DocumentErrors, FieldError};
@@ -25,9 +25,5 @@ pub(super) fn run(args: WeatherArgs) -> anyhow::Result<()> {
         eprintln!("warning: {}", warning.detail);
     }
     let text = format!("{}\n", serde_json::to_string_pretty(&report)?);
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // the reader of the pipe has seen enough
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => Ok(written?),
-    }
+    print(&text)
 }

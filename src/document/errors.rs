@@ -1,7 +1,9 @@
 //! Faults of a document, warnings about its results, and the collector that the checks add faults to.
 
-use std::fmt::Display;
+use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
+
+use serde::Serialize;
 
 use super::hints;
 use super::limits::Range;
@@ -9,7 +11,7 @@ use super::refusal_name::RefusalName;
 use crate::integrator::method::{CaveatCode, Refusal};
 
 /// A fault of a document or of a query.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Serialize, serde::Deserialize, utoipa::ToSchema, thiserror::Error)]
 #[error("{}: {detail}", self.place())]
 pub struct FieldError {
     /// JSON pointer (RFC 6901) to the field at fault; "" is the whole document, or, where `parameter` is given, no field.
@@ -27,7 +29,7 @@ pub struct FieldError {
 }
 
 /// Kind of a fault. Its code never changes; the wording of `detail` may.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FieldErrorCode {
     /// The field is required.
@@ -97,7 +99,7 @@ impl From<FieldError> for DocumentErrors {
 pub struct DocumentErrors(pub Vec<FieldError>);
 
 /// A note to the user: the result is valid, but may not be what a reader expects.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, serde::Deserialize, utoipa::ToSchema)]
 pub struct Warning {
     /// Kind of the warning, for programs.
     pub code: WarningCode,
@@ -106,7 +108,7 @@ pub struct Warning {
 }
 
 /// Kind of a warning. Its code never changes; the wording of `detail` may.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WarningCode {
     /// The sun is below the horizon, so that sky and sun give no light.
@@ -154,31 +156,10 @@ pub enum WarningCode {
     WeatherLightWithoutSun,
 }
 
-impl WarningCode {
-    /// Returns the code as written in responses.
-    pub fn code(self) -> &'static str {
-        match self {
-            Self::SunBelowHorizon => "sun_below_horizon",
-            Self::ImplausibleIlluminance => "implausible_illuminance",
-            Self::TypicalOvercastLevel => "typical_overcast_level",
-            Self::PlaceWithoutSky => "place_without_sky",
-            Self::MirrorsByChance => "mirrors_by_chance",
-            Self::JenkinsFluxExcess => "jenkins_flux_excess",
-            Self::DroppedTriangles => "dropped_triangles",
-            Self::OpeningCovered => "opening_covered",
-            Self::ModelChanged => "model_changed",
-            Self::RepairedRoom => "repaired_room",
-            Self::LostRays => "lost_rays",
-            Self::KernelsNotCut => "kernels_not_cut",
-            Self::EffectLeftOut => "effect_left_out",
-            Self::PointsOutside => "points_outside",
-            Self::PointsInsideSolids => "points_inside_solids",
-            Self::MethodsDisagree => "methods_disagree",
-            Self::NoLight => "no_light",
-            Self::WeatherHoursMissing => "weather_hours_missing",
-            Self::WeatherSunOffset => "weather_sun_offset",
-            Self::WeatherLightWithoutSun => "weather_light_without_sun",
-        }
+/// Writes the code as in responses.
+impl Display for WarningCode {
+    fn fmt(&self, formatter: &mut Formatter) -> fmt::Result {
+        self.serialize(formatter)
     }
 }
 

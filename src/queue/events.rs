@@ -138,46 +138,25 @@ impl From<PassReport> for Pass {
     }
 }
 
-impl EventData for Queued {
-    const NAME: &'static str = "queued";
+/// Gives kinds of events their names.
+macro_rules! names {
+    ($($data:ty => $name:expr,)*) => {
+        $(impl EventData for $data {
+            const NAME: &'static str = $name;
+        })*
+    };
 }
 
-impl EventData for PlannedBesidePlan<'_> {
-    const NAME: &'static str = Planned::NAME;
-}
-
-impl EventData for Planned {
-    const NAME: &'static str = "planned";
-}
-
-impl EventData for Started {
-    const NAME: &'static str = "started";
-}
-
-impl EventData for Pass {
-    const NAME: &'static str = "pass";
-}
-
-impl EventData for Image {
-    const NAME: &'static str = "image";
-}
-
-impl EventData for Phase {
-    const NAME: &'static str = "phase";
-}
-
-impl EventData for Restarted {
-    const NAME: &'static str = "restarted";
-}
-
-impl EventData for Succeeded {
-    const NAME: &'static str = "succeeded";
-}
-
-impl EventData for Failed {
-    const NAME: &'static str = "failed";
-}
-
-impl EventData for Cancelled {
-    const NAME: &'static str = "cancelled";
+names! {
+    Queued => "queued",
+    PlannedBesidePlan<'_> => Planned::NAME,
+    Planned => "planned",
+    Started => "started",
+    Pass => "pass",
+    Image => "image",
+    Phase => "phase",
+    Restarted => "restarted",
+    Succeeded => "succeeded",
+    Failed => "failed",
+    Cancelled => "cancelled",
 }

@@ -233,5 +233,5 @@ fn a_second_method_finds_the_same() {
     wrong.grids[0].residuals = Residuals::default();
     wrong.grids[0].sensors[2].mean *= 1.5;
     let warnings = prepared.render_warnings(&wrong);
-    assert_eq!(warnings.iter().map(|warning| warning.code.code()).collect::<Vec<_>>(), ["methods_disagree"]);
+    assert_eq!(warnings.iter().map(|warning| warning.code.to_string()).collect::<Vec<_>>(), ["methods_disagree"]);
 }

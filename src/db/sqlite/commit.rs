@@ -12,7 +12,7 @@ use crate::queue::store::*;
 
 use super::ahead::keys_before;
 use super::change::{JobChange, Line};
-use super::rows::{self, name_of, to_json};
+use super::rows::{self, to_json};
 use super::sql::{count_of, first, held, now_ms, of_lease, one, run, signed, store_error};
 
 /// Writes rows and events of a running chunk; returns false when the lease is lost.
@@ -169,7 +169,7 @@ pub(super) async fn finish_job<'a>(
     }
     change
         .set("status", finish.end.status().name())
-        .set("stopped_by", finish.end.stopped_by().as_ref().map(name_of).transpose()?)
+        .set("stopped_by", finish.end.stopped_by().map(StoppedBy::name))
         .set("problem", finish.end.problem().map(to_json).transpose()?)
         .set_sql("state_key = NULL, state_hash = NULL, previous_state_key = NULL, previous_state_hash = NULL")
         .set_sql(concat!("finished_at = ", now_ms!()))

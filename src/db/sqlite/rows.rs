@@ -173,14 +173,6 @@ fn stopped_by(name: &str) -> Result<StoppedBy, StoreError> {
     serde_json::from_value(Value::String(name.into())).map_err(|_| broken("stopped_by", name))
 }
 
-/// Returns the name of a unit variant, as serde writes it.
-pub(super) fn name_of(value: &StoppedBy) -> Result<String, StoreError> {
-    match serde_json::to_value(value) {
-        Ok(Value::String(name)) => Ok(name),
-        _ => Err(StoreError::Failed(format!("{value:?} has no name"))),
-    }
-}
-
 pub(super) fn to_json<T: Serialize>(value: &T) -> Result<String, StoreError> {
     serde_json::to_string(value)
         .map_err(|error| StoreError::Failed(format!("a value cannot be written as JSON: {error}")))

@@ -69,16 +69,12 @@ impl WeeklyDocument {
     }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoFields {}
-
 impl Tagged for ScheduleDocument {
     const TAG: &'static str = "kind";
     const WHAT: &'static str = "a schedule";
     const KINDS: &'static [(&'static str, Reader<Self>)] = &[
-        ("lm83", |fields, of| fields.read::<NoFields>(of).map(|_| Self::Lm83)),
-        ("daylight_hours", |fields, of| fields.read::<NoFields>(of).map(|_| Self::DaylightHours)),
+        ("lm83", |fields, of| fields.none(of).map(|()| Self::Lm83)),
+        ("daylight_hours", |fields, of| fields.none(of).map(|()| Self::DaylightHours)),
         ("weekly", |fields, of| fields.read(of).map(Self::Weekly)),
         ("hours", |fields, of| fields.read(of).map(Self::Hours)),
     ];
@@ -140,8 +136,8 @@ impl Tagged for DaylightSavingDocument {
     const TAG: &'static str = "kind";
     const WHAT: &'static str = "a summer time";
     const KINDS: &'static [(&'static str, Reader<Self>)] = &[
-        ("none", |fields, of| fields.read::<NoFields>(of).map(|_| Self::None)),
-        ("file", |fields, of| fields.read::<NoFields>(of).map(|_| Self::File)),
+        ("none", |fields, of| fields.none(of).map(|()| Self::None)),
+        ("file", |fields, of| fields.none(of).map(|()| Self::File)),
         ("days", |fields, of| fields.read(of).map(Self::Days)),
     ];
 }
