@@ -38,7 +38,7 @@ pub struct RenderArgs {
     /// Method to use instead of the document's
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
-    /// Try every method before, for less than 0.2 s of each processor, print the predicted time of each, and draw it beside the
+    /// Try every method before, for less than 0.2 s of each processor beside the set-up of the planned one, print the predicted time of each, and draw it beside the
     /// actual one
     #[arg(long)]
     pub predict: bool,

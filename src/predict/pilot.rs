@@ -2,7 +2,7 @@
 //!
 //! Each thread runs one method at a time by itself, so that the processor seconds of a pass are measured without what small passes lose
 //! when they are divided; a job's passes are divided among all threads. The pilot is bounded by the clocks of its threads: methods divide
-//! the time that is left, that of the plan first. A method that does not fit stays unknown. The keys of the pilot's random numbers are not
+//! the time that is left, that of the plan first, whose set-up does not count. A method that does not fit stays unknown. The keys of the pilot's random numbers are not
 //! those of the job, so that no sample of a job decides when it stops.
 
 use std::collections::VecDeque;
@@ -31,9 +31,13 @@ use crate::plan::YearMethod;
 use crate::plan::choose::{MethodChoice, refuses};
 use crate::statistics::interval::two_sided_normal_quantile;
 
-/// Processor seconds of each thread in which all methods are tried. Together with set-up that cannot be interrupted they are less than 0.2
-/// s.
+/// Processor seconds of each thread in which all methods are tried, beside the set-up of those of the plan. Together with other set-up that
+/// cannot be interrupted they are less than 0.2 s.
 const BUDGET: f64 = 0.15;
+
+/// Processor seconds that the set-up of a planned method may take beside the budget: without it nothing would be known of a job in a room whose
+/// exchange of light takes long to compute.
+const SET_UP_OF_PLAN: f64 = 0.4;
 
 /// Wall-clock seconds after which the pilot ends in any case: other work of the machine makes it no longer than that.
 const MOST_SECONDS: f64 = 0.6;
@@ -186,6 +190,20 @@ pub fn laws(prepared: &RenderJob, method: &str, passes: usize) -> Option<Vec<Err
     found.laws(sample, &trial.passes.ratios(trial.passes.tried), trial.passes.alpha)
 }
 
+/// Budget of one thread of the pilot.
+struct Budget {
+    clocks: Clocks,
+    /// Processor seconds of set-up that do not count.
+    aside: f64,
+}
+
+impl Budget {
+    /// Returns the processor seconds that are left.
+    fn left(&self) -> f64 {
+        BUDGET + self.aside - self.clocks.spent().cpu()
+    }
+}
+
 struct Pilot<'a> {
     prepared: &'a RenderJob,
     threads: usize,
@@ -201,17 +219,17 @@ impl Pilot<'_> {
         let threads = self.threads.min(trials.len());
         let outcomes = Mutex::new(Vec::new());
         let queue = Mutex::new(VecDeque::from(trials));
-        let next = |clocks: &Clocks| {
+        let next = |budget: &Budget| {
             let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-            let left = self.left(clocks);
+            let left = self.left(budget);
             let share = left * threads as f64 / queue.len().max(1) as f64;
             queue.pop_front().map(|tried| (tried, share.min(left)))
         };
         let work = || {
-            let clocks = Clocks::start();
-            while let Some((tried, share)) = next(&clocks) {
-                let mut outcome = self.outcome(&tried, share, &clocks);
-                outcome.is_busy = Instant::now() >= self.end && clocks.spent().cpu() < BUDGET;
+            let mut budget = Budget { clocks: Clocks::start(), aside: 0.0 };
+            while let Some((tried, share)) = next(&budget) {
+                let mut outcome = self.outcome(&tried, share, &mut budget);
+                outcome.is_busy = Instant::now() >= self.end && budget.left() > 0.0;
                 outcomes.lock().unwrap_or_else(PoisonError::into_inner).push((tried.output, tried.row, outcome));
             }
         };
@@ -228,10 +246,10 @@ impl Pilot<'_> {
         outcomes.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the processor seconds that the pilot has left for a thread whose clocks run from its start.
-    fn left(&self, clocks: &Clocks) -> f64 {
+    /// Returns the processor seconds that the pilot has left for a thread.
+    fn left(&self, budget: &Budget) -> f64 {
         let on_the_wall = self.end.saturating_duration_since(Instant::now()).as_secs_f64();
-        (BUDGET - clocks.spent().cpu()).clamp(0.0, on_the_wall)
+        budget.left().clamp(0.0, on_the_wall)
     }
 
     /// Returns the accuracies of a row, the loosest first.
@@ -242,8 +260,8 @@ impl Pilot<'_> {
         all
     }
 
-    /// Tries a method for `share` processor seconds on a thread whose clocks run from the pilot's start.
-    fn outcome(&self, tried: &Tried<'_>, share: f64, clocks: &Clocks) -> Outcome {
+    /// Tries a method for `share` processor seconds of the budget of a thread.
+    fn outcome(&self, tried: &Tried<'_>, share: f64, budget: &mut Budget) -> Outcome {
         let accuracies = self.accuracies(tried.output);
         if self.prepared.is_dark() {
             let times =
@@ -251,22 +269,24 @@ impl Pilot<'_> {
             return Outcome { first_number: Some(0.0), times: times.collect(), is_busy: false };
         }
         let stop = Stop::default();
-        let left = self.left(clocks);
+        let left = self.left(budget);
         if left <= 0.0 || self.cancel.load(Ordering::Relaxed) {
             return Outcome::default();
         }
         let clock = Clock::new(&stop, self.cancel, share);
         // a running pass is ended by wall-clock time: its limit allows for the part of the processor that other work has taken so far
-        let spent = clocks.spent();
+        let spent = budget.clocks.spent();
         let slowness = (spent.seconds / spent.cpu()).clamp(1.0, MOST_SECONDS / BUDGET);
         let slowness = if slowness.is_finite() { slowness } else { 1.0 };
         let on_the_wall = self.end.saturating_duration_since(Instant::now()).as_secs_f64();
-        let most = (slowness * (GRACE * share).min(left)).min(on_the_wall);
+        let of_set_up = if tried.is_planned { SET_UP_OF_PLAN } else { 0.0 };
+        let most = (slowness * (of_set_up + (GRACE * share).min(left))).min(on_the_wall);
         let mut outcome = stop.within(most, || match tried.method.described().passes() {
             method::Passes::None => self.solver(tried, &accuracies, &clock),
             _ => self.passes(tried, &accuracies, &clock),
         });
         cheapen_the_looser(&mut outcome.times);
+        budget.aside += clock.aside();
         outcome
     }
 
@@ -326,7 +346,7 @@ impl Pilot<'_> {
         let Tried { task, sample, .. } = tried;
         let build = |sample: &Sample| {
             let clocks = Clocks::start();
-            let task = Task { exchanges: Some(&tried.exchanges), ..sample.task(task) };
+            let task = Task { exchanges: Some(&tried.exchanges), cancel: clock.stop.flag(), ..sample.task(task) };
             match trial.method.build(&task, self.seed(), self.target(tried, accuracy)) {
                 Computation::Passes(integrator) => Some((integrator, clocks.spent().cpu())),
                 Computation::Solution(_) => None,
@@ -334,6 +354,9 @@ impl Pilot<'_> {
         };
         let clocks = Clocks::start();
         let (integrator, setup_seconds) = build(sample)?;
+        if tried.is_planned {
+            clock.put_aside(setup_seconds);
+        }
         let (mut built, mut rebuilding) = (setup_seconds, setup_seconds);
         let mut passes = Passes::default();
         passes.run(integrator.as_ref(), 1, clock);
@@ -379,7 +402,8 @@ impl Pilot<'_> {
             let reaches = solved.is_some_and(|(_, error)| error.is_none_or(|error| error <= *accuracy));
             if !reaches {
                 let clocks = Clocks::start();
-                let built = tried.method.described().build(&tried.task, self.seed(), self.target(tried, *accuracy));
+                let task = Task { cancel: clock.stop.flag(), ..tried.task };
+                let built = tried.method.described().build(&task, self.seed(), self.target(tried, *accuracy));
                 let Computation::Solution(solver) = built else { break };
                 let Some(solution) = (!clock.is_over()).then(|| solver.solve(clock.stop.flag())).flatten() else {
                     break;

@@ -1,5 +1,6 @@
 //! Passes of a pilot's trial: their time limit, cost and values.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::pilot_sample::{Places, Sample};
@@ -18,24 +19,36 @@ pub struct Clock<'a> {
     /// Clocks of the threads, and the processor seconds after which no pass begins, except to reach the least number; `None` without a
     /// limit.
     end: Option<(Clocks, f64)>,
+    /// Processor seconds of set-up that do not count.
+    aside: Cell<f64>,
 }
 
 impl<'a> Clock<'a> {
     /// Starts a clock of this thread, or its pool: after this number of processor seconds no pass begins, except to reach the least number.
     pub fn new(stop: &Stop, cancel: &'a AtomicBool, seconds: f64) -> Self {
-        Self { stop: stop.clone(), cancel: Some(cancel), end: Some((Clocks::start(), seconds)) }
+        Self { stop: stop.clone(), cancel: Some(cancel), end: Some((Clocks::start(), seconds)), aside: Cell::default() }
     }
 
     /// Returns a clock without a time limit.
     pub fn unbounded() -> Self {
-        Self { stop: Stop::default(), cancel: None, end: None }
+        Self { stop: Stop::default(), cancel: None, end: None, aside: Cell::default() }
+    }
+
+    /// Puts processor seconds of set-up aside, which do not count.
+    pub fn put_aside(&self, seconds: f64) {
+        self.aside.set(self.aside.get() + seconds);
+    }
+
+    /// Returns the processor seconds that were put aside.
+    pub fn aside(&self) -> f64 {
+        self.aside.get()
     }
 
     /// Returns the processor seconds until no pass begins any more.
     pub fn left(&self) -> f64 {
         match &self.end {
             _ if self.is_over() => 0.0,
-            Some((clocks, seconds)) => (seconds - clocks.spent().cpu()).max(0.0),
+            Some((clocks, seconds)) => (seconds + self.aside.get() - clocks.spent().cpu()).max(0.0),
             None => f64::INFINITY,
         }
     }
@@ -44,7 +57,7 @@ impl<'a> Clock<'a> {
     pub fn is_over(&self) -> bool {
         self.stop.reason().is_some()
             || self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
-            || self.end.as_ref().is_some_and(|(clocks, seconds)| clocks.spent().cpu() >= *seconds)
+            || self.end.as_ref().is_some_and(|(clocks, seconds)| clocks.spent().cpu() >= *seconds + self.aside.get())
     }
 }
 
@@ -105,5 +118,23 @@ impl Passes {
             return None;
         }
         sample.values(&self.start, &self.found).into_iter().map(each).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Set-up that is put aside leaves the time for passes as it was.
+    #[test]
+    fn set_up_that_is_put_aside_does_not_count() {
+        let (stop, cancel) = (Stop::default(), AtomicBool::new(false));
+        let clock = Clock::new(&stop, &cancel, 0.0);
+        assert!(clock.is_over() && clock.left() == 0.0);
+        clock.put_aside(1000.0);
+        clock.put_aside(1000.0);
+        assert!(!clock.is_over() && clock.left() > 1000.0 && clock.aside() == 2000.0);
+        cancel.store(true, Ordering::Relaxed);
+        assert!(clock.is_over());
     }
 }

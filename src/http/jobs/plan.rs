@@ -39,8 +39,8 @@ pub struct PlanResource {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct PredictQuery {
-    /// True to try every method for a moment, less than 0.2 s of each processor, and to predict its time to relative errors of 10,
-    /// 5, 2, 1, 0.5 and 0.1 percent; false when absent.
+    /// True to try every method for a moment, less than 0.2 s of each processor beside the set-up of the planned one, and to predict its
+    /// time to relative errors of 10, 5, 2, 1, 0.5 and 0.1 percent; false when absent.
     #[serde(default)]
     #[param(inline)]
     predict: bool,
