@@ -14,7 +14,7 @@ use crate::http::content::Binary;
 use crate::http::formats::{self, Format, scale};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
-use crate::http::results::{internal, subject};
+use crate::http::results::subject;
 use crate::http::{App, Service, content};
 use crate::present::convergence_files::{self, ErrorHistory};
 use crate::queue::store::Job;
@@ -193,7 +193,7 @@ async fn file(app: &Service, id: Uuid, headers: &HeaderMap, format: Format, rows
     let subject = subject(&job);
     let [grids, views] = convergence_files::histories(&subject, &outline);
     let bytes = serde_json::to_vec(&Convergence { job: id, grids, views, passes, next_after })
-        .map_err(|error| internal("writing the convergence table failed", &error))?;
+        .map_err(|error| Problem::failed("writing the convergence table failed", &error))?;
     named(headers, bytes, "application/json", "json")
 }
 

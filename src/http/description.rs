@@ -70,10 +70,7 @@ pub fn completed(mut description: utoipa::openapi::OpenApi) -> utoipa::openapi::
 
 /// Writes a description as YAML.
 pub fn to_yaml(description: &utoipa::openapi::OpenApi) -> Result<String, Problem> {
-    let yaml = description.to_yaml().map_err(|error| {
-        tracing::error!(%error, "the description cannot be written");
-        Problem::internal()
-    })?;
+    let yaml = description.to_yaml().map_err(|error| Problem::failed("the description cannot be written", &error))?;
     Ok(yaml::for_all_versions(&yaml))
 }
 

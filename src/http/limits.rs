@@ -246,10 +246,7 @@ pub async fn off_thread<T: Send + 'static>(
         let _turn = turn;
         work(flag)
     });
-    done.await.map_err(|error| {
-        tracing::error!(%error, "work for a request panicked");
-        Problem::internal()
-    })
+    done.await.map_err(|error| Problem::failed("work for a request panicked", &error))
 }
 
 #[cfg(test)]

@@ -60,10 +60,7 @@ where
             let _told = told;
             match task.await {
                 Ok(answer) => answer,
-                Err(error) => {
-                    tracing::error!(%error, "queueing a job panicked");
-                    Ok(Problem::internal().into_response())
-                }
+                Err(error) => Ok(Problem::failed("queueing a job panicked", &error).into_response()),
             }
         })
     }

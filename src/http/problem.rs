@@ -1,5 +1,7 @@
 //! Errors as `application/problem+json` (RFC 9457).
 
+use std::fmt::Display;
+
 use axum::body::Body;
 use axum::extract::rejection::{BytesRejection, PathRejection, QueryRejection};
 use axum::extract::{FromRequestParts, Request};
@@ -100,6 +102,12 @@ impl Problem {
             ProblemKind::Internal,
             "internal error: the log of the service has the reason, under the x-request-id of this answer",
         )
+    }
+
+    /// Creates the problem of a fault of the service, and logs its reason.
+    pub fn failed(what: &str, error: &dyn Display) -> Self {
+        tracing::error!(%error, what);
+        Self::internal()
     }
 
     /// Creates the problem of a stored file that is missing or damaged, for which repeating the request does not help.

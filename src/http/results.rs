@@ -119,9 +119,9 @@ pub(super) async fn read<T: Send + 'static>(
     if let Some(bytes) = state {
         let made = off_thread(turn, move |cancel| {
             let prepared = prepare(submitted.as_bytes(), &uploads.for_document(runtime, cancel));
-            let prepared = prepared.map_err(|errors| internal("reading a job failed", &errors))?;
+            let prepared = prepared.map_err(|errors| Problem::failed("reading a job failed", &errors))?;
             let estimate = checkpoint::decode(prepared.empty_estimate(), &bytes);
-            let estimate = estimate.map_err(|error| internal("reading a checkpoint failed", &error))?;
+            let estimate = estimate.map_err(|error| Problem::failed("reading a checkpoint failed", &error))?;
             work(&prepared.results(&estimate), job)
         });
         return made.await?;
@@ -198,7 +198,7 @@ pub(super) async fn subject_with_meshes(app: &Service, job: &Job) -> Result<Subj
     let subject = subject(job);
     let Some(artifact) = app.store.artifact(job.head.id, &Output::Meshes.file()).await? else { return Ok(subject) };
     let bytes = app.artifacts.read_artifact(&artifact).await?;
-    let meshes = serde_json::from_slice(&bytes).map_err(|error| internal("reading meshes failed", &error))?;
+    let meshes = serde_json::from_slice(&bytes).map_err(|error| Problem::failed("reading meshes failed", &error))?;
     Ok(subject.with_meshes(Some(meshes)))
 }
 
@@ -206,20 +206,15 @@ pub(super) fn no_such_output() -> Problem {
     Problem::not_found("the job has no such output, or has not finished its first pass yet")
 }
 
-pub(super) fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
-    tracing::error!(%error, what);
-    Problem::internal()
-}
-
 impl From<RenderError> for Problem {
     fn from(error: RenderError) -> Self {
-        internal("making a file of a job failed", &error)
+        Problem::failed("making a file of a job failed", &error)
     }
 }
 
 impl From<OutputError> for Problem {
     fn from(error: OutputError) -> Self {
-        internal("drawing failed", &error)
+        Problem::failed("drawing failed", &error)
     }
 }
 

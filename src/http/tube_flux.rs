@@ -56,9 +56,6 @@ pub async fn flux(
     found.await?.map(Json).map_err(|error| match error {
         TubeFluxError::Request(errors) => errors.into(),
         TubeFluxError::NoTimeNow => busy(),
-        TubeFluxError::NotFinite { .. } => {
-            tracing::error!(%error, "computing the fluxes of a tube failed");
-            Problem::internal()
-        }
+        TubeFluxError::NotFinite { .. } => Problem::failed("computing the fluxes of a tube failed", &error),
     })
 }

@@ -83,10 +83,7 @@ impl Body {
                 "" => not_json(error.detail),
                 _ => DocumentErrors(vec![error]).into(),
             })?;
-        let hash = canonical_hash(&value).map_err(|error| {
-            tracing::error!(%error, "hashing a document failed");
-            Problem::internal()
-        })?;
+        let hash = canonical_hash(&value).map_err(|error| Problem::failed("hashing a document failed", &error))?;
         Ok(Posted { text, value, hash, held })
     }
 }

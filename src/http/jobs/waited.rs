@@ -111,10 +111,7 @@ async fn grids(app: &Service, id: Uuid, job: &Job) -> Result<Option<BTreeMap<Str
             return Ok(None);
         }
         let json = app.artifacts.read_artifact(&file).await?;
-        let grid = serde_json::from_slice(&json).map_err(|error| {
-            tracing::error!(%error, job = %id, "reading a grid failed");
-            Problem::internal()
-        })?;
+        let grid = serde_json::from_slice(&json).map_err(|error| Problem::failed("reading a grid failed", &error))?;
         grids.insert(name.to_owned(), grid);
     }
     Ok(Some(grids))

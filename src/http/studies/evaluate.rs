@@ -9,7 +9,6 @@ use crate::document::result::GridResult;
 use crate::http::Service;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
-use crate::http::results::internal;
 use crate::queue::store::*;
 use crate::study::compare::Values;
 use crate::study::outcomes::Found;
@@ -80,5 +79,5 @@ async fn values(app: &Service, request: &StudyRequest, head: &JobHead) -> Result
         let grids = files.iter().map(|json| serde_json::from_slice(json)).collect::<Result<Vec<GridResult>, _>>()?;
         Ok::<_, serde_json::Error>(Values::of_results(&grids, passes))
     });
-    read.await?.map(Some).map_err(|error| internal("reading a grid failed", &error))
+    read.await?.map(Some).map_err(|error| Problem::failed("reading a grid failed", &error))
 }

@@ -11,7 +11,6 @@ use super::resource::{StudyJob, StudySummary};
 use crate::http::Service;
 use crate::http::job_sets::any_kind::{heads_of, set_of};
 use crate::http::problem::Problem;
-use crate::http::results::internal;
 use crate::queue::store::*;
 use crate::study::outcome::Ended;
 use crate::study::outcomes::{Found, JobOutcome, Outcomes};
@@ -41,7 +40,7 @@ impl Looked {
 
     /// Reads the request of the study, and what follows from it.
     pub fn record(&self) -> Result<StudyRecord, Problem> {
-        serde_json::from_str(&self.study.about).map_err(|error| internal("reading a study failed", &error))
+        serde_json::from_str(&self.study.about).map_err(|error| Problem::failed("reading a study failed", &error))
     }
 
     /// Lists the jobs in the form of JSON answers.
@@ -83,5 +82,5 @@ pub fn parts(study: &JobSet) -> Result<Vec<(Uuid, StudyPart)>, Problem> {
 
 /// Reads a value from JSON that this service has stored itself.
 fn read<T: DeserializeOwned>(stored: &Value) -> Result<T, Problem> {
-    T::deserialize(stored).map_err(|error| internal("reading a study failed", &error))
+    T::deserialize(stored).map_err(|error| Problem::failed("reading a study failed", &error))
 }

@@ -75,10 +75,7 @@ impl StudyFiles {
             keep(&kept, Kept { tag, bytes: bytes.clone() });
             Ok(bytes)
         });
-        made.await.map_err(|error| {
-            tracing::error!(%error, "making a file of a study panicked");
-            Problem::internal()
-        })?
+        made.await.map_err(|error| Problem::failed("making a file of a study panicked", &error))?
     }
 }
 

@@ -15,7 +15,6 @@ use super::looked::Looked;
 use super::made::unchanged;
 use crate::engine::progress::Progress;
 use crate::http::problem::Problem;
-use crate::http::results::internal;
 use crate::http::{Service, content, formats};
 use crate::output::{OutputError, exr};
 use crate::study::outcome::Ended;
@@ -155,7 +154,7 @@ impl Maker {
         let Some(file) = self.runtime.block_on(self.app.store.artifact(job, &name))? else { return Ok(None) };
         let bytes = self.runtime.block_on(self.app.artifacts.read_artifact(&file))?;
         let Progress { passes, view_relative_error: told, .. } = ended.progress;
-        let decoded = exr::decode(&bytes).map_err(|error| internal("reading a view failed", &error))?;
+        let decoded = exr::decode(&bytes).map_err(|error| Problem::failed("reading a view failed", &error))?;
         Ok(Some(Film::of_image(decoded.image(), told, self.outcomes.confidence, passes)))
     }
 }
@@ -165,5 +164,5 @@ fn no_reference() -> Problem {
 }
 
 fn not_drawn(error: OutputError) -> Problem {
-    internal("drawing failed", &error)
+    Problem::failed("drawing failed", &error)
 }

@@ -20,7 +20,6 @@ use crate::http::formats::{self, Format};
 use crate::http::job_sets::any_kind::{PageQuery, page};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
-use crate::http::results::internal;
 use crate::queue::store::SetKind;
 
 /// Formats of the files of a study's results.
@@ -101,7 +100,7 @@ pub async fn file(
         Some(figure) => figure.write(&found.figure(looked.study.name.as_deref())),
         None => Ok(found.csv().into_bytes()),
     });
-    let bytes = made.await?.map_err(|error| internal("drawing failed", &error))?;
+    let bytes = made.await?.map_err(|error| Problem::failed("drawing failed", &error))?;
     let media_type = of_figure.map_or("text/csv; charset=utf-8", FigureFormat::media_type);
     Ok(formats::named(content::made_as(&headers, &tag, bytes, media_type)?, &file))
 }
