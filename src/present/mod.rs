@@ -9,6 +9,7 @@ pub(crate) mod inputs;
 pub(crate) mod light_paths;
 mod mesh_outlines;
 mod moment_verdicts;
+pub(crate) mod outdoor_words;
 pub mod outputs;
 pub(crate) mod phrases;
 pub mod prepared;

@@ -5,7 +5,8 @@ use serde_json::Value;
 
 use super::grid_figure::{GridWishes, plan_map};
 use super::inputs::inputs;
-use super::phrases::{in_words, list, quantity, text, with_interval};
+use super::outdoor_words;
+use super::phrases::{list, quantity, text, with_interval};
 use super::reader::{ResultReader, failed};
 use super::sentences::sentences;
 use super::site_figure::longer_section;
@@ -228,12 +229,8 @@ fn method(job: &Value) -> SheetPart {
         ));
     }
     let provenance = &job["provenance"];
-    for (name, of) in [("sky", "zenith"), ("sun", "sun")] {
-        // where the sun is does not matter if it does not shine
-        if provenance[of].is_object() && provenance[of]["on"] != Value::Bool(false) {
-            facts.push(fact(name, in_words(&provenance[of])));
-        }
-    }
+    let outdoors = [("sky", outdoor_words::sky(provenance)), ("sun", outdoor_words::sun(provenance))];
+    facts.extend(outdoors.into_iter().filter_map(|(name, words)| Some(fact(name, words?))));
     SheetPart::Facts { title: "Method".to_owned(), facts }
 }
 
@@ -282,7 +279,8 @@ mod tests {
                         "target": { "lux": 300.0, "verdict": "not_met", "area_percent": 12.6, "external_lux": 14215.0 } } }],
             "external_horizontal_illuminance_lux": { "sky": 10000.0, "sun": 0.0 },
             "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": null }, "transmission_efficiency": 0.481 }],
-            "provenance": { "zenith": { "formula": "given" }, "sun": { "altitude_deg": 45.0, "on": false } },
+            "provenance": { "zenith": { "formula": "given_horizontal_illuminance", "zenith_luminance_cd_m2": 3183.1,
+                                        "horizontal_illuminance_lux": 10000.0 }, "sun": null },
             "warnings": [{ "code": "low_sun", "detail": "the sun is low" }]
         })
     }
@@ -332,9 +330,9 @@ mod tests {
             "grids ± 1.2 % at a confidence of 95 %, after 8 passes and 2.1 ms; stopped by relative error",
             "guide return: not simulated: no light comes back",
             "low sun: the sun is low",
+            "sky: Open level ground has 10\u{a0}000 lx of the sky, and the zenith 3180 cd/m²: the document gives the illuminance.",
         ] {
             assert!(said.iter().any(|part| part.contains(words)), "{words} is not in {said:#?}");
         }
-        assert!(!said.iter().any(|part| part.starts_with("sun: altitude")), "a sun that does not shine: {said:#?}");
     }
 }
