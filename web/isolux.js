@@ -143,10 +143,10 @@ function joined(pieces) {
 }
 
 /**
- * Where a line's label stands: on its point that is farthest from what is in the way, within the walls.
+ * Where a line's label stands: on its point that is farthest from what is in the way, within the walls and beside partitions.
  * @param {Point[][]} of
  * @param {Point[]} taken
- * @param {Point[][]} rings outline of the room and holes in it
+ * @param {Point[][]} rings outline of the room, holes in it, and ends of partitions
  * @param {number} gap
  * @returns {Point | null}
  */

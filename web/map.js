@@ -170,6 +170,7 @@ export function isolines(grid, rows, at, room, taken, unit, end) {
   const { by } = labelUnit(unit, end);
   const [west, south, east, north] = edges(grid);
   const inTheWay = [...taken];
+  const walls = [...rings(room), ...(room.partitions ?? []).map(({ from_m, to_m }) => [from_m, to_m])];
   const of = (/** @type {[number, number]} */ [x, y]) => `${across(at, x).toFixed(1)},${down(at, y).toFixed(1)}`;
   const fine = refined(grid, reaching(grid, rows, room));
   const levels = ticks.slice(1).map((level) => ({ level, found: once(fine.rows, level, () => lines(fine.grid, fine.rows, level)) }));
@@ -181,7 +182,7 @@ export function isolines(grid, rows, at, room, taken, unit, end) {
     const gap = Math.max(26, 9 * text.length) / at.k;
     // half of a label beyond the map would stand on nothing
     const onMap = found.map((line) => line.filter(([x, y]) => Math.min(x - west, east - x, y - south, north - y) >= gap / 2));
-    const place = labelled(onMap, inTheWay, rings(room), gap);
+    const place = labelled(onMap, inTheWay, walls, gap);
     if (!place) return null;
     inTheWay.push(place);
     return svg`<text class="level" x=${across(at, place[0])} y=${down(at, place[1]) + 4}>${text}</text>`;
