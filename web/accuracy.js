@@ -42,13 +42,13 @@ export function secondsTo(passes, to) {
 /** The time left of a job that runs, in words. @param {number | null | undefined} seconds */
 export const timeLeft = (seconds) => (seconds ? `, about ${foretold(seconds)} left`.replace("about >", ">") : "");
 
-/** The chart of both logarithms. @param {Pass[]} passes @param {number | null} target */
-export function chart(passes, target) {
+/** The chart of both logarithms. @param {Pass[]} passes @param {number | null} target @param {{ width: number, height: number }} [size] */
+export function chart(passes, target, { width, height } = CHART) {
   const points = passes.flatMap(({ seconds, relative_error: error }) =>
     error && error > 0 && seconds > 0 ? [{ seconds, error }] : [],
   );
   if (!points.length) return nothing;
-  const { width, height, right, top, bottom } = CHART;
+  const { right, top, bottom } = CHART;
   const decades = (/** @type {number[]} */ values) => [
     Math.floor(Math.log10(Math.min(...values)) + 1e-9),
     Math.max(Math.ceil(Math.log10(Math.max(...values)) - 1e-9), Math.floor(Math.log10(Math.min(...values)) + 1e-9) + 1),

@@ -6,14 +6,17 @@ const LEAST = 460;
 const MOST = 3;
 /** Parts of the page of which widths are multiples; least and greatest width as shares of equal columns. */
 const PARTS = 24;
-const SHARES = { least: 0.74, most: 1.4 };
-/** What it costs that columns end at different heights by more than a share, that what comes first stands low, and that the map is narrow. */
+const SHARES = { least: 0.74, most: 1.5 };
+/** What it costs that columns end at different heights by more than a share, or above the end of the screen, that what comes first stands low, and that the map is narrow. */
 const UNEVEN = { from: 0.01, cost: 10 };
+const SHORT = { from: 0.05, cost: 4 };
 const LOW = 0.3;
 const NARROW = 0.6;
 
 /** Columns of certain widths, and the column of each panel. @typedef {{ widths: number[], of: number[] }} Columns */
 /** Height of a panel in a column of a width. @typedef {(panel: number, width: number) => number} Height */
+/** What columns should be: `map` is the panel that is the better the wider it is, -1 where there is none; `least` the height of the screen that they should fill. @typedef {{ map: number, least: number }} Wish */
+/** Whether a panel may stand in a column. @typedef {(panel: number, column: number) => boolean} May */
 
 /** All ways to divide parts of a page among columns. @param {number} columns @param {number} parts @param {number} least @param {number} most @returns {number[][]} */
 function divided(columns, parts, least, most) {
@@ -41,8 +44,8 @@ function stacked({ widths, of }, height) {
   return { ends, tops };
 }
 
-/** @param {Columns} columns @param {Height} height @param {number} map panel that is the better the wider it is; -1 where there is none */
-function cost(columns, height, map) {
+/** @param {Columns} columns @param {Height} height @param {Wish} wish */
+function cost(columns, height, { map, least }) {
   const { ends, tops } = stacked(columns, height);
   const longest = Math.max(...ends);
   const uneven = 1 - Math.min(...ends) / longest;
@@ -51,13 +54,14 @@ function cost(columns, height, map) {
   const low = first.reduce((sum, top) => sum + top / longest, 0) / first.length;
   const width = columns.widths[columns.of[map] ?? -1];
   const narrow = width ? 1 - width / columns.widths.reduce((sum, one) => sum + one, 0) : 0;
-  return UNEVEN.cost * Math.max(0, uneven - UNEVEN.from) + LOW * low + NARROW * narrow;
+  const short = least ? 1 - longest / least : 0;
+  return UNEVEN.cost * Math.max(0, uneven - UNEVEN.from) + SHORT.cost * Math.max(0, short - SHORT.from) + LOW * low + NARROW * narrow;
 }
 
-/** Columns that differ from others by one panel, or by two that change places; the first panel stays. @param {Columns} columns @returns {Columns[]} */
-function beside({ widths, of }) {
-  const moved = of.flatMap((column, panel) => widths.flatMap((_, to) => (panel > 0 && to !== column ? [of.with(panel, to)] : [])));
-  const changed = of.flatMap((a, one) => of.flatMap((b, other) => (one > 0 && other > one && a !== b ? [of.with(one, b).with(other, a)] : [])));
+/** Columns that differ from others by one panel, or by two that change places. @param {Columns} columns @param {May} may @returns {Columns[]} */
+function beside({ widths, of }, may) {
+  const moved = of.flatMap((column, panel) => widths.flatMap((_, to) => (to !== column && may(panel, to) ? [of.with(panel, to)] : [])));
+  const changed = of.flatMap((a, one) => of.flatMap((b, other) => (other > one && a !== b && may(one, b) && may(other, a) ? [of.with(one, b).with(other, a)] : [])));
   return [...moved, ...changed].map((of) => ({ widths, of }));
 }
 
@@ -73,11 +77,11 @@ function filled(order, widths, height) {
   return { widths, of };
 }
 
-/** Columns after as many steps as make them better. @param {Columns} from @param {Height} height @param {number} map */
-function bettered(from, height, map) {
-  let [best, least] = [from, cost(from, height, map)];
+/** Columns after as many steps as make them better. @param {Columns} from @param {Height} height @param {Wish} wish @param {May} may */
+function bettered(from, height, wish, may) {
+  let [best, least] = [from, cost(from, height, wish)];
   for (;;) {
-    const next = beside(best).map((one) => ({ one, of: cost(one, height, map) })).reduce((a, b) => (b.of < a.of ? b : a), { one: best, of: least });
+    const next = beside(best, may).map((one) => ({ one, of: cost(one, height, wish) })).reduce((a, b) => (b.of < a.of ? b : a), { one: best, of: least });
     if (next.of >= least) return { best, least };
     [best, least] = [next.one, next.of];
   }
@@ -85,25 +89,29 @@ function bettered(from, height, map) {
 
 /**
  * The columns for so many panels on a page of a width: of all widths, each panel after the other, or the highest first, in the shortest
- * column, and from there as long as a step makes them better.
+ * column, and from there as long as a step makes them better; the first panel stays.
  * @param {number} panels
  * @param {number} width
  * @param {Height} height
- * @param {number} [map]
+ * @param {Wish} [wish]
  * @returns {Columns}
  */
-export function columns(panels, width, height, map = -1) {
+export function columns(panels, width, height, wish = { map: -1, least: 0 }) {
   const inOrder = Array.from({ length: panels }, (_, panel) => panel);
   const ways = allWidths(width).flatMap((widths) => {
     const [first = 0, ...others] = inOrder;
     const byHeight = [first, ...others.toSorted((a, b) => height(b, widths[0] ?? 0) - height(a, widths[0] ?? 0))];
-    return [inOrder, byHeight].map((order) => bettered(filled(order, widths, height), height, map));
+    return [inOrder, byHeight].map((order) => bettered(filled(order, widths, height), height, wish, (panel) => panel > 0));
   });
   return ways.reduce((a, b) => (b.least < a.least ? b : a)).best;
 }
 
-/** What the columns were found for, and what was found. @type {{ key: string, found: Columns | null }} */
-let last = { key: "", found: null };
+/** The columns once some panels are unfolded: these stay in theirs, and others move until all end together. @param {Columns} columns @param {Height} height @param {Wish} wish @param {number[]} unfolded */
+export const around = (columns, height, wish, unfolded) =>
+  bettered(columns, height, wish, (panel) => panel > 0 && !unfolded.includes(panel)).best;
+
+/** What the columns were found for, and what was found: with all panels folded, and with some unfolded. @type {{ key: string, found: Columns | null, unfolded: number[], shown: Columns | null }} */
+let last = { key: "", found: null, unfolded: [], shown: null };
 /** Panels whose sizes are followed. @type {WeakSet<Element>} */
 const followed = new WeakSet();
 // a picture that is loaded makes its panel higher
@@ -112,26 +120,48 @@ const sizes = new ResizeObserver((entries) => {
   if (host) place(/** @type {HTMLElement} */ (host));
 });
 
-/** Stands the panels of a page in columns; a panel that is unfolded moves those below it alone. @param {HTMLElement} host */
+/** Stands the panels of a page in columns. @param {HTMLElement} host */
 export function place(host) {
   const panels = /** @type {HTMLElement[]} */ ([...host.children].filter((one) => one.matches(".panel")));
   if (!panels.length) return;
-  const width = host.clientWidth;
-  const pictures = [...host.querySelectorAll("img")].filter(({ complete }) => complete).length;
-  const key = `${width} ${pictures} ${panels.map((panel) => panel.getAttribute("aria-label")).join()}`;
-  if (last.key !== key) last = { key, found: found(panels, width) };
-  const { found: columns } = last;
-  if (columns) {
-    panels.forEach((panel, index) => (panel.style.width = `${columns.widths[columns.of[index] ?? 0]}px`));
-    const { ends, tops } = stacked(columns, (panel) => panels[panel]?.offsetHeight ?? 0);
-    const lefts = columns.widths.map((_, at) => columns.widths.slice(0, at).reduce((sum, one) => sum + one + GAP, 0));
-    panels.forEach((panel, index) => Object.assign(panel.style, { left: `${lefts[columns.of[index] ?? 0]}px`, top: `${tops[index]}px` }));
-    host.style.height = `${Math.max(...ends) - GAP}px`;
-  }
+  const { key } = last;
+  const details = [...host.querySelectorAll("details")];
+  const turned = details.find(({ open }, at) => open !== last.unfolded.includes(at));
+  const before = turned?.getBoundingClientRect().top ?? 0;
+  const columns = chosen(host, panels, details);
+  if (columns) stand(host, panels, columns);
+  // what a hand turned stays below it
+  if (columns && turned && last.key === key) scrollBy(0, turned.getBoundingClientRect().top - before);
   for (const one of [host, ...panels]) {
     if (!followed.has(one)) sizes.observe(one);
     followed.add(one);
   }
+}
+
+/** The columns for the page as it is; looked for when it has changed. @param {HTMLElement} host @param {HTMLElement[]} panels @param {HTMLDetailsElement[]} details */
+function chosen(host, panels, details) {
+  const pictures = [...host.querySelectorAll("img")].filter(({ complete }) => complete).length;
+  const key = `${host.clientWidth} ${innerHeight} ${pictures} ${panels.map((panel) => panel.getAttribute("aria-label")).join()}`;
+  if (last.key !== key) {
+    const folded = found(panels, host.clientWidth);
+    last = { key, found: folded, unfolded: [], shown: folded };
+  }
+  const unfolded = details.flatMap(({ open }, at) => (open ? [at] : []));
+  if (last.found && last.unfolded.join() !== unfolded.join()) {
+    const of = unfolded.map((at) => panels.findIndex((panel) => panel.contains(details[at] ?? null)));
+    last.shown = of.length ? around(last.found, heights(panels, last.found.widths), wishOf(panels), of) : last.found;
+    last.unfolded = unfolded;
+  }
+  return last.shown;
+}
+
+/** @param {HTMLElement} host @param {HTMLElement[]} panels @param {Columns} columns */
+function stand(host, panels, columns) {
+  panels.forEach((panel, index) => (panel.style.width = `${columns.widths[columns.of[index] ?? 0]}px`));
+  const { ends, tops } = stacked(columns, (panel) => panels[panel]?.offsetHeight ?? 0);
+  const lefts = columns.widths.map((_, at) => columns.widths.slice(0, at).reduce((sum, one) => sum + one + GAP, 0));
+  panels.forEach((panel, index) => Object.assign(panel.style, { left: `${lefts[columns.of[index] ?? 0]}px`, top: `${tops[index]}px` }));
+  host.style.height = `${Math.max(...ends) - GAP}px`;
 }
 
 /** The columns for panels as high as they are when folded; null where each takes the whole width. @param {HTMLElement[]} panels @param {number} width */
@@ -146,12 +176,22 @@ function found(panels, width) {
   }
   // columns do not depend on what is unfolded at the moment
   host.classList.add("folded");
-  const heights = new Map([...new Set(widths.flat())].map((of) => {
-    panels.forEach((panel) => (panel.style.width = `${of}px`));
-    return [of, panels.map(({ offsetHeight }) => offsetHeight)];
-  }));
+  const of = heights(panels, widths.flat());
   host.classList.remove("folded");
-  // of a year its autonomy comes before the map of an overcast sky
-  const map = panels.findIndex((one) => one.matches(".map, [aria-label='Daylight autonomy']"));
-  return columns(panels.length, width, (panel, of) => heights.get(of)?.[panel] ?? 0, map);
+  return columns(panels.length, width, of, wishOf(panels));
+}
+
+/** The heights that panels have now in columns of certain widths. @param {HTMLElement[]} panels @param {number[]} widths @returns {Height} */
+function heights(panels, widths) {
+  const all = new Map([...new Set(widths)].map((width) => {
+    panels.forEach((panel) => (panel.style.width = `${width}px`));
+    return [width, panels.map(({ offsetHeight }) => offsetHeight)];
+  }));
+  return (panel, width) => all.get(width)?.[panel] ?? 0;
+}
+
+/** What the columns of these panels should be; of a year its autonomy comes before the map of an overcast sky. @param {HTMLElement[]} panels @returns {Wish} */
+function wishOf(panels) {
+  const top = (panels[0]?.parentElement?.getBoundingClientRect().top ?? 0) + scrollY;
+  return { map: panels.findIndex((one) => one.matches(".map, [aria-label='Daylight autonomy']")), least: innerHeight - top };
 }

@@ -35,5 +35,5 @@ export function verdicts(of) {
     return html`<tr class=${CLASSES[verdict.verdict]}><td>${name}<br><small>${found}, asked ${limit}</small></td><td><span class="mark">${is}</span></td></tr>`;
   };
   return html`<p class="note">As if the tubes were the room's only daylight. No scheme is met by single criteria.</p>
-    <table><tbody>${of.map(row)}</tbody></table>`;
+    <div class="list" tabindex="0" role="region" aria-label="Table of criteria"><table><tbody>${of.map(row)}</tbody></table></div>`;
 }
