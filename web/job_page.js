@@ -7,7 +7,7 @@ import { centimetres } from "./draft.js";
 import { across, bar, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
 import { fresh } from "./fresh.js";
 import { asked, judgedBy } from "./goal.js";
-import { fluxesOf, yearOf } from "./job_year.js";
+import { figure, fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
 import { inPlan } from "./opening.js";
 import { numbered } from "./plan_labels.js";
@@ -30,6 +30,8 @@ import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
 /** True where a drawing is no wider than a small one. */
 const narrow = matchMedia("(max-width: 500px)");
+/** Size of the chart of errors elsewhere. */
+const WIDE = { width: 430, height: 210 };
 
 /** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header */
 export async function jobPage(id, app, header) {
@@ -130,6 +132,7 @@ function page({ job, grid, meshes, year, passes, left: seconds, history, fault, 
     <section class="panel accurate" aria-label="Accuracy"><h2>Error against time</h2>${chart(
       passes.map((pass) => ({ ...pass, relative_error: pass.relative_error ?? /** @type {any} */ (pass).view_relative_error })),
       null,
+      narrow.matches ? undefined : WIDE,
     )}
       <p>${error ? `${percent(error)} of the map ${runs ? "so far" : "at the end"}` : passes.length < 2 ? "One pass tells no error." : ""}</p>
       ${history ? times(history) : nothing}</section>
@@ -147,7 +150,7 @@ function goalOf({ document: { grids = [] } }, name, given) {
 function section({ document, links }) {
   const { width, depth } = extent(document.room);
   const drawn = links.figures?.[depth > width ? "section_y" : "section_x"];
-  return drawn ? html`<section class="panel view" aria-label="Section"><h2>Section</h2><a href=${drawn.svg}><img class="rendered" src=${drawn.svg} alt="A section through the room and its tubes"></a></section>` : nothing;
+  return drawn ? html`<section class="panel view" aria-label="Section"><h2>Section</h2>${figure(drawn.svg, drawn.svg, "A section through the room and its tubes")}</section>` : nothing;
 }
 
 /** What was asked for, in words; weather files have names once the year is there. @param {JobDocument} document @param {Schemas["AnnualResult"] | null} year @returns {[string, string][]} */
@@ -184,8 +187,8 @@ function map(job, grid, meshes) {
   const at = fitted(room, narrow.matches ? SMALL : LARGE);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
-    ${lux(grid, reaching(grid, rows, room), at, end)}${isolines(grid, rows, at, room, tubes.map(inPlan), unit, end)}
-    ${outside(room, grid, at)}${furniture(room, meshes, at)}${outlined(room, at, "frame")}
+    ${lux(grid, reaching(grid, rows, room), at, end)}${furniture(room, meshes, at)}${isolines(grid, rows, at, room, tubes.map(inPlan), unit, end)}
+    ${outside(room, grid, at)}${outlined(room, at, "frame")}
     ${(room.partitions ?? []).map((sheet) => svg`<g class="partition still">${partitionLine(sheet, at, "seen")}</g>`)}
     ${tubes.map((tube) => [axis(room, tube, at), rim(room, tube, at)])}${numbered(tubes.map((tube) => ring(tube, at)))}
     ${measures(room, at)}

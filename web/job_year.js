@@ -10,13 +10,17 @@ import { html, nothing } from "./vendor/lit-html.js";
 /** The path of a figure of a grid's year. @param {Job} job @param {string} name */
 const path = (job, name) => (job.links.annual ?? []).find((path) => path.endsWith(`/annual/${name}.svg`));
 
-/** A figure that the service draws. @param {Job} job @param {boolean} runs whether the job runs on @param {string} name @param {string} words @param {string} [query] what of it is asked for */
-function figure(job, runs, name, words, query = "") {
+/** A figure that the service draws, which scrolls sideways where its letters would be too small to read. @param {string} path @param {string} address from which it is shown @param {string} words */
+export const figure = (path, address, words) =>
+  html`<a class="figure" href=${path}><img class="rendered" src=${address} alt=${words}></a>`;
+
+/** A figure of a year in its panel. @param {Job} job @param {boolean} runs whether the job runs on @param {string} name @param {string} words @param {string} [query] what of it is asked for */
+function panel(job, runs, name, words, query = "") {
   const known = path(job, name);
   if (!known) return nothing;
   const of = `${known}${query}`;
   const address = runs ? fresh(of, job.progress.passes) : of;
-  return address ? html`<section class="panel view" aria-label=${words}><h2>${words}</h2><a href=${of}><img class="rendered" src=${address} alt=${words}></a></section>` : nothing;
+  return address ? html`<section class="panel view" aria-label=${words}><h2>${words}</h2>${figure(of, address, words)}</section>` : nothing;
 }
 
 /** True of a target of which a grid's year has a number. @param {Schemas["GridYearResult"]} of @param {Goal} goal @param {Schemas["SdaDocument"]} [sda] */
@@ -57,11 +61,11 @@ export function yearOf(job, summary, runs, goalOf) {
       <p>${file.name}</p>${sentence(of, job.document, goalOf(of.name))}
       ${yearNumbers(summary, of, of.autonomies.map(({ lux }) => lux))}
       <details><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details>${spread(summary, of.name)}</section>
-      ${figure(job, runs, `autonomy.${of.name}`, "Daylight autonomy", query(of))}
-      ${figure(job, runs, `useful.${of.name}`, "Useful daylight")}
-      ${figure(job, runs, `by_hour.${of.name}`, "Mean by day and hour")}`,
+      ${panel(job, runs, `autonomy.${of.name}`, "Daylight autonomy", query(of))}
+      ${panel(job, runs, `useful.${of.name}`, "Useful daylight")}
+      ${panel(job, runs, `by_hour.${of.name}`, "Mean by day and hour")}`,
   );
 }
 
 /** The light of the tubes by month. @param {Job} job @param {boolean} runs */
-export const fluxesOf = (job, runs) => figure(job, runs, "fluxes", "Light of the tubes by day and hour");
+export const fluxesOf = (job, runs) => panel(job, runs, "fluxes", "Light of the tubes by day and hour");

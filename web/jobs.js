@@ -13,6 +13,9 @@ export async function toggle() {
   set({ jobs: (await api.get(`/v1/jobs?limit=${MOST}`)).jobs });
 }
 
+/** @param {KeyboardEvent} event */
+const closes = ({ key }) => key === "Escape" && set({ jobs: null });
+
 const again = async () => set({ jobs: (await api.get(`/v1/jobs?limit=${MOST}`)).jobs });
 
 /** The time of a moment of today, the date of an earlier one. @param {Date} moment */
@@ -36,8 +39,8 @@ export function jobs() {
     <td role="cell"><a href=${`/jobs/${id}`}>${name || id.slice(-8)}</a></td><td role="cell">${status}</td><td role="cell">${created_at ? told(new Date(created_at)) : ""}</td>
     <td role="cell">${progress.relative_error ? percent(progress.relative_error) : progress.view_relative_error ? percent(progress.view_relative_error) : "–"}</td>
     <td role="cell">${status === "queued" || status === "running" ? button("Stop", name || id, () => api.cancelJob(id)) : button("Delete", name || id, () => api.deleteJob(id))}</td></tr>`;
-  return html`<section class="panel row" aria-label="Jobs"><div class="head"><h2>Jobs</h2><button type="button"
-    @click=${() => void again()}>Look again</button><button type="button" @click=${() => set({ jobs: null })}>Close</button></div>
+  return html`<section class="panel row" aria-label="Jobs" @keydown=${closes}><div class="head"><h2>Jobs</h2><button type="button"
+    @click=${() => void again()}>Refresh</button><button type="button" @click=${() => set({ jobs: null })}>Close</button></div>
     ${
       jobs.length
         ? html`<div class="wide-table" tabindex="0" role="region" aria-label="Table of jobs"><table

@@ -179,7 +179,7 @@ export function take() {
     html`<button type="button" aria-pressed=${code === language}
       @click=${() => set({ code: code === language ? null : language })}>${language}</button>`;
   const keeping = () => live.keep();
-  return html`<h2>Take it away</h2>
+  return html`<h2>Files</h2>
     ${
       answer && state.current && !answer.stored
         ? html`<p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files(answer.job, goal)}<a

@@ -85,10 +85,10 @@ export function criteria() {
 export function yearFiles() {
   const { answer, current } = state.year;
   const keeping = () => job.keep();
-  if (!answer || !current) return html`<h2>Take it away</h2><p class="note">Files are there once the year is.</p>`;
+  if (!answer || !current) return html`<h2>Files</h2><p class="note">Files are there once the year is.</p>`;
   const { links, id } = answer.job;
   const by = judgedBy(goalOf(answer));
   const files = (links.annual ?? []).map((path) => html`<a href=${path} download=${yearFile(path)}>${yearFile(path)}</a>`);
-  return html`<h2>Take it away</h2><p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files}
+  return html`<h2>Files</h2><p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files}
     <a href=${`${links.report_pdf}${by}`} download="report.pdf">report.pdf</a><a href=${`/jobs/${id}${by}`}>page of this job</a><a href=${`${links.report}${by}`}>report</a></p>`;
 }
