@@ -5,7 +5,7 @@ import { choice, number } from "./field.js";
 import { edit } from "./live.js";
 import { nameAfter } from "./names.js";
 import { lengthOf } from "./outline.js";
-import { extent, outline, planes } from "./room.js";
+import { alongside, extent, outline } from "./room.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -47,9 +47,7 @@ export function shapes() {
         ],
         set: (to) => {
           edit((next) => setCeiling(next, to));
-          const [east, north] = planes(state.draft.room)[0]?.rise ?? [0, 0];
-          // a section shows a slope from the side
-          if (to !== "flat") set({ look: Math.abs(east) > Math.abs(north) ? "north" : "west" });
+          if (to !== "flat") set({ look: alongside(state.draft.room) });
         },
       })}
     </div>

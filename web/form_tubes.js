@@ -6,7 +6,7 @@ import { edit } from "./live.js";
 import { add } from "./plan_hand.js";
 import { extent, steepness } from "./room.js";
 import { set, state } from "./state.js";
-import { diameter, isMesh, usualTube } from "./tube.js";
+import { diameter, isMesh, square, usualTube } from "./tube.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
 /** @typedef {ParametricTube["collector"]} Collector */
@@ -33,6 +33,9 @@ const DIFFUSER_WORDS = [
   ["mixed", "opal with a clear ring"],
   ["open", "open"],
 ];
+
+/** Side of a square diffuser to begin with, as panels of suspended ceilings have it. */
+const SIDE_M = 0.6;
 
 /** @type {[import("./draft.js").Lie, string][]} */
 const LIES = [
@@ -173,11 +176,35 @@ function pipe(tube, index) {
         label: "Diffuser",
         value: tube.diffuser.kind,
         options: tube.diffuser.kind === "measured" ? [...DIFFUSER_WORDS, ["measured", "measured table"]] : DIFFUSER_WORDS,
-        set: (kind) => kind !== "measured" && change(index, (next) => (next.diffuser = usualDiffuser(kind, next.diameter_m))),
+        set: (kind) =>
+          kind !== "measured" &&
+          change(index, (next) => {
+            next.diffuser = usualDiffuser(kind, next.diameter_m);
+            if (kind !== "lambertian") delete next.closure_shape;
+          }),
       })}
       ${share(`${at}/collector/transmittance`, "passes", tube.collector, (to) => change(index, (next) => "transmittance" in next.collector && (next.collector.transmittance = to)))}
       ${share(`${at}/diffuser/transmittance`, "passes", tube.diffuser, (to) => change(index, (next) => "transmittance" in next.diffuser && (next.diffuser.transmittance = to)))}
+      ${tube.diffuser.kind === "lambertian" ? outlines(tube, index) : nothing}
     </div>`;
+}
+
+/** Outline of an opal diffuser: that of its pipe, or a square as suspended ceilings have them. @param {ParametricTube} tube @param {number} index */
+function outlines(tube, index) {
+  const side = square(tube)?.side_m;
+  /** @type {["round" | "square", string][]} */
+  const shapes = [
+    ["round", "round"],
+    ["square", "square"],
+  ];
+  const reshape = (/** @type {"round" | "square"} */ to) =>
+    change(index, (next) => {
+      if (to === "round") delete next.closure_shape;
+      else next.closure_shape = { kind: "square", side_m: Math.max(SIDE_M, next.diameter_m) };
+    });
+  const resize = (/** @type {number} */ to) => change(index, ({ closure_shape }) => closure_shape && (closure_shape.side_m = to));
+  return html`${choice({ pointer: `/tubes/${index}/closure_shape`, label: "Diffuser is", value: side ? "square" : "round", options: shapes, set: reshape })}
+    ${side ? number({ pointer: `/tubes/${index}/closure_shape/side_m`, label: "Side", unit: "m", value: side, step: 0.05, min: 0.05, set: resize }) : nothing}`;
 }
 
 /** Where a tube is, how its opening lies, and how far it hangs below the ceiling. @param {Tube} tube @param {number} index */

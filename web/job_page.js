@@ -9,13 +9,11 @@ import { fresh } from "./fresh.js";
 import { asked, judgedBy } from "./goal.js";
 import { figure, fluxesOf, yearOf } from "./job_year.js";
 import { jobs } from "./jobs.js";
-import { inPlan } from "./opening.js";
-import { numbered } from "./plan_labels.js";
 import { prose } from "./prose.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers } from "./results.js";
-import { extent, outline } from "./room.js";
-import { LARGE, SMALL, axis, fitted, furniture, north, partitionLine, rim, ring } from "./room_plan.js";
+import { alongside, extent, outline, steepness } from "./room.js";
+import { LARGE, SMALL, axis, fitted, furniture, marks, north, partitionLine, rim } from "./room_plan.js";
 import { scale } from "./scale.js";
 import { copyAddress, files } from "./share.js";
 import { skyName } from "./sky.js";
@@ -146,10 +144,12 @@ function goalOf({ document: { grids = [] } }, name, given) {
   return (name === grids[0]?.name && given) || (lux ? { lux, of: /** @type {const} */ ("mean") } : null);
 }
 
-/** The section along the longer side of the room. @param {Job} job */
+/** The section that shows the slope of the ceiling, else that along the longer side of the room. @param {Job} job */
 function section({ document, links }) {
   const { width, depth } = extent(document.room);
-  const drawn = links.figures?.[depth > width ? "section_y" : "section_x"];
+  const { room } = document;
+  const alongY = steepness(room) > 0 ? alongside(room) === "west" : depth > width;
+  const drawn = links.figures?.[alongY ? "section_y" : "section_x"];
   return drawn ? html`<section class="panel view" aria-label="Section"><h2>Section</h2>${figure(drawn.svg, drawn.svg, "A section through the room and its tubes")}</section>` : nothing;
 }
 
@@ -186,11 +186,12 @@ function map(job, grid, meshes) {
   const { east, depth } = extent(room);
   const at = fitted(room, narrow.matches ? SMALL : LARGE);
   const { end, ticks } = scale(largest(rows));
+  const { numbers, taken } = marks(room, tubes, at);
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
-    ${lux(grid, reaching(grid, rows, room), at, end)}${furniture(room, meshes, at)}${isolines(grid, rows, at, room, tubes.map(inPlan), unit, end)}
+    ${lux(grid, reaching(grid, rows, room), at, end)}${furniture(room, meshes, at)}${isolines(grid, rows, at, room, taken, unit, end)}
     ${outside(room, grid, at)}${outlined(room, at, "frame")}
     ${(room.partitions ?? []).map((sheet) => svg`<g class="partition still">${partitionLine(sheet, at, "seen")}</g>`)}
-    ${tubes.map((tube) => [axis(room, tube, at), rim(room, tube, at)])}${numbered(tubes.map((tube) => ring(tube, at)))}
+    ${tubes.map((tube) => [axis(room, tube, at), rim(room, tube, at)])}${numbers}
     ${measures(room, at)}
     ${bar(end, ticks, unit, across(at, east) + 18, at.top, at.k * depth)}${north(room.rotation_deg ?? 0)}</svg>`;
 }

@@ -29,7 +29,7 @@ const isKnown = (of, goal, sda) => !Number.isNaN(judge(of, goal, sda).value);
 /** Verdict on a grid's target, or else a sentence about its spatial autonomy. @param {Schemas["GridYearResult"]} of @param {JobDocument} document @param {Goal | null} goal */
 function sentence(of, document, goal) {
   const { sda, schedule } = document.annual ?? {};
-  const note = html`<p class="note">In brackets: the interval of 95\u202f% of the numerical error.</p>`;
+  const note = html`<p class="note">In brackets: the 95\u202f% interval of the numerical error.</p>`;
   if (goal && isKnown(of, goal, sda)) {
     const { asked, is, found, outcome } = yearSentence(of, goal, schedule?.kind ?? "lm83", sda);
     return html`<p class=${`verdict ${CLASSES[outcome]}`}>${asked}: <strong id="verdict">${is},</strong> ${found}</p>${note}`;

@@ -20,7 +20,8 @@ import { prediction } from "./prediction.js";
 import { prose } from "./prose.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers, readOut } from "./results.js";
-import { alongside, section } from "./section.js";
+import { alongside } from "./room.js";
+import { section } from "./section.js";
 import { forget, known, remember, share, take, unpacked } from "./share.js";
 import { sky } from "./sky.js";
 import { drawnBy, set, setYear, state } from "./state.js";
@@ -67,7 +68,7 @@ function header(edits) {
   return html`<header>${edits ? skip : nothing}<h1><a href="/">skyduct</a></h1><p>How much daylight do these tubes bring into this room?</p>
     <nav aria-label="Page">${edits ? [tabs, rooms] : nothing}
       <button type="button" aria-expanded=${state.jobs ? "true" : "false"}
-        @click=${() => void toggle()}>Jobs</button>${edits ? sharing : nothing}<a href="/docs/">Interface</a></nav></header>`;
+        @click=${() => void toggle()}>Jobs</button>${edits ? sharing : nothing}<a href="/docs/">API</a></nav></header>`;
 }
 
 /** @param {string} title @param {unknown} content @param {boolean} opened */

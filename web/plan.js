@@ -1,14 +1,12 @@
 // The plan of the room from above: the map, the tubes and the room's walls, which are moved by hand.
 import { meshes } from "./job_files.js";
 import { bar, across, down, isolines, largest, lux, measures, outlined, outside, reaching, values } from "./map.js";
-import { inPlan } from "./opening.js";
 import { cellAt, drag, draw, keys, moveCursor, still } from "./plan_hand.js";
-import { numbered } from "./plan_labels.js";
 import { partition } from "./plan_partitions.js";
 import { sensor } from "./plan_sensors.js";
 import { walls } from "./plan_walls.js";
 import { extent } from "./room.js";
-import { axis, furniture, layout, north, rim, ring } from "./room_plan.js";
+import { axis, furniture, layout, marks, north, rim, ring } from "./room_plan.js";
 import { scale } from "./scale.js";
 import { sensorsOf } from "./sensor.js";
 import { set, setYear, state } from "./state.js";
@@ -53,6 +51,7 @@ export function plan() {
   const [of, year] = [shown(), yearOnPlan()];
   const grid = of?.grid.x_m.length ? of.grid : null;
   const { box } = at;
+  const { numbers, taken } = marks(room, draft.tubes ?? [], seen);
   return svg`<svg class="plan" viewBox=${`0 0 ${box[0]} ${box[1]}`} role="application"
     aria-label=${`Plan of the room: tubes, ${room.plan ? "corners" : "walls"} and partitions are moved by the arrow keys, with Shift in small steps`}
       @pointermove=${drag.move} @pointerup=${drag.end} @pointercancel=${drag.end} @pointerleave=${() => set({ cursor: null })}>
@@ -60,13 +59,12 @@ export function plan() {
       @pointermove=${(/** @type {PointerEvent} */ event) => grid && moveCursor(event, grid, seen)}
       @click=${(/** @type {MouseEvent} */ event) => year && grid && setYear({ pin: cellAt(event, grid, seen) })}>
       ${outlined(room, seen, "floor")}
-      ${of && grid ? map(of, seen) : nothing}
+      ${of && grid ? map(of, seen, taken) : furniture(room, meshes(draft), seen)}
     </g>
-    ${furniture(room, meshes(draft), seen)}
     ${walls(room, seen)}
     ${(room.partitions ?? []).map((sheet, index) => partition(sheet, index, seen))}
     ${(draft.tubes ?? []).map((tube, index) => opening(tube, index, seen))}
-    ${numbered((draft.tubes ?? []).map((tube) => ring(tube, seen)))}
+    ${numbers}
     ${sensorsOf(draft).points.map((one, index) => sensor(one, index, seen))}
     ${year && grid ? pin(year, seen) : nothing}
     ${measures(room, seen)}
@@ -80,16 +78,17 @@ export function plan() {
   </svg>`;
 }
 
-/** @param {NonNullable<ReturnType<typeof shown>>} of @param {import("./map.js").Layout} at */
-function map({ grid, rows, unit, end, ticks, room }, at) {
+/** @param {NonNullable<ReturnType<typeof shown>>} of @param {import("./map.js").Layout} at @param {[number, number][]} marks of tubes */
+function map({ grid, rows, unit, end, ticks, room }, at, marks) {
   const year = yearOnPlan();
   const sensors = sensorsOf(state.draft).points.map(([x, y]) => /** @type {[number, number]} */ ([x, y]));
-  const taken = [...(state.draft.tubes ?? []).map(inPlan), ...sensors, ...(year ? pinnedAt(year) : [])];
+  const taken = [...marks, ...sensors, ...(year ? pinnedAt(year) : [])];
   const { east, north, depth } = extent(state.draft.room);
   const [column, row] = state.cursor ?? [-1, -1];
   const [x, y] = [grid.x_m[column], grid.y_m[row]];
   return [
     lux(grid, reaching(grid, rows, room), at, end),
+    furniture(state.draft.room, meshes(state.draft), at),
     isolines(grid, rows, at, room, taken, unit, end),
     // the answer may be that of a draft before
     outside(room, grid, at),

@@ -22,8 +22,8 @@ function isOn({ x, y }, width, ring) {
   return Math.hypot(dx, dy) < ring.radius;
 }
 
-/** Places of the numbers of rings, none over another one or over a ring that is not its own; null where there is no room. @param {Ring[]} rings @returns {(Label | null)[]} */
-export function places(rings) {
+/** Places of the numbers of rings, none over another one or over a ring that is not its own; null where there is no room. @param {Ring[]} rings @param {(x: number, y: number) => boolean} [isInRoom] @returns {(Label | null)[]} */
+export function places(rings, isInRoom = () => true) {
   /** @type {{ x: number, y: number, width: number }[]} */
   const taken = [];
   return rings.map((ring, index) => {
@@ -36,6 +36,7 @@ export function places(rings) {
     );
     const within = ring.radius >= LEAST_RADIUS ? [{ x: ring.x, y: ring.y, apart: false }] : [];
     const isFree = (/** @type {Label} */ place) =>
+      (!around.includes(place) || isInRoom(place.x, place.y)) &&
       rings.every((other, at) => (at === index && !around.includes(place)) || !isOn(place, width, other)) &&
       taken.every((other) => Math.abs(other.x - place.x) > (other.width + width) / 2 + BETWEEN || Math.abs(other.y - place.y) > DIGIT.height);
     const found = [...within, ...around].find(isFree) ?? null;
@@ -44,9 +45,9 @@ export function places(rings) {
   });
 }
 
-/** The numbers of tubes. @param {Ring[]} rings */
-export const numbered = (rings) =>
-  places(rings).map((place, index) => {
+/** The numbers of tubes at their places. @param {Ring[]} rings @param {(Label | null)[]} places */
+export const numbered = (rings, places) =>
+  places.map((place, index) => {
     const ring = rings[index];
     if (!place || !ring) return null;
     const lead = svg`<line class="lead" x1=${ring.x} y1=${ring.y} x2=${place.x} y2=${place.y}></line>`;

@@ -29,7 +29,7 @@ export function headline({ job, grid }) {
       : coverage(statistics, job.progress.passes) * statistics.mean_lux_standard_error;
   return html`<p class="number"><strong id="mean">${digits(statistics.mean_lux, half ?? 0.5)}\u202flx</strong>
     <span>${half === null ? "" : `±\u202f${halfWidth(half)}`}</span></p>
-    <p class="note">mean illuminance${grid.height_m ? html` ${grid.height_m} m above the floor` : ""}${half === null ? "" : "; ± is the interval of 95\u202f%"}</p>`;
+    <p class="note">mean illuminance${grid.height_m ? html` ${grid.height_m} m above the floor` : ""}${half === null ? "" : "; ± is the 95\u202f% interval"}</p>`;
 }
 
 /** All numbers of the grid. @param {Answer} answer */

@@ -91,6 +91,17 @@ export function extent(room) {
   return { west, south, east, north, width: metres(east - west), depth: metres(north - south), lowest, height };
 }
 
+/** How much longer than wide a room below a level ceiling is whose section shows its length at first. */
+const LONG = 2;
+
+/** Where the section of a room looks at first: a slope is seen from the side. @param {Room} room @returns {"north" | "west"} */
+export function alongside(room) {
+  const [east, north] = planes(room)[0]?.rise ?? [0, 0];
+  if (east || north) return Math.abs(east) > Math.abs(north) ? "north" : "west";
+  const { width, depth } = extent(room);
+  return depth > LONG * width ? "west" : "north";
+}
+
 /** The part of a ring below a plane of the ceiling, where it is the lower one. @param {Point[]} ring @param {Plane} plane @param {Plane} other */
 function partBelow(ring, plane, other) {
   const above = (/** @type {Point} */ point) => over(other, point) - over(plane, point);

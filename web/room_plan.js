@@ -1,9 +1,11 @@
 // What every plan of a room has beside its map: its place in the drawing, furniture, openings and pipes of tubes, an arrow to the north.
 import { across, down } from "./map.js";
 import { objects as models } from "./models.js";
-import { isInFace, opening, rim as rimOf } from "./opening.js";
+import { inPlan, isInFace, opening, rim as rimOf } from "./opening.js";
+import { isInside } from "./outline.js";
+import { numbered, places } from "./plan_labels.js";
 import { joints } from "./ray.js";
-import { extent } from "./room.js";
+import { extent, rings } from "./room.js";
 import { AROUND } from "./stage.js";
 import { diameter, isMesh, square } from "./tube.js";
 import { nothing, svg } from "./vendor/lit-html.js";
@@ -54,6 +56,16 @@ export const partitionLine = ({ from_m, to_m }, at, as) =>
 
 /** The circle of a tube. @param {Tube} tube @param {Layout} at */
 export const ring = (tube, at) => ({ x: across(at, tube.centre_m[0]), y: down(at, tube.centre_m[1]), radius: (at.k * diameter(tube)) / 2 });
+
+/** The rings of tubes, the places of their numbers within the room, and what of both lines of equal illuminance are not labelled on, in metres. @param {Room} room @param {Tube[]} tubes @param {Layout} at */
+export function marks(room, tubes, at) {
+  const circles = tubes.map((tube) => ring(tube, at));
+  const metres = (/** @type {number} */ x, /** @type {number} */ y) => /** @type {[number, number]} */ ([(x - at.left) / at.k, at.north - (y - at.top) / at.k]);
+  const walls = rings(room);
+  const labels = places(circles, (x, y) => isInside(walls, metres(x, y)));
+  const taken = [...tubes.map(inPlan), ...labels.flatMap((label) => (label ? [metres(label.x, label.y)] : []))];
+  return { numbers: numbered(circles, labels), taken };
+}
 
 /** The rim of an opening: seen at an angle an ellipse, in a wall a line. @param {Room} room @param {Tube} tube @param {Layout} at */
 export function rim(room, tube, at) {

@@ -69,15 +69,6 @@ function sunUp() {
   return sun?.on && Number(sun.altitude_deg) > 0 ? sun : null;
 }
 
-/** How much longer than wide a room is whose section shows its length at first. */
-const LONG = 2;
-
-/** Where the section of a room looks at first. @param {JobDocument["room"]} room @returns {"north" | "west"} */
-export function alongside(room) {
-  const { width, depth } = extent(room);
-  return depth > LONG * width ? "west" : "north";
-}
-
 /** What a section shows: the draft, or the one before while it is refused; its tubes and their openings, and how far room and drawing reach in metres. */
 function shown() {
   const { problem, look, draft: own, answered } = state;

@@ -73,7 +73,7 @@ export function judged(answer, goal) {
   const { asked, is, found } = sentence(answer, goal);
   const { share, mean } = verdict(answer, goal);
   const by = Number.isFinite(mean.half)
-    ? `By the interval of 95\u202f% of ${goal.of === "mean" ? "the mean" : "each cell's illuminance"}.`
+    ? `Judged by the 95\u202f% interval of ${goal.of === "mean" ? "the mean" : "each cell's illuminance"}.`
     : "The error is not known yet.";
   const also = goal.of === "mean" ? ` ${share.value.toFixed(0)}\u202f% of the area has ${goal.lux}\u202flx or more.` : "";
   return html`<p class=${`verdict ${is.replace(" ", "-")}`}>${asked}: <strong id="verdict">${is}.</strong> ${found}</p>

@@ -58,7 +58,7 @@ export function yearResult() {
       ${progress()}${target()}`;
   return html`<div class=${current ? "" : "old"}><p class=${`verdict ${CLASSES[sentence.outcome]}`}>${sentence.asked}: <strong
       id="verdict">${sentence.is},</strong> ${sentence.found}</p>
-    <p class="note">In brackets: the interval of 95\u202f% of the numerical error. Real years differ from a typical one by several percent.</p>${
+    <p class="note">In brackets: the 95\u202f% interval of the numerical error. Real years differ from a typical one by several percent.</p>${
     sentence.outcome === "undecided" ? finer(answer.wanted.error) : nothing
   }</div>
     ${wouldDo()}${progress()}${target()}`;
@@ -66,7 +66,7 @@ export function yearResult() {
 
 /** A list of what a year tells, before there is one. */
 const promised = () => html`<section class="panel" aria-label="What a year tells"><h2>What a year tells</h2><ul class="changes">
-  <li>Whether the target is met in half of the hours, with the interval of 95\u202f%, and about how many more tubes would do.</li>
+  <li>Whether the target is met in half of the hours, with the 95\u202f% interval, and about how many more tubes would do.</li>
   <li>The autonomy of every point: the share of the hours in which it has the target.</li>
   <li>The light of every hour: on the plan, at a point, and in the mean.</li>
   <li>Criteria of EN 17037, LEED, WELL, BREEAM and NBR 15575.</li>

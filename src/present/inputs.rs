@@ -51,7 +51,7 @@ fn shape(subject: &Subject, room: &Value) -> String {
 fn surfaces(room: &Value) -> String {
     let all = room["surfaces"].as_object().into_iter().flatten();
     let of_one = |(name, surface): (&String, &Value)| {
-        let name = name.replace('_', " ");
+        let name = wall_between(name, room).unwrap_or_else(|| name.replace('_', " "));
         match (surface["open"].as_bool(), surface["reflectance"].as_f64()) {
             (Some(true), _) => format!("{name} open"),
             (_, Some(reflectance)) => {
@@ -63,6 +63,19 @@ fn surfaces(room: &Value) -> String {
         }
     };
     all.map(of_one).collect::<Vec<_>>().join("; ")
+}
+
+/// Names a wall of a plan, `wall_2`, by its corners; `None` of other surfaces.
+fn wall_between(name: &str, room: &Value) -> Option<String> {
+    let edge: usize = name.strip_prefix("wall_")?.parse().ok()?;
+    let corners = list(&room["plan"]["outline_m"]);
+    let [from, to] = [corners.get(edge)?, corners.get((edge + 1) % corners.len())?].map(point);
+    Some(format!("wall from {from} to {to}"))
+}
+
+/// Writes a point in metres.
+fn point(of: &Value) -> String {
+    format!("({})", list(of).iter().filter_map(Value::as_f64).map(metres).collect::<Vec<_>>().join(", "))
 }
 
 /// Describes the tubes, numbered from 1; those that differ by their places only are described once.
@@ -78,10 +91,7 @@ fn tubes(tubes: &[Value]) -> Vec<(String, String)> {
             None => kinds.push((kind, vec![index])),
         }
     }
-    let place = |index: &usize| {
-        let centre = list(&tubes[*index]["centre_m"]).iter().filter_map(Value::as_f64).map(metres);
-        format!("({})", centre.collect::<Vec<_>>().join(", "))
-    };
+    let place = |index: &usize| point(&tubes[*index]["centre_m"]);
     let told = kinds.iter().take(MOST).map(|(kind, numbers)| {
         let places = numbers.iter().take(MOST).map(place).collect::<Vec<_>>().join(", ");
         let more = numbers.len().saturating_sub(MOST);

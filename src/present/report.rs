@@ -9,7 +9,7 @@ use super::outdoor_words;
 use super::phrases::{list, quantity, text, with_interval};
 use super::reader::{ResultReader, failed};
 use super::sentences::sentences;
-use super::site_figure::longer_section;
+use super::site_figure::telling_section;
 use super::target::{JudgedTarget, WantedTarget};
 use super::verdict_words::verdict_in_words;
 use crate::document::result::Verdict;
@@ -59,7 +59,7 @@ pub fn report(
             *target = Some(JudgedTarget::of_reader(wanted, &grid, daylight_alone(job)));
         }
     }
-    if let Some((section, drawing)) = longer_section(subject, job) {
+    if let Some((section, drawing)) = telling_section(subject, job) {
         figures.push(SheetFigure { name: format!("figures/{}", section.name()), drawing });
     }
     figures.extend(of_year);

@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::section_figure::section;
 use super::subject::Subject;
 use crate::document::result::{FluxResult, TubeResult};
+use crate::document::room::plan::CeilingDocument;
 use crate::document::sky::time::instant;
 use crate::document::{JobDocument, Provenance};
 use crate::figure::Drawing;
@@ -98,13 +99,15 @@ fn provenance(results: &Value) -> Option<Provenance> {
     Provenance::deserialize(&results["provenance"]).ok()
 }
 
-/// Draws the section along the longer side of the room, which shows more, with the name of its axis alone above it.
-pub fn longer_section(subject: &Subject, results: &Value) -> Option<(SiteFigure, Drawing)> {
+/// Draws the section that shows more, the slope of a ceiling or else the longer side of the room, with the name of its axis alone above it.
+pub fn telling_section(subject: &Subject, results: &Value) -> Option<(SiteFigure, Drawing)> {
     let document: &JobDocument = subject.document.as_ref()?;
     let [low, high] = document.room.bounds_m();
-    let [width, depth, _] = (high - low).to_array();
+    let extent = high - low;
+    let slope = document.room.ceiling.as_ref().and_then(CeilingDocument::rises_toward_deg);
+    let is_along_y = slope.map_or(extent.y > extent.x, |azimuth| libm::cos(azimuth.to_radians()).powi(2) > 0.5);
     let (figure, along, across) =
-        if depth > width { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
+        if is_along_y { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
     let section = section_along(subject, document, results, (along, across));
     let heading = subject.heading(format!("Section along {across}"), Vec::new());
     Some((figure, Section { heading, ..section }.draw()))

@@ -47,6 +47,18 @@ pub enum CeilingDocument {
     Gable(GableDocument),
 }
 
+impl CeilingDocument {
+    /// Returns the azimuth toward which the ceiling rises, of a gable one of two, in degrees clockwise from the room's +y axis; `None` if it
+    /// is level.
+    pub fn rises_toward_deg(&self) -> Option<f64> {
+        match self {
+            Self::Flat(_) => None,
+            Self::Sloped(ceiling) => Some(ceiling.rise_toward_deg),
+            Self::Gable(ceiling) => Some(ceiling.ridge_azimuth_deg + 90.0),
+        }
+    }
+}
+
 /// Fields of a level ceiling.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
