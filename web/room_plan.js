@@ -54,8 +54,8 @@ function box({ position_m, size_m, rotation_deg }, at) {
 export const partitionLine = ({ from_m, to_m }, at, as) =>
   svg`<line class=${as} x1=${across(at, from_m[0])} y1=${down(at, from_m[1])} x2=${across(at, to_m[0])} y2=${down(at, to_m[1])}></line>`;
 
-/** The circle of a tube. @param {Tube} tube @param {Layout} at */
-export const ring = (tube, at) => ({ x: across(at, tube.centre_m[0]), y: down(at, tube.centre_m[1]), radius: (at.k * diameter(tube)) / 2 });
+/** The circle of a tube, or within a square opening. @param {Tube} tube @param {Layout} at */
+export const ring = (tube, at) => ({ x: across(at, tube.centre_m[0]), y: down(at, tube.centre_m[1]), radius: (at.k * Math.max(diameter(tube), square(tube)?.side_m ?? 0)) / 2 });
 
 /** The rings of tubes, the places of their numbers within the room, and what of both lines of equal illuminance are not labelled on, in metres. @param {Room} room @param {Tube[]} tubes @param {Layout} at */
 export function marks(room, tubes, at) {

@@ -246,7 +246,7 @@ fn check_shapes(
         let distance = corners().map(|corner| plane.height(corner).abs()).fold(0.0, f64::max);
         if distance > near.max(NOT_PLANAR * extent.length()) {
             let detail = format!(
-                "a corner is {distance:.3e} m from the face's plane, but at most {NOT_PLANAR} of the face's extent of {:.4} m is \
+                "a corner is {distance:.6} m from the face's plane, but at most {NOT_PLANAR} of the face's extent of {:.4} m is \
                  allowed: divide the face into planar ones",
                 extent.length()
             );

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use super::rings::{edges, fault_of_rings};
 use super::surface::{Owner, SurfaceDocument, check_surface};
-use crate::document::errors::{Checks, FieldErrorCode};
+use crate::document::errors::{Checks, FieldErrorCode, tidy_m};
 use crate::document::limits::{
     CEILING_HEIGHT_M, COORDINATE_M, CORNERS, HOLES, MOST_CORNERS, PITCH_DEG, ROOM_EDGE_M, TOUCHING_M, TURN_DEG,
 };
@@ -171,8 +171,10 @@ impl PlanDocument {
             Err(EnclosureError::LowCeiling { corner, height_m }) => {
                 let detail = format!(
                     "the ceiling must be above the floor everywhere, but is at {height_m:.4} m over the corner \
-                     ({}, {}) of the plan",
-                    corner.x, corner.y
+                     ({}, {}) of the plan{}",
+                    corner.x,
+                    corner.y,
+                    meeting(&ceiling.planes(&rings[0]), &rings[0])
                 );
                 checks.refuse("/room/ceiling", detail);
                 None
@@ -271,6 +273,23 @@ impl CeilingDocument {
                 vec![plane(slope, from), plane(-slope, to)]
             }
         }
+    }
+}
+
+/// Says where a sloped ceiling meets the floor on the outline.
+fn meeting(planes: &[CeilingPlane], outline: &[DVec2]) -> String {
+    let height = |corner: DVec2| {
+        planes.iter().map(|plane| plane.height_m + plane.rise.dot(corner)).fold(f64::INFINITY, f64::min)
+    };
+    let ends = outline.iter().zip(outline.iter().cycle().skip(1));
+    let points = ends.filter_map(|(from, to)| {
+        let (start, end) = (height(*from), height(*to));
+        let place = from.lerp(*to, start / (start - end));
+        (start * end < 0.0).then(|| format!("({}, {})", tidy_m(place.x), tidy_m(place.y)))
+    });
+    match points.collect::<Vec<_>>().as_slice() {
+        [] => String::new(),
+        points => format!("; it meets the floor on the line through {}", points.join(" and ")),
     }
 }
 

@@ -137,6 +137,14 @@ impl PlacedOpening {
         }
     }
 
+    /// Returns how far an opening that overlaps another one must be moved straight away from it, at most, in m.
+    fn missing_m(&self, other: &Self) -> f64 {
+        let away = self.frame.origin - other.frame.origin;
+        let away = if self.frame.is_level() { away.truncate().extend(0.0) } else { away };
+        let toward = away.normalize_or(DVec3::X);
+        [self, other].iter().map(|of| of.shape.extent_in(&of.frame, toward)).sum::<f64>() - away.length()
+    }
+
     /// True if a partition cuts the opening, or stands against it.
     fn is_cut_by(&self, partition: &PartitionDocument) -> bool {
         let [from, to] = [partition.from_m, partition.to_m].map(DVec2::from);
@@ -232,8 +240,12 @@ pub(crate) fn check_openings(
             let detail = format!("must be false, because the opening of {pointer} needs a closed face");
             checks.refuse(format!("{place}/open"), detail);
         }
-        if let Some((other, _)) = openings.iter().find(|(_, other)| opening.overlaps(other)) {
-            checks.refuse(format!("{pointer}/centre_m"), format!("the opening overlaps that of /tubes/{other}"));
+        if let Some((other, of)) = openings.iter().find(|(_, other)| opening.overlaps(other)) {
+            let missing_m = tidy_m(opening.missing_m(of));
+            let detail = format!(
+                "the opening overlaps that of /tubes/{other}: they lie apart if it moves away by {missing_m} m"
+            );
+            checks.refuse(format!("{pointer}/centre_m"), detail);
         }
         for (number, partition) in room.partitions.iter().enumerate() {
             if opening.is_cut_by(partition) {
