@@ -12,10 +12,13 @@ const UNEVEN = { from: 0.01, cost: 10 };
 const SHORT = { from: 0.05, cost: 4 };
 const LOW = 0.3;
 const NARROW = 0.6;
+/** What it costs, once a panel is unfolded, that panels have other widths, and that it stands higher or lower. */
+const RESIZED = 0.5;
+const SHIFTED = 3;
 
 /** Columns of certain widths, and the column of each panel. @typedef {{ widths: number[], of: number[] }} Columns */
 /** Height of a panel in a column of a width. @typedef {(panel: number, width: number) => number} Height */
-/** What columns should be: `map` is the panel that is the better the wider it is, -1 where there is none; `least` the height of the screen that they should fill. @typedef {{ map: number, least: number }} Wish */
+/** What columns should be: `map` is the panel that is the better the wider it is, -1 where there is none; `least` the height of the screen that they should fill; `tops` are those of panels that should stay where they are. @typedef {{ map: number, least: number, tops?: [number, number][] }} Wish */
 /** Whether a panel may stand in a column. @typedef {(panel: number, column: number) => boolean} May */
 
 /** All ways to divide parts of a page among columns. @param {number} columns @param {number} parts @param {number} least @param {number} most @returns {number[][]} */
@@ -45,7 +48,7 @@ function stacked({ widths, of }, height) {
 }
 
 /** @param {Columns} columns @param {Height} height @param {Wish} wish */
-function cost(columns, height, { map, least }) {
+function cost(columns, height, { map, least, tops: kept = [] }) {
   const { ends, tops } = stacked(columns, height);
   const longest = Math.max(...ends);
   const uneven = 1 - Math.min(...ends) / longest;
@@ -54,8 +57,9 @@ function cost(columns, height, { map, least }) {
   const low = first.reduce((sum, top) => sum + top / longest, 0) / first.length;
   const width = columns.widths[columns.of[map] ?? -1];
   const narrow = width ? 1 - width / columns.widths.reduce((sum, one) => sum + one, 0) : 0;
+  const shifted = kept.reduce((sum, [panel, top]) => sum + Math.abs((tops[panel] ?? 0) - top), 0) / longest;
   const short = least ? 1 - longest / least : 0;
-  return UNEVEN.cost * Math.max(0, uneven - UNEVEN.from) + SHORT.cost * Math.max(0, short - SHORT.from) + LOW * low + NARROW * narrow;
+  return UNEVEN.cost * Math.max(0, uneven - UNEVEN.from) + SHORT.cost * Math.max(0, short - SHORT.from) + SHIFTED * shifted + LOW * low + NARROW * narrow;
 }
 
 /** Columns that differ from others by one panel, or by two that change places. @param {Columns} columns @param {May} may @returns {Columns[]} */
@@ -106,9 +110,16 @@ export function columns(panels, width, height, wish = { map: -1, least: 0 }) {
   return ways.reduce((a, b) => (b.least < a.least ? b : a)).best;
 }
 
-/** The columns once some panels are unfolded: these stay in theirs, and others move until all end together. @param {Columns} columns @param {Height} height @param {Wish} wish @param {number[]} unfolded */
-export const around = (columns, height, wish, unfolded) =>
-  bettered(columns, height, wish, (panel) => panel > 0 && !unfolded.includes(panel)).best;
+/** The columns once some panels are unfolded: these stay in theirs, others move until all end together, and widths change where that is not enough. @param {Columns} columns @param {Height} height @param {Wish} wish @param {number[]} unfolded @param {number[][]} ways widths that are tried */
+function around({ widths: folded, of }, height, wish, unfolded, ways) {
+  const { tops } = stacked({ widths: folded, of }, height);
+  const staying = { ...wish, tops: unfolded.map((panel) => /** @type {[number, number]} */ ([panel, tops[panel] ?? 0])) };
+  const found = ways.map((widths) => {
+    const { best, least } = bettered({ widths, of }, height, staying, (panel) => panel > 0 && !unfolded.includes(panel));
+    return { best, least: least + (widths.join() === folded.join() ? 0 : RESIZED) };
+  });
+  return found.reduce((a, b) => (b.least < a.least ? b : a)).best;
+}
 
 /** What the columns were found for, and what was found: with all panels folded, and with some unfolded. @type {{ key: string, found: Columns | null, unfolded: number[], shown: Columns | null }} */
 let last = { key: "", found: null, unfolded: [], shown: null };
@@ -149,7 +160,8 @@ function chosen(host, panels, details) {
   const unfolded = details.flatMap(({ open }, at) => (open ? [at] : []));
   if (last.found && last.unfolded.join() !== unfolded.join()) {
     const of = unfolded.map((at) => panels.findIndex((panel) => panel.contains(details[at] ?? null)));
-    last.shown = of.length ? around(last.found, heights(panels, last.found.widths), wishOf(panels), of) : last.found;
+    const ways = allWidths(host.clientWidth);
+    last.shown = of.length ? around(last.found, heights(panels, ways.flat()), wishOf(panels), of, ways) : last.found;
     last.unfolded = unfolded;
   }
   return last.shown;

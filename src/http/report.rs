@@ -127,7 +127,7 @@ fn html(sheet: &Sheet, id: Uuid, query: &str) -> String {
          <link rel=\"icon\" href=\"/web/icon.svg\" type=\"image/svg+xml\">\n\
          <link rel=\"stylesheet\" href=\"/web/report.css\">\n</head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n{lines}\
          <nav><a href=\"/jobs/{id}{query}\">the job</a> <a href=\"/v1/jobs/{id}/report.pdf{query}\">PDF</a></nav>\n</header>\n\
-         {sentences}<div class=\"figures\">\n{figures}</div>\n{parts}<div class=\"details\">\n{details}</div>\n<footer><p>{footer}</p></footer>\n</main>\n</body>\n</html>\n"
+         {sentences}<div class=\"figures wide\" tabindex=\"0\" role=\"region\" aria-label=\"Figures\">\n{figures}</div>\n{parts}<div class=\"details\">\n{details}</div>\n<footer><p>{footer}</p></footer>\n</main>\n</body>\n</html>\n"
     )
 }
 

@@ -154,3 +154,17 @@ fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     short(fixed(percent, 1).parse().unwrap_or(percent))
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn walls_are_named_by_their_corners() {
+        let room = json!({ "plan": { "outline_m": [[0, 0], [8, 0], [8, 3.125]] },
+                           "surfaces": { "floor": { "reflectance": 0.2 }, "wall_2": { "reflectance": 0.5 }, "wall_9": { "reflectance": 0.4 } } });
+        assert_eq!(surfaces(&room), "floor 20 %; wall from (8, 3.125) to (0, 0) 50 %; wall 9 40 %");
+    }
+}

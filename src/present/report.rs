@@ -188,7 +188,7 @@ fn tubes(job: &Value) -> SheetPart {
         "efficiency",
         "efficiency of a level aperture",
     ];
-    table("Light through the tubes; ± is half an interval of 95 %".to_owned(), &head, rows)
+    table("Light through the tubes; ± is the half-width of the 95 % confidence interval".to_owned(), &head, rows)
 }
 
 fn fact(name: &str, words: impl Into<String>) -> (String, String) {

@@ -1,6 +1,6 @@
 //! Rooms above a plan: their faces, hanging openings, grids by spacing and at points, and the places of every fault.
 
-use crate::given::{SquarePipe, errors, with};
+use crate::given::{SquarePipe, errors, refused, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
 use skyduct::document::{FieldErrorCode, WarningCode, to_scene};
@@ -250,6 +250,10 @@ fn faults_of_plans_have_places() {
         let found = errors(&document).0;
         assert!(found.len() == 1 && found[0].pointer == pointer, "{pointer}: {found:?}");
     }
+    let low = with(attic(), "/room/ceiling/rise_toward_deg", json!(180));
+    let found = refused(&low, "/room/ceiling", FieldErrorCode::Invalid).detail;
+    // 2.2 m down at 35 degrees
+    assert!(found.contains("meets the floor on the line through (5, 3.141926) and (0, 3.141926)"), "{found}");
     for (field, pointer) in [("height_m", "/grids/0/height_m"), ("spacing_m", "/grids/0/cells")] {
         let mut document = hall();
         document["grids"][0].as_object_mut().unwrap().remove(field);

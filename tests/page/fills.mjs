@@ -22,6 +22,18 @@ export async function fills(visitor, shot) {
       assert(width < 1200 || below <= 1, `the page ends ${below} px below the screen`);
     }
   }
+  // the list of jobs changes nothing below it
+  await page.setViewportSize({ width: 1500, height: 900 });
+  const planHeight = async () => (await page.locator(".stage > .map").boundingBox()).height;
+  await visitor.holds(() => Math.abs(document.querySelector(".plan").getBoundingClientRect().width - seen.sizes.plan[0]) < 1);
+  const whole = await planHeight();
+  await page.getByRole("button", { name: "Jobs" }).click();
+  const list = page.getByRole("region", { name: "Jobs", exact: true });
+  await list.waitFor();
+  assert.equal(await planHeight(), whole);
+  await list.getByRole("button", { name: "Close" }).focus();
+  await page.keyboard.press("Escape");
+  await list.waitFor({ state: "detached" });
   // beside and below plans of any proportions, with the light of each tube, too
   const sizes = [[1500, 900], [1920, 1080]];
   const fits = () => page.locator(".all-numbers").evaluate((panel) => panel.scrollHeight <= panel.clientHeight && panel.querySelectorAll("tr").length > 3);
@@ -51,6 +63,8 @@ export async function fills(visitor, shot) {
     await page.goto("about:blank");
     await visitor.open(`/#d=${deflateRawSync(JSON.stringify(document)).toString("base64url")}`);
     await visitor.holds((count) => seen.current && seen.answer?.job.tubes?.length === count, tubes);
+    // a slope is seen from the side
+    assert.equal(await page.evaluate(() => seen.look), name === "attic" ? "west" : "north");
     for (const [width, height] of [...sizes, [390, 844]]) {
       await page.setViewportSize({ width, height });
       await visitor.holds(() => Math.abs(document.querySelector(".plan").getBoundingClientRect().width - seen.sizes.plan[0]) < 1);
@@ -71,9 +85,12 @@ export async function dividesColumns({ page }) {
     const text = (panel, width) => (texts[panel] * 481) / width;
     // drawings are the higher the wider they are
     const drawing = (panel, width) => (panel === 1 ? 1.35 : 0.9) * width;
+    // with the map in the middle these would end at 630
+    const mixed = (panel, width) => [(260 * 620) / width, 0.75 * width, 0.5 * width, (330 * 620) / width, (280 * 620) / width][panel];
     return [
       [columns(texts.length, 1468, text), text],
       [columns(3, 1468, drawing), drawing],
+      [columns(5, 1888, mixed, { map: 1, least: 1000 }), mixed],
       [columns(2, 1248, drawing), drawing],
     ].map(([of, height]) => ({ ...of, ends: ends(of, height) }));
   });
@@ -81,7 +98,19 @@ export async function dividesColumns({ page }) {
     assert.equal(of[0], 0, "the first panel is the first of the page");
     assert(Math.min(...ends) > 0.93 * Math.max(...ends), `columns of ${widths} end at ${ends}`);
   }
-  assert.deepEqual(found.map(({ widths }) => widths.length), [3, 3, 2]);
+  assert.deepEqual(found.map(({ widths }) => widths.length), [3, 3, 3, 2]);
+  assert(Math.max(...found[2].ends) > 700, `a short page ends at ${found[2].ends}`);
+}
+
+/** Labels of lines stand on no partition and on no number of a tube. */
+async function keepsLabelsFree(page) {
+  const { labels, marks } = await page.locator(".map .plan").evaluate((plan) => {
+    const boxes = (of) => [...plan.querySelectorAll(of)].map((one) => one.getBoundingClientRect()).map(({ left, right, top, bottom }) => ({ left, right, top, bottom }));
+    return { labels: boxes("text.level"), marks: boxes(".partition line, text.tube-number") };
+  });
+  assert(labels.length > 2 && marks.length === 3, `${labels.length} labels, ${marks.length} marks`);
+  const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  for (const label of labels) assert(!marks.some((mark) => meet(label, mark)), JSON.stringify(label));
 }
 
 /** No panel of a job's page is empty by more than a tenth, and no column, before and after a panel is unfolded. */
@@ -105,7 +134,11 @@ export async function fillsAJob(visitor, shot) {
   }
   const tops = await page.locator(".columns > .panel").evaluateAll((all) => all.map((panel) => panel.getBoundingClientRect().top));
   assert.deepEqual(tops, tops.toSorted((a, b) => a - b), "on a phone panels stand in their order");
+  const figure = await page.getByAltText("A section through the room").boundingBox();
+  assert(figure.width > 700, `letters of a figure ${figure.width} px wide are too small`);
   await page.setViewportSize({ width: 1500, height: 900 });
+  await keepsLabelsFree(page);
+  await visitor.fitsColumns();
   const below = () => page.evaluate(() => {
     const why = document.querySelector(".columns > .why").getBoundingClientRect();
     const others = [...document.querySelectorAll(".columns > .panel")].map((panel) => panel.getBoundingClientRect());
@@ -113,6 +146,7 @@ export async function fillsAJob(visitor, shot) {
   });
   await page.locator(".columns > .why summary").first().click();
   await until(async () => (await below()) === 0, "an unfolded panel lies on the one below it");
+  await until(async () => !(await visitor.emptiness()).length, `unfolded: ${await visitor.emptiness()}`);
   await page.setViewportSize(before);
   await visitor.open("/");
 }

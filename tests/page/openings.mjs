@@ -122,6 +122,13 @@ export async function turnsOpenings(visitor) {
   const { page } = visitor;
   await visitor.open("/");
   await visitor.rests();
+  const shape = page.getByLabel("Diffuser is");
+  await shape.selectOption("square");
+  await visitor.current();
+  assert.equal((await visitor.state()).job.document.tubes[0].closure_shape.side_m, 0.6);
+  await shape.selectOption("round");
+  await visitor.current();
+  assert(!("closure_shape" in (await visitor.state()).draft.tubes[0]));
   const lies = page.getByLabel("Opening lies");
   assert.deepEqual(await lies.locator("option").evaluateAll((all) => all.map(({ value }) => value)), ["level", "wall"]);
   await page.getByLabel("Ceiling shape").selectOption("sloped");

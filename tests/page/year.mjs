@@ -314,10 +314,14 @@ async function readsItsJob(visitor, shot) {
     await visitor.looksAsIn(shot(`job-year-${colorScheme}`));
   }
   const before = page.viewportSize();
-  // columns are those of folded panels, whenever they were unfolded
-  await page.locator(".year summary").click();
-  await page.setViewportSize({ width: 1500, height: 900 });
-  await until(async () => !(await visitor.emptiness()).length, `the page of a year: ${await visitor.emptiness()}`);
+  for (const [width, height] of [[1500, 900], [1920, 1080]]) {
+    await page.setViewportSize({ width, height });
+    for (const what of ["unfolded", "folded"]) {
+      await visitor.fitsColumns();
+      await until(async () => !(await visitor.emptiness()).length, `the page of a year, ${what}, ${width} px: ${await visitor.emptiness()}`);
+      await page.locator(".year summary").click();
+    }
+  }
   await page.setViewportSize({ width: 390, height: 844 });
   await visitor.fitsColumns();
   await visitor.looksAsIn(shot("job-year-390"));

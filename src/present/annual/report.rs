@@ -108,7 +108,7 @@ impl JobYear {
             "exposure, klx h".to_owned(),
         ]);
         let title = format!(
-            "The year at {}, {} occupied hours; ± is half an interval of 95 %",
+            "The year at {}, {} occupied hours; ± is the half-width of the 95 % confidence interval",
             summary.site.name,
             short(summary.conventions.occupied_hours)
         );
