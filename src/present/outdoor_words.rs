@@ -78,8 +78,6 @@ fn short(value: f64) -> String {
 mod tests {
     use serde_json::json;
 
-    use super::*;
-
     #[test]
     fn levels_are_told_in_sentences() {
         let zenith = json!({ "formula": "dv_ev", "dv_ev": 0.15, "zenith_luminance_cd_m2": 4058.6,
