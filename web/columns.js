@@ -13,8 +13,8 @@ const SHORT = { from: 0.05, cost: 4 };
 const LOW = 0.3;
 const NARROW = 0.6;
 /** What it costs, once a panel is unfolded, that panels have other widths, and that it stands higher or lower. */
-const RESIZED = 0.5;
-const SHIFTED = 3;
+const RESIZED = 0.15;
+const SHIFTED = 4;
 
 /** Columns of certain widths, and the column of each panel. @typedef {{ widths: number[], of: number[] }} Columns */
 /** Height of a panel in a column of a width. @typedef {(panel: number, width: number) => number} Height */

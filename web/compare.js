@@ -1,5 +1,6 @@
 // Two variants side by side on one scale, and their difference.
 import { across, cells, down, largest, legend, lux, outlined, outside, values } from "./map.js";
+import { placeInWords } from "./places.js";
 import { extent } from "./room.js";
 import { SMALL, layout } from "./room_plan.js";
 import { coverage, diverging, halfWidth, rising, scale } from "./scale.js";
@@ -55,20 +56,8 @@ export function compare() {
 /** Most changes that are listed. */
 const MOST = 8;
 
-/** Lists whose entries are called by one of them and its number from 1, as on the plan. @type {Record<string, string>} */
-const ENTRIES = {
-  tubes: "tube",
-  segments: "segment",
-  grids: "grid",
-  views: "view",
-  objects: "object",
-  luminaires: "luminaire",
-  outline_m: "corner",
-  partitions: "partition",
-};
-
 /**
- * What differs between two documents, field by field: names with numbers of entries from 1, and the values as the documents have them.
+ * What differs between two documents, field by field: its place in words, and the values as the documents have them.
  * @param {any} a
  * @param {any} b
  * @param {string} at
@@ -79,13 +68,9 @@ export function changes(a, b, at = "") {
   const text = (/** @type {any} */ value) =>
     value === undefined ? "none" : isList(value) ? value.join(", ") : typeof value === "string" ? value : JSON.stringify(value);
   const nested = [a, b].every((value) => value !== null && typeof value === "object" && !isList(value));
-  if (!nested) return text(a) === text(b) ? [] : [`${at}: ${text(a)} → ${text(b)}`];
+  if (!nested) return text(a) === text(b) ? [] : [`${placeInWords(at)}: ${text(a)} → ${text(b)}`];
   const keys = [...new Set([...Object.keys(a), ...Object.keys(b)])];
-  const of = (/** @type {string} */ name) => (at ? `${at} ${name}` : name);
-  const listed = Array.isArray(a) && Array.isArray(b);
-  const [, before = "", list = ""] = /^(.* )?(\S+)$/.exec(at) ?? [];
-  const entry = (/** @type {string} */ key) => `${before}${ENTRIES[list] ?? list} ${Number(key) + 1}`;
-  return keys.flatMap((key) => changes(a[key], b[key], listed ? entry(key) : of(key)));
+  return keys.flatMap((key) => changes(a[key], b[key], `${at}/${key}`));
 }
 
 /** The changes from A to B in words. @param {JobDocument} a @param {JobDocument} b */

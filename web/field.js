@@ -1,6 +1,6 @@
 // Fields of the form. What the service says of a field of the document stands below it.
 import { hold } from "./live.js";
-import { prose } from "./prose.js";
+import { faultInWords, prose } from "./prose.js";
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -22,7 +22,7 @@ export function otherFaults(forms) {
   const others = (problem.errors ?? []).filter((error) => !fields.some((field) => isOf(error, field)));
   if (problem.errors?.length && !others.length)
     return html`<p class="fault" role="alert">This room cannot be computed: see the fields that are marked.</p>`;
-  const told = others.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${prose(detail)}</p>`);
+  const told = others.map(faultInWords);
   return html`<div class="fault" role="alert">${told.length ? told : html`<p>${problem.title}: ${prose(problem.detail)}</p>`}</div>`;
 }
 

@@ -3,7 +3,7 @@ import { TARGETS, percent } from "./accuracy.js";
 import { addTube } from "./draft.js";
 import { judgedBy } from "./goal.js";
 import { edit, year as job } from "./live.js";
-import { prose } from "./prose.js";
+import { faultInWords, prose } from "./prose.js";
 import { yearFile } from "./share.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -27,7 +27,7 @@ function progress() {
   const { running, problem } = state.year;
   const error = running?.error ? `, error ${percent(running.error)}` : "";
   const passes = running && running.passes > 0 ? `: ${running.passes} ${running.passes === 1 ? "pass" : "passes"}${error}` : "";
-  const faults = problem?.errors?.length ? problem.errors.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${prose(detail)}</p>`) : problem ? html`<p>${problem.title}: ${prose(problem.detail)}</p>` : nothing;
+  const faults = problem?.errors?.length ? problem.errors.map(faultInWords) : problem ? html`<p>${problem.title}: ${prose(problem.detail)}</p>` : nothing;
   const phase = running?.ended ? "adding up the hours of the year" : "computing the year";
   return html`${running ? html`<p class="note busy">${phase}${passes}</p>` : nothing}${problem ? html`<div class="fault" role="alert">${faults}</div>` : nothing}`;
 }

@@ -142,11 +142,11 @@ export async function namesChanges({ page }) {
     return changes(a, b);
   });
   assert.deepEqual(told, [
-    "sky cie_type: 12 → 1",
-    "tube 1 segment 1 length_m: 1 → 2",
-    "tube 2 centre_m: 1, 2 → 1, 3",
-    "tube 2 diameter_m: 1 → 2",
-    "room rotation_deg: 0 → 5",
+    "sky, CIE type: 12 → 1",
+    "tube 1, segment 1, length in m: 1 → 2",
+    "tube 2, place: 1, 2 → 1, 3",
+    "tube 2, diameter in m: 1 → 2",
+    "rotation in °: 0 → 5",
   ]);
 }
 
