@@ -135,7 +135,7 @@ export async function fillsAJob(visitor, shot) {
   const tops = await page.locator(".columns > .panel").evaluateAll((all) => all.map((panel) => panel.getBoundingClientRect().top));
   assert.deepEqual(tops, tops.toSorted((a, b) => a - b), "on a phone panels stand in their order");
   const figure = await page.getByAltText("A section through the room").boundingBox();
-  assert(figure.width > 700, `letters of a figure ${figure.width} px wide are too small`);
+  assert(figure.width > 650, `letters of a figure ${figure.width} px wide are too small`);
   await page.setViewportSize({ width: 1500, height: 900 });
   await keepsLabelsFree(page);
   await visitor.fitsColumns();
