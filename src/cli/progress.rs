@@ -21,15 +21,7 @@ pub struct Progress {
 
 impl Progress {
     pub fn new(stop: StopRule) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::new(STEPS);
-            if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {bar:30} {msg}") {
-                bar.set_style(style);
-            }
-            bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        });
-        Self { stop, bar }
+        Self { stop, bar: bar(STEPS) }
     }
 
     /// Shows a pass and the forecast after it; without a terminal only for passes 1, 2, 4, 8 and so on.
@@ -67,6 +59,18 @@ impl Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+/// Starts a bar of some steps on standard error; `None` where that is no terminal.
+pub(super) fn bar(steps: u64) -> Option<ProgressBar> {
+    std::io::stderr().is_terminal().then(|| {
+        let bar = ProgressBar::new(steps);
+        if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {bar:30} {msg}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar
+    })
 }
 
 fn describe(report: &PassReport, forecast: &Forecast) -> String {

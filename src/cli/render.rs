@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, bail};
 use serde_json::{Map, Value, json};
+use tokio::signal::unix::{SignalKind, signal};
 
 use super::figures::FiguresArgs;
 use super::mesh_files::MeshFiles;
@@ -174,19 +175,12 @@ pub fn cancel_on_interrupt() -> anyhow::Result<Stop> {
     Ok(stop)
 }
 
-#[cfg(unix)]
 async fn next_interrupt() -> std::io::Result<()> {
-    use tokio::signal::unix::{SignalKind, signal};
     let mut terminate = signal(SignalKind::terminate())?;
     tokio::select! {
         interrupt = tokio::signal::ctrl_c() => interrupt,
         _ = terminate.recv() => Ok(()),
     }
-}
-
-#[cfg(not(unix))]
-async fn next_interrupt() -> std::io::Result<()> {
-    tokio::signal::ctrl_c().await
 }
 
 /// Writes the files of the job, and `result.json` last: once it exists, all other files do. Returns its content.

@@ -1,10 +1,8 @@
 //! Progress of a study: a bar on a terminal, a line for each run elsewhere.
 
-use std::io::IsTerminal;
-use std::time::Duration;
+use indicatif::ProgressBar;
 
-use indicatif::{ProgressBar, ProgressStyle};
-
+use super::progress::bar;
 use crate::figure::ticks::duration;
 use crate::study::run::{Left, Step};
 
@@ -13,14 +11,7 @@ pub struct StudyProgress(Option<ProgressBar>);
 
 impl StudyProgress {
     pub fn new() -> Self {
-        Self(std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::new(1);
-            if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {bar:30} {msg}") {
-                bar.set_style(style);
-            }
-            bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        }))
+        Self(bar(1))
     }
 
     /// Shows the number of runs done, the next run, and the time left if there is an estimate of it.

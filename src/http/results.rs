@@ -17,6 +17,7 @@ use crate::engine::checkpoint;
 use crate::engine::passes::RenderError;
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
+use crate::http::jobs::resource::names;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem};
 use crate::http::turns::{Line, Turn};
@@ -90,8 +91,7 @@ pub(super) fn kept_of_year(grids: &[String]) -> Vec<Output> {
 /// Returns the names of the grids of a job.
 pub(super) async fn grid_names(app: &Service, id: Uuid) -> Result<Vec<String>, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
-    let grids = job.document["grids"].as_array().into_iter().flatten();
-    Ok(grids.filter_map(|grid| grid["name"].as_str()).map(str::to_owned).collect())
+    Ok(names(&job.document, "grids").map(str::to_owned).collect())
 }
 
 /// Runs `work`, which may take some time, with the results of a job and its row, of one moment: the results after the last pass for which

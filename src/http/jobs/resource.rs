@@ -260,7 +260,8 @@ impl JobResource {
     }
 }
 
-fn names<'a>(document: &'a Value, outputs: &str) -> impl Iterator<Item = &'a str> {
+/// Returns the names of the grids or the views of a document.
+pub(in crate::http) fn names<'a>(document: &'a Value, outputs: &str) -> impl Iterator<Item = &'a str> {
     document[outputs].as_array().into_iter().flatten().filter_map(|output| output["name"].as_str())
 }
 

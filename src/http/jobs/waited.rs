@@ -12,7 +12,7 @@ use tokio::sync::broadcast;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::resource::JobResource;
+use super::resource::{JobResource, names};
 use crate::document::result::GridResult;
 use crate::http::client::Client;
 use crate::http::outlive::HungUp;
@@ -104,7 +104,7 @@ impl<'a> Waiting<'a> {
 async fn grids(app: &Service, id: Uuid, job: &Job) -> Result<Option<BTreeMap<String, Value>>, Problem> {
     let mut grids = BTreeMap::new();
     let mut bytes = 0;
-    for name in job.document["grids"].as_array().into_iter().flatten().filter_map(|grid| grid["name"].as_str()) {
+    for name in names(&job.document, "grids") {
         let Some(file) = app.store.artifact(id, &format!("grids/{name}.json")).await? else { return Ok(None) };
         bytes += file.size;
         if bytes > MOST_GRID_BYTES {

@@ -7,6 +7,7 @@ use super::looked::Looked;
 use super::resource::StudyResource;
 use crate::document::result::GridResult;
 use crate::http::Service;
+use crate::http::jobs::resource::names;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::queue::store::*;
@@ -70,7 +71,7 @@ pub async fn keep(app: &Service, study: Uuid, found: &[(Uuid, Found)]) {
 /// Reads the values of a job that has succeeded; `None` if its files are gone.
 async fn values(app: &Service, request: &StudyRequest, head: &JobHead) -> Result<Option<Values>, Problem> {
     let mut files = Vec::new();
-    for name in request.job["grids"].as_array().into_iter().flatten().filter_map(|grid| grid["name"].as_str()) {
+    for name in names(&request.job, "grids") {
         let Some(file) = app.store.artifact(head.id, &format!("grids/{name}.json")).await? else { return Ok(None) };
         files.push(app.artifacts.read_artifact(&file).await?);
     }
