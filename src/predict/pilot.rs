@@ -12,7 +12,7 @@ use std::thread::scope;
 use std::time::{Duration, Instant};
 
 use super::pilot_outcome::{Outcome, cheapen_the_looser};
-use super::pilot_passes::{Clock, LEAST_PASSES, Passes};
+use super::pilot_passes::{Budget, Clock, LEAST_PASSES, Passes};
 use super::pilot_run::Run;
 use super::pilot_sample::Sample;
 use super::predictions::{
@@ -190,20 +190,6 @@ pub fn laws(prepared: &RenderJob, method: &str, passes: usize) -> Option<Vec<Err
     found.laws(sample, &trial.passes.ratios(trial.passes.tried), trial.passes.alpha)
 }
 
-/// Budget of one thread of the pilot.
-struct Budget {
-    clocks: Clocks,
-    /// Processor seconds of set-up that do not count.
-    aside: f64,
-}
-
-impl Budget {
-    /// Returns the processor seconds that are left.
-    fn left(&self) -> f64 {
-        BUDGET + self.aside - self.clocks.spent().cpu()
-    }
-}
-
 struct Pilot<'a> {
     prepared: &'a RenderJob,
     threads: usize,
@@ -226,7 +212,7 @@ impl Pilot<'_> {
             queue.pop_front().map(|tried| (tried, share.min(left)))
         };
         let work = || {
-            let mut budget = Budget { clocks: Clocks::start(), aside: 0.0 };
+            let mut budget = Budget { clocks: Clocks::start(), seconds: BUDGET };
             while let Some((tried, share)) = next(&budget) {
                 let mut outcome = self.outcome(&tried, share, &mut budget);
                 outcome.is_busy = Instant::now() >= self.end && budget.left() > 0.0;
@@ -286,7 +272,7 @@ impl Pilot<'_> {
             _ => self.passes(tried, &accuracies, &clock),
         });
         cheapen_the_looser(&mut outcome.times);
-        budget.aside += clock.aside();
+        budget.seconds += clock.aside();
         outcome
     }
 

@@ -10,6 +10,21 @@ use crate::estimate::error_law::ErrorLaw;
 use crate::integrator::trial::Ratios;
 use crate::integrator::{Integrator, Pass};
 
+/// Budget of one thread of a pilot.
+pub struct Budget {
+    /// Clocks of the thread, from the pilot's start.
+    pub clocks: Clocks,
+    /// Processor seconds that the thread may take in all.
+    pub seconds: f64,
+}
+
+impl Budget {
+    /// Returns the processor seconds that are left.
+    pub fn left(&self) -> f64 {
+        self.seconds - self.clocks.spent().cpu()
+    }
+}
+
 /// Time limit of a trial.
 pub struct Clock<'a> {
     /// Signal that ends a running pass.
