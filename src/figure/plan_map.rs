@@ -123,6 +123,7 @@ impl PlanMap {
                 true => self.draw_numbers(&mut drawing, &cells),
                 false => {
                     self.room.take_tubes(&axes, &mut taken);
+                    self.room.take_partitions(&axes, &mut taken);
                     self.draw_extremes(&mut drawing, &cells, &mut taken);
                     self.room.draw_tube_numbers(&mut drawing, &axes, &mut taken);
                     label_lines(&mut drawing, &fine, &lines, &mut taken);
@@ -300,6 +301,31 @@ mod tests {
             }
             assert!(labels.len() > 20);
         }
+    }
+
+    /// Labels of lines stand where a partition would be, but not where one is.
+    #[test]
+    fn labels_keep_clear_of_partitions() {
+        let on_line = |x: f64, is_there: bool| {
+            let mut map = map([40, 40], Numbers::Hidden);
+            map.room.objects = if is_there { vec![vec![DVec2::new(x, 0.0), DVec2::new(x, 6.0)]] } else { Vec::new() };
+            map.levels = (1..30).map(|level| 20.0 * f64::from(level)).collect();
+            let drawing = map.draw().unwrap();
+            let words = || {
+                drawing.items.iter().filter_map(|item| match item {
+                    Item::Words(words) => Some(words),
+                    Item::Shape(_) | Item::Picture(_) => None,
+                })
+            };
+            let middle = |words: &Words| words.at.x + 0.5 * words.width;
+            let [one, two] = ["1", "2"].map(|tick| words().find(|words| words.text == tick).map(middle).unwrap());
+            let at = one + (two - one) * (x - 1.0);
+            let labels = words().filter(|words| words.text.parse::<f64>().is_ok_and(|level| level >= 20.0)).map(region);
+            labels.filter(|label| label.from.x < at && at < label.to.x).count()
+        };
+        let places = [0.8, 1.2, 1.6, 2.4, 2.8, 3.2];
+        assert!(places.iter().any(|x| on_line(*x, false) > 0));
+        assert!(places.iter().all(|x| on_line(*x, true) == 0));
     }
 
     /// Returns the rectangle of the capitals of a text.

@@ -15,6 +15,9 @@ use crate::scene::OpeningShape;
 /// Shortest wall whose length is written beside it, in pixels.
 const LEAST_MEASURED: f64 = 30.0;
 
+/// Size in pixels of the squares along a partition that labels keep clear of.
+const PARTITION_STEP: f64 = 4.0;
+
 /// Contents of a plan of a room.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomPlan {
@@ -116,6 +119,20 @@ impl RoomPlan {
         for (frame, opening) in &self.tubes {
             let (at, half) = (axes.at(frame.origin.x, frame.origin.y), extent(frame, opening) * metre(axes) + 2.0);
             taken.add(Rectangle { from: at - half, to: at + half });
+        }
+    }
+
+    /// Takes the places along partitions, which are objects of two corners.
+    pub fn take_partitions(&self, axes: &Axes, taken: &mut Taken) {
+        for object in &self.objects {
+            if let [from, to] = object[..] {
+                let [from, to] = [from, to].map(|end| axes.at(end.x, end.y));
+                let steps = (from.distance(to) / PARTITION_STEP).ceil().max(1.0) as usize;
+                for step in 0..=steps {
+                    let at = from.lerp(to, step as f64 / steps as f64);
+                    taken.add(Rectangle { from: at - 0.5 * PARTITION_STEP, to: at + 0.5 * PARTITION_STEP });
+                }
+            }
         }
     }
 
