@@ -22,7 +22,8 @@ pub struct PlanArgs {
     /// Print the plan as JSON
     #[arg(long)]
     pub json: bool,
-    /// Try every method for less than 0.2 s of each processor beside the set-up of the planned one, and print its predicted time to accuracies from 10 to 0.1 %
+    /// Try every method for less than 0.2 s of each processor beside the set-up of the planned one, and print its predicted time to
+    /// accuracies from 10 to 0.1 %
     #[arg(long)]
     pub predict: bool,
 }

@@ -39,8 +39,8 @@ pub struct RenderArgs {
     /// Method to use instead of the document's
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
-    /// Try every method before, for less than 0.2 s of each processor beside the set-up of the planned one, print the predicted time of each, and draw it beside the
-    /// actual one
+    /// Try every method before, for less than 0.2 s of each processor beside the set-up of the planned one, print the predicted time
+    /// of each, and draw it beside the actual one
     #[arg(long)]
     pub predict: bool,
     /// Weather file (EPW or WEA) of a year of daylight, in place of the document's sky or of the file that it names

@@ -33,8 +33,8 @@ pub struct SubmitArgs {
     /// Folder for the results; of several documents each has a folder there, named like its file
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Let the service try every method before, for less than 0.2 s of each processor beside the set-up of the planned one, and draw the predicted times beside the
-    /// actual ones; of a single document only
+    /// Let the service try every method before, for less than 0.2 s of each processor beside the set-up of the planned one, and draw
+    /// the predicted times beside the actual ones; of a single document only
     #[arg(long)]
     pub predict: bool,
     #[command(flatten)]

@@ -78,7 +78,8 @@ pub(super) async fn result_file(
         Output::Surfaces(_) => vec![Output::Surfaces(Format::Json)],
         other => vec![other.clone()],
     };
-    let made = read(app, id, kept, move |results, _| results.file(&output)?.ok_or_else(no_such_output)).await?;
+    let missing = if let Output::Surfaces(_) = output { no_surfaces } else { no_such_output };
+    let made = read(app, id, kept, move |results, _| results.file(&output)?.ok_or_else(missing)).await?;
     content::made(headers, made.bytes, made.media_type)
 }
 
@@ -204,6 +205,12 @@ pub(super) async fn subject_with_meshes(app: &Service, job: &Job) -> Result<Subj
 
 pub(super) fn no_such_output() -> Problem {
     Problem::not_found("the job has no such output, or has not finished its first pass yet")
+}
+
+fn no_surfaces() -> Problem {
+    Problem::not_found(
+        "the job has no light on surfaces: its document has no `\"surfaces\": true`, or its first pass has not finished yet",
+    )
 }
 
 impl From<RenderError> for Problem {

@@ -2,8 +2,8 @@
 //!
 //! Each thread runs one method at a time by itself, so that the processor seconds of a pass are measured without what small passes lose
 //! when they are divided; a job's passes are divided among all threads. The pilot is bounded by the clocks of its threads: methods divide
-//! the time that is left, that of the plan first, whose set-up does not count. A method that does not fit stays unknown. The keys of the pilot's random numbers are not
-//! those of the job, so that no sample of a job decides when it stops.
+//! the time that is left, that of the plan first, whose set-up does not count. A method that does not fit stays unknown. The keys of the
+//! pilot's random numbers are not those of the job, so that no sample of a job decides when it stops.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -79,7 +79,8 @@ async fn faces_absorb_the_flux_and_targets_have_verdicts() {
     document.as_object_mut().unwrap().remove("surfaces");
     let without = service.submit(&document).await;
     assert!(service.finished(&without).await["links"]["scene"].is_null());
-    problem(service.get(&format!("{without}/scene.glb")).send().await.unwrap(), 404).await;
+    let missing = problem(service.get(&format!("{without}/scene.glb")).send().await.unwrap(), 404).await;
+    assert!(missing["detail"].as_str().is_some_and(|detail| detail.contains("surfaces")), "{missing}");
 }
 
 /// The triangles of a table stand where its object stands, in the model, too; they outlive the uploaded mesh.
