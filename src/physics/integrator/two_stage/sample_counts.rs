@@ -23,7 +23,7 @@ pub const PATHS: PassSize = PassSize { for_one_percent: 16.0, growth: 2.0, fewes
 /// Number of paths from a sensor for each one that continues beyond the first surface, where the document sets the number of paths.
 const PATHS_OF_ONE_BEYOND: u32 = 4;
 
-/// Number of connections of a sensor to an opening that something may hide, and their largest number after a trial.
+/// Number of connections of a sensor to an opening that something may hide where no room is tried, and their largest number after a trial.
 const PER_OPENING: PassSize = PassSize { for_one_percent: 8.0, growth: 2.0, fewest: 4.0, most: 64.0 };
 const MOST_PER_OPENING: f64 = 1024.0;
 
@@ -157,15 +157,7 @@ mod tests {
     /// takes fewer paths of each; bounds hold.
     #[test]
     fn paths_follow_from_what_is_tried() {
-        let spread = RelativeVariances {
-            gathered: 6.4e-4,
-            beyond: 0.0,
-            spread: 0.0,
-            hidden: 0.0,
-            missed: 0.0,
-            hidden_sources: 0.0,
-            by_one_photon: 0.0,
-        };
+        let spread = RelativeVariances { gathered: 6.4e-4, ..RelativeVariances::default() };
         let tried = SampleCounts::tried;
         assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [17, 45]);
         assert_eq!(tried(0.1, spread, 81), SampleCounts { per_sensor: 4, beyond: 1, per_opening: 1 });
@@ -188,15 +180,7 @@ mod tests {
     #[test]
     fn connections_follow_from_what_is_hidden() {
         let of = |hidden: f64, missed: f64| {
-            let found = RelativeVariances {
-                gathered: 0.0,
-                beyond: 0.0,
-                spread: 0.0,
-                hidden,
-                missed,
-                hidden_sources: 0.0,
-                by_one_photon: 0.0,
-            };
+            let found = RelativeVariances { hidden, missed, ..RelativeVariances::default() };
             SampleCounts::connections(found, 0.125)
         };
         assert!((of(1.0, 0.0) - 16.0).abs() < 1e-9 && (of(0.0, 1.0) - 8.0).abs() < 1e-9);

@@ -79,7 +79,7 @@ impl Share {
 }
 
 /// Variances relative to the squared scale of a sensor: means over some sensors.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RelativeVariances {
     /// Variance of the gathered part, by the number of paths of the trial.
     pub gathered: f64,
@@ -180,16 +180,7 @@ mod tests {
     fn noise_of_shared_residuals() {
         let of = |spread: f64, sensors: usize| {
             let spread = spread / (CAUTION * PASSES);
-            let none = RelativeVariances {
-                gathered: 0.0,
-                beyond: 0.0,
-                spread,
-                hidden: 0.0,
-                missed: 0.0,
-                hidden_sources: 0.0,
-                by_one_photon: 0.0,
-            };
-            none.noise_of_residual(0.5, sensors)
+            RelativeVariances { spread, ..RelativeVariances::default() }.noise_of_residual(0.5, sensors)
         };
         assert_eq!([of(0.0, 100), of(0.0, LEAST_SENSORS - 1)], [50.0, 0.5]);
         assert!((of(1e12, 1_000_000) - 0.5).abs() < 1e-6);
