@@ -17,7 +17,7 @@ use crate::plan::MethodRequest;
 #[serde(deny_unknown_fields, default)]
 pub struct TwoStageMethod {
     /// Photons from sky and sun per pass, for all tubes together; default: as many as reach the requested accuracy in about 8
-    /// passes, and 8192 in jobs with views.
+    /// passes, and in jobs with views 8192 to 65536, by their pixels.
     pub photons_per_pass: Option<u64>,
     /// Backward paths per sensor and pass; default: as many as reach the requested accuracy in about 8 passes, estimated by a
     /// small trial in the room.

@@ -23,7 +23,7 @@
 //! | all light of points close to a surface, below such closures | as bidirectional path tracing ([`close`]) |
 //! | `(K\|N) t C V` of other sensors, below straight tubes in diffuse rooms | the sky by a ray through an opening, the sun by arcs |
 //!
-//! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536) and
+//! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 to 65 536 by default) against `samples_per_sensor` (1 to 65 536) and
 //! `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second is each sensor's
 //! own. The first two are by default chosen for the requested accuracy, photons without views, and paths by a small trial in the room, so
 //! that about 8 passes reach it. Each pass estimates the daylight coefficients of a room from one replicate of its matrix

@@ -1,17 +1,24 @@
 //! Numbers of photons and paths of a pass, chosen from a small trial in the room so that about eight passes reach the requested accuracy.
 
+use super::coarse::pixels;
 use super::variances::{BEYOND_IN_TRIAL, GAIN_OF_EVEN, PASSES, RelativeVariances, Share};
 use crate::integrator::diffuser_source::closure_source::{Beside, directional_photons};
 use crate::integrator::diffuser_source::photon_counts::photons_for;
 use crate::integrator::method::Task;
 use crate::integrator::pass_size::PassSize;
 use crate::sampling::power_of_two;
+use crate::scene::Grid;
 
-/// Fewest and most photons of a pass unless the document sets their number; with views the most.
+/// Fewest and most photons of a pass for grids, unless the document sets their number; with views the fewest are the most of grids.
 const FEWEST_PHOTONS: f64 = 64.0;
 const MOST_PHOTONS: f64 = 8192.0;
-/// Most photons of a pass where they also bring light into the room beside that of Lambertian closures.
+/// Most photons of a pass where they also bring light into the room beside that of Lambertian closures, or where an eye sees closures.
 const MOST_DIRECTIONAL: f64 = 65_536.0;
+
+/// Least number of pixels for each photon, and number of sensors for each of these pixels, so that the photons that an eye sees on the
+/// closures, and their connections to sensors, take a few hundredths of the time of the paths from the pixels.
+const PIXELS_OF_PHOTON: f64 = 16.0;
+const SENSORS_OF_PIXEL: f64 = 64.0;
 
 /// Fewest and most paths from a sensor in a pass, unless the document sets their number.
 const FEWEST_PATHS: f64 = 4.0;
@@ -58,7 +65,12 @@ impl SampleCounts {
         let of_lambertian = photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS);
         let traced =
             if beside == Beside::Traced { directional_photons(tubes, target).min(MOST_DIRECTIONAL) } else { 0.0 };
-        power_of_two(if task.views.is_empty() { of_lambertian.max(traced) } else { MOST_PHOTONS })
+        if task.views.is_empty() {
+            return power_of_two(of_lambertian.max(traced));
+        }
+        let sensors: usize = task.all_grids.iter().map(Grid::len).sum();
+        let of_each = PIXELS_OF_PHOTON.max(sensors as f64 / SENSORS_OF_PIXEL);
+        power_of_two((pixels(task.views) as f64 / of_each).clamp(MOST_PHOTONS, MOST_DIRECTIONAL))
     }
 
     /// Returns the largest number of photons of a pass, where the document does not set it.

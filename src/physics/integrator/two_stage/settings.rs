@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Number of photons from sky and sun per pass, all tubes together; 64..=16_777_216; `None`: by the requested accuracy, or with views
-    /// 8192.
+    /// by their pixels, 8192 to 65 536.
     pub photons_per_pass: Option<u64>,
     /// Number of backward paths per sensor and pass; 1..=65_536; `None`: by the requested accuracy.
     pub samples_per_sensor: Option<u32>,
