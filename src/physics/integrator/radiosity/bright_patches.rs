@@ -93,12 +93,17 @@ impl BrightPatches {
         if u >= fraction {
             return Aim::Elsewhere([(u - fraction) / (1.0 - fraction), v]);
         }
-        let choice = u / fraction;
+        let (number, point) = self.at([u / fraction, v]);
+        Aim::At(number, point)
+    }
+
+    /// Chooses a bright patch and a point of it by a point of the unit square; there must be one.
+    pub fn at(&self, [choice, v]: [f64; 2]) -> (u32, DVec3) {
         let place = self.chosen.partition_point(|(.., sum)| *sum <= choice).min(self.chosen.len() - 1);
         let before = if place > 0 { self.chosen[place - 1].2 } else { 0.0 };
         let (number, Area { corner, edges }, sum) = self.chosen[place];
         let within = ((choice - before) / (sum - before)).min(1.0);
-        Aim::At(number, corner + edges[0] * within + edges[1] * v)
+        (number, corner + edges[0] * within + edges[1] * v)
     }
 
     /// Returns the fraction of the aimed rays that end in a patch, per m2.

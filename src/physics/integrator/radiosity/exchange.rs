@@ -18,7 +18,10 @@ use crate::traceable::{Place, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions.
 pub(super) const RAYS: usize = STRATA * STRATA;
-const STRATA: usize = 4;
+pub(super) const STRATA: usize = 4;
+
+/// Number of rays from each patch that are aimed at bright patches, if there are any.
+const AIMED: usize = 4;
 
 /// Number of rays from each patch by which others are found.
 const FINDING: usize = 4;
@@ -50,18 +53,41 @@ pub struct Exchange {
     surfaces: Vec<SurfaceId>,
     /// Patches that rays from the starts of paths meet first, by these numbers.
     seen: Vec<u32>,
-    /// Patches in which the rays of each patch end, by these numbers, with the reflectance of mirrors on the path.
-    pub(super) met: Vec<(u32, f64)>,
+    /// Patches in which the rays of each patch end, by these numbers, with the weight of their luminances; equally many for each patch, the
+    /// first [`RAYS`] of them not aimed.
+    met: Vec<(u32, f64)>,
     /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
     pub(super) of_openings: Vec<(u32, f64)>,
     /// Points of each patch, at which light that does not come from Lambertian openings is computed; empty where there is none.
-    points: Vec<Vec<SurfacePoint>>,
+    points: Vec<[SurfacePoint; RAYS]>,
 }
 
 /// Points of a patch that rays have met.
 struct MetPatch {
     surface: SurfaceId,
     points: Vec<SurfacePoint>,
+}
+
+impl MetPatch {
+    /// Chooses a point in each of as many equal parts of the patch as it has rays; instead, one that rays have met in a patch of facets, and
+    /// where the chosen point lies in a solid.
+    fn spread_points(
+        &self,
+        scene: &TraceableScene,
+        area: Option<Area>,
+        random: &mut PathRandom,
+    ) -> [SurfacePoint; RAYS] {
+        let area = area.filter(|_| scene.numbering.facet_of(self.surface).is_none());
+        std::array::from_fn(|number| {
+            let met = self.points[number % self.points.len()];
+            let Some(Area { corner, edges }) = area else { return met };
+            let [row, column] = [number / STRATA, number % STRATA].map(|stratum| stratum as f64);
+            let [u, v] = random.uniform2();
+            let position = corner + edges[0] * ((row + u) / STRATA as f64) + edges[1] * ((column + v) / STRATA as f64);
+            let is_free = !scene.is_in_solid(position + met.normal * (2.0 * scene.coinciding()));
+            if is_free { SurfacePoint { position, ..met } } else { met }
+        })
+    }
 }
 
 impl Exchange {
@@ -115,18 +141,6 @@ impl Exchange {
             }));
             first = found.len();
         }
-        let of_patch = |(number, patch): (usize, &MetPatch)| {
-            let mut random = PathRandom::new(key.child(2).child(number as u64));
-            PatchRays::of(scene, patch, &mut random)
-        };
-        let lit: Vec<PatchRays> = found.par_iter().enumerate().map(of_patch).collect();
-        let number = |end: &Option<RayEnd>| {
-            let patch = end.and_then(|end| Some((patches.at(end.point.surface?, end.point.position)?, end.weight)));
-            patch.map_or((NONE, 0.0), |(patch, weight)| (numbers[patch], weight))
-        };
-        let met = lit.iter().flat_map(|lit| lit.met.iter().map(number)).collect();
-        let of_openings = lit.iter().flat_map(|lit| lit.of_openings.iter().copied()).collect();
-        let surfaces: Vec<SurfaceId> = found.iter().map(|patch| patch.surface).collect();
         let area = |(patch, number): (usize, &u32)| {
             let found = found.get(*number as usize)?;
             Some((*number, patches.area(found.surface, patch)))
@@ -135,19 +149,56 @@ impl Exchange {
         for (number, area) in numbers.iter().enumerate().filter_map(area) {
             areas[number as usize] = area;
         }
+        let of_patch = |(number, (patch, area)): (usize, (&MetPatch, &Option<Area>))| {
+            let mut random = PathRandom::new(key.child(2).child(number as u64));
+            PatchRays::of(scene, patch.spread_points(scene, *area, &mut random), &mut random)
+        };
+        let lit: Vec<PatchRays> = found.par_iter().zip(&areas).enumerate().map(of_patch).collect();
+        let of_openings = lit.iter().flat_map(|lit| lit.of_openings.iter().copied()).collect();
+        let surfaces: Vec<SurfaceId> = found.iter().map(|patch| patch.surface).collect();
+        let bright = bright_patches(scene, &lit, &surfaces, &areas);
+        let number_of = |point: SurfacePoint| Some(numbers[patches.at(point.surface?, point.position)?]);
+        let of_patch = |(number, lit): (usize, &PatchRays)| {
+            let weight = |met: u32, end: &RayEnd| {
+                let aimed = bright.density(met) * AIMED as f64;
+                let scattered = end.per_area.map(|per_area| per_area * RAYS as f64);
+                end.weight * scattered.filter(|_| aimed > 0.0).map_or(1.0, |scattered| scattered / (scattered + aimed))
+            };
+            let ended = |end: &Option<RayEnd>| {
+                let found = end.and_then(|end| number_of(end.point).map(|met| (met, weight(met, &end))));
+                found.unwrap_or((NONE, 0.0))
+            };
+            let mut random = PathRandom::new(key.child(4).child(number as u64));
+            let aimed = |ray_number: usize| {
+                let [u, v] = random.uniform2();
+                let point = &lit.points[ray_number * (RAYS / AIMED) + ray_number];
+                let (patch, end) = aimed_ray(scene, point, bright.at([(ray_number as f64 + u) / AIMED as f64, v]))?;
+                number_of(end.point).filter(|met| *met == patch).map(|met| (met, weight(met, &end)))
+            };
+            let count = if bright.is_empty() { 0 } else { AIMED };
+            let aimed: Vec<_> = (0..count).map(aimed).map(|end| end.unwrap_or((NONE, 0.0))).collect();
+            lit.met.iter().map(ended).chain(aimed).collect()
+        };
+        let met: Vec<Vec<(u32, f64)>> = lit.par_iter().enumerate().map(of_patch).collect();
+        let met = met.concat();
         let length = |area: &Option<Area>| area.map_or(edge * edge, |area| area.length_squared());
         let lengths_squared = areas.iter().map(length).collect();
         let seen =
             first_seen.iter().filter_map(|point| Some(numbers[patches.at(point.surface?, point.position)?])).collect();
         let is_lit = with_clear_zones || scene.luminaires.iter().any(TraceableLuminaire::emits);
-        let points = if is_lit { found.into_iter().map(|patch| patch.points).collect() } else { Vec::new() };
+        let points = if is_lit { lit.into_iter().map(|lit| lit.points).collect() } else { Vec::new() };
         let exchange = Self { lengths_squared, numbers, areas, surfaces, seen, met, of_openings, points, patches };
         (!exchange.surfaces.is_empty()).then_some(exchange)
     }
 
     /// Returns the number of rays and connections of which the exchange was computed.
     pub fn rays(&self) -> f64 {
-        (self.surfaces.len() * (FINDING + 2 * RAYS)) as f64
+        (self.surfaces.len() * (FINDING + RAYS) + self.met.len()) as f64
+    }
+
+    /// Returns the patches in which the rays of each patch end, those that are not aimed first, with the weight of their luminances.
+    pub(super) fn met_by_each(&self) -> impl Iterator<Item = &[(u32, f64)]> {
+        self.met.chunks_exact(self.met.len() / self.surfaces.len())
     }
 
     /// Returns the illuminances of each patch by openings, in lx per lumen, with the number of the tube.
@@ -162,7 +213,8 @@ impl Exchange {
         (scene, with_clear_zones): (&TraceableScene, bool),
         fluxes: &[Spectrum<C>],
     ) -> Solution<C> {
-        let mut straight = other_light((scene, with_clear_zones), &self.points);
+        let (mut straight, other_variances): (Vec<_>, Vec<_>) =
+            other_light((scene, with_clear_zones), &self.points).into_iter().unzip();
         straight.resize(self.surfaces.len(), Spectrum::ZERO);
         // the solution scales with the flux of the openings only where other light adds nothing
         let alone = straight.iter().all(|lux: &Spectrum<C>| lux.max() <= 0.0);
@@ -178,15 +230,15 @@ impl Exchange {
             reflectances.iter().zip(&straight).map(|(by, lux)| *by * *lux).collect();
         for _ in 0..SWEEPS {
             let (mut changed, mut all) = (0.0, 0.0);
-            for (patch, met) in self.met.chunks_exact(RAYS).enumerate() {
-                let (mut sum, mut members) = (Spectrum::ZERO, 0_u32);
+            for (patch, met) in self.met_by_each().enumerate() {
+                let mut sum = Spectrum::ZERO;
                 for (number, weight) in met {
                     if let Some(of_other) = radiosities.get(*number as usize) {
                         sum += *of_other * *weight;
                     }
-                    members += u32::from(*number != NOT_FOUND);
                 }
-                let radiosity = reflectances[patch] * (straight[patch] + sum * (1.0 / f64::from(members.max(1))));
+                let members = met[..RAYS].iter().filter(|(number, _)| *number != NOT_FOUND).count();
+                let radiosity = reflectances[patch] * (straight[patch] + sum * (1.0 / members.max(1) as f64));
                 changed += (radiosity.max() - radiosities[patch].max()).abs();
                 all += radiosity.max();
                 radiosities[patch] = radiosity;
@@ -201,7 +253,7 @@ impl Exchange {
         let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
         let bright_patches =
             BrightPatches::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()), mean);
-        let variances = self.variances(&reflectances, fluxes, &radiosities);
+        let variances = self.variances((&reflectances, &other_variances), fluxes, &radiosities);
         Solution {
             variances,
             exchange: self.clone(),
@@ -217,16 +269,18 @@ struct PatchRays {
     /// Ends of its rays.
     met: [Option<RayEnd>; RAYS],
     of_openings: Vec<(u32, f64)>,
+    /// Points of the patch from which they start.
+    points: [SurfacePoint; RAYS],
 }
 
 impl PatchRays {
-    fn of(scene: &TraceableScene, patch: &MetPatch, random: &mut PathRandom) -> Self {
-        let point = |number: usize| &patch.points[number % patch.points.len()];
-        let met = std::array::from_fn(|number| ray(scene, point(number), number, random));
+    fn of(scene: &TraceableScene, points: [SurfacePoint; RAYS], random: &mut PathRandom) -> Self {
+        // parts of the patch in an order that is unrelated to that of the directions
+        let met = std::array::from_fn(|number| ray(scene, &points[number * 7 % RAYS], number, random));
         let start = random.uniform();
         let mut of_openings: Vec<_> = (0..RAYS)
             .map(|number| {
-                let point = point(number);
+                let point = &points[number];
                 // uniform choices among the openings, in an order that is unrelated to that of the spots
                 let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
                 let Some((tube, probability)) = scene.openings.choose(point.position, point.normal, choice) else {
@@ -242,9 +296,9 @@ impl PatchRays {
             })
             .collect();
         if !scene.mirrors.is_empty() {
-            of_openings.extend((0..RAYS).map(|number| by_mirrors(scene, point(number), random)));
+            of_openings.extend(points.iter().map(|point| by_mirrors(scene, point, random)));
         }
-        Self { met, of_openings }
+        Self { met, of_openings, points }
     }
 }
 
@@ -264,12 +318,64 @@ fn by_mirrors(scene: &TraceableScene, point: &SurfacePoint, random: &mut PathRan
     found().unwrap_or((0, 0.0))
 }
 
+/// Finds the patches that are bright by the light of openings of equal exitance, or by that of luminaires.
+fn bright_patches(
+    scene: &TraceableScene,
+    patches: &[PatchRays],
+    surfaces: &[SurfaceId],
+    areas: &[Option<Area>],
+) -> BrightPatches {
+    let emitting = || scene.luminaires.iter().filter(|luminaire| luminaire.emits());
+    let luminances = |(patch, surface): (&PatchRays, &SurfaceId)| {
+        let reflectance = scene.optics(*surface).map_or(0.0, |optics| optics.diffuse::<3>().luminance());
+        let of_tube =
+            |(tube, lux): &(u32, f64)| lux * scene.tubes.get(*tube as usize).map_or(0.0, |tube| tube.opening.area_m2());
+        let of_luminaires = |point: &SurfacePoint| -> f64 {
+            emitting().map(|of| of.irradiance::<1>(point.position, point.normal).luminance()).sum()
+        };
+        let by_luminaires =
+            if emitting().next().is_some() { patch.points.iter().map(of_luminaires).sum() } else { 0.0 };
+        [patch.of_openings.iter().map(of_tube).sum(), by_luminaires].map(|lux: f64| reflectance * lux)
+    };
+    let luminances: Vec<[f64; 2]> = patches.iter().zip(surfaces).map(luminances).collect();
+    let area = |area: &Option<Area>| area.map_or(0.0, |area| area.area_m2());
+    let all: f64 = areas.iter().map(area).sum();
+    let means = [0, 1].map(|kind| luminances.iter().zip(areas).map(|(of, on)| of[kind] * area(on)).sum::<f64>() / all);
+    // each kind of light counts relative to its mean
+    let relative =
+        |of: &[f64; 2]| of.iter().zip(means).map(|(of, mean)| if mean > 0.0 { of / mean } else { 0.0 }).sum();
+    let kinds = means.iter().filter(|mean| **mean > 0.0).count();
+    BrightPatches::new(luminances.iter().map(relative).zip(areas.iter().copied()), kinds as f64)
+}
+
+/// Traces a ray from a spot to a point of a patch, and returns its end with the number of the patch; `None` where something hides the point
+/// from the spot.
+fn aimed_ray(scene: &TraceableScene, from: &SurfacePoint, (patch, to): (u32, DVec3)) -> Option<(u32, RayEnd)> {
+    let direction = (to - from.position).try_normalize()?;
+    if direction.dot(from.normal) <= 0.0 {
+        return None;
+    }
+    let hit = scene.intersect(from.position, direction, from.surface);
+    let Place::Surface(met) = hit.place else { return None };
+    let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
+    Some((patch, RayEnd { point, weight: 1.0, per_area: Some(per_area(from, &point)) }))
+}
+
+/// Returns the density per m2 of a surface with which rays from a spot end at a point that it sees: the cosine law.
+fn per_area(from: &SurfacePoint, to: &SurfacePoint) -> f64 {
+    let away = to.position - from.position;
+    let squared = away.length_squared();
+    (away.dot(from.normal) * -away.dot(to.normal) / (PI * squared * squared)).max(0.0)
+}
+
 /// End of a ray.
 #[derive(Clone, Copy)]
 struct RayEnd {
     point: SurfacePoint,
     /// Reflectance of mirrors on the path, divided by the probability of this path.
     weight: f64,
+    /// Density per m2 of rays that are not aimed; `None` after a mirror, by which no ray is aimed.
+    per_area: Option<f64>,
 }
 
 /// Traces a ray from a spot in a stratum of directions and returns its end; `None` in an opening. At a surface that is partly a mirror
@@ -280,17 +386,18 @@ fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: &mut
     let at = [(row as f64 + u) / STRATA as f64, (column as f64 + v) / STRATA as f64];
     let mut direction = warp::around(from.normal, warp::cosine_hemisphere(at));
     let (mut position, mut surface, mut weight) = (from.position, from.surface, 1.0);
-    for _ in 0..MOST_TURNS {
+    for turn in 0..MOST_TURNS {
         let hit = scene.intersect(position, direction, surface);
         let Place::Surface(met) = hit.place else { return None };
         let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
+        let per_area = (turn == 0).then(|| per_area(from, &point));
         let Some(optics) = scene.optics(met).filter(|optics| optics.is_mirror()) else {
-            return Some(RayEnd { point, weight });
+            return Some(RayEnd { point, weight, per_area });
         };
         let [diffuse, specular] = [optics.diffuse::<3>(), optics.specular()].map(|part| part.luminance());
         let turns = specular / (diffuse + specular).max(f64::MIN_POSITIVE);
         if random.uniform() >= turns {
-            return Some(RayEnd { point, weight: weight / (1.0 - turns) });
+            return Some(RayEnd { point, weight: weight / (1.0 - turns), per_area });
         }
         weight *= specular / turns;
         direction = optics.reflect(hit.normal, -direction, [0.0; 2], random)?;

@@ -2,27 +2,29 @@
 
 use rayon::prelude::*;
 
+use super::exchange::RAYS;
+use super::spread::variance_of_sum;
 use crate::guide::RayCount;
 use crate::integrator::backward::clear_zones::through_clear_zones;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::traceable::{SurfacePoint, TraceableScene};
 
-/// Estimates the illuminances in lx of patches from the light at some points of each. The light of sky and sun through clear zones of straight
-/// tubes counts if this is asked for.
+/// Estimates the illuminances in lx of patches from the light at a point of each of their parts, and the variances of these estimates by
+/// luminance in lx^2. The light of sky and sun through clear zones of straight tubes counts if this is asked for.
 pub(super) fn other_light<const C: usize>(
     (scene, with_clear_zones): (&TraceableScene, bool),
-    patches: &[Vec<SurfacePoint>],
-) -> Vec<Spectrum<C>> {
+    patches: &[[SurfacePoint; RAYS]],
+) -> Vec<(Spectrum<C>, f64)> {
     let key = Key::new(0).child(3);
-    let of_patch = |(number, points): (usize, &Vec<SurfacePoint>)| {
+    let of_patch = |(number, points): (usize, &[SurfacePoint; RAYS])| {
         let mut random = PathRandom::new(key.child(number as u64));
-        let mut sum = Spectrum::ZERO;
-        for point in points {
+        let of_parts = points.map(|point| {
+            let mut sum = Spectrum::ZERO;
             if with_clear_zones {
                 let numbers = (random.uniform2(), &mut random);
                 let cosine = |toward| point.cosine(toward);
-                sum += through_clear_zones::<C>(scene, *point, cosine, numbers, &mut RayCount::default());
+                sum += through_clear_zones::<C>(scene, point, cosine, numbers, &mut RayCount::default());
             }
             for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
                 let source = luminaire.point(random.uniform2());
@@ -30,8 +32,10 @@ pub(super) fn other_light<const C: usize>(
                     sum += luminaire.irradiance(point.position, point.normal);
                 }
             }
-        }
-        sum * (1.0 / points.len().max(1) as f64)
+            sum * (1.0 / RAYS as f64)
+        });
+        let variance = variance_of_sum(&of_parts.map(|lux| lux.luminance()));
+        (of_parts.into_iter().fold(Spectrum::ZERO, |sum, lux| sum + lux), variance)
     };
     patches.par_iter().enumerate().map(of_patch).collect()
 }

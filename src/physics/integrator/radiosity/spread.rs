@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::exchange::{Exchange, RAYS, Solution};
+use super::exchange::{Exchange, RAYS, STRATA, Solution};
 use crate::integrator::pass::LEAST_SCALE;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, lattice, warp};
@@ -18,10 +18,10 @@ use crate::traceable::{Place, TraceableScene};
 
 impl Exchange {
     /// Estimates the variances of luminances, in (cd/m2)^2, of patches of these reflectances, by the differences between rays of neighbouring
-    /// strata and between connections.
+    /// strata and between connections of neighbouring parts; `other` are the variances of illuminances by other light, in lx^2.
     pub(super) fn variances<const C: usize>(
         &self,
-        reflectances: &[Spectrum<C>],
+        (reflectances, other): (&[Spectrum<C>], &[f64]),
         fluxes: &[Spectrum<C>],
         luminances: &[Spectrum<C>],
     ) -> Vec<f64> {
@@ -31,17 +31,30 @@ impl Exchange {
         let straight = |(tube, per_lumen): &(u32, f64)| {
             fluxes.get(*tube as usize).map_or(0.0, |flux| flux.luminance() * per_lumen / PI)
         };
-        let patches = self.met.chunks_exact(RAYS).zip(self.openings_of_each());
+        let patches = self.met_by_each().zip(self.openings_of_each());
         patches
             .zip(reflectances)
-            .map(|((met, of_openings), reflectance)| {
+            .enumerate()
+            .map(|(number, ((met, of_openings), reflectance))| {
                 let by_rays: f64 = met.chunks_exact(2).map(|pair| (found(&pair[0]) - found(&pair[1])).powi(2)).sum();
-                let by_connections: f64 =
-                    of_openings.chunks_exact(2).map(|pair| (straight(&pair[0]) - straight(&pair[1])).powi(2)).sum();
-                reflectance.luminance().powi(2) * (by_rays + by_connections)
+                let by_connections: f64 = of_openings
+                    .chunks_exact(RAYS)
+                    .map(|parts| variance_of_sum(&std::array::from_fn(|part| straight(&parts[part]))))
+                    .sum();
+                let by_other = other.get(number).map_or(0.0, |variance| variance / (PI * PI));
+                reflectance.luminance().powi(2) * (by_rays + by_connections + by_other)
             })
             .collect()
     }
+}
+
+/// Estimates the variance of the sum of values, one from each part of a patch, by differences to which an even slope over the patch adds
+/// nothing.
+pub(super) fn variance_of_sum(values: &[f64; RAYS]) -> f64 {
+    let at = |row: usize, column: usize| values[row * STRATA + column];
+    let corners = |number: usize| (number / (STRATA / 2) * 2, number % (STRATA / 2) * 2);
+    let of_four = |(row, column)| at(row, column) + at(row + 1, column + 1) - at(row, column + 1) - at(row + 1, column);
+    (0..RAYS / 4).map(|number| of_four(corners(number)).powi(2)).sum()
 }
 
 /// Number of directions in each of two sets from a sensor, by which the expected spread is estimated.
