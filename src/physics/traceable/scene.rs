@@ -266,9 +266,9 @@ impl TraceableScene {
         self
     }
 
-    /// True if nothing stands or hangs in the room, and its faces are diffuse.
+    /// True if no object stands in the room, and its faces are diffuse.
     pub fn is_bare(&self) -> bool {
-        !self.furnished && self.specular_surfaces().next().is_none()
+        self.boxes.is_empty() && self.meshes.is_none() && self.specular_surfaces().next().is_none()
     }
 
     /// Returns the height in m above a plane within which a segment that ends there has reached it: hits on a mesh lie slightly before
