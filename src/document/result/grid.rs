@@ -37,6 +37,9 @@ pub struct GridResult {
     /// Area of each cell that lies in the room, in m2, by which statistics weigh the sensors; absent where all cells have one area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub area_m2: Option<Vec<Vec<f64>>>,
+    /// Area of a whole cell in m2; absent for sensors at given points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cell_area_m2: Option<f64>,
     /// Illuminance of each sensor, row by row; null inside solids and outside the room. A cell that solids cover in part has the mean over its free
     /// part.
     pub illuminance_lux: Vec<Vec<Option<f64>>>,
@@ -202,6 +205,7 @@ impl GridResult {
             y_m: if points_m.is_some() { Vec::new() } else { grid.y_m.clone() },
             points_m,
             area_m2: area.map(|area| area.chunks(columns.max(1)).map(<[f64]>::to_vec).collect()),
+            cell_area_m2: grid.placed.is_none().then(|| grid.cell_area_m2()),
             illuminance_lux: rows(&values, columns),
             standard_error_lux: rows(&errors, columns),
             coverage_factor: coverage_factor_of_sensors(estimate),

@@ -179,7 +179,11 @@ fn grid_csv(result: &GridResult) -> Vec<u8> {
         Some(points) => csv::Sensors::Points(points),
         None => csv::Sensors::Level { x_m: &result.x_m, y_m: &result.y_m, z_m: result.height_m },
     };
-    let areas: Vec<f64> = result.area_m2.iter().flatten().flatten().copied().collect();
+    let areas: Vec<f64> = match (&result.area_m2, result.cell_area_m2) {
+        (Some(cut), _) => cut.iter().flatten().copied().collect(),
+        (None, Some(whole)) => vec![whole; values.len()],
+        (None, None) => Vec::new(),
+    };
     csv::grid(sensors, &areas, &values, &errors).into_bytes()
 }
 

@@ -74,7 +74,8 @@ async fn faces_absorb_the_flux_and_targets_have_verdicts() {
 
     let table = service.get(&format!("{path}/grids/workplane.csv?decimal=comma")).send().await.unwrap();
     let table = table.text().await.unwrap();
-    assert!(table.starts_with("x_m;y_m;z_m;illuminance_lux;standard_error_lux\n0,333333333;0,5;0,85;"), "{table}");
+    let head = "x_m;y_m;z_m;normal_x;normal_y;normal_z;area_m2;illuminance_lux;standard_error_lux\n";
+    assert!(table.starts_with(&format!("{head}0,333333333;0,5;0,85;0;0;1;0,666666667;")), "{table}");
     problem(service.get(&format!("{path}/grids/workplane.json?decimal=comma")).send().await.unwrap(), 422).await;
     document.as_object_mut().unwrap().remove("surfaces");
     let without = service.submit(&document).await;
