@@ -5,16 +5,15 @@ import { html, nothing } from "./vendor/lit-html.js";
 /** @param {string} name */
 const words = (name) => name.replaceAll("_", " ");
 
-/** Numbers of tubes in words: 1, "2 to 40" or "2, 5". @param {number[]} of */
+/** Numbers of tubes in words: 1, "1 to 40" or "2, 5". @param {number[]} of */
 const range = (of) => (of.length > 2 && (of.at(-1) ?? 0) - (of[0] ?? 0) === of.length - 1 ? `${of[0]} to ${of.at(-1)}` : of.join(", "));
 
-/** How light is followed through the tubes, those together of which the same is said; the service counts them from 0. @param {{ reason: string }[]} guides */
+/** How light is followed through the tubes, those together of which the same is said, counted from 1. @param {{ reason: string }[]} guides */
 function guided(guides) {
   /** @type {Map<string, number[]>} */
   const tubes = new Map();
   guides.forEach(({ reason }, at) => tubes.set(reason, [...(tubes.get(reason) ?? []), at + 1]));
-  const counted = (/** @type {string} */ reason) => reason.replace(/\btube (\d+)/g, (_, number) => `tube ${Number(number) + 1}`);
-  return [...tubes].map(([reason, of]) => html`<li><strong>${of.length > 1 ? "Tubes" : "Tube"} ${range(of)}:</strong> ${prose(counted(reason))}</li>`);
+  return [...tubes].map(([reason, of]) => html`<li><strong>${of.length > 1 ? "Tubes" : "Tube"} ${range(of)}:</strong> ${prose(reason)}</li>`);
 }
 
 /** @param {Job} job */

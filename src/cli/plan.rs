@@ -57,8 +57,8 @@ fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
         let _ = writeln!(text, "  {switch} {:<18} {}{bound}", effect.name, effect.reason);
     }
     text += "guides\n";
-    for (index, guide) in plan.guides.iter().enumerate() {
-        let _ = writeln!(text, "  tube {index}: {}: {}", guide.kind, guide.reason);
+    for (tubes, told) in guides(plan) {
+        let _ = writeln!(text, "  {}: {told}", tubes_in_words(&tubes));
     }
     text += "methods\n";
     for (outputs, method) in [("grids", &plan.methods.grids), ("views", &plan.methods.views)] {
@@ -75,4 +75,42 @@ fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
         let _ = writeln!(text, "warning: {}: {}", warning.code, warning.detail);
     }
     text
+}
+
+/// Returns how light is followed through the tubes: the numbers, from 1, of those of which the same is said.
+fn guides(plan: &PlanResult) -> Vec<(Vec<usize>, String)> {
+    let mut groups: Vec<(Vec<usize>, String)> = Vec::new();
+    for (index, guide) in plan.guides.iter().enumerate() {
+        let told = format!("{}: {}", guide.kind, guide.reason);
+        match groups.iter_mut().find(|(_, other)| *other == told) {
+            Some((numbers, _)) => numbers.push(index + 1),
+            None => groups.push((vec![index + 1], told)),
+        }
+    }
+    groups
+}
+
+/// Writes numbers in ascending order, such as `tubes 1 to 3, 7`.
+fn tubes_in_words(numbers: &[usize]) -> String {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
+        [first, .., last] if run.len() > 2 => format!("{first} to {last}"),
+        few => few.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+    });
+    let noun = if numbers.len() == 1 { "tube" } else { "tubes" };
+    format!("{noun} {}", runs.collect::<Vec<_>>().join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn tubes_are_counted_from_1_in_runs() {
+        for (numbers, words) in [
+            (&[1][..], "tube 1"),
+            (&[1, 2], "tubes 1, 2"),
+            (&[1, 2, 3, 7], "tubes 1 to 3, 7"),
+            (&[2, 4, 5, 6, 8, 9], "tubes 2, 4 to 6, 8, 9"),
+        ] {
+            assert_eq!(super::tubes_in_words(numbers), words);
+        }
+    }
 }

@@ -43,7 +43,7 @@ fn results_table(job: &Value) -> String {
         let efficiency = tube["transmission_efficiency"].as_f64().map(|efficiency| (100.0 * efficiency).into());
         let efficiency = with_interval(&efficiency.unwrap_or(Value::Null), &Value::Null, &Value::Null);
         vec![
-            index.to_string(),
+            (index + 1).to_string(),
             with_interval(&flux["flux_lm"], &flux["standard_error_lm"], &flux["coverage_factor"]),
             efficiency,
         ]
@@ -143,8 +143,8 @@ mod tests {
             "floor  211.04 +- 0.62  187.2 +- 2.2  51.0 +- 1.8   0.2420 +- 0.0094  0.4070, 0.4030, 0.2550"
         );
         assert_eq!(lines[2], "a      0.000           -             -             -                 -, -, -");
-        assert_eq!(lines[4], "0     2884.0 +- 8.4      48.10");
-        assert_eq!(lines[5], "1     -                  -");
+        assert_eq!(lines[4], "1     2884.0 +- 8.4      48.10");
+        assert_eq!(lines[5], "2     -                  -");
         assert_eq!(results_table(&json!({ "status": "cancelled" })), "");
     }
 }

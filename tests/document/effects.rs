@@ -122,8 +122,8 @@ fn tubes_with_one_guide_are_told() {
     let stop = json!({ "relative_error": 0.02 });
     let twice = with_effects("glossy_room", json!({}), stop.clone());
     let reasons: Vec<_> =
-        twice.plan.guides.iter().map(|guide| guide.reason.contains("equals that of tube 0")).collect();
-    assert_eq!(reasons, [false, true]);
+        twice.plan.guides.iter().map(|guide| guide.reason.contains("; 2 tubes have this guide,")).collect();
+    assert_eq!(reasons, [true, true]);
     let apart = with_effects("two_tubes", json!({}), stop);
-    assert!(apart.plan.guides.iter().all(|guide| !guide.reason.contains("equals that of")));
+    assert!(apart.plan.guides.iter().all(|guide| !guide.reason.contains("have this guide")));
 }

@@ -384,7 +384,7 @@ fn eyes_have_a_rating_in_every_hour() {
     let prepared = prepared(&document);
     let hours = String::from_utf8(file(&prepared, 4, Annual::Hours, Format::Csv)).unwrap();
     let names: Vec<&str> = hours.lines().next().unwrap().split(',').collect();
-    assert!(names.contains(&"eyes_0_ugr") && !names.contains(&"eyes_1_ugr"), "{names:?}");
+    assert!(names.contains(&"eyes_1_ugr") && !names.contains(&"eyes_2_ugr"), "{names:?}");
     let array = file(&prepared, 4, Annual::Points("eyes".to_owned()), Format::Ill);
     let lux: Vec<f64> =
         String::from_utf8(array).unwrap().lines().next().unwrap().split('\t').map(|lux| lux.parse().unwrap()).collect();

@@ -193,12 +193,12 @@ impl Estimate {
                 Some(grid.moments.iter().position(is_not_finite)? / each.max(1))
             };
             let sensor = grid.sensors.iter().position(is_not_finite).or_else(of_moments)?;
-            Some(format!("sensor {sensor} of grid {number}"))
+            Some(format!("sensor {} of grid {}", sensor + 1, number + 1))
         });
         let grid_or_view = grid.or_else(|| {
             self.views.iter().enumerate().find_map(|(number, view)| {
                 let pixel = view.mean.iter().position(|value| !value.is_finite())? / view.channels.max(1);
-                Some(format!("pixel {pixel} of view {number}"))
+                Some(format!("pixel {} of view {}", pixel + 1, number + 1))
             })
         });
         let mut energy = self.energy;
@@ -207,7 +207,7 @@ impl Estimate {
         });
         let energy_not_finite = energy.values_mut().into_iter().any(|value| !value.is_finite());
         grid_or_view
-            .or_else(|| tubes.map(|number| format!("the flux through tube {number}")))
+            .or_else(|| tubes.map(|number| format!("the flux through tube {}", number + 1)))
             .or_else(|| energy_not_finite.then(|| "the energy balance".to_owned()))
     }
 }

@@ -112,24 +112,36 @@ fn domed(guide: &DomedGuide) -> GuidePlan {
 
 /// Returns how the guides of a scene are computed, and why; `traceable` is the compiled scene.
 pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
-    let of_tube = |(index, tube): (usize, &TraceableTube)| {
+    let tubes = &traceable.tubes;
+    let equal = |a: usize, b: usize| {
+        same_guide(&scene.tubes[a], &scene.tubes[b]) && tubes[a].frame.turn() == tubes[b].frame.turn()
+    };
+    // the first tube with the guide of each tube, and the number of tubes with it
+    let mut firsts: Vec<usize> = Vec::new();
+    let mut counts = vec![0; tubes.len()];
+    let mut distinct: Vec<usize> = Vec::new();
+    for index in 0..tubes.len() {
+        let first = distinct.iter().copied().find(|first| equal(*first, index)).unwrap_or(index);
+        if first == index {
+            distinct.push(index);
+        }
+        firsts.push(first);
+        counts[first] += 1;
+    }
+    let of_tube = |(tube, first): (&TraceableTube, &usize)| {
         let mut plan = of_guide(tube);
         plan.reason.push_str(&measured(&tube.diffuser));
         if let OpeningShape::Square { side, .. } = tube.opening {
             plan.reason.push_str(&format!("; its light is spread evenly over a square of {side} m"));
         }
-        let own = &scene.tubes[index];
-        let equals = |other: usize| {
-            same_guide(own, &scene.tubes[other]) && traceable.tubes[other].frame.turn() == tube.frame.turn()
-        };
-        if let Some(first) = (0..index).find(|other| equals(*other)) {
-            plan.reason.push_str(&format!(
-                "; its guide equals that of tube {first}, and the transmission is computed once for both"
-            ));
+        let count = counts[*first];
+        if count > 1 {
+            plan.reason
+                .push_str(&format!("; {count} tubes have this guide, and its transmission is computed once for all"));
         }
         plan
     };
-    traceable.tubes.iter().enumerate().map(of_tube).collect()
+    tubes.iter().zip(&firsts).map(of_tube).collect()
 }
 
 /// True if two tubes differ at most in their place, in the plane of their opening and in their closure.

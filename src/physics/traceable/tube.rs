@@ -258,9 +258,9 @@ fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideErro
 
 /// A tube whose guide cannot be built.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("tube {tube}: {error}")]
+#[error("tube {}: {error}", .tube + 1)]
 pub struct TubeError {
-    /// Number of the tube in the scene.
+    /// Number of the tube in the scene, from 0.
     pub tube: usize,
     /// Reason why its mesh forms no guide.
     pub error: MeshGuideError,

@@ -102,7 +102,7 @@ impl JobYear {
             };
             columns.push(ColumnResult {
                 standard_errors: Vec::new(),
-                ..column(format!("mean_of_tube_{tube}_lux"), &exact)
+                ..column(format!("mean_of_tube_{}_lux", tube + 1), &exact)
             });
         }
         Some(PointsYearResult { name: name.to_owned(), points_m, columns })
@@ -113,7 +113,7 @@ impl JobYear {
         let mut table = "month,day,hour,sun_altitude_deg,sun_azimuth_deg,clearness,brightness,diffuse_horizontal_lux,\
                          direct_normal_lux"
             .to_owned();
-        for tube in 0..self.first.year.tubes.len() {
+        for tube in 1..=self.first.year.tubes.len() {
             let _ = write!(table, ",tube_{tube}_sky_lm,tube_{tube}_sun_lm");
         }
         for of in &self.grids {
@@ -220,7 +220,7 @@ impl GridOfYear {
         let eyes = self.eyes.iter().enumerate().filter_map(|(sensor, eye)| Some((sensor, eye.as_ref()?)));
         let ratings = |(sensor, eye): (usize, &Eye)| {
             let lux = sensors.row(sensor, &year.first.light).lux;
-            (format!("{}_{sensor}_ugr", self.grid.name), eye.ratings(&lux, &year.first.light))
+            (format!("{}_{}_ugr", self.grid.name, sensor + 1), eye.ratings(&lux, &year.first.light))
         };
         eyes.take(MOST_EYES).map(ratings).collect()
     }
