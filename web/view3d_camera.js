@@ -2,15 +2,17 @@
 import { cross, dot, minus, moved, skyward, unit } from "./ray.js";
 
 /** @typedef {import("./ray.js").Vector} Vector */
-/** Where the camera stands, seen from the middle of the room, and how many times nearer than the whole is seen. @typedef {{ azimuth_deg: number, altitude_deg: number, zoom: number }} Orbit */
+/** From where the camera sees the room, and how many times nearer than where the room fills the picture. @typedef {{ azimuth_deg: number, altitude_deg: number, zoom: number }} Orbit */
 
 /** From a corner, and from above. @type {Record<"corner" | "above", Orbit>} */
 export const STARTS = { corner: { azimuth_deg: 205, altitude_deg: 32, zoom: 1 }, above: { azimuth_deg: 180, altitude_deg: 89, zoom: 1 } };
 /** Bounds of the altitude, so that the room's up stays up, and of the zoom. */
 const ALTITUDES = { least: -40, most: 89 };
-const ZOOMS = { least: 0.4, most: 8 };
+const ZOOMS = { least: 0.1, most: 8 };
 /** Vertical angle of view. */
 const VIEW_DEG = 32;
+/** Share of the picture, across or down, that is filled at a zoom of 1. */
+export const FILLED = 0.94;
 /** Steps of a key. */
 const KEY_DEG = 5;
 const KEY_ZOOM = 1.15;
@@ -39,23 +41,36 @@ export function byKey(orbit, key) {
   return key === "Home" ? STARTS.corner : null;
 }
 
+/** How far a direction sees from the middle of what lies around it: the distance from which points reach just to both sides of the picture, and the shift that brings them to its middle. @param {Vector[]} points from that middle @param {Vector} across @param {Vector} forward @param {number} slope of the sides */
+function fitted(points, across, forward, slope) {
+  let [right, left] = [-Infinity, -Infinity];
+  for (const point of points) {
+    const [side, depth] = [dot(across, point), slope * dot(forward, point)];
+    right = Math.max(right, side - depth);
+    left = Math.max(left, -side - depth);
+  }
+  return { distance: (right + left) / (2 * slope), shift: (right - left) / 2 };
+}
+
 /**
  * The matrix from the room's frame to clip space (Akenine-Möller et al. 2018, section 4.7), column by column.
  * @param {Orbit} orbit
- * @param {import("./view3d_shapes.js").Ball} ball that is seen as a whole at a zoom of 1
+ * @param {import("./view3d_shapes.js").Bounds} bounds whose points fill the picture at a zoom of 1, as far as its proportions allow
  * @param {number} aspect width of the picture over its height
  * @returns {number[]}
  */
-export function projection({ azimuth_deg, altitude_deg, zoom }, { middle, radius }, aspect) {
+export function projection({ azimuth_deg, altitude_deg, zoom }, { middle, radius, points }, aspect) {
   const half = Math.tan((VIEW_DEG * Math.PI) / 360);
-  const whole = radius / Math.sin(Math.atan(half * Math.min(1, aspect)));
-  const distance = whole / zoom;
-  const eye = moved(middle, skyward(azimuth_deg, altitude_deg), distance);
-  const forward = unit(minus(middle, eye));
+  const toEye = skyward(azimuth_deg, altitude_deg);
+  const forward = minus([0, 0, 0], toEye);
   const right = unit(cross(forward, [0, 0, 1]));
   const up = cross(right, forward);
-  // the arrow of the sun lies outside the ball
-  const [near, far] = [Math.max(distance - 2 * radius, radius / 50), distance + 2 * radius];
+  const across = fitted(points, right, forward, FILLED * half * aspect);
+  const down = fitted(points, up, forward, FILLED * half);
+  const distance = Math.max(across.distance, down.distance) / zoom;
+  const eye = moved(moved(moved(middle, right, across.shift), up, down.shift), toEye, distance);
+  // the room may be much smaller than all that is drawn, and its middle beside that of the picture
+  const [near, far] = [Math.max(distance - 2 * radius, distance / 50), distance + 2 * radius];
   const [sx, sy, sz] = [1 / (half * aspect), 1 / half, (far + near) / (far - near)];
   const column = (/** @type {0 | 1 | 2} */ k) => [sx * right[k], sy * up[k], sz * forward[k], forward[k]];
   const depth = dot(forward, eye);

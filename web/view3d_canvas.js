@@ -19,6 +19,7 @@ const PAINTS = {
   ceiling: ["--wall", 0.14, 0, 1],
   patch: ["--wall", 0, 0, 1],
   object: ["--wall", 0.3, 0.22, 1],
+  outdoors: ["--wall", 0.4, 0.2, 0.16],
   front: ["--wall", 0, 0.4, 1],
   sheet: ["--wall", 0, 0.4, 1],
   partition: ["--wall", 0.34, 0.1, 1],
@@ -30,7 +31,7 @@ const PAINTS = {
   cover: ["--accent", 0.5, 0.3, 0.5],
 };
 const CULLED = new Set(["floor", "wall", "ceiling", "patch", "object", "front"]);
-const CLEAR = new Set(["pipe", "cover"]);
+const CLEAR = new Set(["pipe", "cover", "outdoors"]);
 const LINE_OPACITY = 0.75;
 /** Direction from which sides are darkest, so that corners are seen. */
 const SHADE = unit([0.8, 0.5, -0.35]);
@@ -139,7 +140,7 @@ export function view(canvas) {
   if (!paints) return null;
   const dark = matchMedia("(prefers-color-scheme: dark)");
   let [orbit, waiting, ended] = [STARTS.corner, false, false];
-  /** @type {{ model: Model, key: unknown[], ball: import("./view3d_shapes.js").Ball } | null} */
+  /** @type {{ model: Model, key: unknown[], bounds: import("./view3d_shapes.js").Bounds } | null} */
   let shown = null;
   const draw = () => {
     waiting = false;
@@ -147,7 +148,7 @@ export function view(canvas) {
     const scale = Math.min(MOST_PIXELS, devicePixelRatio);
     const [width, height] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-    if (width && height) paints.draw(projection(orbit, shown.ball, width / height));
+    if (width && height) paints.draw(projection(orbit, shown.bounds, width / height));
   };
   const soon = () => {
     if (!waiting) requestAnimationFrame(draw);
@@ -164,7 +165,7 @@ export function view(canvas) {
     if (shown && key.every((value, k) => value === shown?.key[k])) return;
     const of = shapes(draft, sun, { faces: faces && map ? patches(faces, map.end) : [], models: meshes ? models(meshes) : [] });
     paints.take(layers(of, palette(canvas)), workplane(map));
-    shown = { model, key, ball: of.ball };
+    shown = { model, key, bounds: of.bounds };
     soon();
   };
   const again = () => shown && show(shown.model);

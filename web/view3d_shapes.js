@@ -6,7 +6,7 @@ import { isInside } from "./outline.js";
 import { diameter, isMesh, square } from "./tube.js";
 
 /** @typedef {import("./ray.js").Vector} Vector */
-/** @typedef {"floor" | "wall" | "ceiling" | "patch" | "object" | "front" | "sheet" | "partition" | "closure" | "pipe" | "cover" | "luminaire" | "north" | "sun"} Part */
+/** @typedef {"floor" | "wall" | "ceiling" | "patch" | "object" | "outdoors" | "front" | "sheet" | "partition" | "closure" | "pipe" | "cover" | "luminaire" | "north" | "sun"} Part */
 /** Convex polygon, whose corners run counter-clockwise seen from its front, with a colour of its own (red, green and blue, 0..1) where it has one. @typedef {{ part: Part, ring: Vector[], colour?: Vector }} Polygon */
 /** Polygons of what is drawn, and lines along its edges. @typedef {{ polygons: Polygon[], lines: Vector[][] }} Shapes */
 
@@ -110,12 +110,12 @@ function guide(room, tube, sides) {
   };
 }
 
-/** A box in the room or outdoors. @param {Extract<Schemas["ObjectDocument" | "ObstructionDocument"], { kind: "box" }>} object @returns {Shapes} */
-function box({ position_m: [x, y, z], size_m: [width, depth, height], rotation_deg }) {
+/** A box in the room or outdoors. @param {"object" | "outdoors"} part @param {Extract<Schemas["ObjectDocument" | "ObstructionDocument"], { kind: "box" }>} object @returns {Shapes} */
+function box(part, { position_m: [x, y, z], size_m: [width, depth, height], rotation_deg }) {
   const low = rectangle([x, y, z], width, depth, rotation_deg ?? 0);
   const high = low.map((corner) => moved(corner, [0, 0, height], 1));
-  const sides = between("object", low, high);
-  const ends = [low.toReversed(), high].map((ring) => ({ part: /** @type {const} */ ("object"), ring }));
+  const sides = between(part, low, high);
+  const ends = [low.toReversed(), high].map((ring) => ({ part, ring }));
   return { polygons: [...sides, ...ends], lines: [...sides.map(({ ring }) => ring), high].map(closed) };
 }
 
@@ -141,16 +141,19 @@ function north(room) {
   return { polygons: [{ part: "north", ring: [at(-0.5, -1.5), at(0.5, -1.5), at(0, 0.2)] }], lines: [letter] };
 }
 
-/** An arrow in the direction of the sun's rays, over the middle of what is drawn. @param {Ball} ball @param {Vector} toSun @returns {Shapes} */
-function sunArrow({ middle, radius }, toSun) {
-  const at = (/** @type {number} */ times, /** @type {number} */ width) => circle(moved(middle, toSun, times * radius), toSun, width * radius, SIDES.many);
-  const [tip, neck, tail] = [at(0.72, 0), at(0.84, 0.045), at(1.1, 0.012)];
-  return { polygons: [...between("sun", tip, neck), ...between("sun", at(0.84, 0.012), tail), { part: "sun", ring: neck }], lines: [] };
+/** An arrow in the direction of the sun's rays, which ends where these enter the box of what is drawn on the way to its middle. @param {Box} box @param {Vector} toSun @returns {Shapes} */
+function sunArrow({ middle, half }, toSun) {
+  const radius = Math.hypot(...half);
+  const edge = Math.min(...toSun.map((along, k) => (half[k] ?? 0) / Math.abs(along)));
+  const at = (/** @type {number} */ times, /** @type {number} */ width) => circle(moved(middle, toSun, edge + times * radius), toSun, width * radius, SIDES.many);
+  const [tip, neck, tail] = [at(0.04, 0), at(0.16, 0.045), at(0.36, 0.012)];
+  return { polygons: [...between("sun", tip, neck), ...between("sun", at(0.16, 0.012), tail), { part: "sun", ring: neck }], lines: [] };
 }
 
-/** A ball around what is drawn, in metres. @typedef {{ middle: Vector, radius: number }} Ball */
+/** The box, along the axes, that holds polygons: its middle and half of its size, in metres. @typedef {{ middle: Vector, half: Vector }} Box */
+/** What is seen as a whole: points from a middle, and the radius around it within which all lies. @typedef {{ middle: Vector, radius: number, points: Vector[] }} Bounds */
 
-/** The ball around the box that holds polygons. @param {Polygon[]} polygons @returns {Ball} */
+/** @param {Polygon[]} polygons @returns {Box} */
 function around(polygons) {
   const [low, high] = [/** @type {Vector} */ ([Infinity, Infinity, Infinity]), /** @type {Vector} */ ([-Infinity, -Infinity, -Infinity])];
   for (const { ring } of polygons)
@@ -160,15 +163,23 @@ function around(polygons) {
         high[k] = Math.max(high[k], corner[k]);
       }
     }
-  return { middle: moved(low, minus(high, low), 0.5), radius: Math.hypot(...minus(high, low)) / 2 };
+  const half = moved([0, 0, 0], minus(high, low), 0.5);
+  return { middle: moved(low, half, 1), half };
+}
+
+/** @param {Polygon[]} seen @param {Polygon[]} all @returns {Bounds} */
+function bounds(seen, all) {
+  const { middle } = around(seen);
+  const points = (/** @type {Polygon[]} */ of) => of.flatMap(({ ring }) => ring.map((corner) => minus(corner, middle)));
+  return { middle, radius: points(all).reduce((most, point) => Math.max(most, Math.hypot(...point)), 0), points: points(seen) };
 }
 
 /**
- * All that is drawn of a document but its map, and the ball around it.
+ * All that is drawn of a document but its map, and its bounds.
  * @param {JobDocument} draft
  * @param {{ azimuth_deg: number, altitude_deg: number } | null} sun azimuth from north, null where it is not out
  * @param {{ faces?: Polygon[], models?: Polygon[] }} [files] what files of a job have: patches in place of the faces, and meshes
- * @returns {Shapes & { ball: Ball }}
+ * @returns {Shapes & { bounds: Bounds }}
  */
 export function shapes({ room, tubes = [], surroundings }, sun, { faces = [], models = [] } = {}) {
   const sides = tubes.length > MANY ? SIDES.many : SIDES.few;
@@ -177,13 +188,16 @@ export function shapes({ room, tubes = [], surroundings }, sun, { faces = [], mo
     { polygons: faces.length ? faces : plain, lines },
     { polygons: models, lines: [] },
     ...tubes.map((tube) => guide(room, tube, sides)),
-    ...(room.objects ?? []).flatMap((object) => (object.kind === "box" ? [box(object)] : [])),
-    ...(surroundings?.obstructions ?? []).map(box),
+    ...(room.objects ?? []).flatMap((object) => (object.kind === "box" ? [box("object", object)] : [])),
     ...(room.partitions ?? []).map(partition),
     ...(room.luminaires ?? []).map(luminaire),
   ];
-  const ball = around(parts.flatMap(({ polygons }) => polygons));
+  const whole = around(parts.flatMap(({ polygons }) => polygons));
   parts.push(north(room));
-  if (sun) parts.push(sunArrow(ball, skyward(sun.azimuth_deg - (room.rotation_deg ?? 0), sun.altitude_deg)));
-  return { polygons: parts.flatMap(({ polygons }) => polygons), lines: parts.flatMap(({ lines }) => lines), ball };
+  if (sun) parts.push(sunArrow(whole, skyward(sun.azimuth_deg - (room.rotation_deg ?? 0), sun.altitude_deg)));
+  // what is outdoors may be far larger than the room
+  const seen = parts.flatMap(({ polygons }) => polygons);
+  parts.push(...(surroundings?.obstructions ?? []).map((of) => box("outdoors", of)));
+  const polygons = parts.flatMap(({ polygons }) => polygons);
+  return { polygons, lines: parts.flatMap(({ lines }) => lines), bounds: bounds(seen, polygons) };
 }

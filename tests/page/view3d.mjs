@@ -88,34 +88,44 @@ export async function buildsPipes({ page }) {
   assert(Math.abs(Math.hypot(x2 - x1, y2 - y1) - 0.6) < 1e-9 && Math.abs(Math.atan2(y2 - y1, x2 - x1) + Math.PI / 6) < 1e-9, "30 degrees clockwise");
 }
 
-/** The camera sees its middle in the middle, east to the right from the south, and the whole ball; keys move it within bounds. */
+/** The room fills the picture across or down from all sides, in the middle of it; east is to the right from the south; keys move the camera within bounds. */
 export async function turnsACamera({ page }) {
   const of = await page.evaluate(async () => {
-    const { STARTS, byKey, projection, turned, zoomed } = await import("/web/view3d_camera.js");
-    const ball = { middle: [2, 3, 1], radius: 4 };
+    const { FILLED, STARTS, byKey, projection, turned, zoomed } = await import("/web/view3d_camera.js");
+    const middle = [2, 3, 1];
+    const points = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [k & 1 ? 4 : -4, k & 2 ? 3 : -3, k & 4 ? 1.5 : -1]);
     const south = { azimuth_deg: 180, altitude_deg: 20, zoom: 1 };
     const seen = (orbit, aspect, [x, y, z]) => {
-      const m = projection(orbit, ball, aspect);
+      const m = projection(orbit, { middle, radius: 5.3, points }, aspect);
       const [a, b, c, w] = [0, 1, 2, 3].map((row) => m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row]);
       return [a / w, b / w, c / w];
     };
+    // least and greatest place of the corners in the picture, across and down
+    const extents = (orbit, aspect) => {
+      const places = points.map((point) => seen(orbit, aspect, point.map((value, k) => value + middle[k])));
+      return { ends: [0, 1].map((k) => [Math.min, Math.max].map((of) => of(...places.map((place) => place[k])))), inside: places.every(([, , depth]) => Math.abs(depth) < 1) };
+    };
+    const orbits = [south, STARTS.corner, STARTS.above, { azimuth_deg: 70, altitude_deg: -40, zoom: 1 }];
     return {
-      middle: seen(south, 1.5, [2, 3, 1]),
+      filled: FILLED,
+      extents: orbits.flatMap((orbit) => [2, 1, 0.5].map((aspect) => extents(orbit, aspect))),
+      nearer: extents({ ...south, zoom: 2 }, 1).ends[0][1],
+      centre: seen(south, 1.5, middle),
       east: seen(south, 1.5, [3, 3, 1]),
       up: seen(south, 1.5, [2, 3, 2]),
       near: seen(south, 1.5, [2, 2, 1])[2] < seen(south, 1.5, [2, 4, 1])[2],
-      sides: [2, 0.5].map((aspect) => Math.max(...[[6, 3, 1], [-2, 3, 1]].map((point) => Math.abs(seen(south, aspect, point)[0])))),
       keys: ["ArrowLeft", "ArrowUp", "+", "Home", "a"].map((key) => byKey(south, key)),
       bounds: [turned(south, 0, 500).altitude_deg, turned(south, 0, -500).altitude_deg, turned(south, 200, 0).azimuth_deg, zoomed(south, 1e6).zoom],
       corner: STARTS.corner,
     };
   });
-  for (const value of of.middle.slice(0, 2)) assert(Math.abs(value) < 1e-12);
-  assert(of.east[0] > 0 && Math.abs(of.east[1]) < 1e-12 && of.up[1] > 0 && Math.abs(of.up[0]) < 1e-12 && of.near);
-  // the sphere touches the shorter sides of the view: its ends across the line of sight are seen at the sine of the angle, not the tangent
-  const half = Math.tan((16 * Math.PI) / 180);
-  const expected = [Math.cos(Math.atan(half)) / 2, Math.cos(Math.atan(half / 2))];
-  of.sides.forEach((side, k) => assert(Math.abs(side - expected[k]) < 1e-12, `${of.sides}, not ${expected}`));
+  assert(Math.abs(of.centre[0]) < 1e-12);
+  assert(of.east[0] > 0 && of.up[1] > of.centre[1] && Math.abs(of.up[0]) < 1e-12 && of.near);
+  for (const { ends, inside } of of.extents) {
+    assert(inside && ends.flat().every((end) => Math.abs(end) < of.filled + 1e-9), JSON.stringify(ends));
+    assert(ends.some(([least, greatest]) => Math.abs(least + of.filled) < 1e-9 && Math.abs(greatest - of.filled) < 1e-9), JSON.stringify(ends));
+  }
+  assert(of.nearer > 1.5, `${of.nearer}`);
   assert.deepEqual(of.keys.map((orbit) => orbit && [orbit.azimuth_deg, orbit.altitude_deg, orbit.zoom]), [[185, 20, 1], [180, 25, 1], [180, 20, 1.15], Object.values(of.corner), null]);
   assert.deepEqual(of.bounds, [89, -40, 20, 8]);
 }
@@ -133,11 +143,15 @@ const pixels = (page, key) =>
           const data = new Uint8Array(4 * width * height);
           gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, data);
           const counts = {};
+          const [columns, rows] = [new Set(), new Set()];
           for (let i = 0; i < data.length; i += 4) {
             const colour = data.slice(i, i + 4).join();
             counts[colour] = (counts[colour] ?? 0) + 1;
+            if (!data[i + 3]) continue;
+            columns.add((i / 4) % width);
+            rows.add(Math.floor(i / 4 / width));
           }
-          resolve({ counts, all: width * height });
+          resolve({ counts, all: width * height, reached: [columns.size / width, rows.size / height] });
         });
       }),
     key,
@@ -157,7 +171,8 @@ export async function opensTheView(visitor, shot) {
   assert(asked.length >= 4, `${asked}`);
   const first = await pixels(page, "Home");
   const drawn = first.all - (first.counts["0,0,0,0"] ?? 0);
-  assert(drawn > 0.1 * first.all, `${drawn} of ${first.all} pixels are drawn`);
+  assert(drawn > 0.2 * first.all, `${drawn} of ${first.all} pixels are drawn`);
+  assert(Math.max(...first.reached) > 0.85, `the drawing reaches over ${first.reached}`);
   // one of the cells of the plan is seen in its very colour
   const cells = await page.evaluate(async () => {
     const [{ shown }, { rising }] = [await import("/web/plan.js"), await import("/web/scale.js")];
