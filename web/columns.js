@@ -7,18 +7,25 @@ const MOST = 3;
 /** Parts of the page of which widths are multiples; least and greatest width as shares of equal columns. */
 const PARTS = 24;
 const SHARES = { least: 0.74, most: 1.5 };
-/** What it costs that columns end at different heights by more than a share, or above the end of the screen, that what comes first stands low, and that the map is narrow. */
-const UNEVEN = { from: 0.01, cost: 10 };
+/** What it costs that columns end at different heights by more than a share, above the end of the screen, or below it though they are enlarged, that what comes first stands low, and that the map is narrow. */
+const UNEVEN = { from: 0.03, cost: 10 };
 const SHORT = { from: 0.05, cost: 4 };
+const BEYOND = 100;
 const LOW = 0.3;
-const NARROW = 0.6;
+const NARROW = 2;
+/** By how much a page that ends above the end of the screen is enlarged, what it costs that it still does, and the least share of the screen that is enough. */
+const LARGER = { steps: [1.02, 1.04, 1.06, 1.09, 1.12, 1.15, 1.18, 1.21, 1.24, 1.27, 1.3], short: 10, enough: 0.97 };
+/** Step of widths, in pixels, between which heights are taken from both sides while a size is looked for. */
+const STEP = 16;
+/** Most pixels by which a panel is higher than usual. */
+const SPARE = 12;
 /** What it costs, once a panel is unfolded, that panels have other widths, and that it stands higher or lower. */
 const RESIZED = 0.15;
 const SHIFTED = 4;
 
 /** Columns of certain widths, and the column of each panel. @typedef {{ widths: number[], of: number[] }} Columns */
 /** Height of a panel in a column of a width. @typedef {(panel: number, width: number) => number} Height */
-/** What columns should be: `map` is the panel that is the better the wider it is, -1 where there is none; `least` the height of the screen that they should fill; `tops` are those of panels that should stay where they are. @typedef {{ map: number, least: number, tops?: [number, number][] }} Wish */
+/** What columns should be: `map` is the panel that is the better the wider it is, -1 where there is none; `least` the height of the screen that they should fill, and beyond which they should not reach if they are `enlarged`; `tops` are those of panels that should stay where they are. @typedef {{ map: number, least: number, enlarged?: boolean, tops?: [number, number][] }} Wish */
 /** Whether a panel may stand in a column. @typedef {(panel: number, column: number) => boolean} May */
 
 /** All ways to divide parts of a page among columns. @param {number} columns @param {number} parts @param {number} least @param {number} most @returns {number[][]} */
@@ -48,7 +55,7 @@ function stacked({ widths, of }, height) {
 }
 
 /** @param {Columns} columns @param {Height} height @param {Wish} wish */
-function cost(columns, height, { map, least, tops: kept = [] }) {
+function cost(columns, height, { map, least, enlarged, tops: kept = [] }) {
   const { ends, tops } = stacked(columns, height);
   const longest = Math.max(...ends);
   const uneven = 1 - Math.min(...ends) / longest;
@@ -59,7 +66,8 @@ function cost(columns, height, { map, least, tops: kept = [] }) {
   const narrow = width ? 1 - width / columns.widths.reduce((sum, one) => sum + one, 0) : 0;
   const shifted = kept.reduce((sum, [panel, top]) => sum + Math.abs((tops[panel] ?? 0) - top), 0) / longest;
   const short = least ? 1 - longest / least : 0;
-  return UNEVEN.cost * Math.max(0, uneven - UNEVEN.from) + SHORT.cost * Math.max(0, short - SHORT.from) + SHIFTED * shifted + LOW * low + NARROW * narrow;
+  const beyond = enlarged ? Math.max(0, (longest - GAP) / least - 1) : 0;
+  return UNEVEN.cost * Math.max(0, uneven - UNEVEN.from) + SHORT.cost * Math.max(0, short - SHORT.from) + BEYOND * beyond + SHIFTED * shifted + LOW * low + NARROW * narrow;
 }
 
 /** Columns that differ from others by one panel, or by two that change places. @param {Columns} columns @param {May} may @returns {Columns[]} */
@@ -93,7 +101,7 @@ function bettered(from, height, wish, may) {
 
 /**
  * The columns for so many panels on a page of a width: of all widths, each panel after the other, or the highest first, in the shortest
- * column, and from there as long as a step makes them better; the first panel stays.
+ * column, or the map in the widest, and from there as long as a step makes them better; the first panel stays.
  * @param {number} panels
  * @param {number} width
  * @param {Height} height
@@ -105,7 +113,9 @@ export function columns(panels, width, height, wish = { map: -1, least: 0 }) {
   const ways = allWidths(width).flatMap((widths) => {
     const [first = 0, ...others] = inOrder;
     const byHeight = [first, ...others.toSorted((a, b) => height(b, widths[0] ?? 0) - height(a, widths[0] ?? 0))];
-    return [inOrder, byHeight].map((order) => bettered(filled(order, widths, height), height, wish, (panel) => panel > 0));
+    const starts = [inOrder, byHeight].map((order) => filled(order, widths, height));
+    if (wish.map > 0) starts.push({ widths, of: inOrder.map((panel) => (panel === wish.map ? widths.indexOf(Math.max(...widths)) : 0)) });
+    return starts.map((start) => bettered(start, height, wish, (panel) => panel > 0));
   });
   return ways.reduce((a, b) => (b.least < a.least ? b : a)).best;
 }
@@ -121,7 +131,8 @@ function around({ widths: folded, of }, height, wish, unfolded, ways) {
   return found.reduce((a, b) => (b.least < a.least ? b : a)).best;
 }
 
-/** What the columns were found for, and what was found: with all panels folded, and with some unfolded. @type {{ key: string, found: Columns | null, unfolded: number[], shown: Columns | null }} */
+/** Columns, and how many times larger than usual all that stands in them is. @typedef {Columns & { larger: number }} Enlarged */
+/** What the columns were found for, and what was found: with all panels folded, and with some unfolded. @type {{ key: string, found: Enlarged | null, unfolded: number[], shown: Columns | null }} */
 let last = { key: "", found: null, unfolded: [], shown: null };
 /** Panels whose sizes are followed. @type {WeakSet<Element>} */
 const followed = new WeakSet();
@@ -140,7 +151,7 @@ export function place(host) {
   const turned = details.find(({ open }, at) => open !== last.unfolded.includes(at));
   const before = turned?.getBoundingClientRect().top ?? 0;
   const columns = chosen(host, panels, details);
-  if (columns) stand(host, panels, columns);
+  if (columns) stand(host, panels, columns, spaceOf(host).height / (last.found?.larger ?? 1));
   // what a hand turned stays below it
   if (columns && turned && last.key === key) scrollBy(0, turned.getBoundingClientRect().top - before);
   for (const one of [host, ...panels]) {
@@ -152,35 +163,58 @@ export function place(host) {
 /** The columns for the page as it is; looked for when it has changed. @param {HTMLElement} host @param {HTMLElement[]} panels @param {HTMLDetailsElement[]} details */
 function chosen(host, panels, details) {
   const pictures = [...host.querySelectorAll("img")].filter(({ complete }) => complete).length;
-  const key = `${host.clientWidth} ${innerHeight} ${pictures} ${panels.map((panel) => panel.getAttribute("aria-label")).join()}`;
+  const space = spaceOf(host);
+  const key = `${space.width} ${innerHeight} ${pictures} ${panels.map((panel) => panel.getAttribute("aria-label")).join()}`;
   if (last.key !== key) {
-    const folded = found(panels, host.clientWidth);
+    host.style.zoom = "";
+    const folded = found(panels, space);
+    host.style.zoom = folded && folded.larger > 1 ? String(folded.larger) : "";
     last = { key, found: folded, unfolded: [], shown: folded };
   }
   const unfolded = details.flatMap(({ open }, at) => (open ? [at] : []));
   if (last.found && last.unfolded.join() !== unfolded.join()) {
     const of = unfolded.map((at) => panels.findIndex((panel) => panel.contains(details[at] ?? null)));
-    const ways = allWidths(host.clientWidth);
-    last.shown = of.length ? around(last.found, heights(panels, ways.flat()), wishOf(panels), of, ways) : last.found;
+    const { larger } = last.found;
+    const ways = allWidths(space.width / larger);
+    last.shown = of.length ? around(last.found, heights(panels, ways.flat()), wishOf(panels, space.height / larger), of, ways) : last.found;
     last.unfolded = unfolded;
   }
   return last.shown;
 }
 
-/** @param {HTMLElement} host @param {HTMLElement[]} panels @param {Columns} columns */
-function stand(host, panels, columns) {
-  panels.forEach((panel, index) => (panel.style.width = `${columns.widths[columns.of[index] ?? 0]}px`));
-  const { ends, tops } = stacked(columns, (panel) => panels[panel]?.offsetHeight ?? 0);
-  const lefts = columns.widths.map((_, at) => columns.widths.slice(0, at).reduce((sum, one) => sum + one + GAP, 0));
-  panels.forEach((panel, index) => Object.assign(panel.style, { left: `${lefts[columns.of[index] ?? 0]}px`, top: `${tops[index]}px` }));
-  host.style.height = `${Math.max(...ends) - GAP}px`;
+/** The space for all columns in pixels of the screen, as far down as the page needs no scrolling. @param {HTMLElement} host */
+function spaceOf(host) {
+  const page = /** @type {HTMLElement} */ (host.parentElement);
+  const { paddingLeft, paddingRight, paddingBottom } = getComputedStyle(page);
+  const top = host.getBoundingClientRect().top + scrollY;
+  return { width: page.clientWidth - parseFloat(paddingLeft) - parseFloat(paddingRight), height: innerHeight - top - parseFloat(paddingBottom) };
 }
 
-/** The columns for panels as high as they are when folded; null where each takes the whole width. @param {HTMLElement[]} panels @param {number} width */
-function found(panels, width) {
+/** @param {HTMLElement} host @param {HTMLElement[]} panels @param {Columns} columns @param {number} least height that they should fill */
+function stand(host, panels, columns, least) {
+  panels.forEach((panel, index) => {
+    panel.style.width = `${columns.widths[columns.of[index] ?? 0]}px`;
+    panel.style.removeProperty("--spare");
+  });
+  const own = panels.map(({ offsetHeight }) => offsetHeight);
+  const { ends } = stacked(columns, (panel) => own[panel] ?? 0);
+  // what is left below the panels of a column is divided among them
+  const end = Math.max(...ends, least + GAP);
+  const more = ends.map((of, column) => Math.min(SPARE, Math.floor((end - of) / columns.of.filter((one) => one === column).length)));
+  const spread = stacked(columns, (panel) => (own[panel] ?? 0) + (more[columns.of[panel] ?? 0] ?? 0));
+  const lefts = columns.widths.map((_, at) => columns.widths.slice(0, at).reduce((sum, one) => sum + one + GAP, 0));
+  panels.forEach((panel, index) => {
+    const column = columns.of[index] ?? 0;
+    Object.assign(panel.style, { left: `${lefts[column]}px`, top: `${spread.tops[index]}px` });
+    panel.style.setProperty("--spare", `${more[column]}px`);
+  });
+  host.style.height = `${Math.max(...spread.ends) - GAP}px`;
+}
+
+/** The columns for panels as high as they are when folded; null where each takes the whole width. @param {HTMLElement[]} panels @param {{ width: number, height: number }} space @returns {Enlarged | null} */
+function found(panels, { width, height }) {
   const host = /** @type {HTMLElement} */ (panels[0]?.parentElement);
-  const widths = allWidths(width);
-  const inColumns = (widths[0]?.length ?? 1) > 1;
+  const inColumns = (allWidths(width)[0]?.length ?? 1) > 1;
   host.classList.toggle("beside", inColumns);
   if (!inColumns) {
     for (const one of [host, ...panels]) Object.assign(one.style, { width: "", height: "", left: "", top: "" });
@@ -188,22 +222,49 @@ function found(panels, width) {
   }
   // columns do not depend on what is unfolded at the moment
   host.classList.add("folded");
-  const of = heights(panels, widths.flat());
+  const of = (/** @type {number} */ larger) => {
+    const wish = { ...wishOf(panels, height / larger), enlarged: larger > 1 };
+    return columns(panels.length, width / larger, heights(panels, allWidths(width / larger).flat()), wish);
+  };
+  const plain = of(1);
+  const larger = endOf(plain, panels) < LARGER.enough * height ? largerBy(panels, { width, height }) : 1;
+  const all = { ...(larger > 1 ? of(larger) : plain), larger };
   host.classList.remove("folded");
-  return columns(panels.length, width, of, wishOf(panels));
+  return all;
+}
+
+/** Where the longest of some columns ends. @param {Columns} columns @param {HTMLElement[]} panels */
+const endOf = (columns, panels) => Math.max(...stacked(columns, heights(panels, columns.widths)).ends) - GAP;
+
+/** How many times larger panels become that end above the end of the screen: as many columns as before, none of which ends below it. @param {HTMLElement[]} panels @param {{ width: number, height: number }} space */
+function largerBy(panels, { width, height }) {
+  const ways = LARGER.steps.map((larger) => ({ larger, widths: allWidths(width / larger) })).filter(({ widths }) => widths[0]?.length === allWidths(width)[0]?.length);
+  const all = ways.flatMap(({ widths }) => widths.flat());
+  const [first, last] = [Math.floor(Math.min(...all) / STEP), Math.ceil(Math.max(...all) / STEP)];
+  const measured = heights(panels, Array.from({ length: last - first + 1 }, (_, i) => (first + i) * STEP));
+  /** @type {Height} */
+  const of = (panel, wide) => Math.max(measured(panel, STEP * Math.floor(wide / STEP)), measured(panel, STEP * Math.ceil(wide / STEP)));
+  const tried = ways.map(({ larger }) => {
+    const wish = { ...wishOf(panels, height / larger), enlarged: true };
+    const best = columns(panels.length, width / larger, of, wish);
+    const filled = ((Math.max(...stacked(best, of).ends) - GAP) * larger) / height;
+    return { larger, cost: filled <= 1 ? cost(best, of, wish) + LARGER.short * (1 - filled) : Infinity };
+  });
+  const best = tried.reduce((a, b) => (b.cost < a.cost ? b : a), { larger: 1, cost: Infinity });
+  return best.cost < Infinity ? best.larger : 1;
 }
 
 /** The heights that panels have now in columns of certain widths. @param {HTMLElement[]} panels @param {number[]} widths @returns {Height} */
 function heights(panels, widths) {
   const all = new Map([...new Set(widths)].map((width) => {
-    panels.forEach((panel) => (panel.style.width = `${width}px`));
+    panels.forEach((panel) => {
+      panel.style.width = `${width}px`;
+      panel.style.removeProperty("--spare");
+    });
     return [width, panels.map(({ offsetHeight }) => offsetHeight)];
   }));
   return (panel, width) => all.get(width)?.[panel] ?? 0;
 }
 
-/** What the columns of these panels should be; of a year its autonomy comes before the map of an overcast sky. @param {HTMLElement[]} panels @returns {Wish} */
-function wishOf(panels) {
-  const top = (panels[0]?.parentElement?.getBoundingClientRect().top ?? 0) + scrollY;
-  return { map: panels.findIndex((one) => one.matches(".map, [aria-label='Daylight autonomy']")), least: innerHeight - top };
-}
+/** What the columns of these panels should be, down to a height; of a year its autonomy comes before the map of an overcast sky. @param {HTMLElement[]} panels @param {number} least @returns {Wish} */
+const wishOf = (panels, least) => ({ map: panels.findIndex((one) => one.matches(".map, [aria-label='Daylight autonomy']")), least });

@@ -113,22 +113,47 @@ async function keepsLabelsFree(page) {
   for (const label of labels) assert(!marks.some((mark) => meet(label, mark)), JSON.stringify(label));
 }
 
+/** Renders an example coarsely, and opens the page of its job. */
+async function opensJobOf(visitor, example) {
+  const answer = await fetch(`${visitor.url}/v1/jobs`, {
+    method: "POST",
+    headers: { "Content-Type": "application/json", Prefer: "wait=50" },
+    body: JSON.stringify({ ...JSON.parse(readFileSync(`examples/${example}.json`, "utf8")), stop: { relative_error: 0.05 } }),
+  });
+  const { id } = await answer.json();
+  await visitor.page.goto(`${visitor.url}/jobs/${id}`);
+  await visitor.page.locator(".columns.beside > .view img").waitFor();
+}
+
+/** The columns of a short page end near the end of the screen, and not below it. */
+async function reachesDown({ page }, what) {
+  const ends = () => page.evaluate(() => {
+    const bottoms = [...document.querySelectorAll(".columns > .panel")].map((panel) => panel.getBoundingClientRect().bottom);
+    return { longest: Math.max(...bottoms) / innerHeight, below: document.documentElement.scrollHeight - innerHeight };
+  });
+  await until(async () => {
+    const { longest, below } = await ends();
+    return longest > 0.93 && below <= 0;
+  }, `${what}: ${JSON.stringify(await ends())}`);
+}
+
 /** No panel of a job's page is empty by more than a tenth, and no column, before and after a panel is unfolded. */
 export async function fillsAJob(visitor, shot) {
   const { page } = visitor;
   const before = page.viewportSize();
-  const hall = JSON.parse(readFileSync("examples/l_hall.json", "utf8"));
-  const answer = await fetch(`${visitor.url}/v1/jobs`, {
-    method: "POST",
-    headers: { "Content-Type": "application/json", Prefer: "wait=50" },
-    body: JSON.stringify({ ...hall, stop: { relative_error: 0.05 } }),
-  });
-  const { id } = await answer.json();
-  await page.goto(`${visitor.url}/jobs/${id}`);
-  await page.locator(".columns.beside > .view img").waitFor();
+  await page.setViewportSize({ width: 1500, height: 900 });
+  await opensJobOf(visitor, "office_of_40_tubes");
+  for (const [width, height] of [[1500, 900], [1920, 1080]]) {
+    await page.setViewportSize({ width, height });
+    await reachesDown(visitor, `the office, ${width} x ${height}`);
+    await until(async () => !(await visitor.emptiness()).length, `the office, ${width} x ${height}: ${await visitor.emptiness()}`);
+    await visitor.looksAsIn(shot(`job-office-${width}`));
+  }
+  await opensJobOf(visitor, "l_hall");
   for (const [width, height] of [[1500, 900], [1920, 1080], [1280, 900], [390, 844]]) {
     await page.setViewportSize({ width, height });
     await visitor.fitsColumns();
+    if (width > 1280) await reachesDown(visitor, `the hall, ${width} x ${height}`);
     await until(async () => !(await visitor.emptiness()).length, `${width} x ${height}: ${await visitor.emptiness()}`);
     await visitor.looksAsIn(shot(`job-hall-${width}`));
   }
