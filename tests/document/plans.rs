@@ -261,3 +261,53 @@ fn faults_of_plans_have_places() {
         assert_eq!((found[0].pointer.as_str(), found[0].code), (pointer, FieldErrorCode::Missing));
     }
 }
+
+/// Refusals of what a user drew say where two edges meet, which hole lies in which, and the distance that is missing.
+#[test]
+fn refusals_of_plans_say_what_is_missing() {
+    let changed = |pointer: &str, value: Value| with(hall(), pointer, value);
+    let holes = |holes: Value| changed("/room/plan/holes_m", holes);
+    let small = json!([[1, 1], [2, 1], [2, 2]]);
+    for (document, pointer, words) in [
+        (
+            changed("/room/plan/outline_m", json!([[0, 0], [8, 0], [8, 3], [0, 3], [4, 6], [4, -1]])),
+            "/room/plan/outline_m",
+            "the edges 0 and 4 of the plan meet at (4",
+        ),
+        (
+            holes(json!([small, [[2, 2], [3, 2], [3, 2.5]]])),
+            "/room/plan/holes_m/1",
+            "the edges 7 and 11 of the plan meet at (2",
+        ),
+        (
+            holes(json!([[[0.5, 0.5], [2.5, 0.5], [2.5, 2.5], [0.5, 2.5]], small])),
+            "/room/plan/holes_m/1",
+            "lies within the hole 0",
+        ),
+        (changed("/tubes/0/centre_m", json!([3.9, 4.5])), "/tubes/0/diameter_m", "its rim is 0.075 m beyond a wall"),
+        (changed("/tubes/1/centre_m", json!([2.1, 4.5])), "/tubes/1/centre_m", "moves away by 0.25 m"),
+        (with(attic(), "/tubes/0/drop_m", json!(0.05)), "/tubes/0/drop_m", "must be at least 0."),
+    ] {
+        let found = errors(&document).0;
+        assert!(
+            found.len() == 1 && found[0].pointer == pointer && found[0].detail.contains(words),
+            "{pointer}, {words}: {found:?}"
+        );
+    }
+}
+
+/// Sensors outside have no value, unless none is inside.
+#[test]
+fn a_grid_needs_a_sensor_in_the_room() {
+    let outside = |points: Value| {
+        let document = with(hall(), "/grids/0", json!({ "name": "eyes", "points_m": points }));
+        let job = parse(&document).unwrap();
+        let (mut scene, ..) = to_scene(&job, &SquarePipe).unwrap();
+        skyduct::document::leave_out(&job, &mut scene, true)
+    };
+    let warnings = outside(json!([[6, 5, 1, 0, 0, 1], [1, 1, 1, 0, 0, 1]])).unwrap();
+    assert!(warnings.iter().any(|warning| warning.code == WarningCode::PointsOutside), "{warnings:?}");
+    let errors = outside(json!([[6, 5, 1, 0, 0, 1], [7, 5, 1, 0, 0, 1]])).unwrap_err().0;
+    assert!(errors.len() == 1 && errors[0].pointer == "/grids/0", "{errors:?}");
+    assert!(errors[0].detail.contains("all points lie outside the room"), "{errors:?}");
+}

@@ -186,6 +186,7 @@ rows! {
     rooms::l_hall_points [holigilm: RoomShape],
     rooms::attic_points [holigilm: RoomShape],
     rooms::gable_points [holigilm: RoomShape],
+    rooms::skew_points [holigilm: RoomShape],
     rooms::l_hall_sensors [
         light_tracing: PlacedSensors, bidirectional_path_tracing: PlacedSensors, photon_mapping: PlacedSensors,
         ppm: PlacedSensors, ppm_per_point: PlacedSensors, sppm: PlacedSensors, sppm_per_point: PlacedSensors, holigilm: PlacedSensors

@@ -74,6 +74,23 @@ pub fn gable_points() -> Row {
     row("gable", vec![Grid::new("desk".into(), 0.85, [10, 6], 0.0, [10.0, 6.0], EstimateKind::Point)])
 }
 
+/// South of the core on both sides of the partition, between core and eastern wall, and north of it.
+pub fn skew_points() -> Row {
+    let grid = |name: &str, x_m: &[f64], y_m: &[f64]| {
+        let cells = [x_m.len(), y_m.len()];
+        let whole = Grid::new(name.into(), 0.75, cells, 0.0, [6.0, 5.0], EstimateKind::Point);
+        Grid { x_m: x_m.to_vec(), y_m: y_m.to_vec(), ..whole }
+    };
+    row(
+        "skew",
+        vec![
+            grid("south", &[1.2, 2.0, 2.8, 3.6, 4.4, 5.2], &[0.4, 1.2]),
+            grid("east", &[3.6, 4.4, 5.2], &[2.0]),
+            grid("north", &[1.2, 2.0, 2.8, 3.6, 4.4], &[2.8, 3.6]),
+        ],
+    )
+}
+
 pub fn l_hall_sensors() -> Row {
     row("L_hall", Vec::new())
 }
