@@ -1,6 +1,6 @@
 // Changes of a room above a plan, and from a box to one and back.
 import { centimetres, roomyBeside, shift } from "./draft.js";
-import { clearance, outlineOf, shapeOf, snapped, withCorner, withLength } from "./outline.js";
+import { clearance, outlineOf, shapeOf, snapped, withCorner, withLength, withWall } from "./outline.js";
 import { inPlan } from "./opening.js";
 import { ceilingAt, extent, outline, rings, toward } from "./room.js";
 import { diameter } from "./tube.js";
@@ -124,6 +124,11 @@ export function stretch({ room }, axis, metres) {
  */
 export function moveCorner({ room }, corner, place, reach) {
   if (room.plan) room.plan.outline_m[corner] = snapped(room.plan.outline_m, corner, place, reach);
+}
+
+/** Moves a wall across itself. @param {JobDocument} draft @param {number} edge @param {Point} by @param {Point[]} [from] outline before the hand took it */
+export function moveWall({ room }, edge, by, from = outline(room)) {
+  if (room.plan) room.plan.outline_m = withWall(from, edge, by);
 }
 
 /** Adds a corner to an edge. @param {JobDocument} draft @param {number} edge @param {Point} place */

@@ -5,6 +5,8 @@
 
 /** Step of a corner that is added along a wall. */
 const STEP_M = 0.05;
+/** Least length that a wall keeps when the one beside it is moved. */
+const LEAST_WALL_M = 0.1;
 
 /** The edges of a ring. @param {Point[]} ring @returns {Segment[]} */
 export const edges = (ring) => ring.map((corner, k) => [corner, ring[(k + 1) % ring.length] ?? corner]);
@@ -83,6 +85,37 @@ export function snapped(outline, corner, [x, y], reach) {
       .filter((other) => distance(other, place) <= reach && Math.min(distance(other, at(-1)), distance(other, at(1))) > reach)
       .sort((a, b) => distance(a, place) - distance(b, place))[0];
   return rounded(nearest(meetings) ?? nearest(feet) ?? place);
+}
+
+/**
+ * The outline with a wall moved across itself, in whole centimetres: the walls beside it become longer or shorter along their lines, but
+ * for those that hardly turn from it, whose other ends stay.
+ * @param {Point[]} outline
+ * @param {number} edge
+ * @param {Point} by of which the part across the wall counts
+ * @returns {Point[]}
+ */
+export function withWall(outline, edge, by) {
+  const count = outline.length;
+  const at = (/** @type {number} */ k) => /** @type {Point} */ (outline[(k + count) % count]);
+  const along = minus(at(edge + 1), at(edge));
+  const length = Math.hypot(...along);
+  if (!(length > 0)) return outline;
+  const across = /** @type {Point} */ ([-along[1] / length, along[0] / length]);
+  // ends of the wall, each with the wall beside it
+  const ends = [[edge, edge - 1], [edge + 1, edge + 2]].map(([end = 0, other = 0]) => {
+    const beside = minus(at(other), at(end));
+    const [rise, metres] = [dot(beside, across), Math.hypot(...beside)];
+    const turns = Math.abs(rise) >= 0.1 * metres && metres > 0;
+    return { end: (end + count) % count, direction: turns ? moved([0, 0], beside, 1 / rise) : across, most: turns ? { rise, shift: rise * Math.max(0, 1 - LEAST_WALL_M / metres) } : null };
+  });
+  // walls beside it do not turn around
+  const wish = Math.round(100 * dot(by, across)) / 100;
+  const shift = ends.reduce((now, { most }) => (most ? Math[most.rise > 0 ? "min" : "max"](now, most.shift) : now), wish);
+  return outline.map((corner, k) => {
+    const of = ends.find(({ end }) => end === k);
+    return of ? rounded(moved(corner, of.direction, shift)) : corner;
+  });
 }
 
 /** Length of an edge. @param {Point[]} outline @param {number} edge */

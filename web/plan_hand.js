@@ -1,7 +1,7 @@
 // Moving tubes, walls, corners and partitions on the plan, by pointer and by keys.
 import { addTube, moveEdge, moveTube, removeTube } from "./draft.js";
 import { addPartition, isStub, movePartition, movePartitionEnd, removePartition } from "./draft_partition.js";
-import { addCorner, moveCorner, removeCorner } from "./draft_plan.js";
+import { addCorner, moveCorner, moveWall, removeCorner } from "./draft_plan.js";
 import { moveSensor, removeSensor } from "./draft_sensors.js";
 import { edit, hold } from "./live.js";
 import { extent, outline } from "./room.js";
@@ -110,6 +110,23 @@ export function cornerDrag(event, corner, at) {
     edit((draft) => moveCorner(draft, corner, [x + (nowX - start.x) / at.k, y - (nowY - start.y) / at.k], REACH / at.k));
 }
 
+/** The wall that was pressed last, and when, in milliseconds. */
+const pressed = { edge: -1, at: 0 };
+/** Two presses within this time add a corner: a drawing that holds the pointer hears of no double click on its parts. */
+const DOUBLE_MS = 400;
+
+/** Takes a wall of a plan; a second press adds a corner. @param {PointerEvent} event @param {number} edge @param {Layout} at */
+export function wallDrag(event, edge, at) {
+  const isSecond = pressed.edge === edge && event.timeStamp - pressed.at < DOUBLE_MS;
+  Object.assign(pressed, { edge: isSecond ? -1 : edge, at: event.timeStamp });
+  if (isSecond && event.button === 0) return addAt(event, edge, at);
+  const drawing = taken(event);
+  if (!drawing) return;
+  const [start, before] = [place(drawing, event), outline(state.draft.room)];
+  drag.layout = { ...at };
+  drag.moved = (x, y) => edit((draft) => moveWall(draft, edge, [(x - start.x) / at.k, (start.y - y) / at.k], before));
+}
+
 /**
  * Takes an end of a partition, or the whole of it.
  * @param {PointerEvent} event @param {number} index @param {import("./draft_partition.js").End | null} end @param {Layout} at
@@ -169,7 +186,7 @@ export function addAt(event, edge, at) {
 /**
  * Moves what has the focus by the arrow keys.
  * @param {KeyboardEvent} event
- * @param {{ tube: number } | { edge: Edge } | { corner: number } | { sensor: number } | { partition: number, end: import("./draft_partition.js").End }} what
+ * @param {{ tube: number } | { edge: Edge } | { corner: number } | { wall: number } | { sensor: number } | { partition: number, end: import("./draft_partition.js").End }} what
  */
 export function keys(event, what) {
   const step = event.shiftKey ? SMALL_STEP_M : STEP_M;
@@ -208,6 +225,8 @@ export function keys(event, what) {
       const [x, y] = outline(draft.room)[corner] ?? [0, 0];
       moveCorner(draft, corner, [x + move[0], y + move[1]], 0);
     });
+  } else if ("wall" in what) {
+    if (move) edit((draft) => moveWall(draft, what.wall, move));
   } else if ("sensor" in what) {
     const { sensor } = what;
     edit((draft) => {

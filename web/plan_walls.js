@@ -1,7 +1,7 @@
 // The walls on the plan: the sides of a box, or the corners of an outline.
 import { across, down } from "./map.js";
 import { edges, isInside } from "./outline.js";
-import { addAt, cornerDrag, edgeDrag, keys, still } from "./plan_hand.js";
+import { cornerDrag, edgeDrag, keys, still, wallDrag } from "./plan_hand.js";
 import { extent, outline, rings } from "./room.js";
 import { set, state } from "./state.js";
 import { nothing, svg } from "./vendor/lit-html.js";
@@ -31,7 +31,7 @@ function sides(room, at) {
   );
 }
 
-/** The walls of a plan; those of its outline take corners. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */
+/** The walls of a plan; those of its outline are moved, and take corners. @param {JobDocument["room"]} room @param {import("./map.js").Layout} at */
 function lines(room, at) {
   const own = outline(room).length;
   const sides = extent(room);
@@ -42,11 +42,16 @@ function lines(room, at) {
     .map((wall, edge) => {
       const [[ax, ay], [bx, by]] = wall;
       const [x1, y1, x2, y2] = [across(at, ax), down(at, ay), across(at, bx), down(at, by)];
-      const add = (/** @type {MouseEvent} */ event) => edge < own && addAt(event, edge, at);
       const of = isInner(sides, wall) ? length(room, at, wall, edge < own ? LEAST : LEAST_IN_HOLES, told) : null;
       if (of) told.push(of);
-      return svg`${of ? svg`<text class="measure length" x=${of.x} y=${of.y}>${of.text}</text>` : nothing}<g class="edge" @dblclick=${add}><line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
-        class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`;
+      const both = svg`<line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line>`;
+      const moves = Math.min(Math.abs(bx - ax), Math.abs(by - ay)) > 1e-6 ? "any-way" : ax === bx ? "east-west" : "north-south";
+      const metres = Number(Math.hypot(bx - ax, by - ay).toFixed(2));
+      const drawn = edge < own
+        ? svg`<g class=${`edge held ${moves}`} tabindex="0" role="button" aria-label=${`Wall ${edge + 1}, ${metres} m: arrow keys move it`} @touchstart=${still}
+            @pointerdown=${(/** @type {PointerEvent} */ event) => wallDrag(event, edge, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { wall: edge })}>${both}</g>`
+        : svg`<g class="edge">${both}</g>`;
+      return svg`${of ? svg`<text class="measure length" x=${of.x} y=${of.y}>${of.text}</text>` : nothing}${drawn}`;
     });
 }
 

@@ -161,7 +161,7 @@ export function readOut() {
   const { answer, cursor } = state;
   const grid = answer?.grid;
   if (!grid || !cursor)
-    return html`<p class="readout note">Drag tubes and ${state.draft.room.plan ? "corners" : "walls"}, or move them by the arrow keys. Point at the plan to read a value.</p>`;
+    return html`<p class="readout note">Drag tubes${state.draft.room.plan ? ", walls and corners" : " and walls"}, or move them by the arrow keys. Point at the plan to read a value.</p>`;
   const [column, row] = cursor;
   const [value, error] = [grid.illuminance_lux[row]?.[column], grid.standard_error_lux[row]?.[column]];
   if (value === null && grid.area_m2?.[row]?.[column] === 0) return html`<p class="readout note">Outside the room, or too near a wall.</p>`;

@@ -22,8 +22,8 @@ export async function knowsInsides({ page }) {
 
 /** Corners snap to lines with their neighbours and to right angles; they are added on edges; walls at right angles move as a whole. */
 export async function editsOutlines({ page }) {
-  const { at, added, longer, shorter, skew } = await page.evaluate(async (L) => {
-    const { snapped, withCorner, withLength } = await import("/web/outline.js");
+  const { at, added, longer, shorter, walls, skew } = await page.evaluate(async (L) => {
+    const { snapped, withCorner, withLength, withWall } = await import("/web/outline.js");
     const turned = L.map(([x, y]) => [0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y]);
     const [x, y] = turned[3];
     return {
@@ -31,6 +31,13 @@ export async function editsOutlines({ page }) {
       added: withCorner(L, 0, [3.01, 0.3]),
       longer: withLength(L, 0, 9),
       shorter: withLength(L, 1, 2),
+      // the eastern wall, that of the notch beyond its end, one between leaning walls, and one that goes on straight
+      walls: [
+        withWall(L, 1, [1.504, 7]),
+        withWall(L, 2, [0, 5]),
+        withWall([[0, 0], [4, 0], [3, 2], [1, 2]], 2, [0, 1]),
+        withWall([[0, 0], [2, 0], [4, 0], [4, 3], [0, 3]], 0, [0, -1]),
+      ],
       skew: snapped(turned, 3, [x + 0.03, y - 0.02], 0.1).map((of, axis) => of - turned[3][axis]),
     };
   }, L);
@@ -38,6 +45,12 @@ export async function editsOutlines({ page }) {
   assert.deepEqual(added, L.toSpliced(1, 0, [3, 0]));
   assert.deepEqual(longer, [[0, 0], [9, 0], [9, 3], [4, 3], [4, 6], [0, 6]]);
   assert.deepEqual(shorter, [[0, 0], [8, 0], [8, 2], [4, 2], [4, 6], [0, 6]]);
+  assert.deepEqual(walls, [
+    [[0, 0], [9.5, 0], [9.5, 3], [4, 3], [4, 6], [0, 6]],
+    [[0, 0], [8, 0], [8, 5.9], [4, 5.9], [4, 6], [0, 6]],
+    [[0, 0], [4, 0], [2.5, 3], [1.5, 3]],
+    [[0, -1], [2, -1], [4, 0], [4, 3], [0, 3]],
+  ]);
   assert(Math.hypot(...skew) < 1e-3, `a right angle of turned walls: ${skew}`);
 }
 

@@ -183,6 +183,17 @@ export async function drawsAHall(visitor, shot) {
   await visitor.isAccessible("an L-shaped hall");
   await looks(visitor, shot, "hall");
 
+  // a wall is moved as a whole, by hand and by keys, and those beside it stay upright
+  await drag(await at([5.6, 2.4]), await at([5.6, 2.9]));
+  const high = (await outline())[2][1];
+  assert(Math.abs(high - 2.9) < 0.05, `${high}`);
+  assert.deepEqual(await outline(), [[0, 0], [8, 0], [8, high], [3.2, high], [3.2, 6], [0, 6]]);
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.locator(".edge.held").nth(3).focus();
+  await page.keyboard.press("ArrowRight");
+  assert.deepEqual((await outline()).slice(3, 5), [[3.25, 2.4], [3.25, 6]]);
+  await page.getByRole("button", { name: "Undo" }).click();
+
   // a double click adds a corner, which is in line with its neighbours where it is near; Delete removes it
   await page.mouse.dblclick(...(await at([0, 3])));
   assert.deepEqual((await outline())[6], [0, 3]);
