@@ -1,10 +1,14 @@
 // The room of a document: its outline, its extent, its ceiling and its faces.
 import { edges } from "./outline.js";
+import { normal } from "./ray.js";
 
 /** @typedef {import("./outline.js").Point} Point */
 /** @typedef {[number, number, number]} Place */
 /** Plane of a ceiling: its height at the origin, and by how much it rises along x and y. @typedef {{ height_m: number, rise: Point }} Plane */
 /** @typedef {JobDocument["room"]} Room */
+
+/** Rise of faces below which they count as level. */
+const LEAST_RISE = 1e-3;
 
 /** True for rooms whose floor may be no rectangle. @param {Room} room */
 export const hasPlan = (room) => Boolean(room.plan ?? room.faces);
@@ -71,8 +75,16 @@ const over = ({ height_m, rise }, point) => height_m + dot(rise, point);
 /** Height of the ceiling over a point. @param {Room} room @param {Point} point */
 export const ceilingAt = (room, point) => Math.min(...planes(room).map((plane) => over(plane, point)));
 
+/** By how much the ceiling rises along x and y in a metre; that of faces in the mean, whichever way. @param {Room} room @returns {Point} */
+function riseOf(room) {
+  if (!room.faces) return planes(room)[0]?.rise ?? [0, 0];
+  const overhead = room.faces.filter(({ kind }) => kind === "ceiling").map(({ boundary_m }) => normal(/** @type {Place[]} */ (boundary_m)));
+  const [east = 0, north = 0, up = 0] = [0, 1, 2].map((axis) => overhead.reduce((sum, across) => sum + Math.abs(across[axis] ?? 0), 0));
+  return east + north > LEAST_RISE * up ? [east / up, north / up] : [0, 0];
+}
+
 /** By how much the ceiling rises in a metre. @param {Room} room */
-export const steepness = (room) => Math.hypot(...(planes(room)[0]?.rise ?? [0, 0]));
+export const steepness = (room) => Math.hypot(...riseOf(room));
 
 /** The room's ends, its extent, and its least and greatest height. @param {Room} room */
 export function extent(room) {
@@ -96,7 +108,7 @@ const LONG = 2;
 
 /** Where the section of a room looks at first: a slope is seen from the side. @param {Room} room @returns {"north" | "west"} */
 export function alongside(room) {
-  const [east, north] = planes(room)[0]?.rise ?? [0, 0];
+  const [east, north] = riseOf(room);
   if (east || north) return Math.abs(east) > Math.abs(north) ? "north" : "west";
   const { width, depth } = extent(room);
   return depth > LONG * width ? "west" : "north";

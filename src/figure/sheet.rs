@@ -18,8 +18,10 @@ const BETWEEN: f64 = 14.0;
 const FIRST_HEIGHT: f64 = 420.0;
 const ROW_HEIGHT: f64 = 290.0;
 
-/// Height of the figures of an overview, and its smallest width, in pixels.
+/// Height of the figures of an overview, largest width of those after the first, whose letters would be larger than its own in a long section,
+/// and smallest width of all, in pixels.
 const OVERVIEW_HEIGHT: f64 = 420.0;
+const NEXT_WIDTH: f64 = 700.0;
 const LEAST_WIDTH: f64 = 400.0;
 
 const TITLE_SIZE: f64 = 20.0;
@@ -123,12 +125,13 @@ impl SheetPart {
 }
 
 impl Sheet {
-    /// Draws the figures alone, side by side and equally high, below the title and its lines.
+    /// Draws the figures alone, side by side below the title and its lines: equally high, but for those that would be too wide.
     pub fn overview(&self) -> Drawing {
         let origin = self.figures.first().map_or_else(String::new, |figure| figure.drawing.origin.clone());
         let heading = Heading { title: self.title.clone(), lines: self.lines.clone(), origin };
-        let scaled = self.figures.iter().map(|figure| {
-            let scale = OVERVIEW_HEIGHT / figure.drawing.size.y;
+        let scaled = self.figures.iter().enumerate().map(|(index, figure)| {
+            let widest = if index == 0 { f64::INFINITY } else { NEXT_WIDTH };
+            let scale = (OVERVIEW_HEIGHT / figure.drawing.size.y).min(widest / figure.drawing.size.x);
             (&figure.drawing, scale, scale * figure.drawing.size.x)
         });
         let scaled: Vec<_> = scaled.collect();
@@ -362,6 +365,9 @@ mod tests {
             .push(SheetFigure { name: "view".to_owned(), drawing: Drawing::new(DVec2::new(210.0, 210.0), "") });
         let drawing = sheet.overview();
         assert_eq!(drawing.size.x, 945.0 + 420.0 + 3.0 * BETWEEN);
+        let long = SheetFigure { name: "section".to_owned(), drawing: Drawing::new(DVec2::new(900.0, 200.0), "") };
+        sheet.figures.insert(1, long);
+        assert_eq!(sheet.overview().size.x, 945.0 + NEXT_WIDTH + 420.0 + 4.0 * BETWEEN);
         assert!(drawing.texts().eq(["bath", "Copenhagen"]));
     }
 

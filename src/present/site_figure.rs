@@ -7,6 +7,8 @@ use serde_json::Value;
 use super::section_figure::section;
 use super::subject::Subject;
 use crate::document::result::{FluxResult, TubeResult};
+use crate::document::room::RoomDocument;
+use crate::document::room::faces::FaceKindDocument;
 use crate::document::room::plan::CeilingDocument;
 use crate::document::sky::time::instant;
 use crate::document::{JobDocument, Provenance};
@@ -19,6 +21,9 @@ use crate::scene::Daylight;
 use crate::sky::looked_up::LookedUp;
 use crate::sky::zenith::ZenithFormula;
 use crate::sky::{Sky, SkyDistribution, direction, sun};
+
+/// Rise of a ceiling over its length below which it counts as level.
+const LEAST_RISE: f64 = 1e-3;
 
 /// Step between the points of the sun's path, in minutes.
 const PATH_MINUTES: u32 = 10;
@@ -104,13 +109,29 @@ pub fn telling_section(subject: &Subject, results: &Value) -> Option<(SiteFigure
     let document: &JobDocument = subject.document.as_ref()?;
     let [low, high] = document.room.bounds_m();
     let extent = high - low;
-    let slope = document.room.ceiling.as_ref().and_then(CeilingDocument::rises_toward_deg);
-    let is_along_y = slope.map_or(extent.y > extent.x, |azimuth| libm::cos(azimuth.to_radians()).powi(2) > 0.5);
+    let rise = rise(&document.room);
+    let shown = if rise.max_element() > LEAST_RISE * extent.x * extent.y { rise } else { extent.truncate() };
+    let is_along_y = shown.y > shown.x;
     let (figure, along, across) =
         if is_along_y { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
     let section = section_along(subject, document, results, (along, across));
     let heading = subject.heading(format!("Section along {across}"), Vec::new());
     Some((figure, Section { heading, ..section }.draw()))
+}
+
+/// Returns how far the ceilings rise along x and along y, whichever way, each times the area below it in square metres.
+fn rise(room: &RoomDocument) -> DVec2 {
+    let of_faces = room.faces.iter().flatten().filter(|face| face.kind == FaceKindDocument::Ceiling).map(|face| {
+        let corners = || face.boundary_m.iter().copied().map(DVec3::from_array);
+        let twice: DVec3 = corners().zip(corners().cycle().skip(1)).map(|(a, b)| a.cross(b)).sum();
+        0.5 * twice.truncate().abs()
+    });
+    let [low, high] = room.bounds_m();
+    let of_plan = room.ceiling.as_ref().and_then(CeilingDocument::rises_toward_deg).map(|azimuth| {
+        let (sine, cosine) = libm::sincos(azimuth.to_radians());
+        (high.x - low.x) * (high.y - low.y) * DVec2::new(sine, cosine).abs()
+    });
+    of_faces.sum::<DVec2>() + of_plan.unwrap_or_default()
 }
 
 fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Drawing> {
@@ -215,6 +236,28 @@ mod tests {
         assert!(drawn(SiteFigure::SectionY).texts().any(|text| text == "y in metres"));
         assert!(drawn(SiteFigure::Lumens(0)).texts().any(|text| text == "lost in the diffuser: 1920 lm, 32 %"));
         assert!(site_figure(SiteFigure::Lumens(1), &subject, &results()).is_none());
+    }
+
+    /// A section shows the slope of a plan's ceiling, or of faces, across the longer side of the room, too.
+    #[test]
+    fn the_telling_section_shows_the_slope() {
+        let room = |ceiling: Value| {
+            let plan = json!({ "outline_m": [[0, 0], [4, 0], [4, 9], [0, 9]] });
+            serde_json::from_value::<RoomDocument>(json!({ "plan": plan, "ceiling": ceiling })).unwrap()
+        };
+        let gable =
+            |azimuth| room(json!({ "kind": "gable", "eaves_m": 2, "ridge_m": 3, "ridge_azimuth_deg": azimuth }));
+        assert!(rise(&gable(0.0)).x > 1.0 && rise(&gable(0.0)).y < 1e-9);
+        assert!(rise(&gable(90.0)).y > 1.0 && rise(&gable(90.0)).x < 1e-9);
+        assert_eq!(rise(&room(json!({ "kind": "flat", "height_m": 3 }))), DVec2::ZERO);
+        let face = |corners: [[f64; 3]; 4]| json!({ "name": "a", "kind": "ceiling", "boundary_m": corners });
+        let halves = [
+            face([[0.0, 0.0, 2.0], [2.0, 0.0, 3.0], [2.0, 9.0, 3.0], [0.0, 9.0, 2.0]]),
+            face([[2.0, 0.0, 3.0], [4.0, 0.0, 2.0], [4.0, 9.0, 2.0], [2.0, 9.0, 3.0]]),
+        ];
+        let of_faces = rise(&serde_json::from_value::<RoomDocument>(json!({ "faces": halves })).unwrap());
+        // a rise of 1 m in 2 m over 36 m2
+        assert!((of_faces - DVec2::new(18.0, 0.0)).length() < 1e-9, "{of_faces}");
     }
 
     #[test]
