@@ -127,3 +127,16 @@ fn tubes_with_one_guide_are_told() {
     let apart = with_effects("two_tubes", json!({}), stop);
     assert!(apart.plan.guides.iter().all(|guide| !guide.reason.contains("have this guide")));
 }
+
+/// What hangs into the room is left out, and told with its share of the area: 0.3 m of a pipe of 0.35 m below a roof over 5 m x 4 m.
+#[test]
+fn hanging_pipes_are_told() {
+    let attic = with_effects("attic", json!({}), json!({ "relative_error": 0.02 }));
+    let reason = &attic.plan.guides[0].reason;
+    assert!(
+        reason.contains("; its opening hangs 0.3 m below the ceiling: the pipe in the room, 0.28 % of"),
+        "{reason}"
+    );
+    let level = with_effects("thesis_room", json!({}), json!({ "relative_error": 0.02 }));
+    assert!(!level.plan.guides[0].reason.contains("hangs"));
+}

@@ -1,12 +1,13 @@
 //! Plan of how the guide of each tube is computed, with reasons.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::guide::dome::{Dome, DomedGuide, PipeBelow};
 use crate::guide::{Guide, Section, recognise};
 use crate::optics::Diffuser;
 use crate::optics::fresnel::slab_transmittance;
-use crate::scene::{OpeningShape, Scene, Tube, TubeShape};
+use crate::scene::{OpeningPlane, OpeningShape, Scene, Tube, TubeShape};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Computation of a guide, with the reason.
@@ -128,12 +129,14 @@ pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
         firsts.push(first);
         counts[first] += 1;
     }
-    let of_tube = |(tube, first): (&TraceableTube, &usize)| {
+    let faces: f64 = scene.room.enclosure.faces().iter().map(|face| face.polygon.area_m2()).sum();
+    let of_tube = |((tube, first), own): ((&TraceableTube, &usize), &Tube)| {
         let mut plan = of_guide(tube);
         plan.reason.push_str(&measured(&tube.diffuser));
         if let OpeningShape::Square { side, .. } = tube.opening {
             plan.reason.push_str(&format!("; its light is spread evenly over a square of {side} m"));
         }
+        plan.reason.push_str(&hanging(own, faces));
         let count = counts[*first];
         if count > 1 {
             plan.reason
@@ -141,7 +144,21 @@ pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
         }
         plan
     };
-    tubes.iter().zip(&firsts).map(of_tube).collect()
+    tubes.iter().zip(&firsts).zip(&scene.tubes).map(of_tube).collect()
+}
+
+/// Returns a sentence on what hangs into a room whose faces have an area in m2: the pipe takes part of the reflected light that is near its share
+/// of the area, as long as that light comes from all sides.
+fn hanging(tube: &Tube, faces: f64) -> String {
+    let OpeningPlane::Level { drop_m } = tube.plane else { return String::new() };
+    if drop_m <= 0.0 {
+        return String::new();
+    }
+    let share = 100.0 * 2.0 * PI * tube.opening_radius * drop_m / faces;
+    format!(
+        "; its opening hangs {drop_m} m below the ceiling: the pipe in the room, {share:.2} % of the area of the faces, is not simulated, and \
+         the closure absorbs light from behind"
+    )
 }
 
 /// True if two tubes differ at most in their place, in the plane of their opening and in their closure.
