@@ -6,6 +6,7 @@ import { join } from "node:path";
 import * as answers from "./answers.mjs";
 import { dividesColumns, fills, fillsAJob } from "./fills.mjs";
 import * as jobPages from "./job_pages.mjs";
+import { opensOldLinks } from "./links.mjs";
 import * as liveJob from "./live_job.mjs";
 import * as modules from "./modules.mjs";
 import * as openings from "./openings.mjs";
@@ -393,6 +394,7 @@ try {
   const visitor = await Visitor.of(chromium, url);
   for (const does of [
     opensRooms,
+    opensOldLinks,
     drawsAHall,
     fills,
     dividesColumns,
