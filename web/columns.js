@@ -14,11 +14,11 @@ const BEYOND = 100;
 const LOW = 0.3;
 const NARROW = 2;
 /** By how much a page that ends above the end of the screen is enlarged, what it costs that it still does, and the least share of the screen that is enough. */
-const LARGER = { steps: [1.02, 1.04, 1.06, 1.09, 1.12, 1.15, 1.18, 1.21, 1.24, 1.27, 1.3], short: 10, enough: 0.97 };
+const LARGER = { steps: [1.02, 1.04, 1.07, 1.11, 1.15, 1.19, 1.23, 1.27], short: 10, enough: 0.97 };
 /** Step of widths, in pixels, between which heights are taken from both sides while a size is looked for. */
 const STEP = 16;
-/** Most pixels by which a panel is higher than usual. */
-const SPARE = 12;
+/** Most pixels of the screen by which a panel is higher than usual. */
+const SPARE = 10;
 /** What it costs, once a panel is unfolded, that panels have other widths, and that it stands higher or lower. */
 const RESIZED = 0.15;
 const SHIFTED = 4;
@@ -151,7 +151,8 @@ export function place(host) {
   const turned = details.find(({ open }, at) => open !== last.unfolded.includes(at));
   const before = turned?.getBoundingClientRect().top ?? 0;
   const columns = chosen(host, panels, details);
-  if (columns) stand(host, panels, columns, spaceOf(host).height / (last.found?.larger ?? 1));
+  const larger = last.found?.larger ?? 1;
+  if (columns) stand(host, panels, columns, larger, spaceOf(host).height / larger);
   // what a hand turned stays below it
   if (columns && turned && last.key === key) scrollBy(0, turned.getBoundingClientRect().top - before);
   for (const one of [host, ...panels]) {
@@ -162,7 +163,8 @@ export function place(host) {
 
 /** The columns for the page as it is; looked for when it has changed. @param {HTMLElement} host @param {HTMLElement[]} panels @param {HTMLDetailsElement[]} details */
 function chosen(host, panels, details) {
-  const pictures = [...host.querySelectorAll("img")].filter(({ complete }) => complete).length;
+  // one that has come may not be laid out yet: its words are lower
+  const pictures = [...host.querySelectorAll("img")].filter(({ offsetWidth, offsetHeight }) => offsetHeight > offsetWidth / 10).length;
   const space = spaceOf(host);
   const key = `${space.width} ${innerHeight} ${pictures} ${panels.map((panel) => panel.getAttribute("aria-label")).join()}`;
   if (last.key !== key) {
@@ -190,8 +192,8 @@ function spaceOf(host) {
   return { width: page.clientWidth - parseFloat(paddingLeft) - parseFloat(paddingRight), height: innerHeight - top - parseFloat(paddingBottom) };
 }
 
-/** @param {HTMLElement} host @param {HTMLElement[]} panels @param {Columns} columns @param {number} least height that they should fill */
-function stand(host, panels, columns, least) {
+/** @param {HTMLElement} host @param {HTMLElement[]} panels @param {Columns} columns @param {number} larger @param {number} least height that they should fill */
+function stand(host, panels, columns, larger, least) {
   panels.forEach((panel, index) => {
     panel.style.width = `${columns.widths[columns.of[index] ?? 0]}px`;
     panel.style.removeProperty("--spare");
@@ -200,7 +202,7 @@ function stand(host, panels, columns, least) {
   const { ends } = stacked(columns, (panel) => own[panel] ?? 0);
   // what is left below the panels of a column is divided among them
   const end = Math.max(...ends, least + GAP);
-  const more = ends.map((of, column) => Math.min(SPARE, Math.floor((end - of) / columns.of.filter((one) => one === column).length)));
+  const more = ends.map((of, column) => Math.min(SPARE / larger, Math.floor((end - of) / columns.of.filter((one) => one === column).length)));
   const spread = stacked(columns, (panel) => (own[panel] ?? 0) + (more[columns.of[panel] ?? 0] ?? 0));
   const lefts = columns.widths.map((_, at) => columns.widths.slice(0, at).reduce((sum, one) => sum + one + GAP, 0));
   panels.forEach((panel, index) => {

@@ -22,7 +22,7 @@ import { judged } from "./verdict.js";
 import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
 /**
- * What the page knows of its job.
+ * What the page knows of its job; `edit` is the address of a copy, empty until it is known.
  * @typedef {{ job: Job | null, grid: Grid | null, meshes: Schemas["MeshesResult"] | null, year: Schemas["AnnualResult"] | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} Seen
  */
 
@@ -34,7 +34,7 @@ const WIDE = { width: 430, height: 210 };
 /** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header */
 export async function jobPage(id, app, header) {
   /** @type {Seen} */
-  const seen = { job: null, grid: null, meshes: null, year: null, passes: [], left: null, history: null, fault: "", edit: "/" };
+  const seen = { job: null, grid: null, meshes: null, year: null, passes: [], left: null, history: null, fault: "", edit: "" };
   const ended = () => seen.job?.status !== "queued" && seen.job?.status !== "running";
   const look = async () => {
     seen.job = await api.job(id);
@@ -110,7 +110,7 @@ function page({ job, grid, meshes, year, passes, left: seconds, history, fault, 
   return html`<section class="panel about" aria-label="Job"><h2>${job.name || "Job"}</h2>
       <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}${runs ? timeLeft(seconds) : ""}</p>
       <dl class="numbers">${wanted(job.document, year).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-      <p class="links">${job.document.room.faces ? nothing : html`<a href=${edit}>Edit a copy</a>`}<a href=${`${job.links.report}${judgedBy(given)}`}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
+      <p class="links">${job.document.room.faces || !edit ? nothing : html`<a href=${edit}>Edit a copy</a>`}<a href=${`${job.links.report}${judgedBy(given)}`}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
       ${job.problem ? html`<p class="fault">${prose(job.problem.detail)}</p>` : nothing}</section>
     ${year ? [yearOf(job, year, runs, (name) => goalOf(job, name, given)), fluxesOf(job, runs)] : nothing}
     ${

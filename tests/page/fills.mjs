@@ -131,10 +131,8 @@ async function reachesDown({ page }, what) {
     const bottoms = [...document.querySelectorAll(".columns > .panel")].map((panel) => panel.getBoundingClientRect().bottom);
     return { longest: Math.max(...bottoms) / innerHeight, below: document.documentElement.scrollHeight - innerHeight };
   });
-  await until(async () => {
-    const { longest, below } = await ends();
-    return longest > 0.93 && below <= 0;
-  }, `${what}: ${JSON.stringify(await ends())}`);
+  const reaches = ({ longest, below }) => longest > 0.92 && below <= 0;
+  await until(async () => reaches(await ends()), what).catch(async () => assert.fail(`${what}: ${JSON.stringify(await ends())}`));
 }
 
 /** No panel of a job's page is empty by more than a tenth, and no column, before and after a panel is unfolded. */
