@@ -12,7 +12,7 @@ const UNEVEN = { from: 0.03, cost: 10 };
 const SHORT = { from: 0.05, cost: 4 };
 const BEYOND = 100;
 const LOW = 0.3;
-const NARROW = 2;
+const NARROW = 1;
 /** By how much a page that ends above the end of the screen is enlarged, what it costs that it still does, and the least share of the screen that is enough. */
 const LARGER = { steps: [1.02, 1.04, 1.07, 1.11, 1.15, 1.19, 1.23, 1.27], short: 10, enough: 0.97 };
 /** Step of widths, in pixels, between which heights are taken from both sides while a size is looked for. */
