@@ -7,21 +7,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bright_patches::{Area, BrightPatches};
-use super::gradients::of_opening;
 use super::other_light::other_light;
+use super::patch_rays::{MetPatch, PatchRays, RAYS, RayEnd, bright_patches, ray};
 use super::patches::Patches;
-use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, warp};
+use crate::sampling::{Key, PathRandom};
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{Place, SurfaceId, SurfacePoint, TraceableScene};
-
-/// Number of rays from each patch, one in each stratum of directions.
-pub(super) const RAYS: usize = STRATA * STRATA;
-pub(super) const STRATA: usize = 4;
-
-/// Number of rays from each patch that are aimed at bright patches, if there are any.
-const AIMED: usize = 4;
+use crate::traceable::{SurfaceId, SurfacePoint, TraceableScene};
 
 /// Number of rays from each patch by which others are found.
 const FINDING: usize = 4;
@@ -34,8 +26,6 @@ const FROM_STARTS: usize = 16;
 const CHANGED: f64 = 1e-3;
 const SWEEPS: usize = 64;
 
-/// Mark of a ray that ends in no patch: it brings no light.
-const NONE: u32 = u32::MAX;
 /// Mark of a ray that ends in a patch which was not found: it is left out of the mean.
 const NOT_FOUND: u32 = u32::MAX - 1;
 
@@ -60,34 +50,6 @@ pub struct Exchange {
     pub(super) of_openings: Vec<(u32, f64)>,
     /// Points of each patch, at which light that does not come from Lambertian openings is computed; empty where there is none.
     points: Vec<[SurfacePoint; RAYS]>,
-}
-
-/// Points of a patch that rays have met.
-struct MetPatch {
-    surface: SurfaceId,
-    points: Vec<SurfacePoint>,
-}
-
-impl MetPatch {
-    /// Chooses a point in each of as many equal parts of the patch as it has rays; instead, one that rays have met in a patch of facets, and
-    /// where the chosen point lies in a solid.
-    fn spread_points(
-        &self,
-        scene: &TraceableScene,
-        area: Option<Area>,
-        random: &mut PathRandom,
-    ) -> [SurfacePoint; RAYS] {
-        let area = area.filter(|_| scene.numbering.facet_of(self.surface).is_none());
-        std::array::from_fn(|number| {
-            let met = self.points[number % self.points.len()];
-            let Some(Area { corner, edges }) = area else { return met };
-            let [row, column] = [number / STRATA, number % STRATA].map(|stratum| stratum as f64);
-            let [u, v] = random.uniform2();
-            let position = corner + edges[0] * ((row + u) / STRATA as f64) + edges[1] * ((column + v) / STRATA as f64);
-            let is_free = !scene.is_in_solid(position + met.normal * (2.0 * scene.coinciding()));
-            if is_free { SurfacePoint { position, ..met } } else { met }
-        })
-    }
 }
 
 impl Exchange {
@@ -158,28 +120,10 @@ impl Exchange {
         let surfaces: Vec<SurfaceId> = found.iter().map(|patch| patch.surface).collect();
         let bright = bright_patches(scene, &lit, &surfaces, &areas);
         let number_of = |point: SurfacePoint| Some(numbers[patches.at(point.surface?, point.position)?]);
-        let of_patch = |(number, lit): (usize, &PatchRays)| {
-            let weight = |met: u32, end: &RayEnd| {
-                let aimed = bright.density(met) * AIMED as f64;
-                let scattered = end.per_area.map(|per_area| per_area * RAYS as f64);
-                end.weight * scattered.filter(|_| aimed > 0.0).map_or(1.0, |scattered| scattered / (scattered + aimed))
-            };
-            let ended = |end: &Option<RayEnd>| {
-                let found = end.and_then(|end| number_of(end.point).map(|met| (met, weight(met, &end))));
-                found.unwrap_or((NONE, 0.0))
-            };
-            let mut random = PathRandom::new(key.child(4).child(number as u64));
-            let aimed = |ray_number: usize| {
-                let [u, v] = random.uniform2();
-                let point = &lit.points[ray_number * (RAYS / AIMED) + ray_number];
-                let (patch, end) = aimed_ray(scene, point, bright.at([(ray_number as f64 + u) / AIMED as f64, v]))?;
-                number_of(end.point).filter(|met| *met == patch).map(|met| (met, weight(met, &end)))
-            };
-            let count = if bright.is_empty() { 0 } else { AIMED };
-            let aimed: Vec<_> = (0..count).map(aimed).map(|end| end.unwrap_or((NONE, 0.0))).collect();
-            lit.met.iter().map(ended).chain(aimed).collect()
+        let ends = |(number, lit): (usize, &PatchRays)| {
+            lit.ends((scene, &bright), number_of, &mut PathRandom::new(key.child(4).child(number as u64)))
         };
-        let met: Vec<Vec<(u32, f64)>> = lit.par_iter().enumerate().map(of_patch).collect();
+        let met: Vec<Vec<(u32, f64)>> = lit.par_iter().enumerate().map(ends).collect();
         let met = met.concat();
         let length = |area: &Option<Area>| area.map_or(edge * edge, |area| area.length_squared());
         let lengths_squared = areas.iter().map(length).collect();
@@ -263,151 +207,6 @@ impl Exchange {
         }
     }
 }
-
-/// Rays of one patch, and its direct light by openings.
-struct PatchRays {
-    /// Ends of its rays.
-    met: [Option<RayEnd>; RAYS],
-    of_openings: Vec<(u32, f64)>,
-    /// Points of the patch from which they start.
-    points: [SurfacePoint; RAYS],
-}
-
-impl PatchRays {
-    fn of(scene: &TraceableScene, points: [SurfacePoint; RAYS], random: &mut PathRandom) -> Self {
-        // parts of the patch in an order that is unrelated to that of the directions
-        let met = std::array::from_fn(|number| ray(scene, &points[number * 7 % RAYS], number, random));
-        let start = random.uniform();
-        let mut of_openings: Vec<_> = (0..RAYS)
-            .map(|number| {
-                let point = &points[number];
-                // uniform choices among the openings, in an order that is unrelated to that of the spots
-                let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
-                let Some((tube, probability)) = scene.openings.choose(point.position, point.normal, choice) else {
-                    return (0, 0.0);
-                };
-                let of_tube = &scene.tubes[tube];
-                let to = of_tube.point(random.uniform2());
-                let lux = of_opening(of_tube, point.position, point.normal) / of_tube.opening.area_m2();
-                let is_seen = lux > 0.0
-                    && of_tube.frame.depth(point.position) > 0.0
-                    && scene.visible(to, None, point.position, point.surface);
-                (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
-            })
-            .collect();
-        if !scene.mirrors.is_empty() {
-            of_openings.extend(points.iter().map(|point| by_mirrors(scene, point, random)));
-        }
-        Self { met, of_openings, points }
-    }
-}
-
-/// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
-fn by_mirrors(scene: &TraceableScene, point: &SurfacePoint, random: &mut PathRandom) -> (u32, f64) {
-    let mut found = || {
-        let (chain, of_chain) = scene.mirrors.choose(point.position, random.uniform())?;
-        let (image, normal) = scene.mirrors.image(chain, (point.position, point.normal));
-        let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
-        let of_opening = &scene.tubes[tube];
-        let source = (of_opening.point(random.uniform2()), None);
-        let path = scene.mirror_path::<3>(chain, (point.position, point.surface), source)?;
-        let [unfolded, normal] = [path.unfolded, normal].map(|v| of_opening.frame.levelled_direction(v));
-        let lux = per_lumen(unfolded, normal).max(0.0) * path.reflectance.luminance();
-        Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
-    };
-    found().unwrap_or((0, 0.0))
-}
-
-/// Finds the patches that are bright by the light of openings of equal exitance, or by that of luminaires.
-fn bright_patches(
-    scene: &TraceableScene,
-    patches: &[PatchRays],
-    surfaces: &[SurfaceId],
-    areas: &[Option<Area>],
-) -> BrightPatches {
-    let emitting = || scene.luminaires.iter().filter(|luminaire| luminaire.emits());
-    let luminances = |(patch, surface): (&PatchRays, &SurfaceId)| {
-        let reflectance = scene.optics(*surface).map_or(0.0, |optics| optics.diffuse::<3>().luminance());
-        let of_tube =
-            |(tube, lux): &(u32, f64)| lux * scene.tubes.get(*tube as usize).map_or(0.0, |tube| tube.opening.area_m2());
-        let of_luminaires = |point: &SurfacePoint| -> f64 {
-            emitting().map(|of| of.irradiance::<1>(point.position, point.normal).luminance()).sum()
-        };
-        let by_luminaires =
-            if emitting().next().is_some() { patch.points.iter().map(of_luminaires).sum() } else { 0.0 };
-        [patch.of_openings.iter().map(of_tube).sum(), by_luminaires].map(|lux: f64| reflectance * lux)
-    };
-    let luminances: Vec<[f64; 2]> = patches.iter().zip(surfaces).map(luminances).collect();
-    let area = |area: &Option<Area>| area.map_or(0.0, |area| area.area_m2());
-    let all: f64 = areas.iter().map(area).sum();
-    let means = [0, 1].map(|kind| luminances.iter().zip(areas).map(|(of, on)| of[kind] * area(on)).sum::<f64>() / all);
-    // each kind of light counts relative to its mean
-    let relative =
-        |of: &[f64; 2]| of.iter().zip(means).map(|(of, mean)| if mean > 0.0 { of / mean } else { 0.0 }).sum();
-    let kinds = means.iter().filter(|mean| **mean > 0.0).count();
-    BrightPatches::new(luminances.iter().map(relative).zip(areas.iter().copied()), kinds as f64)
-}
-
-/// Traces a ray from a spot to a point of a patch, and returns its end with the number of the patch; `None` where something hides the point
-/// from the spot.
-fn aimed_ray(scene: &TraceableScene, from: &SurfacePoint, (patch, to): (u32, DVec3)) -> Option<(u32, RayEnd)> {
-    let direction = (to - from.position).try_normalize()?;
-    if direction.dot(from.normal) <= 0.0 {
-        return None;
-    }
-    let hit = scene.intersect(from.position, direction, from.surface);
-    let Place::Surface(met) = hit.place else { return None };
-    let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
-    Some((patch, RayEnd { point, weight: 1.0, per_area: Some(per_area(from, &point)) }))
-}
-
-/// Returns the density per m2 of a surface with which rays from a spot end at a point that it sees: the cosine law.
-fn per_area(from: &SurfacePoint, to: &SurfacePoint) -> f64 {
-    let away = to.position - from.position;
-    let squared = away.length_squared();
-    (away.dot(from.normal) * -away.dot(to.normal) / (PI * squared * squared)).max(0.0)
-}
-
-/// End of a ray.
-#[derive(Clone, Copy)]
-struct RayEnd {
-    point: SurfacePoint,
-    /// Reflectance of mirrors on the path, divided by the probability of this path.
-    weight: f64,
-    /// Density per m2 of rays that are not aimed; `None` after a mirror, by which no ray is aimed.
-    per_area: Option<f64>,
-}
-
-/// Traces a ray from a spot in a stratum of directions and returns its end; `None` in an opening. At a surface that is partly a mirror
-/// chance decides whether it is reflected or ends.
-fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: &mut PathRandom) -> Option<RayEnd> {
-    let [u, v] = random.uniform2();
-    let (row, column) = (stratum / STRATA, stratum % STRATA);
-    let at = [(row as f64 + u) / STRATA as f64, (column as f64 + v) / STRATA as f64];
-    let mut direction = warp::around(from.normal, warp::cosine_hemisphere(at));
-    let (mut position, mut surface, mut weight) = (from.position, from.surface, 1.0);
-    for turn in 0..MOST_TURNS {
-        let hit = scene.intersect(position, direction, surface);
-        let Place::Surface(met) = hit.place else { return None };
-        let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
-        let per_area = (turn == 0).then(|| per_area(from, &point));
-        let Some(optics) = scene.optics(met).filter(|optics| optics.is_mirror()) else {
-            return Some(RayEnd { point, weight, per_area });
-        };
-        let [diffuse, specular] = [optics.diffuse::<3>(), optics.specular()].map(|part| part.luminance());
-        let turns = specular / (diffuse + specular).max(f64::MIN_POSITIVE);
-        if random.uniform() >= turns {
-            return Some(RayEnd { point, weight: weight / (1.0 - turns), per_area });
-        }
-        weight *= specular / turns;
-        direction = optics.reflect(hit.normal, -direction, [0.0; 2], random)?;
-        (position, surface) = (hit.position, Some(met));
-    }
-    None
-}
-
-/// Largest number of mirrors that reflect a ray.
-const MOST_TURNS: usize = 8;
 
 /// Radiosities of patches.
 #[derive(Clone, Debug)]

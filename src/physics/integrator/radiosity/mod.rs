@@ -1,12 +1,12 @@
 //! Coarse radiosity solution of the room, by which paths estimate the light that surfaces reflect.
 //!
 //! Surfaces that paths can meet are divided into patches ([`patches`]). Rays from each patch find the others that it sees, and connections
-//! find the openings that light it ([`exchange`]): all this depends on the room alone, and methods that compute the same room in other light
-//! share it ([`shared`]). The light of openings, and other light ([`other_light`]), then gives the radiosity of every patch by Gauss and
+//! find the openings that light it ([`patch_rays`]). All this depends on the room alone ([`exchange`]), and methods that compute the same room
+//! in other light share it ([`shared`]). The light of openings, and other light ([`other_light`]), then gives the radiosity of every patch by Gauss and
 //! Seidel's sweeps.
 //!
-//! Cells of surfaces on which direct light has a steep gradient are divided ([`gradients`]), and some rays are aimed at patches that are
-//! much brighter than most ([`bright_patches`]).
+//! Cells of surfaces on which direct light has a steep gradient are divided ([`gradients`]), and some rays, of patches as of sensors, are
+//! aimed at patches that are much brighter than most ([`bright_patches`]).
 //!
 //! The error of each patch tells how much sensors that see different patches may differ ([`spread`]).
 //!
@@ -18,6 +18,7 @@ mod bright_patches;
 mod exchange;
 mod gradients;
 mod other_light;
+mod patch_rays;
 mod patches;
 mod shared;
 mod spread;

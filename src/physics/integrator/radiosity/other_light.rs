@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::exchange::RAYS;
-use super::spread::variance_of_sum;
+use super::patch_rays::{RAYS, variance_of_sum};
 use crate::guide::RayCount;
 use crate::integrator::backward::clear_zones::through_clear_zones;
 use crate::optics::Spectrum;

@@ -9,7 +9,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::exchange::{Exchange, RAYS, STRATA, Solution};
+use super::exchange::{Exchange, Solution};
+use super::patch_rays::{RAYS, variance_of_sum};
 use crate::integrator::pass::LEAST_SCALE;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, lattice, warp};
@@ -46,15 +47,6 @@ impl Exchange {
             })
             .collect()
     }
-}
-
-/// Estimates the variance of the sum of values, one from each part of a patch, by differences to which an even slope over the patch adds
-/// nothing.
-pub(super) fn variance_of_sum(values: &[f64; RAYS]) -> f64 {
-    let at = |row: usize, column: usize| values[row * STRATA + column];
-    let corners = |number: usize| (number / (STRATA / 2) * 2, number % (STRATA / 2) * 2);
-    let of_four = |(row, column)| at(row, column) + at(row + 1, column + 1) - at(row, column + 1) - at(row + 1, column);
-    (0..RAYS / 4).map(|number| of_four(corners(number)).powi(2)).sum()
 }
 
 /// Number of directions in each of two sets from a sensor, by which the expected spread is estimated.

@@ -1,0 +1,247 @@
+//! Rays of one patch: where they start and end, and the connections that find its direct light by openings.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::bright_patches::{Area, BrightPatches};
+use super::gradients::of_opening;
+use crate::integrator::diffuser_source::cells::per_lumen;
+use crate::sampling::{PathRandom, warp};
+use crate::traceable::{Place, SurfaceId, SurfacePoint, TraceableScene};
+
+/// Number of rays from each patch, one in each stratum of directions, and of the parts of a patch.
+pub const RAYS: usize = STRATA * STRATA;
+const STRATA: usize = 4;
+
+/// Number of rays from each patch that are aimed at bright patches, if there are any.
+const AIMED: usize = 4;
+
+/// Mark of a ray that ends in no patch: it brings no light.
+const NONE: u32 = u32::MAX;
+
+/// Estimates the variance of the sum of values, one from each part of a patch, by differences to which an even slope over the patch adds
+/// nothing.
+pub fn variance_of_sum(values: &[f64; RAYS]) -> f64 {
+    let at = |row: usize, column: usize| values[row * STRATA + column];
+    let corners = |number: usize| (number / (STRATA / 2) * 2, number % (STRATA / 2) * 2);
+    let of_four = |(row, column)| at(row, column) + at(row + 1, column + 1) - at(row, column + 1) - at(row + 1, column);
+    (0..RAYS / 4).map(|number| of_four(corners(number)).powi(2)).sum()
+}
+
+/// Points of a patch that rays have met.
+pub struct MetPatch {
+    pub surface: SurfaceId,
+    pub points: Vec<SurfacePoint>,
+}
+
+impl MetPatch {
+    /// Chooses a point in each of as many equal parts of the patch as it has rays; instead, one that rays have met in a patch of facets, and
+    /// where the chosen point lies in a solid.
+    pub fn spread_points(
+        &self,
+        scene: &TraceableScene,
+        area: Option<Area>,
+        random: &mut PathRandom,
+    ) -> [SurfacePoint; RAYS] {
+        let area = area.filter(|_| scene.numbering.facet_of(self.surface).is_none());
+        std::array::from_fn(|number| {
+            let met = self.points[number % self.points.len()];
+            let Some(Area { corner, edges }) = area else { return met };
+            let [row, column] = [number / STRATA, number % STRATA].map(|stratum| stratum as f64);
+            let [u, v] = random.uniform2();
+            let position = corner + edges[0] * ((row + u) / STRATA as f64) + edges[1] * ((column + v) / STRATA as f64);
+            let is_free = !scene.is_in_solid(position + met.normal * (2.0 * scene.coinciding()));
+            if is_free { SurfacePoint { position, ..met } } else { met }
+        })
+    }
+}
+
+/// Rays of one patch, and its direct light by openings.
+pub struct PatchRays {
+    /// Ends of its rays.
+    pub met: [Option<RayEnd>; RAYS],
+    /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
+    pub of_openings: Vec<(u32, f64)>,
+    /// Points of the patch from which they start, one in each part.
+    pub points: [SurfacePoint; RAYS],
+}
+
+impl PatchRays {
+    /// Traces the rays and connections from these points of a patch.
+    pub fn of(scene: &TraceableScene, points: [SurfacePoint; RAYS], random: &mut PathRandom) -> Self {
+        // parts of the patch in an order that is unrelated to that of the directions
+        let met = std::array::from_fn(|number| ray(scene, &points[number * 7 % RAYS], number, random));
+        let start = random.uniform();
+        let mut of_openings: Vec<_> = (0..RAYS)
+            .map(|number| {
+                let point = &points[number];
+                // uniform choices among the openings, in an order that is unrelated to that of the spots
+                let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
+                let Some((tube, probability)) = scene.openings.choose(point.position, point.normal, choice) else {
+                    return (0, 0.0);
+                };
+                let of_tube = &scene.tubes[tube];
+                let to = of_tube.point(random.uniform2());
+                let lux = of_opening(of_tube, point.position, point.normal) / of_tube.opening.area_m2();
+                let is_seen = lux > 0.0
+                    && of_tube.frame.depth(point.position) > 0.0
+                    && scene.visible(to, None, point.position, point.surface);
+                (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
+            })
+            .collect();
+        if !scene.mirrors.is_empty() {
+            of_openings.extend(points.iter().map(|point| by_mirrors(scene, point, random)));
+        }
+        Self { met, of_openings, points }
+    }
+
+    /// Traces some rays at the bright patches, and returns the patches in which these and the others end, with the weights of their
+    /// luminances: those of bright ones by the balance heuristic (Veach and Guibas 1995). `number_of` finds the patch of a point.
+    pub fn ends(
+        &self,
+        (scene, bright): (&TraceableScene, &BrightPatches),
+        number_of: impl Fn(SurfacePoint) -> Option<u32>,
+        random: &mut PathRandom,
+    ) -> Vec<(u32, f64)> {
+        let weight = |patch: u32, end: &RayEnd| {
+            let aimed = bright.density(patch) * AIMED as f64;
+            let others = end.per_area.map(|per_area| per_area * RAYS as f64);
+            end.weight * others.filter(|_| aimed > 0.0).map_or(1.0, |others| others / (others + aimed))
+        };
+        let ended = |end: Option<RayEnd>| {
+            let patch = end.and_then(|end| Some((number_of(end.point)?, end)));
+            patch.map_or((NONE, 0.0), |(patch, end)| (patch, weight(patch, &end)))
+        };
+        let mut ends: Vec<(u32, f64)> = self.met.iter().copied().map(ended).collect();
+        for number in 0..if bright.is_empty() { 0 } else { AIMED } {
+            let [u, v] = random.uniform2();
+            let (patch, to) = bright.at([(number as f64 + u) / AIMED as f64, v]);
+            let end = aimed_ray(scene, &self.points[number * (RAYS / AIMED) + number], to);
+            ends.push(ended(end.filter(|end| number_of(end.point) == Some(patch))));
+        }
+        ends
+    }
+}
+
+/// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
+fn by_mirrors(scene: &TraceableScene, point: &SurfacePoint, random: &mut PathRandom) -> (u32, f64) {
+    let mut found = || {
+        let (chain, of_chain) = scene.mirrors.choose(point.position, random.uniform())?;
+        let (image, normal) = scene.mirrors.image(chain, (point.position, point.normal));
+        let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
+        let of_opening = &scene.tubes[tube];
+        let source = (of_opening.point(random.uniform2()), None);
+        let path = scene.mirror_path::<3>(chain, (point.position, point.surface), source)?;
+        let [unfolded, normal] = [path.unfolded, normal].map(|v| of_opening.frame.levelled_direction(v));
+        let lux = per_lumen(unfolded, normal).max(0.0) * path.reflectance.luminance();
+        Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
+    };
+    found().unwrap_or((0, 0.0))
+}
+
+/// Finds the patches that are bright by the light of openings of equal exitance, or by that of luminaires.
+pub fn bright_patches(
+    scene: &TraceableScene,
+    patches: &[PatchRays],
+    surfaces: &[SurfaceId],
+    areas: &[Option<Area>],
+) -> BrightPatches {
+    let emitting = || scene.luminaires.iter().filter(|luminaire| luminaire.emits());
+    let luminances = |(patch, surface): (&PatchRays, &SurfaceId)| {
+        let reflectance = scene.optics(*surface).map_or(0.0, |optics| optics.diffuse::<3>().luminance());
+        let of_tube =
+            |(tube, lux): &(u32, f64)| lux * scene.tubes.get(*tube as usize).map_or(0.0, |tube| tube.opening.area_m2());
+        let of_luminaires = |point: &SurfacePoint| -> f64 {
+            emitting().map(|of| of.irradiance::<1>(point.position, point.normal).luminance()).sum()
+        };
+        let by_luminaires =
+            if emitting().next().is_some() { patch.points.iter().map(of_luminaires).sum() } else { 0.0 };
+        [patch.of_openings.iter().map(of_tube).sum(), by_luminaires].map(|lux: f64| reflectance * lux)
+    };
+    let luminances: Vec<[f64; 2]> = patches.iter().zip(surfaces).map(luminances).collect();
+    let area = |area: &Option<Area>| area.map_or(0.0, |area| area.area_m2());
+    let all: f64 = areas.iter().map(area).sum();
+    let means = [0, 1].map(|kind| luminances.iter().zip(areas).map(|(of, on)| of[kind] * area(on)).sum::<f64>() / all);
+    // each kind of light counts relative to its mean
+    let relative =
+        |of: &[f64; 2]| of.iter().zip(means).map(|(of, mean)| if mean > 0.0 { of / mean } else { 0.0 }).sum();
+    let kinds = means.iter().filter(|mean| **mean > 0.0).count();
+    BrightPatches::new(luminances.iter().map(relative).zip(areas.iter().copied()), kinds as f64)
+}
+
+/// Traces a ray from a spot toward a point, and returns its end; `None` in an opening, and below the surface of the spot.
+fn aimed_ray(scene: &TraceableScene, from: &SurfacePoint, to: DVec3) -> Option<RayEnd> {
+    let direction = (to - from.position).try_normalize().filter(|toward| toward.dot(from.normal) > 0.0)?;
+    let hit = scene.intersect(from.position, direction, from.surface);
+    let Place::Surface(met) = hit.place else { return None };
+    let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
+    Some(RayEnd { point, weight: 1.0, per_area: Some(per_area(from, &point)) })
+}
+
+/// Returns the density per m2 of a surface with which rays from a spot end at a point that it sees: the cosine law.
+fn per_area(from: &SurfacePoint, to: &SurfacePoint) -> f64 {
+    let away = to.position - from.position;
+    let squared = away.length_squared();
+    (away.dot(from.normal) * -away.dot(to.normal) / (PI * squared * squared)).max(0.0)
+}
+
+/// End of a ray.
+#[derive(Clone, Copy)]
+pub struct RayEnd {
+    pub point: SurfacePoint,
+    /// Reflectance of mirrors on the path, divided by the probability of this path.
+    pub weight: f64,
+    /// Density per m2 of rays that are not aimed; `None` after a mirror, by which no ray is aimed.
+    pub per_area: Option<f64>,
+}
+
+/// Traces a ray from a spot in a stratum of directions and returns its end; `None` in an opening. At a surface that is partly a mirror
+/// chance decides whether it is reflected or ends.
+pub fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: &mut PathRandom) -> Option<RayEnd> {
+    let [u, v] = random.uniform2();
+    let (row, column) = (stratum / STRATA, stratum % STRATA);
+    let at = [(row as f64 + u) / STRATA as f64, (column as f64 + v) / STRATA as f64];
+    let mut direction = warp::around(from.normal, warp::cosine_hemisphere(at));
+    let (mut position, mut surface, mut weight) = (from.position, from.surface, 1.0);
+    for turn in 0..MOST_TURNS {
+        let hit = scene.intersect(position, direction, surface);
+        let Place::Surface(met) = hit.place else { return None };
+        let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
+        let per_area = (turn == 0).then(|| per_area(from, &point));
+        let Some(optics) = scene.optics(met).filter(|optics| optics.is_mirror()) else {
+            return Some(RayEnd { point, weight, per_area });
+        };
+        let [diffuse, specular] = [optics.diffuse::<3>(), optics.specular()].map(|part| part.luminance());
+        let turns = specular / (diffuse + specular).max(f64::MIN_POSITIVE);
+        if random.uniform() >= turns {
+            return Some(RayEnd { point, weight: weight / (1.0 - turns), per_area });
+        }
+        weight *= specular / turns;
+        direction = optics.reflect(hit.normal, -direction, [0.0; 2], random)?;
+        (position, surface) = (hit.position, Some(met));
+    }
+    None
+}
+
+/// Largest number of mirrors that reflect a ray.
+const MOST_TURNS: usize = 8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Checks by hand: an even slope over the parts of a patch adds nothing, and one part that differs by 3 adds 9; of independent values the
+    /// mean estimate is the sum of their variances, 16 / 12 for uniform numbers.
+    #[test]
+    fn variances_leave_out_slopes() {
+        let slope: [f64; RAYS] = std::array::from_fn(|part| (2 * (part / STRATA) + 5 * (part % STRATA)) as f64);
+        assert_eq!(variance_of_sum(&slope), 0.0);
+        let mut one = slope;
+        one[6] += 3.0;
+        assert_eq!(variance_of_sum(&one), 9.0);
+        let mut random = PathRandom::new(crate::sampling::Key::new(1));
+        let mean = (0..2000).map(|_| variance_of_sum(&std::array::from_fn(|_| random.uniform()))).sum::<f64>() / 2000.0;
+        assert!((mean * 12.0 / 16.0 - 1.0).abs() < 0.05, "{mean}");
+    }
+}
