@@ -129,8 +129,8 @@ pub fn job(document: &Value, name: &str, effort: Effort, seed: u64) -> Value {
     job
 }
 
-/// Renders a valid document, and checks what must hold of every render: values are finite and not negative, and the energy balance of
-/// the energy close.
+/// Renders a valid document, and checks what must hold of every render: values are finite and not below zero by more than noise, and
+/// balances of the energy close.
 pub fn render(document: &Value, name: &str, effort: Effort, seed: u64) -> Result<Found, Left> {
     let job = job(document, name, effort, seed);
     let valid = JobDocument::parse(job.to_string().as_bytes()).unwrap_or_else(|errors| panic!("{errors}\n{job}"));
@@ -181,18 +181,27 @@ fn method_of(prepared: &Prepared) -> Option<&Method> {
     methods.grids.as_ref().or(methods.views.as_ref()).map(|choice| &choice.method)
 }
 
+/// Number of standard errors below zero that noise of few passes may reach.
+const BELOW_ZERO: f64 = 8.0;
+
 /// Fails on values that no light can have, and on energy balances that do not close.
 pub fn sound(prepared: &Prepared, estimate: &mut Estimate, job: &Value) {
     let mut finite = true;
     estimate.for_each_value(&mut |value| finite &= value.is_finite());
     assert!(finite, "not finite: {job}");
+    // residuals have either sign: noise, but nothing else, may be below zero
+    let is_light = |value: f64, error: f64| value >= -BELOW_ZERO * error;
     for grid in &estimate.grids {
-        let least = grid.sensors.iter().map(|sensor| sensor.mean).fold(0.0, f64::min);
-        assert!(least >= 0.0, "a sensor has {least} lx: {job}");
+        for sensor in grid.valued() {
+            let (lux, error) = (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor));
+            assert!(is_light(lux, error), "sensor {sensor} has {lux} +- {error} lx: {job}");
+        }
     }
     for view in &estimate.views {
-        let least = view.mean.iter().copied().fold(0.0, f64::min);
-        assert!(least >= 0.0, "a pixel has {least} cd/m2: {job}");
+        for (block, moments) in view.blocks.iter().enumerate() {
+            let error = view.block_standard_error_cd_m2(block);
+            assert!(is_light(moments.mean, error), "block {block} has {} +- {error} cd/m2: {job}", moments.mean);
+        }
     }
     let Some(method) = method_of(prepared) else { return };
     if method.described().outputs().energy {

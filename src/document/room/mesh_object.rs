@@ -237,11 +237,11 @@ fn check_extent(
     };
     let [least, most] = enclosure.bounds();
     let errors_before = checks.errors.len();
+    // coordinates far from the origin are rounded more coarsely
+    let slack = place.position_m.map(|position| TOUCHING_M.max(8.0 * f64::EPSILON * position.abs()));
     for axis in 0..3 {
         let (least, most) = (least[axis], most[axis]);
-        let position = place.position_m[axis];
-        // coordinates far from the origin are rounded more coarsely
-        let slack = TOUCHING_M.max(8.0 * f64::EPSILON * position.abs());
+        let (position, slack) = (place.position_m[axis], slack[axis]);
         if low[axis] < least - slack || high[axis] > most + slack {
             let pointer = format!("{pointer}/position_m/{axis}");
             let fits = |meant: f64| low[axis] - position + meant >= least && high[axis] - position + meant <= most;
@@ -255,7 +255,11 @@ fn check_extent(
         }
     }
     let Some(room) = room.filter(|_| checks.errors.len() == errors_before) else { return };
-    let outside: Vec<&DVec3> = mesh.positions.iter().filter(|position| !room.contains(**position)).collect();
+    let is_inside = |position: DVec3| {
+        let beside = |axis: usize| [-slack[axis], slack[axis]].map(|slack| position + DVec3::AXES[axis] * (2.0 * slack));
+        room.contains(position) || (0..3).flat_map(beside).any(|position| room.contains(position))
+    };
+    let outside: Vec<&DVec3> = mesh.positions.iter().filter(|position| !is_inside(**position)).collect();
     if let Some(first) = outside.first() {
         let detail = format!(
             "{unit}, the mesh must be inside the room, but {} of its {} corners are outside, the first at ({:.4}, {:.4}, \

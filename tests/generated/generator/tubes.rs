@@ -56,7 +56,10 @@ fn parametric(kind: Kind, coloured: bool) -> BoxedStrategy<Value> {
 fn square(kind: Kind) -> impl Strategy<Value = Option<[f64; 3]>> {
     let transmittance = prop_oneof![1 => Just(1.0), 1 => 0.0..=1.0f64];
     let square = (-360.0..=360.0f64, transmittance, 0.3..=1.0f64).prop_map(<[f64; 3]>::from);
-    proptest::option::weighted(if kind == Kind::Plain { 0.0 } else { 0.3 }, square)
+    match kind {
+        Kind::Plain => Just(None).boxed(),
+        Kind::Any => proptest::option::weighted(0.3, square).boxed(),
+    }
 }
 
 fn mirror(coloured: bool) -> impl Strategy<Value = Value> {
