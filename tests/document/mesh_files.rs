@@ -161,6 +161,27 @@ fn an_offset_is_subtracted_before_anything_rounds() {
     }
 }
 
+/// A mesh that stands on the floor is inside a room that is no box, too, though rounding of far coordinates puts its corners below.
+#[test]
+fn corners_may_lie_beyond_a_face_by_rounding() {
+    for step in 0..40 {
+        let floor = 19_144_117.0 + 0.37 * f64::from(step);
+        let file = format!(
+            "v 40 40 {floor}\nv 60 40 {floor}\nv 40 60 {floor}\nv 45 45 {}\nusemtl top\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
+            floor + 30.0
+        );
+        let mut document = room("post");
+        let object = document["room"]["objects"][0].take();
+        let outline = [[0, 0], [4, 0], [4, 3], [1, 3], [1, 2], [0, 2]];
+        document["room"] = json!({ "plan": { "outline_m": outline }, "ceiling": { "kind": "flat", "height_m": 2.7 } });
+        let to_nanometres = (-floor * 0.0254e9).round() / 1e9;
+        let object = with(object, "/position_m", json!([0, 0, to_nanometres]));
+        document["room"]["objects"] = json!([with(object, "/unit", json!("in"))]);
+        let files = Files(HashMap::from([("post", file.into_bytes())]));
+        to_scene(&parse(&document).unwrap(), &files).unwrap_or_else(|errors| panic!("{errors}"));
+    }
+}
+
 /// Each angle is clockwise seen from the positive end of its axis, and the turns follow each other about x, y and z of the room.
 #[test]
 fn meshes_turn_about_all_axes() {

@@ -256,7 +256,8 @@ fn check_extent(
     }
     let Some(room) = room.filter(|_| checks.errors.len() == errors_before) else { return };
     let is_inside = |position: DVec3| {
-        let beside = |axis: usize| [-slack[axis], slack[axis]].map(|slack| position + DVec3::AXES[axis] * (2.0 * slack));
+        let beside =
+            |axis: usize| [-slack[axis], slack[axis]].map(|slack| position + DVec3::AXES[axis] * (2.0 * slack));
         room.contains(position) || (0..3).flat_map(beside).any(|position| room.contains(position))
     };
     let outside: Vec<&DVec3> = mesh.positions.iter().filter(|position| !is_inside(**position)).collect();
