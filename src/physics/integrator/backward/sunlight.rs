@@ -12,15 +12,15 @@ use rayon::prelude::*;
 use super::through_opening::Backward;
 use super::unscattered::openings;
 use crate::guide::sun_arcs::SunDisc;
+use crate::integrator::pass_size::PassSize;
 use crate::optics::Spectrum;
 use crate::scene::Sensor;
 use crate::sky::Sun;
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Number of intervals of zenith angles at first for a relative standard error of 1 % and more, in inverse proportion to a smaller one, and
-/// the most: with fewer, kinks and jumps between all places would stay unseen by more than the tolerated error.
-const INTERVALS: f64 = 8.0;
-const MOST_INTERVALS: f64 = 64.0;
+/// Number of intervals of zenith angles at first: with fewer, kinks and jumps between all places would stay unseen by more than the tolerated
+/// error.
+const INTERVALS: PassSize = PassSize { for_one_percent: 8.0, growth: 1.0, fewest: 8.0, most: 64.0 };
 
 /// Largest number of times that an interval is halved.
 const MOST_HALVINGS: u32 = 10;
@@ -48,7 +48,7 @@ pub struct Sunlight {
 /// of the requested relative standard error `target`; of a sensor with less than the mean sunlight of some of them, relative to this mean.
 /// Once `cancel` is raised, values are not used, and may be wrong.
 pub fn sunlight(scene: &TraceableScene, sensors: &[Sensor], target: f64, cancel: &AtomicBool) -> Vec<Sunlight> {
-    let intervals = (INTERVALS * (0.01 / target)).clamp(INTERVALS, MOST_INTERVALS).round() as usize;
+    let intervals = INTERVALS.of(target, 1.0).round() as usize;
     let sunlit = |sensor: &Sensor| SunlitSensor::new(scene, *sensor, intervals, cancel);
     let some: Vec<f64> = sensors
         .par_iter()
