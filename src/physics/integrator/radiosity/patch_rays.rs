@@ -70,8 +70,9 @@ pub struct PatchRays {
 impl PatchRays {
     /// Traces the rays and connections from these points of a patch.
     pub fn of(scene: &TraceableScene, points: [SurfacePoint; RAYS], random: &mut PathRandom) -> Self {
-        // parts of the patch in an order that is unrelated to that of the directions
-        let met = std::array::from_fn(|number| ray(scene, &points[number * 7 % RAYS], number, random));
+        // each direction starts in any part with the same probability
+        let shift = random_part(random);
+        let met = std::array::from_fn(|number| ray(scene, &points[(number * 7 + shift) % RAYS], number, random));
         let start = random.uniform();
         let mut of_openings: Vec<_> = (0..RAYS)
             .map(|number| {
@@ -114,14 +115,20 @@ impl PatchRays {
             patch.map_or((NONE, 0.0), |(patch, end)| (patch, weight(patch, &end)))
         };
         let mut ends: Vec<(u32, f64)> = self.met.iter().copied().map(ended).collect();
+        let shift = random_part(random);
         for number in 0..if bright.is_empty() { 0 } else { AIMED } {
             let [u, v] = random.uniform2();
             let (patch, to) = bright.at([(number as f64 + u) / AIMED as f64, v]);
-            let end = aimed_ray(scene, &self.points[number * (RAYS / AIMED) + number], to);
+            let end = aimed_ray(scene, &self.points[(number * (RAYS / AIMED + 1) + shift) % RAYS], to);
             ends.push(ended(end.filter(|end| number_of(end.point) == Some(patch))));
         }
         ends
     }
+}
+
+/// Chooses one of the parts of a patch.
+fn random_part(random: &mut PathRandom) -> usize {
+    (random.uniform() * RAYS as f64) as usize
 }
 
 /// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
@@ -230,6 +237,9 @@ const MOST_TURNS: usize = 8;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optics::Surface;
+    use crate::sampling::Key;
+    use crate::traceable::test_rooms;
 
     /// Checks by hand: an even slope over the parts of a patch adds nothing, and one part that differs by 3 adds 9; of independent values the
     /// mean estimate is the sum of their variances, 16 / 12 for uniform numbers.
@@ -243,5 +253,37 @@ mod tests {
         let mut random = PathRandom::new(crate::sampling::Key::new(1));
         let mean = (0..2000).map(|_| variance_of_sum(&std::array::from_fn(|_| random.uniform()))).sum::<f64>() / 2000.0;
         assert!((mean * 12.0 / 16.0 - 1.0).abs() < 0.05, "{mean}");
+    }
+
+    /// Checks that rays aimed from a patch of a floor at a small bright patch of a wall leave the mean of the light it brings as it is, within
+    /// four standard errors, and lower its variance.
+    #[test]
+    fn aimed_rays_change_no_mean() {
+        let scene = test_rooms::compiled(&test_rooms::empty(DVec3::splat(2.0), Some(Surface::diffuse([0.5; 3]))));
+        let down = scene.intersect(DVec3::ONE, -DVec3::Z, None);
+        let Place::Surface(surface) = down.place else { panic!("no floor") };
+        let start = SurfacePoint { position: down.position, normal: down.normal, surface: Some(surface) };
+        let patch = MetPatch { surface, points: vec![start] };
+        let floor = Area { corner: DVec3::new(0.5, 0.5, 0.0), edges: [DVec3::X, DVec3::Y] };
+        let wall = Area { corner: DVec3::new(0.0, 0.8, 0.2), edges: [DVec3::Y * 0.4, DVec3::Z * 0.3] };
+        let is_bright = |at: DVec3| at.x < 1e-9 && (0.8..1.2).contains(&at.y) && (0.2..0.5).contains(&at.z);
+        let number_of = |point: SurfacePoint| Some(u32::from(!is_bright(point.position)));
+        let light = |bright: &BrightPatches, key: Key| -> [f64; 2] {
+            const COUNT: u64 = 4000;
+            let values = (0..COUNT).map(|number| -> f64 {
+                let mut random = PathRandom::new(key.child(number));
+                let points = patch.spread_points(&scene, Some(floor), &mut random);
+                let ends = PatchRays::of(&scene, points, &mut random).ends((&scene, bright), number_of, &mut random);
+                ends.iter().map(|(patch, weight)| if *patch == 0 { *weight } else { 0.0 }).sum()
+            });
+            let [sum, squares] = values.fold([0.0; 2], |[sum, squares], value| [sum + value, squares + value * value]);
+            let mean = sum / COUNT as f64;
+            [mean, (squares / COUNT as f64 - mean * mean) / (COUNT - 1) as f64]
+        };
+        let bright = BrightPatches::new([(100.0, Some(wall)), (1.0, Some(floor))].into_iter(), 2.0);
+        let [[aimed, variance], [by_chance, of_chance]] =
+            [light(&bright, Key::new(1)), light(&BrightPatches::default(), Key::new(2))];
+        assert!((aimed - by_chance).powi(2) < 16.0 * (variance + of_chance), "{aimed} {by_chance} {variance}");
+        assert!(variance < 0.5 * of_chance, "{variance} {of_chance}");
     }
 }
