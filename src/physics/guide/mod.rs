@@ -23,6 +23,7 @@ pub mod sky_moments;
 pub mod sky_rings;
 pub mod straight;
 pub mod sun_arcs;
+pub mod sun_disc;
 #[cfg(test)]
 mod test_pipes;
 pub mod throughput;

@@ -5,16 +5,16 @@
 //! bisection, and the part of every interval that sees the solar disc by linear interpolation. Sampling directions instead would hit the
 //! disc once in some hundred times: after n reflections the azimuth turns 2 n + 1 times as fast as at the arc.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
 use super::StraightGuide;
+use super::sun_disc::{SunNode, sun_nodes};
 use crate::geometry::cylinder::{LEAST_HALF_CHORD, cosine_of_incidence};
 use crate::geometry::turn::{angle_between, unit_vector};
 use crate::optics::Spectrum;
 use crate::sky::Sun;
-use crate::sky::sun::HALF_ANGLE;
 
 /// Largest number of bisections of an interval in which the number of reflections changes or the azimuth is not linear.
 const MOST_HALVINGS: u32 = 12;
@@ -25,62 +25,6 @@ const LARGEST_TURN: f64 = 0.3;
 /// Change of azimuth, in radians, above which an interval that sees the sun in part is bisected, as the slope gives the visible part; four
 /// half widths of the disc if that is more, up to [`LARGEST_TURN`].
 const LARGEST_TURN_LIT: f64 = 0.01;
-
-/// A quadrature node: one zenith angle on the solar disc.
-#[derive(Clone, Copy, Debug)]
-pub struct SunNode {
-    /// Zenith angle in radians.
-    pub zenith_angle: f64,
-    /// Integration step of the zenith angle in radians.
-    pub step: f64,
-    /// Half width in azimuth of the disc at this zenith angle, in radians.
-    pub half_azimuth: f64,
-}
-
-/// Zenith angles from zenith to horizon, in radians.
-pub const ABOVE_HORIZON: [f64; 2] = [0.0, FRAC_PI_2];
-
-/// Part of the sun's disc within some zenith angles.
-#[derive(Clone, Copy, Debug)]
-pub struct SunDisc {
-    /// Zenith angle of the sun in radians.
-    centre: f64,
-    /// Middle and half width of the range of zenith angles, in radians.
-    middle: f64,
-    half: f64,
-}
-
-impl SunDisc {
-    /// Returns the part of the disc within the zenith angles `low` to `high`; `None` where there is none.
-    pub fn within(sun: &Sun, [low, high]: [f64; 2]) -> Option<Self> {
-        let centre = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
-        let (low, high) = ((centre - HALF_ANGLE).max(low), (centre + HALF_ANGLE).min(high));
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        (half > 0.0).then_some(Self { centre, middle, half })
-    }
-
-    /// Returns the node at a place in 0..1 of the range, where places crowd toward its ends, for an interval of places of this `width`;
-    /// `None` for zenith angles that no light from above has.
-    pub fn node(&self, place: f64, width: f64) -> Option<SunNode> {
-        let t = PI * (place - 0.5);
-        let zenith_angle = self.middle + self.half * libm::sin(t);
-        // sin^2 of half the azimuth at which the disc ends, free of cancellation
-        let half_squared = libm::sin(0.5 * HALF_ANGLE).powi(2);
-        let across = half_squared - libm::sin(0.5 * (zenith_angle - self.centre)).powi(2);
-        let fraction = across / (libm::sin(zenith_angle) * libm::sin(self.centre));
-        let half_azimuth = if fraction >= 1.0 { PI } else { 2.0 * libm::asin(fraction.max(0.0).sqrt()) };
-        let step = self.half * libm::cos(t) * PI * width;
-        (zenith_angle > 0.0 && zenith_angle < FRAC_PI_2).then_some(SunNode { zenith_angle, step, half_azimuth })
-    }
-}
-
-/// Returns the quadrature nodes of the part of the sun's disc within some zenith angles: `count` intervals that crowd toward the ends,
-/// each with a node at the position `shift` (0..1).
-pub fn sun_nodes(sun: &Sun, (count, shift): (usize, f64), within: [f64; 2]) -> Vec<SunNode> {
-    let width = 1.0 / count as f64;
-    let node = |disc: SunDisc| (0..count).filter_map(move |k| disc.node((k as f64 + shift) * width, width));
-    SunDisc::within(sun, within).into_iter().flat_map(node).collect()
-}
 
 /// A point below the clear zone of a straight pipe.
 #[derive(Clone, Copy, Debug)]

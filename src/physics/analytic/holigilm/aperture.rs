@@ -1,5 +1,6 @@
 //! Light that reaches a sensor unscattered through one opening, traced backward to sky and sun.
 
+use std::cell::Cell;
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
@@ -7,10 +8,14 @@ use glam::{DVec2, DVec3};
 use crate::analytic::Tube;
 use crate::geometry::disc::disc_irradiance;
 use crate::guide::sun_arcs::PointBelow;
+use crate::guide::sun_disc::{OverDisc, SunDisc};
 use crate::guide::{End, Guide, StraightGuide, Transit};
 use crate::optics::Spectrum;
 use crate::sampling::{CONES_SHARE, Key, NestedCones, PathRandom, Replicate, warp};
 use crate::sky::{Sky, Sun};
+
+/// Number of steps along each arc of the opening that shows the sun, where it shows it as a whole.
+const SUN_STEPS: usize = 8;
 
 /// A sensor that looks up, below the clear zone of a tube.
 pub(super) struct Aperture<'a> {
@@ -49,13 +54,21 @@ impl Aperture<'_> {
         PI * factor * sum / weights
     }
 
-    /// Computes the sunlight in lux through a straight tube, on `nodes` nodes of the disc with `steps` directions each; also returns the
-    /// number of rays.
-    pub fn sun(&self, guide: &StraightGuide, sun: &Sun, nodes: usize, steps: usize) -> (f64, u64) {
+    /// Computes the sunlight in lux through a straight tube with about this relative error, from a number of intervals of the disc on; also
+    /// returns the estimate of its error and the number of rays.
+    pub fn sun(&self, guide: &StraightGuide, sun: &Sun, tolerance: f64, intervals: usize) -> (f64, f64, u64) {
         let below = self.sensor - self.tube.origin;
         let point = PointBelow { guide, zone: self.zone, depth: -below.z, foot: below.truncate() };
-        let found = point.sunlight::<1>(sun, (nodes, 0.5), (steps, 1.0), |_, direction| Spectrum([direction.z]));
-        (found.illuminance.luminance(), found.rays)
+        let Some(disc) = SunDisc::within(sun, point.zenith_angles()) else { return (0.0, 0.0, 0) };
+        let rays = Cell::new(0);
+        let over = OverDisc::new(disc, intervals, |node, step| {
+            let arrives = |_, direction: DVec3| Spectrum::<1>([direction.z]);
+            let found = point.of_node(sun, node, (SUN_STEPS, 1.0 - step), arrives);
+            rays.set(rays.get() + found.rays);
+            found.illuminance.luminance()
+        });
+        let (lux, squared) = over.refined(tolerance * over.first() / (intervals as f64).sqrt());
+        (lux, squared.sqrt(), rays.get())
     }
 }
 

@@ -21,10 +21,11 @@ pub fn quarterings(sensors: usize) -> u32 {
     (0..MOST_QUARTERINGS).find(|times| rays >> (2 * times) <= FIRST_ANSWER_RAYS).unwrap_or(MOST_QUARTERINGS)
 }
 
-/// Number of nodes over the solar disc at the first level; `FIRST_SUN_STEPS` is that of steps along the arc of each. Both double at each
-/// next level.
-pub const FIRST_SUN_NODES: usize = 16;
-pub const FIRST_SUN_STEPS: usize = 64;
+/// Number of intervals of the solar disc for the sunlight at points: with fewer, bright edges between all of them can stay unseen.
+pub const SUN_INTERVALS: usize = 32;
+
+/// Error of the sunlight at points, relative to the requested standard error.
+pub const SUN_TOLERANCE: f64 = 0.1;
 
 /// Largest number of levels: 2^21 rays per source, tube and randomisation.
 pub const LEVELS: u32 = 5;

@@ -14,7 +14,7 @@ use super::profile::{Cells, Profile, RINGS, SECTORS};
 use super::quadrature::{gauss, patch_mean};
 use crate::analytic::patches::{Mesh, Patch};
 use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution, is_raised};
-use crate::guide::sun_arcs::{ABOVE_HORIZON, sun_nodes};
+use crate::guide::sun_disc::{ABOVE_HORIZON, sun_nodes};
 use crate::guide::transmittance::{beam_transmission, sky_exitance};
 use crate::guide::{End, Guide, Transit};
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};

@@ -33,7 +33,7 @@ use self::coefficients::clear_transmittance;
 use self::first_reflection::FirstReflection;
 use self::indirect::Indirect;
 pub use self::levels::REPLICATES;
-use self::levels::{FIRST_SENSOR_RAYS, FIRST_SUN_NODES, FIRST_SUN_STEPS, LEVELS, MOST_RAYS, quarterings};
+use self::levels::{FIRST_SENSOR_RAYS, LEVELS, MOST_RAYS, SUN_INTERVALS, SUN_TOLERANCE, quarterings};
 use self::light::{Light, TubeLight};
 use self::profile::Profile;
 use self::quadrature::{cell_mean, centre, gauss};
@@ -211,12 +211,10 @@ impl Holigilm {
                 value.rays += count * REPLICATES;
             }
             if let (Some(sun), Guide::Straight(guide)) = (&self.room.sun, &tube.guide) {
-                let (nodes, steps) = ((FIRST_SUN_NODES >> fewer) << level, (FIRST_SUN_STEPS >> fewer) << level);
-                let (fine, rays) = aperture.sun(guide, sun, nodes, steps);
-                let (coarse, coarse_rays) = aperture.sun(guide, sun, nodes / 2, steps / 2);
-                value.lux += transmittance * fine;
-                value.noise += transmittance * (fine - coarse).abs();
-                value.rays += rays + coarse_rays;
+                let (lux, error, rays) = aperture.sun(guide, sun, SUN_TOLERANCE * self.target, SUN_INTERVALS >> fewer);
+                value.lux += transmittance * lux;
+                value.noise += transmittance * error;
+                value.rays += rays;
             }
         }
         if let Some(first) = indirect.and_then(|indirect| indirect.first(grid, sensor)) {

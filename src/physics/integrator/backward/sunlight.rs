@@ -1,33 +1,22 @@
 //! Sunlight straight through the clear zones of straight pipes at point sensors, computed once before the passes.
 //!
-//! The arcs of an opening that show the sun ([`sun_arcs`](crate::guide::sun_arcs)) are integrated over the zenith angles of the disc by
-//! Simpson's rule, which halves the intervals where the integrand has a kink or a jump: where an edge cuts the visible disc, or the number
-//! of reflections changes.
+//! The arcs of an opening that show the sun ([`sun_arcs`](crate::guide::sun_arcs)) are integrated over the zenith angles of the disc
+//! ([`OverDisc`]).
 
-use std::f64::consts::FRAC_1_SQRT_2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
 use super::through_opening::Backward;
 use super::unscattered::openings;
-use crate::guide::sun_arcs::SunDisc;
+use crate::guide::sun_disc::{OverDisc, SunNode};
 use crate::integrator::pass_size::PassSize;
-use crate::optics::Spectrum;
 use crate::scene::Sensor;
-use crate::sky::Sun;
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Number of intervals of zenith angles at first: with fewer, kinks and jumps between all places would stay unseen by more than the tolerated
 /// error.
 const INTERVALS: PassSize = PassSize { for_one_percent: 8.0, growth: 1.0, fewest: 8.0, most: 64.0 };
-
-/// Largest number of times that an interval is halved.
-const MOST_HALVINGS: u32 = 10;
-
-/// Number of times that the position of the steps along the arcs changes by a whole step over the places of the disc: the errors of arcs
-/// are those of independent places.
-const STEPS_TURNED: f64 = 618.033_988_7;
 
 /// Largest number of sensors whose mean is a scale of errors.
 const OF_MEAN: usize = 256;
@@ -59,100 +48,39 @@ pub fn sunlight(scene: &TraceableScene, sensors: &[Sensor], target: f64, cancel:
     sensors.par_iter().map(|sensor| sunlit(sensor).sunlight(TOLERANCE * target, mean)).collect()
 }
 
-/// Sensor with the openings that may show it the sun.
-struct SunlitSensor<'a>(Vec<ShownSun<'a>>);
+/// Sensor with the illuminances in lx by the openings that may show it the sun.
+struct SunlitSensor<'a>(Vec<OverDisc<OfNode<'a>>>);
+
+/// Illuminance in lx by one zenith angle of the disc.
+type OfNode<'a> = Box<dyn Fn(SunNode, f64) -> f64 + 'a>;
 
 impl<'a> SunlitSensor<'a> {
     fn new(scene: &'a TraceableScene, sensor: Sensor, intervals: usize, cancel: &AtomicBool) -> Self {
         let may_show = |tube: &TraceableTube| tube.sun.is_some() && !cancel.load(Ordering::Relaxed);
         let shown = |(_, backward): (usize, Backward<'a>)| {
             let sun = backward.tube.sun.as_ref().filter(|sun| backward.may_show(sun))?;
-            Some(ShownSun::new(backward, sun, backward.disc(sun)?, intervals))
+            let disc = backward.disc(sun)?;
+            let of_node = move |node, step| {
+                let cosine = |toward| backward.at.cosine::<3>(toward);
+                backward.sun_of_node(sun, &cosine, node, step).luminance()
+            };
+            Some(OverDisc::new(disc, intervals, Box::new(of_node) as OfNode))
         };
         Self(openings(scene, sensor, may_show).into_iter().filter_map(shown).collect())
     }
 
     /// Returns the illuminance in lx by the first intervals.
     fn first(&self) -> f64 {
-        self.0.iter().flat_map(|shown| &shown.first).map(Interval::integral).sum()
+        self.0.iter().map(OverDisc::first).sum()
     }
 
     /// Computes the illuminance with this error, relative to it or to `least_scale` in lx if that is more.
     fn sunlight(&self, tolerance: f64, least_scale: f64) -> Sunlight {
         let tolerated = tolerance * self.first().max(least_scale);
-        let all = || self.0.iter().flat_map(|shown| shown.first.iter().map(move |interval| (shown, *interval)));
-        let of_interval = tolerated / (all().count().max(1) as f64).sqrt();
-        let mut squared = 0.0;
-        let lux = all().map(|(shown, interval)| shown.integral(interval, of_interval, 0, &mut squared)).sum();
+        let intervals: usize = self.0.iter().map(OverDisc::intervals).sum();
+        let refined = self.0.iter().map(|shown| shown.refined(tolerated / (intervals.max(1) as f64).sqrt()));
+        let (lux, squared) = refined.fold((0.0, 0.0), |(lux, squares), (of, squared)| (lux + of, squares + squared));
         Sunlight { lux, error: squared.sqrt() }
-    }
-}
-
-/// Sun that an opening may show to a sensor.
-struct ShownSun<'a> {
-    backward: Backward<'a>,
-    sun: &'a Sun,
-    disc: SunDisc,
-    first: Vec<Interval>,
-}
-
-/// Values of the integrand, in lx, at both ends of an interval of places on the disc and in its middle.
-#[derive(Clone, Copy)]
-struct Interval {
-    from: f64,
-    width: f64,
-    values: [f64; 3],
-}
-
-impl Interval {
-    /// Returns the integral by Simpson's rule.
-    fn integral(&self) -> f64 {
-        let [low, middle, high] = self.values;
-        self.width / 6.0 * (low + 4.0 * middle + high)
-    }
-}
-
-impl<'a> ShownSun<'a> {
-    fn new(backward: Backward<'a>, sun: &'a Sun, disc: SunDisc, intervals: usize) -> Self {
-        let mut shown = Self { backward, sun, disc, first: Vec::new() };
-        let width = 1.0 / intervals as f64;
-        let values: Vec<f64> = (0..=2 * intervals).map(|number| shown.at(0.5 * width * number as f64)).collect();
-        let interval = |number: usize| {
-            let values = [0, 1, 2].map(|place| values[2 * number + place]);
-            Interval { from: width * number as f64, width, values }
-        };
-        shown.first = (0..intervals).map(interval).collect();
-        shown
-    }
-
-    /// Returns the illuminance in lx per place of the disc.
-    fn at(&self, place: f64) -> f64 {
-        let cosine = |toward| self.backward.at.cosine::<3>(toward);
-        let lux: Option<Spectrum<3>> = self
-            .disc
-            .node(place, 1.0)
-            .map(|node| self.backward.sun_of_node(self.sun, &cosine, node, (place * STEPS_TURNED).fract()));
-        lux.map_or(0.0, |lux| lux.luminance())
-    }
-
-    /// Computes the integral over an interval with about this error in lx, and adds the square of what it estimates the error to be.
-    fn integral(&self, interval: Interval, tolerated: f64, halvings: u32, squared: &mut f64) -> f64 {
-        let Interval { from, width, values } = interval;
-        let half = 0.5 * width;
-        let [low, middle, high] = values;
-        let halves = [(from, low, middle), (from + half, middle, high)].map(|(from, low, high)| Interval {
-            from,
-            width: half,
-            values: [low, self.at(from + 0.5 * half), high],
-        });
-        let both = halves.iter().map(Interval::integral).sum::<f64>();
-        let changed = both - interval.integral();
-        if changed.abs() <= tolerated || halvings == MOST_HALVINGS {
-            *squared += changed * changed;
-            return both;
-        }
-        // errors of intervals are independent
-        halves.into_iter().map(|half| self.integral(half, FRAC_1_SQRT_2 * tolerated, halvings + 1, squared)).sum()
     }
 }
 
@@ -163,8 +91,8 @@ mod tests {
     use super::*;
     use crate::optics::Diffuser;
     use crate::scene::{Daylight, Face};
-    use crate::sky::direction;
     use crate::sky::zenith::ZenithFormula;
+    use crate::sky::{Sun, direction};
     use crate::traceable::test_rooms::{compiled, empty, straight_tube};
 
     /// Checks sensors below two tubes against two thousand zenith angles: high and low suns with few and many reflections, seen as a whole,

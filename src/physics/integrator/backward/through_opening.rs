@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::guide::sun_arcs::{PointBelow, SunDisc, SunNode};
+use crate::guide::sun_arcs::PointBelow;
+use crate::guide::sun_disc::{SunDisc, SunNode};
 use crate::guide::{End, Guide, RayCount, Transit};
 use crate::integrator::photon::nearness::is_near_opening;
 use crate::optics::Spectrum;
