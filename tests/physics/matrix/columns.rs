@@ -55,7 +55,7 @@ pub struct Work {
     sensors: f64,
     pixels: f64,
     factor: f64,
-    /// Paths from sensors alone are so many times more.
+    /// Paths from sensors and eyes alone are so many times more.
     paths: f64,
 }
 
@@ -104,7 +104,7 @@ pub const COLUMNS: &[Column] = &[
         method: Some(|work| {
             Method::PathTracing(path_tracing::Settings {
                 samples_per_sensor: work.per_sensor(1024.0 * work.paths),
-                samples_per_pixel: work.per_pixel(2560.0),
+                samples_per_pixel: work.per_pixel(2560.0 * work.paths),
             })
         }),
     },
@@ -114,7 +114,7 @@ pub const COLUMNS: &[Column] = &[
             Method::Bidirectional(bidirectional::Settings {
                 photons_per_pass: Some(work.photons(1024.0)),
                 samples_per_sensor: Some(work.per_sensor(256.0 * work.paths)),
-                samples_per_pixel: work.per_pixel(1280.0),
+                samples_per_pixel: work.per_pixel(1280.0 * work.paths),
             })
         }),
     },

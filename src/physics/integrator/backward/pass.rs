@@ -18,6 +18,10 @@ use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Place, TraceableScene};
 
+/// Number of pairs of Sobol coordinates of a path from an eye, whose points are low-discrepancy together with those of neighbouring pixels:
+/// a third pair gains nothing.
+pub const SOBOL_PAIRS_SEEN: u32 = 2;
+
 /// Numbers of backward paths and of their random decisions.
 #[derive(Clone, Copy)]
 pub struct Sampling {
@@ -278,21 +282,26 @@ fn pixel<const C: usize>(
 }
 
 /// Returns a point of a pixel, both coordinates in 0..1, for path `number` where each pixel has `paths`.
-fn place_in_pixel(stream: Key, number: u64, paths: u64, samples: &mut PathSamples) -> [f64; 2] {
+pub fn place_in_pixel(stream: Key, number: u64, paths: u64, samples: &mut PathSamples) -> [f64; 2] {
     if paths == 1 {
         // the low-discrepancy points are worth more to directions, which neighbouring pixels share
         return samples.random.uniform2();
     }
-    let (replicate, number) = Replicate::of(stream.stream(Stream::PlacesInPixels, 0), number);
-    let [x, y, ..] = replicate.point(number, 0);
+    let [x, y, ..] = beside_directions(stream, number);
     [x, y]
+}
+
+/// Returns low-discrepancy numbers of path `number` of a view for what is not a direction: a point of its pixel, then two choices.
+pub fn beside_directions(stream: Key, number: u64) -> [f64; 4] {
+    let (replicate, number) = Replicate::of(stream.stream(Stream::PlacesInPixels, 0), number);
+    replicate.point(number, 0)
 }
 
 /// Numbers a pixel along a curve that fills one aligned square of 2^k x 2^k pixels after the other, for every k (Morton 1966).
 ///
 /// Points of a Sobol sequence with these numbers are uniform over each such square, so that the errors of neighbouring pixels compensate
 /// each other (Ahmed and Wonka 2020).
-fn number_in_squares([column, row]: [usize; 2]) -> u64 {
+pub fn number_in_squares([column, row]: [usize; 2]) -> u64 {
     bits_apart(column as u32) | bits_apart(row as u32) << 1
 }
 

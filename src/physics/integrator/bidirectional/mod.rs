@@ -49,6 +49,7 @@ pub use self::settings::{PathCounts, Settings};
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::RayCount;
 use crate::integrator::backward::chance;
+use crate::integrator::backward::pass::{SOBOL_PAIRS_SEEN, beside_directions, number_in_squares, place_in_pixel};
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::{LooksUp, unscattered};
 use crate::integrator::backward::walk::Walk;
@@ -301,20 +302,11 @@ impl<const C: usize> Bidirectional<C> {
         self.emission.photons() as f64 / f64::from(self.counts.per_pixel)
     }
 
-    /// Starts eye path `number` of a sensor or pixel, and returns it with the vertices of the photon to which it is connected.
-    fn eye_path<'a>(
-        &'a self,
-        paths: &'a LightPaths<C>,
-        stream: Key,
-        number: u32,
-        samples_per_pass: u32,
-    ) -> (Walk<'a, C>, &'a [LightVertex<C>]) {
-        let mut samples = PathSamples::new(stream, u64::from(number));
+    /// Returns the vertices of the photon to which an eye path is connected; `choice` in 0..1 chooses it. Photons are ordered by their
+    /// sources, so that even choices divide paths evenly among these.
+    fn photon<'a>(&self, paths: &'a LightPaths<C>, choice: f64) -> &'a [LightVertex<C>] {
         let photons = self.emission.photons();
-        // photons are ordered by their sources
-        let stratum = (f64::from(number) + samples.random.uniform()) / f64::from(samples_per_pass);
-        let photon = ((stratum * photons as f64) as u64).min(photons - 1);
-        (Walk::new(&self.scene, samples, 0), paths.of(photon as usize))
+        paths.of(((choice * photons as f64) as u64).min(photons - 1) as usize)
     }
 
     /// Computes the illuminance of one sensor in lx without the photons' connections, and the number of rays.
@@ -325,7 +317,9 @@ impl<const C: usize> Bidirectional<C> {
         let (photons, cut) = (self.emission.photons() as f64, self.connections_per_path(grid));
         let (mut lux, mut rays) = (0.0, RayCount::default());
         for number in 0..count {
-            let (mut walk, photon) = self.eye_path(paths, stream, number, count);
+            let mut walk = Walk::new(&self.scene, PathSamples::new(stream, u64::from(number)), 0);
+            let choice = (f64::from(number) + walk.samples.random.uniform()) / f64::from(count);
+            let photon = self.photon(paths, choice);
             let offset = if average { walk.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
             let sensor = place(grid, index, offset, grid.height_m + self.scene.contact());
             if !self.scene.is_in_solid(sensor) {
@@ -356,12 +350,15 @@ impl<const C: usize> Bidirectional<C> {
     /// Computes the luminance of one pixel in cd/m2 without the photons' connections, and the number of rays.
     fn pixel(&self, view: &View, pixel: usize, paths: &LightPaths<C>, stream: Key) -> (Spectrum<C>, RayCount) {
         let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
-        let count = self.counts.per_pixel;
+        let count = u64::from(self.counts.per_pixel);
         let (photons, cut) = (self.emission.photons() as f64, self.connections_per_ray());
         let (mut luminance, mut rays) = (Spectrum::ZERO, RayCount::default());
-        for number in 0..count {
-            let (mut walk, photon) = self.eye_path(paths, stream, number, count);
-            let [x, y] = walk.samples.pair();
+        let first = number_in_squares([column, row]) * count;
+        for number in first..first + count {
+            let mut walk = Walk::new(&self.scene, PathSamples::with_pairs(stream, number, SOBOL_PAIRS_SEEN), 0);
+            let [x, y] = place_in_pixel(stream, number, count, &mut walk.samples);
+            let [.., choice, _] = beside_directions(stream, number);
+            let photon = self.photon(paths, choice);
             let direction = view.ray_direction(column as f64 + x, row as f64 + y);
             if let Some(origin) = enter_room(&self.scene, view.eye, direction) {
                 let outside = (origin - view.eye).length();
@@ -372,7 +369,7 @@ impl<const C: usize> Bidirectional<C> {
             luminance += walk.sum;
             rays += walk.rays;
         }
-        (luminance * (1.0 / f64::from(count)), rays)
+        (luminance * (1.0 / count as f64), rays)
     }
 }
 
@@ -422,7 +419,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
         }
         for (number, (view, image)) in self.views.iter().zip(&mut views).enumerate() {
             let stream = key.stream(Stream::View, number as u64);
-            let pixel = |index: usize| going_on().then(|| self.pixel(view, index, &paths, stream.child(index as u64)));
+            let pixel = |index: usize| going_on().then(|| self.pixel(view, index, &paths, stream));
             let pixels: Option<Vec<_>> = (0..image.len() / C).into_par_iter().map(pixel).collect();
             for (sum, (luminance, rays)) in image.chunks_exact_mut(C).zip(pixels?) {
                 add(sum, &luminance);

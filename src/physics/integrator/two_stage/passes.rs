@@ -12,7 +12,7 @@ use super::straight::{GridSensors, OpeningConnections, Straight, by_mirrors, of_
 use super::variances::Share;
 use crate::guide::RayCount;
 use crate::integrator::backward;
-use crate::integrator::backward::pass::{Lux, Sampling, each, lifted};
+use crate::integrator::backward::pass::{Lux, SOBOL_PAIRS_SEEN, Sampling, each, lifted};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::diffuser_source::closure_source::{ClosureLight, ClosureSource, add_directional};
 use crate::integrator::diffuser_source::light::{DiffuserLight, SensorLit};
@@ -32,10 +32,6 @@ const CERTAIN_REFLECTIONS: u32 = 3;
 
 /// Number of pairs of Sobol coordinates of a path.
 const SOBOL_PAIRS: u32 = 8;
-
-/// Number of pairs of Sobol coordinates of a path from an eye, whose points are low-discrepancy together with those of neighbouring pixels:
-/// a third pair gains nothing.
-const SOBOL_PAIRS_SEEN: u32 = 2;
 
 /// Method on one scene; `C` channels of light.
 #[derive(Debug)]

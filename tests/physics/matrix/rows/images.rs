@@ -47,7 +47,7 @@ pub fn mirrored_panel_cells() -> Row {
 }
 
 /// An eye that looks into the mirror sees what it would see in the room of twice the length.
-fn looked_into(scene: fn(bool) -> Scene) -> Row {
+fn looked_into(scene: fn(bool) -> Scene, paths: f64) -> Row {
     let [mirror, image] = [false, true].map(|image| {
         let mut scene = scene(image);
         scene.grids = Vec::new();
@@ -55,15 +55,15 @@ fn looked_into(scene: fn(bool) -> Scene) -> Row {
         scene.views = vec![View::new("view".into(), eye, target, DVec3::Z, 1.0, [24, 16]).unwrap()];
         scene
     });
-    Row::new(mirror).same(image, &["path_tracing"]).mirrors(Mirrors::Paths(1.0))
+    Row::new(mirror).same(image, &["path_tracing"]).mirrors(Mirrors::Paths(paths))
 }
 
 pub fn view_of_a_mirrored_tube() -> Row {
-    looked_into(|image| mirrored(lambertian(0.6, 0.3), image, Point))
+    looked_into(|image| mirrored(lambertian(0.6, 0.3), image, Point), 16.0)
 }
 
 pub fn view_of_a_mirrored_panel() -> Row {
-    looked_into(|image| mirrored_panel(image, Point))
+    looked_into(|image| mirrored_panel(image, Point), 2.0)
 }
 
 /// The same block as 12 triangles and as a box.
