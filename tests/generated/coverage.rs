@@ -118,9 +118,13 @@ fn intervals_hold_as_often_as_they_say() {
         let [sensor, mean] = [&sensors[method], &means[method]].map(|rooms| Share::of(rooms));
         let line = format!("{method}: {sensor} sensors, {mean} means");
         println!("{line}");
-        // a solver's errors are bounds
-        let most = if method == "holigilm" { 1.0 } else { 0.97 };
-        if !sensor.is_within(0.93, most) || !mean.is_within(0.90, most.max(0.99)) {
+        // a solver's errors are bounds; the bias of a radius counts as a standard error, and intervals of two of these always hold it
+        let (most, most_of_means) = match method {
+            "holigilm" => (1.0, 1.0),
+            _ if ["ppm", "sppm"].iter().any(|gathering| method.starts_with(gathering)) => (0.97, 1.0),
+            _ => (0.97, 0.99),
+        };
+        if !sensor.is_within(0.93, most) || !mean.is_within(0.90, most_of_means) {
             failures.push(line);
         }
     }

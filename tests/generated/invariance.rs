@@ -60,6 +60,9 @@ enum Equal {
 /// Largest relative change by rounding: meshes that lie a million metres away have ten digits of a metre.
 const ROUNDING: f64 = 1e-6;
 
+/// Largest change by paths that rounding parts, relative to a value's standard error; with other random numbers the change is 1.4.
+const PARTED: f64 = 0.25;
+
 fn changed(document: &Value, change: Change) -> Option<(Value, Equal)> {
     let mut changed = document.clone();
     let equal = match change {
@@ -187,9 +190,14 @@ fn difference(a: &Found, b: &Found, change: Change, equal: Equal, limit: f64) ->
     if let Some(place) = beyond {
         return Some(format!("place {place}: {:?} is not {:?}", pairs[place].0, pairs[place].1));
     }
-    let rounded = pairs.iter().filter(|(a, b)| (a.value - b.value).abs() <= ROUNDING * a.value.abs()).count();
-    (equal == Equal::ToRounding && 2 * rounded < pairs.len())
-        .then(|| format!("only {rounded} of {} values are equal to rounding: {pairs:?}", pairs.len()))
+    // where surfaces touch, rounding decides which of them a ray meets: paths of the same random numbers part, a few of many
+    let is_same = |(a, b): &&(Measured, Measured)| {
+        let apart = (a.value - b.value).abs();
+        apart <= ROUNDING * a.value.abs() || apart <= PARTED * a.error
+    };
+    let same = pairs.iter().filter(is_same).count();
+    (equal == Equal::ToRounding && 2 * same < pairs.len())
+        .then(|| format!("only {same} of {} values are the same: {pairs:?}", pairs.len()))
 }
 
 fn changes() -> impl Strategy<Value = Change> {
