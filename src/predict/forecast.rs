@@ -85,13 +85,13 @@ const COURSE_POINTS: u32 = 40;
 #[serde(rename_all = "snake_case")]
 pub enum WaitingFor {
     /// No error is above its limit, but after so few passes they cannot be trusted: grids and views are judged from the 8th pass on, those
-    /// of few sensors or blocks later, a single one from the 32nd.
+    /// of 1000 sensors or blocks from the 5th, those of few later, a single one from the 32nd.
     LeastPasses,
     /// The grids are less accurate than requested, by a larger factor than the views.
     RelativeError,
     /// The views are less accurate than requested, by a larger factor than the grids.
     ViewRelativeError,
-    /// All limits hold: the job ends when they are checked next, if they still do. They are checked after 8 passes and then whenever about
+    /// All limits hold: the job ends when they are checked next, if they still do. They are checked after 5 passes and then whenever about
     /// an eighth is added.
     NextJudgement,
 }

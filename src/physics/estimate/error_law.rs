@@ -8,7 +8,7 @@
 //! docs/physics/statistics.md#what-a-pilot-foretells.
 
 use super::residual::Sharing;
-use super::stopping::{LEAST_PASSES, next_judgement};
+use super::stopping::{USUAL_PASSES, next_judgement};
 use crate::integrator::pass::LEAST_SHARE_OF_MEAN;
 use crate::integrator::photon_map::progressive::Radii;
 use crate::integrator::trial::Ratios;
@@ -170,7 +170,7 @@ impl ErrorLaw {
             alpha,
             ..Self::default()
         };
-        let noise = |relative: &Relative| law(relative).by_passes(LEAST_PASSES as f64).iter().sum::<f64>();
+        let noise = |relative: &Relative| law(relative).by_passes(USUAL_PASSES as f64).iter().sum::<f64>();
         let by_passes = jackknife(&|relative| libm::log(noise(relative).max(f64::MIN_POSITIVE)));
         let by_places = all.spread * (1.0 - found.fraction.min(1.0)).sqrt();
         let by_size = if ratios.variance == 1.0 && ratios.shared_variance == 1.0 { 0.0 } else { OF_SMALLER_PASSES };

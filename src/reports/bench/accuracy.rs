@@ -45,7 +45,7 @@ pub fn section(settings: &Settings, progress: Progress) -> Result<Section, Repor
         title: "Time to an accuracy".to_owned(),
         text: "Processor seconds of one thread until the 9 x 9 points on the floor have the requested relative \
                standard error (root mean square over the points) at 95 % by Student's t: medians of runs with seeds \
-               of their own, quartiles in brackets. A job first checks its error after eight passes, so that errors \
+               of their own, quartiles in brackets. Such a job first checks its error after eight passes, so that errors \
                of some percent cost no more than one of 1 %. \"Reported\" is the median of the errors that the jobs \
                report, \"actual\" the root mean square over all runs against independent references \
                (`tests/reference/README.md`), with the references' own error (0.02 to 0.03 %) subtracted. The errors \

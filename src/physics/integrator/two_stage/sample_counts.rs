@@ -35,7 +35,8 @@ const PER_OPENING: PassSize = PassSize { for_one_percent: 8.0, growth: 2.0, fewe
 const MOST_PER_OPENING: f64 = 1024.0;
 
 /// Fraction of the squared error that paths may have: Student's quantile, and chance in the error estimates, take the rest. With 0.6 most
-/// jobs have reached their error before the eighth pass, when they are first judged; with 1 they take more passes, which costs more.
+/// jobs have reached their error before the eighth pass, when grids of some dozen sensors are first judged; with 1 they take more passes,
+/// which costs more.
 const SHARE_OF_PATHS: f64 = 0.8;
 
 /// Power of the number of low-discrepancy connections by which the variance of partly hidden light falls.
