@@ -55,8 +55,13 @@ pub struct Exchange {
 impl Exchange {
     /// Finds the patches that rays from `starts` meet, directly or after reflections; always the same for the same scene and starts. `edge`
     /// is the approximate length of an edge of a patch in m. Edges are shorter where luminaires give light, and, if this is asked for, the sun
-    /// through clear zones. `None` where no light is reflected.
-    pub fn new((scene, with_clear_zones): (&TraceableScene, bool), starts: &[SurfacePoint], edge: f64) -> Option<Self> {
+    /// through clear zones. `random` is the key of the rays by which patches exchange light. `None` where no light is reflected.
+    pub fn new(
+        (scene, with_clear_zones): (&TraceableScene, bool),
+        starts: &[SurfacePoint],
+        edge: f64,
+        random: Key,
+    ) -> Option<Self> {
         if !scene.interreflection {
             return None;
         }
@@ -112,7 +117,7 @@ impl Exchange {
             areas[number as usize] = area;
         }
         let of_patch = |(number, (patch, area)): (usize, (&MetPatch, &Option<Area>))| {
-            let mut random = PathRandom::new(key.child(2).child(number as u64));
+            let mut random = PathRandom::new(random.child(0).child(number as u64));
             PatchRays::of(scene, patch.spread_points(scene, *area, &mut random), &mut random)
         };
         let lit: Vec<PatchRays> = found.par_iter().zip(&areas).enumerate().map(of_patch).collect();
@@ -121,7 +126,7 @@ impl Exchange {
         let bright = bright_patches(scene, &lit, &surfaces, &areas);
         let number_of = |point: SurfacePoint| Some(numbers[patches.at(point.surface?, point.position)?]);
         let ends = |(number, lit): (usize, &PatchRays)| {
-            lit.ends((scene, &bright), number_of, &mut PathRandom::new(key.child(4).child(number as u64)))
+            lit.ends((scene, &bright), number_of, &mut PathRandom::new(random.child(1).child(number as u64)))
         };
         let met: Vec<Vec<(u32, f64)>> = lit.par_iter().enumerate().map(ends).collect();
         let met = met.concat();

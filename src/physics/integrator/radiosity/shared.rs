@@ -4,6 +4,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Exchange;
+use crate::sampling::Key;
 use crate::traceable::{SurfacePoint, TraceableScene};
 
 /// Cost of a solution as a fraction of that of its exchange.
@@ -31,9 +32,15 @@ impl SharedExchanges {
     }
 
     /// Returns what [`Exchange::new`] computes for the room.
-    pub fn exchange(&self, with_clear_zones: bool, starts: &[SurfacePoint], edge: f64) -> Option<Arc<Exchange>> {
+    pub fn exchange(
+        &self,
+        with_clear_zones: bool,
+        starts: &[SurfacePoint],
+        edge: f64,
+        random: Key,
+    ) -> Option<Arc<Exchange>> {
         let mut hasher = DefaultHasher::new();
-        (with_clear_zones, edge.to_bits()).hash(&mut hasher);
+        (with_clear_zones, edge.to_bits(), random).hash(&mut hasher);
         for start in starts {
             [start.position, start.normal].map(|of| of.to_array().map(f64::to_bits)).hash(&mut hasher);
         }
@@ -42,7 +49,7 @@ impl SharedExchanges {
         if let Some((_, exchange)) = made.iter().find(|(of, _)| *of == key) {
             return exchange.clone();
         }
-        let exchange = Exchange::new((&self.scene, with_clear_zones), starts, edge).map(Arc::new);
+        let exchange = Exchange::new((&self.scene, with_clear_zones), starts, edge, random).map(Arc::new);
         made.push((key, exchange.clone()));
         exchange
     }
@@ -56,15 +63,15 @@ mod tests {
     use crate::optics::Surface;
     use crate::traceable::test_rooms::{compiled, empty};
 
-    /// Checks that what is asked for again is computed once, and other starts or edges are not taken for it.
+    /// Checks that what is asked for again is computed once, and other starts, edges or random numbers are not taken for it.
     #[test]
     fn the_same_exchange_is_computed_once() {
         let scene = Arc::new(compiled(&empty(DVec3::new(4.0, 3.0, 2.5), Some(Surface::diffuse([0.5; 3])))));
         let shared = SharedExchanges::new(&scene, 2);
         let start = |x: f64| SurfacePoint { position: DVec3::new(x, 1.0, 0.8), normal: DVec3::Z, surface: None };
-        let of = |x: f64, edge: f64| shared.exchange(false, &[start(x)], edge).unwrap();
-        let first = of(1.0, 0.5);
-        assert!(Arc::ptr_eq(&first, &of(1.0, 0.5)));
-        assert!([of(1.5, 0.5), of(1.0, 0.4)].iter().all(|other| !Arc::ptr_eq(&first, other)));
+        let of = |x: f64, edge: f64, seed: u64| shared.exchange(false, &[start(x)], edge, Key::new(seed)).unwrap();
+        let first = of(1.0, 0.5, 1);
+        assert!(Arc::ptr_eq(&first, &of(1.0, 0.5, 1)));
+        assert!([of(1.5, 0.5, 1), of(1.0, 0.4, 1), of(1.0, 0.5, 2)].iter().all(|other| !Arc::ptr_eq(&first, other)));
     }
 }

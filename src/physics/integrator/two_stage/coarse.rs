@@ -45,9 +45,10 @@ impl<const C: usize> Coarse<C> {
     ) -> Option<Self> {
         let scene = task.traceable;
         let with_clear_zones = beside == Beside::Connected;
+        let random = Key::new(seed).stream(Stream::PatchRays, 0);
         let exchange = match task.exchanges {
-            Some(shared) if scene.interreflection => shared.exchange(with_clear_zones, starts, edge)?,
-            _ => Arc::new(Exchange::new((scene, with_clear_zones), starts, edge)?),
+            Some(shared) if scene.interreflection => shared.exchange(with_clear_zones, starts, edge, random)?,
+            _ => Arc::new(Exchange::new((scene, with_clear_zones), starts, edge, random)?),
         };
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
