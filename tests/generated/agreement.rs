@@ -22,6 +22,9 @@ const FIRST: Effort = Effort { passes: 24, size: 1.0, fixed: 1 };
 /// Renders that decide: 16 times as many passes, and fixed points.
 const AGAIN: Effort = Effort { passes: 384, size: 1.0, fixed: 16 };
 
+/// Illuminance in lx, or flux in lm, below which a value is darkness: photons that come by a handful have no normal errors.
+const DARK: f64 = 1e-6;
+
 /// The first difference of two methods beyond `limit`, in words.
 fn difference(a: (&str, &Found), b: (&str, &Found), limit: f64) -> Option<String> {
     let tubes = |found: &Found, other: &Found| if other.tubes.is_empty() { Vec::new() } else { found.tubes.clone() };
@@ -34,7 +37,8 @@ fn difference(a: (&str, &Found), b: (&str, &Found), limit: f64) -> Option<String
         let mut pairs = of_a.iter().zip(&of_b).enumerate();
         pairs.find_map(|(place, (x, y))| {
             let verdict = compare(*x, *y, 0.0);
-            (verdict.probability < limit).then(|| {
+            let is_dark = x.value.max(y.value) < DARK;
+            (!is_dark && verdict.probability < limit).then(|| {
                 let [s, u] = [x, y].map(|it| format!("{:.6e} +- {:.2e}", it.value, it.error));
                 format!("{what} {place}: {} {s}, {} {u}, {:.1} standard errors", a.0, b.0, verdict.t)
             })
