@@ -260,6 +260,9 @@ pub struct PointsYearResult {
     /// Places of the sensors in metres, x, y and z, row by row.
     #[schema(value_type = Vec<Vector>)]
     pub points_m: Vec<[f64; 3]>,
+    /// Unit vectors that the sensors face.
+    #[schema(value_type = Vec<Vector>)]
+    pub normals: Vec<[f64; 3]>,
     /// Metrics, each with a value for every sensor.
     pub columns: Vec<ColumnResult>,
 }

@@ -102,7 +102,7 @@ streams! {
     /// the grid's, and sensors and tubes are numbered below it.
     EvenConnections = 1 << 63, MANY, below [Seed];
     /// Rays and connections of the patches of a coarse solution.
-    PatchRays = (1 << 63) + (1 << 62), 1, below [Seed];
+    PatchRays = 5 << 61, 1, below [Seed];
     /// A small pass from which the size of passes is chosen; the index is its number.
     SizeTrial = u64::MAX - (1 << 32), 1 << 32, below [Seed];
 

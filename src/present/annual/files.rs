@@ -58,7 +58,9 @@ impl JobYear {
     pub fn points(&self, name: &str) -> Option<PointsYearResult> {
         let (number, of) = self.grid(name)?;
         let year = &self.first.year.grids[number];
-        let points_m = (0..of.weights.len()).map(|sensor| of.grid.sensor(sensor).position.to_array()).collect();
+        let sensors = || (0..of.weights.len()).map(|sensor| of.grid.sensor(sensor));
+        let points_m = sensors().map(|sensor| sensor.position.to_array()).collect();
+        let normals = sensors().map(|sensor| sensor.normal.to_array()).collect();
         let optional = |name: String, value: &dyn Fn(&PointYear) -> Option<Value>| {
             let values = year.points.iter().zip(&of.weights);
             let values: Vec<Option<Value>> =
@@ -105,7 +107,7 @@ impl JobYear {
                 ..column(format!("mean_of_tube_{}_lux", tube + 1), &exact)
             });
         }
-        Some(PointsYearResult { name: name.to_owned(), points_m, columns })
+        Some(PointsYearResult { name: name.to_owned(), points_m, normals, columns })
     }
 
     /// Returns the table of the records with light: time, sun, sky, lumens of each tube and mean illuminance of each grid.
@@ -237,7 +239,7 @@ impl GridOfYear {
 impl PointsYearResult {
     /// Returns the metrics as a table, a row for each sensor.
     pub fn csv(&self) -> String {
-        let mut table = "x_m,y_m,z_m".to_owned();
+        let mut table = "x_m,y_m,z_m,normal_x,normal_y,normal_z".to_owned();
         for column in &self.columns {
             let _ = write!(table, ",{}", column.name);
             if !column.standard_errors.is_empty() {
@@ -246,8 +248,8 @@ impl PointsYearResult {
         }
         table.push('\n');
         let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.5}"));
-        for (sensor, [x, y, z]) in self.points_m.iter().enumerate() {
-            let _ = write!(table, "{x},{y},{z}");
+        for (sensor, ([x, y, z], [u, v, w])) in self.points_m.iter().zip(&self.normals).enumerate() {
+            let _ = write!(table, "{x},{y},{z},{u},{v},{w}");
             for column in &self.columns {
                 let _ = write!(table, ",{}", number(column.values[sensor]));
                 if let Some(error) = column.standard_errors.get(sensor) {

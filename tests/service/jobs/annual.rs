@@ -43,6 +43,10 @@ async fn a_year_from_weather_to_files() {
         assert_eq!(answer.status(), StatusCode::OK, "{link}");
         assert!(!answer.bytes().await.unwrap().is_empty(), "{link}");
     }
+    let points = links.iter().find(|link| link.ends_with(".csv") && link.contains("/points.")).unwrap();
+    let table = service.get(points).send().await.unwrap().text().await.unwrap();
+    assert!(table.starts_with("x_m,y_m,z_m,normal_x,normal_y,normal_z,"), "{table}");
+    assert!(table.lines().nth(1).unwrap().split(',').skip(3).take(3).eq(["0", "0", "1"]), "{table}");
     problem(service.get(&format!("{path}/annual/points.none.csv")).send().await.unwrap(), 404).await;
     let events = service.events_after(&path, 0).await;
     let names: Vec<&str> = events.iter().map(|event| event.name.as_str()).collect();
