@@ -203,8 +203,8 @@ fn ranges_are_bounded() {
         let ahead = prepared.ranges_ahead(merged, bytes, 3);
         ahead.into_iter().map(|range| (range.passes.start, range.passes.end)).collect::<Vec<_>>()
     };
-    assert_eq!(ranges(&merged, 1 << 10), [(8, 9), (9, 10), (10, 11)]);
-    assert_eq!(ranges(&merged, 16 << 20), [(4, 8), (8, 9), (9, 10)]);
+    assert_eq!(ranges(&merged, 1 << 10), [(5, 6), (6, 7), (7, 8)]);
+    assert_eq!(ranges(&merged, 16 << 20), [(1, 5), (5, 6), (6, 7)]);
     assert_eq!(ranges(&merged, 1 << 40), [(1, 2), (2, 3), (3, 4)]);
     merged.passes = 9;
     assert_eq!(ranges(&merged, 1 << 10), [(10, 11)]);
