@@ -77,8 +77,8 @@ const ENOUGH_PASSES: u64 = 32;
 const PASSES_WITHOUT_LIGHT: u64 = 64;
 
 /// Returns the number of passes below which the accuracy of an output of `values` sensors or blocks is too uncertain to stop by: 5 from
-/// 1000 values on, 8 from eight on, 16 from four on, 32 for a single one. Measured at 8, 16 and 32 passes, the relative error of the estimated error is 27,
-/// 18, 13 % for one value, 17, 12, 8 % for four, and 7, 4, 3 % for 81.
+/// 1000 values on, 8 from eight on, 16 from four on, 32 for a single one. Measured at 8, 16 and 32 passes, the relative error of the
+/// estimated error is 27, 18, 13 % for one value, 17, 12, 8 % for four, and 7, 4, 3 % for 81.
 ///
 /// ```
 /// use skyduct_physics::estimate::stopping::least_passes;
