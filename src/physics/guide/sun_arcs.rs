@@ -16,6 +16,9 @@ use crate::geometry::turn::{angle_between, unit_vector};
 use crate::optics::Spectrum;
 use crate::sky::Sun;
 
+/// Number of steps along the arc of each zenith angle.
+pub const STEPS: usize = 8;
+
 /// Largest number of bisections of an interval in which the number of reflections changes or the azimuth is not linear.
 const MOST_HALVINGS: u32 = 12;
 

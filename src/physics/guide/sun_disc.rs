@@ -1,7 +1,7 @@
 //! Zenith angles over the sun's disc, and integrals over them.
 //!
-//! What a straight pipe sends from the sun to a point has kinks and jumps over the zenith angles of the disc, where an edge of the opening
-//! cuts the visible disc or the number of reflections changes. Simpson's rule halves the intervals where it finds them.
+//! The light that a straight pipe sends from the sun to a point has kinks and jumps over the zenith angles of the disc, where an edge of the
+//! opening cuts the visible disc or the number of reflections changes. Simpson's rule halves the intervals where it finds them.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 

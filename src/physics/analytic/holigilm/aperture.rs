@@ -7,15 +7,12 @@ use glam::{DVec2, DVec3};
 
 use crate::analytic::Tube;
 use crate::geometry::disc::disc_irradiance;
-use crate::guide::sun_arcs::PointBelow;
+use crate::guide::sun_arcs::{PointBelow, STEPS};
 use crate::guide::sun_disc::{OverDisc, SunDisc};
 use crate::guide::{End, Guide, StraightGuide, Transit};
 use crate::optics::Spectrum;
 use crate::sampling::{CONES_SHARE, Key, NestedCones, PathRandom, Replicate, warp};
 use crate::sky::{Sky, Sun};
-
-/// Number of steps along each arc of the opening that shows the sun, where it shows it as a whole.
-const SUN_STEPS: usize = 8;
 
 /// A sensor that looks up, below the clear zone of a tube.
 pub(super) struct Aperture<'a> {
@@ -63,7 +60,7 @@ impl Aperture<'_> {
         let rays = Cell::new(0);
         let over = OverDisc::new(disc, intervals, |node, step| {
             let arrives = |_, direction: DVec3| Spectrum::<1>([direction.z]);
-            let found = point.of_node(sun, node, (SUN_STEPS, 1.0 - step), arrives);
+            let found = point.of_node(sun, node, (STEPS, 1.0 - step), arrives);
             rays.set(rays.get() + found.rays);
             found.illuminance.luminance()
         });

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::guide::sun_arcs::PointBelow;
+use crate::guide::sun_arcs::{PointBelow, STEPS};
 use crate::guide::sun_disc::{SunDisc, SunNode};
 use crate::guide::{End, Guide, RayCount, Transit};
 use crate::integrator::photon::nearness::is_near_opening;
@@ -14,9 +14,6 @@ use crate::sampling::{PathRandom, warp};
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
 use crate::traceable::{SurfacePoint, TraceableScene, TraceableTube, opening_weight};
-
-/// Number of steps along the arc of each zenith angle.
-const SUN_STEPS: usize = 8;
 
 /// Choice of the point of an opening through which a ray goes to the sky.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +120,7 @@ impl<'a> Backward<'a> {
     ) -> (Spectrum<C>, RayCount) {
         let Some(point) = self.below() else { return (Spectrum::ZERO, RayCount::default()) };
         let arrives = |offset, direction| self.arrives(offset, direction, response);
-        let found = point.sunlight(sun, (nodes, node), (SUN_STEPS, 1.0 - step), arrives);
+        let found = point.sunlight(sun, (nodes, node), (STEPS, 1.0 - step), arrives);
         (found.illuminance, RayCount { followed: found.rays, ..RayCount::default() })
     }
 
@@ -141,7 +138,7 @@ impl<'a> Backward<'a> {
         step: f64,
     ) -> Spectrum<C> {
         let arrives = |offset, direction| self.arrives(offset, direction, response);
-        let found = |point: PointBelow| point.of_node(sun, node, (SUN_STEPS, 1.0 - step), arrives).illuminance;
+        let found = |point: PointBelow| point.of_node(sun, node, (STEPS, 1.0 - step), arrives).illuminance;
         self.below().map_or(Spectrum::ZERO, found)
     }
 
