@@ -104,7 +104,8 @@ impl Sample {
                 values.iter_mut().zip(residual).for_each(|(value, of)| *value -= of);
             }
             // residuals are expected to differ in proportion to the gathered light
-            let spread = start.grids.get(number).and_then(|grid| grid.expected_spread);
+            let spreads = start.grids.get(number).map_or(&[][..], |grid| &grid.expected_spreads);
+            let spread = (!spreads.is_empty()).then(|| mean(spreads.iter().copied()));
             let squares = of_passes().flat_map(|pass| {
                 let valued = estimate.valued().filter(|sensor| *sensor < pass.gathered.len());
                 let lit = valued.filter(|sensor| pass.illuminance[*sensor] > 0.0);

@@ -93,7 +93,7 @@ impl GridEstimate {
     pub fn begin(&mut self, start: &GridPass) {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];
         self.moments = vec![Moments::default(); start.moments.len()];
-        self.residuals = Residuals::of_sensors(start.residual.len(), start.expected_spread);
+        self.residuals = Residuals::of_sensors(start.residual.len(), &start.expected_spreads);
         self.is_part = start.is_part;
         let sensors = self.sensors.len();
         let begun = |start: &GridPass| {

@@ -9,7 +9,8 @@
 //!
 //! The variance tau^2 by which sensors truly differ is estimated from the mean excess of their squares over their noise: as the mean of a
 //! normal distribution about that excess, with the excess' standard error, cut off below zero. So a difference too small to be seen in the
-//! noise still has its part in the errors. Where the coarse solution tells how much sensors should differ, that counts, too.
+//! noise still has its part in the errors. Where the coarse solution tells how much sensors should differ, that counts, too: for all together,
+//! and for each in proportion, as a sensor in a corner sees fewer patches than one in the middle of a room.
 //!
 //! A part of the light has the scales and weights of the whole. Then values are linear in the passes, and parts add up to the whole.
 //!
@@ -34,8 +35,10 @@ pub struct Residuals {
     beyond: Vec<Moments>,
     /// Illuminance in lx by the coarse solution, without direct light.
     gathered: Vec<Moments>,
-    /// Variance by which residuals are expected to differ, relative to the squared scale of a sensor.
+    /// Variance by which residuals are expected to differ, relative to the squared scale of a sensor; `None` where it is not known.
     expected_spread: Option<f64>,
+    /// Ratios of the sensors' own expected variances to this mean; empty where all are 1.
+    relative_spreads: Arc<[f64]>,
     pooled: Pooled,
 }
 
@@ -44,20 +47,32 @@ pub struct Residuals {
 pub struct Pooled {
     /// Light in lx to which the residual of each sensor is relative; 0 where no light is reflected.
     scales: Arc<[f64]>,
-    /// Weight of a sensor's own residual, 0..1.
-    own: f64,
+    /// Weight of each sensor's own residual, 0..1; empty where all are 1.
+    own: Arc<[f64]>,
     /// Mean residual, relative to the scale of a sensor.
     mean: f64,
     variance_of_mean: f64,
-    /// Variance of true residuals about it.
+    /// Variance of true residuals about it: mean over the sensors.
     spread: f64,
 }
 
 impl Residuals {
-    /// Creates the residuals of `count` sensors, without any pass.
-    pub fn of_sensors(count: usize, expected_spread: Option<f64>) -> Self {
-        let none = vec![Moments::default(); count];
-        Self { coarse: none.clone(), beyond: none.clone(), gathered: none, expected_spread, pooled: Pooled::default() }
+    /// Creates the residuals of `count` sensors, without any pass, with the variances by which they are expected to differ from the mean;
+    /// none if these are not known.
+    pub fn of_sensors(count: usize, expected_spreads: &[f64]) -> Self {
+        let (coarse, beyond, gathered) = Default::default();
+        let mut residuals = Self { coarse, beyond, gathered, ..Self::default() };
+        for moments in [&mut residuals.coarse, &mut residuals.beyond, &mut residuals.gathered] {
+            moments.resize(count, Moments::default());
+        }
+        if !expected_spreads.is_empty() {
+            let mean = expected_spreads.iter().sum::<f64>() / expected_spreads.len() as f64;
+            residuals.expected_spread = Some(mean);
+            if mean > 0.0 {
+                residuals.relative_spreads = expected_spreads.iter().map(|spread| spread / mean).collect();
+            }
+        }
+        residuals
     }
 
     /// True if the method reports no residuals.
@@ -114,12 +129,18 @@ impl Residuals {
         if scale <= 0.0 {
             return (coarse.mean, [coarse.variance_of_mean(), 0.0, 0.0]);
         }
+        let own = own.get(sensor).copied().unwrap_or(1.0);
         let others = 1.0 - own;
         let value = coarse.mean + own * beyond.mean + others * mean * scale;
-        let of_others = (others * scale).powi(2) * (spread + variance_of_mean);
+        let of_others = (others * scale).powi(2) * (spread * self.relative_spread(sensor) + variance_of_mean);
         // the own residual of a single pass has no variance yet
-        let of_own = if *own > 0.0 { own * own * beyond.variance_of_mean() } else { 0.0 };
+        let of_own = if own > 0.0 { own * own * beyond.variance_of_mean() } else { 0.0 };
         (value, [coarse.variance_of_mean(), of_own, of_others])
+    }
+
+    /// Returns the ratio of the variance by which a sensor's residual is expected to differ to the mean of all.
+    fn relative_spread(&self, sensor: usize) -> f64 {
+        self.relative_spreads.get(sensor).copied().unwrap_or(1.0)
     }
 
     /// Updates the residual that all sensors have in common, and returns it: that of a part of the light has the scales and weights of the
@@ -127,7 +148,7 @@ impl Residuals {
     pub fn pool(&mut self, whole: Option<&Pooled>) -> &Pooled {
         self.pooled = match whole {
             Some(whole) if whole.scales.len() == self.coarse.len() => {
-                self.common(whole.scales.clone(), Some(whole.own))
+                self.common(whole.scales.clone(), Some(whole.own.clone()))
             }
             _ => self.common(self.scales(), None),
         };
@@ -149,15 +170,15 @@ impl Residuals {
         (0..self.coarse.len()).map(scale).collect()
     }
 
-    /// Computes the residual that sensors of these scales have in common, with the weight of own residuals that is given, or that is best:
-    /// 1 where sensors are too few, or have no light by the coarse solution.
-    fn common(&self, scales: Arc<[f64]>, own: Option<f64>) -> Pooled {
+    /// Computes the residual that sensors of these scales have in common, with the weights of own residuals that are given, or that are
+    /// best: 1 where sensors are too few, or have no light by the coarse solution.
+    fn common(&self, scales: Arc<[f64]>, own: Option<Arc<[f64]>>) -> Pooled {
         let members = || (0..scales.len()).filter(|sensor| scales[*sensor] > 0.0);
         let count = members().count() as f64;
         let is_dark = members().all(|sensor| self.gathered[sensor].mean <= 0.0);
         let apart = count < LEAST_SENSORS as f64 || is_dark || members().any(|sensor| self.beyond[sensor].count < 2.0);
-        if apart && own.is_none_or(|own| own >= 1.0) {
-            return Pooled { scales, own: 1.0, ..Pooled::default() };
+        if apart && own.as_ref().is_none_or(|own| own.is_empty()) {
+            return Pooled { scales, ..Pooled::default() };
         }
         let all: f64 = members().map(|sensor| scales[sensor]).sum();
         let mean = members().map(|sensor| self.beyond[sensor].mean).sum::<f64>() / all;
@@ -173,8 +194,12 @@ impl Residuals {
         let noise = members().map(noise).sum::<f64>() / count;
         let deviation = excess.standard_error();
         let spread = spread_of(excess.mean, deviation, self.expected_spread);
-        let best = if spread + noise > 0.0 { spread / (spread + noise) } else { 1.0 };
-        Pooled { scales, own: own.unwrap_or(best), mean, variance_of_mean, spread }
+        let best = |sensor: usize| {
+            let spread = spread * self.relative_spread(sensor);
+            if spread + noise > 0.0 { spread / (spread + noise) } else { 1.0 }
+        };
+        let own = own.unwrap_or_else(|| (0..scales.len()).map(best).collect());
+        Pooled { scales, own, mean, variance_of_mean, spread }
     }
 }
 
@@ -259,24 +284,31 @@ mod tests {
     /// Returns the root mean square of the errors, and of the estimated errors, over many jobs of 8 passes in which the residuals of the
     /// sensors have a noise of 10 lx a pass about 1 lx, and differ by `spread`; the known part has a noise of 1 lx a pass.
     fn errors(sensors: usize, spread: f64, expected: Option<f64>) -> [f64; 2] {
+        let expected = expected.map_or_else(Vec::new, |expected| vec![expected; sensors]);
+        let errors = errors_by_sensor(&vec![spread; sensors], &expected);
+        [0, 1].map(|part| (errors.iter().map(|of| of[part].mean).sum::<f64>() / sensors as f64).sqrt())
+    }
+
+    /// Returns the squares of the errors, and of the estimated errors, of sensors that differ by a spread of their own.
+    fn errors_by_sensor(spreads: &[f64], expected: &[f64]) -> Vec<[Moments; 2]> {
         let mut random = PathRandom::new(Key::new(3));
-        let (mut actual, mut reported) = (Moments::default(), Moments::default());
+        let mut errors = vec![[Moments::default(); 2]; spreads.len()];
         for _ in 0..200 {
-            let mut residuals = Residuals::of_sensors(sensors, expected);
-            let truth: Vec<f64> = (0..sensors).map(|_| 1.0 + spread * normal(&mut random)).collect();
+            let mut residuals = Residuals::of_sensors(spreads.len(), expected);
+            let truth: Vec<f64> = spreads.iter().map(|spread| 1.0 + spread * normal(&mut random)).collect();
             for _ in 0..8 {
                 let beyond: Vec<f64> = truth.iter().map(|mean| mean + 10.0 * normal(&mut random)).collect();
                 let whole: Vec<f64> = beyond.iter().map(|beyond| 100.0 + normal(&mut random) + beyond).collect();
                 residuals.push(&pass_of(whole, beyond));
                 residuals.pool(None);
             }
-            for (sensor, truth) in truth.iter().enumerate() {
+            for (sensor, [actual, reported]) in errors.iter_mut().enumerate() {
                 let (value, variance) = residuals.value_and_variance(sensor);
-                actual.push((value - 100.0 - truth).powi(2));
+                actual.push((value - 100.0 - truth[sensor]).powi(2));
                 reported.push(variance);
             }
         }
-        [actual.mean.sqrt(), reported.mean.sqrt()]
+        errors
     }
 
     /// Sensors that do not differ have a fraction of their own noise, 3.5 lx; those that differ by much have all of it. The estimated
@@ -302,6 +334,20 @@ mod tests {
         }
     }
 
+    /// Checks that every ninth sensor, which differs by three times as much as the others, has an error of its own: with the mean spread of
+    /// all it would be half of the actual one.
+    #[test]
+    fn sensors_that_differ_more_have_larger_errors() {
+        let spreads: Vec<f64> = (0..81).map(|sensor| if sensor % 9 == 0 { 3.0 } else { 1.0 }).collect();
+        let expected: Vec<f64> = spreads.iter().map(|spread| (spread / 100.0).powi(2)).collect();
+        let errors = errors_by_sensor(&spreads, &expected);
+        for first in [0, 1] {
+            let some = errors.iter().skip(first).step_by(9);
+            let [actual, reported] = [0, 1].map(|part| some.clone().map(|of| of[part].mean).sum::<f64>().sqrt());
+            assert!((0.95..1.3).contains(&(reported / actual)), "{first}: {reported} {actual}");
+        }
+    }
+
     /// Predicted errors are those that jobs tell, within 15 %. Where nothing is known of how sensors differ, a fraction of the noise remains.
     #[test]
     fn errors_are_predicted_before_any_pass() {
@@ -323,7 +369,7 @@ mod tests {
     #[test]
     fn what_many_share_has_many_degrees_of_freedom() {
         let of = |sensors: usize, known: f64, noise: &dyn Fn(usize, usize) -> f64| {
-            let mut residuals = Residuals::of_sensors(sensors, Some(1e-9));
+            let mut residuals = Residuals::of_sensors(sensors, &vec![1e-9; sensors]);
             for pass in 0..4 {
                 let beyond: Vec<f64> = (0..sensors).map(|sensor| noise(pass, sensor)).collect();
                 let whole = (0..sensors).map(|sensor| 100.0 + known * noise(pass, sensor) + beyond[sensor]).collect();
@@ -343,7 +389,7 @@ mod tests {
     #[test]
     fn few_sensors_stay_apart() {
         for (coarse, sensors) in [(100.0, LEAST_SENSORS - 1), (0.0, 100)] {
-            let mut residuals = Residuals::of_sensors(sensors, None);
+            let mut residuals = Residuals::of_sensors(sensors, &[]);
             for pass in 0..4 {
                 let beyond: Vec<f64> = (0..sensors).map(|sensor| f64::from(pass) * sensor as f64).collect();
                 let whole: Vec<f64> = beyond.iter().map(|beyond| coarse + beyond).collect();

@@ -130,7 +130,7 @@ impl Integrator for InParts {
         grids.resize(self.grids, GridPass::default());
         for grid in &mut grids {
             // the expected spreads of parts are not that of their sum
-            grid.expected_spread = None;
+            grid.expected_spreads = Vec::new();
             let part = |component: &Component| {
                 let residual =
                     if matches!(component, Component::Direct(_)) { Vec::new() } else { grid.residual.clone() };

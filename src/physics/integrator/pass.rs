@@ -89,9 +89,9 @@ pub struct GridPass {
     pub residual: Vec<f64>,
     /// Part of each sensor's illuminance in lx that the coarse solution gives; as long as `residual`.
     pub gathered: Vec<f64>,
-    /// Variance by which the residuals of sensors are expected to differ, relative to their squared gathered light; in the state before the
-    /// first pass.
-    pub expected_spread: Option<f64>,
+    /// Variance of each sensor's true residual about the common one that is expected, relative to its squared gathered light; in the state
+    /// before the first pass, and empty where it is not known.
+    pub expected_spreads: Vec<f64>,
     /// True for a part of the light of the grid that it is a companion of; in the state before the first pass.
     pub is_part: bool,
     /// Number of photons behind each sensor's value; empty where the method's errors do not depend on it.
@@ -147,7 +147,7 @@ impl GridPass {
             }
         });
         Self {
-            expected_spread: self.expected_spread,
+            expected_spreads: self.expected_spreads.clone(),
             is_part: self.is_part,
             illuminance: scaled(&self.illuminance),
             bias: scaled(&self.bias),

@@ -47,16 +47,15 @@ impl GridPass {
             contrasts,
             residual,
             gathered,
-            expected_spread,
+            expected_spreads,
             is_part: _,
             photons,
             moments,
             companions,
         } = self;
-        for values in [illuminance, bias, contrasts, residual, gathered, moments] {
+        for values in [illuminance, bias, contrasts, residual, gathered, expected_spreads, moments] {
             numbers(words, values);
         }
-        optional(words, expected_spread, |spread, words| words.number(spread));
         list(words, photons, |count, words| {
             let PhotonCount { found, one_lux, brightest_lux } = count;
             [found, one_lux, brightest_lux].into_iter().for_each(|value| words.number(value));

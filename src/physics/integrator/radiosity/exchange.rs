@@ -2,32 +2,25 @@
 
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bright_patches::{Area, BrightPatches};
+use super::met_patches::{FINDING, MetPatch, MetPatches, NOT_FOUND};
 use super::other_light::other_light;
-use super::patch_rays::{MetPatch, PatchRays, RAYS, RayEnd, bright_patches, ray};
+use super::patch_rays::{PatchRays, RAYS, bright_patches};
 use super::patches::Patches;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{SurfaceId, SurfacePoint, TraceableScene};
 
-/// Number of rays from each patch by which others are found.
-const FINDING: usize = 4;
-
-/// Number of rays from each start of paths by which the first patches are found.
-const FROM_STARTS: usize = 16;
-
 /// Change, as a fraction of all radiosities, below which the iteration ends, and the largest number of sweeps: a remaining error costs
 /// time, but adds no bias.
 const CHANGED: f64 = 1e-3;
 const SWEEPS: usize = 64;
-
-/// Mark of a ray that ends in a patch which was not found: it is left out of the mean.
-const NOT_FOUND: u32 = u32::MAX - 1;
 
 /// Exchange of light between patches, and the direct light of openings: everything that depends on the room alone.
 #[derive(Debug)]
@@ -55,59 +48,19 @@ pub struct Exchange {
 impl Exchange {
     /// Finds the patches that rays from `starts` meet, directly or after reflections, and how they exchange light: always the same for the same
     /// scene, starts and key. `edge` is the approximate length of an edge of a patch in m. Edges are shorter where luminaires give light, and,
-    /// if this is asked for, the sun through clear zones. `random` is the key of the rays between patches. `None` where no light is reflected.
+    /// if this is asked for, the sun through clear zones. `random` is the key of the rays between patches. `None` where no light is reflected, and when
+    /// `cancel` was raised meanwhile.
     pub fn new(
         (scene, with_clear_zones): (&TraceableScene, bool),
         starts: &[SurfacePoint],
         edge: f64,
-        random: Key,
+        (random, cancel): (Key, &AtomicBool),
     ) -> Option<Self> {
         if !scene.interreflection {
             return None;
         }
         let patches = Patches::new((scene, with_clear_zones), edge);
-        let mut numbers = vec![NOT_FOUND; patches.count];
-        let mut found: Vec<MetPatch> = Vec::new();
-        let key = Key::new(0);
-        let (mut first, mut rays): (usize, Vec<Option<RayEnd>>) = (0, Vec::new());
-        rays.par_extend(starts.par_iter().enumerate().flat_map_iter(|(number, start)| {
-            let mut random = PathRandom::new(key.child(number as u64));
-            (0..FROM_STARTS).map(move |stratum| ray(scene, start, stratum, &mut random))
-        }));
-        let first_seen: Vec<SurfacePoint> = rays.iter().flatten().map(|end| end.point).collect();
-        loop {
-            for RayEnd { point, .. } in rays.drain(..).flatten() {
-                let Some(surface) = point.surface else { continue };
-                let Some(patch) = patches.at(surface, point.position) else { continue };
-                if numbers[patch] == NOT_FOUND {
-                    numbers[patch] = found.len() as u32;
-                    found.push(MetPatch { surface, points: Vec::new() });
-                    // rays rarely meet every part of a cell
-                    let face = scene.enclosure.polygons.get(surface.index());
-                    for (part, position) in patches.beside(surface, patch) {
-                        if numbers[part] == NOT_FOUND && face.is_none_or(|face| face.contains(position)) {
-                            numbers[part] = found.len() as u32;
-                            found.push(MetPatch { surface, points: vec![SurfacePoint { position, ..point }] });
-                        }
-                    }
-                }
-                let MetPatch { points, .. } = &mut found[numbers[patch] as usize];
-                if points.len() < RAYS {
-                    points.push(point);
-                }
-            }
-            if first == found.len() {
-                break;
-            }
-            rays.par_extend(found[first..].par_iter().enumerate().flat_map_iter(|(number, patch)| {
-                let mut random = PathRandom::new(key.child(1).child((first + number) as u64));
-                (0..FINDING).map(move |ray_number| {
-                    let stratum = ray_number * (RAYS / FINDING) + ray_number;
-                    ray(scene, &patch.points[ray_number % patch.points.len()], stratum, &mut random)
-                })
-            }));
-            first = found.len();
-        }
+        let MetPatches { numbers, found, first_seen } = MetPatches::of(scene, &patches, starts, cancel)?;
         let area = |(patch, number): (usize, &u32)| {
             let found = found.get(*number as usize)?;
             Some((*number, patches.area(found.surface, patch)))
@@ -116,20 +69,24 @@ impl Exchange {
         for (number, area) in numbers.iter().enumerate().filter_map(area) {
             areas[number as usize] = area;
         }
+        let is_cancelled = || cancel.load(Ordering::Relaxed);
         let of_patch = |(number, (patch, area)): (usize, (&MetPatch, &Option<Area>))| {
             let mut random = PathRandom::new(random.child(0).child(number as u64));
-            PatchRays::of(scene, patch.spread_points(scene, *area, &mut random), &mut random)
+            let points = (!is_cancelled()).then(|| patch.spread_points(scene, *area, &mut random))?;
+            Some(PatchRays::of(scene, points, &mut random))
         };
-        let lit: Vec<PatchRays> = found.par_iter().zip(&areas).enumerate().map(of_patch).collect();
+        let lit: Option<Vec<PatchRays>> = found.par_iter().zip(&areas).enumerate().map(of_patch).collect();
+        let lit = lit?;
         let of_openings = lit.iter().flat_map(|lit| lit.of_openings.iter().copied()).collect();
         let surfaces: Vec<SurfaceId> = found.iter().map(|patch| patch.surface).collect();
         let bright = bright_patches(scene, &lit, &surfaces, &areas);
         let number_of = |point: SurfacePoint| Some(numbers[patches.at(point.surface?, point.position)?]);
         let ends = |(number, lit): (usize, &PatchRays)| {
-            lit.ends((scene, &bright), number_of, &mut PathRandom::new(random.child(1).child(number as u64)))
+            let random = random.child(1).child(number as u64);
+            (!is_cancelled()).then(|| lit.ends((scene, &bright), number_of, &mut PathRandom::new(random)))
         };
-        let met: Vec<Vec<(u32, f64)>> = lit.par_iter().enumerate().map(ends).collect();
-        let met = met.concat();
+        let met: Option<Vec<Vec<(u32, f64)>>> = lit.par_iter().enumerate().map(ends).collect();
+        let met = met?.concat();
         let length = |area: &Option<Area>| area.map_or(edge * edge, |area| area.length_squared());
         let lengths_squared = areas.iter().map(length).collect();
         let seen =

@@ -17,6 +17,7 @@
 mod bright_patches;
 mod exchange;
 mod gradients;
+mod met_patches;
 mod other_light;
 mod patch_rays;
 mod patches;
@@ -26,3 +27,4 @@ mod spread;
 pub use bright_patches::{Aim, BrightPatches};
 pub use exchange::{Exchange, Solution};
 pub use shared::SharedExchanges;
+pub use spread::ExpectedSpreads;

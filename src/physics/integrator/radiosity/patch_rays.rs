@@ -12,7 +12,7 @@ use crate::traceable::{Place, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions, and of the parts of a patch.
 pub const RAYS: usize = STRATA * STRATA;
-const STRATA: usize = 4;
+pub const STRATA: usize = 4;
 
 /// Number of rays from each patch that are aimed at bright patches, if there are any.
 const AIMED: usize = 4;
@@ -27,34 +27,6 @@ pub fn variance_of_sum(values: &[f64; RAYS]) -> f64 {
     let corners = |number: usize| (number / (STRATA / 2) * 2, number % (STRATA / 2) * 2);
     let of_four = |(row, column)| at(row, column) + at(row + 1, column + 1) - at(row, column + 1) - at(row + 1, column);
     (0..RAYS / 4).map(|number| of_four(corners(number)).powi(2)).sum()
-}
-
-/// Points of a patch that rays have met.
-pub struct MetPatch {
-    pub surface: SurfaceId,
-    pub points: Vec<SurfacePoint>,
-}
-
-impl MetPatch {
-    /// Chooses a point in each of as many equal parts of the patch as it has rays; instead, one that rays have met in a patch of facets, and
-    /// where the chosen point lies in a solid.
-    pub fn spread_points(
-        &self,
-        scene: &TraceableScene,
-        area: Option<Area>,
-        random: &mut PathRandom,
-    ) -> [SurfacePoint; RAYS] {
-        let area = area.filter(|_| scene.numbering.facet_of(self.surface).is_none());
-        std::array::from_fn(|number| {
-            let met = self.points[number % self.points.len()];
-            let Some(Area { corner, edges }) = area else { return met };
-            let [row, column] = [number / STRATA, number % STRATA].map(|stratum| stratum as f64);
-            let [u, v] = random.uniform2();
-            let position = corner + edges[0] * ((row + u) / STRATA as f64) + edges[1] * ((column + v) / STRATA as f64);
-            let is_free = !scene.is_in_solid(position + met.normal * (2.0 * scene.coinciding()));
-            if is_free { SurfacePoint { position, ..met } } else { met }
-        })
-    }
 }
 
 /// Rays of one patch, and its direct light by openings.
@@ -236,6 +208,7 @@ const MOST_TURNS: usize = 8;
 
 #[cfg(test)]
 mod tests {
+    use super::super::met_patches::MetPatch;
     use super::*;
     use crate::optics::Surface;
     use crate::sampling::Key;

@@ -1,6 +1,7 @@
 //! Exchanges of one room that several methods share: those of the parts of its light.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Exchange;
@@ -31,13 +32,13 @@ impl SharedExchanges {
         rays * (1.0 / self.methods + COST_OF_SOLUTION).min(1.0)
     }
 
-    /// Returns what [`Exchange::new`] computes for the room.
+    /// Returns what [`Exchange::new`] computes for the room; `None` when cancelled, too.
     pub fn exchange(
         &self,
         with_clear_zones: bool,
         starts: &[SurfacePoint],
         edge: f64,
-        random: Key,
+        (random, cancel): (Key, &AtomicBool),
     ) -> Option<Arc<Exchange>> {
         let mut hasher = DefaultHasher::new();
         (with_clear_zones, edge.to_bits(), random).hash(&mut hasher);
@@ -49,8 +50,11 @@ impl SharedExchanges {
         if let Some((_, exchange)) = made.iter().find(|(of, _)| *of == key) {
             return exchange.clone();
         }
-        let exchange = Exchange::new((&self.scene, with_clear_zones), starts, edge, random).map(Arc::new);
-        made.push((key, exchange.clone()));
+        let exchange = Exchange::new((&self.scene, with_clear_zones), starts, edge, (random, cancel)).map(Arc::new);
+        // one that was cancelled may be asked for again
+        if exchange.is_some() || !cancel.load(Ordering::Relaxed) {
+            made.push((key, exchange.clone()));
+        }
         exchange
     }
 }
@@ -63,13 +67,18 @@ mod tests {
     use crate::optics::Surface;
     use crate::traceable::test_rooms::{compiled, empty};
 
-    /// Checks that what is asked for again is computed once, and other starts, edges or random numbers are not taken for it.
+    /// Checks that what is asked for again is computed once, other starts, edges or random numbers are not taken for it, and one that was
+    /// cancelled is computed later.
     #[test]
     fn the_same_exchange_is_computed_once() {
         let scene = Arc::new(compiled(&empty(DVec3::new(4.0, 3.0, 2.5), Some(Surface::diffuse([0.5; 3])))));
         let shared = SharedExchanges::new(&scene, 2);
         let start = |x: f64| SurfacePoint { position: DVec3::new(x, 1.0, 0.8), normal: DVec3::Z, surface: None };
-        let of = |x: f64, edge: f64, seed: u64| shared.exchange(false, &[start(x)], edge, Key::new(seed)).unwrap();
+        let cancel = AtomicBool::new(true);
+        let of = |x: f64, edge: f64, seed: u64| shared.exchange(false, &[start(x)], edge, (Key::new(seed), &cancel));
+        assert!(of(1.0, 0.5, 1).is_none());
+        cancel.store(false, Ordering::Relaxed);
+        let of = |x: f64, edge: f64, seed: u64| of(x, edge, seed).unwrap();
         let first = of(1.0, 0.5, 1);
         assert!(Arc::ptr_eq(&first, &of(1.0, 0.5, 1)));
         assert!([of(1.5, 0.5, 1), of(1.0, 0.4, 1), of(1.0, 0.5, 2)].iter().all(|other| !Arc::ptr_eq(&first, other)));

@@ -50,12 +50,33 @@ impl Exchange {
 }
 
 /// Number of directions in each of two sets from a sensor, by which the expected spread is estimated.
-const DIRECTIONS: usize = 48;
+const DIRECTIONS: usize = 32;
+
+/// Variances by which the residuals of some sensors of a grid are expected to differ.
+#[derive(Clone, Debug)]
+pub struct ExpectedSpreads {
+    /// Position of each sensor, and its variance relative to the squared light of the solution there.
+    sensors: Vec<(DVec3, f64)>,
+}
+
+impl ExpectedSpreads {
+    /// Returns the mean over the sensors.
+    pub fn mean(&self) -> f64 {
+        self.sensors.iter().map(|(_, spread)| spread).sum::<f64>() / self.sensors.len().max(1) as f64
+    }
+
+    /// Returns that of the sensor nearest to a position, but at least the mean: few directions must not make an error smaller.
+    pub fn near(&self, position: DVec3) -> f64 {
+        let distance = |(of, _): &&(DVec3, f64)| of.distance_squared(position);
+        let nearest = self.sensors.iter().min_by(|one, other| distance(one).total_cmp(&distance(other)));
+        nearest.map_or(0.0, |(_, spread)| *spread).max(self.mean())
+    }
+}
 
 impl<const C: usize> Solution<C> {
-    /// Estimates the variance by which residuals of sensors differ because each sees other patches, relative to the squared light of the
+    /// Estimates the variances by which residuals of sensors differ because each sees other patches, relative to the squared light of the
     /// solution at a sensor.
-    pub fn expected_spread(&self, scene: &TraceableScene, sensors: &[Sensor], key: Key) -> f64 {
+    pub fn expected_spreads(&self, scene: &TraceableScene, sensors: &[Sensor], key: Key) -> ExpectedSpreads {
         let of_sensor = |(number, sensor): (usize, &Sensor)| {
             let mut random = PathRandom::new(key.child(number as u64));
             let [first, second] = [0, 1].map(|_| -> Vec<(u32, f64)> {
@@ -79,12 +100,13 @@ impl<const C: usize> Solution<C> {
             [light / (2 * DIRECTIONS) as f64, first.iter().map(both).sum::<f64>() / (DIRECTIONS * DIRECTIONS) as f64]
         };
         let found: Vec<[f64; 2]> = sensors.par_iter().enumerate().map(of_sensor).collect();
-        let count = found.len().max(1) as f64;
-        let least = LEAST_SCALE * found.iter().map(|[light, _]| light).sum::<f64>() / count;
-        if least <= 0.0 {
-            return 0.0;
-        }
-        found.iter().map(|[light, variance]| variance / light.max(least).powi(2)).sum::<f64>() / count
+        let least = LEAST_SCALE * found.iter().map(|[light, _]| light).sum::<f64>() / found.len().max(1) as f64;
+        let relative = |[light, variance]: &[f64; 2]| match least > 0.0 {
+            true => variance / light.max(least).powi(2),
+            false => 0.0,
+        };
+        let sensors = sensors.iter().zip(&found).map(|(sensor, found)| (sensor.position, relative(found)));
+        ExpectedSpreads { sensors: sensors.collect() }
     }
 
     /// Finds the patch by which a ray from a sensor counts reflected light, and its weight: the first that it meets, or the next one after a

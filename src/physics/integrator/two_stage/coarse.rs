@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::diffuser_source::closure_source::{Beside, ClosureLight, ClosureSource};
 use crate::integrator::method::Task;
-use crate::integrator::radiosity::{Exchange, Solution};
+use crate::integrator::radiosity::{Exchange, ExpectedSpreads, Solution};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Grid, Sensor, View};
 use crate::traceable::SurfacePoint;
@@ -22,21 +22,22 @@ pub fn pixels(views: &[View]) -> usize {
 }
 
 /// Largest number of sensors of a grid by which the spread of its residuals is expected.
-const SENSORS: usize = 36;
+const SENSORS: usize = 100;
 
 /// Coarse solution of the light that surfaces reflect, from a few photons.
 #[derive(Debug)]
 pub struct Coarse<const C: usize> {
     pub solution: Arc<Solution<C>>,
-    /// Variances by which the residuals of sensors are expected to differ, relative to their squared gathered light, by grid; empty in
-    /// rooms with objects, lobes, mirrors or clear zones, where they are not known.
-    pub spreads: Vec<f64>,
+    /// Variances by which the residuals of sensors are expected to differ, by grid; empty in rooms with objects, lobes, mirrors or clear
+    /// zones, where they are not known.
+    pub spreads: Vec<ExpectedSpreads>,
     /// Number of rays and connections that it costs.
     pub rays: f64,
 }
 
 impl<const C: usize> Coarse<C> {
-    /// Computes a coarse solution with patches of about `edge` m around the `starts` of paths; `None` where no light is reflected.
+    /// Computes a coarse solution with patches of about `edge` m around the `starts` of paths; `None` where no light is reflected, and
+    /// when cancelled.
     pub fn new(
         (task, beside): (&Task, Beside),
         starts: &[SurfacePoint],
@@ -47,8 +48,10 @@ impl<const C: usize> Coarse<C> {
         let with_clear_zones = beside == Beside::Connected;
         let random = Key::new(seed).stream(Stream::PatchRays, 0);
         let exchange = match task.exchanges {
-            Some(shared) if scene.interreflection => shared.exchange(with_clear_zones, starts, edge, random)?,
-            _ => Arc::new(Exchange::new((scene, with_clear_zones), starts, edge, random)?),
+            Some(shared) if scene.interreflection => {
+                shared.exchange(with_clear_zones, starts, edge, (random, task.cancel))?
+            }
+            _ => Arc::new(Exchange::new((scene, with_clear_zones), starts, edge, (random, task.cancel))?),
         };
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
@@ -59,7 +62,7 @@ impl<const C: usize> Coarse<C> {
             let some = grid.thinned(SENSORS);
             let valued = (0..some.len()).filter(|sensor| !some.is_inside(*sensor));
             let sensors: Vec<Sensor> = valued.map(|sensor| lifted(scene, &some, sensor)).collect();
-            solution.expected_spread(scene, &sensors, key.stream(Stream::Grid, number as u64))
+            solution.expected_spreads(scene, &sensors, key.stream(Stream::Grid, number as u64))
         };
         // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
         // an object or in a beam

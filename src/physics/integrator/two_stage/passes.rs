@@ -19,7 +19,7 @@ use crate::integrator::diffuser_source::light::{DiffuserLight, SensorLit};
 use crate::integrator::diffuser_source::visible_parts::reach;
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
-use crate::integrator::radiosity::Solution;
+use crate::integrator::radiosity::{ExpectedSpreads, Solution};
 use crate::integrator::room_matrix::MatrixEstimator;
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::optics::{Closure, Spectrum};
@@ -47,7 +47,7 @@ pub struct TwoStage<const C: usize> {
     /// Coarse solution of the light that surfaces reflect; `None` where they reflect none.
     pub(super) reflected: Option<Arc<Solution<C>>>,
     /// Variances by which the residuals of sensors are expected to differ, by grid; empty where they are not known.
-    pub(super) spreads: Vec<f64>,
+    pub(super) spreads: Vec<ExpectedSpreads>,
     /// Sensors close to surfaces, which another method computes.
     pub(super) close: Option<CloseSensors<C>>,
     /// Matrix of the room, where daylight coefficients are requested.
@@ -183,8 +183,11 @@ impl<const C: usize> Integrator for TwoStage<C> {
         contrasts.resize(self.grids.len(), Vec::new());
         let grid = |((number, grid), contrasts): ((usize, &Grid), Vec<f64>)| {
             let companions = vec![GridPass::default(); self.room.as_ref().map_or(0, |room| room.columns(grid))];
-            let expected_spread = self.spreads.get(number).copied();
-            GridPass { residual: nothing(grid), expected_spread, companions, contrasts, ..GridPass::default() }
+            let of_sensors = |spreads: &ExpectedSpreads| -> Vec<f64> {
+                (0..grid.len()).map(|sensor| spreads.near(lifted(&self.scene, grid, sensor).position)).collect()
+            };
+            let expected_spreads = self.spreads.get(number).map_or_else(Vec::new, of_sensors);
+            GridPass { residual: nothing(grid), expected_spreads, companions, contrasts, ..GridPass::default() }
         };
         Pass { grids: self.grids.iter().enumerate().zip(contrasts).map(grid).collect(), ..Pass::default() }
     }

@@ -9,6 +9,7 @@ use super::straight::GridSensors;
 use super::variances::{PASSES, RelativeVariances, Share, TrialValues};
 use crate::integrator::diffuser_source::closure_source::{Beside, ClosureSource};
 use crate::integrator::method::Task;
+use crate::integrator::radiosity::ExpectedSpreads;
 use crate::sampling::Stream;
 use crate::scene::Grid;
 
@@ -100,7 +101,7 @@ impl<const C: usize> TwoStage<C> {
             let sensors = GridSensors { number, grid: &grids[number], pass: 0, offsets: None, stream: key(0) };
             let straight = method.connections.straight(scene, &light.lambertian, sensors, sensor);
             TrialValues {
-                expected_spread: method.spreads.get(number).copied().unwrap_or(f64::INFINITY),
+                expected_spread: method.spreads.get(number).map_or(f64::INFINITY, ExpectedSpreads::mean),
                 hidden_sources: method.connections.hidden_sources(scene, number, sensor) as f64,
                 by_one_photon: straight.by_one_photon,
                 missed: straight.missed_by_connections / PASSES,
