@@ -3,6 +3,7 @@
 //! A tree in f32 ([`WideTree`]) is a conservative filter; every hit is decided in f64 by the watertight test of [`ShearedRay`].
 
 use glam::{DVec3, Vec3A};
+use rayon::iter::IndexedParallelIterator;
 
 use super::lanes::{Lanes, Query, answer};
 use super::tree_ray::{BoxRay, TriangleRay};
@@ -166,6 +167,11 @@ impl TriangleBvh {
     pub fn around(&self, low: DVec3, high: DVec3, show: impl FnMut(u32)) {
         let padding = Vec3A::splat(PADDING as f32);
         self.tree.around(&Aabb::new(self.to_f32(low) - padding, self.to_f32(high) + padding), show);
+    }
+
+    /// Returns groups of a few neighbouring triangles, by their indices: each triangle is in one.
+    pub fn groups(&self) -> impl IndexedParallelIterator<Item = Vec<u32>> {
+        self.tree.leaves()
     }
 
     /// Converts a point to the f32 coordinates of the tree.

@@ -50,60 +50,80 @@ pub fn overlaps(positions: &[DVec3], triangles: &[[u32; 3]], near: f64) -> Resul
     if triangles.len() < 2 {
         return Ok(Vec::new());
     }
-    let corners = |number: u32| triangles[number as usize].map(|corner| positions[corner as usize]);
-    let bounds: Vec<[DVec3; 2]> = (0..triangles.len() as u32)
-        .map(|number| {
-            let [a, b, c] = corners(number);
-            [a.min(b).min(c), a.max(b).max(c)]
-        })
-        .collect();
+    let flat: Vec<Flat> =
+        triangles.par_iter().map(|triangle| Flat::of(triangle.map(|corner| positions[corner as usize]))).collect();
     let set = TriangleBvh::of_mesh(positions.to_vec(), triangles.to_vec());
     // totals over all tasks: the others stop as well once it is too much
     let (compared, kept) = (AtomicU64::new(0), AtomicUsize::new(0));
-    let of_triangle = |number: u32| {
-        let [low, high] = bounds[number as usize];
-        let (low, high, own) = (low - near, high + near, corners(number));
-        let (mut found, mut looked_at) = (Vec::new(), 0);
-        set.around(low, high, |other| {
-            looked_at += 1;
-            let [other_low, other_high] = bounds[other as usize];
-            if other > number && (low.cmple(other_high) & other_low.cmple(high)).all() {
-                found.push(other);
-            }
-        });
-        found.sort_unstable();
-        let overlap = |other: u32| {
-            let (area_m2, turned) = common(&own, &corners(other), near)?;
-            Some(Overlap { triangles: [number, other], area_m2, turned })
+    // a group of neighbours searches the tree once
+    let of_group = |group: Vec<u32>| {
+        let around = |[low, high]: [DVec3; 2], number: &u32| {
+            let [other_low, other_high] = flat[*number as usize].bounds();
+            [low.min(other_low), high.max(other_high)]
         };
-        let pairs: Vec<Overlap> = found.into_iter().filter_map(overlap).collect();
+        let [low, high] = group.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], around);
+        let mut close = Vec::new();
+        set.around(low - near, high + near, |other| close.push((other, flat[other as usize].bounds())));
+        let mut pairs = Vec::new();
+        for number in &group {
+            let own = &flat[*number as usize];
+            let [low, high] = own.bounds();
+            let (low, high) = (low - near, high + near);
+            for (other, [other_low, other_high]) in &close {
+                if other > number
+                    && (low.cmple(*other_high) & other_low.cmple(high)).all()
+                    && let Some((area_m2, turned)) = common(own, &flat[*other as usize], near)
+                {
+                    pairs.push(Overlap { triangles: [*number, *other], area_m2, turned });
+                }
+            }
+        }
+        let looked_at = (group.len() * close.len()) as u64;
         let too_many = kept.fetch_add(pairs.len(), Ordering::Relaxed) + pairs.len() > MOST_PAIRS
             || compared.fetch_add(looked_at, Ordering::Relaxed) + looked_at > MOST_COMPARED;
         if too_many { Err(TooMany) } else { Ok(pairs) }
     };
-    let pairs: Result<Vec<Vec<Overlap>>, TooMany> =
-        (0..triangles.len() as u32).into_par_iter().map(of_triangle).collect();
-    Ok(pairs?.concat())
+    let pairs: Result<Vec<Vec<Overlap>>, TooMany> = set.groups().map(of_group).collect();
+    let mut pairs = pairs?.concat();
+    pairs.sort_unstable_by_key(|overlap| overlap.triangles);
+    Ok(pairs)
+}
+
+/// Triangle with the plane in which it lies.
+struct Flat {
+    corners: [DVec3; 3],
+    /// Unit normal, by winding; 0 without an area.
+    normal: DVec3,
+    area_m2: f64,
+}
+
+impl Flat {
+    fn of(corners: [DVec3; 3]) -> Self {
+        let [a, b, c] = corners;
+        let twice = (b - a).cross(c - a);
+        Self { corners, normal: twice.normalize_or_zero(), area_m2: 0.5 * twice.length() }
+    }
+
+    fn bounds(&self) -> [DVec3; 2] {
+        let [a, b, c] = self.corners;
+        [a.min(b).min(c), a.max(b).max(c)]
+    }
 }
 
 /// Returns the area in m2 of the overlap of two triangles, and whether their windings are opposite; `None` without an overlap.
-fn common(one: &[DVec3; 3], other: &[DVec3; 3], near: f64) -> Option<(f64, bool)> {
-    let twice = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a);
-    let across = [twice(one), twice(other)];
+fn common(one: &Flat, other: &Flat, near: f64) -> Option<(f64, bool)> {
     // the plane of the larger triangle is more exact
-    let (base, laid, across) = if across[0].length_squared() >= across[1].length_squared() {
-        (one, other, across)
-    } else {
-        (other, one, [across[1], across[0]])
-    };
-    let normal = across[0].try_normalize()?;
-    let heights = laid.map(|corner| normal.dot(corner - base[0]));
-    if heights.iter().all(|height| *height > near) || heights.iter().all(|height| *height < -near) {
+    let (base, laid) = if one.area_m2 >= other.area_m2 { (one, other) } else { (other, one) };
+    let (normal, corner) = (base.normal, base.corners[0]);
+    let heights = laid.corners.map(|of| normal.dot(of - corner));
+    let is_level = heights.iter().any(|height| *height <= near) && heights.iter().any(|height| *height >= -near);
+    if !is_level || normal == DVec3::ZERO {
         return None;
     }
-    let facing = normal.dot(across[1]);
-    let flat = [0, 1, 2].map(|k| laid[k] - normal * heights[k]);
+    let facing = normal.dot(laid.normal);
+    let flat = [0, 1, 2].map(|k| laid.corners[k] - normal * heights[k]);
     let flat = if facing < 0.0 { [flat[0], flat[2], flat[1]] } else { flat };
+    let base = &base.corners;
     if are_apart(base, &flat, normal, near) || are_apart(&flat, base, normal, near) {
         return None;
     }
@@ -116,7 +136,7 @@ fn common(one: &[DVec3; 3], other: &[DVec3; 3], near: f64) -> Option<(f64, bool)
         return None;
     }
     // height of the other triangle's plane above the first's, within the overlap
-    let above = |p: &DVec3| across[1].dot(laid[0] - *p) / facing;
+    let above = |p: &DVec3| laid.normal.dot(laid.corners[0] - *p) / facing;
     let is_level = part.iter().all(|p| above(p).abs() <= near);
     is_level.then(|| (area_vector(&part).length(), facing < 0.0))
 }
@@ -127,8 +147,8 @@ fn are_apart(triangle: &[DVec3; 3], other: &[DVec3; 3], normal: DVec3, near: f64
     (0..3).any(|k| {
         let along = triangle[(k + 1) % 3] - triangle[k];
         let inward = normal.cross(along);
-        let least = near * along.length();
-        other.iter().all(|corner| inward.dot(*corner - triangle[k]) <= least)
+        let inside = other.map(|corner| inward.dot(corner - triangle[k])).into_iter().fold(0.0, f64::max);
+        inside * inside <= near * near * along.length_squared()
     })
 }
 
@@ -144,7 +164,7 @@ mod tests {
     const NEAR: f64 = 1e-6;
 
     fn pair(one: [[f64; 3]; 3], other: [[f64; 3]; 3]) -> Option<(f64, bool)> {
-        let [one, other] = [one, other].map(|triangle| triangle.map(DVec3::from_array));
+        let [one, other] = [one, other].map(|triangle| Flat::of(triangle.map(DVec3::from_array)));
         let found = common(&one, &other, NEAR);
         assert_eq!(found.is_some(), common(&other, &one, NEAR).is_some());
         found

@@ -8,6 +8,7 @@ use glam::Vec3A;
 use obvhs::BvhBuildParams;
 pub use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
+use rayon::prelude::*;
 
 use super::collapse::{BinaryNode, Collapse};
 use super::lanes::Lanes;
@@ -202,13 +203,20 @@ impl WideTree {
                 continue;
             }
             let node = &self.nodes[child.0 as usize];
-            let touches = |lane: usize| {
-                (0..3).all(|axis| {
-                    node.bounds[axis][lane] <= around.max[axis] && node.bounds[axis + 3][lane] >= around.min[axis]
-                })
-            };
-            waiting.extend((0..WIDTH).filter(|lane| touches(*lane)).map(|lane| node.children[lane]));
+            let mut touches = [true; WIDTH];
+            for axis in 0..3 {
+                let (low, high) = (&node.bounds[axis], &node.bounds[axis + 3]);
+                for lane in 0..WIDTH {
+                    touches[lane] &= (low[lane] <= around.max[axis]) & (high[lane] >= around.min[axis]);
+                }
+            }
+            waiting.extend((0..WIDTH).filter(|lane| touches[*lane]).map(|lane| node.children[lane]));
         }
+    }
+
+    /// Returns the indices of the triangles of each leaf.
+    pub fn leaves(&self) -> impl IndexedParallelIterator<Item = Vec<u32>> {
+        self.leaves.par_iter().map(|leaf| leaf.numbers.into_iter().filter(|number| *number != NONE).collect())
     }
 }
 
