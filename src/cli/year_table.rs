@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use super::results_table::table;
+use super::results_table::{table, table_of_tubes};
 use crate::document::result::annual::VerdictResult;
 use crate::document::result::weather_files::{AnnualResult, MetricOverFiles};
 use crate::figure::ticks::significant;
@@ -17,11 +17,11 @@ pub fn print_year(year: &AnnualResult) {
 fn year_table(result: &AnnualResult) -> String {
     let year = &result.first;
     let mut text = format!("\n{}: {} occupied hours\n", year.site.name, year.conventions.occupied_hours);
-    let tubes = year.tubes.iter().enumerate().map(|(number, tube)| {
+    let tubes = year.tubes.iter().map(|tube| {
         let hours = tube.luminance_hours.first().map_or_else(String::new, |above| above.hours.to_string());
-        vec![number.to_string(), interval_in_words(tube.klm_h), significant(100.0 * tube.sky_share, 3), hours]
+        (tube.klm_h.value, [interval_in_words(tube.klm_h), significant(100.0 * tube.sky_share, 3), hours])
     });
-    table(&mut text, vec!["tube", "klm h", "of the sky, %", "hours above 6000 cd/m2"], tubes.collect());
+    table_of_tubes(&mut text, ["klm h", "of the sky, %", "hours above 6000 cd/m2"], tubes.collect());
     for grid in &year.grids {
         let mut rows: Vec<Vec<String>> = Vec::new();
         for autonomy in &grid.autonomies {
