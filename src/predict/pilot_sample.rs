@@ -3,7 +3,7 @@
 use crate::estimate::error_law::PilotResults;
 use crate::estimate::film::BLOCK_PX;
 use crate::estimate::grid::{contrasts_of, sampling_variance};
-use crate::estimate::residual::Sharing;
+use crate::estimate::spread::Sharing;
 use crate::estimate::{FilmEstimate, GridEstimate};
 use crate::integrator::Pass;
 use crate::integrator::method::Task;

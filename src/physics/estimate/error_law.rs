@@ -7,7 +7,7 @@
 //! of a residual that sensors share remains as far as the job counts it, with the degrees of freedom that it has. Docs:
 //! docs/physics/statistics.md#what-a-pilot-foretells.
 
-use super::residual::Sharing;
+use super::spread::Sharing;
 use super::stopping::{USUAL_PASSES, next_judgement};
 use crate::integrator::pass::LEAST_SHARE_OF_MEAN;
 use crate::integrator::photon_map::progressive::Radii;

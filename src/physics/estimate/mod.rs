@@ -6,6 +6,7 @@ pub mod film;
 pub mod grid;
 pub mod grid_statistics;
 pub mod residual;
+pub mod spread;
 pub mod stopping;
 
 pub use discrepancy::Discrepancy;

@@ -63,7 +63,7 @@ pub fn remaining_noise(sensors: usize) -> f64 {
     if sensors < LEAST_SENSORS { 1.0 } else { (DIFFERENT + 1.0 / (sensors as f64).sqrt()).min(1.0) }
 }
 
-/// Least scale of a sensor's residual, as a fraction of the mean over the grid.
+/// Least scale of a sensor's residual, as a fraction of the median over the grid.
 pub const LEAST_SCALE: f64 = 0.1;
 
 /// Factor by which the true spread of residuals may exceed the expected one: patches are not equally bright everywhere, and their errors

@@ -15,6 +15,7 @@ use crate::integrator::pass::LEAST_SCALE;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, lattice, warp};
 use crate::scene::Sensor;
+use crate::statistics::median;
 use crate::traceable::{Place, TraceableScene};
 
 impl Exchange {
@@ -100,7 +101,7 @@ impl<const C: usize> Solution<C> {
             [light / (2 * DIRECTIONS) as f64, first.iter().map(both).sum::<f64>() / (DIRECTIONS * DIRECTIONS) as f64]
         };
         let found: Vec<[f64; 2]> = sensors.par_iter().enumerate().map(of_sensor).collect();
-        let least = LEAST_SCALE * found.iter().map(|[light, _]| light).sum::<f64>() / found.len().max(1) as f64;
+        let least = LEAST_SCALE * median(found.iter().map(|[light, _]| *light).collect());
         let relative = |[light, variance]: &[f64; 2]| match least > 0.0 {
             true => variance / light.max(least).powi(2),
             false => 0.0,
