@@ -45,15 +45,21 @@ const RATIOS: [&str; 14] = [
     "alpha",
 ];
 
-/// Hint appended to an error about an object that would fit with a thousandth of its lengths.
-pub const OF_LENGTHS: &str = "; its lengths look like millimetres";
+/// Least length that looks like millimetres, as a number; a thickness may have fewer.
+const FEWEST_MM: f64 = 20.0;
+
+/// Returns a hint to append to an error about an object of these sizes that may fit with a thousandth of its lengths, or an empty text.
+pub fn of_lengths(sizes: impl IntoIterator<Item = f64>, thousandths_fit: bool) -> &'static str {
+    let are_long = sizes.into_iter().any(|size| size >= FEWEST_MM);
+    if are_long && thousandths_fit { "; its lengths look like millimetres" } else { "" }
+}
 
 /// Returns a hint to append to an error about a number at `pointer`: the value in another unit for which `fits` is true, or an
 /// empty text.
 pub fn of_number(pointer: &str, value: f64, fits: impl Fn(f64) -> bool) -> String {
     // for a channel or an axis, the name of the field that holds it
     let name = pointer.rsplit('/').find(|token| token.parse::<u32>().is_err()).unwrap_or("");
-    let (unit, meant) = if name.ends_with("_m") {
+    let (unit, meant) = if name.ends_with("_m") && (value >= FEWEST_MM || name == "thickness_m") {
         ("millimetres", value / 1000.0)
     } else if RATIOS.contains(&name) && value > 1.0 {
         ("percent", value / 100.0)
@@ -93,14 +99,23 @@ mod tests {
     }
 
     #[test]
+    fn a_box_of_a_metre_is_not_in_millimetres() {
+        let fit = [[1000.0, 400.0, 720.0], [1.0, 0.4, 0.7]].map(|sizes| of_lengths(sizes, true));
+        assert_eq!(fit, ["; its lengths look like millimetres", ""]);
+        assert_eq!(of_lengths([1000.0], false), "");
+    }
+
+    #[test]
     fn only_lengths_and_ratios_have_other_units() {
         let up_to_one = |value: f64| value > 0.0 && value <= 1.0;
         assert_eq!(of_number("/a/diameter_m", 350.0, up_to_one), "; 350 looks like millimetres: 0.35");
         assert_eq!(of_number("/a/centre_m/0", 350.0, up_to_one), "; 350 looks like millimetres: 0.35");
+        assert_eq!(of_number("/a/thickness_m", 4.0, up_to_one), "; 4 looks like millimetres: 0.004");
         assert_eq!(of_number("/a/reflectance/2", 98.0, up_to_one), "; 98 looks like percent: 0.98");
         for (pointer, value) in [
             ("/a/diameter_m", 2000.0),
             ("/a/diameter_m", -3.0),
+            ("/a/margin_m", 3.0),
             ("/a/tilt_deg", 50.0),
             ("/a/reflectance", 980.0),
             ("", 2.0),

@@ -109,7 +109,9 @@ pub(crate) fn check_place(
             let pointer = format!("{pointer}/corner_m/{axis}");
             let fits = |meant: f64| meant - corner + from >= least && meant - corner + to <= most;
             let hint = match hints::of_number(&pointer, corner, fits) {
-                hint if hint.is_empty() && thousandths_fit => hints::OF_LENGTHS.to_owned(),
+                hint if hint.is_empty() => {
+                    hints::of_lengths([sheet.u.length(), sheet.v.length()], thousandths_fit).to_owned()
+                }
                 hint => hint,
             };
             let detail = format!(

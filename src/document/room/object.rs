@@ -115,7 +115,7 @@ impl BoxDocument {
                 // shifted to the position that may have been meant
                 let fits = |meant: f64| meant - position + to <= high && meant - position + from >= low;
                 let hint = match hints::of_number(&pointer, position, fits) {
-                    hint if hint.is_empty() && thousandths_fit => hints::OF_LENGTHS.to_owned(),
+                    hint if hint.is_empty() => hints::of_lengths(self.size_m, thousandths_fit).to_owned(),
                     hint => hint,
                 };
                 let detail = format!(
