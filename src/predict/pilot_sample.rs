@@ -199,7 +199,7 @@ mod tests {
     use crate::integrator::method::Computation;
 
     /// Passes of a sample have the sizes of the job's, although many sensors share a residual more than few: the rays that sensors add to a
-    /// pass are as many for each, within the 5 % by which their paths differ. By the numbers of their own sensors they would differ by
+    /// pass are as many for each, within a tenth: sensors beside walls have longer paths. By the numbers of their own sensors they would differ by
     /// 28 %.
     #[test]
     fn samples_have_passes_of_the_jobs_size() {
@@ -213,14 +213,14 @@ mod tests {
             let Computation::Passes(integrator) = method.described().build(&sample.task(&task), 7, target) else {
                 panic!("{} has passes", method.name());
             };
-            let pass = integrator.pass(0, &AtomicBool::new(false)).unwrap();
-            (sample.places() as f64, pass.totals.rays.followed as f64)
+            let rays = |pass: u64| integrator.pass(pass, &AtomicBool::new(false)).unwrap().totals.rays.followed as f64;
+            (sample.places() as f64, (0..16).map(rays).sum::<f64>() / 16.0)
         };
         let [few, some, all] = [4, 16, 81].map(rays);
         let of_each =
             |(fewer, of_fewer): (f64, f64), (more, of_more): (f64, f64)| (of_more - of_fewer) / (more - fewer);
         let ratio = of_each(few, some) / of_each(some, all);
         assert_eq!([few.0, some.0, all.0], [4.0, 16.0, 81.0]);
-        assert!((ratio - 1.0).abs() < 0.05, "{few:?} {some:?} {all:?}: {ratio}");
+        assert!((ratio - 1.0).abs() < 0.1, "{few:?} {some:?} {all:?}: {ratio}");
     }
 }
