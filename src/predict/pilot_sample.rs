@@ -199,8 +199,8 @@ mod tests {
     use crate::integrator::method::Computation;
 
     /// Passes of a sample have the sizes of the job's, although many sensors share a residual more than few: the rays that sensors add to a
-    /// pass are as many for each, within a tenth: sensors beside walls have longer paths. By the numbers of their own sensors they would differ by
-    /// 28 %.
+    /// pass are as many for each, within a tenth by which the lengths of their paths differ. By the numbers of their own sensors they would
+    /// differ by 28 %.
     #[test]
     fn samples_have_passes_of_the_jobs_size() {
         let document = include_bytes!("../../tests/reference/scenes/S1.json");

@@ -156,7 +156,8 @@ impl Residuals {
     fn scales(&self) -> Arc<[f64]> {
         let is_lit = |sensor: usize| self.beyond[sensor].m2 > 0.0;
         let lit = (0..self.coarse.len()).filter(|sensor| is_lit(*sensor));
-        let least = LEAST_SCALE * median(lit.map(|sensor| self.gathered[sensor].mean).collect());
+        let gathered = lit.map(|sensor| self.gathered[sensor].mean).filter(|lux| *lux > 0.0);
+        let least = LEAST_SCALE * median(gathered.collect());
         let scale = |sensor: usize| match is_lit(sensor) {
             true if least > 0.0 => self.gathered[sensor].mean.max(least),
             // without light by the coarse solution nothing is shared

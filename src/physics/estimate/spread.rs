@@ -27,8 +27,9 @@ pub struct Sharing {
 }
 
 impl Sharing {
-    /// Predicts the parts of the variance of a sensor's residual that [`Residuals`](super::residual::Residuals) tells after this number of passes, at least 2: by its own
-    /// residual, and by that which it shares with others. `noise` is the variance of one pass, relative to the squared light of a sensor.
+    /// Predicts the parts of the variance of a sensor's residual that [`Residuals`](super::residual::Residuals) tells after this number of
+    /// passes, at least 2: by its own residual, and by that which it shares with others. `noise` is the variance of one pass, relative to
+    /// the squared light of a sensor.
     pub fn predicted_variances(self, noise: f64, passes: f64) -> [f64; 2] {
         let (noise, sensors) = (noise / passes, self.sensors as f64);
         if noise <= 0.0 || self.sensors < LEAST_SENSORS {
