@@ -12,7 +12,7 @@ const UNEVEN = { from: 0.03, cost: 10 };
 const SHORT = { from: 0.05, cost: 4 };
 const BEYOND = 100;
 const LOW = 0.3;
-const NARROW = 1;
+const NARROW = 2;
 /** By how much a page that ends above the end of the screen is enlarged, what it costs that it still does, and the least share of the screen that is enough. */
 const LARGER = { steps: [1.02, 1.04, 1.07, 1.11, 1.15, 1.19, 1.23, 1.27], short: 10, enough: 0.97 };
 /** Step of widths, in pixels, between which heights are taken from both sides while a size is looked for. */
@@ -63,7 +63,8 @@ function cost(columns, height, { map, least, enlarged, tops: kept = [] }) {
   const first = tops.slice(0, Math.ceil(tops.length / 2));
   const low = first.reduce((sum, top) => sum + top / longest, 0) / first.length;
   const width = columns.widths[columns.of[map] ?? -1];
-  const narrow = width ? 1 - width / columns.widths.reduce((sum, one) => sum + one, 0) : 0;
+  // of the page, and of the widest column
+  const narrow = width ? 2 - width / columns.widths.reduce((sum, one) => sum + one, 0) - width / Math.max(...columns.widths) : 0;
   const shifted = kept.reduce((sum, [panel, top]) => sum + Math.abs((tops[panel] ?? 0) - top), 0) / longest;
   const short = least ? 1 - longest / least : 0;
   const beyond = enlarged ? Math.max(0, (longest - GAP) / least - 1) : 0;
