@@ -159,7 +159,14 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 7, "{text}");
         assert_eq!(lines[6], "+- is the half-width of the 95 % confidence interval");
-        assert!(lines[4].starts_with("1     2884.0 +- 8.4") && lines[5].starts_with("2     -"), "{text}");
+        assert_eq!(
+            lines[1],
+            "floor  211.04 +- 0.62  187.2 +- 2.2  51.0 +- 1.8   0.2420 +- 0.0094  0.4070, 0.4030, 0.2550"
+        );
+        assert_eq!(lines[2], "a      0.000           -             -             -                 -, -, -");
+        assert_eq!(lines[4], "1     2884.0 +- 8.4      48.10");
+        assert_eq!(lines[5], "2     -                  -");
+        assert_eq!(results_table(&json!({ "status": "cancelled" })), "");
     }
 
     #[test]

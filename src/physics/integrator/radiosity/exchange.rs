@@ -48,8 +48,8 @@ pub struct Exchange {
 impl Exchange {
     /// Finds the patches that rays from `starts` meet, directly or after reflections, and how they exchange light: always the same for the same
     /// scene, starts and key. `edge` is the approximate length of an edge of a patch in m. Edges are shorter where luminaires give light, and,
-    /// if this is asked for, the sun through clear zones. `random` is the key of the rays between patches. `None` where no light is reflected, and when
-    /// `cancel` was raised meanwhile.
+    /// if this is asked for, the sun through clear zones. `random` is the key of the rays between patches. `None` where no light is
+    /// reflected, and when `cancel` was raised meanwhile.
     pub fn new(
         (scene, with_clear_zones): (&TraceableScene, bool),
         starts: &[SurfacePoint],
