@@ -66,11 +66,19 @@ impl ExpectedSpreads {
         self.sensors.iter().map(|(_, spread)| spread).sum::<f64>() / self.sensors.len().max(1) as f64
     }
 
-    /// Returns that of the sensor nearest to a position, but at least the mean: few directions must not make an error smaller.
-    pub fn near(&self, position: DVec3) -> f64 {
-        let distance = |(of, _): &&(DVec3, f64)| of.distance_squared(position);
-        let nearest = self.sensors.iter().min_by(|one, other| distance(one).total_cmp(&distance(other)));
-        nearest.map_or(0.0, |(_, spread)| *spread).max(self.mean())
+    /// Returns those of sensors at some positions: that of the nearest known one, but at least the mean, as few directions must not make the
+    /// error of a sensor much smaller than that of others; all divided by one number, so that their mean stays.
+    pub fn at(&self, positions: &[DVec3]) -> Vec<f64> {
+        let least = self.mean();
+        let near = |position: &DVec3| {
+            let distance = |(of, _): &&(DVec3, f64)| of.distance_squared(*position);
+            let nearest = self.sensors.iter().min_by(|one, other| distance(one).total_cmp(&distance(other)));
+            nearest.map_or(0.0, |(_, spread)| *spread).max(least)
+        };
+        let found: Vec<f64> = positions.iter().map(near).collect();
+        let sum: f64 = found.iter().sum();
+        let ratio = if sum > 0.0 { least * found.len() as f64 / sum } else { 1.0 };
+        found.into_iter().map(|spread| spread * ratio).collect()
     }
 }
 

@@ -183,8 +183,9 @@ impl<const C: usize> Integrator for TwoStage<C> {
         contrasts.resize(self.grids.len(), Vec::new());
         let grid = |((number, grid), contrasts): ((usize, &Grid), Vec<f64>)| {
             let companions = vec![GridPass::default(); self.room.as_ref().map_or(0, |room| room.columns(grid))];
-            let of_sensors = |spreads: &ExpectedSpreads| -> Vec<f64> {
-                (0..grid.len()).map(|sensor| spreads.near(lifted(&self.scene, grid, sensor).position)).collect()
+            let of_sensors = |spreads: &ExpectedSpreads| {
+                let positions = (0..grid.len()).map(|sensor| lifted(&self.scene, grid, sensor).position);
+                spreads.at(&positions.collect::<Vec<_>>())
             };
             let expected_spreads = self.spreads.get(number).map_or_else(Vec::new, of_sensors);
             GridPass { residual: nothing(grid), expected_spreads, companions, contrasts, ..GridPass::default() }
