@@ -37,6 +37,11 @@ pub struct Glossy {
 }
 
 impl Glossy {
+    /// Returns the width alpha of the microfacets' inclinations.
+    pub fn alpha(&self) -> f64 {
+        self.alpha
+    }
+
     /// Builds a lobe; `roughness` in [`LEAST_ROUGHNESS`]..=1.
     pub fn new(roughness: f64) -> Self {
         let alpha = roughness * roughness;

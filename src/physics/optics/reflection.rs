@@ -92,6 +92,11 @@ impl SurfaceOptics {
         Self { specular: None, ..self }
     }
 
+    /// Takes the diffuse part away: the surface absorbs what it reflected.
+    pub fn without_diffuse(self) -> Self {
+        Self { reflectance: [0.0; 3], ..self }
+    }
+
     /// Samples a direction of the lobe or mirror for light that comes from `from`; the weight is [`Self::specular`]. `None` where there
     /// is neither.
     #[inline]

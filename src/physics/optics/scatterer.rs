@@ -45,6 +45,11 @@ impl Scatterer<'_> {
         matches!(self, Self::Sensor(_))
     }
 
+    /// True if the scatterer is a mirror alone: no ray that is aimed has a response.
+    pub fn is_mirror(&self) -> bool {
+        matches!(self, Self::Surface(surface) if !surface.optics.is_finite())
+    }
+
     /// True if the scatterer has a lobe so narrow that connections meet it rarely.
     pub fn has_narrow_lobe(&self) -> bool {
         match self {

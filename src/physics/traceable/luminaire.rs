@@ -52,6 +52,11 @@ impl TraceableLuminaire {
         self.corner + self.edge_u * u + self.edge_v * v
     }
 
+    /// Returns the edges from the corner at coordinates 0.
+    pub fn edges(&self) -> [DVec3; 2] {
+        [self.edge_u, self.edge_v]
+    }
+
     /// Moves a point near the rectangle exactly onto its plane where that is normal to an axis: a grid may lie in it.
     pub fn onto_plane(&self, mut point: DVec3) -> DVec3 {
         for axis in (0..3).filter(|axis| self.normal[*axis].abs() == 1.0) {

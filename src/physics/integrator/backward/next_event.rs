@@ -14,7 +14,7 @@ use super::clear_zones::through_clear_zones;
 use super::opening::DaylightWeights;
 use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
-use crate::integrator::radiosity::{BrightPatches, Solution};
+use crate::integrator::radiosity::{BrightPatches, Solution, Target};
 use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Openings, Place, RoomHit, SurfaceId, SurfacePoint, TraceableScene};
@@ -111,11 +111,11 @@ pub struct LastVertex {
     aim: Option<(Aimed, f64)>,
 }
 
-/// Choice of a direction where some rays are aimed at bright patches.
+/// Choice of a direction where some rays are aimed at bright patches and images.
 #[derive(Clone, Copy, Debug)]
 enum Aimed {
-    /// Direction toward a point of the patch with this number.
-    At(u32),
+    /// Direction toward a point of this patch or image.
+    At(Target),
     /// Direction drawn from the scattering distribution.
     Elsewhere,
 }
@@ -139,8 +139,8 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         self.0.coarse_solution()?.bright_patches()
     }
 
-    fn is_aimed(&self, state: PathState, patch: Option<u32>, fraction: f64) -> PathState {
-        let aim = Some((patch.map_or(Aimed::Elsewhere, Aimed::At), fraction));
+    fn is_aimed(&self, state: PathState, target: Option<Target>, fraction: f64) -> PathState {
+        let aim = Some((target.map_or(Aimed::Elsewhere, Aimed::At), fraction));
         PathState { last: state.last.map(|last| LastVertex { aim, ..last }), ..state }
     }
 
@@ -148,16 +148,16 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     fn aim_weight(&self, ray: &Ray<C, PathState>, hit: &RoomHit) -> f64 {
         let Some(LastVertex { aim: Some((aim, fraction)), position, density, .. }) = ray.trace.last else { return 1.0 };
         let Some(solution) = self.0.coarse_solution() else { return 1.0 };
-        let met = match hit.place {
-            Place::Surface(surface) => solution.aimed(surface, hit.position),
-            Place::Opening(_) => None,
+        let aimed = match hit.place {
+            Place::Surface(surface) => solution.aimed_density(position, surface, hit),
+            Place::Opening(_) => 0.0,
         };
-        match (aim, met) {
-            (Aimed::At(patch), met) if met.is_none_or(|(number, _)| number != patch) => 0.0,
-            (_, Some((_, per_area))) if per_area > 0.0 => {
-                let aimed = fraction * density_toward(per_area, position, hit);
+        match (aim, hit.place) {
+            (Aimed::At(target), Place::Surface(surface)) if !solution.shows(target, surface, hit.position) => 0.0,
+            (Aimed::At(_), _) if aimed <= 0.0 => 0.0,
+            _ if aimed > 0.0 => {
                 let scattered = density * (1.0 - fraction);
-                scattered / (scattered + aimed)
+                scattered / (scattered + fraction * aimed)
             }
             _ => 1.0,
         }
@@ -316,14 +316,6 @@ fn connect_to_clear_zones<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Verte
     let at = SurfacePoint { position, normal, surface };
     let numbers = (walk.samples.pair(), &mut walk.samples.random);
     walk.sum += through_clear_zones(walk.scene, at, |toward| vertex.response(toward).0, numbers, &mut walk.rays);
-}
-
-/// Converts a density per m2 of points on a surface to one per sr of directions, seen from a place whose ray meets the surface at `hit`.
-fn density_toward(per_area: f64, from: DVec3, hit: &RoomHit) -> f64 {
-    let to_hit = hit.position - from;
-    let squared = to_hit.length_squared();
-    let cosine = -to_hit.dot(hit.normal) / squared.sqrt();
-    per_area * squared / cosine.max(f64::MIN_POSITIVE)
 }
 
 /// Returns the density per sr of a connection to a uniform random point of a luminaire along `to_light`; zero from behind it.

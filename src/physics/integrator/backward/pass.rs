@@ -191,14 +191,14 @@ impl<const C: usize> FirstHitLight<C> {
         let bright = Meeting::<C>::bright_patches(&meeting);
         let fraction = bright.map_or(0.0, |bright| bright.fraction(0.0));
         let aim = bright.map_or(Aim::Elsewhere(point), |bright| bright.aim(fraction, point));
-        let (direction, patch) = match aim {
-            Aim::At(patch, place) => ((place - sensor.position).try_normalize()?, Some(patch)),
+        let (direction, target) = match aim {
+            Aim::At(target, place) => ((place - sensor.position).try_normalize()?, Some(target)),
             Aim::Elsewhere(point) => (warp::around(sensor.normal, warp::cosine_hemisphere(point)), None),
         };
         let cosine = direction.dot(sensor.normal);
         let rest = 1.0 - fraction;
         let trace = meeting.leaves(scene, &Vertex::sensor(sensor), &(), direction, cosine / PI);
-        let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, patch, fraction) } else { trace };
+        let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, target, fraction) } else { trace };
         let (origin, weight) = (sensor.position, Spectrum::ONE * (PI / rest));
         let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };
         (cosine > 0.0).then_some(Self { sum: Spectrum::ZERO, ray, rays: 0 })
@@ -211,6 +211,10 @@ impl<const C: usize> FirstHitLight<C> {
             let Ray { origin, direction, from, weight, trace, .. } = self.ray;
             let hit = scene.intersect(origin, direction, from);
             let Place::Surface(surface) = hit.place else { return false };
+            let optics = scene.optics(surface).filter(|optics| optics.is_specular());
+            if optics.is_some_and(|optics| !optics.is_mirror()) {
+                return false;
+            }
             let weight = weight * NextEvent(daylight).aim_weight(&self.ray, &hit);
             if weight.max() <= 0.0 {
                 return true;
@@ -219,7 +223,7 @@ impl<const C: usize> FirstHitLight<C> {
             let Some(coarse) = coarse else { return false };
             self.rays += 1;
             self.sum += weight * coarse;
-            let Some(optics) = scene.optics(surface).filter(|optics| optics.is_mirror()) else { return true };
+            let Some(optics) = optics else { return true };
             let weight = weight * optics.specular();
             let survival = (weight.max() / (FAINT * PI)).min(1.0);
             if survival <= 0.0 || random.uniform() >= survival {

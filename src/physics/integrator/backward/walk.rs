@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::opening::{Arriving, DaylightWeights, Onward, enter_tube};
 use super::vertex::Vertex;
 use crate::guide::RayCount;
-use crate::integrator::radiosity::{Aim, BrightPatches};
+use crate::integrator::radiosity::{Aim, BrightPatches, Target};
 use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Kind, Oriented, Scatter, Scattered, SheetSide, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
@@ -17,7 +17,7 @@ use crate::scene::Sensor;
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Fraction of a path's first weight above which it continues without Russian roulette, if its method requests this.
-const CERTAIN_ABOVE: f64 = 0.05;
+const CERTAIN_ABOVE: f64 = 0.02;
 
 /// Smallest probability with which a path continues for the residual of a coarse solution. The probability is never below the reflectance
 /// of the surface: weights would grow at each reflection, and their variance without bound.
@@ -47,8 +47,8 @@ pub trait Meeting<const C: usize> {
         None
     }
 
-    /// Returns the state of a ray that is aimed at a patch (`None`: at no patch), where `fraction` of the rays are.
-    fn is_aimed(&self, trace: Self::Trace, _patch: Option<u32>, _share: f64) -> Self::Trace {
+    /// Returns the state of a ray that is aimed at a patch or image (`None`: at none), where `fraction` of the rays are.
+    fn is_aimed(&self, trace: Self::Trace, _target: Option<Target>, _share: f64) -> Self::Trace {
         trace
     }
 
@@ -122,12 +122,12 @@ pub struct Ray<const C: usize, Trace> {
     pub trace: Trace,
 }
 
-/// Returns the bright patches at which some rays from a vertex are aimed, and the fraction of rays that are; `None` where none are.
+/// Returns the bright patches and images at which some rays from a vertex are aimed, and the fraction of rays that are; `None` where none are.
 fn aimed_from<'a, const C: usize, M: Meeting<C>>(
     meeting: &'a M,
     vertex: &Vertex<'_, C>,
 ) -> Option<(&'a BrightPatches, f64)> {
-    let bright = meeting.bright_patches().filter(|_| !vertex.is_narrow())?;
+    let bright = meeting.bright_patches().filter(|_| !vertex.is_narrow() && !vertex.scatterer.is_mirror())?;
     let reflected = || Scatter::<C>::albedo(&vertex.scatterer, vertex.eye, vertex.side()).max();
     let fraction = bright.fraction(if vertex.is_sensor() { 0.0 } else { reflected() });
     (fraction > 0.0).then_some((bright, fraction))
@@ -188,7 +188,7 @@ impl<'a, const C: usize> Walk<'a, C> {
     }
 
     fn go_on<M: Meeting<C>>(&mut self, meeting: &M, mut ray: Ray<C, M::Trace>) {
-        let (scene, first) = (self.scene, ray.weight.max());
+        let (scene, mut first) = (self.scene, None);
         for _ in 0..MAX_EVENTS {
             let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
@@ -198,6 +198,7 @@ impl<'a, const C: usize> Walk<'a, C> {
                 return;
             }
             ray.weight = ray.weight * weight;
+            let first = *first.get_or_insert(ray.weight.max());
             let next = match hit.place {
                 Place::Opening(index) => self.meet_opening(meeting, index, hit.position, &ray),
                 Place::Surface(surface) => {
@@ -216,9 +217,9 @@ impl<'a, const C: usize> Walk<'a, C> {
                     match meeting.reflected(&ray, surface, hit.position) {
                         Some(coarse) => {
                             let plain;
-                            let rest = match optics.is_mirror() {
+                            let rest = match optics.is_specular() {
                                 true => {
-                                    self.follow_mirror(meeting, (surface, optics), &hit, &ray, first);
+                                    self.follow_specular(meeting, (surface, optics), &hit, &ray, first);
                                     plain = optics.clone().without_specular();
                                     &plain
                                 }
@@ -240,8 +241,8 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
-    /// Follows, by Russian roulette, the ray that the mirror part of a surface reflects whose diffuse light has a coarse solution.
-    fn follow_mirror<M: Meeting<C>>(
+    /// Counts the light that comes by the lobe or mirror of a surface whose diffuse light has a coarse solution.
+    fn follow_specular<M: Meeting<C>>(
         &mut self,
         meeting: &M,
         (surface, optics): (SurfaceId, &SurfaceOptics),
@@ -249,16 +250,12 @@ impl<'a, const C: usize> Walk<'a, C> {
         ray: &Ray<C, M::Trace>,
         first: f64,
     ) {
-        let weight = ray.weight * optics.specular();
-        let Some(direction) = optics.reflect(hit.normal, -ray.direction, [0.0; 2], &mut self.samples.random) else {
-            return;
-        };
-        let Some(survival) = self.survival(weight.max(), ray.weight.max(), first) else { return };
         // both rays continue the same path
         let stands_for = self.stands_for;
-        let trace = meeting.turns(self.scene, &ray.trace, surface);
-        let (origin, from, weight) = (hit.position, Some(surface), weight * (1.0 / survival));
-        self.follow(meeting, Ray { origin, direction, from, weight, reflected: true, trace });
+        let specular = optics.clone().without_diffuse();
+        if let Some(next) = self.meet_surface(meeting, (surface, &specular), hit, ray, Some(first)) {
+            self.follow(meeting, next);
+        }
         self.stands_for = stands_for;
     }
 
@@ -324,25 +321,25 @@ impl<'a, const C: usize> Walk<'a, C> {
         Some(Ray { origin, direction, from, weight, reflected, trace })
     }
 
-    /// Chooses the direction of a ray that leaves a vertex: by the scattering distribution, or aimed at a bright patch, whose number is
+    /// Chooses the direction of a ray that leaves a vertex: by the scattering distribution, or aimed at a bright patch or image, which is
     /// returned. The returned density is that of the scattering distribution, as if all rays were drawn from it.
     fn choose<M: Meeting<C>>(
         &mut self,
         meeting: &M,
         vertex: &Vertex<'_, C>,
         side: SheetSide,
-    ) -> Option<(Scattered<C>, Option<u32>)> {
+    ) -> Option<(Scattered<C>, Option<Target>)> {
         let Some((bright, fraction)) = aimed_from(meeting, vertex) else {
             let scattered = vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, side, &mut self.samples)?;
             return Some((scattered, None));
         };
         let rest = 1.0 - fraction;
         match bright.aim(fraction, self.samples.pair()) {
-            Aim::At(patch, point) => {
+            Aim::At(target, point) => {
                 let toward = (point - vertex.position).try_normalize()?;
                 let (value, pdf) = Vertex { weight: Spectrum::ONE, ..*vertex }.response(toward);
                 let (weight, kind) = (value * (1.0 / (rest * pdf)), Kind::Diffuse);
-                (pdf > 0.0).then_some((Scattered { toward, kind, pdf, weight }, Some(patch)))
+                (pdf > 0.0).then_some((Scattered { toward, kind, pdf, weight }, Some(target)))
             }
             Aim::Elsewhere(point) => {
                 self.samples.begin_with(point);
@@ -358,11 +355,11 @@ impl<'a, const C: usize> Walk<'a, C> {
         meeting: &M,
         vertex: &Vertex<'_, C>,
         arrival: &M::Arrival,
-        (toward, pdf, patch): (DVec3, f64, Option<u32>),
+        (toward, pdf, target): (DVec3, f64, Option<Target>),
     ) -> M::Trace {
         let trace = meeting.leaves(self.scene, vertex, arrival, toward, pdf);
         match aimed_from(meeting, vertex) {
-            Some((_, fraction)) => meeting.is_aimed(trace, patch, fraction),
+            Some((_, fraction)) => meeting.is_aimed(trace, target, fraction),
             None => trace,
         }
     }

@@ -7,15 +7,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bright_patches::{Area, BrightPatches};
+use super::bright_patches::{Area, BrightPatches, Target};
 use super::met_patches::{FINDING, MetPatch, MetPatches, NOT_FOUND};
 use super::other_light::other_light;
 use super::patch_rays::{PatchRays, RAYS, bright_patches};
 use super::patches::Patches;
+use super::source_images::source_images;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{SurfaceId, SurfacePoint, TraceableScene};
+use crate::traceable::{RoomHit, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Change, as a fraction of all radiosities, below which the iteration ends, and the largest number of sweeps: a remaining error costs
 /// time, but adds no bias.
@@ -157,8 +158,8 @@ impl Exchange {
         let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
         let seen = self.seen.iter().filter_map(|number| Some(radiosities.get(*number as usize)?.luminance()));
         let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
-        let bright_patches =
-            BrightPatches::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()), mean);
+        let patches = radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied());
+        let bright_patches = BrightPatches::new(patches, &source_images(scene, fluxes), mean);
         let variances = self.variances((&reflectances, &other_variances), fluxes, &radiosities);
         Solution {
             variances,
@@ -217,10 +218,29 @@ impl<const C: usize> Solution<C> {
         Some(&self.bright_patches).filter(|bright_patches| !bright_patches.is_empty())
     }
 
-    /// Returns the number of the patch of a point, and the fraction of aimed rays that end there per m2; `None` where there is no patch.
+    /// True if a point of a surface is part of what a ray was aimed at, or shows it.
     #[inline]
-    pub fn aimed(&self, surface: SurfaceId, point: DVec3) -> Option<(u32, f64)> {
-        let number = self.number(surface, point)?;
-        Some((number, self.bright_patches.density(number)))
+    pub fn shows(&self, target: Target, surface: SurfaceId, point: DVec3) -> bool {
+        match target {
+            Target::Patch(number) => self.number(surface, point) == Some(number),
+            Target::Image(in_surface) => surface == in_surface,
+        }
     }
+
+    /// Returns the density per sr of the aimed rays from a place that would end in a point of a surface.
+    #[inline]
+    pub fn aimed_density(&self, from: DVec3, surface: SurfaceId, hit: &RoomHit) -> f64 {
+        let bright = &self.bright_patches;
+        let per_area = self.number(surface, hit.position).map_or(0.0, |number| bright.density(number));
+        let of_patch = if per_area > 0.0 { density_toward(per_area, from, hit) } else { 0.0 };
+        of_patch + bright.density_of_images(surface, from, hit.position)
+    }
+}
+
+/// Converts a density per m2 of points on a surface to one per sr of directions, seen from a place whose ray meets the surface at `hit`.
+fn density_toward(per_area: f64, from: DVec3, hit: &RoomHit) -> f64 {
+    let to_hit = hit.position - from;
+    let squared = to_hit.length_squared();
+    let cosine = -to_hit.dot(hit.normal) / squared.sqrt();
+    per_area * squared / cosine.max(f64::MIN_POSITIVE)
 }

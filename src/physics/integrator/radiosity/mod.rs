@@ -6,7 +6,8 @@
 //! Seidel's sweeps.
 //!
 //! Cells of surfaces on which direct light has a steep gradient are divided ([`gradients`]), and some rays, of patches as of sensors, are
-//! aimed at patches that are much brighter than most ([`bright_patches`]).
+//! aimed at patches that are much brighter than most ([`bright_patches`]), and at images of openings and luminaires in plane surfaces with a
+//! lobe ([`source_images`]).
 //!
 //! The error of each patch tells how much sensors that see different patches may differ ([`spread`]).
 //!
@@ -22,9 +23,10 @@ mod other_light;
 mod patch_rays;
 mod patches;
 mod shared;
+mod source_images;
 mod spread;
 
-pub use bright_patches::{Aim, BrightPatches};
+pub use bright_patches::{Aim, BrightPatches, Target};
 pub use exchange::{Exchange, Solution};
 pub use shared::SharedExchanges;
 pub use spread::ExpectedSpreads;

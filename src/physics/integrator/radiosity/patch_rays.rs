@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::bright_patches::{Area, BrightPatches};
+use super::bright_patches::{Area, BrightPatches, Target};
 use super::gradients::of_opening;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::sampling::{PathRandom, warp};
@@ -90,9 +90,9 @@ impl PatchRays {
         let shift = random_part(random);
         for number in 0..if bright.is_empty() { 0 } else { AIMED } {
             let [u, v] = random.uniform2();
-            let (patch, to) = bright.at([(number as f64 + u) / AIMED as f64, v]);
+            let (target, to) = bright.at([(number as f64 + u) / AIMED as f64, v]);
             let end = aimed_ray(scene, &self.points[(number * (RAYS / AIMED + 1) + shift) % RAYS], to);
-            ends.push(ended(end.filter(|end| number_of(end.point) == Some(patch))));
+            ends.push(ended(end.filter(|end| number_of(end.point).map(Target::Patch) == Some(target))));
         }
         ends
     }
@@ -146,7 +146,7 @@ pub fn bright_patches(
     let relative =
         |of: &[f64; 2]| of.iter().zip(means).map(|(of, mean)| if mean > 0.0 { of / mean } else { 0.0 }).sum();
     let kinds = means.iter().filter(|mean| **mean > 0.0).count();
-    BrightPatches::new(luminances.iter().map(relative).zip(areas.iter().copied()), kinds as f64)
+    BrightPatches::new(luminances.iter().map(relative).zip(areas.iter().copied()), &[], kinds as f64)
 }
 
 /// Traces a ray from a spot toward a point, and returns its end; `None` in an opening, and below the surface of the spot.
@@ -253,7 +253,7 @@ mod tests {
             let mean = sum / COUNT as f64;
             [mean, (squares / COUNT as f64 - mean * mean) / (COUNT - 1) as f64]
         };
-        let bright = BrightPatches::new([(100.0, Some(wall)), (1.0, Some(floor))].into_iter(), 2.0);
+        let bright = BrightPatches::new([(100.0, Some(wall)), (1.0, Some(floor))].into_iter(), &[], 2.0);
         let [[aimed, variance], [by_chance, of_chance]] =
             [light(&bright, Key::new(1)), light(&BrightPatches::default(), Key::new(2))];
         assert!((aimed - by_chance).powi(2) < 16.0 * (variance + of_chance), "{aimed} {by_chance} {variance}");

@@ -238,7 +238,7 @@ fn reflects(scene: &TraceableScene, surface: SurfaceId) -> bool {
 }
 
 /// Returns the unit normal of a face of the room or of a box, on its lit side.
-fn plane_normal(scene: &TraceableScene, surface: SurfaceId) -> DVec3 {
+pub fn plane_normal(scene: &TraceableScene, surface: SurfaceId) -> DVec3 {
     match scene.numbering.box_of(surface) {
         None => scene.enclosure.normal(surface.index()),
         Some(number) => {
@@ -249,7 +249,7 @@ fn plane_normal(scene: &TraceableScene, surface: SurfaceId) -> DVec3 {
 }
 
 /// Iterates over the faces of the room, with rectangles around them, and of its boxes: a corner, and two edges.
-fn rectangles(scene: &TraceableScene) -> impl Iterator<Item = (SurfaceId, DVec3, [DVec3; 2])> {
+pub fn rectangles(scene: &TraceableScene) -> impl Iterator<Item = (SurfaceId, DVec3, [DVec3; 2])> {
     let of_face = |(face, polygon): (usize, &Polygon)| {
         let [corner, u, v] = polygon.rectangle();
         (SurfaceId::numbered(face), corner, [u, v])
