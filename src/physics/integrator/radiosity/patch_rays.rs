@@ -169,14 +169,14 @@ fn per_area(from: &SurfacePoint, to: &SurfacePoint) -> f64 {
 #[derive(Clone, Copy)]
 pub struct RayEnd {
     pub point: SurfacePoint,
-    /// Reflectance of mirrors on the path, divided by the probability of this path.
+    /// Reflectance of mirrors and lobes on the path, divided by the probability of this path.
     pub weight: f64,
-    /// Density per m2 of rays that are not aimed; `None` after a mirror, by which no ray is aimed.
+    /// Density per m2 of rays that are not aimed; `None` after a mirror or lobe, by which no ray is aimed.
     pub per_area: Option<f64>,
 }
 
-/// Traces a ray from a spot in a stratum of directions and returns its end; `None` in an opening. At a surface that is partly a mirror
-/// chance decides whether it is reflected or ends.
+/// Traces a ray from a spot in a stratum of directions and returns its end; `None` in an opening. At a surface that has a lobe or
+/// mirror chance decides whether it is reflected by that or ends.
 pub fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: &mut PathRandom) -> Option<RayEnd> {
     let [u, v] = random.uniform2();
     let (row, column) = (stratum / STRATA, stratum % STRATA);
@@ -188,7 +188,7 @@ pub fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: 
         let Place::Surface(met) = hit.place else { return None };
         let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
         let per_area = (turn == 0).then(|| per_area(from, &point));
-        let Some(optics) = scene.optics(met).filter(|optics| optics.is_mirror()) else {
+        let Some(optics) = scene.optics(met).filter(|optics| optics.is_specular()) else {
             return Some(RayEnd { point, weight, per_area });
         };
         let [diffuse, specular] = [optics.diffuse::<3>(), optics.specular()].map(|part| part.luminance());
@@ -197,13 +197,13 @@ pub fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: 
             return Some(RayEnd { point, weight: weight / (1.0 - turns), per_area });
         }
         weight *= specular / turns;
-        direction = optics.reflect(hit.normal, -direction, [0.0; 2], random)?;
+        direction = optics.reflect(hit.normal, -direction, random.uniform2(), random)?;
         (position, surface) = (hit.position, Some(met));
     }
     None
 }
 
-/// Largest number of mirrors that reflect a ray.
+/// Largest number of mirrors and lobes that reflect a ray.
 const MOST_TURNS: usize = 8;
 
 #[cfg(test)]
