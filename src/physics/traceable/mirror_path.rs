@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::mirrors::Mirrors;
 use super::rays::Place;
 use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
@@ -26,11 +27,10 @@ impl TraceableScene {
     /// stands between. The surfaces that place and source lie on do not occlude.
     pub fn mirror_path<const C: usize>(
         &self,
-        chain: usize,
+        (mirrors, chain): (&Mirrors, usize),
         (place, from): (DVec3, Option<SurfaceId>),
         (source, to): (DVec3, Option<SurfaceId>),
     ) -> Option<MirrorPath<C>> {
-        let mirrors = &self.mirrors;
         let toward = (mirrors.shown(chain, source)? - place).try_normalize()?;
         let (mut origin, mut direction, mut surface, mut rays) = (place, toward, from, 1);
         for (mirror, turned) in mirrors.turns(chain, toward) {
@@ -95,7 +95,7 @@ mod tests {
         let both = scene.mirrors.next(Some(by_north), south).unwrap();
         assert_eq!(scene.mirrors.next(Some(by_north), north), None);
         for (chain, across, reflectance) in [(by_north, 4.0, 0.5), (both, 6.0, 0.4)] {
-            let path = scene.mirror_path::<1>(chain, (place, None), (source, None)).unwrap();
+            let path = scene.mirror_path::<1>((&scene.mirrors, chain), (place, None), (source, None)).unwrap();
             let expected = DVec3::new(0.5, across, 1.0);
             assert!((path.toward - expected.normalize()).length() < 1e-12, "{path:?}");
             assert!((path.unfolded.length() - expected.length()).abs() < 1e-12, "{path:?}");
@@ -106,7 +106,7 @@ mod tests {
         let (size, base) = (DVec3::new(2.0, 0.1, 2.5), DVec3::new(1.0, 2.0, 0.0));
         let surface = Surface::diffuse([0.5; 3]);
         let hidden = room(&mirrors, vec![BoxObject { size, base, rotation: 0.0, surface }]);
-        assert!(hidden.mirror_path::<1>(by_north, (place, None), (source, None)).is_none());
+        assert!(hidden.mirror_path::<1>((&hidden.mirrors, by_north), (place, None), (source, None)).is_none());
         let behind = DVec3::new(1.0, 3.0 + 1e-6, 1.0);
         assert!(scene.mirrors.before(behind).all(|(chain, _)| chain != by_north));
     }

@@ -84,14 +84,16 @@ impl MirrorPlane {
 }
 
 impl Mirrors {
-    /// Finds the plane mirrors of a room and its boxes, and their chains; `surfaces` are the optics by surface number.
+    /// Finds the plane mirrors of a room and its boxes, and their chains; `surfaces` are the optics by surface number, of which those count
+    /// as mirrors that are accepted.
     pub fn new(
         enclosure: &TraceableEnclosure,
         boxes: &[TraceableBox],
         numbering: Numbering,
         surfaces: &[Option<Arc<SurfaceOptics>>],
+        accepts: impl Fn(&SurfaceOptics) -> bool,
     ) -> Self {
-        let mirror = |surface: SurfaceId| surfaces[surface.index()].as_deref().filter(|optics| optics.is_mirror());
+        let mirror = |surface: SurfaceId| surfaces[surface.index()].as_deref().filter(|optics| accepts(optics));
         let faces = enclosure.polygons.iter().enumerate().filter_map(|(face, polygon)| {
             let surface = SurfaceId::numbered(face);
             let corners: Vec<DVec3> = polygon.corners().collect();

@@ -163,7 +163,7 @@ impl TraceableScene {
         faces_with_openings.sort_unstable();
         faces_with_openings.dedup();
         let mirrors = match interreflection {
-            true => Mirrors::new(&enclosure, &boxes, numbering, &optics),
+            true => Mirrors::new(&enclosure, &boxes, numbering, &optics, SurfaceOptics::is_mirror),
             false => Mirrors::default(),
         };
         Ok(Self {
@@ -250,6 +250,11 @@ impl TraceableScene {
     pub fn is_dark(&self) -> bool {
         self.tubes.iter().all(|tube| tube.diffuser.is_opaque())
             && !self.luminaires.iter().any(TraceableLuminaire::emits)
+    }
+
+    /// Finds the plane mirrors, and the planes with a narrow lobe as if they were mirrors.
+    pub fn mirrors_and_narrow_lobes(&self) -> Mirrors {
+        Mirrors::new(&self.enclosure, &self.boxes, self.numbering, &self.surfaces, SurfaceOptics::is_narrow)
     }
 
     /// Lists the surfaces that reflect specularly; none after [`Self::without_specular`].

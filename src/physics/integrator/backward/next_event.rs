@@ -296,7 +296,8 @@ impl<D> NextEvent<'_, D> {
         for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
             let source = scene.enclosure.clamp(luminaire.point(walk.samples.random.uniform2()));
             let place = (vertex.position, vertex.surface);
-            let Some(path) = scene.mirror_path::<C>(chain, place, (source, Some(luminaire.surface))) else {
+            let Some(path) = scene.mirror_path::<C>((&scene.mirrors, chain), place, (source, Some(luminaire.surface)))
+            else {
                 continue;
             };
             walk.rays += path.rays;

@@ -255,7 +255,7 @@ impl<const C: usize> DiffuserLight<C> {
         let light = &self.tubes[tube];
         let photon = light.choice(photon)?;
         let source = photon.in_room(&light.frame);
-        let path = scene.mirror_path(chain, (position, surface), (source, None))?;
+        let path = scene.mirror_path((&scene.mirrors, chain), (position, surface), (source, None))?;
         let squared = path.unfolded.length_squared();
         let per_area = light.frame.up(path.unfolded).max(0.0) / (PI * squared * squared.sqrt());
         Some((path, photon.flux * path.reflectance * (per_area / probability)))

@@ -16,7 +16,7 @@ use super::source_images::source_images;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{RoomHit, SurfaceId, SurfacePoint, TraceableScene};
+use crate::traceable::{Mirrors, RoomHit, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Change, as a fraction of all radiosities, below which the iteration ends, and the largest number of sweeps: a remaining error costs
 /// time, but adds no bias.
@@ -42,6 +42,8 @@ pub struct Exchange {
     met: Vec<(u32, f64)>,
     /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
     pub(super) of_openings: Vec<(u32, f64)>,
+    /// Plane mirrors of the room, and narrow lobes as if they were mirrors: the solution may be coarse.
+    mirrors: Mirrors,
     /// Points of each patch, at which light that does not come from Lambertian openings is computed; empty where there is none.
     points: Vec<[SurfacePoint; RAYS]>,
 }
@@ -70,11 +72,12 @@ impl Exchange {
         for (number, area) in numbers.iter().enumerate().filter_map(area) {
             areas[number as usize] = area;
         }
+        let mirrors = scene.mirrors_and_narrow_lobes();
         let is_cancelled = || cancel.load(Ordering::Relaxed);
         let of_patch = |(number, (patch, area)): (usize, (&MetPatch, &Option<Area>))| {
             let mut random = PathRandom::new(random.child(0).child(number as u64));
             let points = (!is_cancelled()).then(|| patch.spread_points(scene, *area, &mut random))?;
-            Some(PatchRays::of(scene, points, &mut random))
+            Some(PatchRays::of((scene, &mirrors), points, &mut random))
         };
         let lit: Option<Vec<PatchRays>> = found.par_iter().zip(&areas).enumerate().map(of_patch).collect();
         let lit = lit?;
@@ -94,7 +97,8 @@ impl Exchange {
             first_seen.iter().filter_map(|point| Some(numbers[patches.at(point.surface?, point.position)?])).collect();
         let is_lit = with_clear_zones || scene.luminaires.iter().any(TraceableLuminaire::emits);
         let points = if is_lit { lit.into_iter().map(|lit| lit.points).collect() } else { Vec::new() };
-        let exchange = Self { lengths_squared, numbers, areas, surfaces, seen, met, of_openings, points, patches };
+        let exchange =
+            Self { lengths_squared, numbers, areas, surfaces, seen, met, of_openings, mirrors, points, patches };
         (!exchange.surfaces.is_empty()).then_some(exchange)
     }
 
@@ -121,7 +125,7 @@ impl Exchange {
         fluxes: &[Spectrum<C>],
     ) -> Solution<C> {
         let (mut straight, other_variances): (Vec<_>, Vec<_>) =
-            other_light((scene, with_clear_zones), &self.points).into_iter().unzip();
+            other_light((scene, &self.mirrors, with_clear_zones), &self.points).into_iter().unzip();
         straight.resize(self.surfaces.len(), Spectrum::ZERO);
         // the solution scales with the flux of the openings only where other light adds nothing
         let alone = straight.iter().all(|lux: &Spectrum<C>| lux.max() <= 0.0);

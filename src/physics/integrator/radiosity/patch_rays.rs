@@ -8,7 +8,7 @@ use super::bright_patches::{Area, BrightPatches, Target};
 use super::gradients::of_opening;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::sampling::{PathRandom, warp};
-use crate::traceable::{Place, SurfaceId, SurfacePoint, TraceableScene};
+use crate::traceable::{Mirrors, Place, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions, and of the parts of a patch.
 pub const RAYS: usize = STRATA * STRATA;
@@ -40,8 +40,12 @@ pub struct PatchRays {
 }
 
 impl PatchRays {
-    /// Traces the rays and connections from these points of a patch.
-    pub fn of(scene: &TraceableScene, points: [SurfacePoint; RAYS], random: &mut PathRandom) -> Self {
+    /// Traces the rays and connections from these points of a patch, connections by way of mirrors, too.
+    pub fn of(
+        (scene, mirrors): (&TraceableScene, &Mirrors),
+        points: [SurfacePoint; RAYS],
+        random: &mut PathRandom,
+    ) -> Self {
         // each direction starts in any part with the same probability
         let shift = random_part(random);
         let met = std::array::from_fn(|number| ray(scene, &points[(number * 7 + shift) % RAYS], number, random));
@@ -63,8 +67,8 @@ impl PatchRays {
                 (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
             })
             .collect();
-        if !scene.mirrors.is_empty() {
-            of_openings.extend(points.iter().map(|point| by_mirrors(scene, point, random)));
+        if !mirrors.is_empty() {
+            of_openings.extend(points.iter().map(|point| by_mirrors((scene, mirrors), point, random)));
         }
         Self { met, of_openings, points }
     }
@@ -104,14 +108,18 @@ fn random_part(random: &mut PathRandom) -> usize {
 }
 
 /// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
-fn by_mirrors(scene: &TraceableScene, point: &SurfacePoint, random: &mut PathRandom) -> (u32, f64) {
+fn by_mirrors(
+    (scene, mirrors): (&TraceableScene, &Mirrors),
+    point: &SurfacePoint,
+    random: &mut PathRandom,
+) -> (u32, f64) {
     let mut found = || {
-        let (chain, of_chain) = scene.mirrors.choose(point.position, random.uniform())?;
-        let (image, normal) = scene.mirrors.image(chain, (point.position, point.normal));
+        let (chain, of_chain) = mirrors.choose(point.position, random.uniform())?;
+        let (image, normal) = mirrors.image(chain, (point.position, point.normal));
         let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
         let of_opening = &scene.tubes[tube];
         let source = (of_opening.point(random.uniform2()), None);
-        let path = scene.mirror_path::<3>(chain, (point.position, point.surface), source)?;
+        let path = scene.mirror_path::<3>((mirrors, chain), (point.position, point.surface), source)?;
         let [unfolded, normal] = [path.unfolded, normal].map(|v| of_opening.frame.levelled_direction(v));
         let lux = per_lumen(unfolded, normal).max(0.0) * path.reflectance.luminance();
         Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
@@ -246,7 +254,11 @@ mod tests {
             let values = (0..COUNT).map(|number| -> f64 {
                 let mut random = PathRandom::new(key.child(number));
                 let points = patch.spread_points(&scene, Some(floor), &mut random);
-                let ends = PatchRays::of(&scene, points, &mut random).ends((&scene, bright), number_of, &mut random);
+                let ends = PatchRays::of((&scene, &scene.mirrors), points, &mut random).ends(
+                    (&scene, bright),
+                    number_of,
+                    &mut random,
+                );
                 ends.iter().map(|(patch, weight)| if *patch == 0 { *weight } else { 0.0 }).sum()
             });
             let [sum, squares] = values.fold([0.0; 2], |[sum, squares], value| [sum + value, squares + value * value]);

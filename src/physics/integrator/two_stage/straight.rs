@@ -209,7 +209,7 @@ pub fn by_mirrors<const C: usize>(
             for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
                 let source = scene.enclosure.clamp(luminaire.point(random.uniform2()));
                 let to = (source, Some(luminaire.surface));
-                let Some(path) = scene.mirror_path::<C>(chain, (point, None), to) else { continue };
+                let Some(path) = scene.mirror_path::<C>((&scene.mirrors, chain), (point, None), to) else { continue };
                 straight.rays += path.rays;
                 let per_luminance =
                     weighted_connection(luminaire, path.unfolded, path.toward.dot(normal), [rays, connections]);
