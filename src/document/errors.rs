@@ -148,6 +148,8 @@ pub enum WarningCode {
     MethodsDisagree,
     /// No light at all has reached a grid after many passes.
     NoLight,
+    /// The largest number of passes, which the document does not set, ended the job before it was as accurate as requested.
+    AccuracyNotReached,
     /// Hours of a weather file without irradiances have those of another day.
     WeatherHoursMissing,
     /// The irradiances of a weather file fit a sun at other moments than those that its records stand for by its kind.

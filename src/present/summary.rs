@@ -10,10 +10,11 @@ use crate::document::result::{
     AccuracyResult, CrossCheckResult, EnergyResult, ExternalIlluminance, GridInShort, GridStatistics, JobResults,
     Known, PlanResult, TimingResult, TubeResult, ViewInShort,
 };
+use crate::document::stop::StopDocument;
 use crate::engine::progress::StoppedBy;
 use crate::engine::spent::Spent;
 use crate::estimate::stopping::{grid_error, grid_without_light};
-use crate::estimate::{Discrepancy, Estimate};
+use crate::estimate::{Accuracy, Discrepancy, Estimate};
 use crate::plan::EffectKind;
 use crate::present::prepared::Prepared;
 use crate::scene::Daylight;
@@ -92,7 +93,28 @@ impl Prepared {
     pub fn render_warnings(&self, merged: &Estimate) -> Vec<Warning> {
         let disagree = self.cross_check(merged).filter(|check| !check.agrees);
         let disagree = disagree.map(|check| Warning { code: WarningCode::MethodsDisagree, detail: check.verdict });
-        self.lost_rays(merged).into_iter().chain(disagree).chain(self.no_light(merged)).collect()
+        let others = disagree.into_iter().chain(self.no_light(merged)).chain(self.accuracy_not_reached(merged));
+        self.lost_rays(merged).into_iter().chain(others).collect()
+    }
+
+    /// Warns of the output that is least accurate, relative to what was requested, in a job that was ended by the default number of passes.
+    fn accuracy_not_reached(&self, merged: &Estimate) -> Option<Warning> {
+        let (stop, Accuracy { grids, views, .. }) = (&self.stop, self.accuracy(merged));
+        if merged.passes < stop.max_passes || stop.max_passes != StopDocument::default().max_passes {
+            return None;
+        }
+        let outputs = [("grids", grids, stop.relative_error), ("views", views, stop.view_relative_error)];
+        let missed = outputs.into_iter().filter_map(|(of, reached, asked)| Some((of, reached?, asked)));
+        let missed = missed.filter(|(_, reached, asked)| reached > asked);
+        let (of, reached, asked) = missed.max_by(|(_, a, of_a), (_, b, of_b)| (a / of_a).total_cmp(&(b / of_b)))?;
+        let detail = format!(
+            "the job ended after {} passes, the default of /stop/max_passes, with a relative error of the {of} of {:.2} %; {} % was \
+             requested: allow more passes, or let auto choose a faster method",
+            merged.passes,
+            100.0 * reached,
+            100.0 * asked,
+        );
+        Some(Warning { code: WarningCode::AccuracyNotReached, detail })
     }
 
     /// Warns of the first grid that no light has reached in many passes, in a scene that has light.

@@ -3,6 +3,8 @@
 use crate::documents::{first_passes, prepare};
 use crate::schema::DESCRIPTION;
 use serde_json::{Value, json};
+use skyduct::document::errors::WarningCode;
+use skyduct::engine::cancel::Stop;
 use skyduct::engine::progress::StoppedBy;
 use skyduct::engine::spent::Spent;
 use skyduct::present::outputs::{Format, Output};
@@ -40,6 +42,25 @@ fn results_have_what_their_method_says_that_it_knows() {
         assert_eq!(emitted.is_some_and(|flux| flux > 0.0), outputs.energy, "{name}: {results}");
         assert_eq!(results["tubes"][0]["into_room"].is_object(), outputs.tube_fluxes, "{name}: {results}");
     }
+}
+
+/// Jobs that the default number of passes ends far from the accuracy that was requested say so; one whose document sets this number does
+/// not, and nor does one that is as accurate.
+#[test]
+fn jobs_that_end_before_their_accuracy_say_so() {
+    let warns = |stop: Value| {
+        let prepared = prepare("S1", |document| {
+            document["method"] = json!({ "kind": "light_tracing", "photons_per_pass": 100 });
+            document["stop"] = stop.clone();
+        });
+        let estimate = prepared.render(&Stop::default(), &mut |_, _| {}).unwrap().estimate;
+        let warnings = prepared.render_warnings(&estimate);
+        warnings.into_iter().find(|warning| warning.code == WarningCode::AccuracyNotReached)
+    };
+    let detail = warns(json!({ "relative_error": 0.001 })).unwrap().detail;
+    assert!(detail.contains("4096 passes") && detail.contains("0.1 %"), "{detail}");
+    assert!(warns(json!({ "relative_error": 0.001, "max_passes": 64 })).is_none());
+    assert!(warns(json!({ "relative_error": 0.5 })).is_none());
 }
 
 #[test]
