@@ -191,9 +191,9 @@ pub struct GridYearResult {
     pub mean_lux: WithInterval,
     /// Median illuminance of the daylight hours of EN 17037 in lux: mean over the area.
     pub median_lux: WithInterval,
-    /// Smallest median of a point.
+    /// Smallest median of a point over the daylight hours of EN 17037.
     pub smallest_median_lux: WithInterval,
-    /// Largest median of a point.
+    /// Largest median of a point over the daylight hours of EN 17037.
     pub largest_median_lux: WithInterval,
     /// Provision of daylight by EN 17037: shares of the area.
     pub en17037: Vec<ProvisionResult>,

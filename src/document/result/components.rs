@@ -13,10 +13,12 @@ use crate::traceable::Source;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 pub struct GridComponents {
-    /// Light of the sky that has not been reflected by surfaces of the room.
+    /// Light of the sky that has not been reflected by surfaces of the room, and that of ground and obstructions outdoors, whether sky or sun
+    /// lights them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sky_direct: Option<GridPart>,
-    /// Light of the sky that has been reflected by surfaces of the room.
+    /// Light of the sky that has been reflected by surfaces of the room, and that of ground and obstructions outdoors, whether sky or sun
+    /// lights them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sky_interreflected: Option<GridPart>,
     /// Light of the sun that has not been reflected by surfaces of the room.

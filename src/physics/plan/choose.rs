@@ -159,7 +159,7 @@ impl Methods {
         }
         let of_room = || room_matrix::refuses(task);
         if let Some(refusal) = of_room().or_else(|| instead.described().refuses(&task.without_views())) {
-            let detail = format!("{} cannot report `responses`: {}", instead.name(), refusal.detail);
+            let detail = format!("{} cannot compute responses of the room: {}", instead.name(), refusal.detail);
             return Err(Refusal { detail, ..refusal });
         }
         if self.grids.iter().all(computes) {
