@@ -23,6 +23,10 @@ const DIFFERENT: f32 = 4.0;
 /// Difference that is tolerated even between pixels without error, as a fraction of their luminance.
 const ALIKE: f32 = 1e-4;
 
+/// Variance of a pixel, in the mean variance of those around it, above which its weight falls: few bright paths would be spread over squares as
+/// large as the search window.
+const OUTLYING: f32 = 16.0;
+
 /// Number of rows that one task smooths.
 const STRIP: usize = 16;
 
@@ -53,6 +57,7 @@ pub fn smoothed(image: Image, standard_error: &[f64]) -> Vec<f64> {
         image,
         y: padded(image.size_px, |pixel| (luminances[pixel] / mean) as f32),
         variance: padded(image.size_px, |pixel| (standard_error[pixel] / mean).powi(2) as f32),
+        trust: trust(image.size_px, |pixel| (standard_error[pixel] / mean).powi(2) as f32),
     };
     let strips: Vec<Vec<f64>> =
         (0..height.div_ceil(STRIP)).into_par_iter().map(|strip| shared.strip(strip * STRIP, width, height)).collect();
@@ -66,11 +71,26 @@ fn padded([width, height]: [usize; 2], of: impl Fn(usize) -> f32) -> Vec<f32> {
     (0..height + 2 * PADDING).flat_map(row).map(of).collect()
 }
 
+/// Returns the weight of every pixel, 0..1, by its variance and the mean variance of the pixels around it: 1 but for outliers.
+fn trust([width, height]: [usize; 2], variance: impl Fn(usize) -> f32 + Sync) -> Vec<f32> {
+    let range = |at: usize, side: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(side);
+    let of_pixel = |pixel: usize| {
+        let (rows, columns) = (range(pixel / width, height), range(pixel % width, width));
+        let others = (rows.len() * columns.len() - 1).max(1) as f32;
+        let sum: f32 = rows.flat_map(|y| columns.clone().map(move |x| y * width + x)).map(&variance).sum();
+        let (own, most) = (variance(pixel), OUTLYING * (sum - variance(pixel)).max(0.0) / others);
+        if own > most && most > 0.0 { most / own } else { 1.0 }
+    };
+    (0..width * height).into_par_iter().map(of_pixel).collect()
+}
+
 struct Shared<'a> {
     image: Image<'a>,
     /// Luminance over its mean (`y`) and the variance of that (`variance`), both padded.
     y: Vec<f32>,
     variance: Vec<f32>,
+    /// Weight of every pixel by its variance, not padded.
+    trust: Vec<f32>,
 }
 
 impl Shared<'_> {
@@ -99,8 +119,8 @@ impl Shared<'_> {
                     let square: f32 = of_columns[x..=x + 2 * AROUND].iter().sum();
                     let difference = square * (1.0 / ((2 * AROUND + 1) * (2 * AROUND + 1)) as f32);
                     let alike = (1.0 - difference.max(0.0) * (1.0 / DIFFERENT)).max(0.0);
-                    let weight = f64::from(alike * alike);
                     let other = (first + row + dy - REACH) * width + x + dx - REACH;
+                    let weight = f64::from(alike * alike * self.trust[other]);
                     weights[row * width + x] += weight;
                     for channel in 0..channels {
                         sums[(row * width + x) * channels + channel] += weight * values[other * channels + channel];
@@ -108,7 +128,7 @@ impl Shared<'_> {
                 }
             }
         }
-        // the weight of each pixel in its own average is 1, so that no sum of weights is zero
+        // each pixel has some weight in its own average, so that no sum of weights is zero
         sums.iter().enumerate().map(|(at, sum)| sum / weights[at / channels]).collect()
     }
 
@@ -146,5 +166,18 @@ mod tests {
         let smooth = smoothed(Image { size_px: [64, 64], channels: 1, values: &values }, &[0.05; 64 * 64]);
         let off = |pixel: usize| (smooth[pixel] / values[pixel] - 1.0).abs();
         assert!((0..64 * 64).all(|pixel| off(pixel) < 1e-6));
+    }
+
+    /// Some pixels of an even noisy picture that are fifty times as bright, with errors as large, leave no squares around them.
+    #[test]
+    fn outliers_leave_no_squares() {
+        let is_outlier = |pixel: usize| pixel % 64 % 20 == 10 && pixel / 64 % 20 == 10;
+        let noise = |pixel: usize| ((pixel * 7919) % 13) as f64 / 6.0 - 1.0;
+        let value = |pixel: usize| if is_outlier(pixel) { 500.0 } else { 10.0 + noise(pixel) };
+        let values: Vec<f64> = (0..64 * 64).map(value).collect();
+        let errors: Vec<f64> = (0..64 * 64).map(|pixel| if is_outlier(pixel) { 490.0 } else { 0.7 }).collect();
+        let smooth = smoothed(Image { size_px: [64, 64], channels: 1, values: &values }, &errors);
+        let off = smooth.iter().map(|y| (y / 10.0 - 1.0).abs()).fold(0.0, f64::max);
+        assert!(off < 0.05, "{off}");
     }
 }
