@@ -53,11 +53,12 @@ pub fn smoothed(image: Image, standard_error: &[f64]) -> Vec<f64> {
     if !is_known || standard_error.len() != luminances.len() {
         return image.values.to_vec();
     }
+    let variance = |pixel: usize| (standard_error[pixel] / mean).powi(2) as f32;
     let shared = Shared {
         image,
         y: padded(image.size_px, |pixel| (luminances[pixel] / mean) as f32),
-        variance: padded(image.size_px, |pixel| (standard_error[pixel] / mean).powi(2) as f32),
-        trust: trust(image.size_px, |pixel| (standard_error[pixel] / mean).powi(2) as f32),
+        variance: padded(image.size_px, variance),
+        trust: trust(image.size_px, variance),
     };
     let strips: Vec<Vec<f64>> =
         (0..height.div_ceil(STRIP)).into_par_iter().map(|strip| shared.strip(strip * STRIP, width, height)).collect();

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use super::area::Area;
 use super::source_images::SourceImage;
 use crate::traceable::SurfaceId;
 
@@ -13,44 +14,7 @@ const BRIGHT: f64 = 4.0;
 /// than this were aimed their weights would grow from one reflection to the next, and their variance without bound.
 const MOST_AIMED: f64 = 0.5;
 
-/// Parallelogram that reflects light.
-#[derive(Clone, Copy, Debug)]
-pub struct Area {
-    pub corner: DVec3,
-    pub edges: [DVec3; 2],
-}
-
-impl Area {
-    /// Returns the area in m2.
-    pub fn area_m2(&self) -> f64 {
-        self.edges[0].cross(self.edges[1]).length()
-    }
-
-    /// Returns the squared distance over the cosine, in m2, at which a line from a place toward another meets the area: the ratio of a density
-    /// per sr to that per m2. `None` where it passes beside.
-    fn squared_over_cosine(&self, from: DVec3, toward: DVec3) -> Option<f64> {
-        let [u, v] = self.edges;
-        let across = u.cross(v);
-        let direction = toward - from;
-        let along = direction.dot(across);
-        let distance = (self.corner - from).dot(across) / along;
-        let place = from + direction * distance - self.corner;
-        let within = |other: DVec3, edge: DVec3| {
-            let side = across.cross(other);
-            (0.0..=1.0).contains(&(place.dot(side) / edge.dot(side)))
-        };
-        let is_met = distance > 0.0 && within(v, u) && within(u, v);
-        let length = direction.length();
-        is_met.then(|| (distance * length).powi(2) * length * across.length() / along.abs())
-    }
-
-    /// Returns the squared length of the longer edges in m2.
-    pub fn length_squared(&self) -> f64 {
-        self.edges[0].length_squared().max(self.edges[1].length_squared())
-    }
-}
-
-/// What rays are aimed at.
+/// Aim of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// Patch with this number.
@@ -95,11 +59,11 @@ impl BrightPatches {
         let all = patches.clone().enumerate().filter_map(with_area).chain(of_images);
         let bright = all.clone().filter(|(.., luminance, flux)| is_bright(*luminance) && *flux > 0.0);
         let [flux, of_bright] = [all.map(|(.., flux)| flux).sum::<f64>(), bright.clone().map(|(.., flux)| flux).sum()];
-        let mut found = Self { densities: vec![0.0; patches.count()], ..Self::default() };
         if of_bright <= 0.0 {
             return Self::default();
         }
-        found.fraction = of_bright / flux;
+        let fraction = of_bright / flux;
+        let mut found = Self { densities: vec![0.0; patches.count()], fraction, ..Self::default() };
         let mut sum = 0.0;
         for (target, area, _, flux) in bright {
             sum += flux / of_bright;

@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bright_patches::{Area, BrightPatches, Target};
+use super::area::Area;
+use super::bright_patches::{BrightPatches, Target};
 use super::met_patches::{FINDING, MetPatch, MetPatches, NOT_FOUND};
 use super::other_light::other_light;
 use super::patch_rays::{PatchRays, RAYS, bright_patches};

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::bright_patches::Area;
+use super::area::Area;
 use super::patch_rays::{RAYS, RayEnd, STRATA, ray};
 use super::patches::Patches;
 use crate::sampling::{Key, PathRandom};

@@ -15,6 +15,7 @@
 //! continue and count its residual, so that the sum is exact in expectation. Coarse patches and noisy radiosities increase the variance,
 //! but not the mean of the estimate.
 
+mod area;
 mod bright_patches;
 mod exchange;
 mod gradients;

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::bright_patches::{Area, BrightPatches, Target};
+use super::area::Area;
+use super::bright_patches::{BrightPatches, Target};
 use super::gradients::of_opening;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::sampling::{PathRandom, warp};

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::bright_patches::Area;
+use super::area::Area;
 use super::gradients::Gradients;
 use crate::geometry::planar::Polygon;
 use crate::sampling::warp;

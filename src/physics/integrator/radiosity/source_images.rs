@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::bright_patches::Area;
+use super::area::Area;
 use super::patches::{plane_normal, rectangles};
 use crate::optics::Spectrum;
 use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
