@@ -23,8 +23,8 @@ const DIFFERENT: f32 = 4.0;
 /// Difference that is tolerated even between pixels without error, as a fraction of their luminance.
 const ALIKE: f32 = 1e-4;
 
-/// Variance of a pixel, in the mean variance of those around it, above which its weight falls: few bright paths would be spread over squares as
-/// large as the search window.
+/// Variance of a pixel, in the mean variance of those around it, above which its weight falls: otherwise a single bright path would be
+/// spread over a square as large as the search window.
 const OUTLYING: f32 = 16.0;
 
 /// Number of rows that one task smooths.

@@ -204,7 +204,7 @@ impl<const C: usize> FirstHitLight<C> {
         (cosine > 0.0).then_some(Self { sum: Spectrum::ZERO, ray, rays: 0 })
     }
 
-    /// Follows the ray; returns false where it meets something without a coarse solution, and must be followed by a walk from there.
+    /// Follows the ray; returns false where it meets a lobe, or something without a coarse solution, and must be followed by a walk from there.
     #[inline]
     fn follow(&mut self, scene: &TraceableScene, daylight: &impl Daylight<C>, random: &mut PathRandom) -> bool {
         for _ in 0..MAX_EVENTS {
