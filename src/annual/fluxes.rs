@@ -23,7 +23,9 @@ pub struct TubeLight {
     pub sky_lm: f64,
     /// Light of the sun into the room in lm.
     pub sun_lm: f64,
-    /// Centroid of the light of the sun on the closure, in m from its centre.
+    /// Centroid of the light of the sky on the closure, in m from its centre.
+    pub sky_centroid_m: DVec2,
+    /// Centroid of the light of the sun.
     pub sun_centroid_m: DVec2,
 }
 
@@ -107,9 +109,16 @@ fn tube_year(delivery: &Delivery, lit: &[LitMoment], rings: &[SkyRings]) -> Tube
         let of_sun = if beam { delivery.of_beam(moment.sun) } else { Delivered::default() };
         let [diffuse, direct] = [moment.diffuse_horizontal_lux, moment.direct_normal_lux];
         let global = diffuse + moment.direct_horizontal_lux();
+        let sky_lm = of_sky.area_m2 * diffuse + ground.area_m2 * global;
         let light = TubeLight {
-            sky_lm: of_sky.area_m2 * diffuse + ground.area_m2 * global,
+            sky_lm,
             sun_lm: of_sun.area_m2 * direct,
+            // the ground lights the closure as if from all around
+            sky_centroid_m: if sky_lm > 0.0 {
+                of_sky.centroid_m * (of_sky.area_m2 * diffuse / sky_lm)
+            } else {
+                DVec2::ZERO
+            },
             sun_centroid_m: of_sun.centroid_m,
         };
         let of_diffuse = of_sky.standard_error_m2 * diffuse + ground.standard_error_m2 * global;

@@ -9,6 +9,7 @@ pub mod fluxes;
 pub mod light;
 pub mod metrics;
 pub mod moment;
+pub mod pattern;
 pub mod response;
 pub mod schedule;
 pub mod sensors;

@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use crate::fluxes::{TubeLight, TubeYear};
 use crate::light::LitMoment;
+use crate::pattern::PATTERN;
 
 /// Illuminances of one sensor, or of the mean of several, in the lit records of a year.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,6 +45,8 @@ pub struct Response {
     pub lux_per_lumen: f64,
     /// Change of `lux_per_lumen` per metre by which the centroid of the light is away from the closure's centre, along x and y.
     pub gradient: DVec2,
+    /// Root mean square over the closure of the part of the response in lx per lumen that the gradient does not tell.
+    pub left_out: f64,
     /// Standard error of `lux_per_lumen`.
     pub standard_error: f64,
 }
@@ -83,6 +86,7 @@ impl Responses {
             for (response, weight) in responses.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
                 mean.lux_per_lumen += response.lux_per_lumen * (weight / whole);
                 mean.gradient += response.gradient * (weight / whole);
+                mean.left_out += response.left_out * (weight / whole);
                 mean.standard_error += response.standard_error * (weight / whole);
             }
             vec![mean]
@@ -134,17 +138,19 @@ impl Responses {
     }
 
     /// Computes the relative standard error of the illuminances of a sensor, which is the same in all records: that of the responses, and in
-    /// quadrature that of traced tubes, as if it were the same in all of them.
+    /// quadrature that of traced tubes and that of the patterns of beams, as if these were the same in all of them.
     pub fn relative_error(&self, sensor: usize, light: &RecordLight) -> f64 {
-        let [mut whole, mut of_responses, mut of_tubes] = [0.0; 3];
+        let [mut whole, mut of_responses, mut of_tubes, mut of_patterns] = [0.0; 4];
         for ((responses, sum), error) in self.tubes.iter().zip(&light.sums).zip(&light.relative_errors) {
             let response = responses[sensor];
             whole += response.lux_per_lumen * sum.lumens;
             of_responses += response.standard_error * sum.lumens;
             of_tubes += response.lux_per_lumen * sum.lumens * error;
+            of_patterns = libm::hypot(of_patterns, PATTERN * response.left_out * sum.beam_lumens);
         }
         let correlation = self.correlations.get(sensor).copied().unwrap_or(1.0);
-        if whole > 0.0 { libm::hypot(correlation * of_responses, of_tubes) / whole } else { 0.0 }
+        let error = libm::hypot(libm::hypot(correlation * of_responses, of_tubes), of_patterns);
+        if whole > 0.0 { error / whole } else { 0.0 }
     }
 }
 
@@ -153,6 +159,8 @@ impl Responses {
 pub struct TubeRecord {
     /// Mean flux over the record's time in lm.
     pub lumens: f64,
+    /// Part of it that is of the sun's beam.
+    pub beam_lumens: f64,
     /// Flux times the centroid of the light.
     pub moment: DVec2,
 }
@@ -178,6 +186,7 @@ impl RecordLight {
         let sum = |lights: &Vec<TubeRecord>| {
             let add = |sum: TubeRecord, of: &TubeRecord| TubeRecord {
                 lumens: sum.lumens + of.lumens,
+                beam_lumens: sum.beam_lumens + of.beam_lumens,
                 moment: sum.moment + of.moment,
             };
             lights.iter().fold(TubeRecord::default(), add)
@@ -219,7 +228,8 @@ impl RecordLight {
 impl TubeRecord {
     fn add(&mut self, light: &TubeLight, share: f64) {
         self.lumens += share * light.lumens();
-        self.moment += light.sun_centroid_m * (share * light.sun_lm);
+        self.beam_lumens += share * light.sun_lm;
+        self.moment += light.sky_centroid_m * (share * light.sky_lm) + light.sun_centroid_m * (share * light.sun_lm);
     }
 }
 
@@ -231,11 +241,11 @@ mod tests {
     #[test]
     fn light_and_errors_of_two_tubes() {
         let response = |lux_per_lumen: f64, gradient: DVec2, standard_error: f64| {
-            vec![Response { lux_per_lumen, gradient, standard_error }]
+            vec![Response { lux_per_lumen, gradient, left_out: 0.0, standard_error }]
         };
         let tubes = vec![response(0.1, DVec2::new(0.2, -0.1), 0.003), response(0.2, DVec2::ZERO, 0.004)];
         let responses = Responses::new(tubes, &[0.005]);
-        let lights = |lumens: f64, moment: DVec2| vec![TubeRecord { lumens, moment }];
+        let lights = |lumens: f64, moment: DVec2| vec![TubeRecord { lumens, beam_lumens: 0.5 * lumens, moment }];
         let tubes = vec![lights(1000.0, DVec2::new(50.0, 0.0)), lights(1000.0, DVec2::ZERO)];
         let light = RecordLight::of_records(vec![12], tubes, vec![0.0, 0.0]);
         assert!((responses.illuminances_lux(0, &light)[0] - 310.0).abs() < 1e-9);
@@ -243,6 +253,11 @@ mod tests {
         let by_tube = responses.mean_by_tube_lux(0, &light, 10);
         assert!((by_tube[0] - 11.0).abs() < 1e-12 && (by_tube[1] - 20.0).abs() < 1e-12);
         assert_eq!(responses.mean(&[2.0]), responses);
+        // patterns of beams count with half of the light
+        let mut patterned = responses.clone();
+        patterned.tubes[1][0].left_out = 0.02;
+        let expected = (0.005f64 / 0.3).hypot(PATTERN * 0.02 * 500.0 / 300.0);
+        assert!((patterned.relative_error(0, &light) - expected).abs() < 1e-12);
         // tubes that are alike count together
         let alike = vec![lights(1000.0, DVec2::new(50.0, 0.0)), lights(1000.0, DVec2::new(50.0, 0.0))];
         let light = RecordLight::of_records(vec![12], alike, vec![0.0, 0.0]);

@@ -58,7 +58,7 @@ pub struct Delivered {
     pub area_m2: f64,
     /// Standard error of `area_m2`; 0 in closed form.
     pub standard_error_m2: f64,
-    /// Centroid of the light on the closure, in m from its centre in its levelled frame; the centre for skies.
+    /// Centroid of the light on the closure, in m from its centre in its levelled frame; the centre for light from below the horizon.
     pub centroid_m: DVec2,
 }
 
@@ -146,10 +146,11 @@ pub struct Delivery<'a> {
 enum OfSkies {
     /// Quadrature.
     Nodes {
-        /// Area in m2 at the zenith angles of [`SkyRings`], per horizontal illuminance.
+        /// Area in m2 at the zenith angles of [`SkyRings`], per horizontal illuminance, and its first moment in m3 toward the light's azimuth.
         rings: Box<[f64; RINGS]>,
-        /// Directions that the horizon hides, with the flux per luminance in m2 sr.
-        hidden: Vec<(DVec3, f64)>,
+        moments: Box<[f64; RINGS]>,
+        /// Directions that the horizon hides, with the flux per luminance in m2 sr, and the first moment of this in m3 sr.
+        hidden: Vec<(DVec3, f64, DVec2)>,
         /// Fraction of the light that leaves the closure.
         passed: Spectrum<3>,
     },
@@ -163,6 +164,8 @@ struct SkyRay {
     /// Flux that leaves the closure, and horizontal illuminance, per luminance: shares of the means over all rays.
     delivered: f64,
     horizontal: f64,
+    /// Place in m where it leaves the closure, in the levelled frame of the opening.
+    place: DVec2,
 }
 
 impl<'a> Delivery<'a> {
@@ -190,17 +193,19 @@ impl<'a> Delivery<'a> {
         };
         let (of_skies, below_horizon) = match of_all {
             Some(passed) => {
-                let of =
-                    |(toward, solid_angle): (DVec3, f64)| (toward, solid_angle * closed_area(guide, passed, toward));
+                let of = |(toward, solid_angle): (DVec3, f64)| {
+                    let [area, moment] = closed_area(guide, passed, toward);
+                    (toward, solid_angle * area, toward.truncate().normalize_or_zero() * (solid_angle * moment))
+                };
                 let [azimuths, heights] = HIDDEN;
                 let hidden: Vec<_> =
                     horizon.into_iter().flat_map(|horizon| horizon.hidden(azimuths, heights)).map(of).collect();
-                let area_m2 = below * hidden.iter().map(|(_, flux)| flux).sum::<f64>();
-                let rings = zenith_angles().map(|toward| closed_area(guide, passed, toward) / toward.z);
-                (
-                    OfSkies::Nodes { rings: Box::new(rings), hidden, passed },
-                    Delivered { area_m2, ..Delivered::default() },
-                )
+                let area_m2 = below * hidden.iter().map(|(_, flux, _)| flux).sum::<f64>();
+                let of_rings = zenith_angles()
+                    .map(|toward| closed_area(guide, passed, toward).map(|per_normal| per_normal / toward.z));
+                let [rings, moments] = [0, 1].map(|part| Box::new(of_rings.map(|ring| ring[part])));
+                let below = Delivered { area_m2, ..Delivered::default() };
+                (OfSkies::Nodes { rings, moments, hidden, passed }, below)
             }
             None => {
                 let mut rays = rays(OF_SKIES, 1.0);
@@ -226,33 +231,41 @@ impl<'a> Delivery<'a> {
     /// Computes the light of a sky, and from below the horizon before it, per the horizontal illuminance of the open sky.
     pub fn of_sky(&self, distribution: &SkyDistribution, rings: &SkyRings) -> Delivered {
         let open = self.of_open_sky(distribution, rings);
+        let area_m2 = open.area_m2 + self.below_horizon.area_m2;
         Delivered {
-            area_m2: open.area_m2 + self.below_horizon.area_m2,
+            area_m2,
             standard_error_m2: open.standard_error_m2 + self.below_horizon.standard_error_m2,
-            centroid_m: DVec2::ZERO,
+            centroid_m: self.unless_spread(open.centroid_m * open.area_m2, area_m2),
         }
     }
 
     fn of_open_sky(&self, distribution: &SkyDistribution, rings: &SkyRings) -> Delivered {
         let replicates = match &self.of_skies {
-            OfSkies::Nodes { rings: areas, hidden, .. } => {
-                let lost: f64 =
-                    hidden.iter().map(|(toward, flux)| flux * distribution.relative_luminance(*toward)).sum();
-                let lost = if lost > 0.0 { lost / rings.horizontal_ratio } else { 0.0 };
-                return Delivered { area_m2: (rings.mean(areas) - lost).max(0.0), ..Delivered::default() };
+            OfSkies::Nodes { rings: areas, moments, hidden, .. } => {
+                let (mut lost, mut lost_moment) = (0.0, DVec2::ZERO);
+                for (toward, flux, moment) in hidden {
+                    let per_horizontal = distribution.relative_luminance(*toward) / rings.horizontal_ratio;
+                    lost += flux * per_horizontal;
+                    lost_moment += *moment * per_horizontal;
+                }
+                let area_m2 = (rings.mean(areas) - lost).max(0.0);
+                let centroid_m = centroid(rings.mean_toward(moments) - lost_moment, area_m2);
+                return Delivered { area_m2, standard_error_m2: 0.0, centroid_m };
             }
             OfSkies::Rays(replicates) => replicates,
         };
-        let sums = |rays: &Vec<SkyRay>| {
+        let mut moment = DVec2::ZERO;
+        let mut sums_of = |rays: &Vec<SkyRay>| {
             let mut sums = [0.0; 2];
             for ray in rays {
                 let luminance = distribution.relative_luminance(ray.toward);
                 sums[0] += luminance * ray.delivered;
                 sums[1] += luminance * ray.horizontal;
+                moment += ray.place * (luminance * ray.delivered);
             }
             sums
         };
-        let sums: Vec<[f64; 2]> = replicates.iter().map(sums).collect();
+        let sums: Vec<[f64; 2]> = replicates.iter().map(&mut sums_of).collect();
         let [delivered, horizontal] = sums.iter().fold([0.0; 2], |all, [a, b]| [all[0] + a, all[1] + b]);
         if horizontal <= 0.0 {
             return Delivered::default();
@@ -261,7 +274,7 @@ impl<'a> Delivery<'a> {
         let mut residuals = Moments::default();
         let mean = horizontal / sums.len() as f64;
         sums.iter().for_each(|[a, b]| residuals.push((a - area_m2 * b) / mean));
-        Delivered { area_m2, standard_error_m2: residuals.standard_error(), centroid_m: DVec2::ZERO }
+        Delivered { area_m2, standard_error_m2: residuals.standard_error(), centroid_m: centroid(moment, delivered) }
     }
 
     /// Computes the light of a sun at the unit vector `toward`, as far as the horizon leaves it, per its unobstructed normal illuminance.
@@ -275,19 +288,20 @@ impl<'a> Delivery<'a> {
         Delivered {
             area_m2: uncovered * area_m2,
             standard_error_m2: uncovered * standard_error_m2,
-            // a transition spreads the light evenly
-            centroid_m: if self.spreads { DVec2::ZERO } else { centroid_m },
+            centroid_m: self.unless_spread(centroid_m, 1.0),
         }
+    }
+
+    /// Returns the centroid of light by its first moment; the centre of a closure over which a transition spreads the light evenly.
+    fn unless_spread(&self, moment: DVec2, light: f64) -> DVec2 {
+        if self.spreads { DVec2::ZERO } else { centroid(moment, light) }
     }
 
     fn beam(&self, toward: DVec3) -> Delivered {
         if let OfSkies::Nodes { passed, .. } = self.of_skies {
-            let area_m2 = closed_area(self.guide, passed, toward);
-            return Delivered {
-                area_m2,
-                standard_error_m2: 0.0,
-                centroid_m: closed_centroid(self.guide, passed, toward, area_m2),
-            };
+            let [area_m2, moment] = closed_area(self.guide, passed, toward);
+            let centroid_m = centroid(toward.truncate().normalize_or_zero() * moment, area_m2);
+            return Delivered { area_m2, standard_error_m2: 0.0, centroid_m };
         }
         let (mut areas, mut moment) = (Moments::default(), DVec2::ZERO);
         for number in 0..REPLICATES {
@@ -306,8 +320,11 @@ impl<'a> Delivery<'a> {
             areas.push(sum / BEAM_RAYS as f64);
         }
         let whole = areas.mean * (REPLICATES * BEAM_RAYS) as f64;
-        let centroid_m = if whole > 0.0 { moment / whole } else { DVec2::ZERO };
-        Delivered { area_m2: areas.mean, standard_error_m2: areas.standard_error(), centroid_m }
+        Delivered {
+            area_m2: areas.mean,
+            standard_error_m2: areas.standard_error(),
+            centroid_m: centroid(moment, whole),
+        }
     }
 }
 
@@ -338,26 +355,21 @@ fn by_channel(passed: Spectrum<3>, reflectance: [f64; 3], collector: [f64; 3], o
     (Spectrum(std::array::from_fn(of)) * Spectrum::from_rgb(collector) * passed).luminance()
 }
 
-/// Computes the area in m2 of a guide with closed forms for a beam.
-fn closed_area(guide: &Guide, passed: Spectrum<3>, toward: DVec3) -> f64 {
-    let Some((aspect, reflectance, collector)) = closed(guide).filter(|_| toward.z > 0.0) else { return 0.0 };
-    let tangent = toward.truncate().length() / toward.z;
-    let of = |reflectance: f64| beam_transmission(aspect, tangent, reflectance);
-    guide.projected_area_m2(-toward) * by_channel(passed, reflectance, collector, of)
+/// Returns the centroid of light by its first moment; the centre without light.
+fn centroid(moment: DVec2, light: f64) -> DVec2 {
+    if light > 0.0 { moment / light } else { DVec2::ZERO }
 }
 
-/// Computes the centroid in m of a beam below a guide with closed forms, through which it lights `area` m2.
-fn closed_centroid(guide: &Guide, passed: Spectrum<3>, toward: DVec3, area: f64) -> DVec2 {
-    let (Some((aspect, reflectance, collector)), Guide::Straight(pipe)) = (closed(guide), guide) else {
-        return DVec2::ZERO;
-    };
-    if area <= 0.0 {
-        return DVec2::ZERO;
-    }
+/// Computes the area in m2 of a guide with closed forms for a beam, and the first moment in m3 of this area toward the beam's azimuth.
+fn closed_area(guide: &Guide, passed: Spectrum<3>, toward: DVec3) -> [f64; 2] {
+    let Some((aspect, reflectance, collector)) = closed(guide).filter(|_| toward.z > 0.0) else { return [0.0; 2] };
     let tangent = toward.truncate().length() / toward.z;
-    let of = |reflectance: f64| beam_exit_moment(aspect, tangent, reflectance);
-    let moment = guide.projected_area_m2(-toward) * by_channel(passed, reflectance, collector, of);
-    -toward.truncate().normalize_or_zero() * (pipe.radius * moment / area)
+    let projected = guide.projected_area_m2(-toward);
+    let area = projected * by_channel(passed, reflectance, collector, |of| beam_transmission(aspect, tangent, of));
+    let Guide::Straight(pipe) = guide else { return [area, 0.0] };
+    // along the travel of the light
+    let moment = by_channel(passed, reflectance, collector, |of| beam_exit_moment(aspect, tangent, of));
+    [area, -projected * pipe.radius * moment]
 }
 
 /// Traces the rays of one replicate for all skies, or, with `side` -1 in place of 1, for the ground: half of them evenly distributed over the
@@ -374,12 +386,13 @@ fn sky_rays(guide: &Guide, passed: &Passed, side: f64, key: Key) -> Vec<SkyRay> 
     let ray = |index: u64| {
         let [u, v, ..] = point(key, index);
         let toward = direction([u, v]);
-        SkyRay { toward, delivered: 0.0, horizontal: toward.z * share(toward) }
+        SkyRay { toward, delivered: 0.0, horizontal: toward.z * share(toward), place: DVec2::ZERO }
     };
     let mut rays: Vec<SkyRay> = (0..SKY_RAYS).map(ray).collect();
     follow(guide, key, SKY_RAYS, direction, |index, entry_m2, transit| {
         let ray = &mut rays[index];
         ray.delivered = entry_m2 * (transit.weight() * passed.of_transit(transit)).luminance() * share(ray.toward);
+        ray.place = levelled(passed.turn, transit.position).truncate();
     });
     rays
 }

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use std::sync::LazyLock;
 
 use gauss_quad::GaussLegendre;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::sky::SkyDistribution;
 
@@ -42,8 +42,11 @@ static NODES: LazyLock<Nodes> = LazyLock::new(|| {
 /// Light of a sky from each of 24 zenith angles, by Gauss-Legendre quadrature.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyRings {
-    /// Fractions of the horizontal illuminance.
+    /// Fractions of the horizontal illuminance, and these times the mean cosine of the azimuth from the sun's.
     fractions: [f64; RINGS],
+    toward_sun: [f64; RINGS],
+    /// Horizontal unit vector toward the sun; 0 for a sun in the zenith.
+    sun: DVec2,
     /// Horizontal illuminance over the luminance of the zenith in sr.
     pub horizontal_ratio: f64,
 }
@@ -54,22 +57,32 @@ impl SkyRings {
         let sun = distribution.sun();
         let (sin_sun, cos_sun) = (sun.truncate().length(), sun.z);
         let light = |(sin, cos, weight): (f64, f64, f64)| {
-            let of_azimuth = |(cos_azimuth, weight): &(f64, f64)| {
+            let mut sums = [0.0; 2];
+            for (cos_azimuth, weight) in &NODES.azimuths {
                 let chord_squared = 2.0 - 2.0 * (cos * cos_sun + sin * sin_sun * cos_azimuth);
-                weight * distribution.of_distance(chord_squared.clamp(0.0, 4.0).sqrt())
-            };
-            weight * distribution.of_height(cos) * NODES.azimuths.iter().map(of_azimuth).sum::<f64>()
+                let light = weight * distribution.of_distance(chord_squared.clamp(0.0, 4.0).sqrt());
+                sums[0] += light;
+                sums[1] += light * cos_azimuth;
+            }
+            sums.map(|sum| weight * distribution.of_height(cos) * sum)
         };
         let rings = NODES.rings.map(light);
-        let whole: f64 = rings.iter().sum();
+        let whole: f64 = rings.iter().map(|[light, _]| light).sum();
         // both halves of the sky, whose angles are PI / 4 and PI / 2 of those of the rules
         let horizontal_ratio = 2.0 * 0.25 * PI * 0.5 * PI * whole;
-        Self { fractions: if whole > 0.0 { rings.map(|light| light / whole) } else { [0.0; RINGS] }, horizontal_ratio }
+        let per_whole = if whole > 0.0 { 1.0 / whole } else { 0.0 };
+        let [fractions, toward_sun] = [0, 1].map(|part| rings.map(|sums| per_whole * sums[part]));
+        Self { fractions, toward_sun, sun: sun.truncate().normalize_or_zero(), horizontal_ratio }
     }
 
     /// Returns the mean of a quantity over the light, from its values at the [`zenith_angles`].
     pub fn mean(&self, values: &[f64; RINGS]) -> f64 {
         self.fractions.iter().zip(values).map(|(fraction, value)| fraction * value).sum()
+    }
+
+    /// Returns the mean over the light of vectors that point toward its azimuth, from their lengths at the [`zenith_angles`].
+    pub fn mean_toward(&self, lengths: &[f64; RINGS]) -> DVec2 {
+        self.sun * self.toward_sun.iter().zip(lengths).map(|(fraction, length)| fraction * length).sum::<f64>()
     }
 }
 

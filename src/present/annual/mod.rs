@@ -17,6 +17,7 @@ use crate::annual::eyes::Eye;
 use crate::annual::metrics::dimming::Dimming;
 use crate::annual::metrics::{CONFIDENT, Value};
 use crate::annual::moment::Convention;
+use crate::annual::pattern;
 use crate::annual::response::{RecordLight, Response, Responses, TubeRecord};
 use crate::annual::sensors::{GridLight, Sensors, SensorsAtMoments};
 use crate::annual::summary::{GridInput, Hour, Options, PointYear, Year, YearInput, year};
@@ -107,7 +108,7 @@ impl JobYear {
         let grids = job.scene.grids.iter().zip(&annual.others).zip(results);
         let grids: Vec<GridOfYear> = grids
             .map(|((grid, other), (result, moments))| {
-                let responses = || responses_of(&result, &job.traceable.tubes, &radii);
+                let responses = || responses_of((grid, &result), &job.traceable, &radii);
                 let at_moments = || at_moments(grid, &result, &annual.files, &moments).into_iter();
                 let lights = match annual.method() {
                     YearMethod::Responses => vec![GridLight::ByResponses(responses())],
@@ -268,7 +269,7 @@ fn raise(result: &GridResult) -> f64 {
 
 /// Converts the responses of a grid's result, with raised errors; the last of them is that to all tubes together. Tubes whose closures are not
 /// Lambertian have none.
-fn responses_of(result: &GridResult, tubes: &[TraceableTube], radii: &[f64]) -> Responses {
+fn responses_of((grid, result): (&Grid, &GridResult), scene: &TraceableScene, radii: &[f64]) -> Responses {
     let (results, raise) = (result.tube_responses.as_deref().unwrap_or_default(), raise(result));
     let flat = |rows: &[Vec<Option<f64>>]| -> Vec<f64> {
         rows.iter().flatten().map(|value| value.unwrap_or_default()).collect()
@@ -297,11 +298,12 @@ fn responses_of(result: &GridResult, tubes: &[TraceableTube], radii: &[f64]) -> 
         let response = |(sensor, (lux_per_lumen, standard_error)): (usize, (f64, f64))| Response {
             lux_per_lumen,
             gradient: gradient(sensor),
+            left_out: pattern::left_out(scene, tube, &grid.sensor(sensor)),
             standard_error,
         };
-        values.enumerate().map(response).collect()
+        values.enumerate().collect::<Vec<_>>().into_par_iter().map(response).collect()
     };
-    let tubes: Vec<Vec<Response>> = results.iter().zip(radii).zip(tubes).map(of_tube).collect();
+    let tubes: Vec<Vec<Response>> = results.iter().zip(radii).zip(&scene.tubes).map(of_tube).collect();
     let errors_of_all = results.get(radii.len()).map(errors).unwrap_or_default();
     Responses::new(tubes, &errors_of_all)
 }

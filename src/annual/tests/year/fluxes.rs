@@ -6,13 +6,16 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 use skyduct_annual::fluxes::TubeYear;
 use skyduct_annual::light::LitMoment;
+use skyduct_annual::pattern::left_out;
+use skyduct_annual::response::{RecordLight, Response, Responses, TubeRecord};
 use skyduct_physics::guide::exit_moment::beam_exit_moment;
 use skyduct_physics::guide::transmittance::{beam_transmission, sky_exitance};
+use skyduct_physics::integrator::diffuser_source::cells::OpeningReceiver;
 use skyduct_physics::integrator::diffuser_source::flux::patched_flux;
 use skyduct_physics::optics::{Collector, Diffuser, DiffuserZone, Mirror};
-use skyduct_physics::sampling::Key;
-use skyduct_physics::scene::{OpeningPlane, Segment, StraightOrBent, Tube};
-use skyduct_physics::sky::{Sky, SkyDistribution, Sun};
+use skyduct_physics::sampling::{Key, PathRandom};
+use skyduct_physics::scene::{OpeningPlane, Segment, Sensor, StraightOrBent, Tube};
+use skyduct_physics::sky::{Sky, SkyDistribution, Sun, direction};
 
 use crate::given::{EXIT_CENTROID, TUBES, YEAR, compiled, rows, shaped, tube, years};
 
@@ -122,7 +125,7 @@ fn traced_tubes_agree_with_photons() {
     }
 }
 
-/// Compares the centroid of a beam in traced rays with the closed form, through a pipe that is bent by nothing.
+/// Compares the centroids of beams and skies in traced rays with the closed form, through a pipe that is bent by nothing.
 #[test]
 fn traced_centroids_agree_with_the_closed_form() {
     let segments = |tilt: f64| {
@@ -148,7 +151,65 @@ fn traced_centroids_agree_with_the_closed_form() {
             (exact.sun_centroid_m - traced.sun_centroid_m).length() < 4.0 * 0.5 * 0.127 / 32.0,
             "{exact:?} {traced:?}"
         );
+        // 4096 rays of the sky
+        assert!(
+            (exact.sky_centroid_m - traced.sky_centroid_m).length() < 4.0 * 0.5 * 0.127 / 64.0,
+            "{exact:?} {traced:?}"
+        );
         assert!((traced.lumens() / exact.lumens() - 1.0).abs() < 0.02, "{exact:?} {traced:?}");
+    }
+}
+
+/// Sends beams of 15 altitudes through wide short pipes, and compares the direct light at places below with what flux and centroid tell: the root
+/// mean square of the errors is that of the told ones.
+#[test]
+fn patterns_of_beams_err_as_told() {
+    let square = (0..10_000).map(|point| [point % 100, point / 100].map(|of| 0.01 * (f64::from(of) + 0.5)));
+    let square: Vec<[f64; 2]> = square.collect();
+    for (length, reflectance) in [(0.4, 0.95), (0.8, 0.9)] {
+        let scene = compiled(vec![tube(0.7, length, reflectance, 1.0)]);
+        let tube = &scene.tubes[0];
+        let [mut found, mut told] = [0.0; 2];
+        for (number, (depth, aside)) in [0.4, 0.7].iter().flat_map(|depth| (0..4).map(move |n| (depth, n))).enumerate()
+        {
+            let place = DVec2::from_angle(number as f64) * 0.15 * f64::from(aside);
+            let sensor = Sensor { position: tube.frame.origin + place.extend(-depth), normal: DVec3::Z };
+            let receiver = OpeningReceiver::new(sensor.position, sensor.normal, &tube.frame);
+            let of = |away: DVec2| receiver.point(tube.frame.origin.truncate() + away);
+            let (mut even, mut moment) = (0.0, DVec2::ZERO);
+            let places = square.iter().map(|point| tube.opening.point(*point));
+            for away in places {
+                even += of(away) / square.len() as f64;
+                moment += of(away) * away / square.len() as f64;
+            }
+            let response = Response {
+                lux_per_lumen: even,
+                gradient: moment * (4.0 / (0.35 * 0.35)),
+                left_out: left_out(&scene, tube, &sensor),
+                standard_error: 0.0,
+            };
+            let responses = Responses { tubes: vec![vec![response]], correlations: Vec::new() };
+            for step in 0..15 {
+                let toward = direction((19.0 + 4.0 * f64::from(step)).to_radians(), 2.0 + f64::from(step * step));
+                let (mut lumens, mut centre, mut lux) = (0.0, DVec2::ZERO, 0.0);
+                let mut random = PathRandom::new(Key::new(1));
+                for point in &square {
+                    let Some(entry) = tube.guide.entry(*point, -toward) else { continue };
+                    let transit = tube.guide.down::<1>(entry.position, -toward, &mut random);
+                    let weight = transit.weight().0[0];
+                    lumens += weight;
+                    centre += weight * transit.position.truncate();
+                    lux += weight * of(transit.position.truncate());
+                }
+                let beam = TubeRecord { lumens, beam_lumens: lumens, moment: centre };
+                let light = RecordLight::of_records(vec![0], vec![vec![beam]], vec![0.0]);
+                let by_centroid = responses.illuminances_lux(0, &light)[0];
+                found += ((by_centroid - lux) / (even * lumens)).powi(2);
+                told += responses.relative_error(0, &light).powi(2);
+            }
+        }
+        let share = (found / told).sqrt();
+        assert!((0.7..1.0).contains(&share), "{length}: {share}");
     }
 }
 

@@ -158,6 +158,7 @@ pub fn responses(of: impl Iterator<Item = (f64, f64)>, tubes: usize) -> Response
     let response = |(lux_per_klm, error): (f64, f64)| Response {
         lux_per_lumen: 1e-3 * lux_per_klm,
         gradient: DVec2::ZERO,
+        left_out: 0.0,
         standard_error: 1e-3 * error,
     };
     Responses { tubes: vec![of.map(response).collect(); tubes], correlations: Vec::new() }
