@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::closure::Sheet;
-use super::{Closure, MeasuredDiffuser};
+use super::{Closure, MeasuredDiffuser, SurfaceOptics};
 
 /// The closure of a tube's lower end.
 ///
@@ -77,6 +77,16 @@ impl Diffuser {
             }
         };
         sheet.into()
+    }
+
+    /// Returns the optics of the side that faces the room, where it reflects diffusely and is the same everywhere; `None` of others.
+    pub fn lower_side(&self) -> Option<SurfaceOptics> {
+        match self {
+            Self::Lambertian { reflectance, .. } => {
+                Some(SurfaceOptics::diffusing(*reflectance)).filter(SurfaceOptics::gathers)
+            }
+            _ => None,
+        }
     }
 
     /// Returns the inner and outer radius (m) of the zone through which light passes without scattering, within an opening of radius

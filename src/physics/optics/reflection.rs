@@ -36,6 +36,11 @@ impl SurfaceOptics {
     /// A surface that reflects nothing.
     pub const BLACK: Self = Self { reflectance: [0.0; 3], specular: None };
 
+    /// Returns a surface that reflects diffusely alone; linear Rec.709.
+    pub const fn diffusing(reflectance: [f64; 3]) -> Self {
+        Self { reflectance, specular: None }
+    }
+
     /// True if any light is reflected diffusely, so that photons are worth gathering.
     #[inline]
     pub fn gathers(&self) -> bool {

@@ -29,6 +29,15 @@ pub enum Place {
 }
 
 impl TraceableScene {
+    /// Returns the number of the surface at a place: of an opening that of the lower side of its closure.
+    #[inline]
+    pub fn surface_at(&self, place: Place) -> SurfaceId {
+        match place {
+            Place::Surface(surface) => surface,
+            Place::Opening(tube) => self.numbering.closure(tube),
+        }
+    }
+
     /// Finds the first thing that a ray from inside the room meets; `from`: the surface it leaves, if any.
     #[inline]
     pub fn intersect(&self, origin: DVec3, direction: DVec3, from: Option<SurfaceId>) -> RoomHit {

@@ -126,7 +126,8 @@ impl TraceableScene {
         });
         let facets = meshes.as_ref().map_or(0, |meshes| meshes.facet_count());
         let faces = enclosure.faces().len();
-        let numbering = Numbering { faces, boxes: boxes.len(), facets, luminaires: luminaires.len() };
+        let numbering =
+            Numbering { faces, boxes: boxes.len(), facets, luminaires: luminaires.len(), tubes: scene.tubes.len() };
         let luminaires: Vec<_> = luminaires
             .iter()
             .enumerate()
@@ -135,6 +136,7 @@ impl TraceableScene {
         let black = Arc::new(SurfaceOptics::BLACK);
         // luminaires, and openings that hang, from above
         optics.extend(std::iter::repeat_n(Some(black), luminaires.len() + 1));
+        optics.extend(scene.tubes.iter().map(|tube| tube.diffuser.lower_side().map(Arc::new)));
         let tubes = scene
             .tubes
             .iter()
@@ -189,7 +191,7 @@ impl TraceableScene {
         })
     }
 
-    /// Returns the optics of a surface; `None` where the room is open.
+    /// Returns the optics of a surface; `None` where the room is open, and for closures of which no part is the same everywhere.
     #[inline]
     pub fn optics(&self, surface: SurfaceId) -> Option<&SurfaceOptics> {
         self.surfaces[surface.index()].as_deref()
@@ -200,9 +202,9 @@ impl TraceableScene {
         self.surfaces.len()
     }
 
-    /// Lists the optics of all surfaces that are not open.
+    /// Lists the optics of all surfaces that are not open, but not those of closures.
     pub fn all_optics(&self) -> impl Iterator<Item = &SurfaceOptics> {
-        self.surfaces.iter().flatten().map(Arc::as_ref)
+        self.surfaces[..self.numbering.closure(0).index()].iter().flatten().map(Arc::as_ref)
     }
 
     /// Returns the object that has this surface.

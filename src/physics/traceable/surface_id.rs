@@ -6,8 +6,9 @@ use crate::scene::Face;
 
 /// Number of a surface of a compiled scene.
 ///
-/// The faces of the room come first, then six faces of each box, then front and back of each facet of a mesh, then the luminaires, and
-/// last one black surface, the upper side of all openings that hang into the room. [`Numbering`] gives the first number of each kind.
+/// The faces of the room come first, then six faces of each box, then front and back of each facet of a mesh, then the luminaires, then
+/// one black surface, the upper side of all openings that hang into the room, and last the lower sides of the closures. [`Numbering`] gives
+/// the first number of each kind.
 // one more than the number, so that an `Option` of it takes no more room
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SurfaceId(NonZeroU32);
@@ -61,7 +62,7 @@ impl SurfaceId {
     }
 }
 
-/// Layout of the surface numbers of one scene, given by its numbers of faces, boxes, facets and luminaires.
+/// Layout of the surface numbers of one scene, given by its numbers of faces, boxes, facets, luminaires and tubes.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbering {
     /// Number of faces of the room.
@@ -72,6 +73,8 @@ pub struct Numbering {
     pub facets: usize,
     /// Number of luminaires.
     pub luminaires: usize,
+    /// Number of tubes.
+    pub tubes: usize,
 }
 
 impl Numbering {
@@ -120,9 +123,21 @@ impl Numbering {
         self.luminaire(self.luminaires)
     }
 
+    /// Returns the number of the lower side of a tube's closure.
+    #[inline]
+    pub fn closure(self, tube: usize) -> SurfaceId {
+        SurfaceId::new(self.above_openings().index() + 1 + tube)
+    }
+
+    /// Finds the tube whose closure has this lower side.
+    #[inline]
+    pub fn closure_of(self, surface: SurfaceId) -> Option<usize> {
+        surface.index().checked_sub(self.closure(0).index())
+    }
+
     /// Returns the number of all surfaces.
     pub fn count(self) -> usize {
-        self.above_openings().index() + 1
+        self.closure(self.tubes).index()
     }
 
     fn first_facet(self) -> usize {
@@ -140,8 +155,10 @@ mod tests {
 
     #[test]
     fn every_surface_has_one_owner_and_every_owner_its_surfaces() {
-        for (faces, boxes, facets, luminaires) in [(6, 0, 0, 0), (8, 2, 0, 3), (6, 0, 5, 0), (5, 3, 4, 2)] {
-            let numbering = Numbering { faces, boxes, facets, luminaires };
+        for (faces, boxes, facets, luminaires, tubes) in
+            [(6, 0, 0, 0, 0), (8, 2, 0, 3, 2), (6, 0, 5, 0, 1), (5, 3, 4, 2, 0)]
+        {
+            let numbering = Numbering { faces, boxes, facets, luminaires, tubes };
             let mut surfaces: Vec<_> = (0..faces).map(SurfaceId::numbered).collect();
             for (object, face) in (0..boxes).flat_map(|object| (0..FACES).map(move |face| (object, face))) {
                 let surface = numbering.box_face(object, face);
@@ -159,12 +176,14 @@ mod tests {
                 surfaces.push(surface);
             }
             surfaces.push(numbering.above_openings());
+            surfaces.extend((0..tubes).map(|tube| numbering.closure(tube)));
             assert_eq!(surfaces.len(), numbering.count());
             for (index, surface) in surfaces.into_iter().enumerate() {
                 assert_eq!(surface.index(), index);
                 let owners = [
                     index < faces,
                     surface == numbering.above_openings(),
+                    numbering.closure_of(surface).is_some(),
                     numbering.box_of(surface).is_some(),
                     numbering.facet_of(surface).is_some(),
                     numbering.luminaire_of(surface).is_some(),

@@ -108,6 +108,15 @@ impl TraceableTube {
         Some(self.opening.corners()?.map(|corner| self.at(corner)))
     }
 
+    /// Returns a corner of the rectangle around the opening in m, and the edges from there.
+    pub fn rectangle(&self) -> [DVec3; 3] {
+        let around =
+            |radius: f64| [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|at| radius * DVec2::from(at));
+        let corners = self.opening.corners().unwrap_or_else(|| around(self.opening.outer_radius()));
+        let [corner, u, _, v] = corners.map(|corner| self.at(corner));
+        [corner, u - corner, v - corner]
+    }
+
     /// Follows light from the collector down to the opening; positions are in the tube's frame.
     #[inline]
     pub fn down<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {

@@ -17,7 +17,7 @@ use super::walk::{Meeting, Ray, Walk};
 use crate::integrator::radiosity::{BrightPatches, Solution, Target};
 use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{Openings, Place, RoomHit, SurfaceId, SurfacePoint, TraceableScene};
+use crate::traceable::{Openings, RoomHit, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Largest number of openings that a vertex is connected to one by one if their fluxes are not computed; otherwise it is connected to one
 /// opening, chosen by its estimated contribution.
@@ -145,16 +145,12 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     }
 
     #[inline]
-    fn aim_weight(&self, ray: &Ray<C, PathState>, hit: &RoomHit) -> f64 {
+    fn aim_weight(&self, ray: &Ray<C, PathState>, surface: SurfaceId, hit: &RoomHit) -> f64 {
         let Some(LastVertex { aim: Some((aim, fraction)), position, density, .. }) = ray.trace.last else { return 1.0 };
         let Some(solution) = self.0.coarse_solution() else { return 1.0 };
-        let aimed = match hit.place {
-            Place::Surface(surface) => solution.aimed_density(position, surface, hit),
-            Place::Opening(_) => 0.0,
-        };
-        match (aim, hit.place) {
-            (Aimed::At(target), Place::Surface(surface)) if !solution.shows(target, surface, hit.position) => 0.0,
-            (Aimed::At(_), _) if aimed <= 0.0 => 0.0,
+        let aimed = solution.aimed_density(position, surface, hit);
+        match aim {
+            Aimed::At(target) if aimed <= 0.0 || !solution.shows(target, surface, hit.position) => 0.0,
             _ if aimed > 0.0 => {
                 let scattered = density * (1.0 - fraction);
                 scattered / (scattered + fraction * aimed)

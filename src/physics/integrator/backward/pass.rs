@@ -215,7 +215,7 @@ impl<const C: usize> FirstHitLight<C> {
             if optics.is_some_and(|optics| !optics.is_mirror()) {
                 return false;
             }
-            let weight = weight * NextEvent(daylight).aim_weight(&self.ray, &hit);
+            let weight = weight * NextEvent(daylight).aim_weight(&self.ray, surface, &hit);
             if weight.max() <= 0.0 {
                 return true;
             }

@@ -55,7 +55,7 @@ pub trait Meeting<const C: usize> {
     /// Returns the weight of a ray where it ends, because both aimed rays and others may end there (the balance heuristic, Veach and Guibas
     /// 1995); 0 for an aimed ray that ends elsewhere.
     #[inline]
-    fn aim_weight(&self, _ray: &Ray<C, Self::Trace>, _hit: &RoomHit) -> f64 {
+    fn aim_weight(&self, _ray: &Ray<C, Self::Trace>, _surface: SurfaceId, _hit: &RoomHit) -> f64 {
         1.0
     }
 
@@ -193,7 +193,7 @@ impl<'a, const C: usize> Walk<'a, C> {
             let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
             meeting.flew(&mut ray.trace, (hit.position - ray.origin).length());
-            let weight = meeting.aim_weight(&ray, &hit);
+            let weight = meeting.aim_weight(&ray, scene.surface_at(hit.place), &hit);
             if weight <= 0.0 {
                 return;
             }
@@ -267,19 +267,32 @@ impl<'a, const C: usize> Walk<'a, C> {
         (optics, bright): (&SurfaceOptics, Option<&BrightPatches>),
         ray: &mut Ray<C, Trace>,
     ) -> bool {
-        self.sum += ray.weight * coarse;
-        self.since.get_or_insert(self.sum);
-        let stands_for = self.stands_for.take().unwrap_or_else(|| {
-            let outgoing = ray.weight * (optics.diffuse() + optics.specular());
-            let reflectance = outgoing.max() / ray.weight.max();
+        let weight = ray.weight;
+        let stands_for = self.count_coarse(coarse, weight, |samples| {
+            let outgoing = weight * (optics.diffuse() + optics.specular());
+            let reflectance = outgoing.max() / weight.max();
             // rays that are not aimed represent all rays
             let aimed = bright.map_or(0.0, |bright| bright.fraction(reflectance));
             let probability = (reflectance / (1.0 - aimed)).clamp(LEAST_BEYOND, 1.0);
-            if self.samples.random.uniform() < probability { 1.0 / probability } else { 0.0 }
+            if samples.random.uniform() < probability { 1.0 / probability } else { 0.0 }
         });
-        ray.weight = ray.weight * stands_for;
-        self.sum += ray.weight * coarse * -1.0;
+        ray.weight = weight * stands_for;
         stands_for > 0.0
+    }
+
+    /// Counts the light of a coarse solution for a path that arrives with this weight, takes it from the residual, and returns the number of
+    /// paths that this one represents beyond; `by_roulette` decides where nothing is decided yet.
+    fn count_coarse(
+        &mut self,
+        coarse: Spectrum<C>,
+        weight: Spectrum<C>,
+        by_roulette: impl FnOnce(&mut PathSamples) -> f64,
+    ) -> f64 {
+        self.sum += weight * coarse;
+        self.since.get_or_insert(self.sum);
+        let stands_for = self.stands_for.take().unwrap_or_else(|| by_roulette(&mut self.samples));
+        self.sum += weight * stands_for * coarse * -1.0;
+        stands_for
     }
 
     /// Counts the light that is connected to a surface where a ray meets it, and returns how the path continues: by Russian roulette if the
@@ -391,8 +404,15 @@ impl<'a, const C: usize> Walk<'a, C> {
         let weights = meeting.meets_opening(self, index, ray, position)?;
         let arriving = Arriving { position, direction: ray.direction, weight: ray.weight };
         let tube = &scene.tubes[index];
-        let (found, onward) = enter_tube(scene, tube, arriving, weights, &mut self.samples, &mut self.rays);
+        let (found, mut onward) = enter_tube(scene, tube, arriving, weights, &mut self.samples, &mut self.rays);
         self.sum += found;
+        if let Some(coarse) = meeting.reflected(ray, scene.numbering.closure(index), position) {
+            let stands_for = self.count_coarse(coarse, ray.weight, |_| 1.0);
+            if stands_for == 0.0 {
+                return None;
+            }
+            onward = onward.times(stands_for);
+        }
         match onward {
             Onward::Ends => None,
             Onward::Passes(Arriving { position, direction, weight }) => {

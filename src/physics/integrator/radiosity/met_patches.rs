@@ -2,13 +2,14 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::area::Area;
 use super::patch_rays::{RAYS, RayEnd, STRATA, ray};
 use super::patches::Patches;
 use crate::sampling::{Key, PathRandom};
-use crate::traceable::{SurfaceId, SurfacePoint, TraceableScene};
+use crate::traceable::{SurfaceId, SurfacePoint, TraceableScene, TraceableTube};
 
 /// Number of rays from each patch by which others are found.
 pub const FINDING: usize = 4;
@@ -40,6 +41,12 @@ impl MetPatches {
             (0..FROM_STARTS).map(move |stratum| ray(scene, start, stratum, &mut random))
         }));
         let first_seen: Vec<SurfacePoint> = rays.iter().flatten().map(|end| end.point).collect();
+        // rays rarely meet a small closure
+        let on_closures = scene.tubes.iter().enumerate().flat_map(|(number, tube)| {
+            let surface = scene.numbering.closure(number);
+            points_of(tube, surface).filter(move |_| scene.optics(surface).is_some())
+        });
+        rays.extend(on_closures.map(|point| Some(RayEnd { point, weight: 1.0, per_area: None })));
         loop {
             for RayEnd { point, .. } in rays.drain(..).flatten() {
                 let Some(surface) = point.surface else { continue };
@@ -48,9 +55,8 @@ impl MetPatches {
                     numbers[patch] = found.len() as u32;
                     found.push(MetPatch { surface, points: Vec::new() });
                     // rays rarely meet every part of a cell
-                    let face = scene.enclosure.polygons.get(surface.index());
                     for (part, position) in patches.beside(surface, patch) {
-                        if numbers[part] == NOT_FOUND && face.is_none_or(|face| face.contains(position)) {
+                        if numbers[part] == NOT_FOUND && is_within(scene, surface, position) {
                             numbers[part] = found.len() as u32;
                             found.push(MetPatch { surface, points: vec![SurfacePoint { position, ..point }] });
                         }
@@ -79,6 +85,22 @@ impl MetPatches {
     }
 }
 
+/// True if a point of the rectangle around a surface is a point of the surface.
+fn is_within(scene: &TraceableScene, surface: SurfaceId, position: DVec3) -> bool {
+    match scene.numbering.closure_of(surface) {
+        Some(tube) => scene.tubes[tube].has(position),
+        None => scene.enclosure.polygons.get(surface.index()).is_none_or(|face| face.contains(position)),
+    }
+}
+
+/// Iterates over a point of each of as many equal parts of a closure as a patch has rays.
+fn points_of(tube: &TraceableTube, surface: SurfaceId) -> impl Iterator<Item = SurfacePoint> {
+    let middle = |stratum: usize| (stratum as f64 + 0.5) / STRATA as f64;
+    let (normal, surface) = (tube.frame.normal(), Some(surface));
+    let point = move |number: usize| tube.point([middle(number / STRATA), middle(number % STRATA)]);
+    (0..RAYS).map(move |number| SurfacePoint { position: point(number), normal, surface })
+}
+
 /// Points of a patch that rays have met.
 pub struct MetPatch {
     pub surface: SurfaceId,
@@ -101,7 +123,11 @@ impl MetPatch {
             let [row, column] = [number / STRATA, number % STRATA].map(|stratum| stratum as f64);
             let [u, v] = random.uniform2();
             let position = corner + edges[0] * ((row + u) / STRATA as f64) + edges[1] * ((column + v) / STRATA as f64);
-            let is_free = !scene.is_in_solid(position + met.normal * (2.0 * scene.coinciding()));
+            let is_closure = scene.numbering.closure_of(self.surface).is_some();
+            let is_free = match is_closure {
+                true => is_within(scene, self.surface, position),
+                false => !scene.is_in_solid(position + met.normal * (2.0 * scene.coinciding())),
+            };
             if is_free { SurfacePoint { position, ..met } } else { met }
         })
     }

@@ -9,7 +9,7 @@ use super::bright_patches::{BrightPatches, Target};
 use super::gradients::of_opening;
 use crate::integrator::diffuser_source::cells::per_lumen;
 use crate::sampling::{PathRandom, warp};
-use crate::traceable::{Mirrors, Place, SurfaceId, SurfacePoint, TraceableScene};
+use crate::traceable::{Mirrors, SurfaceId, SurfacePoint, TraceableScene};
 
 /// Number of rays from each patch, one in each stratum of directions, and of the parts of a patch.
 pub const RAYS: usize = STRATA * STRATA;
@@ -158,12 +158,11 @@ pub fn bright_patches(
     BrightPatches::new(luminances.iter().map(relative).zip(areas.iter().copied()), &[], kinds as f64)
 }
 
-/// Traces a ray from a spot toward a point, and returns its end; `None` in an opening, and below the surface of the spot.
+/// Traces a ray from a spot toward a point, and returns its end; `None` below the surface of the spot.
 fn aimed_ray(scene: &TraceableScene, from: &SurfacePoint, to: DVec3) -> Option<RayEnd> {
     let direction = (to - from.position).try_normalize().filter(|toward| toward.dot(from.normal) > 0.0)?;
     let hit = scene.intersect(from.position, direction, from.surface);
-    let Place::Surface(met) = hit.place else { return None };
-    let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
+    let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(scene.surface_at(hit.place)) };
     Some(RayEnd { point, weight: 1.0, per_area: Some(per_area(from, &point)) })
 }
 
@@ -184,8 +183,8 @@ pub struct RayEnd {
     pub per_area: Option<f64>,
 }
 
-/// Traces a ray from a spot in a stratum of directions and returns its end; `None` in an opening. At a surface that has a lobe or
-/// mirror chance decides whether it is reflected by that or ends.
+/// Traces a ray from a spot in a stratum of directions and returns its end. At a surface that has a lobe or mirror chance decides whether it is
+/// reflected by that or ends.
 pub fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: &mut PathRandom) -> Option<RayEnd> {
     let [u, v] = random.uniform2();
     let (row, column) = (stratum / STRATA, stratum % STRATA);
@@ -194,7 +193,7 @@ pub fn ray(scene: &TraceableScene, from: &SurfacePoint, stratum: usize, random: 
     let (mut position, mut surface, mut weight) = (from.position, from.surface, 1.0);
     for turn in 0..MOST_TURNS {
         let hit = scene.intersect(position, direction, surface);
-        let Place::Surface(met) = hit.place else { return None };
+        let met = scene.surface_at(hit.place);
         let point = SurfacePoint { position: hit.position, normal: hit.normal, surface: Some(met) };
         let per_area = (turn == 0).then(|| per_area(from, &point));
         let Some(optics) = scene.optics(met).filter(|optics| optics.is_specular()) else {
@@ -221,7 +220,7 @@ mod tests {
     use super::*;
     use crate::optics::Surface;
     use crate::sampling::Key;
-    use crate::traceable::test_rooms;
+    use crate::traceable::{Place, test_rooms};
 
     /// Checks by hand: an even slope over the parts of a patch adds nothing, and one part that differs by 3 adds 9; of independent values the
     /// mean estimate is the sum of their variances, 16 / 12 for uniform numbers.

@@ -9,7 +9,7 @@ use super::gradients::Gradients;
 use crate::geometry::planar::Polygon;
 use crate::sampling::warp;
 use crate::traceable::mesh_objects::TraceableMeshes;
-use crate::traceable::{Side, SurfaceId, TraceableScene};
+use crate::traceable::{Side, SurfaceId, TraceableScene, TraceableTube};
 
 /// Largest number of patches of plane faces: edges are longer where there would be more.
 const MOST_OF_FACES: f64 = 16_384.0;
@@ -237,8 +237,11 @@ fn reflects(scene: &TraceableScene, surface: SurfaceId) -> bool {
     scene.optics(surface).is_some_and(|optics| optics.gathers())
 }
 
-/// Returns the unit normal of a face of the room or of a box, on its lit side.
+/// Returns the unit normal of a face of the room or of a box, or of a closure, on its lit side.
 pub fn plane_normal(scene: &TraceableScene, surface: SurfaceId) -> DVec3 {
+    if let Some(tube) = scene.numbering.closure_of(surface) {
+        return scene.tubes[tube].frame.normal();
+    }
     match scene.numbering.box_of(surface) {
         None => scene.enclosure.normal(surface.index()),
         Some(number) => {
@@ -248,7 +251,8 @@ pub fn plane_normal(scene: &TraceableScene, surface: SurfaceId) -> DVec3 {
     }
 }
 
-/// Iterates over the faces of the room, with rectangles around them, and of its boxes: a corner, and two edges.
+/// Iterates over the faces of the room and the closures that reflect, with rectangles around them, and the faces of its boxes: a corner, and two
+/// edges.
 pub fn rectangles(scene: &TraceableScene) -> impl Iterator<Item = (SurfaceId, DVec3, [DVec3; 2])> {
     let of_face = |(face, polygon): (usize, &Polygon)| {
         let [corner, u, v] = polygon.rectangle();
@@ -260,7 +264,16 @@ pub fn rectangles(scene: &TraceableScene) -> impl Iterator<Item = (SurfaceId, DV
             (scene.numbering.box_face(number, face), corner, [u, v])
         })
     };
-    scene.enclosure.polygons.iter().enumerate().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box))
+    let of_closure = |(number, tube): (usize, &TraceableTube)| {
+        let closure = scene.numbering.closure(number);
+        reflects(scene, closure).then(|| {
+            let [corner, u, v] = tube.rectangle();
+            (closure, corner, [u, v])
+        })
+    };
+    let of_faces = scene.enclosure.polygons.iter().enumerate().map(of_face);
+    let of_closures = scene.tubes.iter().enumerate().filter_map(of_closure);
+    of_faces.chain((0..scene.boxes.len()).flat_map(of_box)).chain(of_closures)
 }
 
 /// Computes a rectangle around each facet, in its plane: a corner, and two edges.

@@ -16,7 +16,7 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, lattice, warp};
 use crate::scene::Sensor;
 use crate::statistics::median;
-use crate::traceable::{Place, TraceableScene};
+use crate::traceable::TraceableScene;
 
 impl Exchange {
     /// Estimates the variances of luminances, in (cd/m2)^2, of patches of these reflectances, by the differences between rays of neighbouring
@@ -127,7 +127,7 @@ impl<const C: usize> Solution<C> {
         random: &mut PathRandom,
     ) -> Option<(u32, f64)> {
         let hit = scene.intersect(from, direction, None);
-        let Place::Surface(surface) = hit.place else { return None };
+        let surface = scene.surface_at(hit.place);
         let patch = self.number(surface, hit.position)?;
         if !self.is_close(patch, (hit.position - from).length_squared()) {
             return Some((patch, 1.0));
@@ -135,7 +135,6 @@ impl<const C: usize> Solution<C> {
         let reflectance = scene.optics(surface)?.diffuse::<3>().luminance();
         let direction = warp::around(hit.normal, warp::cosine_hemisphere(random.uniform2()));
         let next = scene.intersect(hit.position, direction, Some(surface));
-        let Place::Surface(surface) = next.place else { return None };
-        Some((self.number(surface, next.position)?, reflectance))
+        Some((self.number(scene.surface_at(next.place), next.position)?, reflectance))
     }
 }
