@@ -85,6 +85,24 @@ impl<const C: usize> TubeLight<C> {
         flux
     }
 
+    /// Returns the centroid of the light in m from the centre of the opening, in its levelled frame: that of the photons, less what chance makes
+    /// of an even density.
+    pub fn centroid(&self) -> DVec2 {
+        let (mut moment, mut all, mut squares) = (DVec2::ZERO, 0.0, 0.0);
+        for photon in &self.photons {
+            let flux = photon.flux.luminance();
+            moment += flux * (photon.position - self.frame.origin.truncate());
+            (all, squares) = (all + flux, squares + flux * flux);
+        }
+        if self.even.is_some() || all <= 0.0 {
+            return DVec2::ZERO;
+        }
+        let centroid = moment / all;
+        // the mean square of the distance from the centre is half of the squared radius
+        let by_chance = 0.5 * self.radius * self.radius * squares / (all * all);
+        centroid * (1.0 - by_chance / centroid.length_squared().max(f64::MIN_POSITIVE)).max(0.0)
+    }
+
     /// True if no point within `reach` of `position`, at its height, is near the disc.
     pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
         is_far(&self.frame, self.radius, position, reach)

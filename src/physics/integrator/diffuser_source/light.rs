@@ -171,6 +171,11 @@ impl<const C: usize> DiffuserLight<C> {
         self.tubes.iter().map(TubeLight::flux).collect()
     }
 
+    /// Returns the flux in lm of the light that leaves each opening, and its centroid in m from the centre.
+    pub fn fluxes_with_centroids(&self) -> Vec<(Spectrum<C>, DVec2)> {
+        self.tubes.iter().map(|tube| (tube.flux(), tube.centroid())).collect()
+    }
+
     /// Connects vertices to the light through clear zones, too.
     pub fn with_clear_zones(self) -> Self {
         Self { with_clear_zones: true, ..self }

@@ -4,14 +4,14 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::area::Area;
 use super::bright_patches::{BrightPatches, Target};
 use super::met_patches::{FINDING, MetPatch, MetPatches, NOT_FOUND};
 use super::other_light::other_light;
-use super::patch_rays::{PatchRays, RAYS, bright_patches};
+use super::patch_rays::{OpeningLight, PatchRays, RAYS, bright_patches};
 use super::patches::Patches;
 use super::source_images::source_images;
 use crate::optics::Spectrum;
@@ -41,8 +41,8 @@ pub struct Exchange {
     /// Patches in which the rays of each patch end, by these numbers, with the weight of their luminances; equally many for each patch, the
     /// first [`RAYS`] of them not aimed.
     met: Vec<(u32, f64)>,
-    /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
-    pub(super) of_openings: Vec<(u32, f64)>,
+    /// Light by openings: equally many parts for each patch.
+    pub(super) of_openings: Vec<OpeningLight>,
     /// Plane mirrors of the room, and narrow lobes as if they were mirrors: the solution may be coarse.
     mirrors: Mirrors,
     /// Points of each patch, at which light that does not come from Lambertian openings is computed; empty where there is none.
@@ -113,17 +113,18 @@ impl Exchange {
         self.met.chunks_exact(self.met.len() / self.surfaces.len())
     }
 
-    /// Returns the illuminances of each patch by openings, in lx per lumen, with the number of the tube.
-    pub(super) fn openings_of_each(&self) -> impl Iterator<Item = &[(u32, f64)]> {
+    /// Returns the light of each patch by openings.
+    pub(super) fn openings_of_each(&self) -> impl Iterator<Item = &[OpeningLight]> {
         self.of_openings.chunks_exact(self.of_openings.len() / self.surfaces.len())
     }
 
-    /// Computes the radiosities in a scene of this room where openings send these fluxes in lm, as from Lambertian surfaces (Gauss and
+    /// Computes the radiosities in a scene of this room where openings send light of these fluxes in lm, as from Lambertian surfaces, with
+    /// these centroids in m from their centres (Gauss and
     /// Seidel's sweeps). The light of sky and sun through clear zones of straight tubes counts if this is asked for.
     pub fn solve<const C: usize>(
         self: &Arc<Self>,
         (scene, with_clear_zones): (&TraceableScene, bool),
-        fluxes: &[Spectrum<C>],
+        light: &[(Spectrum<C>, DVec2)],
     ) -> Solution<C> {
         let (mut straight, other_variances): (Vec<_>, Vec<_>) =
             other_light((scene, &self.mirrors, with_clear_zones), &self.points).into_iter().unzip();
@@ -131,9 +132,7 @@ impl Exchange {
         // the solution scales with the flux of the openings only where other light adds nothing
         let alone = straight.iter().all(|lux: &Spectrum<C>| lux.max() <= 0.0);
         for (lux, of_openings) in straight.iter_mut().zip(self.openings_of_each()) {
-            of_openings.iter().for_each(|(tube, per_lumen)| {
-                *lux += fluxes.get(*tube as usize).map_or(Spectrum::ZERO, |flux| *flux * *per_lumen);
-            });
+            of_openings.iter().for_each(|of| *lux += of.lux(light));
         }
         let reflectance =
             |surface: &SurfaceId| scene.optics(*surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
@@ -160,12 +159,12 @@ impl Exchange {
             }
         }
         radiosities.iter_mut().for_each(|radiosity| *radiosity = *radiosity * (1.0 / PI));
-        let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
+        let all: f64 = light.iter().map(|(flux, _)| flux.luminance()).sum();
         let seen = self.seen.iter().filter_map(|number| Some(radiosities.get(*number as usize)?.luminance()));
         let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
         let patches = radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied());
-        let bright_patches = BrightPatches::new(patches, &source_images(scene, fluxes), mean);
-        let variances = self.variances((&reflectances, &other_variances), fluxes, &radiosities);
+        let bright_patches = BrightPatches::new(patches, &source_images(scene, light), mean);
+        let variances = self.variances((&reflectances, &other_variances), light, &radiosities);
         Solution {
             variances,
             exchange: self.clone(),

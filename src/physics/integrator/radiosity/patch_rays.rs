@@ -2,14 +2,15 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::area::Area;
 use super::bright_patches::{BrightPatches, Target};
 use super::gradients::of_opening;
-use crate::integrator::diffuser_source::cells::per_lumen;
+use crate::integrator::diffuser_source::cells::{OpeningReceiver, per_lumen};
+use crate::optics::Spectrum;
 use crate::sampling::{PathRandom, warp};
-use crate::traceable::{Mirrors, SurfaceId, SurfacePoint, TraceableScene};
+use crate::traceable::{Mirrors, SurfaceId, SurfacePoint, TraceableScene, TraceableTube};
 
 /// Number of rays from each patch, one in each stratum of directions, and of the parts of a patch.
 pub const RAYS: usize = STRATA * STRATA;
@@ -30,12 +31,32 @@ pub fn variance_of_sum(values: &[f64; RAYS]) -> f64 {
     (0..RAYS / 4).map(|number| of_four(corners(number)).powi(2)).sum()
 }
 
+/// Part of the light of an opening that lights a patch.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OpeningLight {
+    /// Number of the tube.
+    tube: u32,
+    /// Illuminance in lx per lumen that leaves the opening evenly.
+    per_lumen: f64,
+    /// Change of this per metre by which the centroid of the light is away from the centre, along x and y of the opening's levelled frame.
+    per_metre: DVec2,
+}
+
+impl OpeningLight {
+    /// Returns the illuminance in lx where openings send light of these fluxes in lm and centroids in m.
+    pub fn lux<const C: usize>(&self, light: &[(Spectrum<C>, DVec2)]) -> Spectrum<C> {
+        let of =
+            |(flux, centroid): &(Spectrum<C>, DVec2)| *flux * (self.per_lumen + self.per_metre.dot(*centroid)).max(0.0);
+        light.get(self.tube as usize).map_or(Spectrum::ZERO, of)
+    }
+}
+
 /// Rays of one patch, and its direct light by openings.
 pub struct PatchRays {
     /// Ends of its rays.
     pub met: [Option<RayEnd>; RAYS],
-    /// Illuminances by openings in lx per lumen, with the number of the tube: equally many for each patch.
-    pub of_openings: Vec<(u32, f64)>,
+    /// Light by openings: equally many parts for each patch.
+    pub of_openings: Vec<OpeningLight>,
     /// Points of the patch from which they start, one in each part.
     pub points: [SurfacePoint; RAYS],
 }
@@ -57,7 +78,7 @@ impl PatchRays {
                 // uniform choices among the openings, in an order that is unrelated to that of the spots
                 let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
                 let Some((tube, probability)) = scene.openings.choose(point.position, point.normal, choice) else {
-                    return (0, 0.0);
+                    return OpeningLight::default();
                 };
                 let of_tube = &scene.tubes[tube];
                 let to = of_tube.point(random.uniform2());
@@ -65,7 +86,11 @@ impl PatchRays {
                 let is_seen = lux > 0.0
                     && of_tube.frame.depth(point.position) > 0.0
                     && scene.visible(to, None, point.position, point.surface);
-                (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
+                if !is_seen {
+                    return OpeningLight::default();
+                }
+                let times = 1.0 / (probability * RAYS as f64);
+                OpeningLight { tube: tube as u32, per_lumen: lux * times, per_metre: per_metre(of_tube, point) * times }
             })
             .collect();
         if !mirrors.is_empty() {
@@ -108,24 +133,39 @@ fn random_part(random: &mut PathRandom) -> usize {
     (random.uniform() * RAYS as f64) as usize
 }
 
-/// Estimates the illuminance of a spot by one random opening and chain of mirrors, in lx per lumen, with the number of the tube.
+/// Estimates the light of a spot by one random opening and chain of mirrors.
 fn by_mirrors(
     (scene, mirrors): (&TraceableScene, &Mirrors),
     point: &SurfacePoint,
     random: &mut PathRandom,
-) -> (u32, f64) {
+) -> OpeningLight {
     let mut found = || {
         let (chain, of_chain) = mirrors.choose(point.position, random.uniform())?;
         let (image, normal) = mirrors.image(chain, (point.position, point.normal));
         let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
         let of_opening = &scene.tubes[tube];
-        let source = (of_opening.point(random.uniform2()), None);
-        let path = scene.mirror_path::<3>((mirrors, chain), (point.position, point.surface), source)?;
+        let source = of_opening.point(random.uniform2());
+        let path = scene.mirror_path::<3>((mirrors, chain), (point.position, point.surface), (source, None))?;
         let [unfolded, normal] = [path.unfolded, normal].map(|v| of_opening.frame.levelled_direction(v));
         let lux = per_lumen(unfolded, normal).max(0.0) * path.reflectance.luminance();
-        Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
+        let per_lumen = lux / (of_chain * of_tube * RAYS as f64);
+        let per_metre = of_opening
+            .opening
+            .disc()
+            .map_or(DVec2::ZERO, |radius| of_opening.away(source) * (4.0 * per_lumen / (radius * radius)));
+        Some(OpeningLight { tube: tube as u32, per_lumen, per_metre })
     };
-    found().unwrap_or((0, 0.0))
+    found().unwrap_or_default()
+}
+
+/// Computes the change of the illuminance in lx/lm of a spot per metre by which the centroid of light is away from the centre of an opening that
+/// is a disc: density that is linear in the place has the centroid of two points at half the radius.
+fn per_metre(tube: &TraceableTube, point: &SurfacePoint) -> DVec2 {
+    let Some(radius) = tube.opening.disc() else { return DVec2::ZERO };
+    let receiver = OpeningReceiver::new(point.position, point.normal, &tube.frame);
+    let at = |away: DVec2| receiver.point(tube.frame.origin.truncate() + away).max(0.0);
+    let along = |axis: DVec2| (at(axis * (0.5 * radius)) - at(axis * (-0.5 * radius))) / radius;
+    DVec2::new(along(DVec2::X), along(DVec2::Y))
 }
 
 /// Finds the patches that are bright by the light of openings of equal exitance, or by that of luminaires.
@@ -138,8 +178,9 @@ pub fn bright_patches(
     let emitting = || scene.luminaires.iter().filter(|luminaire| luminaire.emits());
     let luminances = |(patch, surface): (&PatchRays, &SurfaceId)| {
         let reflectance = scene.optics(*surface).map_or(0.0, |optics| optics.diffuse::<3>().luminance());
-        let of_tube =
-            |(tube, lux): &(u32, f64)| lux * scene.tubes.get(*tube as usize).map_or(0.0, |tube| tube.opening.area_m2());
+        let of_tube = |of: &OpeningLight| {
+            of.per_lumen * scene.tubes.get(of.tube as usize).map_or(0.0, |tube| tube.opening.area_m2())
+        };
         let of_luminaires = |point: &SurfacePoint| -> f64 {
             emitting().map(|of| of.irradiance::<1>(point.position, point.normal).luminance()).sum()
         };

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::area::Area;
 use super::patches::{plane_normal, rectangles};
@@ -38,15 +38,15 @@ struct LitArea {
     flux: f64,
 }
 
-/// Finds the brightest images in the surfaces of a room and its boxes, where openings send these fluxes in lm.
-pub fn source_images<const C: usize>(scene: &TraceableScene, fluxes: &[Spectrum<C>]) -> Vec<SourceImage> {
-    let of_tube = |(tube, flux): (&TraceableTube, &Spectrum<C>)| opening(tube, flux.luminance());
+/// Finds the brightest images in the surfaces of a room and its boxes, where openings send light of these fluxes in lm and centroids.
+pub fn source_images<const C: usize>(scene: &TraceableScene, light: &[(Spectrum<C>, DVec2)]) -> Vec<SourceImage> {
+    let of_tube = |(tube, (flux, _)): (&TraceableTube, &(Spectrum<C>, DVec2))| opening(tube, flux.luminance());
     let luminaires = scene.luminaires.iter().map(|of| LitArea {
         area: Area { corner: of.point([0.0, 0.0]), edges: of.edges() },
         normal: of.normal,
         flux: Spectrum::<C>::from_rgb(of.luminance).luminance() * of.area_m2,
     });
-    let sources: Vec<LitArea> = scene.tubes.iter().zip(fluxes).map(of_tube).chain(luminaires).collect();
+    let sources: Vec<LitArea> = scene.tubes.iter().zip(light).map(of_tube).chain(luminaires).collect();
     let mut images: Vec<SourceImage> = Vec::new();
     for (surface, corner, edges) in rectangles(scene) {
         let Some((optics, alpha)) = scene.optics(surface).and_then(|optics| Some((optics, optics.lobe()?.alpha())))
@@ -131,7 +131,7 @@ mod tests {
         let down = Luminaire { corner, edge_u: DVec3::Y, edge_v: DVec3::X * 0.5, luminance: [200.0; 3] };
         let up = Luminaire { edge_u: DVec3::X, edge_v: DVec3::Y, ..down };
         scene.room.luminaires = vec![down, up];
-        let images = source_images(&compiled(&scene), &[Spectrum([700.0])]);
+        let images = source_images(&compiled(&scene), &[(Spectrum([700.0]), DVec2::ZERO)]);
         assert!(images.iter().all(|image| image.surface == SurfaceId::numbered(floor)));
         let [tube, luminaire] = images[..] else { panic!("{images:?}") };
         let blur = |height: f64| BLUR * 0.01 * height;

@@ -6,11 +6,11 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::exchange::{Exchange, Solution};
-use super::patch_rays::{RAYS, variance_of_sum};
+use super::patch_rays::{OpeningLight, RAYS, variance_of_sum};
 use crate::integrator::pass::LEAST_SCALE;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, lattice, warp};
@@ -24,15 +24,13 @@ impl Exchange {
     pub(super) fn variances<const C: usize>(
         &self,
         (reflectances, other): (&[Spectrum<C>], &[f64]),
-        fluxes: &[Spectrum<C>],
+        light: &[(Spectrum<C>, DVec2)],
         luminances: &[Spectrum<C>],
     ) -> Vec<f64> {
         let found = |(number, weight): &(u32, f64)| {
             luminances.get(*number as usize).map_or(0.0, |luminance| luminance.luminance() * weight / RAYS as f64)
         };
-        let straight = |(tube, per_lumen): &(u32, f64)| {
-            fluxes.get(*tube as usize).map_or(0.0, |flux| flux.luminance() * per_lumen / PI)
-        };
+        let straight = |of: &OpeningLight| of.lux(light).luminance() / PI;
         let patches = self.met_by_each().zip(self.openings_of_each());
         patches
             .zip(reflectances)

@@ -11,7 +11,7 @@ use crate::scene::{Grid, Sensor, View};
 use crate::traceable::SurfacePoint;
 
 /// Number of photons down each tube in a trial of the room.
-pub const PHOTONS_DOWN_EACH: u64 = 64;
+pub const PHOTONS_DOWN_EACH: u64 = 128;
 
 /// Number of passes of the trial; the random numbers of the coarse solution follow theirs.
 pub const TRIED_PASSES: u64 = 4;
@@ -56,8 +56,8 @@ impl<const C: usize> Coarse<C> {
         let photons = PHOTONS_DOWN_EACH * scene.tubes.len().max(1) as u64;
         let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
         let lit = ClosureSource::new((task, beside), &[], (photons, target), seed).pass(scene, key, task.cancel);
-        let fluxes = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes());
-        let solution = exchange.solve((scene, with_clear_zones), &fluxes);
+        let light = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes_with_centroids());
+        let solution = exchange.solve((scene, with_clear_zones), &light);
         let spread = |(number, grid): (usize, &Grid)| {
             let some = grid.thinned(SENSORS);
             let valued = (0..some.len()).filter(|sensor| !some.is_inside(*sensor));
