@@ -61,7 +61,7 @@ use crate::integrator::diffuser_source::closure_source::{
 use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Retained, Task, Trial};
 use crate::integrator::room_matrix::MatrixEstimator;
 use crate::integrator::trial::{Powers, TrialPasses};
-use crate::scene::{Channels, Grid};
+use crate::scene::{Channels, Grid, Responses};
 use close::{CloseSensors, refuses_close};
 use coarse::{Coarse, pixels};
 use sample_counts::{PATHS, SampleCounts};
@@ -109,7 +109,12 @@ impl Described for Settings {
     fn trial(&self, task: &Task, target: f64) -> Trial {
         if task.views.is_empty() && self.samples_per_sensor.is_none() {
             let whole = Trial::whole(self.clone(), Beside::of(task).most_places(49));
-            return whole.with(TrialPasses::of_size(PATHS.of(target, 1.0), Powers::of_growth(PATHS.growth)));
+            let mut powers = Powers::of_growth(PATHS.growth);
+            if task.grids.iter().any(|grid| grid.responses == Responses::ToPatches) {
+                // these take most of the time, and as much of it at every accuracy
+                powers.work_of_place = 0.0;
+            }
+            return whole.with(TrialPasses::of_size(PATHS.of(target, 1.0), powers));
         }
         // each place has the noise of its own paths, whose number does not change, and all share the noise of the photons
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
