@@ -61,6 +61,8 @@ async fn a_year_from_weather_to_files() {
         "The year at Synthetic, 3650 occupied hours; ",
         "LEED v4.1",
         "/annual/autonomy.",
+        "responses: every closure is Lambertian",
+        "simulated: the year has the sun of every moment",
     ] {
         assert!(report.contains(words), "{words}: {report}");
     }
