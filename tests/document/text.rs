@@ -5,7 +5,9 @@ use crate::schema::parse;
 use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::errors::WarningCode;
+use skyduct::document::outputs::FILE_ENDINGS;
 use skyduct::document::{FieldErrorCode, JobDocument, Warning, to_scene};
+use skyduct::present::outputs::Format;
 
 #[test]
 fn text_that_is_no_document() {
@@ -109,5 +111,28 @@ fn every_example_is_a_good_document() {
         // a model says what is not read of it
         let is_fault = |warning: &Warning| warning.code != WarningCode::ModelChanged;
         assert!(!empty && !warnings.iter().any(is_fault), "{}: {warnings:?}", file.display());
+    }
+}
+
+/// Names whose files would have the paths of another output's are refused; alone they are names as any other.
+#[test]
+fn names_of_files_of_other_outputs() {
+    let of = |names: [&str; 2]| {
+        let mut document = base();
+        let mut other = document["grids"][0].clone();
+        document["grids"][0]["name"] = json!(names[0]);
+        other["name"] = json!(names[1]);
+        document["grids"].as_array_mut().unwrap().push(other);
+        JobDocument::parse(document.to_string().as_bytes()).map(|_| ()).map_err(|errors| errors.0)
+    };
+    for (names, index) in [(["a", "a.json"], 1), (["a.csv", "a"], 0), (["a.b", "a.b.npy"], 1)] {
+        let errors = of(names).unwrap_err();
+        assert_eq!((errors.len(), errors[0].pointer.clone()), (1, format!("/grids/{index}/name")), "{errors:?}");
+    }
+    for names in [["a.json", "a.csv"], ["a", "a.b"], ["a", "b.json"]] {
+        assert_eq!(of(names), Ok(()));
+    }
+    for format in Format::ALL {
+        assert!(FILE_ENDINGS.contains(&format.suffix()));
     }
 }
