@@ -114,6 +114,36 @@ fn every_example_is_a_good_document() {
     }
 }
 
+/// A list in the place of an object is told as such, whatever serde says of its items; right lists beside it are left alone.
+#[test]
+fn lists_are_no_objects() {
+    let of = |pointer: &str, list: Value| {
+        let mut document = base();
+        document["grids"][0]["cells"] = json!([3, 2]);
+        match pointer {
+            "" => document = list,
+            _ => document[&pointer[1..]] = list,
+        }
+        let errors = JobDocument::parse(document.to_string().as_bytes()).unwrap_err().0;
+        let found = errors.into_iter().find(|error| error.pointer == pointer).unwrap();
+        assert_eq!(found.detail, "invalid type: sequence, expected an object", "{pointer}");
+    };
+    for (pointer, list) in [
+        ("", json!([])),
+        ("", json!([1, 2])),
+        ("/location", json!([55.7, 12.5, null])),
+        ("/location", json!([55.7, 12.5, 3])),
+        ("/stop", json!([])),
+        ("/stop", json!(["a"])),
+    ] {
+        of(pointer, list);
+    }
+    let mut document = base();
+    document["grids"][0]["cells"] = json!([3, "a"]);
+    let errors = JobDocument::parse(document.to_string().as_bytes()).unwrap_err().0;
+    assert_eq!((errors.len(), errors[0].pointer.as_str()), (1, "/grids/0/cells/1"), "{errors:?}");
+}
+
 /// Names whose files would have the paths of another output's are refused; alone they are names as any other.
 #[test]
 fn names_of_files_of_other_outputs() {

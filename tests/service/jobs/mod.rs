@@ -286,6 +286,8 @@ async fn bad_requests_are_problem_documents() {
         "/v1/jobs?limit=0",
         "/v1/jobs?limit=501",
         "/v1/jobs?limit=x",
+        "/v1/jobs?limit=-1",
+        "/v1/jobs?limit=1e3",
         "/v1/jobs?status=done",
         "/v1/jobs?cursor=x",
         "/v1/jobs?page=2",
@@ -298,6 +300,7 @@ async fn bad_requests_are_problem_documents() {
         let detail = error["detail"].as_str().unwrap();
         assert_eq!(problem["detail"], format!("{name}: {detail}"));
         assert!(!detail.starts_with(name), "{problem}");
+        assert!(name != "limit" || detail.starts_with("must be 1 to 500, but is "), "{problem}");
     }
     let response = service.request(Method::PUT, "/v1/jobs").send().await.unwrap();
     assert_eq!(response.headers()["allow"], "GET,HEAD,POST,DELETE");
