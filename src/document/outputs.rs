@@ -48,13 +48,14 @@ pub struct GridDocument {
     /// Quantity that each sensor gives, `point` or `cell_average`; default: `point`.
     #[serde(default)]
     pub estimate: EstimateDocument,
-    /// Reports the illuminance also by source, direct and interreflected, and by tube; each part is then computed separately.
+    /// Reports the illuminance also by source, direct and interreflected, and by tube; each part is then computed separately. No grid of the
+    /// same job may have `responses` then.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub components: bool,
     /// Reports also the illuminance of each sensor per lumen of each of the 24 patches of every opening. With these, another sky,
     /// hour or tube above the openings can be computed without tracing the room again. Below mixed and measured diffusers they
     /// cover only the light that leaves as from a Lambertian surface (`into_room_evenly` of the tubes); the rest is only in the
-    /// grid's own values.
+    /// grid's own values. No grid of the same job may have `components` then.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub responses: bool,
     /// Illuminance in lux, > 0, that the mean of the grid should reach; statistics and reports tell whether it does. With `annual`
