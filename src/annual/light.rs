@@ -1,5 +1,7 @@
 //! Sky and sun of the moments of a year.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use skyduct_physics::geometry::turn::unit_vector;
 use skyduct_physics::sky::{Irradiances, PerezSky, SkyDistribution};
@@ -44,6 +46,31 @@ impl LitMoment {
     /// Returns the horizontal illuminance of the sun in lux.
     pub fn direct_horizontal_lux(&self) -> f64 {
         self.direct_normal_lux * self.sun.z.max(0.0)
+    }
+}
+
+/// Sources of daylight whose light a year counts; outdoors there are always both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sources {
+    /// True for the light of the skies, and of all that they make bright around a tube.
+    pub skies: bool,
+    /// True for the light of the suns, also from the ground.
+    pub suns: bool,
+}
+
+impl Sources {
+    /// Returns the moments with the light of these sources alone.
+    pub fn of(self, lit: &[LitMoment]) -> Cow<'_, [LitMoment]> {
+        if self.skies && self.suns {
+            return Cow::Borrowed(lit);
+        }
+        let counted = |is_counted: bool, lux: f64| if is_counted { lux } else { 0.0 };
+        let of_moment = |moment: &LitMoment| LitMoment {
+            diffuse_horizontal_lux: counted(self.skies, moment.diffuse_horizontal_lux),
+            direct_normal_lux: counted(self.suns, moment.direct_normal_lux),
+            ..moment.clone()
+        };
+        lit.iter().map(of_moment).collect()
     }
 }
 

@@ -203,6 +203,9 @@ pub fn read_room(text: &[u8], name: Option<&str>) -> Result<HbjsonRoom, Document
 /// Reads a model, and lists its rooms.
 pub fn read_report(text: &[u8]) -> Result<ModelReport, FieldError> {
     let rooms = of_text(text)?.rooms.unwrap_or_default();
+    if rooms.is_empty() {
+        return Err(FieldError::new("/rooms", "a model must be an object with at least one room"));
+    }
     if let Some(number) = rooms.iter().position(|room| room.identifier.len() > LONGEST_NAME) {
         let detail = format!("must have at most {LONGEST_NAME} bytes");
         return Err(FieldError::new(format!("/rooms/{number}/identifier"), detail));

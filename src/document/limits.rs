@@ -290,6 +290,9 @@ pub const FIELD_OF_VIEW_DEG: Range = between(0.0, 179.0);
 /// Number of hours of a request for the illuminances of a kept room: those of a leap year.
 pub const HOURS: RangeInclusive<usize> = 1..=8784;
 
+/// Length in bytes that the body of such a request may have in any case: indented, with all fields, an hour has about 220.
+pub const HOURS_BYTES: usize = 256 * *HOURS.end();
+
 /// Number of jobs of a set, which a study is, too.
 pub const JOBS_OF_SET: RangeInclusive<usize> = 1..=200;
 

@@ -1,6 +1,6 @@
 //! Grids and views of a job document.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use glam::DVec3;
@@ -21,7 +21,7 @@ use crate::scene::{Enclosure, EstimateKind, Grid, Responses, Sensor, View};
 #[serde(deny_unknown_fields)]
 pub struct GridDocument {
     /// Name of the grid, unique among the grids, used for the files of the result: 1 to 64 letters, digits, `.`, `_` or `-`,
-    /// beginning with a letter or digit.
+    /// beginning with a letter or digit; not that of a file of another grid, as `a.csv` beside `a`.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
     /// Level from which `height_m` is measured: that of the floor, the only one.
@@ -48,13 +48,14 @@ pub struct GridDocument {
     /// Quantity that each sensor gives, `point` or `cell_average`; default: `point`.
     #[serde(default)]
     pub estimate: EstimateDocument,
-    /// Reports the illuminance also by source, direct and interreflected, and by tube; each part is then computed separately.
+    /// Reports the illuminance also by source, direct and interreflected, and by tube; each part is then computed separately. No grid of the
+    /// same job may have `responses` then.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub components: bool,
     /// Reports also the illuminance of each sensor per lumen of each of the 24 patches of every opening. With these, another sky,
     /// hour or tube above the openings can be computed without tracing the room again. Below mixed and measured diffusers they
     /// cover only the light that leaves as from a Lambertian surface (`into_room_evenly` of the tubes); the rest is only in the
-    /// grid's own values.
+    /// grid's own values. No grid of the same job may have `components` then.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub responses: bool,
     /// Illuminance in lux, > 0, that the mean of the grid should reach; statistics and reports tell whether it does. With `annual`
@@ -106,7 +107,7 @@ impl From<EstimateKind> for EstimateDocument {
 #[serde(deny_unknown_fields)]
 pub struct ViewDocument {
     /// Name of the view, unique among the views, used for the files of the result: 1 to 64 letters, digits, `.`, `_` or `-`,
-    /// beginning with a letter or digit.
+    /// beginning with a letter or digit; not that of a file of another view, as `a.csv` beside `a`.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
     /// Position of the camera in metres, outside all solids.
@@ -224,10 +225,10 @@ pub(crate) fn check_outputs(
     checks: &mut Checks,
 ) {
     let judged = *OUTPUTS.end();
-    let mut names = BTreeSet::new();
+    let mut names = BTreeMap::new();
     for (index, grid) in grids.iter().enumerate().take(judged) {
         let pointer = format!("/grids/{index}");
-        check_name(&pointer, &grid.name, &mut names, checks);
+        check_name(("grids", index), &grid.name, &mut names, checks);
         check_grid(&pointer, grid, room, checks);
     }
     let in_parts = grids.iter().any(|grid| grid.components);
@@ -237,12 +238,14 @@ pub(crate) fn check_outputs(
             "must be false if a grid of the same job has `components`: use two jobs",
         );
     }
+    check_file_names("grids", &names, checks);
     names.clear();
     for (index, view) in views.iter().enumerate().take(judged) {
         let pointer = format!("/views/{index}");
-        check_name(&pointer, &view.name, &mut names, checks);
+        check_name(("views", index), &view.name, &mut names, checks);
         check_view(&pointer, view, checks);
     }
+    check_file_names("views", &names, checks);
     checks.at_most("/grids", grids.len(), &OUTPUTS, "");
     checks.at_most("/views", views.len(), &OUTPUTS, "");
 }
@@ -252,17 +255,38 @@ fn whole(bounds: &RangeInclusive<u32>) -> Range {
     within((*bounds.start()).into(), (*bounds.end()).into())
 }
 
+/// Endings of the files of outputs.
+pub const FILE_ENDINGS: [&str; 11] = ["json", "csv", "png", "svg", "pdf", "exr", "html", "npy", "ill", "glb", "txt"];
+
+/// Refuses names that are those of files of other outputs, so that a path would mean two things: `a.csv` beside `a`.
+fn check_file_names(outputs: &str, names: &BTreeMap<&str, usize>, checks: &mut Checks) {
+    for (name, index) in names {
+        let file = name.rsplit_once('.').filter(|(_, ending)| FILE_ENDINGS.contains(ending));
+        if let Some((other, _)) = file.filter(|(other, _)| names.contains_key(other)) {
+            let detail = format!("must not be that of a file of {other:?}, but is {name:?}");
+            checks.refuse(format!("/{outputs}/{index}/name"), detail);
+        }
+    }
+}
+
 /// Checks a name that becomes a file name: it must not leave its folder, be hidden, or equal another one.
-fn check_name<'a>(pointer: &str, name: &'a str, names: &mut BTreeSet<&'a str>, checks: &mut Checks) {
-    let pointer = format!("{pointer}/name");
+fn check_name<'a>(
+    (outputs, index): (&str, usize),
+    name: &'a str,
+    names: &mut BTreeMap<&'a str, usize>,
+    checks: &mut Checks,
+) {
+    let pointer = format!("/{outputs}/{index}/name");
     let starts_well = name.starts_with(|c: char| c.is_ascii_alphanumeric());
     let all_well = name.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c));
     if !starts_well || !all_well || name.len() > *OUTPUT_NAME.end() {
         let (least, most) = (OUTPUT_NAME.start(), OUTPUT_NAME.end());
         let letters = "letters, digits, `.`, `_` or `-`, and begin with a letter or digit";
         checks.refuse(pointer, format!("must have {least}..{most} {letters}, but is {name:?}"));
-    } else if !names.insert(name) {
+    } else if names.contains_key(name) {
         checks.refuse(pointer, format!("must be unique, but {name:?} is used before"));
+    } else {
+        names.insert(name, index);
     }
 }
 

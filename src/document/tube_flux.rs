@@ -294,5 +294,6 @@ fn in_request(error: FieldError, sky: usize, time: Option<usize>) -> FieldError 
             _ => pointer.to_owned(),
         },
     };
-    FieldError { pointer, ..error }
+    // sentences about a job's field
+    FieldError { pointer, detail: error.detail.replace("`time`", "`times`"), ..error }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::annual::eyes::is_eye;
 use crate::annual::fluxes::{TubeLight, traced_tubes};
-use crate::annual::light::{Illuminances, LitMoment, by_record, lit};
+use crate::annual::light::{Illuminances, LitMoment, Sources, by_record, lit};
 use crate::annual::moment::{Convention, Moments, moments};
 use crate::annual::response::TubeRecord;
 use crate::annual::schedule::{Schedule, daylight_hours, occupied};
@@ -21,7 +21,7 @@ use crate::guide::sky_rings::SkyRings;
 use crate::integrator::diffuser_source::closure_source::{all_lambertian, is_lambertian};
 use crate::integrator::moments::COEFFICIENTS;
 use crate::output::npy::Array;
-use crate::plan::YearMethod;
+use crate::plan::{EffectKind, Effects, YearMethod};
 use crate::scene::{Grid, Responses, Scene};
 use crate::sky::{self, SkyMoment};
 use crate::traceable::TraceableScene;
@@ -37,6 +37,8 @@ pub(crate) struct AnnualJob {
     pub rotation: f64,
     /// Weather files, at least one, in the order of the document.
     pub files: Vec<WeatherYear>,
+    /// Sources of daylight that are simulated.
+    pub sources: Sources,
     /// True if grids are computed at every moment, because some closure lets light pass with its direction.
     pub at_moments: bool,
     /// True if grids have responses to the closures that are Lambertian, whose light is not computed at every moment.
@@ -66,7 +68,7 @@ impl AnnualJob {
     pub fn read(
         document: &ValidJob,
         files: &dyn FileSource,
-        (scene, traceable): (&Scene, &TraceableScene),
+        (scene, traceable, effects): (&Scene, &TraceableScene, &Effects),
         warnings: &mut Vec<Warning>,
     ) -> Result<Option<Self>, DocumentErrors> {
         let Some(annual) = &document.annual else { return Ok(None) };
@@ -86,7 +88,8 @@ impl AnnualJob {
         let others = others.collect::<Result<_, _>>()?;
         let rotation = document.room.rotation_deg.to_radians();
         let document = with_targets(annual, &scene.grids);
-        Ok(Some(Self { document, rotation, files: years, at_moments, by_responses, others }))
+        let sources = Sources { skies: effects.is_on(EffectKind::Sky), suns: effects.is_on(EffectKind::Sun) };
+        Ok(Some(Self { document, rotation, files: years, sources, at_moments, by_responses, others }))
     }
 
     /// Computes all light at every moment, if there are moments, because the room has no responses.
@@ -122,9 +125,21 @@ impl AnnualJob {
                 occupied_hours: if year.occupied[lit.record] { hours } else { 0.0 },
             }
         };
-        let of_year = |year: &WeatherYear| year.lit.iter().map(|lit| moment(year, lit)).collect();
-        let years = self.files.iter().map(of_year).collect();
-        scene.moments = Some(Arc::new(sky::Moments { years, of_directional_alone: self.by_responses }));
+        let of_year = |year: &WeatherYear| self.sources.of(&year.lit).iter().map(|lit| moment(year, lit)).collect();
+        scene.moments = Some(Arc::new(sky::Moments {
+            years: self.files.iter().map(of_year).collect(),
+            of_directional_alone: self.by_responses,
+            surroundings_shine: self.sources.skies,
+        }));
+    }
+
+    /// Sums up the horizontal light outdoors over all years: that of the skies and that of the suns, in lux times the time of a record.
+    pub fn outdoors(&self) -> [f64; 2] {
+        let lit = || self.files.iter().flat_map(|year| &year.lit);
+        [
+            lit().map(|lit| lit.share * lit.diffuse_horizontal_lux).sum(),
+            lit().map(|lit| lit.share * lit.direct_horizontal_lux()).sum(),
+        ]
     }
 
     /// Estimates the memory in bytes that the years of this number of tubes hold: weather, moments with their skies, and the light of every

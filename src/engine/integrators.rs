@@ -72,6 +72,15 @@ fn lights(scene: &TraceableScene) -> usize {
     scene.sources().map(|source| if source.is_daylight() { scene.tubes.len() } else { 1 }).sum()
 }
 
+/// Returns a scene in which ground and buildings around the tubes give no light.
+fn without_light_around(scene: &TraceableScene) -> TraceableScene {
+    let mut dark = scene.clone();
+    for tube in &mut dark.tubes {
+        tube.surroundings = tube.surroundings.as_ref().map(|around| Arc::new(around.dark()));
+    }
+    dark
+}
+
 impl Engine {
     /// True of a scene without light, of which no responses are wanted either.
     pub(super) fn is_dark(traceable: &TraceableScene, scene: &Scene) -> bool {
@@ -130,7 +139,10 @@ impl Engine {
                     Computation::Solution(solver) => return Self::Solver(solver),
                 },
             };
-            let checked = at_moments(checked, &task, seed_of(seed, MOMENTS), stop.target(task.grids, &[]));
+            let dark_around = scene.moments.as_ref().filter(|moments| !moments.surroundings_shine);
+            let dark_around = dark_around.map(|_| Arc::new(without_light_around(traceable)));
+            let of_moments = Task { traceable: dark_around.as_ref().unwrap_or(traceable), ..task };
+            let checked = at_moments(checked, &of_moments, seed_of(seed, MOMENTS), stop.target(task.grids, &[]));
             let check = methods.check.as_ref().map(|check| build(check, of_whole, seed_of(seed, CHECK), WHOLE));
             grids = Some(match check {
                 Some(Computation::Passes(check)) => Box::new(CrossChecked { checked, check, grids: count }),

@@ -19,7 +19,7 @@ use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::Method;
 use crate::integrator::components::Component;
 use crate::integrator::method::{Passes, Task};
-use crate::plan::{self, EffectKind, Effects, Methods, Plan};
+use crate::plan::{self, EffectKind, Effects, Methods, Plan, Span};
 use crate::scene::{Grid, MeshObject, Scene, TubeShape};
 use crate::traceable::TraceableScene;
 
@@ -72,7 +72,8 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
     };
     let (mut scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
     still_wanted()?;
-    let mut effects = Effects::of(&scene, &document.effect_requests());
+    let span = if document.annual.is_some() { Span::Year } else { Span::Moment };
+    let mut effects = Effects::over(&scene, &document.effect_requests(), span);
     let traceable = plan::compile(&scene, &effects)
         .map_err(|error| FieldError::new(format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
     let traceable = Arc::new(traceable);
@@ -80,10 +81,10 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn FileSource) -> Result<
     warnings.extend(document::leave_out(document, &mut scene, effects.is_followed(EffectKind::Objects))?);
     still_wanted()?;
     warnings.extend(document::covered_openings(document, &traceable));
-    let mut annual = AnnualJob::read(document, meshes, (&scene, &traceable), &mut warnings)?;
+    let mut annual = AnnualJob::read(document, meshes, (&scene, &traceable, &effects), &mut warnings)?;
     still_wanted()?;
     let stop = document.stop_rule();
-    let missing = effects.weigh(&scene, &traceable).into_iter();
+    let missing = effects.weigh(&scene, &traceable, annual.as_ref().map(AnnualJob::outdoors)).into_iter();
     let missing = missing.filter(|(_, left_out)| left_out.largest() > stop.relative_error);
     warnings.extend(missing.map(|(kind, left_out)| {
         let detail =

@@ -1,10 +1,14 @@
 //! Year of a job: its summary, its tables, and its figures.
 
+use std::sync::Arc;
+
+use axum::extract::{FromRequest, Request};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
 use crate::document::annual::hours::HourListDocument;
+use crate::document::limits::HOURS_BYTES;
 use crate::document::result::annual::PointsYearResult;
 use crate::document::result::weather_files::AnnualResult;
 use crate::figure::paint::Scale;
@@ -15,7 +19,7 @@ use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::{grid_names, kept_of_year, no_such_output, read, result_file};
 use crate::http::target_query::{TargetQuery, check};
-use crate::http::{App, Service};
+use crate::http::{App, Service, Shared};
 use crate::present::annual::HoursError;
 use crate::present::outputs::{Annual, Output, STATIC_APERTURES, annual_outputs, moments_outputs};
 use crate::present::target::WantedTarget;
@@ -99,6 +103,18 @@ pub async fn honeybee_grid(
     in_folder(&app, id, &folder, &file, &headers).await
 }
 
+/// Body with hours, which may be longer than documents of jobs.
+pub struct HourList(Body);
+
+impl FromRequest<Arc<Shared>> for HourList {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, app: &Arc<Shared>) -> Result<Self, Problem> {
+        let most = HOURS_BYTES.max(app.limits.document_bytes);
+        Body::within(request, app, most).await.map(Self)
+    }
+}
+
 /// Computes the illuminances of the sensors of a grid at any hours, by the responses of the room that its year is made of.
 ///
 /// Nothing is traced in the room again: a list of thousands of hours takes a fraction of a second. The sky of each hour is that of Perez; the
@@ -120,7 +136,11 @@ pub async fn honeybee_grid(
         (status = 413, description = "The body is too long"),
         (status = 415, description = "The content type is not application/json"),
         (status = 422, description = "The hours are not valid; see `errors`")))]
-pub async fn hours(app: App, Path((id, grid)): Path<(Uuid, String)>, body: Body) -> Result<Response, Problem> {
+pub async fn hours(
+    app: App,
+    Path((id, grid)): Path<(Uuid, String)>,
+    HourList(body): HourList,
+) -> Result<Response, Problem> {
     let turn = permit(&app.permits.fluxes).await?;
     let posted = body.read(&turn).await?;
     let hours = off_thread(turn.clone(), move |_| HourListDocument::from_value(posted.value)).await??;

@@ -14,6 +14,7 @@ use crate::http::content::Binary;
 use crate::http::formats::{self, Format, scale};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
+use crate::http::query_faults::up_to;
 use crate::http::results::subject;
 use crate::http::{App, Service, content};
 use crate::present::convergence_files::{self, ErrorHistory};
@@ -49,6 +50,7 @@ pub struct ConvergenceQuery {
     format: Option<Format>,
     /// Largest number of rows of the answer; 1000 when absent. Figures show all passes.
     #[param(minimum = 1, maximum = 10000)]
+    #[serde(default, deserialize_with = "up_to::<_, MOST_ROWS>")]
     limit: Option<u32>,
     /// Number of the pass after which the rows begin; 0 when absent. Figures show all passes.
     #[param(minimum = 0, maximum = 18_446_744_073_709_551_615u64)]
@@ -103,9 +105,6 @@ pub async fn convergence(
 ) -> Result<Response, Problem> {
     let format = query.format.unwrap_or_else(|| formats::accepted(&headers, &FORMATS));
     let limit = query.limit.unwrap_or(DEFAULT_ROWS);
-    if !(1..=MOST_ROWS).contains(&limit) {
-        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MOST_ROWS}, but is {limit}")));
-    }
     let rows = Rows { after: query.after.unwrap_or(0), limit };
     Ok(formats::vary_by_accept(file(&app, id, &headers, format, rows).await?))
 }

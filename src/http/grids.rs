@@ -14,6 +14,7 @@ use crate::figure::plan_map::Numbers;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format, scale};
 use crate::http::problem::{Path, Problem, Query};
+use crate::http::query_faults::check_positive;
 use crate::http::results::{no_such_output, read, result_file};
 use crate::http::{App, Service};
 use crate::output::csv::with_decimal_commas;
@@ -74,9 +75,7 @@ pub struct GridQuery {
 impl GridQuery {
     /// Returns the options of a figure.
     fn wishes(&self) -> Result<GridWishes, Problem> {
-        if let Some(max) = self.max.filter(|max| !(max.is_finite() && *max > 0.0)) {
-            return Err(Problem::invalid_parameter("max", format!("must be above 0, but is {max}")));
-        }
+        check_positive("max", self.max)?;
         Ok(GridWishes {
             quantity: self.quantity.unwrap_or(Quantity::Illuminance),
             scale_end: self.max,

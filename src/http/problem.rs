@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use axum::body::Body;
-use axum::extract::rejection::{BytesRejection, PathRejection, QueryRejection};
+use axum::extract::rejection::{PathRejection, QueryRejection};
 use axum::extract::{FromRequestParts, Request};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::middleware::Next;
@@ -129,7 +129,6 @@ impl Problem {
             StatusCode::REQUEST_TIMEOUT => {
                 Self::new(ProblemKind::Timeout, "the request did not arrive completely in time")
             }
-            StatusCode::PAYLOAD_TOO_LARGE => too_large("the body is longer than this path allows"),
             StatusCode::INTERNAL_SERVER_ERROR => Self::internal(),
             status => {
                 let reason = status.canonical_reason().unwrap_or("The request failed");
@@ -139,8 +138,17 @@ impl Problem {
     }
 }
 
-pub fn too_large(detail: impl Into<String>) -> Problem {
-    Problem::new(ProblemKind::TooLarge, detail)
+/// Creates the problem of a body that is longer than the number of bytes that its path allows.
+pub fn too_long(most_bytes: usize) -> Problem {
+    Problem::new(
+        ProblemKind::TooLarge,
+        format!("the body may have at most {most_bytes} bytes on this path, but is longer"),
+    )
+}
+
+/// Creates the problem of a body that cannot be received.
+pub fn incomplete_body(error: &dyn Display) -> Problem {
+    Problem::bad_request(format!("the body ended before it was complete: {error}"))
 }
 
 /// Attaches the problem to the response as an extension; [`as_problem_documents`] writes it out.
@@ -209,16 +217,6 @@ impl From<DocumentErrors> for Problem {
             [] => String::new(),
         };
         Self { errors, ..Self::new(ProblemKind::InvalidDocument, detail) }
-    }
-}
-
-impl From<BytesRejection> for Problem {
-    fn from(rejection: BytesRejection) -> Self {
-        if rejection.status() == StatusCode::PAYLOAD_TOO_LARGE {
-            too_large("the body is longer than this path allows")
-        } else {
-            Self::bad_request(rejection.body_text())
-        }
     }
 }
 

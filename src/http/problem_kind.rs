@@ -84,9 +84,9 @@ kinds! {
          running job uses, or another file that any job uses, cannot be deleted.",
         "the job has ended already (succeeded)";
     TooLarge, "too-large", PAYLOAD_TOO_LARGE, "The body is too large",
-        "The body is longer than this path allows. The limits are `document_bytes` and `mesh_bytes` of the \
-         configuration; weather may have 16 MiB.",
-        "the body is longer than this path allows";
+        "The body is longer than this path allows. The detail names the limit: `document_bytes` or `mesh_bytes` of the \
+         configuration; weather may have 16 MiB, and a list of hours 2.2 MB if that is more than `document_bytes`.",
+        "the body may have at most 1048576 bytes on this path, but is longer";
     UnsupportedMediaType, "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The content type is not supported",
         "The header `Content-Type` is not one that this path takes: application/json for documents, model/obj, text/plain or \
          application/octet-stream for meshes, the last two for weather, and with application/json for models; or `Content-Encoding` names a coding such as gzip, which no path takes.",

@@ -1,6 +1,27 @@
 //! Faults of the parameters of a query, collected so that all are reported at once.
 
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
+
 use crate::document::FieldError;
+use crate::http::problem::Problem;
+
+/// Reads a parameter that is a whole number of 1 to `MOST`.
+pub fn up_to<'de, D: Deserializer<'de>, const MOST: u32>(source: D) -> Result<Option<u32>, D::Error> {
+    let text = String::deserialize(source)?;
+    let number = text.parse().ok().filter(|number| (1..=MOST).contains(number));
+    number.map(Some).ok_or_else(|| D::Error::custom(format!("must be 1 to {MOST}, but is {text}")))
+}
+
+/// Refuses a number that is not above 0, and infinity.
+pub fn check_positive(parameter: &str, value: Option<f64>) -> Result<(), Problem> {
+    match value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+        Some(value) => {
+            Err(Problem::invalid_parameter(parameter, format!("must be above 0 and finite, but is {value}")))
+        }
+        None => Ok(()),
+    }
+}
 
 /// Faults of the parameters, each with the parameter's name.
 #[derive(Default)]

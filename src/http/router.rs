@@ -14,7 +14,6 @@ use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::classify::ServerErrorsFailureClass;
 use tower_http::compression::CompressionLayer;
-use tower_http::limit::RequestBodyLimitLayer;
 use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
 use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::trace::TraceLayer;
@@ -38,10 +37,6 @@ const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Returns the described routes without real limits, from which `openapi.yaml` is made.
 pub fn api() -> OpenApiRouter<Arc<Shared>> {
-    api_with_limits(0)
-}
-
-fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
     // made anew for each request and worth compressing; results and event streams are not
     let texts = OpenApiRouter::new()
         .routes(routes!(jobs::show::list, jobs::submit::create, jobs::change::delete_many))
@@ -64,7 +59,6 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(tube_flux::flux))
         .routes(routes!(docs::openapi_yaml))
         .layer(CompressionLayer::new());
-    // they limit their bodies themselves
     let uploads = OpenApiRouter::new()
         .routes(routes!(meshes::create))
         .routes(routes!(weather::create))
@@ -98,16 +92,14 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Shared>> {
         .routes(routes!(problem_page::problem_page))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
-        .routes(routes!(health::metrics))
-        .layer(RequestBodyLimitLayer::new(document_bytes));
+        .routes(routes!(health::metrics));
     OpenApiRouter::with_openapi(Description::openapi()).merge(others).merge(uploads)
 }
 
 /// Builds the router of the whole service.
 pub fn router(shared: Arc<Shared>) -> Router {
-    let document_bytes = shared.limits.document_bytes;
     let limits = shared.limits.clone();
-    let (api, description) = api_with_limits(document_bytes).split_for_parts();
+    let (api, description) = api().split_for_parts();
     let parameters = Arc::new(QueryParameters::of(&description));
     let access = Arc::new(shared.access.clone());
     let always = |name: HeaderName, value: &'static str| {
@@ -140,7 +132,7 @@ pub fn router(shared: Arc<Shared>) -> Router {
         // for the handler of the description, which cannot ask the router that it is a part of
         .layer(Extension(Arc::new(completed(description))))
         .layer(middleware::from_fn_with_state(parameters, refuse_unknown))
-        // bodies have limits of their own, above
+        // who reads a body limits it
         .layer(DefaultBodyLimit::disable())
         .layer(middleware::from_fn(measure))
         .with_state(shared);

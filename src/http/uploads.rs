@@ -19,7 +19,7 @@ use crate::http::client::Client;
 use crate::http::content::check_coding;
 use crate::http::limits::permit;
 use crate::http::places::Place;
-use crate::http::problem::{Problem, too_large};
+use crate::http::problem::{Problem, incomplete_body, too_long};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::turns::Turn;
 use crate::queue::store::{UploadDeletion, UploadKind, UploadedFile};
@@ -56,10 +56,9 @@ impl Upload {
         check_coding(request.headers())?;
         let (limits, body) = (&service.limits, request.into_body());
         let most_bytes = limits.mesh_bytes.min(accepted.most_bytes);
-        let longer = || too_large("the body is longer than this path allows");
         // before anything of it comes
         if body.size_hint().lower() > most_bytes as u64 {
-            return Err(longer());
+            return Err(too_long(most_bytes));
         }
         let place = service.permits.uploads.take(client)?;
         let mut places_of_bytes = service.permits.upload_bytes.none(client);
@@ -69,10 +68,9 @@ impl Upload {
         while let Some(piece) =
             timeout_at(in_time.deadline_after(bytes.len()), pieces.next()).await.map_err(|_| too_slow(bytes.len()))?
         {
-            let piece = piece
-                .map_err(|error| Problem::bad_request(format!("the body ended before it was complete: {error}")))?;
+            let piece = piece.map_err(|error| incomplete_body(&error))?;
             if bytes.len() + piece.len() > most_bytes {
-                return Err(longer());
+                return Err(too_long(most_bytes));
             }
             places_of_bytes.take(piece.len())?;
             bytes.extend_from_slice(&piece);

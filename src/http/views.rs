@@ -14,6 +14,7 @@ use crate::figure::scale::Palette;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format, scale};
 use crate::http::problem::{Path, Problem, Query};
+use crate::http::query_faults::check_positive;
 use crate::http::results::{no_such_output, read, result_file};
 use crate::http::{App, Service};
 use crate::output::png::{self, ToneMapping};
@@ -111,11 +112,8 @@ impl PictureQuery {
         if let Some((name, _, _, detail)) = rules.into_iter().find(|(_, given, fits, _)| *given && !*fits) {
             return Err(Problem::invalid_parameter(name, detail));
         }
-        for (name, value) in [("exposure", self.exposure), ("max", self.max)] {
-            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-                return Err(Problem::invalid_parameter(name, format!("must be above 0, but is {value}")));
-            }
-        }
+        check_positive("exposure", self.exposure)?;
+        check_positive("max", self.max)?;
         if let Some(pass) = self.pass.filter(|pass| !PREVIEW_PASSES.contains(pass)) {
             let detail = format!("must be one of {PREVIEW_PASSES:?}, the passes with progress images, but is {pass}");
             return Err(Problem::invalid_parameter("pass", detail));

@@ -198,7 +198,7 @@ fn fact(name: &str, words: impl Into<String>) -> (String, String) {
 fn method(job: &Value) -> SheetPart {
     let methods = &job["plan"]["methods"];
     let mut facts = Vec::new();
-    for name in ["grids", "views"] {
+    for name in ["grids", "views", "year"] {
         let method = &methods[name];
         if let Some(kind) = method["name"].as_str() {
             facts.push(fact(name, format!("{}: {}", kind.replace('_', " "), text(&method["reason"]))));

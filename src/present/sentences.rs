@@ -20,10 +20,11 @@ pub fn sentences(job: &Value, targets: &[Option<JudgedTarget>]) -> Vec<(Tone, St
         let place = place(&job["document"], text(&grid["name"]));
         let mean = with_interval(&of["mean_lux"], &of["mean_lux_standard_error"], &of["coverage_factor"]);
         let mean = format!("{mean} lx{}", if mean.contains('±') { " (95 % interval)" } else { "" });
-        match target {
+        let (tone, found) = match target {
             Some(target) => on_target(target, &place, &mean, outdoors),
             None => (Tone::Plain, without_target(of, &place, &mean)),
-        }
+        };
+        (tone, found + &daylight_factor(of))
     };
     list(&job["grids"]).iter().zip(targets).take(MOST).map(of_grid).collect()
 }
@@ -71,10 +72,14 @@ fn without_target(statistics: &Value, place: &str, mean: &str) -> String {
     let ends = number("min_lux").zip(number("max_lux"));
     let ends = ends.map(|ends| <[f64; 2]>::from(ends).map(|lux| significant(lux, 3)));
     let ends = ends.map_or_else(String::new, |[least, most]| format!(", from {least} lx to {most} lx"));
+    format!("The mean at {place} is {mean}{ends}.")
+}
+
+/// Tells the mean daylight factor in a further sentence; empty without one.
+fn daylight_factor(statistics: &Value) -> String {
     let factor = statistics["daylight_factor_percent"]["mean"].as_f64();
-    let factor = factor
-        .map_or_else(String::new, |factor| format!(" The daylight factor is {} % on average.", significant(factor, 2)));
-    format!("The mean at {place} is {mean}{ends}.{factor}")
+    factor
+        .map_or_else(String::new, |factor| format!(" The daylight factor is {} % on average.", significant(factor, 2)))
 }
 
 #[cfg(test)]
@@ -111,6 +116,10 @@ mod tests {
             (Tone::Bad, format!("The target of 150 lx is not met: {found} no part of the area has 150 lx."))
         );
         assert_eq!(of("undecided", 50.0).0, Tone::Plain);
+        let target = json!({ "lux": 25.0, "verdict": "met", "area_percent": 100.0, "external_lux": null });
+        let (_, words) =
+            said(json!({ "mean_lux": 40.0, "target": target, "daylight_factor_percent": { "mean": 0.4 } }));
+        assert!(words.ends_with(" The daylight factor is 0.40 % on average."), "{words}");
     }
 
     #[test]

@@ -5,7 +5,9 @@ use crate::schema::parse;
 use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::errors::WarningCode;
+use skyduct::document::outputs::FILE_ENDINGS;
 use skyduct::document::{FieldErrorCode, JobDocument, Warning, to_scene};
+use skyduct::present::outputs::Format;
 
 #[test]
 fn text_that_is_no_document() {
@@ -109,5 +111,58 @@ fn every_example_is_a_good_document() {
         // a model says what is not read of it
         let is_fault = |warning: &Warning| warning.code != WarningCode::ModelChanged;
         assert!(!empty && !warnings.iter().any(is_fault), "{}: {warnings:?}", file.display());
+    }
+}
+
+/// A list in the place of an object is told as such, whatever serde says of its items; right lists beside it are left alone.
+#[test]
+fn lists_are_no_objects() {
+    let of = |pointer: &str, list: Value| {
+        let mut document = base();
+        document["grids"][0]["cells"] = json!([3, 2]);
+        match pointer {
+            "" => document = list,
+            _ => document[&pointer[1..]] = list,
+        }
+        let errors = JobDocument::parse(document.to_string().as_bytes()).unwrap_err().0;
+        let found = errors.into_iter().find(|error| error.pointer == pointer).unwrap();
+        assert_eq!(found.detail, "invalid type: sequence, expected an object", "{pointer}");
+    };
+    for (pointer, list) in [
+        ("", json!([])),
+        ("", json!([1, 2])),
+        ("/location", json!([55.7, 12.5, null])),
+        ("/location", json!([55.7, 12.5, 3])),
+        ("/stop", json!([])),
+        ("/stop", json!(["a"])),
+    ] {
+        of(pointer, list);
+    }
+    let mut document = base();
+    document["grids"][0]["cells"] = json!([3, "a"]);
+    let errors = JobDocument::parse(document.to_string().as_bytes()).unwrap_err().0;
+    assert_eq!((errors.len(), errors[0].pointer.as_str()), (1, "/grids/0/cells/1"), "{errors:?}");
+}
+
+/// Names whose files would have the paths of another output's are refused; alone they are names as any other.
+#[test]
+fn names_of_files_of_other_outputs() {
+    let of = |names: [&str; 2]| {
+        let mut document = base();
+        let mut other = document["grids"][0].clone();
+        document["grids"][0]["name"] = json!(names[0]);
+        other["name"] = json!(names[1]);
+        document["grids"].as_array_mut().unwrap().push(other);
+        JobDocument::parse(document.to_string().as_bytes()).map(|_| ()).map_err(|errors| errors.0)
+    };
+    for (names, index) in [(["a", "a.json"], 1), (["a.csv", "a"], 0), (["a.b", "a.b.npy"], 1)] {
+        let errors = of(names).unwrap_err();
+        assert_eq!((errors.len(), errors[0].pointer.clone()), (1, format!("/grids/{index}/name")), "{errors:?}");
+    }
+    for names in [["a.json", "a.csv"], ["a", "a.b"], ["a", "b.json"]] {
+        assert_eq!(of(names), Ok(()));
+    }
+    for format in Format::ALL {
+        assert!(FILE_ENDINGS.contains(&format.suffix()));
     }
 }

@@ -41,7 +41,7 @@ fn moments() -> Vec<SkyMoment> {
 /// Computes the values of the first grid of a scene at all moments, in eight passes.
 fn by_years(scene: &Scene, under: &dyn Fn(&mut Scene, &Daylight)) -> Vec<Moments> {
     let overcast = daylight(1, 4000.0, 90.0, 0.0);
-    let years = YearsOf { years: vec![moments()], of_directional_alone: false };
+    let years = YearsOf { years: vec![moments()], of_directional_alone: false, surroundings_shine: true };
     let mut scene = Scene { daylight: Some(overcast.clone()), moments: Some(Arc::new(years)), ..scene.clone() };
     under(&mut scene, &overcast);
     let method = at_moments_of(&scene, 0.002);
@@ -170,7 +170,7 @@ fn sums_over_moments() {
         vec![moment(3.0 * lit, 0.25)],
     ];
     let all = columns_of_all(years.iter().map(Vec::len));
-    scene.moments = Some(Arc::new(YearsOf { years, of_directional_alone: false }));
+    scene.moments = Some(Arc::new(YearsOf { years, of_directional_alone: false, surroundings_shine: true }));
     let values = run(&scene, &*at_moments_of(&scene, 0.05), 2).grids[0].moments.clone();
     assert_eq!((all, values.len()), (8, 24));
     let hours = |place: usize| [0, 1, 2].map(|sensor| values[sensor * all + place].mean);

@@ -79,6 +79,8 @@ async fn a_model_from_upload_to_result() {
     for (body, words) in [
         ("{", "EOF"),
         ("{\"rooms\": 3}", "/rooms"),
+        ("{}", "at least one room"),
+        ("[]", "at least one room"),
         ("{\"units\": \"Miles\"}", "/units"),
         (&format!("{{\"units\": \"{}\"}}", "M".repeat(5000)), "/units"),
     ] {

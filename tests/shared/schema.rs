@@ -157,6 +157,7 @@ pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
     ("pixels, but there are", "a product of two numbers"),
     ("samples over all sensors or pixels", "a product of numbers of several fields"),
     ("samples over all sensors and pixels", "a product of numbers of several fields"),
+    ("must not be that of a file of", "compares names of several items"),
     ("must be unique", "compares names of several items"),
     ("transmittance + reflectance must be <= 1", "a sum of two fields"),
     ("reflectance + specular must be < 1", "a sum of two fields"),

@@ -55,11 +55,11 @@ impl Dimming {
                 mean.sum_over_lit(fraction).plus(dark * fraction(0.0)).times(full_kwh / mean.records.max(1) as f64);
             Value { value: full_kwh - used.value, ..used }
         };
-        Energy {
-            full_kwh,
-            saved_kwh: saved(&|lux| self.power_fraction(lux)),
-            saved_at_most_kwh: saved(&|lux| self.need(lux)),
-        }
+        let saved_kwh = saved(&|lux| self.power_fraction(lux));
+        let at_most = saved(&|lux| self.need(lux));
+        // each takes off what noise adds to it, which is different for the two
+        let at_most = Value { value: at_most.value.max(saved_kwh.value), ..at_most };
+        Energy { full_kwh, saved_kwh, saved_at_most_kwh: at_most }
     }
 
     fn need(&self, lux: f64) -> f64 {
@@ -81,6 +81,11 @@ mod tests {
         // power 1, 0.1 + 0.9 x 0.4 / 0.9 = 0.5, and 0.1
         assert!((energy.saved_kwh.value - 0.03 * 1.4).abs() < 1e-12, "{energy:?}");
         assert!((energy.saved_at_most_kwh.value - 0.03 * 1.5).abs() < 1e-12);
+        // noise about as large as the light, beside the kinks of both curves
+        let noisy =
+            Illuminances { lit_lux: vec![440.0], noise_lux: vec![300.0], records: 1, ..Illuminances::default() };
+        let energy = dimming.energy(&noisy, 10.0, 1.0);
+        assert!(energy.saved_at_most_kwh.value >= energy.saved_kwh.value, "{energy:?}");
         let off = Dimming { switches_off: true, ..dimming };
         assert_eq!([off.power_fraction(500.0), dimming.power_fraction(500.0)], [0.0, 0.1]);
         assert_eq!(dimming.power_fraction(470.0), 0.1);

@@ -72,14 +72,28 @@ impl Illuminances {
     }
 
     /// Computes the median illuminance in lux; the mean of the two in the middle of an even number of records.
+    ///
+    /// Few records decide on it, so that their independent noise does not average out: the interval of the share of the records above the median is
+    /// turned into one of illuminances (Woodruff 1952).
     pub fn median_lux(&self) -> Value {
         let mut lux = self.lit_lux.clone();
         lux.sort_unstable_by(f64::total_cmp);
         let dark = self.records.saturating_sub(lux.len());
         let at = |place: usize| place.checked_sub(dark).and_then(|place| lux.get(place)).copied().unwrap_or(0.0);
         let last = self.records.saturating_sub(1);
-        let value = 0.5 * (at(last / 2) + at(last - last / 2));
-        Value { value, standard_error: value * self.relative_error }
+        let quantile = |share: f64| {
+            let place = share.clamp(0.0, 1.0) * last as f64;
+            let [below, above] = [place.floor(), place.ceil()].map(|place| at(place as usize));
+            below + place.fract() * (above - below)
+        };
+        let value = quantile(0.5);
+        let of_sum = value * self.relative_error;
+        if self.noise_lux.is_empty() {
+            return Value { value, standard_error: of_sum };
+        }
+        let share = 0.01 * self.autonomy_percent(value).standard_error;
+        let by_share = 0.5 * (quantile(0.5 + share) - quantile(0.5 - share));
+        Value { value, standard_error: by_share.max(of_sum) }
     }
 
     /// Computes the sum of the illuminance over the records, of `hours` each, in klx h.
@@ -171,6 +185,18 @@ mod tests {
         let shares =
             [useful.below_percent, useful.supplementary_percent, useful.autonomous_percent, useful.above_percent];
         assert_eq!(shares.map(|share| share.value), [50.0, 20.0, 20.0, 10.0]);
+    }
+
+    /// Noise of 20 lx in each of 200 records, one for each lux, leaves the median with an error of some lux, which is more than
+    /// that of the sum.
+    #[test]
+    fn medians_keep_the_noise_of_records() {
+        let lit_lux: Vec<f64> = (0..200).map(|record| 100.0 + f64::from(record)).collect();
+        let noise_lux = vec![20.0; 200];
+        let noisy = Illuminances { lit_lux, noise_lux, records: 200, relative_error: 0.005, common_error: 0.0 };
+        let median = noisy.median_lux();
+        // records within the noise of the median cross it by chance: about sqrt(20 / sqrt(pi)) of them, one for each lux
+        assert!(median.value == 199.5 && (2.5..7.0).contains(&median.standard_error), "{median:?}");
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Deserialisation of a JSON value to typed data that collects all structural errors.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -47,12 +49,16 @@ impl MadeUp {
 /// Deserialises `value` and adds its structural faults to `checks`; `None` if a value cannot be replaced by a valid one, or if
 /// there are too many faults.
 pub(crate) fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &mut Checks) -> Option<(T, MadeUp)> {
-    let mut made_up = MadeUp::default();
+    let (mut made_up, mut lists) = (MadeUp::default(), Lists::default());
     let data = loop {
         match serde_path_to_error::deserialize::<_, T>(&value) {
             Ok(data) => break data,
             Err(error) => {
-                let (error, cure) = field_error(fault::of_error(&error));
+                let mut fault = fault::of_error(&error);
+                if let Some(pointer) = lists.for_object::<T>(&value, &fault.pointer) {
+                    fault = Fault { pointer, message: LIST_FOR_OBJECT.to_owned() };
+                }
+                let (error, cure) = field_error(fault);
                 // an error hides others, which are found once it is out of the way
                 let cured = match cure {
                     Cure::Remove => pointer::remove(&mut value, &error.pointer),
@@ -67,6 +73,38 @@ pub(crate) fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &m
     };
     refuse_unnamed(&value, &serde_json::to_value(&data).unwrap_or_default(), "", checks);
     Some((data, made_up))
+}
+
+/// Message about a list in the place of an object.
+const LIST_FOR_OBJECT: &str = "invalid type: sequence, expected an object";
+
+/// Lists of a document that are known to be lists by right: their pointers, with `*` for numbers of items.
+#[derive(Default)]
+struct Lists(BTreeSet<String>);
+
+impl Lists {
+    /// Returns the pointer to the first list on the way to a fault that serde reads as the fields of an object in order, by which its messages
+    /// about it cannot be understood; `None` without one. Such a list may be an empty object as well, apart from missing fields.
+    fn for_object<T: DeserializeOwned>(&mut self, value: &Value, pointer: &str) -> Option<String> {
+        let ends = pointer.match_indices('/').map(|(end, _)| end).chain([pointer.len()]);
+        for place in ends.map(|end| &pointer[..end]) {
+            let kind: Vec<&str> =
+                place.split('/').map(|token| if token.parse::<usize>().is_ok() { "*" } else { token }).collect();
+            let is_list = value.pointer(place).is_some_and(Value::is_array);
+            if !is_list || !self.0.insert(kind.join("/")) {
+                continue;
+            }
+            let mut with_object = value.clone();
+            *with_object.pointer_mut(place)? = Value::Object(serde_json::Map::new());
+            let fault =
+                serde_path_to_error::deserialize::<_, T>(&with_object).err().map(|error| fault::of_error(&error));
+            let is_list = |fault: &Fault| fault.pointer == place && !fault.message.starts_with("missing field ");
+            if !fault.as_ref().is_some_and(is_list) {
+                return Some(place.to_owned());
+            }
+        }
+        None
+    }
 }
 
 /// Remedy for a structural error, so that the next one can be found.
@@ -99,7 +137,7 @@ fn field_error(Fault { mut pointer, message }: Fault) -> (FieldError, Cure) {
 /// Adds a fault for each list in the place of an object, which serde would accept as the values of its fields in order.
 fn refuse_unnamed(given: &Value, understood: &Value, pointer: &str, checks: &mut Checks) {
     match (given, understood) {
-        (Value::Array(_), Value::Object(_)) => checks.refuse(pointer, "invalid type: sequence, expected an object"),
+        (Value::Array(_), Value::Object(_)) => checks.refuse(pointer, LIST_FOR_OBJECT),
         (Value::Array(given), Value::Array(understood)) => {
             for (index, (given, understood)) in given.iter().zip(understood).enumerate() {
                 refuse_unnamed(given, understood, &format!("{pointer}/{index}"), checks);

@@ -18,6 +18,7 @@ use crate::http::jobs::posted::{Body, Posted};
 use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, refused, replayed};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
+use crate::http::query_faults::up_to;
 use crate::queue::store::*;
 use crate::queue::uploaded_files::UploadedFiles;
 
@@ -30,6 +31,7 @@ const MAX_PAGE: u32 = 100;
 pub struct PageQuery {
     /// Largest number of entries on a page; 20 when absent.
     #[param(minimum = 1, maximum = 100)]
+    #[serde(default, deserialize_with = "up_to::<_, MAX_PAGE>")]
     limit: Option<u32>,
     /// Value of `next_cursor` of the page before.
     cursor: Option<Uuid>,
@@ -49,9 +51,6 @@ pub async fn heads_of(app: &Service, set: Uuid) -> Result<HashMap<Uuid, JobHead>
 /// Reads a page of sets of a kind, newest first, with the cursor of the next page; `None` on the last one.
 pub async fn page(app: &Service, kind: SetKind, query: PageQuery) -> Result<(Vec<JobSet>, Option<Uuid>), Problem> {
     let limit = query.limit.unwrap_or(DEFAULT_PAGE);
-    if !(1..=MAX_PAGE).contains(&limit) {
-        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MAX_PAGE}, but is {limit}")));
-    }
     // one more tells whether there is a next page
     let mut ids = app.store.job_sets(kind, query.cursor, limit + 1).await?;
     let more = ids.len() > limit as usize;

@@ -6,6 +6,7 @@ use axum::body::HttpBody;
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::header;
 use bytes::Bytes;
+use futures::StreamExt as _;
 use serde_json::Value;
 
 use crate::document::canonical::canonical_hash;
@@ -14,7 +15,7 @@ use crate::http::client::Client;
 use crate::http::content::check_coding;
 use crate::http::limits::off_thread;
 use crate::http::places::Place;
-use crate::http::problem::Problem;
+use crate::http::problem::{Problem, incomplete_body, too_long};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::turns::Turn;
 use crate::http::{Service, Shared};
@@ -41,21 +42,7 @@ impl FromRequest<Arc<Shared>> for Body {
     type Rejection = Problem;
 
     async fn from_request(request: Request, app: &Arc<Shared>) -> Result<Self, Problem> {
-        let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
-        let media_type = content_type.unwrap_or("").split(';').next().unwrap_or("").trim().to_ascii_lowercase();
-        if media_type != "application/json" {
-            return Err(Problem::unsupported_media_type("a document must be sent as application/json"));
-        }
-        check_coding(request.headers())?;
-        let (mut parts, body) = request.into_parts();
-        let Ok(client) = Client::from_request_parts(&mut parts, app).await;
-        // one that does not say how long it is may be as long as it can
-        let most = app.limits.document_bytes;
-        let bytes = body.size_hint().upper().map_or(most, |bytes| usize::try_from(bytes).unwrap_or(most).min(most));
-        let mut held = app.permits.bodies.none(client);
-        held.take(bytes.saturating_add(BYTES_OF_POST))?;
-        let text = Bytes::from_request(Request::from_parts(parts, body), app).await?;
-        Ok(Self { text, most_values: most / BYTES_PER_VALUE, held })
+        Self::within(request, app, app.limits.document_bytes).await
     }
 }
 
@@ -69,6 +56,35 @@ pub struct Posted {
 }
 
 impl Body {
+    /// Receives a body of at most `most` bytes.
+    pub async fn within(request: Request, app: &Arc<Shared>, most: usize) -> Result<Self, Problem> {
+        let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
+        let media_type = content_type.unwrap_or("").split(';').next().unwrap_or("").trim().to_ascii_lowercase();
+        if media_type != "application/json" {
+            return Err(Problem::unsupported_media_type("a document must be sent as application/json"));
+        }
+        check_coding(request.headers())?;
+        let (mut parts, body) = request.into_parts();
+        let Ok(client) = Client::from_request_parts(&mut parts, app).await;
+        // before anything of it comes
+        if body.size_hint().lower() > most as u64 {
+            return Err(too_long(most));
+        }
+        // one that does not say how long it is may be as long as it can
+        let bytes = body.size_hint().upper().map_or(most, |bytes| usize::try_from(bytes).unwrap_or(most).min(most));
+        let mut held = app.permits.bodies.none(client);
+        held.take(bytes.saturating_add(BYTES_OF_POST))?;
+        let (mut pieces, mut text) = (body.into_data_stream(), Vec::new());
+        while let Some(piece) = pieces.next().await {
+            let piece = piece.map_err(|error| incomplete_body(&error))?;
+            if text.len() + piece.len() > most {
+                return Err(too_long(most));
+            }
+            text.extend_from_slice(&piece);
+        }
+        Ok(Self { text: text.into(), most_values: most / BYTES_PER_VALUE, held })
+    }
+
     /// Parses the document off the async threads.
     pub async fn read(self, turn: &Turn) -> Result<Posted, Problem> {
         off_thread(turn.clone(), move |_| self.parse()).await?

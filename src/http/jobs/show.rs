@@ -9,6 +9,7 @@ use uuid::Uuid;
 
 use super::resource::{JobResource, JobSummary};
 use crate::http::problem::{Path, Problem, Query};
+use crate::http::query_faults::up_to;
 use crate::http::{App, content};
 use crate::queue::store::*;
 
@@ -32,6 +33,7 @@ pub struct ListQuery {
     status: Option<JobStatus>,
     /// Largest number of jobs on a page; 50 when absent.
     #[param(minimum = 1, maximum = 500)]
+    #[serde(default, deserialize_with = "up_to::<_, MAX_PAGE>")]
     limit: Option<u32>,
     /// Value of `next_cursor` of the page before.
     cursor: Option<Uuid>,
@@ -44,9 +46,6 @@ pub struct ListQuery {
         (status = 422, description = "A parameter is not valid; see `errors`")))]
 pub async fn list(app: App, Query(query): Query<ListQuery>) -> Result<Json<JobPage>, Problem> {
     let limit = query.limit.unwrap_or(DEFAULT_PAGE);
-    if !(1..=MAX_PAGE).contains(&limit) {
-        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MAX_PAGE}, but is {limit}")));
-    }
     // one more tells whether there is a next page
     let filter = JobFilter { status: query.status, before: query.cursor, limit: limit + 1 };
     let mut heads = app.store.jobs(filter).await?;

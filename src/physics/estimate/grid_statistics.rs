@@ -51,13 +51,13 @@ impl GridStatistics {
         let degrees = [estimate.passes() - 1.0, estimate.degrees_of_freedom()];
         let mean = mean(estimate);
         let of = |order: &dyn Fn(&[f64]) -> f64| order_statistic(&values, &errors, degrees, estimate.numerical, order);
-        let min = of(&|values| values.iter().copied().fold(f64::INFINITY, f64::min));
+        let min = of(&least);
         let uniformity = min.value / mean.value;
         Some(Self {
             mean,
             median: of(&|values| median(values, &weights)),
             min,
-            max: of(&|values| values.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+            max: of(&greatest),
             // whatever the correlation of minimum and mean, their errors together are at most their sum
             uniformity: Statistic {
                 value: uniformity,
@@ -86,6 +86,22 @@ fn error_of_mean(estimate: &GridEstimate) -> f64 {
     let few_photons: f64 = all().map(|(sensor, weight)| weight * estimate.error_of_few_photons_lux(sensor)).sum();
     let few_photons = few_photons / total;
     (estimate.mean.variance_of_mean() + bias * bias + fixed_points / (total * total) + few_photons * few_photons).sqrt()
+}
+
+/// Returns the statistic `order` of values, such as the least, with an error that covers its interval. `errors` are standard errors of many
+/// degrees of freedom, whose correlation is not known.
+pub fn of_order(values: &[f64], errors: &[f64], order: impl Fn(&[f64]) -> f64) -> Statistic {
+    order_statistic(values, errors, [MANY; 2], false, &order)
+}
+
+/// Returns the least of some values; infinite of none.
+pub fn least(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// Returns the greatest of some values; infinite below zero of none.
+pub fn greatest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Returns the statistic `order` of the values, with an error that covers its interval; the degrees of freedom are those of the statistic's

@@ -114,7 +114,8 @@ impl<'a> Iterator for Lines<'a> {
             return Some(text);
         };
         let (line, rest) = text.split_at(end);
-        self.0 = Some(rest.strip_prefix(b"\r\n").unwrap_or(&rest[1..]));
+        // a line end ends its line, and begins none
+        self.0 = Some(rest.strip_prefix(b"\r\n").unwrap_or(&rest[1..])).filter(|rest| !rest.is_empty());
         Some(line)
     }
 }

@@ -17,6 +17,18 @@ pub struct Remaining<'a> {
     pub objects: bool,
     /// True if specular reflection stays.
     pub glossy: bool,
+    /// Time for which the scene is computed.
+    pub span: Span,
+}
+
+/// Time for which a scene is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Span {
+    /// A moment: sky and sun are those of the scene.
+    #[default]
+    Moment,
+    /// A year: each of its moments has a sky and a sun of its own, and the scene has the sky of daylight factors.
+    Year,
 }
 
 impl<'a> Remaining<'a> {
@@ -60,8 +72,8 @@ impl<'a> Remaining<'a> {
     pub fn calls_for(&self, kind: EffectKind) -> Result<String, String> {
         let scene = self.scene;
         match kind {
-            EffectKind::Sky => sky(scene),
-            EffectKind::Sun => sun(scene),
+            EffectKind::Sky => sky(scene, self.span),
+            EffectKind::Sun => sun(scene, self.span),
             EffectKind::Luminaires => luminaires(scene),
             EffectKind::Interreflection => self.interreflection(),
             EffectKind::Objects => objects(scene),
@@ -88,7 +100,7 @@ fn no_daylight(scene: &Scene) -> Option<&'static str> {
     }
 }
 
-fn sky(scene: &Scene) -> Result<String, String> {
+fn sky(scene: &Scene, span: Span) -> Result<String, String> {
     let nothing = no_daylight(scene);
     match (nothing, scene.daylight.as_ref().and_then(|daylight| daylight.sky.as_ref())) {
         (Some(nothing), _) => Err(nothing.to_owned()),
@@ -96,13 +108,24 @@ fn sky(scene: &Scene) -> Result<String, String> {
         (None, Some(sky)) if sky.zenith_luminance_cd_m2 == 0.0 && !scene.tubes.iter().any(sees_bright_ground) => {
             Err("the sky's luminance is zero".to_owned())
         }
-        (None, Some(sky)) => Ok(sky.distribution.sky_type().to_string()),
+        (None, Some(sky)) => {
+            let sky_type = sky.distribution.sky_type();
+            Ok(match span {
+                Span::Moment => sky_type.to_string(),
+                Span::Year => {
+                    format!("the year has the sky of every moment, the grids' own values have one: {sky_type}")
+                }
+            })
+        }
     }
 }
 
-fn sun(scene: &Scene) -> Result<String, String> {
+fn sun(scene: &Scene, span: Span) -> Result<String, String> {
     if let Some(nothing) = no_daylight(scene) {
         return Err(nothing.to_owned());
+    }
+    if span == Span::Year {
+        return Ok("the year has the sun of every moment; the sky of the grids' own values has none".to_owned());
     }
     let is_covered = |daylight: &Daylight| {
         daylight.sun.is_some() && scene.tubes.iter().all(|tube| daylight.before(tube).1.is_none())

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::called_for::Remaining;
+use super::called_for::{Remaining, Span};
 use super::effect_kind::EffectKind;
 use super::left_out::{LeftOut, left_out};
 use crate::scene::Scene;
@@ -41,17 +41,24 @@ pub struct EffectPlan {
 pub struct Effects {
     /// One entry per effect; empty until effects are decided.
     pub list: Vec<EffectPlan>,
+    /// Time for which the scene is computed.
+    pub span: Span,
 }
 
 /// Requests by effect; effects that are absent are `Auto`.
 pub type EffectRequests = BTreeMap<EffectKind, EffectRequest>;
 
 impl Effects {
-    /// Decides every effect from what the scene calls for and what the document requests.
+    /// Decides every effect of a moment from what the scene calls for and what the document requests.
     pub fn of(scene: &Scene, requests: &EffectRequests) -> Self {
+        Self::over(scene, requests, Span::Moment)
+    }
+
+    /// Decides every effect as [`Self::of`] does, for a moment or a year.
+    pub fn over(scene: &Scene, requests: &EffectRequests, span: Span) -> Self {
         let wish = |kind: EffectKind| requests.get(&kind).copied().unwrap_or_default();
         let stays = |kind: EffectKind| wish(kind) != EffectRequest::Off;
-        let everything = Remaining { scene, objects: true, glossy: true };
+        let everything = Remaining { scene, objects: true, glossy: true, span };
         let rest = Remaining { objects: stays(EffectKind::Objects), glossy: stays(EffectKind::Glossy), ..everything };
         let decide = |kind: EffectKind| {
             // parts that are left out are no reason for those that stay, but an effect that is left out itself is judged by the whole scene
@@ -61,7 +68,7 @@ impl Effects {
                     (true, false, format!("asked for in the document, but without influence: {reason}"))
                 }
                 (Err(reason), _) => (false, false, reason),
-                (Ok(_), EffectRequest::Off) if kind.can_be_left_out() => (false, true, switched_off(scene, kind)),
+                (Ok(_), EffectRequest::Off) if kind.can_be_left_out() => (false, true, switched_off(scene, kind, span)),
                 (Ok(reason), EffectRequest::Off) => {
                     (true, true, format!("{reason}; it belongs to the scene and cannot be switched off"))
                 }
@@ -69,7 +76,7 @@ impl Effects {
             };
             EffectPlan { kind, on, called_for, reason, bound: (!on && !called_for).then_some(0.0) }
         };
-        Self { list: EffectKind::ALL.into_iter().map(decide).collect() }
+        Self { list: EffectKind::ALL.into_iter().map(decide).collect(), span }
     }
 
     /// True if the effect is simulated and the scene calls for it.
@@ -84,12 +91,19 @@ impl Effects {
 
     /// Estimates the light that each effect switched off leaves out of `scene`, stores the bounds in the plan, and returns all estimates.
     ///
-    /// `traceable` is the scene with the effects that are on; its guides must be built.
-    pub fn weigh(&mut self, scene: &Scene, traceable: &TraceableScene) -> Vec<(EffectKind, LeftOut)> {
+    /// `traceable` is the scene with the effects that are on; its guides must be built. `outdoors` has the horizontal light of a year's skies
+    /// and of its suns, if the scene is computed for a year.
+    pub fn weigh(
+        &mut self,
+        scene: &Scene,
+        traceable: &TraceableScene,
+        outdoors: Option<[f64; 2]>,
+    ) -> Vec<(EffectKind, LeftOut)> {
         let switched_off = self.list.iter_mut().filter(|effect| effect.called_for && !effect.on);
         switched_off
             .map(|effect| {
-                let left_out = left_out(scene, &traceable.tubes, effect.kind);
+                let of_year = outdoors.and_then(|outdoors| LeftOut::of_year(outdoors, effect.kind));
+                let left_out = of_year.unwrap_or_else(|| left_out(scene, &traceable.tubes, effect.kind));
                 effect.bound = left_out.at_most;
                 (effect.kind, left_out)
             })
@@ -98,8 +112,12 @@ impl Effects {
 }
 
 /// Returns the reason of an effect that the document leaves out.
-fn switched_off(scene: &Scene, kind: EffectKind) -> String {
+fn switched_off(scene: &Scene, kind: EffectKind, span: Span) -> String {
     let what = match kind {
+        EffectKind::Sky if span == Span::Year => {
+            ": the skies of the year give no light; the grids' own values keep theirs, by which daylight factors are defined".to_owned()
+        }
+        EffectKind::Sun if span == Span::Year => ": the suns of the year give no light".to_owned(),
         EffectKind::Glossy => ": surfaces absorb the light of their `specular` share".to_owned(),
         EffectKind::Objects => {
             format!(

@@ -30,6 +30,18 @@ pub struct LeftOut {
 }
 
 impl LeftOut {
+    /// Estimates the light that a year loses without its skies or without its suns by their horizontal light outdoors; `None` for other
+    /// effects, which do not depend on the time.
+    pub fn of_year([of_skies, of_suns]: [f64; 2], kind: EffectKind) -> Option<Self> {
+        let (own, rest) = match kind {
+            EffectKind::Sky => (of_skies, of_suns),
+            EffectKind::Sun => (of_suns, of_skies),
+            _ => return None,
+        };
+        let about = if own > 0.0 { own / (own + rest) } else { 0.0 };
+        Some(Self { about: Some(about), at_most: (own == 0.0 || rest == 0.0).then_some(about) })
+    }
+
     /// Returns the upper bound, or else the estimate, or 1 if neither is known.
     pub fn largest(&self) -> f64 {
         self.at_most.or(self.about).unwrap_or(1.0)

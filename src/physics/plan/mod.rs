@@ -8,6 +8,7 @@ pub mod guides;
 pub mod left_out;
 pub mod memory;
 
+pub use called_for::Span;
 pub use choose::{MethodChoice, MethodRequest, Methods, YearMethod};
 pub use effect_kind::EffectKind;
 pub use effects::{EffectPlan, EffectRequest, EffectRequests, Effects};
@@ -29,7 +30,7 @@ pub struct Plan {
     pub guides: Vec<GuidePlan>,
 }
 
-/// Compiles the scene for tracing with the effects that are on.
+/// Compiles the scene for tracing with the effects that are on. The sky of daylight factors, which the scene of a year has, stays.
 pub fn compile(scene: &Scene, effects: &Effects) -> Result<TraceableScene, TubeError> {
     let mut traceable = TraceableScene::new(
         scene,
@@ -39,7 +40,7 @@ pub fn compile(scene: &Scene, effects: &Effects) -> Result<TraceableScene, TubeE
             objects: effects.is_followed(EffectKind::Objects),
         },
     )?;
-    if !effects.is_on(EffectKind::Sky) {
+    if !effects.is_on(EffectKind::Sky) && effects.span == Span::Moment {
         traceable.tubes.iter_mut().for_each(|tube| tube.sky = None);
     }
     if !effects.is_on(EffectKind::Sun) {

@@ -28,4 +28,6 @@ pub struct Moments {
     pub years: Vec<Vec<SkyMoment>>,
     /// True for the light of the closures alone that let some pass with its direction: that of Lambertian ones is known by responses.
     pub of_directional_alone: bool,
+    /// True if ground and buildings around give light, as they do below a sky.
+    pub surroundings_shine: bool,
 }

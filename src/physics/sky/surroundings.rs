@@ -33,6 +33,17 @@ pub enum OutsidePart {
 }
 
 impl Surroundings {
+    /// Returns surroundings that hide as much but give no light.
+    pub fn dark(&self) -> Self {
+        Self {
+            luminance_ratio: 0.0,
+            ground_reflectance: 0.0,
+            luminance_cd_m2: 0.0,
+            ground_luminance_cd_m2: 0.0,
+            ..self.clone()
+        }
+    }
+
     /// Returns the part that is seen toward a unit vector.
     #[inline]
     pub fn part(&self, direction: DVec3) -> OutsidePart {

@@ -2,8 +2,7 @@
 //! closed form.
 
 use super::JobYear;
-use super::lumens::maintain;
-use crate::annual::fluxes::tube_years;
+use super::lumens::lumens;
 use crate::annual::light::{Illuminances, lit};
 use crate::annual::moment::Moment;
 use crate::annual::response::RecordLight;
@@ -55,8 +54,7 @@ impl JobYear {
         let moments = moments.collect::<Result<Vec<Moment>, FieldError>>()?;
         let records: Vec<Record> = hours.iter().map(record).collect();
         let lit = lit(&records, &moments, Illuminances::Perez, self.rotation);
-        let mut tubes = tube_years(&self.scene, &lit, self.seed);
-        maintain(&mut tubes, &self.document, &lit, &records);
+        let tubes = lumens((&self.scene, self.seed), &lit, (&self.document, self.sources), &records);
         let of_records = RecordLight::new(&lit, &tubes);
         let all = Sensors { light, other_lux: &[], eyes: &[], records: hours.len() };
         let row = |sensor: usize| match of.weights[sensor] > 0.0 {

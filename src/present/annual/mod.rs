@@ -14,6 +14,7 @@ use glam::DVec2;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::annual::eyes::Eye;
+use crate::annual::light::Sources;
 use crate::annual::metrics::dimming::Dimming;
 use crate::annual::metrics::{CONFIDENT, Value};
 use crate::annual::moment::Convention;
@@ -52,6 +53,8 @@ pub struct JobYear {
     scene_bytes: usize,
     /// Azimuth of the room's +y axis in radians, clockwise from north.
     rotation: f64,
+    /// Sources of daylight that are simulated.
+    sources: Sources,
     /// Grids, in the order of the document.
     grids: Vec<GridOfYear>,
     /// Year of the first weather file, of which there are tables and figures.
@@ -143,6 +146,7 @@ impl JobYear {
             scene_bytes: mesh_bytes(&job.scene, &job.traceable) as usize,
             document: annual.document.clone(),
             rotation: annual.rotation,
+            sources: annual.sources,
             dimming: options.dimming,
             grids,
             first,

@@ -61,6 +61,8 @@ async fn a_year_from_weather_to_files() {
         "The year at Synthetic, 3650 occupied hours; ",
         "LEED v4.1",
         "/annual/autonomy.",
+        "responses: every closure is Lambertian",
+        "simulated: the year has the sun of every moment",
     ] {
         assert!(report.contains(words), "{words}: {report}");
     }
@@ -194,6 +196,15 @@ async fn other_hours(service: &TestService, path: &str, hours_csv: &str) {
     wrong["dew_point_c"] = json!(1e4);
     let refused = problem(post(&grid, json!({ "hours": [hours[0], wrong] })).await.unwrap(), 422).await;
     assert_eq!(refused["errors"][0]["pointer"], "/hours/1/dew_point_c");
+    // a leap year with all fields, indented: more than a document of a job may have
+    let leap_year = serde_json::to_string_pretty(&json!({ "hours": vec![hours[0].clone(); 8784] })).unwrap();
+    let url = format!("{path}/annual/hours/{grid}");
+    let post_text =
+        |text: String| service.request(Method::POST, &url).header("content-type", "application/json").body(text).send();
+    assert!(leap_year.len() > 1 << 20);
+    assert_eq!(post_text(leap_year).await.unwrap().status(), StatusCode::OK);
+    let longer = problem(post_text(" ".repeat(2_248_705)).await.unwrap(), 413).await;
+    assert!(longer["detail"].as_str().unwrap().contains("at most 2248704 bytes"), "{longer}");
     problem(post(&grid, json!({ "hours": [] })).await.unwrap(), 422).await;
     problem(post("none", json!({ "hours": [hours[0]] })).await.unwrap(), 404).await;
 }

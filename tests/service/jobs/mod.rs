@@ -251,7 +251,9 @@ async fn bad_requests_are_problem_documents() {
             ("application/json", b"{\"seed\": 1, \"seed\": 2}".to_vec(), 422),
             ("application/json; charset=utf-8", b"{}".to_vec(), 422),
         ] {
-            problem(post(path, content_type, body).await, status).await;
+            let refused = problem(post(path, content_type, body).await, status).await;
+            let names_bound = || refused["detail"].as_str().unwrap().contains("at most 100000 bytes");
+            assert!(status != 413 || names_bound(), "{refused}");
         }
         let mut document = small_job();
         document["room"]["size_m"][0] = json!(-1);
@@ -284,6 +286,8 @@ async fn bad_requests_are_problem_documents() {
         "/v1/jobs?limit=0",
         "/v1/jobs?limit=501",
         "/v1/jobs?limit=x",
+        "/v1/jobs?limit=-1",
+        "/v1/jobs?limit=1e3",
         "/v1/jobs?status=done",
         "/v1/jobs?cursor=x",
         "/v1/jobs?page=2",
@@ -296,6 +300,7 @@ async fn bad_requests_are_problem_documents() {
         let detail = error["detail"].as_str().unwrap();
         assert_eq!(problem["detail"], format!("{name}: {detail}"));
         assert!(!detail.starts_with(name), "{problem}");
+        assert!(name != "limit" || detail.starts_with("must be 1 to 500, but is "), "{problem}");
     }
     let response = service.request(Method::PUT, "/v1/jobs").send().await.unwrap();
     assert_eq!(response.headers()["allow"], "GET,HEAD,POST,DELETE");

@@ -46,7 +46,8 @@ fn polygons_become_triangles_and_degenerate_ones_go() {
 fn errors_name_their_line() {
     let cases = [
         ("", 1, "without any face"),
-        ("v 0 0 0\n", 2, "without any face"),
+        ("v 0 0 0\n", 1, "without any face"),
+        ("v 0 0 0\n\n", 2, "without any face"),
         ("v 0 0\n", 1, "three coordinates"),
         ("v 0 0 nan\n", 1, "finite"),
         ("v 0 0 0\nv 0 inf 0\n", 2, "finite"),
@@ -72,7 +73,7 @@ fn errors_name_their_line() {
         ("#\\\nv 0 zero 0", 2, "not a number"),
         ("\\\nv\\\n0 zero 0", 1, "not a number"),
         ("usemtl\nf 1 2 3\n", 2, "out of range"),
-        ("v 0 0 0\nf 1 1 1\n", 3, "has an area"),
+        ("v 0 0 0\nf 1 1 1\n", 2, "has an area"),
         ("v 0 0 0\nf 1 0/a 1\n", 2, "not an index"),
         ("v 0 0 0\nf 1// 1 1\nv x 0 0\n", 3, "not a number"),
     ];
