@@ -79,7 +79,7 @@ impl Diffuser {
         sheet.into()
     }
 
-    /// Returns the optics of the side that faces the room, where it reflects diffusely and is the same everywhere; `None` of others.
+    /// Returns the optics of the side that faces the room; `None` of diffusers that do not reflect diffusely and everywhere alike.
     pub fn lower_side(&self) -> Option<SurfaceOptics> {
         match self {
             Self::Lambertian { reflectance, .. } => {

@@ -191,7 +191,7 @@ impl TraceableScene {
         })
     }
 
-    /// Returns the optics of a surface; `None` where the room is open, and for closures of which no part is the same everywhere.
+    /// Returns the optics of a surface; `None` where the room is open, and of closures that do not reflect diffusely and everywhere alike.
     #[inline]
     pub fn optics(&self, surface: SurfaceId) -> Option<&SurfaceOptics> {
         self.surfaces[surface.index()].as_deref()

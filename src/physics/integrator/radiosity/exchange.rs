@@ -119,8 +119,8 @@ impl Exchange {
     }
 
     /// Computes the radiosities in a scene of this room where openings send light of these fluxes in lm, as from Lambertian surfaces, with
-    /// these centroids in m from their centres (Gauss and
-    /// Seidel's sweeps). The light of sky and sun through clear zones of straight tubes counts if this is asked for.
+    /// these centroids in m from their centres (Gauss and Seidel's sweeps). The light of sky and sun through clear zones of straight tubes counts
+    /// if this is asked for.
     pub fn solve<const C: usize>(
         self: &Arc<Self>,
         (scene, with_clear_zones): (&TraceableScene, bool),
