@@ -128,9 +128,7 @@ impl SeenTube {
     fn new(scene: &TraceableScene, tube: &TraceableTube, eye: &Sensor) -> Self {
         let area = tube.opening.area_m2();
         let mut seen = Self { luminance: 1.0 / (PI * area), ..Self::default() };
-        let at = |number: usize| (number as f64 + 0.5) / POINTS as f64;
-        for (row, column) in (0..POINTS).flat_map(|row| (0..POINTS).map(move |column| (row, column))) {
-            let point = tube.point([at(row), at(column)]);
+        for point in tube.opening.points(POINTS).map(|away| tube.at(away)) {
             let away = point - eye.position;
             let (distance, toward) = (away.length(), away.normalize_or_zero());
             let Some(index) = position_index(eye.normal, toward) else { continue };

@@ -25,10 +25,8 @@ pub fn left_out(scene: &TraceableScene, tube: &TraceableTube, sensor: &Sensor) -
         return 0.0;
     }
     let receiver = OpeningReceiver::new(position, normal, &tube.frame);
-    let at = |number: usize| (number as f64 + 0.5) / POINTS as f64;
     let (mut linear, mut squares) = ([0.0; 3], 0.0);
-    for (row, column) in (0..POINTS).flat_map(|row| (0..POINTS).map(move |column| (row, column))) {
-        let away = tube.opening.point([at(row), at(column)]);
+    for away in tube.opening.points(POINTS) {
         let lux = receiver.point(origin.truncate() + away).max(0.0);
         if lux == 0.0 || !scene.visible(tube.at(away), None, position, None) {
             continue;

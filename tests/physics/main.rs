@@ -27,6 +27,7 @@ mod analytic_jobs;
 mod analytic_radiosity;
 mod annual;
 mod annual_coverage;
+mod annual_effects;
 mod annual_gaps;
 mod annual_moments;
 mod at_openings;

@@ -87,6 +87,12 @@ impl OpeningShape {
         }
     }
 
+    /// Iterates over the middles of `edge` x `edge` equal parts of the opening.
+    pub fn points(self, edge: usize) -> impl Iterator<Item = DVec2> {
+        let middle = move |part: usize| (part as f64 + 0.5) / edge as f64;
+        (0..edge * edge).map(move |number| self.point([middle(number / edge), middle(number % edge)]))
+    }
+
     /// Returns the point of the rim in the direction of a unit vector.
     pub fn rim(&self, toward: DVec2) -> DVec2 {
         match *self {

@@ -48,18 +48,6 @@ pub enum Onward<'a, const C: usize> {
     Scatters(Arriving<C>, Closure<'a>),
 }
 
-impl<const C: usize> Onward<'_, C> {
-    /// Multiplies the weight.
-    pub fn times(self, factor: f64) -> Self {
-        let weighted = |arriving: Arriving<C>| Arriving { weight: arriving.weight * factor, ..arriving };
-        match self {
-            Self::Ends => Self::Ends,
-            Self::Passes(arriving) => Self::Passes(weighted(arriving)),
-            Self::Scatters(arriving, closure) => Self::Scatters(weighted(arriving), closure),
-        }
-    }
-}
-
 /// Follows a ray through an opening, and returns the daylight that it finds beyond, in cd/m2 times its weight, and how the path continues;
 /// `rays` counts the rays traced.
 pub fn enter_tube<'a, const C: usize>(

@@ -404,24 +404,20 @@ impl<'a, const C: usize> Walk<'a, C> {
         let weights = meeting.meets_opening(self, index, ray, position)?;
         let arriving = Arriving { position, direction: ray.direction, weight: ray.weight };
         let tube = &scene.tubes[index];
-        let (found, mut onward) = enter_tube(scene, tube, arriving, weights, &mut self.samples, &mut self.rays);
+        let (found, onward) = enter_tube(scene, tube, arriving, weights, &mut self.samples, &mut self.rays);
         self.sum += found;
-        if let Some(coarse) = meeting.reflected(ray, scene.numbering.closure(index), position) {
-            let stands_for = self.count_coarse(coarse, ray.weight, |_| 1.0);
-            if stands_for == 0.0 {
-                return None;
-            }
-            onward = onward.times(stands_for);
-        }
+        // roulette has decided already, and closures with a coarse solution let nothing pass straight
+        let coarse = meeting.reflected(ray, scene.numbering.closure(index), position);
+        let stands_for = coarse.map_or(1.0, |coarse| self.count_coarse(coarse, ray.weight, |_| 1.0));
         match onward {
             Onward::Ends => None,
             Onward::Passes(Arriving { position, direction, weight }) => {
                 let (origin, from, trace) = (position, None, meeting.passes(&ray.trace));
                 Some(Ray { origin, direction, from, weight, reflected: ray.reflected, trace })
             }
-            Onward::Scatters(..) if !M::FOLLOWS_DIFFUSE => None,
+            Onward::Scatters(..) if !M::FOLLOWS_DIFFUSE || stands_for == 0.0 => None,
             Onward::Scatters(Arriving { position, direction, weight }, closure) => {
-                let vertex = Vertex::closure((position, tube.frame.normal()), closure, -direction, weight);
+                let vertex = Vertex::closure((position, tube.frame.normal()), closure, -direction, weight * stands_for);
                 let arrival = meeting.arrives_at_closure();
                 meeting.connect(self, &vertex, &arrival);
                 self.scatter(meeting, &vertex, &arrival)

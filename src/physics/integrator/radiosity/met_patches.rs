@@ -95,10 +95,9 @@ fn is_within(scene: &TraceableScene, surface: SurfaceId, position: DVec3) -> boo
 
 /// Iterates over a point of each of as many equal parts of a closure as a patch has rays.
 fn points_of(tube: &TraceableTube, surface: SurfaceId) -> impl Iterator<Item = SurfacePoint> {
-    let middle = |stratum: usize| (stratum as f64 + 0.5) / STRATA as f64;
-    let (normal, surface) = (tube.frame.normal(), Some(surface));
-    let point = move |number: usize| tube.point([middle(number / STRATA), middle(number % STRATA)]);
-    (0..RAYS).map(move |number| SurfacePoint { position: point(number), normal, surface })
+    let normal = tube.frame.normal();
+    let point = move |away| SurfacePoint { position: tube.at(away), normal, surface: Some(surface) };
+    tube.opening.points(STRATA).map(point)
 }
 
 /// Points of a patch that rays have met.
