@@ -139,6 +139,7 @@ export async function drawsAHall(visitor, shot) {
   await visitor.open("/");
   await page.locator("#mean").waitFor();
   await page.getByLabel("Shape", { exact: true }).selectOption("L");
+  await visitor.drawn();
   const name = page.getByLabel("Name", { exact: true });
   assert.equal(await name.inputValue(), "L-shaped hall", "a room to begin with is called after its shape");
   const type = async (label, value) => {
@@ -149,6 +150,7 @@ export async function drawsAHall(visitor, shot) {
   await type("Depth, m", "6");
   const outline = () => page.evaluate(() => seen.draft.room.plan.outline_m);
   assert.deepEqual(await outline(), [[0, 0], [8, 0], [8, 2.4], [3.2, 2.4], [3.2, 6], [0, 6]]);
+  await visitor.drawn();
   const lengths = (await page.locator(".plan .length").allTextContents()).sort();
   assert.deepEqual(lengths, ["3.2 m", "3.6 m", "4.8 m"], "walls that are no side of the whole tell their lengths");
   // where a place of the room is on the page

@@ -80,10 +80,15 @@ export class Visitor {
     return Number((await this.page.locator("#mean").innerText()).replace(/[^\d.]/g, ""));
   }
 
-  /** Until the page's state is as it should be, and is drawn: what is set is drawn in the next frame. */
+  /** Until the page's state is as it should be, and is drawn. */
   async holds(is, of = null, options = {}) {
     await this.page.waitForFunction(is, of, options);
-    await this.page.evaluate(() => new Promise((drawn) => requestAnimationFrame(drawn)));
+    await this.drawn();
+  }
+
+  /** Until what has been set is drawn, which is before the next frame. */
+  drawn() {
+    return this.page.evaluate(() => new Promise((drawn) => requestAnimationFrame(drawn)));
   }
 
   /** Until the result is the draft's, and nothing is computed any more. */
