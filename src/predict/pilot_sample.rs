@@ -88,7 +88,7 @@ impl Sample {
         let share = self.places() as f64 / self.all as f64;
         let of_grid = |number: usize| {
             let of_passes = || passes.iter().filter_map(move |pass| pass.grids.get(number));
-            let mut estimate = GridEstimate::of(&self.grids[number], 0);
+            let mut estimate = GridEstimate::of(&self.grids[number]);
             of_passes().for_each(|pass| estimate.push(pass));
             let sensors = estimate.sensors.len();
             let fixed = |sensor: usize| sampling_variance(contrasts_of(&estimate.contrasts, sensors, sensor));

@@ -138,25 +138,92 @@ fn light_straight_from_a_patch_is_its_integral() {
     }
 }
 
-/// Responses to whole openings are sums of those to their patches: evenly lit, and with the moments of a disc that is brighter on one
-/// side, whose straight light is an integral by the midpoint rule.
-#[test]
-fn responses_to_whole_openings() {
-    let scene = told(disc_room(0.2, 0.5, 0.7, 0.2, EstimateKind::Point));
+/// Mean, and its standard error where the errors of all patches go together, of what the patches of a tube give to a sensor per lumen, times
+/// a factor of each.
+fn of_patches(estimate: &Estimate, (tube, sensor): (usize, usize), factor: &dyn Fn(usize) -> f64) -> [f64; 2] {
+    let patches = &estimate.grids[0].companions[tube * PATCHES..(tube + 1) * PATCHES];
+    let mean = |of: &dyn Fn(usize) -> f64| (0..PATCHES).map(of).sum::<f64>() / PATCHES as f64;
+    let value = mean(&|patch| factor(patch) * patches[patch].illuminance_lux(sensor));
+    [value, mean(&|patch| factor(patch).abs() * patches[patch].standard_error_lux(sensor))]
+}
+
+/// Centroid of a patch of a disc in its radii: six sectors of each of four rings of equal area, from -180 degrees on.
+fn centroid(patch: usize) -> DVec2 {
+    let [inner, outer] = [patch / 6, patch / 6 + 1].map(|ring| (ring as f64 / 4.0).sqrt());
+    let half = PI / 6.0;
+    let away = 2.0 / 3.0 * half.sin() / half * (outer.powi(3) - inner.powi(3)) / (outer.powi(2) - inner.powi(2));
+    DVec2::from_angle((patch % 6) as f64 * PI / 3.0 + half - PI) * away
+}
+
+/// Checks that the responses of a scene to whole openings, which count coarse solutions and share residuals, are within four standard errors
+/// sums of those to their patches, which do neither: those to evenly spread light, its moments, and all tubes together.
+fn openings_are_sums_of_patches(scene: &Scene, settings: &Settings) {
     let mut whole = scene.clone();
     whole.grids[0].responses = Responses::ToTubes;
-    let (of_patches, of_whole) = (run(&scene, &*built(&scene, 5), 4), run(&whole, &*built(&whole, 5), 4));
-    let [even, across, along, all] = &of_whole.grids[0].companions[..] else { panic!("not four") };
-    for sensor in 0..scene.grids[0].len() {
-        let (mean, _) = evenly_lit(&of_patches, sensor);
-        assert!((even.illuminance_lux(sensor) / mean - 1.0).abs() < 1e-12, "{sensor}");
-        assert_eq!(even.illuminance_lux(sensor), all.illuminance_lux(sensor));
+    let of_patches_run = run(scene, &*sized(scene, 256, 256, 6), 48);
+    let of_whole = run(&whole, &*scenes::built_to(&whole, settings, 5, 0.005), 24);
+    let (to_all, moments) = of_whole.grids[0].companions.split_first().unwrap();
+    assert_eq!([to_all.companions.len(), moments.len()], [scene.tubes.len(), 2 * scene.tubes.len()]);
+    // moments of the centroids of patches alone are too small
+    let squares = (0..PATCHES).map(|patch| centroid(patch).length_squared()).sum::<f64>() / PATCHES as f64;
+    let (mut errors, mut told) = (Moments::default(), Moments::default());
+    for sensor in (0..scene.grids[0].len()).filter(|sensor| !scene.grids[0].is_inside(*sensor)) {
+        let mut sum = 0.0;
+        for (tube, part) in to_all.companions.iter().enumerate() {
+            sum += part.illuminance_lux(sensor);
+            let of = |factor: &dyn Fn(usize) -> f64| of_patches(&of_patches_run, (tube, sensor), factor);
+            let [even, error] = of(&|_| 1.0);
+            let (value, own) = (part.illuminance_lux(sensor), part.standard_error_lux(sensor));
+            assert!((value - even).abs() <= 4.0 * error.hypot(own), "{sensor}: {value} +- {own}, {even} +- {error}");
+            errors.push(((value - even) / value).powi(2));
+            told.push((error.powi(2) + own.powi(2)) / value.powi(2));
+            for (axis, moment) in [DVec2::X, DVec2::Y].into_iter().zip(&moments[2 * tube..]) {
+                let [expected, error] = of(&|patch| axis.dot(centroid(patch)) * 0.5 / squares);
+                let (value, own) = (moment.illuminance_lux(sensor), moment.standard_error_lux(sensor));
+                let tolerance = 4.0 * error.hypot(own) + 0.002 * even;
+                assert!(
+                    (value - expected).abs() <= tolerance,
+                    "{sensor} {axis}: {value} +- {own}, {expected} +- {error}"
+                );
+            }
+        }
+        assert!((sum / to_all.illuminance_lux(sensor) - 1.0).abs() < 1e-12, "{sensor}: parts are the whole");
     }
-    let dark = disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point);
-    let mut black = told(dark);
-    black.grids[0].responses = Responses::ToTubes;
+    // all sensors together; errors of patches as if they went together are too large
+    assert!(errors.mean < 1.3 * told.mean && told.mean.sqrt() < 0.04, "{} {}", errors.mean.sqrt(), told.mean.sqrt());
+}
+
+#[test]
+fn responses_to_whole_openings() {
+    for estimate in [EstimateKind::Point, EstimateKind::CellAverage] {
+        openings_are_sums_of_patches(&told(disc_room(0.2, 0.5, 0.7, 0.2, estimate)), &Settings::default());
+    }
+    let tubes = || [straight(0.8, 0.95, lambertian(0.6, 0.2)), bent(lambertian(0.5, 0.1))];
+    // a box that hides parts of the openings, a glossy wall, light that comes back by a bent tube
+    let mut behind = told(furnished(tubes(), EstimateKind::Point));
+    behind.room.luminaires.clear();
+    let paths = Settings { samples_per_sensor: Some(64), ..Settings::default() };
+    for settings in [Settings::default(), paths] {
+        openings_are_sums_of_patches(&behind, &settings);
+    }
+}
+
+/// In a black room a disc that is brighter on one side lights sensors by its moments, as an integral by the midpoint rule does; light that
+/// surfaces reflect evens out, but keeps the sides.
+#[test]
+fn moments_of_an_opening_are_integrals() {
+    let to_tubes = |scene: Scene| {
+        let mut scene = told(scene);
+        scene.grids[0].responses = Responses::ToTubes;
+        scene
+    };
+    let whole = to_tubes(disc_room(0.2, 0.5, 0.7, 0.2, EstimateKind::Point));
+    let of_whole = run(&whole, &*built(&whole, 5), 4);
+    let [_, across, along] = &of_whole.grids[0].companions[..] else { panic!("not three") };
+    let black = to_tubes(disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point));
     let found = run(&black, &*built(&black, 5), 2);
-    let [even, across_black, along_black, _] = &found.grids[0].companions[..] else { panic!("not four") };
+    let [to_all, across_black, along_black] = &found.grids[0].companions[..] else { panic!("not three") };
+    let even = &to_all.companions[0];
     let (steps, centroid, mut largest_shift) = (48, DVec2::new(0.3, -0.2), 0.0);
     for sensor in 0..black.grids[0].len() {
         let at = black.grids[0].centre(sensor);
@@ -178,7 +245,6 @@ fn responses_to_whole_openings() {
     }
     // the moments are seen
     assert!(largest_shift > 0.01, "{largest_shift}");
-    // interreflected light evens out, but keeps the sides
     assert!(across.illuminance_lux(0) < 0.0 && across.illuminance_lux(8) > 0.0);
     assert!(along.illuminance_lux(0) < 0.0 && along.illuminance_lux(72) > 0.0);
 }

@@ -5,7 +5,8 @@ use utoipa::ToSchema;
 
 use super::number::{error, rows, value};
 use crate::estimate::GridEstimate;
-use crate::integrator::room_matrix::{MOMENTS, PATCHES};
+use crate::integrator::radiosity::MOMENTS;
+use crate::integrator::room_matrix::PATCHES;
 
 /// Illuminance of a grid's sensors per lumen of white light that leaves one patch of an opening, uniformly over the patch and as
 /// from a Lambertian surface; direct and interreflected light together. Of a mixed closure only the part of the patch in the
@@ -61,13 +62,16 @@ impl TubeResponse {
         let errors = |part: &GridEstimate| -> Vec<Vec<Option<f64>>> {
             rows(&(0..part.sensors.len()).map(|sensor| error(part, sensor)).collect::<Vec<_>>(), columns)
         };
-        let of = |(number, parts): (usize, &[GridEstimate])| Self {
-            tube: (number < tubes).then_some(number),
-            lux_per_lumen: values(&parts[0]),
-            standard_error: errors(&parts[0]),
-            moments: parts[1..].iter().map(values).collect(),
+        let Some((to_all, moments)) = estimate.companions.split_first() else { return Vec::new() };
+        let moments = moments.chunks(MOMENTS - 1).map(|of_tube| of_tube.iter().map(values).collect());
+        let of_tube = |((tube, part), moments): ((usize, &GridEstimate), Vec<Vec<Vec<Option<f64>>>>)| Self {
+            tube: Some(tube),
+            lux_per_lumen: values(part),
+            standard_error: errors(part),
+            moments,
         };
-        // the last chunk has one part: all tubes together
-        estimate.companions.chunks(MOMENTS).take(tubes + 1).enumerate().map(of).collect()
+        let of_tubes = to_all.companions.iter().take(tubes).enumerate().zip(moments).map(of_tube);
+        let of_all = Self { lux_per_lumen: values(to_all), standard_error: errors(to_all), ..Self::default() };
+        of_tubes.chain([of_all]).collect()
     }
 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::residual::Residuals;
 use crate::analytic::GridSolution;
-use crate::integrator::{GridPass, PhotonCount, room_matrix};
-use crate::scene::Grid;
+use crate::integrator::{GridPass, PhotonCount};
+use crate::scene::{Grid, Responses};
 use crate::statistics::Moments;
 
 /// Illuminance of one grid in lux, with one replicate per pass.
@@ -31,9 +31,9 @@ pub struct GridEstimate {
     pub moments: Vec<Moments>,
     /// Estimates of the same grid by parts of the light and by another method, in the order of [`GridPass::companions`].
     pub companions: Vec<GridEstimate>,
-    /// Number of the companion whose relative error counts as that of the grid where it is larger: the response to all tubes, of which a
+    /// True if the relative error of the first companion counts as that of the grid where it is larger: the response to all tubes, of which a
     /// year is made.
-    pub judged_companion: Option<usize>,
+    pub judges_companion: bool,
     /// Fraction of each sensor that no solid covers, as in [`Grid::free`]: the value of a sensor is that of its free part, and a sensor
     /// without such a part has no value.
     pub free: Option<Arc<[f64]>>,
@@ -59,17 +59,17 @@ impl GridEstimate {
             numerical: false,
             moments: Vec::new(),
             companions: Vec::new(),
-            judged_companion: None,
+            judges_companion: false,
             free: None,
             area: None,
         }
     }
 
-    /// Creates the estimate of no passes of a grid in a room with `tubes` tubes.
-    pub fn of(grid: &Grid, tubes: usize) -> Self {
+    /// Creates the estimate of no passes of a grid.
+    pub fn of(grid: &Grid) -> Self {
         let (free, area) = (grid.free.clone(), grid.area.clone());
-        let judged_companion = room_matrix::response_to_all(grid.responses, tubes);
-        Self { free, area, judged_companion, ..Self::empty(grid.len()) }
+        let judges_companion = grid.responses == Responses::ToTubes;
+        Self { free, area, judges_companion, ..Self::empty(grid.len()) }
     }
 
     /// True if a sensor has a value: some part of it lies in no solid.
@@ -233,7 +233,7 @@ impl GridEstimate {
             numerical: _,
             moments,
             companions,
-            judged_companion: _,
+            judges_companion: _,
             free: _,
             area: _,
         } = self;

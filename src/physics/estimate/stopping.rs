@@ -239,7 +239,7 @@ fn found_nothing(grid: &GridEstimate, passes: u64) -> bool {
 /// it has one, where this is larger.
 pub fn grid_error(grid: &GridEstimate) -> f64 {
     let sensors = grid.valued().map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor)));
-    let of_companion = grid.judged_companion.and_then(|number| grid.companions.get(number)).map_or(0.0, grid_error);
+    let of_companion = grid.companions.first().filter(|_| grid.judges_companion).map_or(0.0, grid_error);
     relative_error(sensors.collect()).max(of_companion)
 }
 

@@ -12,10 +12,10 @@
 
 use glam::DVec3;
 
+use super::meeting::Walk;
 use super::next_event::{Daylight, PathState, power_heuristic};
 use super::up_guide::upward;
 use super::vertex::Vertex;
-use super::walk::Walk;
 use crate::guide::{End, Transit};
 use crate::integrator::photon::descent::{Exit, sun_exits};
 use crate::optics::SheetSide;

@@ -3,6 +3,7 @@
 pub(super) mod chance;
 pub mod clear_zones;
 pub(super) mod daylight;
+pub(super) mod meeting;
 pub(super) mod next_event;
 pub(super) mod opening;
 pub(super) mod pass;
@@ -12,4 +13,4 @@ pub mod through_opening;
 pub mod unscattered;
 pub mod up_guide;
 pub(super) mod vertex;
-pub(super) mod walk;
+mod walk;

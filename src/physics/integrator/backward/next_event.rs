@@ -11,9 +11,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::clear_zones::through_clear_zones;
+use super::meeting::{Meeting, Ray, Walk};
 use super::opening::DaylightWeights;
 use super::vertex::Vertex;
-use super::walk::{Meeting, Ray, Walk};
 use crate::integrator::radiosity::{BrightPatches, Solution, Target};
 use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::meeting::{Meeting, Ray, Walk};
 use super::next_event::{Daylight, NextEvent, PathState};
 use super::vertex::Vertex;
-use super::walk::{Meeting, Ray, Walk};
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::radiosity::Aim;
@@ -102,6 +102,22 @@ pub fn sensor<const C: usize>(
     stream: Key,
     daylight: &impl Daylight<C>,
 ) -> (Lux, RayCount) {
+    // such a sensor gets light by its paths only from what surfaces reflect
+    let gathers = (daylight.luminaires_at_sensor().is_some()
+        || !scene.luminaires.iter().any(TraceableLuminaire::emits))
+        && (0..scene.tubes.len()).all(|tube| !daylight.lights_sensor(tube));
+    paths(scene, (grid, index), (sampling, gathers), stream, &NextEvent(daylight))
+}
+
+/// Follows the backward paths of sensor `index` of a grid, and returns their light and the number of their rays; 0 where it lies inside a
+/// solid. `gathers` is true if a sensor that is a point gets light by its paths only from what surfaces reflect.
+pub fn paths<const C: usize>(
+    scene: &TraceableScene,
+    (grid, index): (&Grid, usize),
+    (sampling, gathers): (Sampling, bool),
+    stream: Key,
+    meeting: &impl Meeting<C, Trace = PathState>,
+) -> (Lux, RayCount) {
     let Sensor { position: centre, normal } = lifted(scene, grid, index);
     let (mut lux, mut rays) = (Lux::default(), RayCount::default());
     if grid.is_inside(index) {
@@ -110,22 +126,19 @@ pub fn sensor<const C: usize>(
     let mut random = PathRandom::new(stream.stream(Stream::GatherDirections, 0));
     let mut spread = sampling.beyond.map(|beyond| SensorDirections::new(sampling, beyond, &mut random));
     let mut going_on = 0;
-    // such a sensor gets light by its paths only from what surfaces reflect
     let is_point = grid.estimate == EstimateKind::Point && !scene.is_in_solid(centre);
-    let gathers = is_point
-        && (daylight.luminaires_at_sensor().is_some() || !scene.luminaires.iter().any(TraceableLuminaire::emits))
-        && (0..scene.tubes.len()).all(|tube| !daylight.lights_sensor(tube));
     for number in 0..u64::from(sampling.paths) {
         let next = spread.as_mut().map(|spread| spread.path(number));
         if let Some((point, 0.0)) = next
             && gathers
+            && is_point
         {
-            let of_ray = FirstHitLight::from_sensor(scene, daylight, Sensor { position: centre, normal }, point);
+            let of_ray = FirstHitLight::from_sensor(scene, meeting, Sensor { position: centre, normal }, point);
             let Some(mut gathered) = of_ray else { continue };
-            if !gathered.follow(scene, daylight, &mut random) {
+            if !gathered.follow(scene, meeting, &mut random) {
                 let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
                 walk.stands_for = Some(0.0);
-                walk.follow(&NextEvent(daylight), gathered.ray);
+                walk.follow(meeting, gathered.ray);
                 gathered.sum += walk.sum;
                 lux.beyond += walk.beyond.luminance();
                 rays += walk.rays;
@@ -155,7 +168,7 @@ pub fn sensor<const C: usize>(
             walk.stands_for = Some(stands_for);
         }
         if is_point || !scene.is_in_solid(position) {
-            walk.illuminance(&NextEvent(daylight), Sensor { position, normal });
+            walk.illuminance(meeting, Sensor { position, normal });
         }
         let whole = walk.sum.luminance();
         lux.whole += whole;
@@ -183,12 +196,11 @@ impl<const C: usize> FirstHitLight<C> {
     /// Makes a ray from a sensor in the direction given by a point of the unit square; `None` where it would be aimed below the horizon.
     fn from_sensor(
         scene: &TraceableScene,
-        daylight: &impl Daylight<C>,
+        meeting: &impl Meeting<C, Trace = PathState>,
         sensor: Sensor,
         point: [f64; 2],
     ) -> Option<Self> {
-        let meeting = NextEvent(daylight);
-        let bright = Meeting::<C>::bright_patches(&meeting);
+        let bright = meeting.bright_patches();
         let fraction = bright.map_or(0.0, |bright| bright.fraction(0.0));
         let aim = bright.map_or(Aim::Elsewhere(point), |bright| bright.aim(fraction, point));
         let (direction, target) = match aim {
@@ -197,8 +209,9 @@ impl<const C: usize> FirstHitLight<C> {
         };
         let cosine = direction.dot(sensor.normal);
         let rest = 1.0 - fraction;
-        let trace = meeting.leaves(scene, &Vertex::sensor(sensor), &(), direction, cosine / PI);
-        let trace = if bright.is_some() { Meeting::<C>::is_aimed(&meeting, trace, target, fraction) } else { trace };
+        let arrival = meeting.arrives_at_sensor();
+        let trace = meeting.leaves(scene, &Vertex::sensor(sensor), &arrival, direction, cosine / PI);
+        let trace = if bright.is_some() { meeting.is_aimed(trace, target, fraction) } else { trace };
         let (origin, weight) = (sensor.position, Spectrum::ONE * (PI / rest));
         let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };
         (cosine > 0.0).then_some(Self { sum: Spectrum::ZERO, ray, rays: 0 })
@@ -206,7 +219,12 @@ impl<const C: usize> FirstHitLight<C> {
 
     /// Follows the ray; returns false where it meets a lobe, or something without a coarse solution, and must be followed by a walk from there.
     #[inline]
-    fn follow(&mut self, scene: &TraceableScene, daylight: &impl Daylight<C>, random: &mut PathRandom) -> bool {
+    fn follow(
+        &mut self,
+        scene: &TraceableScene,
+        meeting: &impl Meeting<C, Trace = PathState>,
+        random: &mut PathRandom,
+    ) -> bool {
         for _ in 0..MAX_EVENTS {
             let Ray { origin, direction, from, weight, trace, .. } = self.ray;
             let hit = scene.intersect(origin, direction, from);
@@ -215,14 +233,15 @@ impl<const C: usize> FirstHitLight<C> {
             if optics.is_some_and(|optics| !optics.is_mirror()) {
                 return false;
             }
-            let weight = weight * NextEvent(daylight).aim_weight(&self.ray, surface, &hit);
+            let weight = weight * meeting.aim_weight(&self.ray, surface, &hit);
             if weight.max() <= 0.0 {
                 return true;
             }
-            let coarse = NextEvent(daylight).reflected(&self.ray, surface, hit.position);
+            let coarse = meeting.reflected(&self.ray, surface, hit.position);
             let Some(coarse) = coarse else { return false };
             self.rays += 1;
             self.sum += weight * coarse;
+            meeting.counts((surface, hit.position), weight, 1.0, 0.0);
             let Some(optics) = optics else { return true };
             let weight = weight * optics.specular();
             let survival = (weight.max() / (FAINT * PI)).min(1.0);
@@ -230,7 +249,7 @@ impl<const C: usize> FirstHitLight<C> {
                 return true;
             }
             let Some(direction) = optics.reflect(hit.normal, -direction, [0.0; 2], random) else { return true };
-            let trace = NextEvent(daylight).turns(scene, &trace, surface);
+            let trace = meeting.turns(scene, &trace, surface);
             let (origin, from, weight) = (hit.position, Some(surface), weight * (1.0 / survival));
             self.ray = Ray { origin, direction, from, weight, reflected: true, trace };
         }

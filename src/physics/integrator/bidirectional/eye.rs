@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::light::LightVertex;
 use super::weight::{Edge, MisWeight};
+use crate::integrator::backward::meeting::{Meeting, Ray, Walk};
 use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::vertex::Vertex;
-use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::traceable::{SurfaceId, TraceableScene};
 
 /// Densities with which photons start at the sources that eye paths can find.

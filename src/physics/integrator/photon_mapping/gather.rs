@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 
 use crate::guide::RayCount;
+use crate::integrator::backward::meeting::{Meeting, Ray, Walk};
 use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::vertex::Vertex;
-use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, warp};

@@ -134,51 +134,78 @@ impl Exchange {
         for (lux, of_openings) in straight.iter_mut().zip(self.openings_of_each()) {
             of_openings.iter().for_each(|of| *lux += of.lux(light));
         }
-        let reflectance =
-            |surface: &SurfaceId| scene.optics(*surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
-        let reflectances: Vec<Spectrum<C>> = self.surfaces.iter().map(reflectance).collect();
+        let luminances = self.luminances(scene, &straight, 1);
+        self.solution(scene, light, luminances, (&other_variances, alone))
+    }
+
+    /// Returns the diffuse reflectance of each patch.
+    fn reflectances<const C: usize>(&self, scene: &TraceableScene) -> Vec<Spectrum<C>> {
+        let of = |surface: &SurfaceId| scene.optics(*surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
+        self.surfaces.iter().map(of).collect()
+    }
+
+    /// Computes the luminances in cd/m2 of all patches from their direct illuminances in lx in `columns` different lights, those of a patch
+    /// side by side.
+    pub(super) fn luminances<const C: usize>(
+        &self,
+        scene: &TraceableScene,
+        straight: &[Spectrum<C>],
+        columns: usize,
+    ) -> Vec<Spectrum<C>> {
+        let reflectances = self.reflectances(scene);
         let mut radiosities: Vec<Spectrum<C>> =
-            reflectances.iter().zip(&straight).map(|(by, lux)| *by * *lux).collect();
+            straight.iter().enumerate().map(|(place, lux)| reflectances[place / columns] * *lux).collect();
+        let mut sums = vec![Spectrum::ZERO; columns];
         for _ in 0..SWEEPS {
             let (mut changed, mut all) = (0.0, 0.0);
             for (patch, met) in self.met_by_each().enumerate() {
-                let mut sum = Spectrum::ZERO;
+                sums.fill(Spectrum::ZERO);
                 for (number, weight) in met {
-                    if let Some(of_other) = radiosities.get(*number as usize) {
-                        sum += *of_other * *weight;
-                    }
+                    let first = *number as usize * columns;
+                    let of_other = radiosities.get(first..first + columns).unwrap_or_default();
+                    sums.iter_mut().zip(of_other).for_each(|(sum, of_other)| *sum += *of_other * *weight);
                 }
                 let members = met[..RAYS].iter().filter(|(number, _)| *number != NOT_FOUND).count();
-                let radiosity = reflectances[patch] * (straight[patch] + sum * (1.0 / members.max(1) as f64));
-                changed += (radiosity.max() - radiosities[patch].max()).abs();
-                all += radiosity.max();
-                radiosities[patch] = radiosity;
+                let places = patch * columns..(patch + 1) * columns;
+                for ((old, lux), sum) in radiosities[places.clone()].iter_mut().zip(&straight[places]).zip(&sums) {
+                    let radiosity = reflectances[patch] * (*lux + *sum * (1.0 / members.max(1) as f64));
+                    changed += (radiosity.max() - old.max()).abs();
+                    all += radiosity.max().abs();
+                    *old = radiosity;
+                }
             }
             if changed <= CHANGED * all {
                 break;
             }
         }
         radiosities.iter_mut().for_each(|radiosity| *radiosity = *radiosity * (1.0 / PI));
+        radiosities
+    }
+
+    /// Makes the solution of luminances in cd/m2 by the light of openings, with the variances of illuminances by other light; `alone` if
+    /// there is none.
+    pub(super) fn solution<const C: usize>(
+        self: &Arc<Self>,
+        scene: &TraceableScene,
+        light: &[(Spectrum<C>, DVec2)],
+        luminances: Vec<Spectrum<C>>,
+        (other_variances, alone): (&[f64], bool),
+    ) -> Solution<C> {
         let all: f64 = light.iter().map(|(flux, _)| flux.luminance()).sum();
-        let seen = self.seen.iter().filter_map(|number| Some(radiosities.get(*number as usize)?.luminance()));
+        let seen = self.seen.iter().filter_map(|number| Some(luminances.get(*number as usize)?.luminance()));
         let mean = seen.clone().sum::<f64>() / seen.count().max(1) as f64;
-        let patches = radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied());
+        let patches = luminances.iter().map(Spectrum::luminance).zip(self.areas.iter().copied());
         let bright_patches = BrightPatches::new(patches, &source_images(scene, light), mean);
-        let variances = self.variances((&reflectances, &other_variances), light, &radiosities);
-        Solution {
-            variances,
-            exchange: self.clone(),
-            bright_patches,
-            luminances: radiosities,
-            flux: (alone && all > 0.0).then_some(all),
-        }
+        let variances = self.variances((&self.reflectances(scene), other_variances), light, &luminances);
+        let flux = (alone && all > 0.0).then_some(all);
+        Solution { variances, exchange: self.clone(), bright_patches, luminances, flux }
     }
 }
 
 /// Radiosities of patches.
 #[derive(Clone, Debug)]
 pub struct Solution<const C: usize> {
-    exchange: Arc<Exchange>,
+    pub(super) exchange: Arc<Exchange>,
     /// Luminances in cd/m2, by the number of the patch.
     pub(super) luminances: Vec<Spectrum<C>>,
     /// Variances of these luminances in (cd/m2)^2, by the chance of the rays and connections of each patch.

@@ -9,6 +9,8 @@
 //! aimed at patches that are much brighter than most ([`bright_patches`]), and at images of openings and luminaires in plane surfaces with a
 //! lobe ([`source_images`]).
 //!
+//! The light of each opening by itself has solutions of its own ([`tube_solutions`]).
+//!
 //! The error of each patch tells how much sensors that see different patches may differ ([`spread`]).
 //!
 //! Methods use the solution as a control variate: a ray counts the radiosity of the patch that it meets, and a fraction of the rays
@@ -26,8 +28,10 @@ mod patches;
 mod shared;
 mod source_images;
 mod spread;
+mod tube_solutions;
 
 pub use bright_patches::{Aim, BrightPatches, Target};
 pub use exchange::{Exchange, Solution};
 pub use shared::SharedExchanges;
 pub use spread::ExpectedSpreads;
+pub use tube_solutions::{MOMENTS, TubeSolutions};

@@ -35,11 +35,11 @@ pub fn variance_of_sum(values: &[f64; RAYS]) -> f64 {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OpeningLight {
     /// Number of the tube.
-    tube: u32,
+    pub(super) tube: u32,
     /// Illuminance in lx per lumen that leaves the opening evenly.
-    per_lumen: f64,
+    pub(super) per_lumen: f64,
     /// Change of this per metre by which the centroid of the light is away from the centre, along x and y of the opening's levelled frame.
-    per_metre: DVec2,
+    pub(super) per_metre: DVec2,
 }
 
 impl OpeningLight {

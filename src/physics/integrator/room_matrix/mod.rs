@@ -5,6 +5,9 @@
 //! patch is a mean over points of it. One replicate is one estimate of the whole matrix; a job averages the replicates. The product with the
 //! lumens of the patches is the light of any sky.
 //!
+//! Of the light of whole openings paths count coarse solutions ([`TubeSolutions`]), some continue for the residual, and the sensors of a grid
+//! share it, as in the method with two stages.
+//!
 //! **Refuses** rooms without closures that have a Lambertian part, or, for responses to whole openings, that are Lambertian, and sensors within a radius of an opening. Patches of an opening consist of the parts
 //! that lie in the Lambertian zone (docs/physics/measurement_equation.md#responses).
 //!
@@ -14,6 +17,7 @@
 mod patch_light;
 
 use std::num::NonZero;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use gauss_quad::GaussLegendre;
@@ -23,30 +27,23 @@ use rayon::prelude::*;
 use super::GridPass;
 use super::diffuser_source::closure_source::{is_lambertian, refuses_all_but_lambertian};
 use crate::guide::{Guide, RayCount, StraightGuide};
-use crate::integrator::backward::pass::{each, lifted};
-use crate::integrator::backward::walk::Walk;
+use crate::integrator::backward::pass::{Sampling, each, lifted, paths};
 use crate::integrator::diffuser_source::cells::{OpeningReceiver, is_far};
 use crate::integrator::diffuser_source::patches::CELLS;
 use crate::integrator::diffuser_source::visible_parts::{VisiblePart, visible_parts};
 use crate::integrator::diffuser_source::zone::Zone;
 use crate::integrator::method::{Refusal, RefusalCode, Task};
-use crate::integrator::pass_size::PassSize;
-use crate::optics::Spectrum;
+use crate::integrator::radiosity::{ExpectedSpreads, MOMENTS, TubeSolutions};
 use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{EstimateKind, Grid, Responses, Sensor};
 use crate::traceable::{TraceableScene, TraceableTube};
-use patch_light::PatchLight;
+use patch_light::{EvenLight, PatchLight};
 
 /// Number of patches of every opening: six sectors of each of four rings, or four rows of six parts of a square.
 pub const PATCHES: usize = CELLS;
 
-/// Number of responses to a whole opening: to evenly spread light, and its moments along x and y.
-pub const MOMENTS: usize = 3;
-
-/// Number of paths of a sensor in a replicate: for the light of whole openings, whose errors decide when a job ends, and for that of their
-/// patches.
-const PATHS: PassSize = PassSize { for_one_percent: 8.0, growth: 2.0, fewest: 8.0, most: 1024.0 };
-const PATHS_TO_PATCHES: u32 = 128;
+/// Number of paths of a sensor in a replicate with the light of patches.
+pub const PATHS_TO_PATCHES: u32 = 128;
 
 /// Returns the reason why a room has no matrix for some grids, if there is one.
 pub fn refuses(task: &Task) -> Option<Refusal> {
@@ -86,8 +83,16 @@ const EDGES: [(f64, usize); 2] = [(6.0, 3), (2.0, 6)];
 /// Number of points for sensors that are nearer, and for cells.
 const FINE_EDGE: usize = 16;
 
-/// Number of paths of a sensor for each point of a patch, where something may stand between.
-const PATHS_OF_ONE_POINT: u32 = 8;
+/// Numbers of the paths and connections of a sensor in a replicate.
+#[derive(Clone, Copy, Debug)]
+pub struct MatrixCounts {
+    /// Number of paths.
+    pub paths: u32,
+    /// Number of these that continue beyond the first surface with a coarse solution.
+    pub beyond: u32,
+    /// Number of points of each patch to which a sensor is connected where something may stand between.
+    pub points: u32,
+}
 
 /// Room with openings that emit light, independent of the sky and of most guides; `C` channels of light.
 #[derive(Debug)]
@@ -95,6 +100,10 @@ pub struct MatrixEstimator<const C: usize> {
     scene: TraceableScene,
     /// Emitting zone of each opening.
     zones: Vec<Zone>,
+    /// Coarse solutions of the light of whole openings; `None` where surfaces reflect none.
+    solutions: Option<Arc<TubeSolutions<C>>>,
+    /// Variances by which the residuals of sensors are expected to differ, by grid; empty where they are not known.
+    spreads: Vec<ExpectedSpreads>,
     grids: Vec<ResponseSensors>,
     seed: Key,
 }
@@ -105,8 +114,7 @@ struct ResponseSensors {
     grid: Grid,
     /// Number of the grid.
     number: usize,
-    /// Number of paths of a sensor in a replicate.
-    paths: u32,
+    counts: MatrixCounts,
     /// Part of each opening that each sensor sees, sensor by sensor.
     seen: Vec<VisiblePart>,
     /// Responses of each sensor to the direct light of the openings that it sees whole.
@@ -116,27 +124,44 @@ struct ResponseSensors {
 /// One replicate of the matrix.
 #[derive(Debug)]
 pub struct MatrixReplicate {
-    /// Illuminances in lx by one lumen of white light from each patch, tube by tube, for each grid; none where they are not requested.
+    /// Illuminances in lx by one lumen of white light, for each grid; none where they are not requested. From each patch, tube by tube; or from
+    /// every opening, with its parts from each, and then the moments of these parts, tube by tube.
     pub grids: Vec<Vec<GridPass>>,
     /// Number of rays that were traced for it.
     pub rays: RayCount,
 }
 
 impl<const C: usize> MatrixEstimator<C> {
-    /// Builds the room of a scene, with `paths` paths of each sensor, or, where they are not set, as many as whole openings need for a relative
-    /// standard error `target`; equal seeds give equal bits. `None` where no grid requests daylight coefficients.
-    pub fn new(scene: &TraceableScene, grids: &[Grid], paths: Option<u32>, (seed, target): (u64, f64)) -> Option<Self> {
-        if grids.iter().all(|grid| !grid.responses.are_reported()) {
-            return None;
-        }
+    /// Builds the room of a scene with the numbers of the sensors of each grid, and, for the light of whole openings, coarse solutions and the
+    /// variances by which residuals are expected to differ; equal seeds give equal bits.
+    pub fn new(
+        scene: &TraceableScene,
+        grids: &[Grid],
+        counts: &[MatrixCounts],
+        (solutions, spreads): (Option<Arc<TubeSolutions<C>>>, Vec<ExpectedSpreads>),
+        seed: Key,
+    ) -> Self {
         let (room, zones) = (below_openings(scene), scene.tubes.iter().map(Zone::of).collect::<Vec<_>>());
-        let wanted = grids.iter().enumerate().filter(|(_, grid)| grid.responses.are_reported());
-        let grids = wanted.map(|(number, grid)| {
-            let of_whole = grid.responses == Responses::ToTubes;
-            let by_target = || if of_whole { PATHS.power_of_two(target) as u32 } else { PATHS_TO_PATCHES };
-            ResponseSensors::new(&room, &zones, (number, grid), paths.unwrap_or_else(by_target))
-        });
-        Some(Self { grids: grids.collect(), scene: room, zones, seed: Key::new(seed) })
+        let wanted = grids.iter().zip(counts).enumerate().filter(|(_, (grid, _))| grid.responses.are_reported());
+        let sensors = |(number, (grid, counts)): (usize, (&Grid, &MatrixCounts))| {
+            ResponseSensors::new(&room, &zones, (number, grid), *counts)
+        };
+        Self { grids: wanted.map(sensors).collect(), scene: room, zones, solutions, spreads, seed }
+    }
+
+    /// Returns the state of the responses of grid `number` before the first replicate.
+    pub fn start(&self, number: usize, grid: &Grid) -> Vec<GridPass> {
+        let mut responses = vec![GridPass::default(); columns(grid.responses, self.zones.len())];
+        if let (Responses::ToTubes, Some(all)) = (grid.responses, responses.first_mut()) {
+            let residual = if self.solutions.is_some() { vec![0.0; grid.len()] } else { Vec::new() };
+            let part = GridPass { residual: residual.clone(), is_part: true, ..GridPass::default() };
+            let companions = vec![part; self.zones.len()];
+            let positions: Vec<DVec3> =
+                (0..grid.len()).map(|sensor| lifted(&self.scene, grid, sensor).position).collect();
+            let expected_spreads = self.spreads.get(number).map_or_else(Vec::new, |spreads| spreads.at(&positions));
+            *all = GridPass { residual, companions, expected_spreads, ..GridPass::default() };
+        }
+        responses
     }
 
     /// Computes a replicate of the first `grids` grids; `None` when cancelled.
@@ -145,68 +170,66 @@ impl<const C: usize> MatrixEstimator<C> {
         let mut replicate = MatrixReplicate { grids: vec![Vec::new(); grids], rays: RayCount::default() };
         for sensors in &self.grids {
             let stream = key.stream(Stream::Grid, sensors.number as u64);
-            let of_sensor = |index| self.reported(sensors, index, stream.stream(Stream::Sensor, index as u64));
-            let (responses, rays): (Vec<Vec<f64>>, Vec<RayCount>) =
-                each(sensors.grid.len(), cancel, of_sensor)?.into_iter().unzip();
-            replicate.rays += rays.into_iter().sum::<RayCount>();
-            let column = |column: usize| GridPass {
-                illuminance: responses.iter().map(|response| response[column]).collect(),
-                ..GridPass::default()
+            let of_sensor = |index| self.of_sensor(sensors, index, stream.stream(Stream::Sensor, index as u64));
+            let found = each(sensors.grid.len(), cancel, of_sensor)?;
+            replicate.rays += found.iter().map(|(_, rays)| *rays).sum::<RayCount>();
+            let tubes = self.zones.len();
+            replicate.grids[sensors.number] = match sensors.grid.responses {
+                Responses::None => Vec::new(),
+                Responses::ToPatches => (0..tubes * PATCHES).map(|light| responses_to(&found, light)).collect(),
+                Responses::ToTubes => {
+                    let companions = (0..tubes).map(|tube| responses_to(&found, tube * MOMENTS)).collect();
+                    let all = GridPass { companions, ..responses_to(&found, tubes * MOMENTS) };
+                    let moments = (0..tubes * MOMENTS).filter(|light| light % MOMENTS > 0);
+                    std::iter::once(all).chain(moments.map(|light| responses_to(&found, light))).collect()
+                }
             };
-            replicate.grids[sensors.number] = (0..self.columns(&sensors.grid)).map(column).collect();
         }
         Some(replicate)
     }
 
-    /// Returns the number of responses of each sensor of a grid.
-    pub fn columns(&self, grid: &Grid) -> usize {
-        columns(grid.responses, self.scene.tubes.len())
+    /// Returns the number of openings of which a sensor sees a part, by chance.
+    pub fn seen_in_part(&self, grid: usize, sensor: usize) -> usize {
+        let sensors = self.grids.iter().find(|sensors| sensors.number == grid);
+        sensors.map_or(0, |sensors| sensors.seen_in_part(self.zones.len(), sensor).count())
     }
 
     /// Computes the responses of a sensor that its grid reports, and the number of rays.
-    fn reported(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
-        let (to_patches, rays) = self.by_chance(sensors, index, stream);
-        let responses = of_patches(sensors.grid.responses, &self.zones, to_patches);
-        let straight = &sensors.straight[index];
-        (responses.into_iter().zip(straight).map(|(by_chance, straight)| by_chance + straight).collect(), rays)
-    }
-
-    /// Computes the illuminance in lx of a sensor per lumen of each patch without the direct light of openings that it sees whole, and the
-    /// number of rays.
-    fn by_chance(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
-        let scene = &self.scene;
-        let place = SensorPoints::of(scene, &sensors.grid, index);
-        let light = PatchLight::<C>::new(&self.zones);
-        let mut rays = RayCount::default();
-        if sensors.grid.is_inside(index) {
-            return (vec![0.0; self.zones.len() * PATCHES], rays);
-        }
-        for number in 0..u64::from(sensors.paths) {
-            let samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
-            let mut walk = Walk::<C>::new(scene, samples, CERTAIN_REFLECTIONS);
-            let position = place.point(|| walk.samples.pair());
-            if !scene.is_in_solid(position) {
-                walk.illuminance(&light, Sensor { position, normal: place.normal });
-            }
-            rays += walk.rays;
-        }
-        let fraction = 1.0 / f64::from(sensors.paths);
-        let reflected = light.into_found().into_iter().map(|found: Spectrum<C>| (found * fraction).luminance());
-        let mut lit: Vec<f64> = reflected.collect();
-        rays += self.add_straight_in_part(sensors, index, stream.stream(Stream::StraightFromPatches, 0), &mut lit);
-        (lit, rays)
-    }
-
-    /// Adds the direct light in lx/lm of the patches of openings that a sensor sees in part, and returns the number of shadow rays.
-    fn add_straight_in_part(&self, sensors: &ResponseSensors, index: usize, stream: Key, lit: &mut [f64]) -> RayCount {
-        let scene = &self.scene;
-        let place = SensorPoints::of(scene, &sensors.grid, index);
-        let mut rays = RayCount::default();
-        let in_part = |number: &usize| {
-            matches!(sensors.seen[index * scene.tubes.len() + number], VisiblePart::InPart | VisiblePart::PastBoxes)
+    fn of_sensor(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (SensorResponses, RayCount) {
+        let MatrixCounts { paths: number, beyond, .. } = sensors.counts;
+        let responses = sensors.grid.responses;
+        let solutions = self.solutions.as_deref().filter(|_| responses == Responses::ToTubes);
+        let beyond = solutions.map(|_| beyond);
+        let sampling = Sampling { paths: number, beyond, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS };
+        let even = EvenLight(solutions);
+        let light = PatchLight::<C>::new(&self.zones, &even);
+        let (_, mut rays) = paths(&self.scene, (&sensors.grid, index), (sampling, true), stream, &light);
+        let fraction = 1.0 / f64::from(number);
+        let [gathered, residual] = match responses {
+            Responses::ToTubes => light.of_tubes(fraction),
+            Responses::ToPatches | Responses::None => [light.of_patches(fraction), Vec::new()],
         };
-        let tubes: Vec<usize> = (0..scene.tubes.len()).filter(in_part).collect();
-        let points = u64::from(sensors.paths.div_ceil(PATHS_OF_ONE_POINT));
+        let stream = stream.stream(Stream::StraightFromPatches, 0);
+        let (in_part, of_straight) = self.straight_in_part(sensors, index, stream);
+        rays += of_straight;
+        let straight = sensors.straight[index].iter().zip(of_patches(responses, &self.zones, in_part));
+        let mut whole: Vec<f64> = straight.map(|(whole, in_part)| whole + in_part).collect();
+        for part in [&gathered, &residual] {
+            whole.iter_mut().zip(part).for_each(|(whole, part)| *whole += part);
+        }
+        (SensorResponses { whole, gathered, residual }, rays)
+    }
+
+    /// Computes the direct light in lx/lm of the patches of openings that a sensor sees in part, and the number of shadow rays.
+    fn straight_in_part(&self, sensors: &ResponseSensors, index: usize, stream: Key) -> (Vec<f64>, RayCount) {
+        let scene = &self.scene;
+        let place = SensorPoints::of(scene, &sensors.grid, index);
+        let (mut lit, mut rays) = (vec![0.0; scene.tubes.len() * PATCHES], RayCount::default());
+        if sensors.grid.is_inside(index) {
+            return (lit, rays);
+        }
+        let tubes: Vec<usize> = sensors.seen_in_part(scene.tubes.len(), index).collect();
+        let points = u64::from(sensors.counts.points);
         for number in (0..points).filter(|_| !tubes.is_empty()) {
             let mut samples = PathSamples::new(stream, number);
             let position = place.point(|| samples.pair());
@@ -228,22 +251,35 @@ impl<const C: usize> MatrixEstimator<C> {
                 }
             }
         }
-        rays
+        (lit, rays)
     }
 }
 
-/// Returns the number of responses of a sensor in a room with `tubes` tubes.
+/// Responses of a sensor in lx/lm to the lights that its grid asks for.
+struct SensorResponses {
+    whole: Vec<f64>,
+    /// Part that paths find, and of this the residual beyond coarse solutions; none where there is no coarse solution.
+    gathered: Vec<f64>,
+    residual: Vec<f64>,
+}
+
+/// Gathers the responses of all sensors to one light.
+fn responses_to(sensors: &[(SensorResponses, RayCount)], light: usize) -> GridPass {
+    let of = |values: fn(&SensorResponses) -> &[f64]| {
+        sensors.iter().filter_map(|(sensor, _)| values(sensor).get(light).copied()).collect()
+    };
+    let (illuminance, residual) = (of(|sensor| &sensor.whole), of(|sensor| &sensor.residual));
+    GridPass { illuminance, residual, gathered: of(|sensor| &sensor.gathered), ..GridPass::default() }
+}
+
+/// Returns the number of responses of a sensor in a room with `tubes` tubes; those to whole openings are that to all, of which each tube's is a
+/// part, and the moments of each.
 pub fn columns(responses: Responses, tubes: usize) -> usize {
     match responses {
         Responses::None => 0,
         Responses::ToPatches => tubes * PATCHES,
-        Responses::ToTubes => tubes * MOMENTS + 1,
+        Responses::ToTubes => 1 + tubes * (MOMENTS - 1),
     }
-}
-
-/// Returns the number of the response to all tubes together, where a grid has responses to whole openings.
-pub fn response_to_all(responses: Responses, tubes: usize) -> Option<usize> {
-    (responses == Responses::ToTubes).then_some(tubes * MOMENTS)
 }
 
 /// Computes the responses that a grid reports from those to patches.
@@ -338,7 +374,7 @@ impl SensorPoints {
 }
 
 impl ResponseSensors {
-    fn new(scene: &TraceableScene, zones: &[Zone], (number, grid): (usize, &Grid), paths: u32) -> Self {
+    fn new(scene: &TraceableScene, zones: &[Zone], (number, grid): (usize, &Grid), counts: MatrixCounts) -> Self {
         let rules = PatchRules::new();
         let seen = visible_parts(scene, grid);
         let of_sensor = |index: usize| {
@@ -355,7 +391,14 @@ impl ResponseSensors {
             of_patches(grid.responses, zones, lit)
         };
         let straight = (0..grid.len()).into_par_iter().map(of_sensor).collect();
-        Self { grid: grid.clone(), number, paths, seen, straight }
+        Self { grid: grid.clone(), number, counts, seen, straight }
+    }
+
+    /// Returns the numbers of those of some tubes of whose openings a sensor sees a part.
+    fn seen_in_part(&self, tubes: usize, sensor: usize) -> impl Iterator<Item = usize> {
+        let is_in_part = |seen: &VisiblePart| matches!(seen, VisiblePart::InPart | VisiblePart::PastBoxes);
+        let of_sensor = self.seen[sensor * tubes..][..tubes].iter().enumerate();
+        of_sensor.filter(move |(_, seen)| is_in_part(seen)).map(|(tube, _)| tube)
     }
 }
 

@@ -3,23 +3,27 @@
 //! A vertex that sees the opening whole is connected to a point of each patch, any other to some points of the opening, with a shadow
 //! ray each. Very near to an opening one such connection and the scattered ray share the light by the power heuristic (Veach and Guibas
 //! 1995, beta = 2); after narrow lobes and mirrors the ray finds it. So every light path is counted once.
+//!
+//! Where the light of whole openings is asked for, coarse solutions ([`TubeSolutions`]) are control variates of what surfaces reflect.
 
 use std::cell::RefCell;
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::{MOMENTS, to_tubes};
 use crate::integrator::backward::daylight::opening_density;
+use crate::integrator::backward::meeting::{Meeting, Ray, Walk};
 use crate::integrator::backward::next_event::{Daylight, NextEvent, PathState, power_heuristic};
 use crate::integrator::backward::opening::DaylightWeights;
 use crate::integrator::backward::vertex::Vertex;
-use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::integrator::diffuser_source::cells::{OpeningReceiver, is_far};
 use crate::integrator::diffuser_source::opening_visibility::{OpeningVisibility, opening_visibility};
 use crate::integrator::diffuser_source::patches::{CELLS, cell};
 use crate::integrator::diffuser_source::zone::Zone;
+use crate::integrator::radiosity::{BrightPatches, Solution, Target, TubeSolutions};
 use crate::optics::Spectrum;
-use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
+use crate::traceable::{RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
 /// Number of points of an opening that a vertex is connected to where it may see only a part of it.
 const CONNECTIONS: usize = 2;
@@ -30,24 +34,64 @@ const CONNECTIONS: usize = 2;
 pub struct PatchLight<'a, const C: usize> {
     /// Emitting zone of each opening.
     zones: &'a [Zone],
-    found: RefCell<Vec<Spectrum<C>>>,
+    next_event: NextEvent<'a, EvenLight<'a, C>>,
+    /// Light that is found: what coarse solutions do not leave out, and the residual.
+    found: RefCell<[Found<C>; 2]>,
     vectors: pulp::Arch,
+}
+
+/// Light of openings in lx.
+#[derive(Clone, Debug)]
+struct Found<const C: usize> {
+    /// Illuminances by one lumen from each patch.
+    by_connections: Vec<Spectrum<C>>,
+    /// Light by coarse solutions: illuminances by the lights of each opening.
+    by_solutions: Vec<Spectrum<C>>,
+}
+
+impl<const C: usize> Found<C> {
+    /// Returns the illuminances in lx by the lights of each opening and by all together ([`to_tubes`]), times a factor.
+    fn of_tubes(&self, zones: &[Zone], factor: f64) -> Vec<f64> {
+        let to_patches: Vec<f64> = self.by_connections.iter().map(|light| (*light * factor).luminance()).collect();
+        let mut lights = to_tubes(zones, &to_patches);
+        let by_solutions: Vec<f64> = self.by_solutions.iter().map(|light| (*light * factor).luminance()).collect();
+        lights.iter_mut().zip(&by_solutions).for_each(|(light, coarse)| *light += coarse);
+        if let Some(all) = lights.last_mut() {
+            *all += by_solutions.iter().step_by(MOMENTS).sum::<f64>();
+        }
+        lights
+    }
 }
 
 impl<'a, const C: usize> PatchLight<'a, C> {
     /// Makes an estimate of the light of the patches of these zones, one for each tube, that has found nothing yet.
-    pub fn new(zones: &'a [Zone]) -> Self {
-        let found = RefCell::new(vec![Spectrum::ZERO; zones.len() * CELLS]);
-        Self { zones, found, vectors: pulp::Arch::new() }
+    pub fn new(zones: &'a [Zone], light: &'a EvenLight<'a, C>) -> Self {
+        let columns = light.0.map_or(0, TubeSolutions::columns);
+        let [by_connections, by_solutions] = [zones.len() * CELLS, columns].map(|lights| vec![Spectrum::ZERO; lights]);
+        let none = Found { by_connections, by_solutions };
+        Self {
+            zones,
+            next_event: NextEvent(light),
+            found: RefCell::new([none.clone(), none]),
+            vectors: pulp::Arch::new(),
+        }
     }
 
-    /// Returns the light that all paths have found, patch by patch.
-    pub fn into_found(self) -> Vec<Spectrum<C>> {
-        self.found.into_inner()
+    /// Returns the illuminances in lx by one lumen from each patch that all paths have found, times a factor.
+    pub fn of_patches(&self, factor: f64) -> Vec<f64> {
+        let [found, _] = &*self.found.borrow();
+        found.by_connections.iter().map(|light| (*light * factor).luminance()).collect()
     }
 
-    fn find(&self, tube: usize, patch: usize, light: Spectrum<C>) {
-        if let Some(found) = self.found.borrow_mut().get_mut(tube * CELLS + patch) {
+    /// Returns the illuminances in lx by the lights of each opening that all paths have found, times a factor: what coarse solutions do not
+    /// leave out, and the residual.
+    pub fn of_tubes(&self, factor: f64) -> [Vec<f64>; 2] {
+        self.found.borrow().each_ref().map(|found| found.of_tubes(self.zones, factor))
+    }
+
+    fn find(&self, walk: &Walk<'_, C>, tube: usize, patch: usize, light: Spectrum<C>) {
+        let found = &mut self.found.borrow_mut()[usize::from(walk.is_beyond())];
+        if let Some(found) = found.by_connections.get_mut(tube * CELLS + patch) {
             *found += light;
         }
     }
@@ -82,7 +126,8 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                 if let Some((response, density)) = walk.respond(vertex, source, None) {
                     let patch = cell(&tube.opening, away);
                     let luminance = self.luminance(tube, number, source, patch);
-                    self.find(number, patch, response * (luminance * power_heuristic(connected, density) / connected));
+                    let weight = power_heuristic(connected, density) / connected;
+                    self.find(walk, number, patch, response * (luminance * weight));
                 }
             }
             OpeningVisibility::Whole(albedo) => {
@@ -95,8 +140,8 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                 let centre = tube.frame.origin.truncate();
                 let lit = PointIlluminances { receiver: &receiver, points, centre };
                 let lit = self.vectors.dispatch(lit);
-                let mut found = self.found.borrow_mut();
-                for (found, lit) in found.iter_mut().skip(number * CELLS).zip(lit) {
+                let found = &mut self.found.borrow_mut()[usize::from(walk.is_beyond())];
+                for (found, lit) in found.by_connections[number * CELLS..].iter_mut().zip(lit) {
                     *found += albedo * (lit * (1.0 / PI));
                 }
             }
@@ -111,7 +156,7 @@ impl<'a, const C: usize> PatchLight<'a, C> {
                     if let Some((response, _)) = walk.respond(vertex, source, None) {
                         let per_area = tube.frame.up(to_light) / (PI * distance_squared * distance_squared.sqrt());
                         let fraction = self.per_part(tube, number, source, patch) / CONNECTIONS as f64;
-                        self.find(number, patch, response * (per_area * fraction));
+                        self.find(walk, number, patch, response * (per_area * fraction));
                     }
                 }
             }
@@ -164,23 +209,56 @@ impl pulp::NullaryFnOnce for PointIlluminances<'_> {
     }
 }
 
-/// Daylight estimator without light: none comes down the tubes.
-struct NoDaylight;
+/// Daylight of which only the coarse solutions are known, if there are any: none comes down the tubes.
+#[derive(Debug)]
+pub struct EvenLight<'a, const C: usize>(pub Option<&'a TubeSolutions<C>>);
 
-impl<const C: usize> Daylight<C> for NoDaylight {
+impl<const C: usize> Daylight<C> for EvenLight<'_, C> {
     fn connect(&self, _: &mut Walk<'_, C>, _: &Vertex<'_, C>, _: usize) {}
+
+    fn reflected(&self, surface: SurfaceId, point: DVec3, sensor: Option<DVec3>) -> Option<Spectrum<C>> {
+        self.0?.all.luminance(surface, point, sensor)
+    }
+
+    fn coarse_solution(&self) -> Option<&Solution<C>> {
+        Some(&self.0?.all)
+    }
 
     fn sky_weight(&self, _: &TraceableScene, _: usize, _: &PathState, _: DVec3) -> Option<f64> {
         None
     }
 }
 
-/// Next-event estimation of luminaires, which are found as by any other path.
-const LUMINAIRES: NextEvent<'static, NoDaylight> = NextEvent(&NoDaylight);
-
 impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
     type Trace = PathState;
     type Arrival = ();
+
+    fn reflected(&self, ray: &Ray<C, PathState>, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
+        self.next_event.reflected(ray, surface, point)
+    }
+
+    fn counts(&self, (surface, point): (SurfaceId, DVec3), weight: Spectrum<C>, gathered: f64, beyond: f64) {
+        let Some(solutions) = self.next_event.0.0 else { return };
+        let lights = solutions.at(surface, point);
+        for (found, times) in self.found.borrow_mut().iter_mut().zip([gathered, beyond]) {
+            if times != 0.0 {
+                let times = weight * times;
+                found.by_solutions.iter_mut().zip(lights).for_each(|(found, light)| *found += times * *light);
+            }
+        }
+    }
+
+    fn bright_patches(&self) -> Option<&BrightPatches> {
+        self.next_event.bright_patches()
+    }
+
+    fn is_aimed(&self, state: PathState, target: Option<Target>, fraction: f64) -> PathState {
+        self.next_event.is_aimed(state, target, fraction)
+    }
+
+    fn aim_weight(&self, ray: &Ray<C, PathState>, surface: SurfaceId, hit: &RoomHit) -> f64 {
+        self.next_event.aim_weight(ray, surface, hit)
+    }
 
     fn arrives(&self, _: &PathState, _: f64) {}
 
@@ -189,7 +267,7 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
     fn arrives_at_sensor(&self) {}
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, (): &()) {
-        LUMINAIRES.connect(walk, vertex, &());
+        self.next_event.connect(walk, vertex, &());
         if vertex.is_sensor() {
             return;
         }
@@ -203,19 +281,19 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
     }
 
     fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), toward: DVec3, pdf: f64) -> PathState {
-        Meeting::<C>::leaves(&LUMINAIRES, scene, vertex, &(), toward, pdf)
+        self.next_event.leaves(scene, vertex, &(), toward, pdf)
     }
 
     fn turns(&self, scene: &TraceableScene, state: &PathState, surface: SurfaceId) -> PathState {
-        Meeting::<C>::turns(&LUMINAIRES, scene, state, surface)
+        self.next_event.turns(scene, state, surface)
     }
 
     fn passes(&self, state: &PathState) -> PathState {
-        Meeting::<C>::passes(&LUMINAIRES, state)
+        self.next_event.passes(state)
     }
 
     fn luminaire_weight(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, PathState>, position: DVec3) -> f64 {
-        LUMINAIRES.luminaire_weight(scene, number, ray, position)
+        self.next_event.luminaire_weight(scene, number, ray, position)
     }
 
     fn meets_opening(
@@ -235,7 +313,7 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
         };
         if found > 0.0 {
             let patch = cell(&of.opening, of.away(position));
-            self.find(tube, patch, ray.weight * (self.luminance(of, tube, position, patch) * found));
+            self.find(walk, tube, patch, ray.weight * (self.luminance(of, tube, position, patch) * found));
         }
         Some(DaylightWeights::NONE)
     }

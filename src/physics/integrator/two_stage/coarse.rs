@@ -58,20 +58,28 @@ impl<const C: usize> Coarse<C> {
         let lit = ClosureSource::new((task, beside), &[], (photons, target), seed).pass(scene, key, task.cancel);
         let light = lit.map_or_else(Vec::new, |lit: ClosureLight<C>| lit.lambertian.fluxes_with_centroids());
         let solution = exchange.solve((scene, with_clear_zones), &light);
+        Some(Self {
+            spreads: Self::spreads((task, beside), &solution, key),
+            rays: task.exchanges.map_or(exchange.rays(), |shared| shared.cost(exchange.rays())),
+            solution: Arc::new(solution),
+        })
+    }
+
+    /// Estimates the variances by which the residuals of sensors beyond a solution are expected to differ, by grid; none where they are not
+    /// known.
+    pub fn spreads((task, beside): (&Task, Beside), solution: &Solution<C>, key: Key) -> Vec<ExpectedSpreads> {
+        let scene = task.traceable;
+        // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
+        // an object or in a beam
+        if !scene.is_bare() || beside == Beside::Connected {
+            return Vec::new();
+        }
         let spread = |(number, grid): (usize, &Grid)| {
             let some = grid.thinned(SENSORS);
             let valued = (0..some.len()).filter(|sensor| !some.is_inside(*sensor));
             let sensors: Vec<Sensor> = valued.map(|sensor| lifted(scene, &some, sensor)).collect();
             solution.expected_spreads(scene, &sensors, key.stream(Stream::Grid, number as u64))
         };
-        // light by lobes and mirrors makes sensors differ by more than the errors of their patches, and so do patches that lie in part below
-        // an object or in a beam
-        let is_known = scene.is_bare() && !with_clear_zones;
-        let spreads = if is_known { task.all_grids.iter().enumerate().map(spread).collect() } else { Vec::new() };
-        Some(Self {
-            spreads,
-            rays: task.exchanges.map_or(exchange.rays(), |shared| shared.cost(exchange.rays())),
-            solution: Arc::new(solution),
-        })
+        task.all_grids.iter().enumerate().map(spread).collect()
     }
 }

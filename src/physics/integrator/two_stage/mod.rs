@@ -40,6 +40,7 @@
 mod close;
 mod coarse;
 mod passes;
+mod responses;
 mod sample_counts;
 mod settings;
 mod sizes;
@@ -59,7 +60,6 @@ use crate::integrator::diffuser_source::closure_source::{
     refuses_directional,
 };
 use crate::integrator::method::{Caveat, Computation, Described, Load, Outputs, Refusal, Retained, Task, Trial};
-use crate::integrator::room_matrix::MatrixEstimator;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::scene::{Channels, Grid, Responses};
 use close::{CloseSensors, refuses_close};
@@ -172,7 +172,7 @@ impl<const C: usize> TwoStage<C> {
             }
         }
         let shares = Self::divided((task, beside), settings, coarse.as_ref(), by, &mut sizes);
-        let room = MatrixEstimator::new(scene, task.grids, settings.samples_per_sensor, (seed, target));
+        let room = Self::responses((task, beside), settings, coarse.as_ref(), by);
         let close = CloseSensors::new((scene, beside), task.grids, seed, target);
         let outputs = (task.grids, task.views);
         let closures = ClosureSource::new((task, beside), task.grids, (sizes.photons, target), seed);

@@ -182,7 +182,7 @@ impl<const C: usize> Integrator for TwoStage<C> {
         let mut contrasts = self.closures.no_contrasts();
         contrasts.resize(self.grids.len(), Vec::new());
         let grid = |((number, grid), contrasts): ((usize, &Grid), Vec<f64>)| {
-            let companions = vec![GridPass::default(); self.room.as_ref().map_or(0, |room| room.columns(grid))];
+            let companions = self.room.as_ref().map_or_else(Vec::new, |room| room.start(number, grid));
             let of_sensors = |spreads: &ExpectedSpreads| {
                 let positions = (0..grid.len()).map(|sensor| lifted(&self.scene, grid, sensor).position);
                 spreads.at(&positions.collect::<Vec<_>>())

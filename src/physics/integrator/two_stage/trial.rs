@@ -14,7 +14,7 @@ use crate::sampling::Stream;
 use crate::scene::Grid;
 
 /// Largest number of sensors of a grid in the first trial.
-const TRIED_SENSORS: usize = 36;
+pub const TRIED_SENSORS: usize = 36;
 
 impl<const C: usize> TwoStage<C> {
     /// Chooses the sizes of a pass, by a small trial where the document does not set the number of paths; returns the variances that the
