@@ -15,7 +15,10 @@ const COUNTERS: [(&str, &str); 7] = [
         "Reads of events from the database, by who reads: the reader of all streams of a job, or one stream",
     ),
     ("skyduct_http_requests_total", "Requests that were answered, by method, route and status"),
-    ("skyduct_jobs_finished_total", "Jobs that ended since the process started, by status"),
+    (
+        "skyduct_jobs_finished_total",
+        "Jobs that workers ended since the process started, by status; those cancelled or deleted while they waited are not counted",
+    ),
     ("skyduct_jobs_submitted_total", "Jobs that were queued since the process started, those of sets included"),
     ("skyduct_jobs_taken_over_total", "Jobs that reused the results of an equal one since the process started"),
     ("skyduct_passes_total", "Passes that were rendered since the process started"),

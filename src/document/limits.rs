@@ -167,6 +167,8 @@ pub const SUN_OFFSET_MINUTES: Range = within(-90.0, 60.0);
 pub const SUNS_PER_HOUR: Range = within(1.0, 12.0);
 /// Number of weather files of a job.
 pub const WEATHER_FILES: RangeInclusive<usize> = 1..=32;
+/// Largest number of positions of the sun in the years of a job: some seconds.
+pub const SUNS: usize = 1_000_000;
 /// Largest number of sensors times records of a year.
 pub const SENSORS_TIMES_RECORDS: usize = 20_000_000;
 /// Largest number of sensors times records of all weather files of a job.

@@ -11,7 +11,7 @@ use crate::annual::schedule::{Schedule, daylight_hours, occupied};
 use crate::annual::weather::{Record, Site, Weather};
 use crate::document::annual::{AnnualDocument, DaylightSavingDocument, IlluminanceSource, ScheduleDocument, Weekday};
 use crate::document::limits::{
-    EYES_TIMES_TUBES, SENSORS_TIMES_ALL_RECORDS, SENSORS_TIMES_MOMENTS, SENSORS_TIMES_RECORDS,
+    EYES_TIMES_TUBES, SENSORS_TIMES_ALL_RECORDS, SENSORS_TIMES_MOMENTS, SENSORS_TIMES_RECORDS, SUNS,
     TRACED_TUBES_TIMES_MOMENTS, TUBES_TIMES_MOMENTS,
 };
 use crate::document::sky::LocationDocument;
@@ -72,8 +72,11 @@ impl AnnualJob {
         warnings: &mut Vec<Warning>,
     ) -> Result<Option<Self>, DocumentErrors> {
         let Some(annual) = &document.annual else { return Ok(None) };
-        let mut years = Vec::new();
+        let (mut years, mut suns) = (Vec::new(), 0);
         for (name, pointer) in annual.weather.with_pointers() {
+            // the sun of a file is computed before the next one is read
+            suns += suns_of(annual, &*files.weather(name).map_err(|detail| FieldError::new(&pointer, detail))?);
+            check_suns(suns)?;
             years.push(WeatherYear::read(document, annual, (name, &pointer), files, warnings)?);
         }
         check_size(annual, &years, scene)?;
@@ -315,10 +318,7 @@ pub(crate) fn source_of(document: &AnnualDocument, weather: &Weather) -> Illumin
 /// Checks that years have no more values than memory and time allow.
 fn check_size(annual: &AnnualDocument, years: &[WeatherYear], scene: &Scene) -> Result<(), FieldError> {
     let records = || years.iter().map(|year| year.weather.records.len());
-    let suns = |year: &WeatherYear| {
-        let per_record = annual.suns_per_hour.div_ceil(year.weather.records_per_hour.max(1)) as usize;
-        per_record * year.weather.records.len()
-    };
+    let suns = |year: &WeatherYear| suns_of(annual, &year.weather);
     let sensors: usize = scene.grids.iter().map(Grid::len).sum();
     let eyes =
         scene.grids.iter().flat_map(|grid| (0..grid.len()).filter(|sensor| is_eye(&grid.sensor(*sensor)))).count();
@@ -338,6 +338,22 @@ fn check_size(annual: &AnnualDocument, years: &[WeatherYear], scene: &Scene) -> 
         }
     }
     Ok(())
+}
+
+/// Returns the number of positions of the sun in the year of a weather file.
+fn suns_of(annual: &AnnualDocument, weather: &Weather) -> usize {
+    annual.suns_per_hour.div_ceil(weather.records_per_hour.max(1)) as usize * weather.records.len()
+}
+
+/// Checks the number of positions of the sun in the weather files that are read so far.
+fn check_suns(suns: usize) -> Result<(), FieldError> {
+    if suns <= SUNS {
+        return Ok(());
+    }
+    let detail = format!(
+        "the records of the weather files times the positions of the sun in each must be <= {SUNS}, but are {suns} or more"
+    );
+    Err(FieldError::new("/annual/suns_per_hour", detail).coded(FieldErrorCode::TooMany))
 }
 
 /// Returns the place of a document, which must be near that of its weather file.

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use skyduct::annual::weather::Record;
 use skyduct::document::result::annual::{GridYearResult, WithInterval, YearResult};
 use skyduct::document::result::weather_files::AnnualResult;
-use skyduct::document::{FileSource, JobDocument};
+use skyduct::document::{FieldErrorCode, FileSource, JobDocument};
 use skyduct::engine::progress::StoppedBy;
 use skyduct::engine::spent::Spent;
 use skyduct::output::npy;
@@ -284,9 +284,16 @@ fn several_weather_files_have_a_year_each() {
     let spread = found.over_files[0].metrics.iter().find(|metric| metric.name == "exposure_klxh").unwrap();
     assert_eq!([spread.least, spread.median, spread.largest], [half, whole, whole]);
     document["annual"]["weather"][2] = json!("none.epw");
-    let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
-    let refused = prepare_document(&parsed, &Folder).err().unwrap();
-    assert_eq!(refused.0[0].pointer, "/annual/weather/2");
+    let refused = |document: &Value| {
+        let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+        prepare_document(&parsed, &Folder).err().unwrap().0.remove(0)
+    };
+    assert_eq!(refused(&document).pointer, "/annual/weather/2");
+    // 10 x 8760 hours x 12 positions of the sun are a million and more
+    document["annual"]["weather"] = json!(vec!["synthetic.epw"; 10]);
+    document["annual"]["suns_per_hour"] = json!(12);
+    let fault = refused(&document);
+    assert_eq!((fault.pointer.as_str(), fault.code), ("/annual/suns_per_hour", FieldErrorCode::TooMany), "{fault}");
 }
 
 /// Criteria that name a single moment are judged without a year, at these moments and under clear skies alone.

@@ -164,9 +164,12 @@ impl GridEstimate {
     }
 
     /// Returns the illuminance of a sensor in lux: the mean over the passes, or a coarse solution plus a residual that is pooled over
-    /// sensors; zero without any pass.
+    /// sensors, or 0 where the noise of a residual would make light negative; zero without any pass.
     pub fn illuminance_lux(&self, sensor: usize) -> f64 {
-        if self.residuals.is_empty() { self.sensors[sensor].mean } else { self.residuals.value_and_variance(sensor).0 }
+        match self.residuals.is_empty() {
+            true => self.sensors[sensor].mean,
+            false => self.residuals.value_and_variance(sensor).0.max(0.0),
+        }
     }
 
     /// Returns the standard error in lux, including the estimated bias and the error of fixed points. It is not below that of few photons,
@@ -306,6 +309,19 @@ mod tests {
             estimate.push(&GridPass { illuminance, photons: vec![count], ..GridPass::default() });
         }
         estimate
+    }
+
+    /// Checks that a dark sensor, whose residual is -0.25 lx by its noise, has no negative light, and an interval that holds darkness.
+    #[test]
+    fn no_light_is_negative() {
+        let mut estimate = GridEstimate::empty(1);
+        estimate.begin(&GridPass { residual: vec![0.0], ..GridPass::default() });
+        for beyond in [-3.0, 1.0, -2.0, 1.0] {
+            let (illuminance, residual, gathered) = (vec![0.5 + beyond], vec![beyond], vec![0.5]);
+            estimate.push(&GridPass { illuminance, residual, gathered, ..GridPass::default() });
+        }
+        assert_eq!(estimate.illuminance_lux(0), 0.0);
+        assert!(estimate.standard_error_lux(0) > 1.0);
     }
 
     /// With nothing found in 16 passes, one more photon would add 4 lux to one of them, 0.25 lux to their mean. Of eight found, half a

@@ -67,7 +67,7 @@ impl Estimate {
     /// Creates an estimate of no passes for a scene's outputs.
     pub fn empty(scene: &Scene) -> Self {
         Self {
-            grids: scene.grids.iter().map(|grid| GridEstimate::of(grid)).collect(),
+            grids: scene.grids.iter().map(GridEstimate::of).collect(),
             views: scene.views.iter().map(|view| FilmEstimate::empty(view.size_px, scene.channels.count())).collect(),
             tubes: vec![TubeEstimate::default(); scene.tubes.len()],
             ..Self::default()

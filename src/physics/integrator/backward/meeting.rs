@@ -1,4 +1,4 @@
-//! What a method decides of a backward path, and the path that it decides on.
+//! Decisions of a method about a backward path, and the path itself.
 
 use glam::DVec3;
 

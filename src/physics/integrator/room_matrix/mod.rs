@@ -37,7 +37,7 @@ use crate::integrator::radiosity::{ExpectedSpreads, MOMENTS, TubeSolutions};
 use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{EstimateKind, Grid, Responses, Sensor};
 use crate::traceable::{TraceableScene, TraceableTube};
-use patch_light::{EvenLight, PatchLight};
+use patch_light::{EvenLight, PatchLight, to_tubes};
 
 /// Number of patches of every opening: six sectors of each of four rings, or four rows of six parts of a square.
 pub const PATCHES: usize = CELLS;
@@ -289,30 +289,6 @@ fn of_patches(responses: Responses, zones: &[Zone], to_patches: Vec<f64>) -> Vec
         Responses::ToPatches => to_patches,
         Responses::ToTubes => to_tubes(zones, &to_patches),
     }
-}
-
-/// Computes the responses of a sensor to whole openings from those to their patches: for each tube that to light which leaves its Lambertian
-/// zone evenly, and the moments of this response along x and y in radii of the opening; last, the sum over the tubes of the first of these.
-///
-/// A lumen whose density falls linearly across a disc, with its centroid at c radii, has the response w + 4 (c_x w_x + c_y w_y), because
-/// the mean square of a coordinate over the unit disc is 1/4.
-fn to_tubes(zones: &[Zone], to_patches: &[f64]) -> Vec<f64> {
-    let mut all = 0.0;
-    let of_tube = |(zone, to_patches): (&Zone, &[f64])| {
-        let (mut even, mut moment, mut square) = (0.0, DVec2::ZERO, 0.0);
-        for ((share, centroid), response) in zone.shares().into_iter().zip(zone.centroids()).zip(to_patches) {
-            even += share * response;
-            moment += share * response * centroid;
-            square += share * centroid.length_squared();
-        }
-        // the moment of a response that is linear in position, which centroids alone make too small
-        moment *= if square > 0.0 { zone.mean_square() / square } else { 0.0 };
-        all += even;
-        [even, moment.x, moment.y]
-    };
-    let mut responses: Vec<f64> = zones.iter().zip(to_patches.chunks_exact(PATCHES)).flat_map(of_tube).collect();
-    responses.push(all);
-    responses
 }
 
 /// Returns the scene below the openings: everything above is removed, except guides from which light comes back.

@@ -11,7 +11,6 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{MOMENTS, to_tubes};
 use crate::integrator::backward::daylight::opening_density;
 use crate::integrator::backward::meeting::{Meeting, Ray, Walk};
 use crate::integrator::backward::next_event::{Daylight, NextEvent, PathState, power_heuristic};
@@ -21,7 +20,7 @@ use crate::integrator::diffuser_source::cells::{OpeningReceiver, is_far};
 use crate::integrator::diffuser_source::opening_visibility::{OpeningVisibility, opening_visibility};
 use crate::integrator::diffuser_source::patches::{CELLS, cell};
 use crate::integrator::diffuser_source::zone::Zone;
-use crate::integrator::radiosity::{BrightPatches, Solution, Target, TubeSolutions};
+use crate::integrator::radiosity::{BrightPatches, MOMENTS, Solution, Target, TubeSolutions};
 use crate::optics::Spectrum;
 use crate::traceable::{RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
@@ -207,6 +206,30 @@ impl pulp::NullaryFnOnce for PointIlluminances<'_> {
         }
         lit
     }
+}
+
+/// Computes the responses of a sensor to whole openings from those to their patches: for each tube that to light which leaves its Lambertian
+/// zone evenly, and the moments of this response along x and y in radii of the opening; last, the sum over the tubes of the first of these.
+///
+/// A lumen whose density falls linearly across a disc, with its centroid at c radii, has the response w + 4 (c_x w_x + c_y w_y), because
+/// the mean square of a coordinate over the unit disc is 1/4.
+pub fn to_tubes(zones: &[Zone], to_patches: &[f64]) -> Vec<f64> {
+    let mut all = 0.0;
+    let of_tube = |(zone, to_patches): (&Zone, &[f64])| {
+        let (mut even, mut moment, mut square) = (0.0, DVec2::ZERO, 0.0);
+        for ((share, centroid), response) in zone.shares().into_iter().zip(zone.centroids()).zip(to_patches) {
+            even += share * response;
+            moment += share * response * centroid;
+            square += share * centroid.length_squared();
+        }
+        // the moment of a response that is linear in position, which centroids alone make too small
+        moment *= if square > 0.0 { zone.mean_square() / square } else { 0.0 };
+        all += even;
+        [even, moment.x, moment.y]
+    };
+    let mut responses: Vec<f64> = zones.iter().zip(to_patches.chunks_exact(CELLS)).flat_map(of_tube).collect();
+    responses.push(all);
+    responses
 }
 
 /// Daylight of which only the coarse solutions are known, if there are any: none comes down the tubes.
