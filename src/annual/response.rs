@@ -59,17 +59,23 @@ pub struct Responses {
     /// Standard error of each sensor's sum over the tubes, over the sum of their standard errors: 1 where the errors of tubes are the same,
     /// less where they are independent.
     pub correlations: Vec<f64>,
+    /// Standard error of each sensor's response to one lumen from every tube.
+    errors_of_all: Vec<f64>,
+    /// Standard error of the mean of these responses over the area; `None` where it is not known.
+    error_of_mean: Option<f64>,
 }
 
 impl Responses {
     /// Makes the responses of sensors to all tubes; `errors_of_all` are the standard errors of each sensor's response to one lumen from every
-    /// tube. They tell how much the errors of the tubes go together: fully where there are none.
-    pub fn new(tubes: Vec<Vec<Response>>, errors_of_all: &[f64]) -> Self {
+    /// tube, and `error_of_mean` that of its mean over the area. They tell how much the errors of tubes and of sensors go together: fully where
+    /// there are none.
+    pub fn new(tubes: Vec<Vec<Response>>, errors_of_all: Vec<f64>, error_of_mean: Option<f64>) -> Self {
         let correlation = |(sensor, of_all): (usize, &f64)| {
             let apart: f64 = tubes.iter().map(|tube| tube[sensor].standard_error).sum();
             if apart > 0.0 { (of_all / apart).min(1.0) } else { 1.0 }
         };
-        Self { correlations: errors_of_all.iter().enumerate().map(correlation).collect(), tubes }
+        let correlations = errors_of_all.iter().enumerate().map(correlation).collect();
+        Self { correlations, tubes, errors_of_all, error_of_mean }
     }
 
     /// Returns the number of sensors.
@@ -77,8 +83,8 @@ impl Responses {
         self.tubes.first().map_or(0, Vec::len)
     }
 
-    /// Returns the responses of the mean of sensors with the given weights; its errors are taken as if those of all sensors were the same.
-    /// Zero for weights that add up to nothing.
+    /// Returns the responses of the mean of sensors, whose weights are their areas; where the error of the mean is not known, those of all
+    /// sensors are taken as the same. Zero for weights that add up to nothing.
     pub fn mean(&self, weights: &[f64]) -> Self {
         let whole = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let of_tube = |responses: &Vec<Response>| {
@@ -91,10 +97,12 @@ impl Responses {
             }
             vec![mean]
         };
-        let of_weight = |(correlation, weight): (&f64, &f64)| correlation * weight / whole;
-        let correlation = self.correlations.iter().zip(weights).map(of_weight).sum();
-        let tubes = self.tubes.iter().map(of_tube).collect();
-        Self { tubes, correlations: if self.correlations.is_empty() { Vec::new() } else { vec![correlation] } }
+        let weighted = |values: &[f64]| values.iter().zip(weights).map(|(value, weight)| value * weight / whole).sum();
+        let alike: f64 = weighted(&self.errors_of_all);
+        let part = |error: f64| if alike > 0.0 { (error / alike).min(1.0) } else { 1.0 };
+        let correlation = self.error_of_mean.map_or(1.0, part) * weighted(&self.correlations);
+        let correlations = if self.correlations.is_empty() { Vec::new() } else { vec![correlation] };
+        Self { tubes: self.tubes.iter().map(of_tube).collect(), correlations, ..Self::default() }
     }
 
     /// Computes the illuminances of a sensor.
@@ -244,7 +252,7 @@ mod tests {
             vec![Response { lux_per_lumen, gradient, left_out: 0.0, standard_error }]
         };
         let tubes = vec![response(0.1, DVec2::new(0.2, -0.1), 0.003), response(0.2, DVec2::ZERO, 0.004)];
-        let responses = Responses::new(tubes, &[0.005]);
+        let responses = Responses::new(tubes, vec![0.005], None);
         let lights = |lumens: f64, moment: DVec2| vec![TubeRecord { lumens, beam_lumens: 0.5 * lumens, moment }];
         let tubes = vec![lights(1000.0, DVec2::new(50.0, 0.0)), lights(1000.0, DVec2::ZERO)];
         let light = RecordLight::of_records(vec![12], tubes, vec![0.0, 0.0]);
@@ -252,7 +260,12 @@ mod tests {
         assert!((responses.relative_error(0, &light) - 0.005 / 0.3).abs() < 1e-12);
         let by_tube = responses.mean_by_tube_lux(0, &light, 10);
         assert!((by_tube[0] - 11.0).abs() < 1e-12 && (by_tube[1] - 20.0).abs() < 1e-12);
-        assert_eq!(responses.mean(&[2.0]), responses);
+        let mean = responses.mean(&[2.0]);
+        assert_eq!((&mean.tubes, &mean.correlations), (&responses.tubes, &responses.correlations));
+        // the mean of sensors that err apart errs less
+        let two = responses.tubes.iter().map(|tube| vec![tube[0]; 2]).collect();
+        let two = Responses::new(two, vec![0.005, 0.005], Some(0.003)).mean(&[1.0, 1.0]);
+        assert!((two.relative_error(0, &light) - 0.003 / 0.3).abs() < 1e-12);
         // patterns of beams count with half of the light
         let mut patterned = responses.clone();
         patterned.tubes[1][0].left_out = 0.02;

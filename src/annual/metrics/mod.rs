@@ -55,6 +55,11 @@ impl Value {
         [self.value - half, self.value + half]
     }
 
+    /// Returns the value with its standard error times a factor.
+    pub fn with_error_times(self, factor: f64) -> Self {
+        Self { standard_error: factor * self.standard_error, ..self }
+    }
+
     /// Returns the mean of values with weights; errors are taken as if those of all values were the same. Zero without weights.
     pub fn mean<'a>(values: impl Iterator<Item = (&'a Self, f64)>) -> Self {
         let (mut mean, mut whole) = (Self::default(), 0.0);

@@ -63,17 +63,22 @@ impl GridYear {
         let sensors = grid.sensors.light.sensors().min(grid.weights.len());
         let points: Vec<PointYear> = (0..sensors).into_par_iter().map(point).collect();
         let each = |of: fn(&PointYear) -> Value| points.iter().map(of).collect::<Vec<Value>>();
-        let mean = |of: fn(&PointYear) -> Value| area.mean(&each(of));
+        let of_mean = grid.sensors.mean(grid.weights, light);
+        // errors of means over the area, relative to what they were if all sensors had the same
+        let alike = area.mean(&each(|point| point.exposure_klxh));
+        let apart = of_mean.relative_error * alike.value / alike.standard_error;
+        let apart = if alike.standard_error > 0.0 { apart.min(1.0) } else { 1.0 };
+        let mean_of = |values: &[Value]| area.mean(values).with_error_times(apart);
+        let mean = |of: fn(&PointYear) -> Value| mean_of(&each(of));
         let by_threshold = |of: fn(&PointYear) -> &Vec<Value>| -> Vec<Value> {
             let value = |point: &PointYear, number: usize| of(point).get(number).copied().unwrap_or_default();
             let numbers = 0..options.thresholds_lux.len();
             numbers
-                .map(|number| area.mean(&points.iter().map(|point| value(point, number)).collect::<Vec<_>>()))
+                .map(|number| mean_of(&points.iter().map(|point| value(point, number)).collect::<Vec<_>>()))
                 .collect()
         };
         let medians = each(|point| point.median_lux);
         let [least, most] = area.extremes(&medians).unwrap_or_default();
-        let of_mean = grid.sensors.mean(grid.weights, light);
         let points_of_standard = en17037::Points {
             area,
             autonomies_percent: &points.iter().map(|point| point.en17037_percent).collect::<Vec<_>>(),
@@ -101,7 +106,7 @@ impl GridYear {
             sun_exposure_percent: sun_exposure(area, &points),
             exposure_klxh: mean(|point| point.exposure_klxh),
             mean_lux: mean(|point| point.mean_lux),
-            median_lux: [area.mean(&medians), least, most],
+            median_lux: [mean_of(&medians), least, most],
             provision,
             energy,
             verdicts,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::number::{error, rows, value};
+use super::number::{error, finite, rows, value};
 use crate::estimate::GridEstimate;
 use crate::integrator::radiosity::MOMENTS;
 use crate::integrator::room_matrix::PATCHES;
@@ -51,27 +51,37 @@ pub struct TubeResponse {
     /// c radii away from the centre gives 4 (c_x m_x + c_y m_y) more.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub moments: Vec<Vec<Vec<Option<f64>>>>,
+    /// Standard error of the mean of `lux_per_lumen` over the area of the grid, for all tubes together; left out for one tube, and before the
+    /// second pass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_standard_error: Option<f64>,
 }
+
+/// Values of the sensors of a grid, row by row.
+type Rows = Vec<Vec<Option<f64>>>;
 
 impl TubeResponse {
     /// Returns the responses of an estimate, which has `columns` sensors in a row, to `tubes` openings, and that to all of them.
     pub fn all(estimate: &GridEstimate, columns: usize, tubes: usize) -> Vec<Self> {
-        let values = |part: &GridEstimate| -> Vec<Vec<Option<f64>>> {
+        let values = |part: &GridEstimate| -> Rows {
             rows(&(0..part.sensors.len()).map(|sensor| value(part, sensor)).collect::<Vec<_>>(), columns)
         };
-        let errors = |part: &GridEstimate| -> Vec<Vec<Option<f64>>> {
+        let errors = |part: &GridEstimate| -> Rows {
             rows(&(0..part.sensors.len()).map(|sensor| error(part, sensor)).collect::<Vec<_>>(), columns)
         };
         let Some((to_all, moments)) = estimate.companions.split_first() else { return Vec::new() };
         let moments = moments.chunks(MOMENTS - 1).map(|of_tube| of_tube.iter().map(values).collect());
-        let of_tube = |((tube, part), moments): ((usize, &GridEstimate), Vec<Vec<Vec<Option<f64>>>>)| Self {
+        let of_tube = |((tube, part), moments): ((usize, &GridEstimate), Vec<Rows>)| Self {
             tube: Some(tube),
             lux_per_lumen: values(part),
             standard_error: errors(part),
             moments,
+            mean_standard_error: None,
         };
         let of_tubes = to_all.companions.iter().take(tubes).enumerate().zip(moments).map(of_tube);
-        let of_all = Self { lux_per_lumen: values(to_all), standard_error: errors(to_all), ..Self::default() };
+        let (lux_per_lumen, standard_error) = (values(to_all), errors(to_all));
+        let mean_standard_error = finite(to_all.mean.standard_error());
+        let of_all = Self { lux_per_lumen, standard_error, mean_standard_error, ..Self::default() };
         of_tubes.chain([of_all]).collect()
     }
 }

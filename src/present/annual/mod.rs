@@ -308,8 +308,9 @@ fn responses_of((grid, result): (&Grid, &GridResult), scene: &TraceableScene, ra
         values.enumerate().collect::<Vec<_>>().into_par_iter().map(response).collect()
     };
     let tubes: Vec<Vec<Response>> = results.iter().zip(radii).zip(&scene.tubes).map(of_tube).collect();
-    let errors_of_all = results.get(radii.len()).map(errors).unwrap_or_default();
-    Responses::new(tubes, &errors_of_all)
+    let all = results.get(radii.len());
+    let of_mean = all.and_then(|all| Some(all.mean_standard_error? * result.statistics.coverage_factor? / CONFIDENT));
+    Responses::new(tubes, all.map(errors).unwrap_or_default(), of_mean)
 }
 
 fn options(document: &AnnualDocument) -> Options {

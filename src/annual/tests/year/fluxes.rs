@@ -188,7 +188,7 @@ fn patterns_of_beams_err_as_told() {
                 left_out: left_out(&scene, tube, &sensor),
                 standard_error: 0.0,
             };
-            let responses = Responses { tubes: vec![vec![response]], correlations: Vec::new() };
+            let responses = Responses::new(vec![vec![response]], Vec::new(), None);
             for step in 0..15 {
                 let toward = direction((19.0 + 4.0 * f64::from(step)).to_radians(), 2.0 + f64::from(step * step));
                 let (mut lumens, mut centre, mut lux) = (0.0, DVec2::ZERO, 0.0);

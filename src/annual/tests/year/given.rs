@@ -161,7 +161,7 @@ pub fn responses(of: impl Iterator<Item = (f64, f64)>, tubes: usize) -> Response
         left_out: 0.0,
         standard_error: 1e-3 * error,
     };
-    Responses { tubes: vec![of.map(response).collect(); tubes], correlations: Vec::new() }
+    Responses::new(vec![of.map(response).collect(); tubes], Vec::new(), None)
 }
 
 /// Returns whether each record of the year is occupied from 8 to 18 h.
