@@ -35,9 +35,30 @@ impl Area<'_> {
         Bounded { value: share(0.0), low: share(-CONFIDENT), high: share(CONFIDENT) }
     }
 
-    /// Computes the mean over the area.
-    pub fn mean(&self, values: &[Value]) -> Value {
-        Value::mean(values.iter().zip(self.weights.iter().copied()))
+    /// Computes the mean over the area, where the errors of any two points have this correlation, 0..1; zero without area.
+    pub fn mean(&self, values: &[Value], correlation: f64) -> Value {
+        let whole: f64 = self.weights.iter().sum();
+        if whole <= 0.0 {
+            return Value::default();
+        }
+        let sum: f64 = values.iter().zip(self.weights).map(|(value, weight)| weight * value.value).sum();
+        let [alike, apart] = self.variances(values);
+        let variance = correlation * alike + (1.0 - correlation) * apart;
+        Value { value: sum / whole, standard_error: variance.sqrt() / whole }
+    }
+
+    /// Returns the correlation of the errors of points, 0..1, with which the mean of their values has a standard error of so much; 1 where they
+    /// have none.
+    pub fn correlation(&self, values: &[Value], error_of_mean: f64) -> f64 {
+        let [alike, apart] = self.variances(values);
+        let found = (error_of_mean * self.weights.iter().sum::<f64>()).powi(2);
+        if alike > apart { ((found - apart) / (alike - apart)).clamp(0.0, 1.0) } else { 1.0 }
+    }
+
+    /// Returns the variances of the weighted sum of values if their errors are the same, and if they are independent.
+    fn variances(&self, values: &[Value]) -> [f64; 2] {
+        let errors = values.iter().zip(self.weights).map(|(value, weight)| weight * value.standard_error);
+        [errors.clone().sum::<f64>().powi(2), errors.map(|error| error * error).sum()]
     }
 
     /// Returns the smallest and the largest value; `None` without points. Their errors cover the choice of the point: the least of many noisy
@@ -71,7 +92,7 @@ mod tests {
         let exact = values(&[(50.0, 0.0), (49.9, 0.0), (60.0, 0.0), (99.0, 0.0)]);
         assert_eq!(area.share_percent(&exact, 50.0), Bounded { value: 50.0, low: 50.0, high: 50.0 });
         assert_eq!(area.points(), 3);
-        assert_eq!(area.mean(&exact).value, 0.25 * (50.0 + 2.0 * 49.9 + 60.0));
+        assert_eq!(area.mean(&exact, 1.0).value, 0.25 * (50.0 + 2.0 * 49.9 + 60.0));
         assert_eq!(area.extremes(&exact).map(|[least, most]| (least.value, most.value)), Some((49.9, 60.0)));
         let unsure = values(&[(50.0, 0.1), (49.9, 0.1), (60.0, 0.1), (50.0, 9.0)]);
         assert_eq!(area.share_percent(&unsure, 50.0), Bounded { value: 50.0, low: 25.0, high: 100.0 });
@@ -81,6 +102,23 @@ mod tests {
         assert!((far.standard_error - 0.1).abs() < 1e-9 && near.standard_error > 0.11, "{far:?} {near:?}");
         let none = Area { weights: &[0.0; 4] };
         assert_eq!((none.share_percent(&exact, 50.0), none.extremes(&exact)), (Bounded::default(), None));
+    }
+
+    /// Checks by hand that errors which go together add up, that independent ones add up in squares, and that an error of the mean between
+    /// these tells the correlation, with which the mean of others has one of its own.
+    #[test]
+    fn errors_of_means_follow_their_correlation() {
+        let area = Area { weights: &[1.0, 2.0, 1.0] };
+        let some = values(&[(1.0, 0.4), (2.0, 0.1), (3.0, 0.0)]);
+        let error = |correlation: f64| area.mean(&some, correlation).standard_error;
+        assert!((error(1.0) - 0.6 / 4.0).abs() < 1e-12 && (error(0.0) - 0.2f64.sqrt() / 4.0).abs() < 1e-12);
+        assert!((area.correlation(&some, error(0.3)) - 0.3).abs() < 1e-12);
+        assert_eq!([1.0, 0.0].map(|error| area.correlation(&some, error)), [1.0, 0.0]);
+        assert_eq!(area.correlation(&values(&[(1.0, 0.0); 3]), 0.0), 1.0);
+        assert_eq!(Area { weights: &[0.0; 3] }.mean(&some, 1.0), Value::default());
+        // one point alone has its whole error
+        let one = values(&[(0.0, 0.0), (5.0, 0.2), (0.0, 0.0)]);
+        assert!((area.mean(&one, 0.3).standard_error - 0.1).abs() < 1e-12);
     }
 
     /// Draws the least and the greatest of 25 equal points 2000 times: intervals of 95 % hold the truth at least that often (four binomial

@@ -54,25 +54,6 @@ impl Value {
         let half = CONFIDENT * self.standard_error;
         [self.value - half, self.value + half]
     }
-
-    /// Returns the value with its standard error times a factor.
-    pub fn with_error_times(self, factor: f64) -> Self {
-        Self { standard_error: factor * self.standard_error, ..self }
-    }
-
-    /// Returns the mean of values with weights; errors are taken as if those of all values were the same. Zero without weights.
-    pub fn mean<'a>(values: impl Iterator<Item = (&'a Self, f64)>) -> Self {
-        let (mut mean, mut whole) = (Self::default(), 0.0);
-        for (value, weight) in values {
-            mean.value += weight * value.value;
-            mean.standard_error += weight * value.standard_error;
-            whole += weight;
-        }
-        if whole <= 0.0 {
-            return Self::default();
-        }
-        Self { value: mean.value / whole, standard_error: mean.standard_error / whole }
-    }
 }
 
 /// Value between bounds within which it is with confidence.
@@ -180,15 +161,11 @@ mod tests {
         assert_eq!([exact.at_least(50.0), exact.at_most(50.0)], [Outcome::Pass; 2]);
     }
 
-    /// Checks a metric in proportion to the light, a constant one, and the weights of a mean.
+    /// Checks a metric in proportion to the light, and a constant one.
     #[test]
     fn errors_are_slopes_times_errors() {
         let proportional = Value::by_delta(0.01, |factor| 40.0 * factor);
         assert!((proportional.standard_error - 0.4).abs() < 1e-12 && proportional.value == 40.0);
         assert_eq!(Value::by_delta(0.01, |_| 7.0), Value { value: 7.0, standard_error: 0.0 });
-        let values = [Value { value: 1.0, standard_error: 0.1 }, Value { value: 4.0, standard_error: 0.4 }];
-        let mean = Value::mean(values.iter().zip([2.0, 1.0]));
-        assert!((mean.value - 2.0).abs() < 1e-12 && (mean.standard_error - 0.2).abs() < 1e-12);
-        assert_eq!(Value::mean(values.iter().zip([0.0, 0.0])), Value::default());
     }
 }

@@ -64,11 +64,11 @@ impl GridYear {
         let points: Vec<PointYear> = (0..sensors).into_par_iter().map(point).collect();
         let each = |of: fn(&PointYear) -> Value| points.iter().map(of).collect::<Vec<Value>>();
         let of_mean = grid.sensors.mean(grid.weights, light);
-        // errors of means over the area, relative to what they were if all sensors had the same
-        let alike = area.mean(&each(|point| point.exposure_klxh));
-        let apart = of_mean.relative_error * alike.value / alike.standard_error;
-        let apart = if alike.standard_error > 0.0 { apart.min(1.0) } else { 1.0 };
-        let mean_of = |values: &[Value]| area.mean(values).with_error_times(apart);
+        // the errors of metrics go together as those of illuminances do
+        let exposures = each(|point| point.exposure_klxh);
+        let error_of_mean = of_mean.relative_error * area.mean(&exposures, 1.0).value;
+        let correlation = area.correlation(&exposures, error_of_mean);
+        let mean_of = |values: &[Value]| area.mean(values, correlation);
         let mean = |of: fn(&PointYear) -> Value| mean_of(&each(of));
         let by_threshold = |of: fn(&PointYear) -> &Vec<Value>| -> Vec<Value> {
             let value = |point: &PointYear, number: usize| of(point).get(number).copied().unwrap_or_default();
