@@ -92,7 +92,8 @@ const MANY: u64 = 1 << 31;
 streams! {
     /// One pass; the index is its number.
     Pass = 0, 1 << 62, below [Seed];
-    /// One pass of a room's responses, which do not depend on sky and sun; the index is its number.
+    /// One pass of a room's responses, which do not depend on sky and sun; the index is its number. The second half of the numbers is that of
+    /// trials.
     RoomPass = 1 << 62, 1 << 62, below [Seed];
     /// One pass of many moments; the index is its number.
     MomentPass = 3 << 62, 1 << 61, below [Seed];

@@ -5,8 +5,8 @@
 //! patch is a mean over points of it. One replicate is one estimate of the whole matrix; a job averages the replicates. The product with the
 //! lumens of the patches is the light of any sky.
 //!
-//! Of the light of whole openings paths count coarse solutions ([`TubeSolutions`]), some continue for the residual, and the sensors of a grid
-//! share it, as in the method with two stages.
+//! Paths for the light of whole openings count coarse solutions ([`TubeSolutions`]). Some continue for the residual, which the sensors of a
+//! grid share, as in the method with two stages.
 //!
 //! **Refuses** rooms without closures that have a Lambertian part, or, for responses to whole openings, that are Lambertian, and sensors within a radius of an opening. Patches of an opening consist of the parts
 //! that lie in the Lambertian zone (docs/physics/measurement_equation.md#responses).

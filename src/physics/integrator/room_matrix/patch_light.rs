@@ -4,7 +4,7 @@
 //! ray each. Very near to an opening one such connection and the scattered ray share the light by the power heuristic (Veach and Guibas
 //! 1995, beta = 2); after narrow lobes and mirrors the ray finds it. So every light path is counted once.
 //!
-//! Where the light of whole openings is asked for, coarse solutions ([`TubeSolutions`]) are control variates of what surfaces reflect.
+//! Coarse solutions ([`TubeSolutions`]) are control variates of what surfaces reflect of the light of whole openings.
 
 use std::cell::RefCell;
 use std::f64::consts::PI;
