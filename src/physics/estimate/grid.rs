@@ -164,12 +164,14 @@ impl GridEstimate {
     }
 
     /// Returns the illuminance of a sensor in lux: the mean over the passes, or a coarse solution plus a residual that is pooled over
-    /// sensors, or 0 where the noise of a residual would make light negative; zero without any pass.
+    /// sensors, or 0 where the noise of a residual would make light negative; zero without any pass. A part of the light keeps its noise, so
+    /// that parts add up to the whole.
     pub fn illuminance_lux(&self, sensor: usize) -> f64 {
-        match self.residuals.is_empty() {
-            true => self.sensors[sensor].mean,
-            false => self.residuals.value_and_variance(sensor).0.max(0.0),
+        if self.residuals.is_empty() {
+            return self.sensors[sensor].mean;
         }
+        let (lux, _) = self.residuals.value_and_variance(sensor);
+        if self.is_part { lux } else { lux.max(0.0) }
     }
 
     /// Returns the standard error in lux, including the estimated bias and the error of fixed points. It is not below that of few photons,
@@ -311,17 +313,24 @@ mod tests {
         estimate
     }
 
-    /// Checks that a dark sensor, whose residual is -0.25 lx by its noise, has no negative light, and an interval that holds darkness.
+    /// Checks that a dark sensor, whose residual is -0.25 lx by its noise, has no negative light, and an interval that holds darkness; its
+    /// parts are noise of either sign, which add up.
     #[test]
     fn no_light_is_negative() {
-        let mut estimate = GridEstimate::empty(1);
-        estimate.begin(&GridPass { residual: vec![0.0], ..GridPass::default() });
-        for beyond in [-3.0, 1.0, -2.0, 1.0] {
+        let pass = |beyond: f64| {
             let (illuminance, residual, gathered) = (vec![0.5 + beyond], vec![beyond], vec![0.5]);
-            estimate.push(&GridPass { illuminance, residual, gathered, ..GridPass::default() });
+            GridPass { illuminance, residual, gathered, ..GridPass::default() }
+        };
+        let part = GridPass { residual: vec![0.0], is_part: true, ..GridPass::default() };
+        let companions = vec![part; 2];
+        let mut estimate = GridEstimate::empty(1);
+        estimate.begin(&GridPass { residual: vec![0.0], companions, ..GridPass::default() });
+        for beyond in [-3.0, 1.0, -2.0, 1.0] {
+            estimate.push(&GridPass { companions: vec![pass(beyond), pass(2.0)], ..pass(beyond) });
         }
         assert_eq!(estimate.illuminance_lux(0), 0.0);
         assert!(estimate.standard_error_lux(0) > 1.0);
+        assert_eq!([0, 1].map(|part| estimate.companions[part].illuminance_lux(0)), [-0.25, 2.5]);
     }
 
     /// With nothing found in 16 passes, one more photon would add 4 lux to one of them, 0.25 lux to their mean. Of eight found, half a
