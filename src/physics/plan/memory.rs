@@ -11,8 +11,9 @@ use crate::integrator::components::Component;
 use crate::integrator::diffuser_source::closure_source::all_lambertian;
 use crate::integrator::method::{Described, Load, Retained};
 use crate::integrator::moments;
+use crate::integrator::radiosity::bytes_of_solutions;
 use crate::integrator::room_matrix::{self, PATCHES};
-use crate::scene::{EnclosureFace, Grid, MeshObject, Scene, View};
+use crate::scene::{EnclosureFace, Grid, MeshObject, Responses, Scene, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Bytes that a job needs at its peak, in addition to the program itself.
@@ -97,7 +98,9 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         let views = if plan.methods.passes_are_common() { scene.views.len() } else { 0 };
         let sensors: usize = scene.grids.iter().filter(|grid| grid.responses.are_reported()).map(Grid::len).sum();
         let responses = (sensors * tubes * PATCHES) as f64 * (RESPONSE * scene.channels.count() as f64 + RESPONSE);
-        bytes.working = method.working_bytes(&load(views)) + responses;
+        let has_whole = scene.grids.iter().any(|grid| grid.responses == Responses::ToTubes);
+        let solutions = if has_whole { bytes_of_solutions(tubes, scene.channels.count()) as f64 } else { 0.0 };
+        bytes.working = method.working_bytes(&load(views)) + responses + solutions;
     }
     if let Some(check) = check {
         let method = check.method.described();

@@ -34,4 +34,4 @@ pub use bright_patches::{Aim, BrightPatches, Target};
 pub use exchange::{Exchange, Solution};
 pub use shared::SharedExchanges;
 pub use spread::ExpectedSpreads;
-pub use tube_solutions::{MOMENTS, TubeSolutions};
+pub use tube_solutions::{MOMENTS, TubeSolutions, bytes_of_solutions};

@@ -12,6 +12,15 @@ use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 /// Number of lights of an opening: a lumen that leaves it evenly, and its moments along x and y.
 pub const MOMENTS: usize = 3;
 
+/// Largest size of all solutions in bytes, and number of patches of a large room: fine patches of many tubes would take gigabytes.
+const MOST_BYTES: usize = 256 << 20;
+const MANY_PATCHES: usize = 20_000;
+
+/// Estimates the memory in bytes that the solutions for some tubes take while they are computed: direct light, and luminances.
+pub fn bytes_of_solutions(tubes: usize, channels: usize) -> usize {
+    2 * (MANY_PATCHES * tubes * MOMENTS * channels * size_of::<f64>()).min(MOST_BYTES)
+}
+
 /// Solutions for the light of each opening by itself.
 #[derive(Clone, Debug)]
 pub struct TubeSolutions<const C: usize> {
@@ -25,10 +34,11 @@ pub struct TubeSolutions<const C: usize> {
 
 impl<const C: usize> TubeSolutions<C> {
     /// Computes the solutions for white light that leaves the openings of a scene evenly, from the exchange of another solution; `None`
-    /// without tubes.
+    /// without tubes, and where they would take too much memory.
     pub fn new(scene: &TraceableScene, Solution { exchange, .. }: &Solution<C>) -> Option<Self> {
         let columns = scene.tubes.len() * MOMENTS;
-        if columns == 0 {
+        let bytes = exchange.openings_of_each().count() * columns * size_of::<Spectrum<C>>();
+        if columns == 0 || bytes > MOST_BYTES {
             return None;
         }
         let straight = direct_light(scene, exchange, columns);
