@@ -57,7 +57,7 @@ async function drags(visitor) {
   const posted = { ...draft, stop: { relative_error: 0.01 } };
   const answer = await fetch(`${url}/v1/jobs`, {
     method: "POST",
-    headers: { "Content-Type": "application/json", Prefer: "wait=20" },
+    headers: { "Content-Type": "application/json", Prefer: "wait=50" },
     body: JSON.stringify(posted),
   });
   const own = (await answer.json()).grid_results.workplane.statistics;

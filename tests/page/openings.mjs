@@ -104,7 +104,7 @@ export async function seesOpeningsOfAJob(visitor) {
     grids: [{ name: "desk", height_m: 0.85, spacing_m: 0.25 }],
     stop: { relative_error: 0.05 },
   };
-  const headers = { "Content-Type": "application/json", Prefer: "wait=20" };
+  const headers = { "Content-Type": "application/json", Prefer: "wait=50" };
   const { id, ...job } = await (await fetch(`${visitor.url}/v1/jobs`, { method: "POST", headers, body: JSON.stringify(document) })).json();
   assert(id, JSON.stringify(job));
   await visitor.open(`/jobs/${id}`);

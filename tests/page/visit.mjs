@@ -30,9 +30,12 @@ export async function middle(locator) {
   return [x + width / 2, y + height / 2];
 }
 
-/** Until what comes soon is there; beside other tests of this machine that may be seconds. */
+/** Milliseconds until what comes soon is taken to come never: beside other tests of a slow machine that may be many seconds. */
+const PATIENCE = 120_000;
+
+/** Until what comes soon is there. */
 export async function until(there, otherwise) {
-  for (let look = 0; look < 200; look++) {
+  for (const end = performance.now() + PATIENCE; performance.now() < end; ) {
     if (await there()) return;
     await new Promise((resolve) => setTimeout(resolve, 100));
   }
@@ -53,7 +56,7 @@ export class Visitor {
       ...options,
     });
     visitor.page = await visitor.context.newPage();
-    visitor.page.setDefaultTimeout(15_000);
+    visitor.page.setDefaultTimeout(PATIENCE);
     visitor.page.on("console", (message) => {
       if (message.type() === "error") visitor.faults.push(`${message.text()} ${message.location().url}`);
     });
@@ -81,8 +84,8 @@ export class Visitor {
   }
 
   /** Until the page's state is as it should be, and is drawn. */
-  async holds(is, of = null, options = {}) {
-    await this.page.waitForFunction(is, of, options);
+  async holds(is, of = null) {
+    await this.page.waitForFunction(is, of);
     await this.drawn();
   }
 

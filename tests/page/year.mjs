@@ -178,7 +178,7 @@ async function aims(page, lux, of) {
   await page.getByLabel("To be met").selectOption(of);
 }
 
-const yearRests = (visitor) => visitor.holds(() => seen.year.current && (!seen.year.search || seen.year.search.ended), null, { timeout: 120_000 });
+const yearRests = (visitor) => visitor.holds(() => seen.year.current && (!seen.year.search || seen.year.search.ended));
 
 /** A weather file is dropped; the year is judged, more tubes are found and added; the hours are those of the service's array; a link holds it all. */
 export async function readsAYear(visitor, shot) {
@@ -202,7 +202,7 @@ export async function readsAYear(visitor, shot) {
   await page.getByRole("button", { name: "A moment" }).click();
   await page.dispatchEvent("main", "drop", { dataTransfer: file });
   await page.getByText("−30 min from the stamps, as taken").waitFor();
-  await visitor.holds(() => seen.year.current, null, { timeout: 60_000 });
+  await visitor.holds(() => seen.year.current);
   const answer = await page.evaluate(() => ({ id: seen.year.answer.job.id, sda: seen.year.answer.of.sda_percent, across: seen.year.answer.hours.across }));
   const { body: summary } = await visitor.get(`/v1/jobs/${answer.id}/annual`);
   assert.deepEqual(summary.grids[0].sda_percent, answer.sda);
