@@ -117,7 +117,7 @@ pub struct RunningService {
     shutdown: CancellationToken,
     worker: JoinHandle<()>,
     server: JoinHandle<()>,
-    retention: JoinHandle<()>,
+    upkeep: JoinHandle<()>,
     store: Arc<dyn Store>,
     /// Lock on the data folder, held as long as the service runs.
     _lock: FileLock,
@@ -206,12 +206,12 @@ impl RunningService {
                 cors_origins: config.cors_origins.clone(),
             },
         });
-        let retention = tokio::spawn(keep_to(config.retention, shared.clone()));
+        let upkeep = tokio::spawn(keep_up(config.retention, shared.clone()));
         let router = http::cors::around(http::router(shared), &config.cors_origins);
         let stop = shutdown.clone();
         let server = tokio::spawn(async move { http::server::serve(listener, router, &config.limits, stop).await });
         tracing::info!(%address, "listening");
-        Ok(Self { address, shutdown, worker, server, retention, store, _lock: lock })
+        Ok(Self { address, shutdown, worker, server, upkeep, store, _lock: lock })
     }
 
     /// Returns the address of the interface as `http://...`, without a trailing slash.
@@ -222,7 +222,7 @@ impl RunningService {
     /// Stops the service: ends requests and streams, gives back the running chunk, and closes the store.
     pub async fn stop(self) {
         self.shutdown.cancel();
-        let ended = async { futures::future::join3(self.server, self.worker, self.retention).await };
+        let ended = async { futures::future::join3(self.server, self.worker, self.upkeep).await };
         let in_time = tokio::time::timeout(STOP_TIME, ended).await.is_ok();
         if let Err(error) = self.store.set_serving(false).await {
             tracing::warn!(%error, "the clean shutdown cannot be recorded: the next start will treat it as a crash");
@@ -236,10 +236,11 @@ impl RunningService {
     }
 }
 
-/// Deletes ended jobs and sets of jobs by the rules of the retention, once a minute, until the service shuts down.
-async fn keep_to(retention: Retention, shared: Arc<Shared>) {
+/// Keeps the reserve of the disk, and deletes ended jobs and sets of jobs by the rules of the retention, once a minute, until the service shuts
+/// down.
+async fn keep_up(retention: Retention, shared: Arc<Shared>) {
     let from = Deletion { store: shared.all.clone(), artifacts: shared.artifacts.clone(), live: shared.live.clone() };
-    while retention.is_on() && !shared.shutdown.is_cancelled() {
+    while !shared.shutdown.is_cancelled() {
         match retention.delete(&from, Timestamp::now(), &shared.shutdown).await {
             Ok(Deleted { jobs: 0, sets: 0, uploads: 0 }) => {}
             Ok(Deleted { jobs, sets, uploads }) => {
@@ -251,6 +252,9 @@ async fn keep_to(retention: Retention, shared: Arc<Shared>) {
                 )
             }
             Err(error) => tracing::warn!(%error, "the retention could not delete ended jobs"),
+        }
+        if let Err(error) = shared.all.keep_reserve().await {
+            tracing::warn!(%error, "no space of the disk can be kept for deletions on a full disk");
         }
         tokio::select! {
             () = shared.shutdown.cancelled() => {}

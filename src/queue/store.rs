@@ -274,6 +274,9 @@ pub trait Store:
     /// Proves that the store can be written to, by a write, which makes everything that was committed before durable.
     async fn ready(&self) -> Result<(), StoreError>;
 
+    /// Keeps some space of the disk for the start, cancellations and deletions on a full disk, which use it when there is none.
+    async fn keep_reserve(&self) -> Result<(), StoreError>;
+
     /// Reads the record that the store keeps of itself.
     async fn record(&self) -> Result<StoreRecord, StoreError>;
     /// Gives the store its identity from now on.

@@ -81,7 +81,7 @@ impl SetStore for SqliteStore {
     }
 
     async fn cancel_set(&self, id: Uuid) -> Result<Vec<Uuid>, StoreError> {
-        let mut tx = self.begin(Durability::Committed).await?;
+        let mut tx = self.begin_on_full_disk().await?;
         let mut cancelled = Vec::new();
         for head in heads(&mut *tx, self.scope(), id).await?.into_iter().filter(|head| !head.status.is_final()) {
             if jobs::cancel(&mut tx, self.scope(), head.id).await? == CancelOutcome::Accepted {
@@ -105,7 +105,10 @@ impl SetStore for SqliteStore {
     async fn delete_set(&self, id: Uuid) -> Result<bool, StoreError> {
         let query = sqlx::query(concat!("DELETE FROM job_sets WHERE id = $1 AND ", in_scope!()));
         let query = query.bind(id.to_string()).bind(bound(self.scope()));
-        Ok(self.write(Durability::Committed, query).await? > 0)
+        let mut tx = self.begin_on_full_disk().await?;
+        let deleted = run(query, &mut *tx).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(deleted > 0)
     }
 
     async fn ended_sets(&self, before: Option<i64>, limit: u32) -> Result<Vec<Ended>, StoreError> {

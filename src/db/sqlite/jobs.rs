@@ -132,7 +132,7 @@ impl JobStore for SqliteStore {
     }
 
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError> {
-        let mut tx = self.begin(Durability::Committed).await?;
+        let mut tx = self.begin_on_full_disk().await?;
         let outcome = cancel(&mut tx, self.scope(), id).await?;
         tx.commit().await.map_err(store_error)?;
         self.log.sync(id).await?;
@@ -145,7 +145,7 @@ impl JobStore for SqliteStore {
     async fn delete(&self, id: Uuid) -> Result<bool, StoreError> {
         // in pieces, so that others can write in between
         let deleted = loop {
-            let mut tx = self.begin(Durability::Committed).await?;
+            let mut tx = self.begin_on_full_disk().await?;
             let deleted = delete_some(&mut tx, self.scope(), id).await?;
             tx.commit().await.map_err(store_error)?;
             if let Some(deleted) = deleted {

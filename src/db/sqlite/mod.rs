@@ -14,6 +14,7 @@ mod jobs;
 mod log;
 mod migrations;
 mod queue;
+mod reserve;
 mod results;
 mod rows;
 mod sql;
@@ -35,6 +36,7 @@ use uuid::Uuid;
 use self::guard::{check_names, check_version, lock};
 use self::log::Log;
 use self::migrations::migrations;
+use self::reserve::Reserve;
 use self::sql::store_error;
 use crate::queue::durability::Durability;
 use crate::queue::file_lock::FileLock;
@@ -56,6 +58,7 @@ pub struct SqliteStore {
     writer: SqlitePool,
     readers: SqlitePool,
     log: Arc<Log>,
+    reserve: Reserve,
     changes: broadcast::Sender<Change>,
     /// Lock that keeps other processes out until the store is closed.
     lock: Arc<Mutex<Option<FileLock>>>,
@@ -76,6 +79,8 @@ impl SqliteStore {
         drop(created);
         let file = &file.canonicalize().map_err(|error| failed(&error))?;
         let lock = lock(file)?;
+        let reserve = Reserve::of(file);
+        reserve.give_if_needed();
         let options = SqliteConnectOptions::new()
             .filename(file)
             .create_if_missing(true)
@@ -121,7 +126,7 @@ impl SqliteStore {
         let log = Arc::new(Log::of(file, writer.clone()));
         let changes = broadcast::channel(CHANGES_KEPT).0;
         let lock = Arc::new(Mutex::new(Some(lock)));
-        Ok(Self { owner: None, writer, readers, log, changes, lock, most_pages: Arc::default() })
+        Ok(Self { owner: None, writer, readers, log, reserve, changes, lock, most_pages: Arc::default() })
     }
 
     /// Commits a buffered write of a job, which readers of the job see once it is durable.
@@ -151,6 +156,12 @@ impl SqliteStore {
             tx.execute(AssertSqlSafe(limit)).await.map_err(store_error)?;
         }
         Ok(tx)
+    }
+
+    /// Begins a transaction as [`Self::begin`] does, for a change that makes space or ends what takes it: it may use the reserve of a full disk.
+    async fn begin_on_full_disk(&self) -> Result<Transaction<'static, Sqlite>, StoreError> {
+        self.reserve.give_if_needed();
+        self.begin(Durability::Committed).await
     }
 
     /// Limits the database to a number of pages from now on, as a full disk would; 0 takes the limit away.

@@ -1,5 +1,6 @@
 //! Implementation of [`Store`]: the store as a whole, and the record that it keeps of itself.
 
+use std::io;
 use std::sync::{Arc, PoisonError};
 
 use async_trait::async_trait;
@@ -53,6 +54,12 @@ impl Store for SqliteStore {
     async fn ready(&self) -> Result<(), StoreError> {
         self.write(Durability::Committed, sqlx::query(WRITTEN_NOW)).await?;
         Ok(())
+    }
+
+    async fn keep_reserve(&self) -> Result<(), StoreError> {
+        let reserve = self.reserve.clone();
+        let kept = tokio::task::spawn_blocking(move || reserve.keep()).await;
+        kept.map_err(io::Error::other).flatten().map_err(|error| StoreError::Unavailable(error.to_string()))
     }
 
     async fn record(&self) -> Result<StoreRecord, StoreError> {

@@ -61,7 +61,7 @@ impl UploadStore for SqliteStore {
             " RETURNING key"
         );
         let delete = sqlx::query(delete).bind(before).bind(bound(self.scope()));
-        let mut tx = self.begin(Durability::Committed).await?;
+        let mut tx = self.begin_on_full_disk().await?;
         let keys = all(delete, &mut *tx, |row| rows::get(row, "key")).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(keys)
@@ -78,7 +78,7 @@ impl UploadStore for SqliteStore {
         let delete = concat!("DELETE FROM uploads WHERE id = $1 AND kind = $3 AND ", in_scope!(), " RETURNING key");
         let [user, delete] =
             [user, delete].map(|query| sqlx::query(query).bind(id).bind(bound(self.scope())).bind(kind.name()));
-        let mut tx = self.begin(Durability::Committed).await?;
+        let mut tx = self.begin_on_full_disk().await?;
         let deletion = match one(user, &mut *tx, first::<String>).await? {
             Some(_) => UploadDeletion::InUse,
             None => one(delete, &mut *tx, first).await?.map_or(UploadDeletion::NotFound, UploadDeletion::Deleted),
