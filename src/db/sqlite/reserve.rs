@@ -17,6 +17,8 @@ const LEAST_FREE: u64 = 4 << 20;
 #[derive(Clone)]
 pub(super) struct Reserve {
     file: PathBuf,
+    /// Free bytes of the disk below which the space is given back.
+    least_free: u64,
     /// Locked while the file changes.
     changing: Arc<Mutex<()>>,
 }
@@ -26,13 +28,13 @@ impl Reserve {
     pub fn of(database: &Path) -> Self {
         let mut file = database.as_os_str().to_owned();
         file.push("-reserve");
-        Self { file: file.into(), changing: Arc::default() }
+        Self { file: file.into(), least_free: LEAST_FREE, changing: Arc::default() }
     }
 
     /// Gives the space back if the disk is nearly full.
     pub fn give_if_needed(&self) {
         let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
-        if self.free_bytes().is_ok_and(|free| free < LEAST_FREE) && self.held() > 0 {
+        if self.free_bytes().is_ok_and(|free| free < self.least_free) && self.held() > 0 {
             match fs::remove_file(&self.file) {
                 Ok(()) => tracing::warn!("the disk is full: space that was kept for this case is used"),
                 Err(error) => tracing::error!(%error, "space that was kept for a full disk cannot be used"),
@@ -65,18 +67,36 @@ impl Reserve {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use uuid::Uuid;
 
-    #[test]
-    fn space_is_held_until_the_disk_is_full() {
+    use super::*;
+    use crate::db::sqlite::SqliteStore;
+    use crate::queue::store::{JobStore as _, SetStore as _, Store as _, UploadKind, UploadStore as _};
+
+    /// Each change that makes space uses the reserve of a full disk, and so does the start; it is taken again when there is room.
+    #[tokio::test]
+    async fn what_makes_space_uses_the_reserve() {
         let folder = tempfile::tempdir().unwrap();
-        let reserve = Reserve::of(&folder.path().join("a.db"));
-        reserve.give_if_needed();
-        reserve.keep().unwrap();
-        let held = reserve.held();
-        assert!(held > 0);
-        reserve.keep().unwrap();
-        reserve.give_if_needed();
-        assert_eq!(reserve.clone().held(), held, "the disk of a test has room");
+        let file = folder.path().join("a.db");
+        let mut store = SqliteStore::open(&file).await.unwrap();
+        let [none, full] = [0, u64::MAX];
+        let id = Uuid::nil();
+        for change in 0..6 {
+            store.keep_reserve().await.unwrap();
+            let held = store.reserve.held();
+            assert!(held > 0, "the disk of a test has room");
+            for least_free in [none, full] {
+                store.reserve.least_free = least_free;
+                match change {
+                    0 => drop(store.cancel(id).await.unwrap()),
+                    1 => assert!(!store.delete(id).await.unwrap()),
+                    2 => drop(store.cancel_set(id).await.unwrap()),
+                    3 => assert!(!store.delete_set(id).await.unwrap()),
+                    4 => drop(store.delete_upload(UploadKind::Mesh, "none").await.unwrap()),
+                    _ => drop(store.delete_unused_uploads(0).await.unwrap()),
+                }
+                assert_eq!(store.reserve.held(), if least_free == full { 0 } else { held }, "change {change}");
+            }
+        }
     }
 }
