@@ -50,7 +50,7 @@ fn the_kinds_of_fields_are_read() {
 
 #[test]
 fn every_bound_names_its_field() {
-    let cases: [(&str, Value, FieldErrorCode); 35] = [
+    let cases: [(&str, Value, FieldErrorCode); 36] = [
         ("/annual/weather", json!(""), Invalid),
         ("/annual/weather", json!([]), Invalid),
         ("/annual/weather", json!(vec!["a"; 33]), TooMany),
@@ -62,7 +62,8 @@ fn every_bound_names_its_field() {
         ("/annual/suns_per_hour", json!(0), OutOfRange),
         ("/annual/suns_per_hour", json!(13), OutOfRange),
         ("/annual/thresholds_lux", json!([]), Invalid),
-        ("/annual/thresholds_lux", json!(vec![300.0; 17]), TooMany),
+        ("/annual/thresholds_lux", json!((100..117).collect::<Vec<_>>()), TooMany),
+        ("/annual/thresholds_lux", json!([300, 300]), Invalid),
         ("/annual/thresholds_lux", json!([0]), OutOfRange),
         ("/annual/udi_lux", json!([300, 100, 3000]), Invalid),
         ("/annual/udi_lux", json!([0, 100, 3000]), OutOfRange),

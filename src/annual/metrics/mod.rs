@@ -70,7 +70,8 @@ pub struct Bounded {
 impl From<Value> for Bounded {
     fn from(value: Value) -> Self {
         let [low, high] = value.interval();
-        Self { value: value.value, low, high }
+        // what the year brings is never less than nothing
+        Self { value: value.value, low: low.max(0.0), high }
     }
 }
 
@@ -159,6 +160,7 @@ mod tests {
         // without an error both bounds are the value
         let exact = Bounded::from(Value { value: 50.0, standard_error: 0.0 });
         assert_eq!([exact.at_least(50.0), exact.at_most(50.0)], [Outcome::Pass; 2]);
+        assert_eq!(Bounded::from(Value { value: 1.0, standard_error: 1.0 }).low, 0.0);
     }
 
     /// Checks a metric in proportion to the light, and a constant one.

@@ -69,7 +69,6 @@ impl Reserve {
 mod tests {
     use uuid::Uuid;
 
-    use super::*;
     use crate::db::sqlite::SqliteStore;
     use crate::queue::store::{JobStore as _, SetStore as _, Store as _, UploadKind, UploadStore as _};
 

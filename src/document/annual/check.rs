@@ -21,6 +21,14 @@ impl AnnualDocument {
         }
         checks.at_most("/annual/thresholds_lux", self.thresholds_lux.len(), &THRESHOLDS, "");
         checks.numbers("/annual/thresholds_lux", &self.thresholds_lux, THRESHOLD_LUX);
+        for (index, lux) in self.thresholds_lux.iter().enumerate() {
+            if self.thresholds_lux[..index].contains(lux) {
+                checks.refuse(
+                    format!("/annual/thresholds_lux/{index}"),
+                    format!("must be unique, but {lux} is given before"),
+                );
+            }
+        }
         let limits = checks.numbers("/annual/udi_lux", &self.udi_lux, THRESHOLD_LUX);
         if limits && !self.udi_lux.is_sorted_by(|one, next| one < next) {
             checks.refuse("/annual/udi_lux", "must ascend");
