@@ -240,6 +240,7 @@ impl RunningService {
 /// down.
 async fn keep_up(retention: Retention, shared: Arc<Shared>) {
     let from = Deletion { store: shared.all.clone(), artifacts: shared.artifacts.clone(), live: shared.live.clone() };
+    let mut is_told = false;
     while !shared.shutdown.is_cancelled() {
         match retention.delete(&from, Timestamp::now(), &shared.shutdown).await {
             Ok(Deleted { jobs: 0, sets: 0, uploads: 0 }) => {}
@@ -253,7 +254,9 @@ async fn keep_up(retention: Retention, shared: Arc<Shared>) {
             }
             Err(error) => tracing::warn!(%error, "the retention could not delete ended jobs"),
         }
-        if let Err(error) = shared.all.keep_reserve().await {
+        if let Err(error) = shared.all.keep_reserve().await
+            && !std::mem::replace(&mut is_told, true)
+        {
             tracing::warn!(%error, "no space of the disk can be kept for deletions on a full disk");
         }
         tokio::select! {

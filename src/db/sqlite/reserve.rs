@@ -72,7 +72,7 @@ mod tests {
     use crate::db::sqlite::SqliteStore;
     use crate::queue::store::{JobStore as _, SetStore as _, Store as _, UploadKind, UploadStore as _};
 
-    /// Each change that makes space uses the reserve of a full disk, and so does the start; it is taken again when there is room.
+    /// Each change that makes space uses the reserve of a full disk; it is taken again when there is room.
     #[tokio::test]
     async fn what_makes_space_uses_the_reserve() {
         let folder = tempfile::tempdir().unwrap();
