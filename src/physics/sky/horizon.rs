@@ -14,6 +14,9 @@ use crate::sampling::warp;
 const AZIMUTHS: usize = 360;
 const HEIGHTS: usize = 8;
 
+/// Number of pieces of equal width into which a sector of azimuths is divided at least.
+const PIECES: usize = 4;
+
 /// Number of directions along each side of the square that is mapped to the sun's disc.
 const DISC: usize = 64;
 
@@ -102,21 +105,42 @@ impl Horizon {
         self.hidden(AZIMUTHS, HEIGHTS).map(light).sum::<f64>() / distribution.horizontal_ratio()
     }
 
-    /// Lists directions below the profile and above the horizontal with their solid angles in sr: in the middle of even sectors the nodes of
-    /// a Gauss-Legendre rule over the height.
+    /// Lists directions below the profile and above the horizontal with their solid angles in sr: in the middle of even sectors, at the nodes
+    /// of a Gauss-Legendre rule over the height. The weight of a node is the part of its range of heights that the profile hides in the
+    /// sector, so that none of it is missed, however narrow it is.
     pub fn hidden(&self, azimuths: usize, heights: usize) -> impl Iterator<Item = (DVec3, f64)> {
         let rule = GaussLegendre::new(NonZeroUsize::new(heights).unwrap_or(NonZeroUsize::MIN));
+        let mut rule = rule.as_node_weight_pairs().to_vec();
+        rule.sort_by(|a, b| a.0.total_cmp(&b.0));
         let step = TAU / azimuths as f64;
-        (0..azimuths).flat_map(move |number| {
+        let mut sectors = vec![Vec::new(); azimuths];
+        for (middle, width) in self.pieces(step / PIECES as f64) {
+            sectors[((middle / step) as usize).min(azimuths - 1)].push((width, libm::sin(self.altitude(middle))));
+        }
+        sectors.into_iter().enumerate().flat_map(move |(number, pieces)| {
             let (sin, cos) = libm::sincos(step * (number as f64 + 0.5));
-            let half = 0.5 * libm::sin(self.altitude(step * (number as f64 + 0.5)));
+            let half = 0.5 * pieces.iter().map(|(_, top)| *top).fold(0.0, f64::max);
+            let mut low = 0.0;
             let at = |(node, weight): &(f64, f64)| {
+                let range = half * weight;
+                let hidden: f64 = pieces.iter().map(|(width, top)| width * (top - low).clamp(0.0, range)).sum();
+                low += range;
                 let z = half * (1.0 + node);
                 let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-                (DVec3::new(radius * sin, radius * cos, z), step * half * weight)
+                (DVec3::new(radius * sin, radius * cos, z), hidden)
             };
-            rule.as_node_weight_pairs().iter().map(at).collect::<Vec<_>>()
+            rule.iter().map(at).collect::<Vec<_>>()
         })
+    }
+
+    /// Divides the azimuths, clockwise from the +y axis, into pieces of at most some radians that end at the points of the profile. Returns the
+    /// middle of each piece and its width in radians.
+    fn pieces(&self, most: f64) -> Vec<(f64, f64)> {
+        let even = (0..=(TAU / most).round() as usize).map(|number| (most * number as f64).min(TAU));
+        let mut ends: Vec<f64> = even.chain(self.azimuths().map(|azimuth| azimuth.rem_euclid(TAU))).collect();
+        ends.sort_by(f64::total_cmp);
+        let of = |pair: [f64; 2]| (0.5 * (pair[0] + pair[1]), pair[1] - pair[0]);
+        ends.array_windows().map(|pair| of(*pair)).filter(|(_, width)| *width > 0.0).collect()
     }
 
     /// Returns the fraction of the sun's disc that is above the profile, within 0.002.
@@ -214,6 +238,24 @@ mod tests {
             }
             let found = jagged.hidden_fraction(&distribution);
             assert!((found - hidden / all).abs() < 1e-3, "{found} {}", hidden / all);
+        }
+    }
+
+    /// Compares what thirty masts hide of a uniform sky, wherever they stand, with the integral: each hides sin^2 of its altitude.
+    #[test]
+    fn narrow_masts_are_hidden_as_a_whole() {
+        let uniform = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
+        for turn_deg in [0.0, 0.5, 1.0, 1.3] {
+            let masts = (0..30).flat_map(|mast| {
+                let at = 12.0 * f64::from(mast) + 2.0;
+                [(at, 0.0), (at + 1e-9, 50.0), (at + 0.3, 50.0), (at + 0.3 + 1e-9, 0.0)]
+            });
+            let masts = horizon(&masts.collect::<Vec<_>>(), turn_deg);
+            let expected = 30.0 * 0.3 / 360.0 * 50f64.to_radians().sin().powi(2);
+            let found = masts.hidden_fraction(&uniform);
+            assert!((found / expected - 1.0).abs() < 1e-3, "{turn_deg}: {found} {expected}");
+            let coarse: f64 = masts.hidden(180, 10).map(|(toward, solid_angle)| solid_angle * toward.z / PI).sum();
+            assert!((coarse / expected - 1.0).abs() < 1e-3, "{turn_deg}: {coarse} {expected}");
         }
     }
 }
