@@ -234,9 +234,9 @@ export async function hearsOn({ page }) {
         );
       }
     };
-    const state = { draft: seen.draft, answer: null, current: true, passes: [], running: null, problem: null, target: 1e-3 };
+    const state = { draft: seen.draft, answer: null, current: true, passes: [], running: null, problem: null, target: 2e-3 };
     const job = new LiveJob(api, { state, set: (values) => Object.assign(state, values) });
-    await job.sharpen(90);
+    await job.sharpen(300);
     globalThis.EventSource = real;
     phases.push(job.phase);
     const { id } = state.answer.job;
