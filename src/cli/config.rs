@@ -144,7 +144,7 @@ mod tests {
     fn the_retention_is_checked() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("config.toml");
-        assert!(!Config::load(None, &Flags::default()).unwrap().retention.is_on());
+        assert_eq!(Config::load(None, &Flags::default()).unwrap().retention, Retention::default());
         std::fs::write(&file, "[retention]\ndays = 0.5\nbytes = 1_000").unwrap();
         let kept = Config::load(Some(&file), &Flags::default()).unwrap().retention;
         assert_eq!(kept, Retention { days: Some(0.5), bytes: Some(1000) });

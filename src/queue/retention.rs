@@ -49,11 +49,6 @@ impl Retention {
         }
     }
 
-    /// True if something is deleted at some time.
-    pub fn is_on(self) -> bool {
-        self.days.is_some() || self.bytes.is_some()
-    }
-
     /// Deletes what is too old at this moment, and then the oldest until the rest is small enough; ends early once `shutdown` is cancelled. A job
     /// that cannot be deleted is logged and left.
     pub async fn delete(
