@@ -73,6 +73,8 @@ const browser = await chromium.launch({
 try {
   const { url } = skyduct;
   const page = await browser.newPage();
+  // beside other tests of a slow machine the page at /docs/, which draws the whole description, takes a minute
+  page.setDefaultTimeout(300_000);
   await page.goto(listed.origin);
   const posted = await page.evaluate(post, { url, document });
   assert.equal(posted.status, 202, JSON.stringify(posted));
