@@ -156,7 +156,7 @@ impl JobDocument {
             return None;
         }
         let mut of_values = Checks::default();
-        document.check(&mut of_values);
+        document.check(!made_up.has_room(), &mut of_values);
         checks.errors.extend(of_values.errors.into_iter().filter(|error| !made_up.concerns(error)));
         if checks.errors.is_empty()
             && let Some(enclosure) = document.room.enclosure(checks)
@@ -177,8 +177,9 @@ impl JobDocument {
         effects::requests(&self.effects)
     }
 
-    /// Adds all faults of the values to `checks`: first those of each part, then those that concern several parts.
-    fn check(&self, checks: &mut Checks) {
+    /// Adds all faults of the values to `checks`: first those of each part, then those that concern several parts. Nothing is compared with
+    /// a room that stands in for the document's own.
+    fn check(&self, is_own_room: bool, checks: &mut Checks) {
         if self.name.as_ref().is_some_and(|name| name.chars().count() > *JOB_NAME.end()) {
             checks.refuse("/name", format!("must have at most {} characters", JOB_NAME.end()));
         }
@@ -194,7 +195,7 @@ impl JobDocument {
         if let Some(surroundings) = &self.surroundings {
             surroundings.check(checks);
         }
-        let room = check_room(&self.room, checks);
+        let room = check_room(&self.room, is_own_room, checks);
         let judged = check_tubes(&self.tubes, checks);
         if self.grids.is_empty() && self.views.is_empty() && !self.surfaces {
             checks.refuse("/grids", "`grids`, `views` or `surfaces` must name at least one output");

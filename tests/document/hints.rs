@@ -265,3 +265,29 @@ fn millimetres_everywhere() {
     let errors = TubeFluxDocument::from_value(request).map(drop).unwrap_err();
     assert!(errors.to_string().contains("350 looks like millimetres: 0.35"), "{errors}");
 }
+
+/// What a document has wrongly is told once, and nothing is held against what stands in for it.
+#[test]
+fn one_fault_has_one_error() {
+    let mut base = base();
+    base["grids"][0] = json!({ "name": "floor", "height_m": 0.85, "spacing_m": 0.5 });
+    for (pointer, value, expected) in [
+        ("/room/size_m", json!([4, 6]), "/room/size_m"),
+        ("/room/size_m", json!("large"), "/room/size_m"),
+        (
+            "/room",
+            json!({ "plan": { "outline_m": [[0, 0], [4, "a"], [4, 3]] }, "ceiling": { "kind": "flat", "height_m": 2.7 } }),
+            "/room/plan/outline_m/1/1",
+        ),
+        (
+            "/room/objects/0",
+            json!({ "kind": "mesh", "mesh": "x", "unit": "m", "up": "x", "position_m": [2, 3, 0], "surfaces": {} }),
+            "/room/objects/0/up",
+        ),
+        ("/tubes/0/centre_m", json!([2, 3, 1]), "/tubes/0/centre_m"),
+    ] {
+        let mut document = base.clone();
+        *document.pointer_mut(pointer).unwrap() = value;
+        assert_eq!(pointers(&errors(&document)), [expected], "{}", errors_of(&document));
+    }
+}

@@ -28,6 +28,7 @@ mod hints;
 mod instances;
 mod mesh_files;
 mod methods;
+mod models;
 mod plans;
 mod room;
 mod seeds;

@@ -30,6 +30,12 @@ impl MadeUp {
         })
     }
 
+    /// True if the shape of the room, or a part of it, is made up.
+    pub fn has_room(&self) -> bool {
+        let shapes = ["/room/size_m", "/room/plan", "/room/ceiling"];
+        self.0.iter().any(|made_up| made_up == "/room" || shapes.iter().any(|shape| made_up.starts_with(shape)))
+    }
+
     /// Replaces the value at `pointer`, which is missing or of a wrong type, by a valid one; false if none is available, or it
     /// was replaced before.
     fn replace(&mut self, value: &mut Value, pointer: &str) -> bool {

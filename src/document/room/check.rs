@@ -19,9 +19,9 @@ pub(crate) struct CheckedRoom {
     pub luminaires: Vec<(usize, Sheet)>,
 }
 
-/// Adds the faults of the room, and returns what is left of it.
-pub(crate) fn check_room(room: &RoomDocument, checks: &mut Checks) -> CheckedRoom {
-    let enclosure = room.enclosure(checks);
+/// Adds the faults of the room, and returns what is left of it. Nothing is compared with the shape of a room unless it `is_own`.
+pub(crate) fn check_room(room: &RoomDocument, is_own: bool, checks: &mut Checks) -> CheckedRoom {
+    let enclosure = room.enclosure(checks).filter(|_| is_own);
     checks.number("/room/rotation_deg", room.rotation_deg, TURN_DEG);
     check_surfaces(room, enclosure.as_ref(), checks);
     if checks.at_most("/room/partitions", room.partitions.len(), &PARTITIONS, " partitions") {

@@ -11,6 +11,7 @@ use crate::geometry::welded::places;
 const MOST_LOOSE: usize = 10_000;
 
 /// Faces whose corners have numbers, so that neighbours share them.
+#[derive(Clone)]
 pub struct CorneredFaces {
     /// Places of the corners in m.
     pub places: Vec<DVec3>,
@@ -88,6 +89,12 @@ impl CorneredFaces {
             cornered.push(of_face);
         }
         Self { places: merged, faces: cornered, moved, repeated }
+    }
+
+    /// Returns the places of the corners of each ring of each face in m.
+    pub fn rings(&self) -> Vec<Vec<Vec<DVec3>>> {
+        let ring = |ring: &Vec<usize>| ring.iter().map(|corner| self.places[*corner]).collect();
+        self.faces.iter().map(|rings| rings.iter().map(ring).collect()).collect()
     }
 
     /// Returns the sides of all faces: the face, and the corners from which and to which it runs.

@@ -114,7 +114,7 @@ pub(super) fn closed_room(faces: &[FaceDocument], checks: &mut Checks) -> Option
             repairs.push(format!("{count} corners of the room's faces {what}"));
         }
     }
-    let planes = check_shapes(faces, &cornered, (near, scale), checks, &mut repairs)?;
+    let planes = check_shapes(faces, &cornered, near, checks, &mut repairs)?;
     if !check_repeats(faces, &cornered, checks) {
         return None;
     }
@@ -222,7 +222,7 @@ fn check_extent(faces: &[Vec<Vec<DVec3>>], checks: &mut Checks) -> Option<(f64, 
 fn check_shapes(
     faces: &[FaceDocument],
     cornered: &CorneredFaces,
-    (near, scale): (f64, f64),
+    near: f64,
     checks: &mut Checks,
     repairs: &mut Vec<String>,
 ) -> Option<Vec<Plane>> {
@@ -242,7 +242,7 @@ fn check_shapes(
                 .refuse(ring_pointer(number, 0), "the corners lie on a line, or the edges cross: the face has no area");
             continue;
         }
-        let plane = Plane::fit(corners, area, scale);
+        let plane = Plane::fit(corners, area, near);
         let distance = corners().map(|corner| plane.height(corner).abs()).fold(0.0, f64::max);
         if distance > near.max(NOT_PLANAR * extent.length()) {
             let detail = format!(

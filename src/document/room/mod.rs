@@ -11,7 +11,7 @@ pub mod mesh_object;
 pub mod object;
 pub(super) mod openings;
 pub mod plan;
-mod planes;
+pub(super) mod planes;
 mod rings;
 pub(super) mod sheets;
 pub mod surface;

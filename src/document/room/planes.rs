@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::closed::CorneredFaces;
+use super::closed::{CorneredFaces, area_vector};
 use crate::geometry::planar::Polygon;
 
 /// Fraction of the room's scale by which numbers differ that are meant to be equal.
@@ -22,12 +22,12 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Fits the plane of a face to its corners, of which `area` is the area times the normal; `scale` in m is that of rounding. The plane is
-    /// along axes to the bit where all corners are on such a plane, but for rounding.
-    pub fn fit<I: Iterator<Item = DVec3>>(corners: impl Fn() -> I, area: DVec3, scale: f64) -> Self {
+    /// Fits the plane of a face to its corners, of which `area` is the area times the normal; `near` in m is the distance within which
+    /// corners are taken for one. The plane is along axes to the bit where all corners lie so near to such a plane.
+    pub fn fit<I: Iterator<Item = DVec3>>(corners: impl Fn() -> I, area: DVec3, near: f64) -> Self {
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
         let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
-        if let Some(axis) = (0..3).find(|axis| high[*axis] - low[*axis] <= ROUNDING * scale) {
+        if let Some(axis) = (0..3).find(|axis| high[*axis] - low[*axis] <= near) {
             let normal = DVec3::AXES[axis] * area[axis].signum();
             return Self { normal, offset: 0.5 * (low[axis] + high[axis]) * normal[axis] };
         }
@@ -40,6 +40,22 @@ impl Plane {
     pub fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
+}
+
+/// Returns faces that are planar within `near` m with their corners in their planes, and the largest distance in m by which one was moved;
+/// `None` where a face is not as planar. Corners of one face on edges of others become corners of those, too.
+pub fn straightened(cornered: &CorneredFaces, near: f64) -> Option<(CorneredFaces, f64)> {
+    let mut straight = cornered.clone();
+    straight.split_at_corners(near);
+    let plane = |rings: &Vec<Vec<usize>>| {
+        let corners = || rings.iter().flatten().map(|corner| straight.places[*corner]);
+        let plane = Plane::fit(corners, area_vector(&straight.places, &rings[0]), near);
+        corners().all(|corner| plane.height(corner).abs() <= near).then_some(plane)
+    };
+    let planes: Vec<Plane> = straight.faces.iter().map(plane).collect::<Option<_>>()?;
+    move_into_planes(&mut straight, &planes);
+    let moved = straight.places.iter().zip(&cornered.places).map(|(to, from)| to.distance(*from)).fold(0.0, f64::max);
+    Some((straight, moved))
 }
 
 /// Moves each corner into the planes of the faces that meet in it, as far as they have a common point; returns the largest distance in m

@@ -1,10 +1,11 @@
 //! Rooms of Honeybee models (HBJSON), read as plain JSON: the faces of one room, in metres. A document may have a model in its room, or the
 //! id or the file of one.
 
+mod corners;
+
 use std::fmt;
 use std::marker::PhantomData;
 
-use glam::DVec3;
 use serde::de::{Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -14,9 +15,7 @@ use super::errors::{Checks, DocumentErrors, FieldError};
 use super::file_source::FileSource;
 use super::limits::{CORNERS, FACES, HOLES};
 use super::read::{fault, json};
-use super::room::RoomDocument;
-use super::room::closed::CorneredFaces;
-use super::room::faces::{FaceDocument, FaceKindDocument};
+use super::room::faces::FaceDocument;
 
 /// Largest number of names that a message lists.
 const MOST_NAMED: usize = 20;
@@ -29,15 +28,6 @@ const LONGEST_NAME: usize = 256;
 
 /// Longest message about the text of a model, in characters.
 const LONGEST_MESSAGE: usize = 300;
-
-/// Largest fraction of a room's extent within which corners are merged, also if the model's tolerance is larger.
-const COARSEST: f64 = 1e-3;
-
-/// Number of nanometres in a metre: coordinates are rounded to whole ones, so that 2.7 is written as 2.7.
-const NANOMETRES: f64 = 1e9;
-
-/// Largest coordinate in metres at which corners are merged; larger ones are refused.
-const FARTHEST_M: f64 = 1e6;
 
 /// A room of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -242,11 +232,12 @@ fn room_of(model: Model, name: Option<&str>) -> Result<HbjsonRoom, DocumentError
     let rooms = model.rooms.unwrap_or_default();
     let number = chosen(&rooms, name)?;
     let room = &rooms[number];
-    let mut notes = Vec::new();
-    let rings = rings_in_metres(room, (model.units, model.tolerance.unwrap_or_default()), &mut notes);
-    let faces: Vec<FaceDocument> = room.faces.iter().zip(rings).map(|(face, rings)| document(face, rings)).collect();
+    let tolerance = model.tolerance.unwrap_or_default();
+    if !(tolerance >= 0.0) {
+        return Err(FieldError::new("/tolerance", format!("must be >= 0, but is {tolerance}")).into());
+    }
+    let (document, mut notes) = corners::document_of(room, (model.units, tolerance));
     notes.extend(left_out(room));
-    let document = RoomDocument::of_faces(faces);
     let mut checks = Checks::default();
     if document.enclosure(&mut checks).is_none() {
         checks.errors.iter_mut().for_each(|error| error.pointer = in_model(number, &error.pointer));
@@ -345,67 +336,6 @@ fn chosen(rooms: &[ModelRoom], name: Option<&str>) -> Result<usize, FieldError> 
         (_, None) => format!("the model has {} rooms, name one of them: {}", rooms.len(), names()),
     };
     Err(FieldError::new("/rooms", detail))
-}
-
-/// Returns the rings of each face in metres, corners within the model's tolerance merged, the lowest one at z = 0.
-fn rings_in_metres(
-    room: &ModelRoom,
-    (units, tolerance): (Units, f64),
-    notes: &mut Vec<String>,
-) -> Vec<Vec<Vec<DVec3>>> {
-    let corner = |place: &[f64; 3]| DVec3::from(place.map(|length| units.metres(length)));
-    let of_face = |face: &ModelFace| -> Vec<Vec<DVec3>> {
-        let holes = face.geometry.holes.iter().flat_map(|Holes(holes)| holes);
-        let rings = std::iter::once(&face.geometry.boundary).chain(holes);
-        rings.map(|Ring(corners)| corners.iter().map(corner).collect()).collect()
-    };
-    let mut faces: Vec<Vec<Vec<DVec3>>> = room.faces.iter().map(of_face).collect();
-    let corners = || faces.iter().flatten().flatten().copied();
-    let low = corners().fold(DVec3::INFINITY, DVec3::min);
-    let extent = corners().fold(DVec3::NEG_INFINITY, DVec3::max) - low;
-    let near = units.metres(tolerance).min(COARSEST * extent.length());
-    // what is nearer is rounded away, and cells of so many coordinates have numbers
-    let is_bounded = corners().all(|corner| corner.abs().max_element() <= FARTHEST_M);
-    if near >= 1.0 / NANOMETRES && is_bounded {
-        let welded = CorneredFaces::weld(&faces, near);
-        if welded.moved > 0 {
-            let detail =
-                format!("{} corners within the model's tolerance of others ({near:.1e} m) were merged", welded.moved);
-            notes.push(detail);
-        }
-        let place = |corner: &usize| welded.places[*corner];
-        let ring = |ring: &Vec<usize>| ring.iter().map(place).collect();
-        faces = welded.faces.iter().map(|rings| rings.iter().map(ring).collect()).collect();
-    }
-    let rounded = |place: DVec3| (place * NANOMETRES).round() / NANOMETRES + DVec3::ZERO;
-    let floor = DVec3::new(0.0, 0.0, low.z);
-    for place in faces.iter_mut().flatten().flatten() {
-        *place = rounded(*place - floor);
-    }
-    if rounded(floor).z != 0.0 {
-        notes.push(format!(
-            "the room was moved by {} m along z, so that its lowest point is at z = 0: heights of grids, objects and views of the job are \
-             above that point",
-            -rounded(floor).z
-        ));
-    }
-    faces
-}
-
-/// Returns a face of a document.
-fn document(face: &ModelFace, rings: Vec<Vec<DVec3>>) -> FaceDocument {
-    let mut rings = rings.into_iter().map(|ring| ring.into_iter().map(|corner| corner.to_array()).collect());
-    FaceDocument {
-        name: face.identifier.clone(),
-        kind: match face.face_type {
-            FaceType::Wall | FaceType::AirBoundary => FaceKindDocument::Wall,
-            FaceType::Floor => FaceKindDocument::Floor,
-            FaceType::RoofCeiling => FaceKindDocument::Ceiling,
-        },
-        boundary_m: rings.next().unwrap_or_default(),
-        holes_m: rings.collect(),
-        surface: None,
-    }
 }
 
 /// Returns a sentence for each sort of thing in a room that is not simulated as the model has it.
