@@ -142,13 +142,13 @@ fn colours_are_independent() {
     };
     let mut scene = coloured([0.5, 0.1, 0.3], [0.1, 0.6, 0.3]);
     scene.channels = Channels::Rgb;
-    let all = run(&scene, &*light_tracing(&scene, 16_384, 1), 32);
+    let all = run(&scene, &*light_tracing(&scene, 8192, 1), 32);
     assert!(all.energy.relative_closure_error().abs() < 1e-9, "{:?}", all.energy);
     let (lux, error) = values(&all);
     let (mut truth, mut truth_error) = (vec![0.0; 4], vec![0.0f64; 4]);
     for (weight, diffuse, reflectance) in [(0.2126, 0.5, 0.1), (0.7152, 0.1, 0.6), (0.0722, 0.3, 0.3)] {
         let channel = coloured([diffuse; 3], [reflectance; 3]);
-        let (lux, error) = values(&run(&channel, &*light_tracing(&channel, 16_384, 2), 32));
+        let (lux, error) = values(&run(&channel, &*light_tracing(&channel, 8192, 2), 32));
         for cell in 0..4 {
             truth[cell] += weight * lux[cell];
             truth_error[cell] += weight * error[cell];
