@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{FaceType, Holes, ModelFace, ModelRoom, Ring, Units};
+use super::model::{FaceType, Holes, ModelFace, ModelRoom, Ring, Units};
 use crate::document::errors::Checks;
 use crate::document::room::RoomDocument;
 use crate::document::room::closed::CorneredFaces;

@@ -2,20 +2,18 @@
 //! id or the file of one.
 
 mod corners;
+mod model;
 
-use std::fmt;
-use std::marker::PhantomData;
-
-use serde::de::{Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
+use serde::de::{Deserializer, IgnoredAny};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use utoipa::ToSchema;
 
 use super::errors::{Checks, DocumentErrors, FieldError};
 use super::file_source::FileSource;
-use super::limits::{CORNERS, FACES, HOLES};
 use super::read::{fault, json};
 use super::room::faces::FaceDocument;
+use model::{FaceType, Model, ModelFace, ModelRoom};
 
 /// Largest number of names that a message lists.
 const MOST_NAMED: usize = 20;
@@ -60,113 +58,6 @@ pub struct RoomReport {
     pub faces: u64,
 }
 
-/// Fields of a model that are read; all others are passed over.
-#[derive(Deserialize)]
-struct Model {
-    #[serde(default)]
-    units: Units,
-    #[serde(default)]
-    tolerance: Option<f64>,
-    #[serde(default)]
-    rooms: Option<Vec<ModelRoom>>,
-}
-
-/// Unit of the coordinates of a model.
-#[derive(Clone, Copy, Default, Deserialize)]
-enum Units {
-    #[default]
-    Meters,
-    Millimeters,
-    Centimeters,
-    Feet,
-    Inches,
-}
-
-#[derive(Deserialize)]
-struct ModelRoom {
-    identifier: String,
-    #[serde(default)]
-    display_name: Option<String>,
-    #[serde(deserialize_with = "at_most::<_, _, MOST_FACES>")]
-    faces: Vec<ModelFace>,
-    #[serde(default)]
-    indoor_shades: Option<Vec<IgnoredAny>>,
-}
-
-#[derive(Deserialize)]
-struct ModelFace {
-    identifier: String,
-    face_type: FaceType,
-    geometry: Face3d,
-    #[serde(default)]
-    apertures: Option<Vec<IgnoredAny>>,
-    #[serde(default)]
-    doors: Option<Vec<IgnoredAny>>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-enum FaceType {
-    Wall,
-    Floor,
-    RoofCeiling,
-    AirBoundary,
-}
-
-#[derive(Deserialize)]
-struct Face3d {
-    boundary: Ring,
-    #[serde(default)]
-    holes: Option<Holes>,
-}
-
-/// Corners of a boundary or a hole.
-#[derive(Deserialize)]
-struct Ring(#[serde(deserialize_with = "at_most::<_, _, MOST_CORNERS>")] Vec<[f64; 3]>);
-
-#[derive(Deserialize)]
-struct Holes(#[serde(deserialize_with = "at_most::<_, _, MOST_HOLES>")] Vec<Ring>);
-
-const MOST_FACES: usize = *FACES.end();
-const MOST_HOLES: usize = *HOLES.end();
-const MOST_CORNERS: usize = *CORNERS.end();
-
-/// Reads a list of at most `MOST` values: what is longer is refused before it takes memory.
-fn at_most<'de, D: Deserializer<'de>, T: Deserialize<'de>, const MOST: usize>(source: D) -> Result<Vec<T>, D::Error> {
-    struct Few<T, const MOST: usize>(PhantomData<T>);
-    impl<'de, T: Deserialize<'de>, const MOST: usize> Visitor<'de> for Few<T, MOST> {
-        type Value = Vec<T>;
-
-        fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-            write!(formatter, "an array")
-        }
-
-        fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Vec<T>, A::Error> {
-            let mut read = Vec::new();
-            while let Some(item) = items.next_element()? {
-                if read.len() == MOST {
-                    return Err(A::Error::custom(format!("must have at most {MOST} items")));
-                }
-                read.push(item);
-            }
-            Ok(read)
-        }
-    }
-    source.deserialize_seq(Few::<T, MOST>(PhantomData))
-}
-
-impl Units {
-    /// Converts a length to metres; a division where that is exact.
-    fn metres(self, length: f64) -> f64 {
-        match self {
-            Self::Meters => length,
-            Self::Millimeters => length / 1000.0,
-            Self::Centimeters => length / 100.0,
-            Self::Feet => length * 0.3048,
-            Self::Inches => length * 0.0254,
-        }
-    }
-}
-
 impl HbjsonRoom {
     /// Returns the pointer to what a document gives for one to a face of the room that was read; other pointers stay.
     pub(super) fn pointer(&self, pointer: &str) -> String {
@@ -174,12 +65,6 @@ impl HbjsonRoom {
             in_model if in_model == pointer => in_model,
             in_model => format!("{MODEL}{in_model}"),
         }
-    }
-}
-
-impl ModelRoom {
-    fn is_named(&self, name: &str) -> bool {
-        self.identifier == name || self.display_name.as_deref() == Some(name)
     }
 }
 
@@ -233,7 +118,7 @@ fn room_of(model: Model, name: Option<&str>) -> Result<HbjsonRoom, DocumentError
     let number = chosen(&rooms, name)?;
     let room = &rooms[number];
     let tolerance = model.tolerance.unwrap_or_default();
-    if !(tolerance >= 0.0) {
+    if tolerance < 0.0 {
         return Err(FieldError::new("/tolerance", format!("must be >= 0, but is {tolerance}")).into());
     }
     let (document, mut notes) = corners::document_of(room, (model.units, tolerance));
