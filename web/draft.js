@@ -238,6 +238,8 @@ export function addTube(draft) {
  */
 export function resize(draft, axis, metres) {
   if (draft.room.size_m) draft.room.size_m[axis] = metres;
+  // no slip of the keys moves the tubes into a room that has no place for them
+  if (metres < leastEdge(draft)) return;
   draft.tubes?.forEach((tube, index) => moveTube(draft, index, tube.centre_m[0], tube.centre_m[1]));
 }
 

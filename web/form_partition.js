@@ -1,16 +1,22 @@
 // The form of the partitions of a room: drawn on the plan, or by numbers.
+import { roomiest } from "./draft.js";
 import { addPartition, removePartition } from "./draft_partition.js";
 import { number } from "./field.js";
 import { edit } from "./live.js";
-import { extent } from "./room.js";
+import { clearance } from "./outline.js";
+import { rings } from "./room.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
-/** Adds a partition across half of the room's middle. */
+/** Share of the distance to the nearest wall to which a new partition reaches from its middle. */
+const REACH = 0.75;
+
+/** Adds a partition where the room has most space. */
 function add() {
-  const { west, south, width, depth } = extent(state.draft.room);
-  const y = south + depth / 2;
-  edit((draft) => set({ partition: addPartition(draft, [west + width / 4, y], [west + (3 * width) / 4, y]) }));
+  const { room } = state.draft;
+  const [x, y] = roomiest(room, []);
+  const reach = REACH * clearance(rings(room), [x, y]);
+  edit((draft) => set({ partition: addPartition(draft, [x - reach, y], [x + reach, y]) }));
 }
 
 /** The partitions: which one, and its numbers. */

@@ -15,6 +15,7 @@ import { headline, numbers } from "./results.js";
 import { alongside, extent, outline, steepness } from "./room.js";
 import { LARGE, SMALL, axis, fitted, furniture, marks, north, partitionLine, rim } from "./room_plan.js";
 import { scale } from "./scale.js";
+import { stillSensor } from "./sensor_marks.js";
 import { copyAddress, files } from "./share.js";
 import { skyName } from "./sky.js";
 import { drawnBy, set, state } from "./state.js";
@@ -192,6 +193,7 @@ function map(job, grid, meshes) {
     ${outside(room, grid, at)}${outlined(room, at, "frame")}
     ${(room.partitions ?? []).map((sheet) => svg`<g class="partition still">${partitionLine(sheet, at, "seen")}</g>`)}
     ${tubes.map((tube) => [axis(room, tube, at), rim(room, tube, at)])}${numbers}
+    ${(grid.points_m ?? []).map((point, index) => stillSensor(/** @type {import("./sensor.js").Sensor} */ (point), index, at))}
     ${measures(room, at)}
-    ${bar(end, ticks, unit, across(at, east) + 18, at.top, at.k * depth)}${north(room.rotation_deg ?? 0)}</svg>`;
+    ${grid.points_m ? nothing : bar(end, ticks, unit, across(at, east) + 18, at.top, at.k * depth)}${north(room.rotation_deg ?? 0)}</svg>`;
 }

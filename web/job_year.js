@@ -29,6 +29,7 @@ const isKnown = (of, goal, sda) => !Number.isNaN(judge(of, goal, sda).value);
 /** Verdict on a grid's target, or else a sentence about its spatial autonomy. @param {Schemas["GridYearResult"]} of @param {JobDocument} document @param {Goal | null} goal */
 function sentence(of, document, goal) {
   const { sda, schedule } = document.annual ?? {};
+  const whole = document.grids?.find(({ name }) => name === of.name)?.points_m ? "sensors have" : "area has";
   const note = html`<p class="note">In brackets: the 95\u202f% interval of the numerical error.</p>`;
   if (goal && isKnown(of, goal, sda)) {
     const { asked, is, found, outcome } = yearSentence(of, goal, schedule?.kind ?? "lm83", sda);
@@ -36,7 +37,7 @@ function sentence(of, document, goal) {
   }
   const lux = sda?.threshold_lux ?? 300;
   const share = sda?.time_percent ?? 50;
-  return html`<p class="verdict"><strong>${bracketed({ ...of.sda_percent, limit: NaN }, "%")}</strong> of the area has ${lux}\u202flx in ${share}\u202f% of the hours that count.</p>${note}`;
+  return html`<p class="verdict"><strong>${bracketed({ ...of.sda_percent, limit: NaN }, "%")}</strong> of the ${whole} ${lux}\u202flx in ${share}\u202f% of the hours that count.</p>${note}`;
 }
 
 /** How far the files of several years differ. @param {Schemas["AnnualResult"]} summary @param {string} name of the grid */
@@ -56,14 +57,16 @@ export function yearOf(job, summary, runs, goalOf) {
     return goal && isKnown(of, goal, job.document.annual?.sda) ? judgedBy(goal) : "";
   };
   const file = summary.site;
+  // a figure may stand far from the numbers of its grid
+  const named = (/** @type {string} */ words, /** @type {string} */ name) => (summary.grids.length > 1 ? `${words}, ${name}` : words);
   return summary.grids.map(
     (of) => html`<section class="panel criteria year" aria-label=${`Year of ${of.name}`}><h2>${of.name}, a year</h2>
       <p>${file.name}</p>${sentence(of, job.document, goalOf(of.name))}
       ${yearNumbers(summary, of, of.autonomies.map(({ lux }) => lux))}
       <details><summary><h2>Criteria</h2> <small>${passed(of.verdicts)}</small></summary>${verdicts(of.verdicts)}</details>${spread(summary, of.name)}</section>
-      ${panel(job, runs, `autonomy.${of.name}`, "Daylight autonomy", query(of))}
-      ${panel(job, runs, `useful.${of.name}`, "Useful daylight")}
-      ${panel(job, runs, `by_hour.${of.name}`, "Mean by day and hour")}`,
+      ${panel(job, runs, `autonomy.${of.name}`, named("Daylight autonomy", of.name), query(of))}
+      ${panel(job, runs, `useful.${of.name}`, named("Useful daylight", of.name))}
+      ${panel(job, runs, `by_hour.${of.name}`, named("Mean by day and hour", of.name))}`,
   );
 }
 

@@ -121,11 +121,25 @@ export function outlined(room, at, as) {
     : svg`<rect class=${as} x=${across(at, west)} y=${down(at, north)} width=${at.k * width} height=${at.k * depth}></rect>`;
 }
 
-/** Width and depth of a room beside its drawing. @param {JobDocument["room"]} room @param {Layout} at */
+/** Distance of dimension lines from the room, half of the strokes at their ends, and half of the gap for their lengths. */
+const DIMENSION = { away: 18, end: 4, gap: 22 };
+
+/** Width and depth of a room beside its drawing, each on a line from end to end. @param {JobDocument["room"]} room @param {Layout} at */
 export function measures(room, at) {
   const { west, south, east, north, width, depth } = extent(room);
   const [x, y] = [across(at, west) - 14, down(at, (south + north) / 2)];
-  return svg`<text class="measure" x=${across(at, (west + east) / 2)} y=${down(at, south) + 22}>${centimetres(width)} m</text>
+  const { away, end, gap } = DIMENSION;
+  const [row, column] = [down(at, south) + away, across(at, west) - away];
+  /** The two parts of a line along an axis, from one end to the gap and from the gap to the other. @param {"H" | "V"} along @param {number} from @param {number} to */
+  const line = (along, from, to) => {
+    const [middle, half] = [(from + to) / 2, Math.min(gap, Math.abs(to - from) / 2) * Math.sign(to - from)];
+    const start = (/** @type {number} */ of) => (along === "H" ? `M${of} ${row}` : `M${column} ${of}`);
+    const stroke = (/** @type {number} */ of) => (along === "H" ? `M${of} ${row - end}v${2 * end}` : `M${column - end} ${of}h${2 * end}`);
+    return `${start(from)}${along}${middle - half}${start(to)}${along}${middle + half}${stroke(from)}${stroke(to)}`;
+  };
+  const lines = line("H", across(at, west), across(at, east)) + line("V", down(at, south), down(at, north));
+  return svg`<path class="dimension" d=${lines}></path>
+    <text class="measure" x=${across(at, (west + east) / 2)} y=${down(at, south) + 22}>${centimetres(width)} m</text>
     <text class="measure" x=${x} y=${y} transform=${`rotate(-90 ${x} ${y})`}>${centimetres(depth)} m</text>`;
 }
 
@@ -190,6 +204,9 @@ export function isolines(grid, rows, at, room, taken, unit, end) {
   return [paths, labels];
 }
 
+/** Height that a label of a scale takes. */
+const LABEL = 13;
+
 /**
  * The scale beside the map.
  * @param {number} end
@@ -203,14 +220,17 @@ export function bar(end, ticks, unit, x, top, height) {
   const steps = 64;
   const { ends, by } = labelUnit(unit, end);
   const at = (/** @type {number} */ share) => top + height * (1 - share);
+  // as many labels as have room, the highest among them
+  const every = Math.ceil((LABEL * (ticks.length - 1)) / height) || 1;
   const rects = Array.from({ length: steps }, (_, i) => {
     const colour = `rgb(${rising((i + 0.5) / steps)})`;
     return svg`<rect x=${x} y=${at((i + 1) / steps)} width="12" height=${height / steps + 0.5} fill=${colour}></rect>`;
   });
   return svg`<g class="scale">${rects}
-    ${ticks.map(
-      (tick, i) => svg`<text x=${x + 18}
-      y=${at(tick / end) + 4}>${tidy(tick / by)}${i === ticks.length - 1 ? `\u202f${ends}` : ""}</text>`,
+    ${ticks.map((tick, i) =>
+      (ticks.length - 1 - i) % every
+        ? nothing
+        : svg`<text x=${x + 18} y=${at(tick / end) + 4}>${tidy(tick / by)}${i === ticks.length - 1 ? `\u202f${ends}` : ""}</text>`,
     )}</g>`;
 }
 

@@ -97,7 +97,10 @@ async function start() {
     );
     change({ shown: `/v1/jobs/${id}/views/room.png`, ended: true });
   } catch (error) {
-    if (!abort.signal.aborted) set({ picture: null, problem: api.problemOf(error) });
+    if (abort.signal.aborted) return;
+    const problem = api.problemOf(error);
+    // the button stands far from where the problem is told
+    set({ picture: null, problem, said: `No picture: ${(problem.errors?.[0] ?? problem).detail}` });
   }
 }
 

@@ -4,6 +4,7 @@ import { values } from "./map.js";
 import { coverage, digits, halfWidth, thousands } from "./scale.js";
 import { faces } from "./sensor.js";
 import { state } from "./state.js";
+import { whole } from "./verdict.js";
 import { passed, verdicts } from "./year_tables.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
@@ -19,6 +20,9 @@ export function interval({ of, error }, factor, unit) {
   return `${digits(of, half)} ±\u202f${halfWidth(half)}${ends}`;
 }
 
+/** What a grid's values are of, in words. @param {Grid} grid */
+const where = ({ points_m, height_m }) => (points_m ? `at ${points_m.length === 1 ? "one sensor" : `${points_m.length} sensors`}` : height_m ? `${height_m} m above the floor` : "on the floor");
+
 /** The large number. @param {Answer} answer */
 export function headline({ job, grid }) {
   const statistics = grid?.statistics;
@@ -29,7 +33,7 @@ export function headline({ job, grid }) {
       : coverage(statistics, job.progress.passes) * statistics.mean_lux_standard_error;
   return html`<p class="number"><strong id="mean">${digits(statistics.mean_lux, half ?? 0.5)}\u202flx</strong>
     <span>${half === null ? "" : `±\u202f${halfWidth(half)}`}</span></p>
-    <p class="note">mean illuminance${grid.height_m ? html` ${grid.height_m} m above the floor` : ""}${half === null ? "" : "; ± is the 95\u202f% interval"}</p>`;
+    <p class="note">mean illuminance ${where(grid)}${half === null ? "" : "; ± is the 95\u202f% interval"}</p>`;
 }
 
 /** All numbers of the grid. @param {Answer} answer */
@@ -66,10 +70,10 @@ export function numbers({ job, grid }) {
   const levels = of.area_above ?? [];
   const above = levels.map(
     ({ lux, percent }) =>
-      html`<td><meter min="0" max="100" value=${percent} aria-label=${`area with ${lux} lx or more`}></meter>${percent.toFixed(0)}\u202f%</td>`,
+      html`<td><meter min="0" max="100" value=${percent} aria-label=${`${whole(grid)} with ${lux} lx or more`}></meter>${percent.toFixed(0)}\u202f%</td>`,
   );
   return html`<div class="blocks"><dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-    <table class="above"><caption>Area that has at least</caption><thead><tr>${levels.map(({ lux }, at) => html`<th scope="col">${lux}${at === levels.length - 1 ? "\u202flx" : ""}</th>`)}</tr></thead><tbody><tr>${above}</tr></tbody></table>
+    <table class="above"><caption>${grid.points_m ? "Sensors that have at least" : "Area that has at least"}</caption><thead><tr>${levels.map(({ lux }, at) => html`<th scope="col">${lux}${at === levels.length - 1 ? "\u202flx" : ""}</th>`)}</tr></thead><tbody><tr>${above}</tr></tbody></table>
     ${sensors({ job, grid })}${tubes(job)}${origins({ job, grid })}</div>${criteria({ job, grid })}`;
 }
 

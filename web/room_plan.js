@@ -91,5 +91,5 @@ export function axis(room, tube, at) {
 
 /** An arrow to the north. @param {number} turned azimuth of the room's y axis */
 export const north = (turned) =>
-  svg`<g class="north" transform="translate(20 18)" role="img" aria-label=${`North; the room is turned by ${turned} degrees`}><g
-    transform=${`rotate(${-turned})`}><path d="M0 -13 L5 5 L0 2 L-5 5 Z"></path></g><text x="0" y="20">N</text></g>`;
+  svg`<g class="north" transform="translate(14 15)" role="img" aria-label=${`North; the room is turned by ${turned} degrees`}><g
+    transform=${`rotate(${-turned})`}><path d="M0 -13 L5 5 L0 2 L-5 5 Z"></path></g><text x="24" y="5">N</text></g>`;

@@ -116,7 +116,7 @@ export function section() {
   const end = from + across;
   const tubes = draft.tubes ?? [];
   const beside = x(east) + 8;
-  const workplane = draft.grids?.[0]?.height_m ?? 0;
+  const workplane = draft.grids?.find(({ points_m }) => !points_m)?.height_m;
   const toggle = (/** @type {"north" | "west"} */ to) =>
     html`<button type="button" aria-label=${`looking ${to}`} aria-pressed=${look === to} @click=${() => set({ look: to })}>${to}</button>`;
   return html`<div class="head"><h2>Section looking</h2><div class="group">${toggle("north")}${toggle("west")}</div></div>
@@ -128,8 +128,10 @@ export function section() {
       ${(room.partitions ?? []).map((sheet) => partition(sheet, axis, x, y))}
       ${courses.map((course, i) => guide(i, /** @type {Tube} */ (tubes[i]), course, openings[i] ?? height, { x, y, k }, model(meshes(draft), i, [axis, 2], { x: x(0), y: y(0), k })))}
       ${room.plan ? nothing : svg`<path class="shell" d=${`M${x(from)} ${y(height)}V${y(0)}H${x(end)}V${y(height)}`}></path>`}
-      <line class="workplane" x1=${x(from)} x2=${x(end)} y1=${y(workplane)} y2=${y(workplane)}></line>
-      <text x=${beside} y=${y(workplane) + 4}>${workplane} m</text>
+      ${typeof workplane === "number"
+        ? svg`<line class="workplane" x1=${x(from)} x2=${x(end)} y1=${y(workplane)} y2=${y(workplane)}></line>
+          <text x=${beside} y=${y(workplane) + 4}>${workplane} m</text>`
+        : nothing}
       <text x=${beside} y=${y(height) + 14}>${centimetres(height)} m</text>
       ${lowest < height ? svg`<text x=${beside} y=${y(lowest) + 4}>${centimetres(lowest)} m</text>` : nothing}
       <text class="measure" x=${x(from + across / 2)} y=${y(0) + 22}>${centimetres(across)} m</text>

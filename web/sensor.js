@@ -36,9 +36,14 @@ export function facing(sensor) {
   return /** @type {Facing} */ (found?.[0] ?? "other");
 }
 
+/** Names of azimuths, in steps of 45 degrees. */
+const COMPASS = ["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"];
+
 /** What a sensor faces, in words. @param {Sensor} sensor */
 export function faces(sensor) {
   const [azimuth, altitude] = angles(sensor);
-  const of = facing(sensor);
-  return of === "other" ? `${azimuth}°, ${altitude}° up`.replace("-", "\u2212") : of;
+  const upright = altitude > 0 ? "up" : "down";
+  if (Math.abs(altitude) === 90) return upright;
+  const toward = COMPASS[azimuth / 45] ?? `${azimuth}°`;
+  return altitude ? `${toward}, ${Math.abs(altitude)}° ${upright}` : toward;
 }

@@ -34,11 +34,18 @@ export function mapOf(answer) {
   return { ...of, rows, unit: "lx", ...scale(hours.largest) };
 }
 
-/** Column and row of the point that is followed. @param {YearAnswer} answer @returns {[number, number]} */
-export function pinned({ grid }) {
+/** Column and row of the point that is followed; at first the one with a value that is nearest to the middle. @param {YearAnswer} answer @returns {[number, number]} */
+export function pinned({ grid, hours: { areas, across } }) {
   const [columns, rows] = [grid.x_m.length, grid.y_m.length];
-  const [column, row] = state.year.pin ?? [Math.floor(columns / 2), Math.floor(rows / 2)];
+  const [column, row] = state.year.pin ?? nearestWithValue(areas, across, [Math.floor(columns / 2), Math.floor(rows / 2)]);
   return [Math.max(0, Math.min(column, columns - 1)), Math.max(0, Math.min(row, rows - 1))];
+}
+
+/** Column and row of the sensor with a value that is nearest to a place. @param {number[]} areas of the sensors, 0 without a value @param {number} across @param {[number, number]} place @returns {[number, number]} */
+function nearestWithValue(areas, across, [column, row]) {
+  const away = (/** @type {number} */ sensor) => Math.hypot((sensor % across) - column, Math.floor(sensor / across) - row);
+  const nearest = areas.reduce((best, area, sensor) => (area > 0 && (best < 0 || away(sensor) < away(best)) ? sensor : best), -1);
+  return nearest < 0 ? [column, row] : [nearest % across, Math.floor(nearest / across)];
 }
 
 /** Place of the point that is followed in metres; none on a grid of single sensors. @param {YearAnswer} answer @returns {[number, number][]} */

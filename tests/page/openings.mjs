@@ -137,6 +137,7 @@ export async function turnsOpenings(visitor) {
   const level = await tube();
   assert(level.drop_m > 0 && level.normal === undefined);
   await page.locator(".tube").first().focus();
+  await visitor.drawn();
   await lies.selectOption("slope");
   await visitor.current();
   let now = await tube();
@@ -152,6 +153,7 @@ export async function turnsOpenings(visitor) {
   assert((await visitor.state()).grid.statistics.mean_lux > 0);
   assert.equal(Number(await page.getByLabel("Height, m").inputValue()), now.centre_m[2]);
   await page.locator(".tube").first().focus();
+  await visitor.drawn();
   const onWall = async () => {
     const { metres } = await page.evaluate(async () => {
       const { nearestWall } = await import("/web/opening.js");

@@ -143,6 +143,8 @@ export async function drawsAHall(visitor, shot) {
   const name = page.getByLabel("Name", { exact: true });
   assert.equal(await name.inputValue(), "L-shaped hall", "a room to begin with is called after its shape");
   const type = async (label, value) => {
+    // a field that is drawn again for another corner loses what was typed before
+    await visitor.drawn();
     await page.getByLabel(label, { exact: true }).first().fill(value);
     await page.getByLabel(label, { exact: true }).first().press("Enter");
   };
