@@ -10,6 +10,15 @@ use super::ticks::{self, Steps, Tick};
 const LABEL_SIZE: f64 = 12.0;
 const TITLE_SIZE: f64 = 13.0;
 
+/// Returns the number of intervals between the ticks of an axis with a length in pixels.
+pub fn ticks_in(pixels: f64) -> usize {
+    let least = if pixels < LEAST_FOR_TWO { 1.0 } else { 2.0 };
+    (pixels / 60.0).clamp(least, 10.0) as usize
+}
+
+/// Length in pixels of an axis from which on the labels of three ticks have room.
+const LEAST_FOR_TWO: f64 = 30.0;
+
 /// Room for labels and title left of the axes, in pixels.
 pub const LEFT: f64 = 76.0;
 

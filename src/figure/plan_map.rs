@@ -2,12 +2,12 @@
 
 use glam::DVec2;
 
-use super::axes::{self, Axes, Axis};
+use super::axes::{self, Axes, Axis, ticks_in};
 use super::colour::{BLACK, Colour, WHITE};
 use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::Heading;
 use super::isolines::isolines;
-use super::labels::Taken;
+use super::labels::{Taken, half_size};
 use super::letters;
 use super::outline::{Outline, Rectangle};
 use super::plan_cells::{Cells, GridValues, NO_VALUE, draw_lines, label_lines};
@@ -39,6 +39,9 @@ const LEAST_NUMBERED: DVec2 = DVec2::new(20.0, 11.0);
 
 /// Radius of the disc of a point, in pixels.
 const POINT_RADIUS: f64 = 6.0;
+
+/// Length in pixels of the title of the upright axis.
+const TITLE_LENGTH: f64 = 80.0;
 
 /// Largest number of points with numbers beside them.
 const MOST_NUMBERED: usize = 100;
@@ -82,7 +85,9 @@ impl PlanMap {
         let left = axes::LEFT + aside;
         let bar_left = left + plan.x + LENGTHS + 26.0 + aside;
         let width = bar_left + BAR_WIDTH + LABEL_WIDTH;
-        let top = self.heading.height(width) + LENGTHS + 8.0;
+        // the title of an axis may be longer than the axis
+        let beside = 0.5 * (TITLE_LENGTH - plan.y).max(0.0);
+        let top = self.heading.height(width) + LENGTHS + 8.0 + beside;
         let within = Rectangle { from: DVec2::new(left, top), to: DVec2::new(left, top) + plan };
         let size = DVec2::new(width, within.to.y.max(top + 240.0) + axes::BELOW + LEGEND_HEIGHT + 4.0);
         let mut drawing = Drawing::new(size, self.heading.title.as_str());
@@ -115,20 +120,19 @@ impl PlanMap {
         let mut taken = Taken::default();
         self.room.draw_lengths(&mut drawing, &axes, &mut taken);
         if !self.grid.points.is_empty() {
-            self.draw_points(&mut drawing, &axes);
+            self.room.take_tubes(&axes, &mut taken);
+            self.draw_points(&mut drawing, &axes, &mut taken);
+            self.room.draw_tube_numbers(&mut drawing, &axes, &mut taken);
+        } else if has_numbers {
+            self.draw_numbers(&mut drawing, &cells);
         } else {
             let lines = isolines(smooth.cells, &smooth.values, &self.levels)?;
             draw_lines(&mut drawing, &fine, &lines);
-            match has_numbers {
-                true => self.draw_numbers(&mut drawing, &cells),
-                false => {
-                    self.room.take_tubes(&axes, &mut taken);
-                    self.room.take_partitions(&axes, &mut taken);
-                    self.draw_extremes(&mut drawing, &cells, &mut taken);
-                    self.room.draw_tube_numbers(&mut drawing, &axes, &mut taken);
-                    label_lines(&mut drawing, &fine, &lines, &mut taken);
-                }
-            }
+            self.room.take_tubes(&axes, &mut taken);
+            self.room.take_partitions(&axes, &mut taken);
+            self.draw_extremes(&mut drawing, &cells, &mut taken);
+            self.room.draw_tube_numbers(&mut drawing, &axes, &mut taken);
+            label_lines(&mut drawing, &fine, &lines, &mut taken);
         }
         let bar = Rectangle::new(
             bar_left,
@@ -141,9 +145,12 @@ impl PlanMap {
         Ok(drawing)
     }
 
-    /// Draws discs in the colours of the values at points, each with its number where points are few.
-    fn draw_points(&self, drawing: &mut Drawing, axes: &Axes) {
-        for (point, value) in self.grid.points.iter().zip(&self.grid.values) {
+    /// Draws discs in the colours of the values at points; where these are few, with their numbers counted from 1, and below with their values
+    /// if these are wanted.
+    fn draw_points(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Taken) {
+        let are_few = self.grid.points.len() <= MOST_NUMBERED;
+        let look = Type::new(11.0, BLACK).rimmed(WHITE);
+        for (index, (point, value)) in self.grid.points.iter().zip(&self.grid.values).enumerate() {
             let [red, green, blue] = if value.is_finite() { self.scale.colour(*value) } else { NO_VALUE };
             let at = axes.at(point.x, point.y);
             if !axes.within.contains(at) {
@@ -151,10 +158,19 @@ impl PlanMap {
             }
             let disc = Outline::circle(at, POINT_RADIUS);
             drawing.filled_line(disc, Colour::Fixed([red, green, blue]), Line::new(BLACK, 1.0));
-            if self.numbers == Numbers::Shown && self.grid.points.len() <= MOST_NUMBERED && value.is_finite() {
-                let look = Type::new(10.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
-                drawing.text_centred(at + DVec2::new(0.0, POINT_RADIUS + 8.0), significant(*value, 3), look);
+            taken.add(Rectangle { from: at - POINT_RADIUS, to: at + POINT_RADIUS });
+            if !are_few {
+                continue;
             }
+            let mut write = |text: &str, sides: [DVec2; 4]| {
+                let aside = half_size(text, look) + POINT_RADIUS + 1.0;
+                taken.write(drawing, &axes.within, (text, look), sides.map(|side| at + side * aside).into_iter());
+            };
+            if self.numbers == Numbers::Shown && value.is_finite() {
+                write(&significant(*value, 3), [DVec2::Y, DVec2::NEG_Y, DVec2::X, DVec2::NEG_X]);
+            }
+            let number = format!("no. {}", index + 1);
+            write(&number, [DVec2::X, DVec2::NEG_X, DVec2::NEG_Y, DVec2::Y]);
         }
     }
 
@@ -198,11 +214,6 @@ impl PlanMap {
             drawing.text_centred(at, text, Type::new(size, ink).anchored(Anchor::Middle));
         }
     }
-}
-
-/// Returns the number of intervals between ticks for a length in pixels.
-fn ticks_in(pixels: f64) -> usize {
-    (pixels / 60.0).clamp(1.0, 10.0) as usize
 }
 
 #[cfg(test)]

@@ -142,7 +142,8 @@ impl RoomPlan {
         for (index, (frame, opening)) in self.tubes.iter().enumerate() {
             let at = axes.at(frame.origin.x, frame.origin.y);
             let number = (index + 1).to_string();
-            for text in [format!("tube {number}"), number] {
+            // no bare number, which would be the value of a line
+            for text in [format!("tube {number}"), format!("#{number}")] {
                 let aside = half_size(&text, look) + extent(frame, opening) * metre(axes) + 3.0;
                 let places = [DVec2::Y, -DVec2::Y, DVec2::X, -DVec2::X].map(|side| at + side * aside);
                 if taken.write(drawing, &axes.within, (&text, look), places.into_iter()) {

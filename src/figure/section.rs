@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::axes::{self, Axes, Axis};
+use super::axes::{self, Axes, Axis, ticks_in};
 use super::colour::{Colour, SERIES};
 use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::Heading;
@@ -18,8 +18,15 @@ const MOST: DVec2 = DVec2::new(640.0, 560.0);
 const THINNEST: f64 = 0.6;
 const THICKEST: f64 = 2.2;
 
-/// Height in pixels of the colour bar for the remaining fraction of the light.
+/// Height in pixels of the colour bar for the remaining fraction of the light, and of its title above it.
 const BAR_HEIGHT: f64 = 120.0;
+const BAR_TITLE: f64 = 24.0;
+
+/// Height in pixels of the arrow from the sun with its name.
+const SUN_HEIGHT: f64 = 126.0;
+
+/// Length in pixels of the title of the upright axis.
+const TITLE_LENGTH: f64 = 110.0;
 
 /// Tube from the side, in metres: x to the right, y up from the floor.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,17 +107,26 @@ impl Section {
         let extent = (high - low).max(DVec2::splat(1e-3));
         let scale = (MOST / extent).min_element();
         let width = (axes::LEFT + scale * extent.x + 150.0).max(520.0);
-        let from = DVec2::new(axes::LEFT, self.heading.height(width) + 16.0);
+        // the title of an axis may be longer than the axis
+        let beside = 0.5 * (TITLE_LENGTH - scale * extent.y).max(0.0);
+        let from = DVec2::new(axes::LEFT, self.heading.height(width) + 16.0 + beside);
         let scale_of_light = ColourScale::from_zero(100.0, Palette::Turbo);
         let within = Rectangle { from, to: from + scale * extent };
-        let size = DVec2::new(width, within.to.y + axes::BELOW + 4.0);
+        let below_sun = if self.sun.is_some() { from.y + SUN_HEIGHT } else { from.y };
+        let bar_top = (within.to.y - BAR_HEIGHT).max(below_sun + BAR_TITLE);
+        let below_all = if self.light.is_empty() { below_sun } else { bar_top + BAR_HEIGHT };
+        let size = DVec2::new(width, (within.to.y + beside).max(below_all - axes::BELOW + 8.0) + axes::BELOW + 4.0);
         let mut drawing = Drawing::new(size, self.heading.title.as_str());
         self.heading.draw(&mut drawing);
-        let most = |metres: f64| (metres * scale / 60.0).clamp(1.0, 10.0) as usize;
         let axes = Axes {
             within,
-            x: Axis::linear(format!("{} in metres", self.across), [low.x, high.x], most(extent.x), Steps::Decimal),
-            y: Axis::linear("height in metres", [low.y, high.y], most(extent.y), Steps::Decimal),
+            x: Axis::linear(
+                format!("{} in metres", self.across),
+                [low.x, high.x],
+                ticks_in(scale * extent.x),
+                Steps::Decimal,
+            ),
+            y: Axis::linear("height in metres", [low.y, high.y], ticks_in(scale * extent.y), Steps::Decimal),
         };
         axes.draw(&mut drawing);
         self.draw_room(&mut drawing, &axes);
@@ -119,7 +135,7 @@ impl Section {
             draw_light(&mut drawing, &axes, path, &scale_of_light);
         }
         if !self.light.is_empty() {
-            let from = DVec2::new(within.to.x + 34.0, within.to.y - BAR_HEIGHT);
+            let from = DVec2::new(within.to.x + 34.0, bar_top);
             let bar = Rectangle { from, to: from + DVec2::new(BAR_WIDTH, BAR_HEIGHT) };
             scale_of_light.draw(&mut drawing, bar, "remaining light, %");
         }
@@ -275,7 +291,36 @@ fn half_circle(a: DVec2, b: DVec2) -> Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::drawing::Item;
     use crate::figure::svg::svg;
+
+    /// In a long and low section the sun stands above the scale of light, and the title of the upright axis below the heading.
+    #[test]
+    fn nothing_covers_the_sun_of_a_low_room() {
+        let section = Section {
+            heading: Heading::of("Section"),
+            across: "x",
+            room: vec![[(0.0, 0.0), (60.0, 0.0), (60.0, 2.5), (0.0, 2.5)].map(DVec2::from).to_vec()],
+            cut: Vec::new(),
+            tubes: Vec::new(),
+            objects: Vec::new(),
+            grids: Vec::new(),
+            light: vec![LightPath(vec![PathPoint { at: DVec2::new(5.0, 2.5), share: 0.5 }])],
+            sun: Some(DVec2::new(-0.5, 0.6)),
+        };
+        let drawing = section.draw();
+        let words = |text: &str| {
+            let found = drawing.items.iter().find_map(|item| match item {
+                Item::Words(words) if words.text == text => Some(words),
+                _ => None,
+            });
+            found.unwrap_or_else(|| panic!("no {text}"))
+        };
+        assert!(words("remaining light, %").at.y - words("sun").at.y > 12.0);
+        let title = words("height in metres");
+        assert!(title.at.y - title.width > words("Section").at.y, "{title:?}");
+        assert!(words("0").at.y < drawing.size.y && words("remaining light, %").at.y + BAR_HEIGHT < drawing.size.y);
+    }
 
     #[test]
     fn a_section_shows_room_roof_and_tubes() {
