@@ -16,9 +16,11 @@ const CLEAR_TYPES: std::ops::RangeInclusive<u8> = 11..=15;
 const LEAST_CLEARNESS: f64 = 2.8;
 
 impl Prepared {
-    /// Compares a grid with the criteria that name the job's moment; none at most moments, of jobs with a year, and before an error is known.
+    /// Compares a grid with the criteria that name the job's moment; none at most moments, of jobs with a year, of
+    /// sensors that do not look straight up, and before an error is known.
     pub(super) fn moment_verdicts(&self, grid: &Grid, estimate: &GridEstimate) -> Vec<VerdictResult> {
-        let document = self.subject().document.as_ref().filter(|document| document.annual.is_none());
+        let document = self.subject().document.as_ref();
+        let document = document.filter(|document| document.annual.is_none() && grid.is_level());
         let moment = document.and_then(|document| Some((document.sky.as_ref()?, clock(document.time.as_deref()?)?)));
         let (Some((sky, clock)), Some(factor)) = (moment, coverage_factor_of_sensors(estimate)) else {
             return Vec::new();

@@ -17,11 +17,11 @@ pub fn sentences(job: &Value, targets: &[Option<JudgedTarget>]) -> Vec<(Tone, St
     let outdoors = outdoors["sky"].as_f64().zip(outdoors["sun"].as_f64()).map(|(sky, sun)| sky + sun);
     let of_grid = |(grid, target): (&Value, &Option<JudgedTarget>)| {
         let of = &grid["statistics"];
-        let place = place(&job["document"], text(&grid["name"]));
+        let (place, whole) = place(&job["document"], text(&grid["name"]));
         let mean = with_interval(&of["mean_lux"], &of["mean_lux_standard_error"], &of["coverage_factor"]);
         let mean = format!("{mean} lx{}", if mean.contains('±') { " (95 % interval)" } else { "" });
         let (tone, found) = match target {
-            Some(target) => on_target(target, &place, &mean, outdoors),
+            Some(target) => on_target(target, (&place, whole), &mean, outdoors),
             None => (Tone::Plain, without_target(of, &place, &mean)),
         };
         (tone, found + &daylight_factor(of))
@@ -29,24 +29,28 @@ pub fn sentences(job: &Value, targets: &[Option<JudgedTarget>]) -> Vec<(Tone, St
     list(&job["grids"]).iter().zip(targets).take(MOST).map(of_grid).collect()
 }
 
-/// Describes a grid by its name and its height above the floor.
-fn place(document: &Value, name: &str) -> String {
+/// Describes a grid by its name and its height above the floor or the number of its points, and returns what parts of it are parts of.
+fn place(document: &Value, name: &str) -> (String, &'static str) {
     let grid = list(&document["grids"]).iter().find(|grid| grid["name"] == name);
-    match grid.and_then(|grid| grid["height_m"].as_f64()) {
-        Some(height) => format!("{name}, {} m above the floor,", short(height)),
-        None => name.to_owned(),
+    let points = grid.and_then(|grid| grid["points_m"].as_array());
+    match (points, grid.and_then(|grid| grid["height_m"].as_f64())) {
+        (Some(points), _) => (format!("{name}, {} points,", points.len()), "points"),
+        (None, Some(height)) => (format!("{name}, {} m above the floor,", short(height)), "area"),
+        (None, None) => (name.to_owned(), "area"),
     }
 }
 
-fn on_target(target: &JudgedTarget, place: &str, mean: &str, outdoors: Option<f64>) -> (Tone, String) {
+fn on_target(target: &JudgedTarget, (place, whole): (&str, &str), mean: &str, outdoors: Option<f64>) -> (Tone, String) {
     let JudgedTarget { part: of, result: target } = target;
     let (lux, part) = (short(target.lux), of.in_words());
-    let area = match target.area_percent {
-        0.0 => "no part".to_owned(),
+    let part_of_it = match target.area_percent {
+        0.0 => "none".to_owned(),
         100.0 => "all".to_owned(),
         percent => format!("{} %", fixed(percent.clamp(1.0, 99.0), 0)),
     };
-    let (mean, area) = (format!("the mean at {place} is {mean}"), format!("{area} of the area has {lux} lx"));
+    let has = if whole == "points" { "have" } else { "has" };
+    let (mean, area) =
+        (format!("the mean at {place} is {mean}"), format!("{part_of_it} of the {whole} {has} {lux} lx"));
     let found = match of {
         TargetPart::Mean => format!("{mean}, and {area}"),
         TargetPart::Half | TargetPart::Most => format!("{area}, and {mean}"),
@@ -113,7 +117,7 @@ mod tests {
         );
         assert_eq!(
             of("not_met", 0.0),
-            (Tone::Bad, format!("The target of 150 lx is not met: {found} no part of the area has 150 lx."))
+            (Tone::Bad, format!("The target of 150 lx is not met: {found} none of the area has 150 lx."))
         );
         assert_eq!(of("undecided", 50.0).0, Tone::Plain);
         let target = json!({ "lux": 25.0, "verdict": "met", "area_percent": 100.0, "external_lux": null });

@@ -4,8 +4,7 @@ use crate::given::{SquarePipe, errors, refused, with};
 use crate::schema::parse;
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, FieldErrorCode, FileSource, JobDocument, WarningCode, to_scene};
-use skyduct::geometry::TriangleMesh;
+use skyduct::document::{FieldErrorCode, WarningCode, to_scene};
 use skyduct::scene::{Channels, Enclosure, EnclosureFace, FaceKind, Scene};
 
 /// Corners of a box of 4 m x 3 m x 2.7 m, from the south-western one around the floor, then around the ceiling.

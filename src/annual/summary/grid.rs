@@ -38,9 +38,9 @@ pub struct GridYear {
     pub median_lux: [Value; 3],
     /// Shares of the area by EN 17037.
     pub provision: Provision,
-    /// Energy of electric light; `None` if it is not asked for.
+    /// Energy of electric light; `None` if it is not asked for, and where a sensor does not look straight up.
     pub energy: Option<Energy>,
-    /// Criteria of standards and schemes, and whether the space meets them.
+    /// Criteria of standards and schemes, and whether the space meets them; none where a sensor does not look straight up.
     pub verdicts: Vec<Verdict>,
     /// Mean illuminance in lux of the area in each lit record.
     pub mean_by_record_lux: Vec<f64>,
@@ -86,7 +86,7 @@ impl GridYear {
         };
         let provision = Provision::new(&points_of_standard, outside.median_diffuse_lux);
         let occupied = Illuminances::new(&of_mean, &light.records, hours.occupied);
-        let dimming = options.dimming.as_ref();
+        let dimming = options.dimming.as_ref().filter(|_| grid.is_level);
         let energy = dimming.map(|dimming| dimming.energy(&occupied, grid.zone_area_m2, hours.each));
         let useful = Useful {
             below_percent: mean(|point| point.useful.below_percent),
@@ -97,7 +97,7 @@ impl GridYear {
         let mut verdicts = provision.verdicts(area.points(), hours.of(hours.daylight));
         verdicts.extend(schemes(area, &points, (grid.middle, &of_mean), light, hours));
         let tubes_alone = grid.sensors.other_lux.is_empty();
-        verdicts.retain(|verdict| tubes_alone || !verdict.is_of_tubes_alone);
+        verdicts.retain(|verdict| grid.is_level && (tubes_alone || !verdict.is_of_tubes_alone));
         Self {
             autonomies_percent: by_threshold(|point| &point.autonomies_percent),
             continuous_percent: by_threshold(|point| &point.continuous_percent),

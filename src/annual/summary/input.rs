@@ -66,6 +66,8 @@ pub struct GridInput<'a> {
     pub zone_area_m2: f64,
     /// Number of the sensor that is nearest to the middle of the room.
     pub middle: Option<usize>,
+    /// True if all sensors look straight up, as those of criteria and of electric light do.
+    pub is_level: bool,
 }
 
 /// Sets of records, and what is the same for all points.

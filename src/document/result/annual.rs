@@ -197,10 +197,10 @@ pub struct GridYearResult {
     pub largest_median_lux: WithInterval,
     /// Provision of daylight by EN 17037: shares of the area.
     pub en17037: Vec<ProvisionResult>,
-    /// Electric light; absent without `dimming` in the document.
+    /// Electric light; absent without `dimming` in the document, and for points of which one does not face straight up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dimming: Option<ElectricityResult>,
-    /// Criteria of standards and schemes, and whether the grid meets them.
+    /// Criteria of standards and schemes, and whether the grid meets them; none for points of which one does not face straight up.
     pub verdicts: Vec<VerdictResult>,
 }
 

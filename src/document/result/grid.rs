@@ -231,6 +231,11 @@ impl GridResult {
             None => format!("{}, {} m above the floor", self.name, self.height_m),
         }
     }
+
+    /// Returns what parts of the grid are parts of, in words: its area, or its points.
+    pub fn whole_in_words(&self) -> &'static str {
+        if self.points_m.is_some() { "points" } else { "area" }
+    }
 }
 
 /// Returns the place and the direction of a sensor.

@@ -79,6 +79,11 @@ impl Responses {
 }
 
 impl Grid {
+    /// True if all sensors look straight up.
+    pub fn is_level(&self) -> bool {
+        self.placed.iter().flat_map(|placed| placed.iter()).all(|sensor| sensor.normal == DVec3::Z)
+    }
+
     /// Builds a grid of `cells` (each >= 1) over a floor of `room_size_m`, `margin_m` away from the walls.
     pub fn new(
         name: String,

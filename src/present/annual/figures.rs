@@ -25,6 +25,7 @@ impl JobYear {
         let (number, of) = self.grid(name)?;
         let year = &self.first.year.grids[number];
         let sda = &self.document.sda;
+        let whole = of.result.whole_in_words();
         let target = wanted.or_else(|| of.own_target());
         // the part of an area is judged by its spatial daylight autonomy, which has an illuminance of its own
         let of_mean = target.filter(|target| target.part == TargetPart::Mean);
@@ -34,12 +35,12 @@ impl JobYear {
             Some(threshold) => {
                 let lux = self.document.thresholds_lux[threshold];
                 let share = with_half_width(year.autonomies_percent[threshold].into(), "%");
-                (lux, format!("{} lx in {share} of the occupied hours, mean of the area", short(lux)))
+                (lux, format!("{} lx in {share} of the occupied hours, mean of the {whole}", short(lux)))
             }
             None => {
                 let area = percent(year.spatial_percent.into());
                 let (lux, time) = (short(sda.threshold_lux), short(sda.time_percent));
-                (sda.threshold_lux, format!("{area} of the area has {lux} lx in {time} % of the occupied hours"))
+                (sda.threshold_lux, format!("{lux} lx in {time} % of the occupied hours on {area} of the {whole}"))
             }
         };
         let title = format!("Daylight autonomy {} lx, {}", short(lux), subject.name());
@@ -52,12 +53,12 @@ impl JobYear {
     /// Draws the share of the occupied hours in which the light of a grid is useful without electric light, over the plan; `None` if there is
     /// no grid of this name.
     pub fn useful_figure(&self, subject: &Subject, name: &str) -> Option<Result<Drawing, OutputError>> {
-        let (number, _) = self.grid(name)?;
+        let (number, of) = self.grid(name)?;
         let [_, least, most] = self.document.udi_lux;
         let mean: WithInterval = self.first.year.grids[number].useful.autonomous_percent.into();
         let title = format!("Useful daylight, {least} to {most} lx, {}", subject.name());
-        let found =
-            format!("{least} to {most} lx in {} of the occupied hours, mean of the area", with_half_width(mean, "%"));
+        let (share, whole) = (with_half_width(mean, "%"), of.result.whole_in_words());
+        let found = format!("{least} to {most} lx in {share} of the occupied hours, mean of the {whole}");
         self.map_of_hours(subject, name, (title, found), |point| point.useful.autonomous_percent.value)
     }
 

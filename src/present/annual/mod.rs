@@ -132,6 +132,7 @@ impl JobYear {
                 weights: &of.weights,
                 zone_area_m2,
                 middle: of.grid.nearest(low.midpoint(high).truncate(), |sensor| of.weights[sensor] > 0.0),
+                is_level: of.grid.is_level(),
             };
             let inputs: Vec<GridInput> = grids.iter().map(input).collect();
             FileYear::new(file, lumens, (&inputs, &radii), &options)

@@ -26,33 +26,41 @@ impl JobYear {
         let sentence = |(index, (grid, of)): (usize, (&GridYearResult, &super::GridOfYear))| {
             let place = of.result.place_in_words();
             let target = wanted.filter(|_| index == 0).or_else(|| of.own_target());
-            let (tone, found) = target.and_then(|target| self.on_target(target, grid, &place)).unwrap_or_else(|| {
-                let (area, lux) = (percent(grid.sda_percent), short(sda.threshold_lux));
-                let text = format!(
-                    "Over the year at {site}, {area} of the area of {place} has {lux} lx in {share} % of the occupied hours"
-                );
-                (Tone::Plain, text)
-            });
+            let whole = of.result.whole_in_words();
+            let (tone, found) =
+                target.and_then(|target| self.on_target(target, grid, (&place, whole))).unwrap_or_else(|| {
+                    let (part, lux) = (percent(grid.sda_percent), short(sda.threshold_lux));
+                    let text = format!(
+                        "Over the year at {site}, at {place}, there are {lux} lx in {share} % of the occupied hours on \
+                         {part} of the {whole}"
+                    );
+                    (Tone::Plain, text)
+                });
             let mean = with_half_width(grid.mean_lux, "lx");
-            (tone, format!("{found} (95 % interval of the numerical error); the mean of these hours is {mean}."))
+            (tone, format!("{found}; the mean of these hours is {mean} (95 % intervals of the numerical error)."))
         };
         summary.grids.iter().zip(&self.grids).take(MOST_GRIDS).enumerate().map(sentence).collect()
     }
 
-    /// Says whether a grid at a `place` has a target over the year, and by which number: the daylight autonomy, averaged over the area, or
+    /// Says whether a grid, given by its place and what parts of it are parts of, has a target over the year, and by which number: the daylight autonomy, averaged over the area, or
     /// the part of the area that has the target for long enough. `None` if the year has no such number for this illuminance.
-    fn on_target(&self, target: WantedTarget, grid: &GridYearResult, place: &str) -> Option<(Tone, String)> {
+    fn on_target(
+        &self,
+        target: WantedTarget,
+        grid: &GridYearResult,
+        (place, whole): (&str, &str),
+    ) -> Option<(Tone, String)> {
         let WantedTarget { lux, part } = target;
         let sda = &self.document.sda;
         let (found, least, words) = match part.least_percent() {
             None => {
                 let found = grid.autonomies.iter().find(|autonomy| autonomy.lux == lux)?.da_percent;
-                let words = format!("{place}, has it in {} of them, averaged over the area", percent(found));
+                let words = format!("{place}, has it in {} of them, averaged over the {whole}", percent(found));
                 (found, sda.time_percent, words)
             }
             Some(_) if sda.threshold_lux != lux => return None,
             Some(least) => {
-                let words = format!("{} of the area of {place}, has it", percent(grid.sda_percent));
+                let words = format!("{place}, has it on {} of the {whole}", percent(grid.sda_percent));
                 (grid.sda_percent, least, words)
             }
         };
@@ -118,10 +126,12 @@ impl JobYear {
     /// Makes the table of the criteria of standards and schemes for the first grid.
     pub fn criteria_table(&self) -> SheetPart {
         let summary = self.summary().first;
-        let verdicts = summary.grids.first().map_or(&[][..], |grid| grid.verdicts.as_slice());
+        let (name, verdicts) =
+            summary.grids.first().map_or(("", &[][..]), |grid| (grid.name.as_str(), grid.verdicts.as_slice()));
         SheetPart::Table {
-            title: "Criteria, as if the tubes were the room's only daylight; no scheme is met by single criteria"
-                .to_owned(),
+            title: format!(
+                "Criteria for {name}, as if the tubes were the room's only daylight; no scheme is met by single criteria"
+            ),
             head: ["criterion", "found", "asked", "outcome"].map(str::to_owned).to_vec(),
             rows: verdicts.iter().map(|verdict| verdict_in_words(verdict).to_vec()).collect(),
         }

@@ -37,7 +37,13 @@ fn of(
         daylight: &daylight,
     };
     let light = GridLight::ByResponses(responses.clone());
-    let grid = GridInput { sensors: sensors(&light), weights: &weights, zone_area_m2, middle: Some(weights.len() / 2) };
+    let grid = GridInput {
+        sensors: sensors(&light),
+        weights: &weights,
+        zone_area_m2,
+        middle: Some(weights.len() / 2),
+        is_level: true,
+    };
     let dimming = Some(Dimming { setpoint_lux, ..Dimming::default() });
     let options = Options { thresholds_lux: vec![100.0, 200.0, 300.0, 500.0], dimming, ..Options::default() };
     year(&input, &RecordLight::new(input.lit, input.tubes), &[grid], &options)
@@ -222,11 +228,20 @@ fn points_without_weight_and_dark_years() {
         daylight: &daylight,
     };
     let of_room = GridLight::ByResponses(of_room);
-    let grid = GridInput { sensors: sensors(&of_room), weights: &weights, zone_area_m2: 1.0, middle: None };
+    let grid =
+        GridInput { sensors: sensors(&of_room), weights: &weights, zone_area_m2: 1.0, middle: None, is_level: true };
     let of_one = year(&input, &RecordLight::new(input.lit, input.tubes), &[grid], &Options::default());
     let (grid_of_one, point) = (&of_one.grids[0], &of_one.grids[0].points[0]);
     assert_eq!(grid_of_one.autonomies_percent[0], point.autonomies_percent[0]);
     assert!(point.autonomies_percent[0].standard_error > 0.0 && grid_of_one.points[5].by_tube_lux.is_empty());
+    // points that look elsewhere meet no criterion, and no electric light is dimmed by them
+    let dimmed = Options { dimming: Some(Dimming::default()), ..Options::default() };
+    let told = |is_level: bool| {
+        let grid = GridInput { is_level, ..grid };
+        let year = year(&input, &RecordLight::new(input.lit, input.tubes), &[grid], &dimmed);
+        (year.grids[0].verdicts.is_empty(), year.grids[0].energy.is_none())
+    };
+    assert_eq!([told(true), told(false)], [(false, false), (true, true)]);
     let dark = [TubeYear::default()];
     (input.lit, input.tubes) = (&[], &dark);
     let of_none = year(&input, &RecordLight::new(input.lit, input.tubes), &[grid], &Options::default());
