@@ -113,7 +113,7 @@ function result() {
   const { answer, current, running } = state;
   if (!answer?.grid) return html`<p class="note">${answer ? "The document has no grid." : "Computing …"}</p>`;
   return html`<div class=${current ? "" : "old"}>${judged(answer, state.goal)}</div>${target()}<div
-    class=${current ? "" : "old"}>${headline(answer)}</div>${running ? html`<p class="note busy">sharpening to ${percent(running.asked)}</p>` : nothing}`;
+    class=${current ? "" : "old"}>${headline(answer)}</div><p class="note">${running ? html`<span class="busy">sharpening to ${percent(running.asked)}</span>` : "\u00a0"}</p>`;
 }
 
 /** Accuracy, methods and reasons, which nobody needs at first. */

@@ -277,7 +277,7 @@ export async function setsClocks(visitor) {
 
 /** A typed size stands in the document as it is, for the service to judge; a dragged wall stops before the tubes. */
 export async function takesSizesAsTyped({ page }) {
-  const sizes = await page.evaluate(async () => {
+  const { sizes, slip } = await page.evaluate(async () => {
     const { moveEdge, resize } = await import("/web/draft.js");
     const draft = () => ({ room: { size_m: [4, 6, 2.7] }, tubes: [{ centre_m: [2, 3], diameter_m: 0.35, segments: [{ length_m: 1 }] }] });
     const after = (change) => {
@@ -285,8 +285,11 @@ export async function takesSizesAsTyped({ page }) {
       change(next);
       return next.room.size_m;
     };
-    return [after((next) => resize(next, 0, 0.3)), after((next) => resize(next, 1, 60)), after((next) => moveEdge(next, "east", -9))];
+    const slip = draft();
+    [-3, 0.3, 4].forEach((metres) => resize(slip, 0, metres));
+    return { sizes: [after((next) => resize(next, 0, 0.3)), after((next) => resize(next, 1, 60)), after((next) => moveEdge(next, "east", -9))], slip };
   });
+  assert.deepEqual(slip.tubes[0].centre_m, [2, 3], "a width in which the tube has no place does not move it");
   assert.deepEqual(sizes, [
     [0.3, 6, 2.7],
     [4, 60, 2.7],

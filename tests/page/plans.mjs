@@ -187,6 +187,17 @@ export async function drawsAHall(visitor, shot) {
   await visitor.isAccessible("an L-shaped hall");
   await looks(visitor, shot, "hall");
 
+  // a partition to begin with lies in the room
+  await page.getByRole("button", { name: "Add one" }).click();
+  const clear = await page.evaluate(async () => {
+    const { clearance } = await import("/web/outline.js");
+    const [{ from_m, to_m }] = seen.draft.room.partitions;
+    const middle = [(from_m[0] + to_m[0]) / 2, (from_m[1] + to_m[1]) / 2];
+    return [from_m, middle, to_m].map((place) => clearance([seen.draft.room.plan.outline_m], place));
+  });
+  assert(Math.min(...clear) > 0.2, `${clear}`);
+  await page.getByRole("button", { name: "Undo" }).click();
+
   // a wall is moved as a whole, by hand and by keys, and those beside it stay upright
   await drag(await at([5.6, 2.4]), await at([5.6, 2.9]));
   const high = (await outline())[2][1];

@@ -41,7 +41,11 @@ export async function arrangesHours({ page }) {
     const grid = { x_m: [0, 1], area_m2: [[1, 1], [0, 2]] };
     const hours = hoursOf({ rows: 4, columns, values }, grid, 2, { year: 2017, day: 31 });
     const strip = byHour(hours);
+    const { pinned } = await import("/web/year_plan.js");
+    // five columns of three rows, of which the middle has no value, nor what is left of it and above
+    const areas = [1, 1, 1, 1, 1, 1, 0, 0, 1, 1, 1, 0, 0, 1, 1];
     return {
+      followed: pinned({ grid: { x_m: [0, 1, 2, 3, 4], y_m: [0, 1, 2] }, hours: { areas, across: 5 } }),
       days: hours.days,
       largest: hours.largest,
       // (1 + 2 + 2 * 3) / 4 of the record
@@ -58,6 +62,7 @@ export async function arrangesHours({ page }) {
     };
   });
   assert.deepEqual(of, {
+    followed: [2, 0],
     ...{ days: 2, largest: 285, mean: [0, 2.25, 95 * 2.25], records: [0, 47, 72, 95], lux: 144, rows: [["10", "20"], ["NaN", "30"]] },
     // the mean of records 0 and 1, and of 72 and 73
     ...{ strip: [24, 2, 1.125, 72.5 * 2.25], day: [48, 144, 4.5] },
